@@ -1,0 +1,1 @@
+"""Mesh or oriented point cloud -> model file. The only room that imports torch."""

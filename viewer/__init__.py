@@ -1,0 +1,1 @@
+"""GL contexts, the renderer, the camera, the window. Imports no torch."""
