@@ -4,7 +4,7 @@ import os
 import tempfile
 from pathlib import Path
 
-from codegen.errors import UserError
+from .errors import UserError
 
 
 def show(path: str | os.PathLike[str]) -> str:

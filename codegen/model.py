@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save as to_safetensors
 
-from codegen.errors import UserError
-from codegen.files import show, write_whole
+from .errors import UserError
+from .files import show, write_whole
 
 FORMAT = "mplicits"
 VERSION = 1

@@ -1,0 +1,103 @@
+"""Verbs `info` and `bake`."""
+
+import json
+import sys
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .verb import Verb
+
+if TYPE_CHECKING:
+    from .model import Model
+
+
+def _info_arguments(parser: ArgumentParser) -> None:
+    parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors)")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def _info(arguments: Namespace) -> None:
+    from .files import show
+    from .model import load
+
+    facts = _facts(load(arguments.model))
+    if arguments.json:
+        print(json.dumps(facts, indent=2))
+        return
+    print(f"{show(facts['name'])}   {facts['parameters']:,} parameters, sha256 {facts['sha256'][:12]}")
+    print("level  network  parameters  multiply-adds    sines     delta  iterations  max |grad|")
+    for i, level in enumerate(facts["levels"], start=1):
+        print(
+            f"{i:5}  {level['network']:>7}  {level['parameters']:10,}  {level['multiply_adds']:13,}"
+            f"  {level['sines']:7,}  {level['delta']:8.5f}  {level['iterations']:10}  {level['lipschitz']:10.3f}"
+        )
+    print("multiply-adds and sines: one value of that level, the levels before it included")
+    if facts["texture"]:
+        print(f"texture: {facts['texture']}")
+    for target, size in facts["bytes"].items():
+        print(f"bytes as {target}: {size:,}")
+    for key, value in facts["provenance"].items():
+        print(f"{show(key)}: {show(value)}")
+
+
+def _facts(model: "Model") -> dict[str, Any]:
+    from .lower import lower
+    from .model import shape_of
+    from .program import Cost
+    from .targets import TARGETS
+
+    program = lower(model)
+    levels = []
+    total = Cost(0, 0)
+    for level, function in zip(model.levels, program.values, strict=True):
+        total += program.cost(function)
+        levels.append({
+            "network": shape_of(level.network),
+            "parameters": sum(layer.weight.size + layer.bias.size for layer in level.network),
+            "multiply_adds": total.multiply_adds, "sines": total.sines,
+            "delta": level.delta, "iterations": level.iterations, "lipschitz": level.lipschitz,
+        })
+    return {
+        "name": model.name, "sha256": program.sha256, "parameters": model.parameters(), "levels": levels,
+        "texture": None if model.texture is None else shape_of(model.texture),
+        "inputs": model.inputs, "centre": model.centre, "scale": model.scale,
+        "bytes": {name: len(target(model).encode()) for name, target in TARGETS.items()},
+        "provenance": model.provenance,
+    }
+
+
+def _bake_arguments(parser: ArgumentParser) -> None:
+    parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors)")
+    parser.add_argument("--target", default="glsl330", help="what to write: glsl330 (default)")
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="file to write (default: M's name + .glsl)")
+    parser.add_argument("--storage", default="auto", choices=("auto", "literal", "texture"),
+                        help="how weights are stored (auto: literals up to 64 wide, a texture above)")
+    parser.add_argument("--digits", type=_digits, metavar="N", help="decimals of the weights (default: all)")
+
+
+def _digits(text: str) -> int:
+    if not text.isdecimal() or int(text) > 9:
+        raise ArgumentTypeError(f"{text!r} is not a number of decimals from 0 to 9")
+    return int(text)
+
+
+def _bake(arguments: Namespace) -> None:
+    from .errors import UserError
+    from .files import check_writable, show, write_whole
+    from .model import load
+    from .targets import TARGETS
+
+    if arguments.target not in TARGETS:
+        raise UserError(f"--target {show(arguments.target)}: there is {', '.join(TARGETS)}")
+    output = arguments.output or Path(arguments.model.with_suffix(".glsl").name)
+    check_writable(output)
+    text = TARGETS[arguments.target](load(arguments.model), storage=arguments.storage, digits=arguments.digits)
+    write_whole(output, text)
+    print(f"{show(output)}: {arguments.target}, {len(text.encode()):,} bytes", file=sys.stderr)
+
+
+VERBS = (
+    Verb("info", "levels, parameters, cost and bytes of a model", _info_arguments, _info),
+    Verb("bake", "write a model's weights and the renderer as shader source", _bake_arguments, _bake),
+)

@@ -1,0 +1,19 @@
+"""The targets of `mplicits bake`: a new one is one file and one line here."""
+
+from typing import Protocol
+
+from . import glsl330
+from .model import Model
+
+
+class Target(Protocol):
+    """Model -> the text of the whole output file."""
+
+    def __call__(self, model: Model, storage: str = "auto", digits: int | None = None) -> str:
+        """storage: how weights are stored; digits: decimals of the weights, None for all."""
+
+
+TARGETS: dict[str, Target] = {
+    "glsl330": glsl330.standalone,
+}
+"""Name -> target."""

@@ -1,0 +1,43 @@
+#include "ball.glsl"
+// march(): multiscale sphere tracing (Section 3.2, Appendix C): f_1 - delta_1, then f_2 - delta_2, ..., then f_level.
+// origin, direction: model space, direction of length 1; footprint: width of a pixel at distance 1.
+// rounds: how often the sequence of levels is gone through; step_scale: factor on every step, 1 for an exact distance.
+// Reads delta[], iterations[] (one per level) and field().
+//
+// Two things are added to the paper's scheme, each against holes. A ray that leaves a band without having met the
+// surface goes back to the coarser level, and the levels are gone through again: hence rounds. And a band's offset
+// surface is traced at delta / 1.3 = max |f_i(x_j)| (Eq. 5), so that a ray crosses |f_i| = delta in finitely many steps.
+// All rays go through the levels together: on a GPU the branches on the phase are uniform.
+struct Hit {
+    bool hit;
+    float t;
+    int level;
+    int steps;
+};
+
+Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, float step_scale) {
+    vec2 span = ball(origin, direction, 1.0 + delta[level - 1]);
+    Hit ray = Hit(false, max(span.x, 0.0), span.x < span.y && span.y > 0.0 ? 1 : 0, 0);
+    for (int round = 0; round < rounds; ++round) {
+        if (ray.level == 0) break;
+        for (int phase = 1; phase <= level; ++phase) {
+            for (int i = 0; i < iterations[phase - 1]; ++i) {
+                if (ray.level != phase) break;
+                int reached;
+                float f = field(origin + ray.t * direction, phase, reached);
+                ++ray.steps;
+                bool inside = abs(f) < delta[phase - 1];
+                if (reached == phase && phase < level && inside) {
+                    ray.level = phase + 1;
+                    break;
+                }
+                bool last = reached == level;
+                float epsilon = 0.5 * footprint * ray.t;
+                ray.hit = last && f < epsilon;
+                ray.t += step_scale * (last ? f : f - delta[reached - 1] / 1.3);
+                ray.level = last && abs(f) < epsilon || ray.t > span.y ? 0 : reached;
+            }
+        }
+    }
+    return ray;
+}
