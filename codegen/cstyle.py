@@ -47,8 +47,8 @@ class Storage(ABC):
         """Global lines that the text of `functions` refers to."""
 
     @abstractmethod
-    def statements(self, op: Op, blocks: Blocks) -> Iterator[str]:
-        """Lines for one op."""
+    def statements(self, ops: tuple[Op, ...], blocks: Blocks) -> Iterator[str]:
+        """Lines for a function's ops."""
 
     @abstractmethod
     def loops(self, function: Function) -> int:
@@ -56,13 +56,14 @@ class Storage(ABC):
 
     def function(self, function: Function) -> list[str]:
         """The function's text."""
-        widths = self.program.widths(function)
-        blocks = {name: -(-width // 4) for name, width in widths.items()}
-        kind, result = _result(function, widths)
-        lines = [self.language.function.format(type=kind, name=function.name) + " {"]
-        for op in function.ops:
-            lines.extend(f"    {line}" for line in self.statements(op, blocks))
-        return [*lines, f"    return {result};", "}"]
+        kind, result = _result(function, self.program.widths(function))
+        lines = [f"    {line}" for line in self.statements(function.ops, self.blocks(function))]
+        return [self.language.function.format(type=kind, name=function.name) + " {", *lines,
+                f"    return {result};", "}"]
+
+    def blocks(self, function: Function) -> Blocks:
+        """Value name -> number of vec4 in it."""
+        return {name: -(-width // 4) for name, width in self.program.widths(function).items()}
 
     def elementwise(self, op: Sine | Cosine | Product | Scale, k: str, blocks: Blocks) -> str:
         """Right-hand side of an elementwise op at block `k`, names resolved by `block`."""

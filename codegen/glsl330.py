@@ -4,6 +4,8 @@ import base64
 import json
 from importlib.metadata import PackageNotFoundError, version
 
+import numpy as np
+
 import glsl
 
 from .cstyle import Language
@@ -35,10 +37,11 @@ UNIFORMS = (
 )
 
 
-def bake(model: Model, storage: str = "auto", digits: int | None = None) -> Shader:
+def bake(model: Model, storage: str = "auto", digits: int | None = None, main: str = "main.glsl") -> Shader:
     """The fragment shader of `model`.
 
-    storage: "literal", "texture", or "auto" by the table in field.py; digits: decimals of the weights, None for all.
+    storage: "literal", "texture", or "auto" by the table in field.py; digits: decimals of the weights, None for all;
+    main: the file in glsl/ that follows the field, or its text.
     """
     program = lower(model, digits)
     field = print_field(program, LANGUAGE, storage)
@@ -63,7 +66,7 @@ def bake(model: Model, storage: str = "auto", digits: int | None = None) -> Shad
         "out vec4 color;",
         "",
         field.text,
-        glsl.load("main.glsl"),
+        glsl.load(main) if main.endswith(".glsl") else main,
     ])
     return Shader(
         text=text, weights=field.weights, value_loops=field.value_loops, gradient_loops=field.gradient_loops,
@@ -103,3 +106,14 @@ def _weights_comment(weights: Array) -> str:
         f"\n// weights: {width} x {height} RGBA32F, little-endian float32, rows in order, base64:\n"
         + "".join(f"// {line}\n" for line in lines)
     )
+
+
+def read_weights(text: str) -> Array | None:
+    """The weight texture (H, W, 4) that `standalone` appended to a shader, or None."""
+    _, found, data = text.rpartition("\n// weights: ")
+    if not found:
+        return None
+    size, *lines = data.splitlines()
+    width, height = int(size.split()[0]), int(size.split()[2])
+    values = np.frombuffer(base64.b64decode("".join(line.removeprefix("// ") for line in lines)), "<f4")
+    return values.reshape(height, width, 4).astype(np.float32)

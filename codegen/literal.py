@@ -24,8 +24,12 @@ class Literal(Storage):
                     lines.append(self._constant("mat4", f"{name}_{o}_{i}", values))
         return lines
 
-    def statements(self, op: Op, blocks: Blocks) -> Iterator[str]:
+    def statements(self, ops: tuple[Op, ...], blocks: Blocks) -> Iterator[str]:
         """Unrolled; one `+=` per term, since compilers limit the size of an expression (ANGLE: about 250 terms)."""
+        for op in ops:
+            yield from self._statement(op, blocks)
+
+    def _statement(self, op: Op, blocks: Blocks) -> Iterator[str]:
         match op:
             case Affine(result=result, source=source, matrix=matrix, bias=bias):
                 for o in range(blocks[result]):

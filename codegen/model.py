@@ -3,11 +3,9 @@
 docs/format.md describes the file. Nothing here needs torch.
 """
 
-import dataclasses
 import hashlib
 import json
-import math
-import struct
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,12 +15,13 @@ from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save as to_safetensors
 
+from .checks import check_finite, check_json, check_keys, check_network, check_positive
 from .errors import UserError
 from .files import show, write_whole
 
 FORMAT = "mplicits"
 VERSION = 1
-WIDEST = 4096
+MOST_ITERATIONS = 10_000
 DEFAULT_ITERATIONS = (20, 5)
 """Sphere tracing iterations of level 1 and of each finer level (Section 4, implementation details)."""
 
@@ -111,25 +110,26 @@ def shape_of(network: Network) -> str:
 
 def validate(model: Model) -> None:
     """Raises UserError, one line that names the tensor or key, where `model` breaks docs/format.md."""
-    if model.inputs not in ("xyz", "xyzt"):
-        raise UserError(f"inputs: {model.inputs!r} is neither 'xyz' nor 'xyzt'")
     if not isinstance(model.name, str) or not model.name:
         raise UserError("name: not a text, or empty")
+    if model.inputs not in ("xyz", "xyzt"):
+        raise UserError(f"inputs: {model.inputs!r} is neither 'xyz' nor 'xyzt'")
+    for i, coordinate in enumerate(model.centre):
+        check_finite(f"centre[{i}]", coordinate)
+    check_positive("scale", model.scale)
+    if len(model.centre) != 3:
+        raise UserError("centre: three numbers are needed")
+    check_json("provenance", model.provenance)
     if not model.levels:
         raise UserError("levels: there must be at least one")
-    for key, value in (("scale", model.scale), *((f"centre[{i}]", c) for i, c in enumerate(model.centre))):
-        _finite(key, value)
-    if len(model.centre) != 3 or model.scale <= 0:
-        raise UserError("centre, scale: three numbers and a positive one are needed")
     for i, level in enumerate(model.levels, start=1):
-        for key in ("delta", "lipschitz"):
-            _finite(f"levels[{i}].{key}", getattr(level, key))
-            if getattr(level, key) <= 0:
-                raise UserError(f"levels[{i}].{key}: must be positive")
-        if not isinstance(level.iterations, int) or not 1 <= level.iterations <= 10_000:
-            raise UserError(f"levels[{i}].iterations: must be a whole number from 1 to 10000")
+        check_positive(f"levels[{i}].delta", level.delta)
+        check_positive(f"levels[{i}].lipschitz", level.lipschitz)
+        if type(level.iterations) is not int or not 1 <= level.iterations <= MOST_ITERATIONS:
+            raise UserError(f"levels[{i}].iterations: must be a whole number from 1 to {MOST_ITERATIONS}")
     for prefix, network in model.networks().items():
-        _validate_network(prefix, network, len(model.inputs), 3 if prefix == "texture" else 1)
+        layers = [(layer.weight, layer.bias) for layer in network]
+        check_network(prefix, layers, len(model.inputs), 3 if prefix == "texture" else 1)
 
 
 def save(model: Model, path: Path) -> None:
@@ -138,8 +138,8 @@ def save(model: Model, path: Path) -> None:
         "name": model.name,
         "levels": [_level_numbers(level) for level in model.levels],
         "inputs": model.inputs,
-        "centre": list(model.centre),
-        "scale": model.scale,
+        "centre": [float(coordinate) for coordinate in model.centre],
+        "scale": float(model.scale),
         "provenance": model.provenance,
     }
     metadata = {"format": FORMAT, "version": str(VERSION), "model": json.dumps(description)}
@@ -150,61 +150,79 @@ def save(model: Model, path: Path) -> None:
 def load(path: Path) -> Model:
     """Reads and validates a model file. Raises UserError with one line where it is not a model this version reads."""
     try:
+        if path.exists() and not path.is_file():
+            raise UserError("not a file")
         with safe_open(path, framework="numpy") as file:
             metadata = file.metadata() or {}
             _check_version(metadata)
-            tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 (not a mapping)
+            tensors = {}
+            for name in file.keys():  # noqa: SIM118 (not a mapping)
+                if file.get_slice(name).get_dtype() != "F32":
+                    raise UserError(f"{name}: must be float32")
+                tensors[name] = file.get_tensor(name)
         return _from_file(metadata, tensors)
     except FileNotFoundError:
         raise UserError(f"{show(path)}: no such file") from None
     except OSError as error:
-        raise UserError(f"{show(path)}: {error.strerror or error}") from None
-    except (SafetensorError, struct.error) as error:
-        raise UserError(f"{show(path)}: not a model file, or a damaged one ({_one_line(error)})") from None
+        raise UserError(f"{show(path)}: {_one_line(error.strerror or str(error))}") from None
+    except SafetensorError as error:
+        raise UserError(f"{show(path)}: not a model file, or a damaged one ({_one_line(str(error))})") from None
     except UserError as error:
-        raise UserError(f"{show(path)}: {error}") from None
+        raise UserError(f"{show(path)}: {_one_line(str(error))}") from None
 
 
 def _level_numbers(level: Level) -> dict[str, float | int]:
-    return {"delta": level.delta, "iterations": level.iterations, "lipschitz": level.lipschitz}
+    return {"delta": float(level.delta), "iterations": level.iterations, "lipschitz": float(level.lipschitz)}
 
 
 def _check_version(metadata: dict[str, str]) -> None:
     if metadata.get("format") != FORMAT:
         raise UserError("not an mplicits model (metadata key 'format')")
     version = metadata.get("version", "")
-    if not version.isdecimal():
-        raise UserError("metadata key 'version' is not a number")
+    if not re.fullmatch("[1-9][0-9]{0,8}", version):
+        raise UserError("metadata key 'version' is not a version number")
     if int(version) > VERSION:
-        raise UserError(f"format version {int(version)} is newer than this program reads ({VERSION}); update mplicits")
+        raise UserError(f"format version {version} is newer than this program reads ({VERSION}); update mplicits")
 
 
 def _from_file(metadata: dict[str, str], tensors: dict[str, Array]) -> Model:
-    try:
-        description = json.loads(metadata["model"])
-        levels = tuple(
-            Level(_take_network(tensors, f"level{i}"), float(numbers["delta"]), numbers["iterations"],
-                  float(numbers.get("lipschitz", 1.0)))
-            for i, numbers in enumerate(description["levels"], start=1)
-        )
-        texture = _take_network(tensors, "texture") if "texture.layer0.weight" in tensors else None
-        x, y, z = description["centre"]
-        model = Model(
-            name=description["name"], levels=levels, texture=texture, inputs=description["inputs"],
-            centre=(float(x), float(y), float(z)), scale=float(description["scale"]),
-            provenance=dict(description["provenance"]),
-        )
-    except KeyError as error:
-        raise UserError(f"metadata: key {error} is missing") from None
-    except (json.JSONDecodeError, TypeError, ValueError, RecursionError) as error:
-        raise UserError(f"metadata key 'model' is not as docs/format.md says ({_one_line(error)})") from None
+    """The model of a file's parts; takes its tensors out of `tensors`. Raises UserError."""
+    description = _description(metadata)
+    levels = []
+    for i, numbers in enumerate(description["levels"], start=1):
+        check_keys(f"levels[{i}]", numbers, {"delta": float, "iterations": int, "lipschitz": float})
+        network = _take_network(tensors, f"level{i}")
+        levels.append(Level(network, float(numbers["delta"]), numbers["iterations"], float(numbers["lipschitz"])))
+    texture = _take_network(tensors, "texture") if "texture.layer0.weight" in tensors else None
     if tensors:
-        raise UserError(f"{show(min(tensors))}: no such tensor in the format, or a layer before it is missing")
-    return model
+        model = f"a model with {len(levels)} levels"
+        raise UserError(f"{min(tensors)}: not a tensor of {model}, or the layer before it is missing")
+    for i, coordinate in enumerate(description["centre"]):
+        check_finite(f"centre[{i}]", coordinate)
+    description |= {"levels": tuple(levels), "texture": texture,
+                    "centre": tuple(float(coordinate) for coordinate in description["centre"])}
+    return Model(**description)
+
+
+def _description(metadata: dict[str, str]) -> dict[str, Any]:
+    """The values under the keys that docs/format.md names; other keys are left out."""
+    if "model" not in metadata:
+        raise UserError("metadata key 'model' is missing")
+    try:
+        found = json.loads(metadata["model"], parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as error:
+        raise UserError(f"metadata key 'model' is not JSON ({error})") from None
+    kinds = {"name": str, "levels": list, "inputs": str, "centre": list, "scale": float, "provenance": dict}
+    check_keys("metadata key 'model'", found, kinds)
+    return {key: float(found[key]) if kind is float else found[key] for key, kind in kinds.items()}
+
+
+def _refuse_constant(constant: str) -> None:
+    raise ValueError(f"{constant} is not a number of JSON")
 
 
 def _take_network(tensors: dict[str, Array], prefix: str) -> Network:
-    layers = []
+    layers: list[Layer] = []
     while f"{prefix}.layer{len(layers)}.weight" in tensors:
         name = f"{prefix}.layer{len(layers)}"
         if f"{name}.bias" not in tensors:
@@ -213,32 +231,5 @@ def _take_network(tensors: dict[str, Array], prefix: str) -> Network:
     return tuple(layers)
 
 
-def _validate_network(prefix: str, network: Network, inputs: int, outputs: int) -> None:
-    if len(network) < 2:
-        raise UserError(f"{prefix}: needs at least two layers (layer0, layer1)")
-    width = inputs
-    for j, layer in enumerate(network):
-        name = f"{prefix}.layer{j}"
-        for key, tensor in dataclasses.asdict(layer).items():
-            if not isinstance(tensor, np.ndarray) or tensor.dtype != np.float32:
-                raise UserError(f"{name}.{key}: must be float32")
-            if not np.isfinite(tensor).all():
-                raise UserError(f"{name}.{key}: has values that are not finite")
-        if layer.weight.ndim != 2 or layer.weight.shape[1] != width:
-            raise UserError(f"{name}.weight: shape {layer.weight.shape}, expected (out, {width})")
-        width = layer.weight.shape[0]
-        if not 1 <= width <= WIDEST:
-            raise UserError(f"{name}.weight: {width} outputs, expected 1 to {WIDEST}")
-        if layer.bias.shape != (width,):
-            raise UserError(f"{name}.bias: shape {layer.bias.shape}, expected ({width},)")
-    if width != outputs:
-        raise UserError(f"{prefix}.layer{len(network) - 1}.weight: {width} outputs, expected {outputs}")
-
-
-def _finite(key: str, value: float) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise UserError(f"{key}: must be a finite number")
-
-
-def _one_line(error: Exception) -> str:
-    return show(str(error).splitlines()[0] if str(error) else type(error).__name__)[:200]
+def _one_line(text: str) -> str:
+    return show(text)[:300]

@@ -131,7 +131,8 @@ class Program:
 
     def widest(self, function: Function) -> int:
         """Largest dimension of the matrices that `function` multiplies by."""
-        return max(int(max(self.constants[op.matrix].shape)) for op in function.ops if isinstance(op, Affine | Transposed))
+        products = (op for op in function.ops if isinstance(op, Affine | Transposed))
+        return max(int(max(self.constants[op.matrix].shape)) for op in products)
 
     def widths(self, function: Function) -> dict[str, int]:
         """Value name -> number of components. Raises ValueError where an op is ill-formed."""

@@ -8,7 +8,7 @@ from .cstyle import Blocks, Language, Storage, constants_of
 from .program import Affine, Array, Dot, Function, Op, Program, Transposed
 
 TEXTURE_WIDTH = 1024
-UNROLL = 8
+UNROLL = 16
 """mat4 products per loop iteration: fewer iterations, longer code."""
 
 
@@ -47,53 +47,60 @@ class Texture(Storage):
         image[: self.size] = np.concatenate(self.texels)
         return image.reshape(height, TEXTURE_WIDTH, 4)
 
-    def statements(self, op: Op, blocks: Blocks) -> Iterator[str]:
-        """A loop over the result's blocks; inside, a loop over the source's, unrolled by `_unroll`."""
-        number = self.language.number
-        if isinstance(op, Dot):
-            term = f"{op.result} += dot({self.block(op.row, 'k', blocks)}, {self.block(op.source, 'k', blocks)});"
-            yield f"float {op.result} = 0.;"
-            yield from _loop("k", blocks[op.source], [term])
-            yield f"{op.result} = {number(op.scale)} * {op.result} + {number(op.bias)};"
-            return
-        n = blocks[op.result]
-        yield f"vec4 {op.result}{'' if n == 1 else f'[{n}]'};"
-        result = self.block(op.result, "k", blocks)
-        match op:
-            case Affine(source=source, matrix=matrix, bias=bias):
-                start = "vec4(0)" if bias is None else self.block(bias, "k", blocks)
-                row = f"{self.offsets[matrix]} + {4 * blocks[source]} * k + 4 * ({{j}})"
-                term = f"s += block({row}) * {self.block(source, '{j}', blocks)};"
-            case Transposed(source=source, matrix=matrix):
-                start = "vec4(0)"
-                column = f"{self.offsets[matrix]} + 4 * k + {4 * n} * ({{j}})"
-                term = f"s += {self.block(source, '{j}', blocks)} * block({column});"
-            case _:
-                yield from _loop("k", n, [f"{result} = {self.elementwise(op, 'k', blocks)};"])
-                return
-        m = blocks[source]
-        unroll = _unroll(m)
-        if unroll == m:
-            inner = [term.format(j=j) for j in range(m)]
-        else:
-            inner = list(_loop("j", m, [term.format(j=f"j + {u}" if u else "j") for u in range(unroll)], unroll))
-        yield from _loop("k", n, [f"vec4 s = {start};", *inner, f"{result} = s;"])
+    def statements(self, ops: tuple[Op, ...], blocks: Blocks) -> Iterator[str]:
+        """One loop for each run of ops that go over the same blocks.
+
+        Few loops, and loops within loops, not only for speed: in a long row of plain ones, LLVM 15's analysis of the
+        counter that llvmpipe adds takes exponential time (minutes for five layers of 32).
+        """
+        for group in _fused(ops, blocks):
+            before, body, after = [], [], []
+            for op in group:
+                if isinstance(op, Dot):
+                    number = self.language.number
+                    before.append(f"float {op.result} = 0.;")
+                    body.append(f"{op.result} += dot({self._at(op.row, blocks)}, {self._at(op.source, blocks)});")
+                    after.append(f"{op.result} = {number(op.scale)} * {op.result} + {number(op.bias)};")
+                    continue
+                n = blocks[op.result]
+                before.append(f"vec4 {op.result}{'' if n == 1 else f'[{n}]'};")
+                if isinstance(op, Affine | Transposed):
+                    body += self._product(op, blocks)
+                else:
+                    body.append(f"{self._at(op.result, blocks)} = {self.elementwise(op, 'k', blocks)};")
+            yield from before
+            yield from _loop("k", _length(group[0], blocks), body)
+            yield from after
 
     def loops(self, function: Function) -> int:
         """Iterations as llvmpipe counts them, the one that finds the end of its loop included."""
-        widths = self.program.widths(function)
+        blocks = self.blocks(function)
         total = 0
-        for op in function.ops:
-            match op:
-                case Affine(result=result, source=source) | Transposed(result=result, source=source):
-                    m = widths[source] // 4
-                    inner = 0 if _unroll(m) == m else m // _unroll(m) + 1
-                    total += widths[result] // 4 * (1 + inner) + 1
-                case Dot(source=source):
-                    total += widths[source] // 4 + 1
-                case _:
-                    total += widths[op.result] // 4 + 1
+        for group in _fused(function.ops, blocks):
+            sources = [blocks[op.source] for op in group if isinstance(op, Affine | Transposed)]
+            inner = sum(m // _unroll(m) + 1 for m in sources if m > 1)
+            total += _length(group[0], blocks) * (1 + inner) + 1
         return total
+
+    def _product(self, op: Affine | Transposed, blocks: Blocks) -> Iterator[str]:
+        """The matrix times the source, for block k of the result."""
+        n, m, base = blocks[op.result], blocks[op.source], self.offsets[op.matrix]
+        start = "vec4(0)"
+        if isinstance(op, Transposed):
+            term = f"s += {self.block(op.source, '{j}', blocks)} * block({base} + 4 * k + {4 * n} * ({{j}}));"
+        else:
+            term = f"s += block({base} + {4 * m} * k + 4 * ({{j}})) * {self.block(op.source, '{j}', blocks)};"
+            start = start if op.bias is None else self._at(op.bias, blocks)
+        yield f"vec4 s = {start};"
+        unroll = _unroll(m)
+        if m == 1:
+            yield term.format(j=0)
+        else:
+            yield from _loop("j", m, [term.format(j=f"j + {u}" if u else "j") for u in range(unroll)], unroll)
+        yield f"{self._at(op.result, blocks)} = s;"
+
+    def _at(self, name: str, blocks: Blocks) -> str:
+        return self.block(name, "k", blocks)
 
     def block(self, name: str, k: str, blocks: Blocks) -> str:
         """An array element, or a texel of a constant."""
@@ -102,8 +109,24 @@ class Texture(Storage):
         return name if blocks[name] == 1 else f"{name}[{k}]"
 
 
+def _length(op: Op, blocks: Blocks) -> int:
+    return blocks[op.source if isinstance(op, Dot) else op.result]
+
+
+def _fused(ops: tuple[Op, ...], blocks: Blocks) -> list[list[Op]]:
+    """Runs of ops over equally many blocks, none of which needs a whole vector that its own run makes."""
+    groups: list[list[Op]] = []
+    for op in ops:
+        whole = isinstance(op, Affine | Transposed)
+        if whole or not groups or _length(op, blocks) != _length(groups[-1][0], blocks):
+            groups.append([])
+        groups[-1].append(op)
+    return groups
+
+
 def _unroll(count: int) -> int:
-    return max(u for u in range(1, UNROLL + 1) if count % u == 0)
+    # Never all of it: an inner loop keeps LLVM's analysis short (see Texture.statements).
+    return max(u for u in range(1, UNROLL + 1) if count % u == 0 and (u < count or u == 1))
 
 
 def _loop(variable: str, count: int, body: list[str], step: int = 1) -> Iterator[str]:

@@ -1,0 +1,78 @@
+"""Checks of a model's parts. Each raises UserError, one line that names the tensor or key."""
+
+import json
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import UserError
+
+WIDEST = 4096
+"""Most outputs of a layer."""
+
+_SMALLEST, _LARGEST = float(np.finfo(np.float32).tiny), float(np.finfo(np.float32).max)
+
+_KINDS = {str: "a text", list: "a list", dict: "an object of keys and values", int: "a whole number"}
+
+
+def check_keys(where: str, found: object, kinds: Mapping[str, type]) -> None:
+    """`found`, JSON just read, is an object that has each key with a value of its kind; float means a finite number."""
+    if not isinstance(found, dict):
+        raise UserError(f"{where}: is not {_KINDS[dict]}")
+    for key, kind in kinds.items():
+        if key not in found:
+            raise UserError(f"{where}: key '{key}' is missing")
+        if kind is float:
+            check_finite(f"{where}: '{key}'", found[key])
+        elif type(found[key]) is not kind:
+            raise UserError(f"{where}: '{key}' is not {_KINDS[kind]}")
+
+
+def check_json(key: str, value: object) -> None:
+    """`value` is an object of keys and values that JSON can hold: no NaN, no infinity."""
+    if not isinstance(value, dict):
+        raise UserError(f"{key}: is not {_KINDS[dict]}")
+    try:
+        json.dumps(value, allow_nan=False)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise UserError(f"{key}: cannot be kept as JSON ({error})") from None
+
+
+def check_finite(key: str, value: object) -> None:
+    """`value` is a number, and a shader's 32-bit float can hold it: neither NaN nor infinite nor too large."""
+    # The comparison, unlike math.isfinite, takes whole numbers of any size; NaN fails it too.
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= _LARGEST:
+        raise UserError(f"{key}: must be a finite number")
+
+
+def check_positive(key: str, value: float) -> None:
+    """`value` is a finite number, above zero as a 32-bit float."""
+    check_finite(key, value)
+    if value < _SMALLEST:
+        raise UserError(f"{key}: must be positive")
+
+
+def check_network(
+    prefix: str, layers: Sequence[tuple[NDArray[np.float32], NDArray[np.float32]]], inputs: int, outputs: int
+) -> None:
+    """`layers`, pairs of a weight (out, in) and a bias (out,), make a SIREN from `inputs` to `outputs` numbers."""
+    if len(layers) < 2:
+        raise UserError(f"{prefix}: needs at least two layers (layer0, layer1)")
+    width = inputs
+    for j, (weight, bias) in enumerate(layers):
+        name = f"{prefix}.layer{j}"
+        for key, tensor in (("weight", weight), ("bias", bias)):
+            if not isinstance(tensor, np.ndarray) or tensor.dtype != np.float32:
+                raise UserError(f"{name}.{key}: must be float32")
+            if not np.isfinite(tensor).all():
+                raise UserError(f"{name}.{key}: has values that are not finite")
+        if weight.ndim != 2 or weight.shape[1] != width:
+            raise UserError(f"{name}.weight: shape {weight.shape}, expected (out, {width})")
+        width = weight.shape[0]
+        if not 1 <= width <= WIDEST:
+            raise UserError(f"{name}.weight: {width} outputs, expected 1 to {WIDEST}")
+        if j == len(layers) - 1 and width != outputs:
+            raise UserError(f"{name}.weight: {width} outputs, expected {outputs}")
+        if bias.shape != (width,):
+            raise UserError(f"{name}.bias: shape {bias.shape}, expected ({width},)")

@@ -1,0 +1,172 @@
+"""The viewer's verbs: render, view."""
+
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from codegen.errors import UserError
+from codegen.verb import Verb
+
+SHADES = ("phong", "normal", "texture", "depth", "steps")
+CONTEXTS = ("auto", "osmesa", "egl", "window")
+
+
+def render_arguments(parser: ArgumentParser) -> None:
+    """Fills the parser of `render`."""
+    _model_arguments(parser)
+    parser.add_argument("-o", "--output", type=Path, metavar="P.png", help="picture (default: the model's name, .png)")
+    parser.add_argument("--context", choices=CONTEXTS, default="auto",
+                        help="egl (a GPU, else software), osmesa (software), window (hidden); auto: what works")
+    parser.add_argument("--samples", type=_count, default=4, metavar="N", help="rays per pixel (default 4)")
+    parser.add_argument("--transparent", action="store_true", help="no background: alpha is coverage")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def view_arguments(parser: ArgumentParser) -> None:
+    """Fills the parser of `view`."""
+    _model_arguments(parser)
+
+
+def run_render(args: Namespace) -> None:
+    """`mplicits render`: a model file to a PNG, without a window."""
+    import json
+    import sys
+    import time
+
+    from codegen.files import check_writable, show
+    from codegen.glsl330 import bake
+
+    from .context import open_context
+    from .renderer import Renderer, check_size
+    from .screenshot import check_name, save_png
+
+    output = args.output or Path(args.model.stem + ".png")
+    check_size(args.size)
+    check_name(output)
+    check_writable(output)
+    camera, options = _camera(args), _options(args, samples=args.samples, transparent=args.transparent)
+    model = _load(args)
+    level, normal_level = options.traced(len(model.levels))
+    context = open_context(args.context)
+    try:
+        renderer = Renderer(context, bake(model, args.storage))
+        rounds, wanted = renderer.rounds(options), renderer.wanted_rounds(options)
+        if rounds < wanted:
+            print(f"mplicits: note: {rounds} rounds, not {wanted}: software OpenGL's loop limit allows no more",
+                  file=sys.stderr)
+        start = time.perf_counter()
+        image = renderer.render(args.size, camera, options)
+        seconds = time.perf_counter() - start
+        save_png(output, image, model.name, args.transparent)
+        compile_seconds = renderer.compile_seconds
+        renderer.release()
+    finally:
+        context.release()
+    width, height = args.size
+    if args.json:
+        print(json.dumps({
+            "output": str(output), "width": width, "height": height, "samples": args.samples, "shade": args.shade,
+            "level": level, "normal_level": normal_level, "rounds": rounds,
+            "context": context.kind, "renderer": context.renderer, "coverage": round(float(image[..., 3].mean()), 6),
+            "compile_seconds": round(compile_seconds, 3), "frame_seconds": round(seconds, 3),
+        }))
+    else:
+        print(f"{show(output)}: {width}x{height}, {args.samples} samples, {context.kind} on {context.renderer}; "
+              f"compiled in {compile_seconds:.2f} s, drawn in {seconds:.2f} s")
+
+
+def run_view(args: Namespace) -> None:
+    """`mplicits view`: the desktop window."""
+    from .window import show_window
+
+    show_window(_load(args), _camera(args), _options(args), args.size, args.storage)
+
+
+def _model_arguments(parser: ArgumentParser) -> None:
+    parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors)")
+    parser.add_argument("--size", type=_size, default=(512, 512), metavar="WxH", help="pixels, WxH or N (default 512)")
+    parser.add_argument("--camera", type=_numbers(2, 3), metavar="AZ,EL,DIST",
+                        help="degrees around, degrees above, distance in radii of the shape (default: it fits)")
+    parser.add_argument("--fov", type=float, default=35.0, help="vertical field of view, degrees (default 35)")
+    parser.add_argument("--level", type=int, metavar="L", help="last level traced (default: all)")
+    parser.add_argument("--normal-level", type=int, metavar="L", help="level that gives normals (default: the last)")
+    parser.add_argument("--shade", choices=SHADES, default="phong", help="default phong")
+    parser.add_argument("--iterations", type=_numbers(1, 64, int), metavar="20,5,5", help="steps at each level")
+    parser.add_argument("--rounds", type=int, metavar="N", help="how often the levels are gone through (default 8)")
+    parser.add_argument("--delta-scale", type=float, default=1.0, metavar="X", help="factor on the bands' widths")
+    parser.add_argument("--step-scale", type=float, metavar="X", help="factor on the steps; below 1: safer, slower")
+    parser.add_argument("--light", type=_numbers(3, 3), metavar="X,Y,Z",
+                        help="direction towards the light: right, up, towards the viewer (write --light=-1,1,1)")
+    parser.add_argument("--background", type=_colours, metavar="#RRGGBB[,#RRGGBB]", help="one colour, or top,bottom")
+    parser.add_argument("--storage", choices=("auto", "literal", "texture"), default="auto",
+                        help="how the shader holds the weights")
+
+
+def _load(args: Namespace) -> Any:
+    from codegen.model import load
+
+    model = load(args.model)
+    if args.shade == "texture" and model.texture is None:
+        raise UserError("the model has no texture (it was trained without one); use --shade phong or normal")
+    return model
+
+
+def _camera(args: Namespace) -> Any:
+    from .camera import AZIMUTH, ELEVATION, Camera
+
+    azimuth, elevation, *distance = args.camera or (AZIMUTH, ELEVATION)
+    return Camera(azimuth, elevation, distance[0] if distance else None, fov=args.fov)
+
+
+def _options(args: Namespace, **more: Any) -> Any:
+    from .options import RenderOptions
+
+    return RenderOptions(
+        level=args.level, normal_level=args.normal_level, shading=args.shade, iterations=args.iterations,
+        rounds=args.rounds, delta_scale=args.delta_scale, step_scale=args.step_scale, light=args.light,
+        background=args.background, **more,
+    )
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.lower().partition("x")
+    if not (width.isdecimal() and (height.isdecimal() or not height)) or len(text) > 20 or text.lower().endswith("x"):
+        raise ArgumentTypeError(f"{text!r}: WxH in pixels, for example 640x480, or one number for a square")
+    return int(width), int(height or width)
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal():
+        raise ArgumentTypeError(f"{text!r}: a whole number is needed")
+    return int(text)
+
+
+def _numbers(least: int, most: int, kind: type = float) -> Callable[[str], tuple[Any, ...]]:
+    def parse(text: str) -> tuple[Any, ...]:
+        try:
+            numbers = tuple(kind(part) for part in text.split(","))
+        except ValueError:
+            numbers = ()
+        if not least <= len(numbers) <= most:
+            count = str(least) if least == most else f"{least} to {most}"
+            raise ArgumentTypeError(f"{text!r}: {count} {'whole ' if kind is int else ''}numbers joined by commas")
+        return numbers
+
+    return parse
+
+
+def _colours(text: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    try:
+        colours = [tuple(byte / 255 for byte in bytes.fromhex(part.removeprefix("#"))) for part in text.split(",")]
+    except ValueError:
+        colours = []
+    if len(colours) not in (1, 2) or any(len(colour) != 3 for colour in colours):
+        raise ArgumentTypeError(f"{text!r}: RRGGBB, or RRGGBB,RRGGBB for top,bottom, for example ffffff")
+    return colours[0], colours[-1]
+
+
+VERBS = (
+    Verb("render", "draw a model to a PNG, without a window", render_arguments, run_render),
+    Verb("view", "look at a model in a window", view_arguments, run_view),
+)

@@ -1,0 +1,241 @@
+"""Draws a baked shader off screen: tiles, supersampling, and a refusal of what the driver would draw wrong."""
+
+import re
+import time
+from collections.abc import Iterator
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from codegen.errors import UserError
+from codegen.shader import Shader
+
+from .camera import Camera
+from .context import Context
+from .options import SHADINGS, RenderOptions, rounds_that_fit
+
+Image = NDArray[np.float32]
+
+TILE = 512
+"""Pixels per side of one draw: bounds memory, a GPU watchdog's patience, and the wait for Ctrl-C."""
+MAX_SIDE = 16_384
+VERTEX_SHADER = """#version 330
+void main() {  // one triangle that covers the picture
+    gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0);
+}
+"""
+FRAME = ("resolution", "origin", "jitter", "camera", "focal")
+
+
+class Renderer:
+    """A compiled shader, its weight texture and one RGBA32F framebuffer in `context`.
+
+    compile_seconds: compiling, linking and a first draw of one pixel, where drivers do most of their compiling.
+    Raises UserError where the driver refuses the shader or the weights.
+    """
+
+    def __init__(self, context: Context, shader: Shader) -> None:
+        self.context, self.shader = context, shader
+        self._framebuffer: moderngl.Framebuffer | None = None
+        self._weights: moderngl.Texture | None = None
+        start = time.perf_counter()
+        with context as gl:
+            self._program = _compile(gl, shader.text, context.renderer)
+            self._triangle = gl.vertex_array(self._program, [])
+            self._defaults = {name: uniform.read() for name in self._program
+                              if isinstance(uniform := self._program[name], moderngl.Uniform)}
+            if shader.weights is not None:
+                self._weights = _weight_texture(gl, shader.weights)
+            self._draw(self._target(gl, (1, 1)), (1, 1), (0, 0))
+            gl.finish()
+        self.compile_seconds = time.perf_counter() - start
+
+    def rounds(self, options: RenderOptions) -> int:
+        """Rounds that will be drawn: those asked for, or as many as software GL's loop limit allows.
+
+        Raises UserError where the limit forbids even one.
+        """
+        wanted = self.wanted_rounds(options)
+        if not self.context.software:
+            return wanted
+        steps = options.steps(self.shader.iterations)
+        return rounds_that_fit(self.shader, *options.traced(self.shader.levels), steps, wanted)
+
+    def wanted_rounds(self, options: RenderOptions) -> int:
+        """Rounds asked for, or the shader's default."""
+        return options.rounds or int(np.frombuffer(self._defaults["rounds"], np.int32)[0])
+
+    def render(self, size: tuple[int, int], camera: Camera, options: RenderOptions | None = None) -> Image:
+        """(H, W, 4) float32 for size (W, H), top row first.
+
+        rgb is sRGB-encoded, alpha the share of samples that hit; shading "data" is raw, from the pixels' centres.
+        Supersampling averages in linear light. A progress bar shows on a terminal where it takes long.
+        """
+        options = options or RenderOptions()
+        check_size(size)
+        offsets = jitters(1 if options.shading == "data" else options.samples)
+        tiles = list(_tiles(size))
+        image = np.empty((size[1], size[0], 4), np.float32)
+        with (
+            self.context as gl,
+            tqdm(total=len(tiles) * len(offsets), desc="render", delay=2, leave=False, disable=None) as bar,
+        ):
+            self._set_options(options)
+            self._set_camera(size, camera)
+            target = self._target(gl, (min(size[0], TILE), min(size[1], TILE)))
+            for x, y, width, height in tiles:
+                total: Image | None = None
+                for offset in offsets:
+                    self._set("jitter", offset)
+                    self._draw(target, (width, height), (x, y))
+                    sample = _read(target, (width, height))
+                    if len(offsets) > 1 or options.transparent:
+                        sample = _to_linear(sample, options.transparent)
+                    total = sample if total is None else total + sample
+                    bar.update()
+                assert total is not None
+                if len(offsets) > 1 or options.transparent:
+                    total = _from_linear(total / len(offsets), options.transparent)
+                image[y:y + height, x:x + width] = total
+        return image[::-1]
+
+    def frame(self, size: tuple[int, int], camera: Camera, options: RenderOptions) -> moderngl.Texture:
+        """The texture of one draw at `size`, bottom row first, for showing."""
+        check_size(size)
+        with self.context as gl:
+            self._set_options(options)
+            self._set_camera(size, camera)
+            target = self._target(gl, size)
+            self._draw(target, size, (0, 0))
+        texture = target.color_attachments[0]
+        assert isinstance(texture, moderngl.Texture)
+        return texture
+
+    def release(self) -> None:
+        """Frees what is held in the context."""
+        with self.context:
+            if self._framebuffer is not None:
+                self._framebuffer.color_attachments[0].release()
+                self._framebuffer.release()
+            if self._weights is not None:
+                self._weights.release()
+            self._triangle.release()
+            self._program.release()
+
+    def _set_options(self, options: RenderOptions) -> None:
+        for name, default in self._defaults.items():
+            if name not in FRAME and default is not None:
+                self._uniform(name).write(default)
+        level, normal_level = options.traced(self.shader.levels)
+        self._set("level", level)
+        self._set("normal_level", normal_level)
+        self._set("iterations", options.steps(self.shader.iterations))
+        self._set("rounds", self.rounds(options))
+        self._set("delta", tuple(delta * options.delta_scale for delta in self.shader.deltas))
+        self._set("shading", SHADINGS.index(options.shading))
+        if options.step_scale is not None:
+            self._set("step_scale", options.step_scale)
+        if options.light is not None:
+            self._set("light", options.light)
+        if options.background is not None:
+            self._set("background_top", options.background[0])
+            self._set("background_bottom", options.background[1])
+
+    def _set_camera(self, size: tuple[int, int], camera: Camera) -> None:
+        self._set("resolution", (float(size[0]), float(size[1])))
+        self._set("camera", camera.matrix().T)  # GL reads column by column
+        self._set("focal", camera.focal)
+        self._set("jitter", (0.0, 0.0))
+
+    def _uniform(self, name: str) -> moderngl.Uniform:
+        uniform = self._program[name]
+        assert isinstance(uniform, moderngl.Uniform)
+        return uniform
+
+    def _set(self, name: str, value: object) -> None:
+        """Writes a uniform; one that the driver optimised away is skipped, an array's unused tail is cut."""
+        if name not in self._program:
+            return
+        kind = np.int32 if name in ("level", "normal_level", "iterations", "rounds", "shading") else np.float32
+        data = np.ascontiguousarray(value, kind).tobytes()
+        self._uniform(name).write(data[: len(self._defaults[name])])
+
+    def _target(self, gl: moderngl.Context, size: tuple[int, int]) -> moderngl.Framebuffer:
+        # One format for every draw: software GL compiles the shader again for each new one.
+        if self._framebuffer is None or self._framebuffer.size != size:
+            if self._framebuffer is not None:
+                self._framebuffer.color_attachments[0].release()
+                self._framebuffer.release()
+            self._framebuffer = gl.framebuffer([gl.texture(size, 4, dtype="f4")])
+        return self._framebuffer
+
+    def _draw(self, target: moderngl.Framebuffer, size: tuple[int, int], origin: tuple[int, int]) -> None:
+        if self._weights is not None:
+            self._weights.use(0)
+        self._set("origin", (float(origin[0]), float(origin[1])))
+        target.use()
+        target.viewport = (0, 0, *size)
+        self._triangle.render(moderngl.TRIANGLES, vertices=3)
+
+
+def check_size(size: tuple[int, int]) -> None:
+    """Raises UserError where a picture of `size` (width, height) cannot be drawn."""
+    if not all(1 <= side <= MAX_SIDE for side in size):
+        raise UserError(f"size {size[0]}x{size[1]}: each side from 1 to {MAX_SIDE} pixels")
+
+
+def jitters(samples: int) -> NDArray[np.float32]:
+    """(samples, 2) offsets from the pixel's centre, in pixels, mean 0: rooks' places, ordered by the golden ratio."""
+    rank = np.argsort(np.argsort((0.5 + np.arange(samples) * 0.6180339887498949) % 1.0))
+    return np.asarray((np.stack([np.arange(samples), rank], axis=1) + 0.5) / samples - 0.5, np.float32)
+
+
+def _tiles(size: tuple[int, int]) -> Iterator[tuple[int, int, int, int]]:
+    for y in range(0, size[1], TILE):
+        for x in range(0, size[0], TILE):
+            yield x, y, min(TILE, size[0] - x), min(TILE, size[1] - y)
+
+
+def _read(target: moderngl.Framebuffer, size: tuple[int, int]) -> Image:
+    data = target.read(viewport=(0, 0, *size), components=4, dtype="f4")
+    return np.frombuffer(data, np.float32).reshape(size[1], size[0], 4)
+
+
+def _to_linear(sample: Image, transparent: bool) -> Image:
+    """Decodes sRGB (IEC 61966-2-1); premultiplied by alpha where the background is to be left out."""
+    rgb, alpha = np.clip(sample[..., :3], 0, 1), sample[..., 3:]
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    return np.concatenate([linear * alpha if transparent else linear, alpha], axis=-1, dtype=np.float32)
+
+
+def _from_linear(mean: NDArray[np.floating], transparent: bool) -> Image:
+    linear, alpha = mean[..., :3], mean[..., 3:]
+    if transparent:
+        linear = np.clip(linear / np.maximum(alpha, 1e-6), 0, 1)
+    rgb = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return np.concatenate([rgb, alpha], axis=-1, dtype=np.float32)
+
+
+def _compile(gl: moderngl.Context, text: str, driver: str) -> moderngl.Program:
+    try:
+        return gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=text)
+    except moderngl.Error as error:
+        log = [line.strip() for line in str(error).splitlines() if line.strip()]
+        first = next((line for line in log if "error" in line.lower() and re.search(r"\d", line)), log[-1])
+        place = re.search(r"\d+[:(](\d+)", first)
+        lines = text.splitlines()
+        number = int(place.group(1)) if place else 0
+        source = f"; line {number}: {lines[number - 1].strip()[:120]}" if 1 <= number <= len(lines) else ""
+        raise UserError(f"{driver} refuses the shader: {first[:300]}{source}") from None
+
+
+def _weight_texture(gl: moderngl.Context, weights: Image) -> moderngl.Texture:
+    height, width, _ = weights.shape
+    largest = int(gl.info["GL_MAX_TEXTURE_SIZE"])
+    if max(height, width) > largest:
+        raise UserError(f"the weights need a texture of {width}x{height}; this driver's largest is {largest}")
+    texture = gl.texture((width, height), 4, np.ascontiguousarray(weights, np.float32).tobytes(), dtype="f4")
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return texture

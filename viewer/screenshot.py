@@ -1,0 +1,36 @@
+"""A picture file from a float image."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
+
+from codegen.errors import UserError
+from codegen.files import show, write_whole
+
+
+def save_png(path: Path, image: NDArray[np.float32], title: str = "", transparent: bool = False) -> None:
+    """Writes (H, W, 4) sRGB floats as an 8-bit PNG, whole or not at all.
+
+    title: kept in the file as text. transparent: keeps alpha. Raises UserError where `path` cannot be written
+    or is not named .png.
+    """
+    check_name(path)
+    channels = image if transparent else image[..., :3]
+    pixels = np.rint(np.clip(channels, 0.0, 1.0) * 255.0).astype(np.uint8)
+    info = PngInfo()
+    if title:
+        info.add_itxt("Title", title)
+    info.add_text("Software", "mplicits")
+    data = io.BytesIO()
+    Image.fromarray(pixels).save(data, "png", pnginfo=info)
+    write_whole(path, data.getvalue())
+
+
+def check_name(path: Path) -> None:
+    """Raises UserError where `path` does not end in .png."""
+    if path.suffix.lower() != ".png":
+        raise UserError(f"{show(path)}: pictures are PNG; name it .png")
