@@ -90,9 +90,10 @@ def _bake(arguments: Namespace) -> None:
 
     if arguments.target not in TARGETS:
         raise UserError(f"--target {show(arguments.target)}: there is {', '.join(TARGETS)}")
-    output = arguments.output or Path(arguments.model.with_suffix(".glsl").name)
+    model = load(arguments.model)
+    output = arguments.output or Path(arguments.model.stem + ".glsl")
     check_writable(output)
-    text = TARGETS[arguments.target](load(arguments.model), storage=arguments.storage, digits=arguments.digits)
+    text = TARGETS[arguments.target](model, storage=arguments.storage, digits=arguments.digits)
     write_whole(output, text)
     print(f"{show(output)}: {arguments.target}, {len(text.encode()):,} bytes", file=sys.stderr)
 

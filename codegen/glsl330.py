@@ -27,7 +27,7 @@ UNIFORMS = (
     ("int", "level", "LEVELS", "level that is traced"),
     ("int", "normal_level", "LEVELS", "level whose gradient is the normal"),
     ("int", "iterations[LEVELS]", None, "sphere tracing steps at each level, per round"),
-    ("int", "rounds", "8", "how often the levels are gone through"),
+    ("int", "rounds", "32", "how often the levels are gone through"),
     ("float", "delta[LEVELS]", None, "half width of each level's band, model units"),
     ("float", "step_scale", "1.", "factor on every step"),
     ("int", "shading", "0", "0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 data: (t, steps, level, hit)"),

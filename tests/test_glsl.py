@@ -15,7 +15,7 @@ from codegen.lower import lower
 from codegen.model import Model
 from codegen.targets import TARGETS
 from random_model import random_model
-from viewer.context import Context, open_osmesa
+from viewer.context import Context
 from viewer.renderer import VERTEX_SHADER
 
 SIDE = 64
@@ -34,11 +34,6 @@ void main() {
 GOLDEN = Path(__file__).parent / "golden" / "tiny.glsl330.frag"
 
 
-@pytest.fixture(scope="module")
-def context() -> Context:
-    return open_osmesa()
-
-
 def points() -> NDArray[np.float32]:
     return np.random.default_rng(2).uniform(-1, 1, (SIDE * SIDE, 3)).astype(np.float32)
 
@@ -46,9 +41,9 @@ def points() -> NDArray[np.float32]:
 class Probe:
     """A model's GLSL, evaluated at points()."""
 
-    def __init__(self, context: Context, model: Model, storage: str) -> None:
-        self.context, shader = context, glsl330.bake(model, storage, main=PROBE)
-        with context as gl:
+    def __init__(self, osmesa: Context, model: Model, storage: str) -> None:
+        self.context, shader = osmesa, glsl330.bake(model, storage, main=PROBE)
+        with osmesa as gl:
             self.program = gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=shader.text)
             texels = np.concatenate([points(), points()[:, :1]], axis=1)
             self.textures = {"points": gl.texture((SIDE, SIDE), 4, texels.tobytes(), dtype="f4")}
@@ -78,9 +73,9 @@ def assert_close(ours: NDArray[np.float32], expected: NDArray[np.float32]) -> No
 
 
 @pytest.mark.parametrize("storage", ["literal", "texture"])
-def test_glsl_equals_the_reference(context: Context, storage: str) -> None:
+def test_glsl_equals_the_reference(osmesa: Context, storage: str) -> None:
     model = random_model((16, 1), (18, 2), (64, 1), texture=(10, 1))
-    program, probe = lower(model), Probe(context, model, storage)
+    program, probe = lower(model), Probe(osmesa, model, storage)
     for level in (1, 3):
         gradient, value = reference.field_gradient(program, points(), level)
         result = probe(level, kind=0)
@@ -93,7 +88,7 @@ def test_glsl_equals_the_reference(context: Context, storage: str) -> None:
     assert_close(probe(1, kind=2)[:, :3], reference.colour(program, points()))
 
 
-def test_auto_storage_puts_wide_networks_in_the_texture(context: Context) -> None:
+def test_auto_storage_puts_wide_networks_in_the_texture(osmesa: Context) -> None:
     model = random_model((16, 1), (68, 1))
     shader = glsl330.bake(model)
     assert shader.weights is not None
@@ -101,7 +96,7 @@ def test_auto_storage_puts_wide_networks_in_the_texture(context: Context) -> Non
     assert "const mat4 w2" not in shader.text
     assert shader.value_loops[0] == 0 < shader.value_loops[1]
     gradient, value = reference.field_gradient(lower(model), points(), 2)
-    result = Probe(context, model, "auto")(2, kind=0)
+    result = Probe(osmesa, model, "auto")(2, kind=0)
     assert_close(result[:, :3], gradient)
     assert_close(result[:, 3], value)
 
@@ -121,9 +116,9 @@ def test_golden_text(request: pytest.FixtureRequest) -> None:
 
 
 @pytest.mark.parametrize("storage", ["literal", "texture"])
-def test_the_file_compiles_by_itself(context: Context, tmp_path: Path, storage: str) -> None:
+def test_the_file_compiles_by_itself(osmesa: Context, tmp_path: Path, storage: str) -> None:
     text = TARGETS["glsl330"](random_model((8, 1), (12, 1), texture=(4, 0), name="a\nb\\"), storage=storage)
-    with context as gl:
+    with osmesa as gl:
         gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=text)
     if shutil.which("glslangValidator") is None:
         pytest.skip("glslangValidator is not installed (Debian: glslang-tools); compiled by Mesa only")

@@ -18,7 +18,8 @@ class Camera:
     """Looks at `target` from `distance` (model units). The y axis is up.
 
     azimuth: degrees around the y axis, 0 on +z, 90 on +x. elevation: degrees above the xz plane.
-    fov: vertical field of view, degrees.
+    distance: None for one from which the unit sphere fits. fov: vertical field of view, degrees.
+    aspect: width / height of the picture that it must fit.
     """
 
     azimuth: float = AZIMUTH
@@ -26,6 +27,7 @@ class Camera:
     distance: float | None = None
     target: tuple[float, float, float] = (0.0, 0.0, 0.0)
     fov: float = FOV
+    aspect: float = 1.0
 
     def __post_init__(self) -> None:
         if not 1.0 <= self.fov <= 150.0:
@@ -37,8 +39,10 @@ class Camera:
 
     @property
     def away(self) -> float:
-        """Distance to the target; the default is where the unit sphere fits the picture's height."""
-        return MARGIN / math.sin(math.radians(self.fov) / 2) if self.distance is None else self.distance
+        """Distance to the target."""
+        if self.distance is not None:
+            return self.distance
+        return MARGIN / math.sin(math.atan(min(1.0, self.aspect) / self.focal))
 
     @property
     def focal(self) -> float:
@@ -55,6 +59,16 @@ class Camera:
         matrix[:3, 2] = cos_e * sin_a, sin_e, cos_e * cos_a
         matrix[:3, 3] = self.target + self.away * matrix[:3, 2]
         return matrix.astype(np.float32)
+
+    def rays(self, width: int, height: int) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+        """The shader's rays in numpy, for checks: eye (3,), directions (height, width, 3) of length 1, top row first,
+        and the width of a pixel at distance 1.
+        """
+        x, y = np.meshgrid(2 * np.arange(width) + 1 - width, height - 1 - 2 * np.arange(height))
+        plane = np.stack([x / height, y / height, np.full(x.shape, -self.focal)], axis=-1)
+        matrix = self.matrix().astype(np.float64)
+        directions = plane @ matrix[:3, :3].T
+        return matrix[:3, 3], directions / np.linalg.norm(directions, axis=-1, keepdims=True), 2 / (self.focal * height)
 
     def orbited(self, azimuth: float, elevation: float) -> "Camera":
         """Turned by so many degrees; elevation stays within the poles."""

@@ -1,5 +1,6 @@
 """The viewer's verbs: render, view."""
 
+import re
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable
 from pathlib import Path
@@ -50,7 +51,11 @@ def run_render(args: Namespace) -> None:
     level, normal_level = options.traced(len(model.levels))
     context = open_context(args.context)
     try:
+        if sys.stderr.isatty():
+            print(f"compiling the shader on {context.renderer}", end="\r", file=sys.stderr, flush=True)
         renderer = Renderer(context, bake(model, args.storage))
+        if sys.stderr.isatty():
+            print("\x1b[K", end="", file=sys.stderr, flush=True)
         rounds, wanted = renderer.rounds(options), renderer.wanted_rounds(options)
         if rounds < wanted:
             print(f"mplicits: note: {rounds} rounds, not {wanted}: software OpenGL's loop limit allows no more",
@@ -78,12 +83,16 @@ def run_render(args: Namespace) -> None:
 
 def run_view(args: Namespace) -> None:
     """`mplicits view`: the desktop window."""
+    from .renderer import check_size
     from .window import show_window
 
+    check_size(args.size)
     show_window(_load(args), _camera(args), _options(args), args.size, args.storage)
 
 
 def _model_arguments(parser: ArgumentParser) -> None:
+    # -30,20 is a value, not an option: Python 3.14's rule, for the versions before it.
+    parser._negative_number_matcher = re.compile(r"-\.?\d")
     parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors)")
     parser.add_argument("--size", type=_size, default=(512, 512), metavar="WxH", help="pixels, WxH or N (default 512)")
     parser.add_argument("--camera", type=_numbers(2, 3), metavar="AZ,EL,DIST",
@@ -93,11 +102,11 @@ def _model_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--normal-level", type=int, metavar="L", help="level that gives normals (default: the last)")
     parser.add_argument("--shade", choices=SHADES, default="phong", help="default phong")
     parser.add_argument("--iterations", type=_numbers(1, 64, int), metavar="20,5,5", help="steps at each level")
-    parser.add_argument("--rounds", type=int, metavar="N", help="how often the levels are gone through (default 8)")
+    parser.add_argument("--rounds", type=int, metavar="N", help="passes through the levels (default: the shader's)")
     parser.add_argument("--delta-scale", type=float, default=1.0, metavar="X", help="factor on the bands' widths")
     parser.add_argument("--step-scale", type=float, metavar="X", help="factor on the steps; below 1: safer, slower")
     parser.add_argument("--light", type=_numbers(3, 3), metavar="X,Y,Z",
-                        help="direction towards the light: right, up, towards the viewer (write --light=-1,1,1)")
+                        help="direction towards the light: right, up, towards the viewer")
     parser.add_argument("--background", type=_colours, metavar="#RRGGBB[,#RRGGBB]", help="one colour, or top,bottom")
     parser.add_argument("--storage", choices=("auto", "literal", "texture"), default="auto",
                         help="how the shader holds the weights")
@@ -116,7 +125,8 @@ def _camera(args: Namespace) -> Any:
     from .camera import AZIMUTH, ELEVATION, Camera
 
     azimuth, elevation, *distance = args.camera or (AZIMUTH, ELEVATION)
-    return Camera(azimuth, elevation, distance[0] if distance else None, fov=args.fov)
+    width, height = args.size
+    return Camera(azimuth, elevation, distance[0] if distance else None, fov=args.fov, aspect=width / height)
 
 
 def _options(args: Namespace, **more: Any) -> Any:

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 from tqdm import tqdm
 
 from codegen.errors import UserError
@@ -15,8 +14,7 @@ from codegen.shader import Shader
 from .camera import Camera
 from .context import Context
 from .options import SHADINGS, RenderOptions, rounds_that_fit
-
-Image = NDArray[np.float32]
+from .supersampling import Image, from_linear, jitters, to_linear
 
 TILE = 512
 """Pixels per side of one draw: bounds memory, a GPU watchdog's patience, and the wait for Ctrl-C."""
@@ -49,7 +47,7 @@ class Renderer:
             if shader.weights is not None:
                 self._weights = _weight_texture(gl, shader.weights)
             self._draw(self._target(gl, (1, 1)), (1, 1), (0, 0))
-            gl.finish()
+            _check(gl, context.renderer)
         self.compile_seconds = time.perf_counter() - start
 
     def rounds(self, options: RenderOptions) -> int:
@@ -82,6 +80,7 @@ class Renderer:
             self.context as gl,
             tqdm(total=len(tiles) * len(offsets), desc="render", delay=2, leave=False, disable=None) as bar,
         ):
+            _ = gl.error  # forgets what others left
             self._set_options(options)
             self._set_camera(size, camera)
             target = self._target(gl, (min(size[0], TILE), min(size[1], TILE)))
@@ -92,13 +91,14 @@ class Renderer:
                     self._draw(target, (width, height), (x, y))
                     sample = _read(target, (width, height))
                     if len(offsets) > 1 or options.transparent:
-                        sample = _to_linear(sample, options.transparent)
+                        sample = to_linear(sample, options.transparent)
                     total = sample if total is None else total + sample
                     bar.update()
                 assert total is not None
                 if len(offsets) > 1 or options.transparent:
-                    total = _from_linear(total / len(offsets), options.transparent)
+                    total = from_linear(total / len(offsets), options.transparent)
                 image[y:y + height, x:x + width] = total
+            _check(gl, self.context.renderer)
         return image[::-1]
 
     def frame(self, size: tuple[int, int], camera: Camera, options: RenderOptions) -> moderngl.Texture:
@@ -164,11 +164,14 @@ class Renderer:
 
     def _target(self, gl: moderngl.Context, size: tuple[int, int]) -> moderngl.Framebuffer:
         # One format for every draw: software GL compiles the shader again for each new one.
-        if self._framebuffer is None or self._framebuffer.size != size:
-            if self._framebuffer is not None:
-                self._framebuffer.color_attachments[0].release()
-                self._framebuffer.release()
+        old = self._framebuffer
+        if old is None or old.size != size:
             self._framebuffer = gl.framebuffer([gl.texture(size, 4, dtype="f4")])
+            self._framebuffer.use()  # before the old one goes: moderngl binds what was bound again
+            if old is not None:
+                old.color_attachments[0].release()
+                old.release()
+        assert self._framebuffer is not None
         return self._framebuffer
 
     def _draw(self, target: moderngl.Framebuffer, size: tuple[int, int], origin: tuple[int, int]) -> None:
@@ -186,12 +189,6 @@ def check_size(size: tuple[int, int]) -> None:
         raise UserError(f"size {size[0]}x{size[1]}: each side from 1 to {MAX_SIDE} pixels")
 
 
-def jitters(samples: int) -> NDArray[np.float32]:
-    """(samples, 2) offsets from the pixel's centre, in pixels, mean 0: rooks' places, ordered by the golden ratio."""
-    rank = np.argsort(np.argsort((0.5 + np.arange(samples) * 0.6180339887498949) % 1.0))
-    return np.asarray((np.stack([np.arange(samples), rank], axis=1) + 0.5) / samples - 0.5, np.float32)
-
-
 def _tiles(size: tuple[int, int]) -> Iterator[tuple[int, int, int, int]]:
     for y in range(0, size[1], TILE):
         for x in range(0, size[0], TILE):
@@ -203,19 +200,10 @@ def _read(target: moderngl.Framebuffer, size: tuple[int, int]) -> Image:
     return np.frombuffer(data, np.float32).reshape(size[1], size[0], 4)
 
 
-def _to_linear(sample: Image, transparent: bool) -> Image:
-    """Decodes sRGB (IEC 61966-2-1); premultiplied by alpha where the background is to be left out."""
-    rgb, alpha = np.clip(sample[..., :3], 0, 1), sample[..., 3:]
-    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    return np.concatenate([linear * alpha if transparent else linear, alpha], axis=-1, dtype=np.float32)
-
-
-def _from_linear(mean: NDArray[np.floating], transparent: bool) -> Image:
-    linear, alpha = mean[..., :3], mean[..., 3:]
-    if transparent:
-        linear = np.clip(linear / np.maximum(alpha, 1e-6), 0, 1)
-    rgb = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return np.concatenate([rgb, alpha], axis=-1, dtype=np.float32)
+def _check(gl: moderngl.Context, driver: str) -> None:
+    gl.finish()
+    if (problem := gl.error) != "GL_NO_ERROR":
+        raise UserError(f"{driver} fails to draw ({problem}); try a smaller --size, or --context osmesa")
 
 
 def _compile(gl: moderngl.Context, text: str, driver: str) -> moderngl.Program:

@@ -20,7 +20,9 @@ def save_png(path: Path, image: NDArray[np.float32], title: str = "", transparen
     """
     check_name(path)
     channels = image if transparent else image[..., :3]
-    pixels = np.rint(np.clip(channels, 0.0, 1.0) * 255.0).astype(np.uint8)
+    pixels = np.empty(channels.shape, np.uint8)
+    for row, out in zip(channels, pixels, strict=True):  # row by row: an 8K picture fits the memory only once
+        out[:] = np.rint(np.clip(row, 0.0, 1.0) * 255.0)
     info = PngInfo()
     if title:
         info.add_itxt("Title", title)

@@ -1,0 +1,166 @@
+"""The front door: one command, a verb for each thing the rooms can do."""
+
+import argparse
+import importlib
+import io
+import os
+import shlex
+import sys
+from collections.abc import Sequence
+from difflib import get_close_matches
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NoReturn
+
+from codegen.errors import UserError
+from codegen.files import show
+from codegen.verb import Verb
+
+ROOMS = ("trainer", "codegen", "viewer")
+"""Folders whose cli.py declares VERBS, in the order of the help."""
+
+TRAIN_EXTRA = {"igl", "lxml", "networkx", "scipy", "torch", "trimesh"}
+"""Modules that the extra `train` brings."""
+PACKAGES = {"PIL": "pillow"}
+"""Package of a module, where the names differ."""
+
+ABOUT = "A mesh or an oriented point cloud becomes a small multiscale neural SDF, baked into shaders."
+EXAMPLE = "example: mplicits train bunny.ply -o bunny.safetensors"
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose complaints are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raises UserError with argparse's message and where to read on."""
+        raise UserError(f"{message} (see {self.prog} --help)")
+
+
+def demo_arguments(parser: argparse.ArgumentParser) -> None:
+    """Fills the parser of `demo`."""
+    parser.add_argument("--out-dir", type=Path, default=Path("out"), metavar="DIR", help="where files go (default out)")
+    parser.add_argument("--seconds", metavar="S", help="train anew, for S seconds")
+    parser.add_argument("--retrain", action="store_true", help="train anew, though a model is there")
+    parser.add_argument("--no-window", action="store_true", help="only write files")
+
+
+def run_demo(args: argparse.Namespace) -> None:
+    """`mplicits demo`: train, bake, render, view, in this order."""
+    try:
+        args.out_dir.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"--out-dir {show(args.out_dir)}: {error.strerror}") from None
+    model, shader, picture = (str(args.out_dir / f"demo.{end}") for end in ("safetensors", "glsl", "png"))
+    if args.seconds or args.retrain or not is_trained(Path(model)):
+        announce("train", "demo", "-o", model, *(["--seconds", args.seconds] if args.seconds else []))
+    else:
+        print(f"{show(model)} is there already; --retrain trains it anew", file=sys.stderr)
+    announce("bake", model, "--target", "glsl330", "-o", shader)
+    announce("render", model, "-o", picture)
+    print("model, shader and picture:", *(show(path) for path in (model, shader, picture)), sep="\n  ", flush=True)
+    if not args.no_window and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        try:
+            announce("view", model)
+        except UserError as error:
+            print(f"mplicits: no window: {show(str(error))}", file=sys.stderr)
+
+
+def announce(*argv: str) -> None:
+    """Runs a command line of one verb, which it prints first."""
+    print(f"mplicits {show(shlex.join(argv))}", file=sys.stderr, flush=True)
+    perform(argv)
+
+
+def is_trained(path: Path) -> bool:
+    """Whether `path` is a model whose training was not cut short."""
+    from codegen.model import load
+
+    try:
+        return not load(path).provenance.get("interrupted")
+    except UserError:
+        return False
+
+
+DEMO = Verb("demo", "train the built-in shape, bake it, show it or write a picture", demo_arguments, run_demo)
+
+
+def verbs() -> dict[str, Verb]:
+    """Name -> verb, in the order of the help. Imports each room's cli.py, and these import little."""
+    found = [DEMO, *(verb for room in ROOMS for verb in importlib.import_module(f"{room}.cli").VERBS)]
+    return {verb.name: verb for verb in found}
+
+
+def perform(argv: Sequence[str]) -> None:
+    """Runs the verb that `argv` names. Raises UserError; SystemExit(0) after --help."""
+    known = verbs()
+    parser = Parser(prog="mplicits", usage="mplicits VERB ...", description=ABOUT, epilog=EXAMPLE)
+    parser.add_argument("--version", action="store_true", help="print the version and exit")
+    choices = parser.add_subparsers(title="verbs", metavar="VERB", dest="verb", prog="mplicits")
+    for verb in known.values():
+        verb.arguments(choices.add_parser(verb.name, help=verb.help, description=verb.help))
+    if argv and not argv[0].startswith("-") and argv[0] not in known:
+        near = get_close_matches(argv[0], known, n=1)
+        raise UserError(f"no verb {argv[0]!r}; " + (f"did you mean '{near[0]}'?" if near else "see mplicits --help"))
+    args = parser.parse_args(argv)
+    if args.version:
+        print(f"mplicits {version()}")
+    elif args.verb is None:
+        parser.print_help()
+    else:
+        known[args.verb].run(args)
+
+
+def version() -> str:
+    """The installed version."""
+    from importlib import metadata
+
+    try:
+        return metadata.version("mplicits")
+    except metadata.PackageNotFoundError:
+        return "(not installed)"
+
+
+def missing(error: ModuleNotFoundError) -> str | None:
+    """The line for a package that is not installed; None where the module is no other project's."""
+    module = (error.name or "").partition(".")[0]
+    if not module or module in {*sys.stdlib_module_names, *ROOMS, "glsl"} or find_spec(module):
+        return None
+    if module in TRAIN_EXTRA:
+        return f"training needs the package '{module}'; run: pip install 'mplicits[train]'"
+    return f"the package '{module}' is missing; run: pip install {PACKAGES.get(module, module)}"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs one command line (sys.argv's by default) and returns the exit code: 2 for what the user can mend."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # A file name need not be text that the terminal can show.
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        perform(sys.argv[1:] if argv is None else argv)
+        sys.stdout.flush()
+    except UserError as error:
+        return fail(str(error), 2)
+    except ModuleNotFoundError as error:
+        line = missing(error)
+        if line is None:
+            raise
+        return fail(line, 2)
+    except KeyboardInterrupt:
+        return fail("interrupted", 130)
+    except BrokenPipeError:
+        # The reader left. What is still buffered has nowhere to go, and must not complain at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+    except SystemExit as done:  # argparse, after --help
+        return done.code if isinstance(done.code, int) else 0
+    return 0
+
+
+def fail(line: str, code: int) -> int:
+    """Prints the one line and returns `code`."""
+    print(f"mplicits: {show(line)}", file=sys.stderr)
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,148 @@
+"""The front door: what it loads, what it says, how it exits."""
+
+import json
+import subprocess
+import sys
+from argparse import Namespace
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import mplicits
+from codegen.errors import UserError
+from codegen.model import save
+from codegen.verb import Verb
+from random_model import random_model
+
+ROOT = Path(__file__).parent.parent
+HEAVY = {"numpy", "safetensors", "PIL", "moderngl", "glfw", "tqdm", "scipy", "trimesh", "igl", "torch"}
+LOADED = "import json, sys, mplicits\ncode = mplicits.main(sys.argv[1:])\nprint(json.dumps([code, *sys.modules]))"
+
+
+def loaded(*argv: str) -> set[str]:
+    """The third-party packages of ours that a process has loaded after `mplicits ARGV`, which succeeds."""
+    done = subprocess.run([sys.executable, "-c", LOADED, *argv], capture_output=True, text=True, cwd=ROOT, check=True)
+    code, *modules = json.loads(done.stdout.splitlines()[-1])
+    assert code == 0, done.stderr
+    return HEAVY & set(modules)
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> str:
+    """A small model file."""
+    save(random_model((4, 0)), tmp_path / "m.safetensors")
+    return str(tmp_path / "m.safetensors")
+
+
+@pytest.mark.parametrize("argv", [(), ("--help",), ("--version",), *((verb, "--help") for verb in mplicits.verbs())])
+def test_help_loads_nothing_heavy(argv: tuple[str, ...]) -> None:
+    assert not loaded(*argv)
+
+
+def test_bake_and_info_load_neither_torch_nor_opengl(model: str, tmp_path: Path) -> None:
+    assert loaded("info", model) == {"numpy", "safetensors"}
+    assert loaded("bake", model, "-o", str(tmp_path / "m.glsl")) == {"numpy", "safetensors"}
+
+
+@pytest.mark.usefixtures("osmesa")
+def test_render_loads_nothing_of_training(model: str, tmp_path: Path) -> None:
+    argv = ("render", model, "-o", str(tmp_path / "m.png"), "--size", "8x8", "--samples", "1", "--context", "osmesa")
+    assert not loaded(*argv) & mplicits.TRAIN_EXTRA
+
+
+def test_the_help_lists_every_verb_and_an_example(capsys: pytest.CaptureFixture[str]) -> None:
+    assert mplicits.main([]) == 0
+    out = capsys.readouterr().out
+    assert mplicits.main(["--help"]) == 0
+    assert out == capsys.readouterr().out
+    assert mplicits.EXAMPLE in out
+    listed = [line.split()[0] for line in out.splitlines() if line.startswith("    ")]
+    assert [verb for verb in listed if verb in mplicits.verbs()] == list(mplicits.verbs())
+    assert {"demo", "train", "info", "bake", "render", "view"} <= set(listed)
+
+
+@pytest.mark.parametrize("command", [["mplicits.py"], ["-m", "mplicits"]])
+def test_it_runs_as_a_script_and_as_a_module(command: list[str]) -> None:
+    done = subprocess.run([sys.executable, *command, "--version"], capture_output=True, text=True, cwd=ROOT, check=True)
+    assert done.stdout.startswith("mplicits ")
+
+
+@pytest.mark.parametrize(("argv", "said"), [
+    (["trian", "x.ply"], "no verb 'trian'; did you mean 'train'?"),
+    (["xyz"], "no verb 'xyz'; see mplicits --help"),
+    (["a\nb"], "no verb 'a\\nb'"),
+    (["--nonsense"], "--nonsense (see mplicits --help)"),
+    (["info"], "(see mplicits info --help)"),
+    (["info", "a", "b\nc"], "unrecognized arguments: b\\nc"),
+    (["render", "m", "--size", "b\ni\ng"], "--size"),
+    (["bake", "m", "--digits", "many"], "--digits"),
+    (["info", "no\nsuch.safetensors"], "no\\nsuch.safetensors: no such file"),
+    (["info", "\udcff.safetensors"], "\\udcff.safetensors: no such file"),
+    (["demo", "--out-dir", "/dev/null/a\nb"], "/dev/null/a\\nb: Not a directory"),
+])
+def test_what_the_user_can_mend_is_one_line(argv: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert mplicits.main(argv) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("mplicits: ")
+    assert said in err
+    assert len(err.splitlines()) == 1
+
+
+@pytest.fixture
+def failing(monkeypatch: pytest.MonkeyPatch) -> Callable[[BaseException], None]:
+    """Makes the verb `fail` raise an exception."""
+    def prepare(error: BaseException) -> None:
+        def run(_: Namespace) -> None:
+            raise error
+
+        monkeypatch.setattr("mplicits.verbs", lambda: {"fail": Verb("fail", "fails", lambda _: None, run)})
+
+    return prepare
+
+
+@pytest.mark.parametrize(("error", "code", "said"), [
+    (UserError("two\nlines"), 2, "two\\nlines"),
+    (KeyboardInterrupt(), 130, "interrupted"),
+    (ModuleNotFoundError(name="no_such_package.inside"), 2,
+     "the package 'no_such_package' is missing; run: pip install no_such_package"),
+])
+def test_exit_codes(
+    error: BaseException, code: int, said: str, failing: Callable[[BaseException], None],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    failing(error)
+    assert mplicits.main(["fail"]) == code
+    assert capsys.readouterr().err == f"mplicits: {said}\n"
+
+
+@pytest.mark.parametrize("module", sorted(mplicits.TRAIN_EXTRA))
+def test_a_missing_package_of_training_names_the_extra(
+    module: str, failing: Callable[[BaseException], None], capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(sys.modules, module, None)
+    failing(ModuleNotFoundError(name=module))
+    assert mplicits.main(["fail"]) == 2
+    line = f"mplicits: training needs the package '{module}'; run: pip install 'mplicits[train]'\n"
+    assert capsys.readouterr().err == line
+
+
+@pytest.mark.parametrize("error", [ValueError("a bug"), ModuleNotFoundError(name="codegen.nothing"),
+                                   ModuleNotFoundError(name="json.nothing"), ModuleNotFoundError(name="numpy.nothing")])
+def test_a_bug_keeps_its_traceback(error: Exception, failing: Callable[[BaseException], None]) -> None:
+    failing(error)
+    with pytest.raises(type(error)) as caught:
+        mplicits.main(["fail"])
+    assert caught.value is error
+
+
+def test_a_reader_that_leaves_is_no_error(model: str) -> None:
+    command = [sys.executable, "mplicits.py", "info", model]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT) as process:
+        assert process.stdout
+        assert process.stderr
+        process.stdout.close()
+        assert process.stderr.read() == ""
+    assert process.returncode == 141

@@ -1,0 +1,113 @@
+"""The verb that composes the others."""
+
+import dataclasses
+import subprocess
+import sys
+import time
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+import pytest
+
+import mplicits
+from codegen.errors import UserError
+from codegen.model import save
+from codegen.verb import Verb
+from random_model import random_model
+
+ROOT = Path(__file__).parent.parent
+
+
+class Verbs:
+    """Stand-ins of the verbs that the demo composes: `called` keeps their order; train writes a real model file."""
+
+    def __init__(self) -> None:
+        self.called: list[str] = []
+        self.refusing = ""
+        self.seconds: str | None = None
+        self.interrupted = False
+
+    def fill(self, parser: ArgumentParser) -> None:
+        parser.add_argument("input")
+        for option in ("-o", "--target", "--seconds"):
+            parser.add_argument(option)
+
+    def make(self, name: str) -> Verb:
+        def run(args: Namespace) -> None:
+            self.called.append(name)
+            if name == self.refusing:
+                raise UserError("refused")
+            if name == "train":
+                self.seconds = args.seconds
+                made = dataclasses.replace(random_model((4, 0)), provenance={"interrupted": self.interrupted})
+                save(made, Path(args.o))
+
+        return Verb(name, "", self.fill, run)
+
+    def all(self) -> dict[str, Verb]:
+        return {"demo": mplicits.DEMO} | {name: self.make(name) for name in ("train", "bake", "render", "view")}
+
+
+@pytest.fixture
+def demo(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> tuple[Verbs, list[str]]:
+    """Stand-ins, and the arguments of the demo."""
+    stand_ins = Verbs()
+    monkeypatch.setattr("mplicits.verbs", stand_ins.all)
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    return stand_ins, ["demo", "--out-dir", str(tmp_path / "a b" / "out")]
+
+
+def test_the_demo_trains_once(demo: tuple[Verbs, list[str]], capsys: pytest.CaptureFixture[str]) -> None:
+    verbs, argv = demo
+    assert mplicits.main(argv) == 0
+    assert verbs.called == ["train", "bake", "render"]
+    out = capsys.readouterr().out
+    assert all(f"a b/out/demo.{end}" in out for end in ("safetensors", "glsl", "png"))
+    for more, trained in (([], False), (["--retrain"], True), (["--seconds", "9"], True)):
+        verbs.called.clear()
+        assert mplicits.main([*argv, *more]) == 0
+        assert verbs.called == ["train"] * trained + ["bake", "render"]
+    assert verbs.seconds == "9"
+
+
+def test_the_demo_trains_anew_where_training_was_cut_short(demo: tuple[Verbs, list[str]]) -> None:
+    verbs, argv = demo
+    verbs.interrupted = True
+    assert mplicits.main(argv) == mplicits.main(argv) == 0
+    assert verbs.called == ["train", "bake", "render"] * 2
+
+
+@pytest.mark.parametrize("variable", ["DISPLAY", "WAYLAND_DISPLAY"])
+def test_the_demo_opens_a_window_where_there_is_a_display(
+    variable: str, demo: tuple[Verbs, list[str]], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    verbs, argv = demo
+    monkeypatch.setenv(variable, ":0")
+    assert mplicits.main([*argv, "--no-window"]) == mplicits.main(argv) == 0
+    assert verbs.called == ["train", "bake", "render", "bake", "render", "view"]
+    verbs.refusing = "view"
+    assert mplicits.main(argv) == 0
+    assert "no window: refused" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("verb", ["train", "bake", "render"])
+def test_the_demo_stops_where_a_verb_fails(verb: str, demo: tuple[Verbs, list[str]]) -> None:
+    verbs, argv = demo
+    verbs.refusing = verb
+    assert mplicits.main(argv) == 2
+    assert verbs.called[-1] == verb
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("osmesa")
+def test_the_demo_makes_a_picture_in_under_three_minutes(tmp_path: Path) -> None:
+    command = [sys.executable, str(ROOT / "mplicits.py"), "demo", "--no-window"]
+    start = time.perf_counter()
+    subprocess.run(command, cwd=tmp_path, check=True)
+    spent = time.perf_counter() - start
+    made = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "out").iterdir()}
+    assert set(made) == {"demo.safetensors", "demo.glsl", "demo.png"}
+    subprocess.run(command, cwd=tmp_path, check=True)
+    assert (tmp_path / "out" / "demo.safetensors").stat().st_mtime_ns == made["demo.safetensors"]
+    assert spent < 180

@@ -1,0 +1,95 @@
+"""Multiscale sphere tracing, against dense marching of the last level alone and against the analytic shape."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from codegen.dense import dense_march
+from codegen.glsl330 import bake
+from codegen.lower import lower
+from codegen.model import Model, load
+from trainer import demo
+from viewer.camera import Camera
+from viewer.context import Context
+from viewer.options import RenderOptions
+from viewer.renderer import Renderer
+
+MODEL = Path(__file__).parent / "data" / "demo.safetensors"
+SIDE = 96
+STOP = 0.05
+"""Pixels: a ray that passes the surface this close may count as a hit or not (glsl/march.glsl)."""
+VIEWS = [Camera(azimuth=36 * i + 10, elevation=(-30, 0, 25, 50)[i % 4]) for i in range(10)]
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    return load(MODEL)
+
+
+@pytest.fixture(scope="module")
+def renderer(osmesa: Context, model: Model) -> Renderer:
+    return Renderer(osmesa, bake(model))
+
+
+def silhouette(hit: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Pixels with a neighbour on the other side of the outline."""
+    edge = np.zeros_like(hit)
+    edge[1:] |= hit[1:] ^ hit[:-1]
+    edge[:-1] |= hit[1:] ^ hit[:-1]
+    edge[:, 1:] |= hit[:, 1:] ^ hit[:, :-1]
+    edge[:, :-1] |= hit[:, 1:] ^ hit[:, :-1]
+    return edge
+
+
+def data(renderer: Renderer, camera: Camera, **options: int) -> NDArray[np.float32]:
+    return renderer.render((SIDE, SIDE), camera, RenderOptions(shading="data", **options))  # type: ignore[arg-type]
+
+
+def test_no_holes_and_the_same_silhouette_on_ten_views(model: Model, renderer: Renderer) -> None:
+    program = lower(model)
+    holes = different = outline = 0
+    for camera in VIEWS:
+        eye, directions, pixel = camera.rays(SIDE, SIDE)
+        closest, t = dense_march(program, eye, directions.reshape(-1, 3), len(model.levels), pixel)
+        closest, t = closest.reshape(SIDE, SIDE), t.reshape(SIDE, SIDE)
+        hit = closest == 0
+        ours = data(renderer, camera)
+        seen = ours[..., 3] > 0.5
+        holes += int((hit & ~seen).sum())
+        different += int((hit & ~seen | seen & (closest > STOP)).sum())
+        outline += int(silhouette(hit).sum())
+        both = hit & seen
+        assert np.quantile(np.abs(ours[..., 0] - t)[both], 0.95) < 0.01
+    assert holes == 0
+    assert different <= 0.002 * outline, f"{different} of {outline} silhouette pixels"
+
+
+def test_one_round_as_in_the_paper_leaves_holes(renderer: Renderer) -> None:
+    """What rounds are for; if this fails, they can go."""
+    full, once = (data(renderer, VIEWS[0], rounds=rounds)[..., 3] > 0.5 for rounds in (32, 1))
+    assert (full & ~once).sum() > 0.05 * full.sum()
+
+
+def test_depth_is_that_of_the_analytic_shape(renderer: Renderer) -> None:
+    for camera in VIEWS[:3]:
+        eye, directions, _ = camera.rays(SIDE, SIDE)
+        ours = data(renderer, camera)
+        seen = ours[..., 3] > 0.5
+        points = eye + ours[seen][:, :1] * directions[seen]
+        distance = np.abs(demo.signed_distance(points))
+        assert distance.mean() < 2e-3
+        assert np.quantile(distance, 0.99) < 0.012
+
+
+def test_a_ray_costs_few_steps_of_the_fine_level(renderer: Renderer) -> None:
+    steps = data(renderer, VIEWS[0])[..., 1]
+    assert 1 <= np.median(steps[steps > 0]) <= 20
+
+
+def test_a_camera_inside_the_ball_and_one_that_looks_away(renderer: Renderer) -> None:
+    inside = data(renderer, Camera(0, 0, distance=0.95))
+    assert 0.01 < (inside[..., 3] > 0.5).mean() < 1
+    away = data(renderer, Camera(0, 0, distance=3, target=(0, 0, -100)))
+    assert not away[..., 3].any()

@@ -1,0 +1,111 @@
+"""A plain wheel in an empty environment without torch: lists, bakes, renders, and says which extra training needs."""
+
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from codegen.model import save
+from random_model import random_model
+
+ROOT = Path(__file__).parent.parent
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+ROOMS = PROJECT["tool"]["setuptools"]["packages"]
+
+
+def test_every_room_with_code_is_packed() -> None:
+    rooms = {path.parent.name for path in ROOT.glob("*/__init__.py")}
+    assert rooms - {"tests", "benchmarks"} == set(ROOMS)
+
+
+def test_every_dependency_is_pinned() -> None:
+    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    pinned = {line.partition("==")[0].lower() for line in lines if "==" in line and not line.startswith("#")}
+    extras = PROJECT["project"]["optional-dependencies"].values()
+    wanted = {*PROJECT["project"]["dependencies"], *(name for extra in extras for name in extra)}
+    names = {name.replace(">", "=").partition("=")[0] for name in wanted} | {"setuptools"}
+    assert not names - pinned
+    assert not [line for line in lines if line and not line.startswith("#") and line.count("==") != 1]
+
+
+@dataclass(frozen=True)
+class Installed:
+    """The wheel, and the environment that it is installed in."""
+
+    wheel: Path
+    venv: Path
+
+    def run(self, *argv: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+        """Runs `mplicits ARGV` as installed."""
+        return subprocess.run([self.venv / "bin" / "mplicits", *argv], capture_output=True, text=True, check=False,
+                              cwd=cwd, env=bare())
+
+
+def bare() -> dict[str, str]:
+    """The environment of this process without paths to the source."""
+    return {key: value for key, value in os.environ.items() if key not in {"PYTHONPATH", "VIRTUAL_ENV"}}
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
+    """Builds the wheel from a copy of the source, by way of the source archive, and installs it."""
+    pytest.importorskip("build")
+    folder = tmp_path_factory.mktemp("packaging")
+    source = folder / "source"
+    skipped = shutil.ignore_patterns(".*", "out", "build", "dist", "*.egg-info", "__pycache__")
+    shutil.copytree(ROOT, source, ignore=skipped)
+    command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(folder / "dist"), str(source)]
+    subprocess.run(command, check=True, cwd=folder, env=bare(), capture_output=True)
+    (wheel,) = (folder / "dist").glob("*.whl")
+    venv = folder / "venv"
+    subprocess.run([sys.executable, "-m", "venv", venv], check=True)
+    install = [str(venv / "bin" / "python"), "-m", "pip", "install", "-q", "-c", str(ROOT / "constraints.txt")]
+    probe = subprocess.run([*install, "numpy"], capture_output=True, text=True, check=False)
+    if probe.returncode:
+        pytest.skip(f"pip reaches no package index: {probe.stderr.splitlines()[-1]}")
+    subprocess.run([*install, wheel], check=True, capture_output=True)
+    return Installed(wheel, venv)
+
+
+@pytest.mark.slow
+def test_the_wheel_holds_the_rooms_and_nothing_else(installed: Installed) -> None:
+    names = set(zipfile.ZipFile(installed.wheel).namelist())
+    tops = {name.split("/")[0] for name in names if ".dist-info/" not in name}
+    assert tops == {"mplicits.py", *ROOMS}
+    for room in ROOMS:
+        sources = [path for path in (ROOT / room).rglob("*") if path.suffix in {".py", ".glsl"}]
+        assert {name for name in names if name.startswith(f"{room}/")} == {str(p.relative_to(ROOT)) for p in sources}
+    assert any(name.endswith("/LICENSE") for name in names)
+
+
+@pytest.mark.slow
+def test_without_torch_it_lists_bakes_and_says_what_training_needs(installed: Installed, tmp_path: Path) -> None:
+    save(random_model((16, 1), (16, 2), texture=(8, 1)), tmp_path / "m.safetensors")
+    shown = installed.run("--help", cwd=tmp_path)
+    assert (shown.returncode, shown.stderr) == (0, "")
+    assert all(f"    {verb} " in shown.stdout for verb in ("demo", "train", "info", "bake", "render", "view"))
+    assert installed.run("--version", cwd=tmp_path).stdout == f"mplicits {PROJECT['project']['version']}\n"
+    assert installed.run("info", "m.safetensors", cwd=tmp_path).returncode == 0
+    assert installed.run("bake", "m.safetensors", "-o", "m.glsl", cwd=tmp_path).returncode == 0
+    assert f"mplicits {PROJECT['project']['version']}" in (tmp_path / "m.glsl").read_text(encoding="utf-8")
+    refused = installed.run("train", "demo", "-o", "d.safetensors", cwd=tmp_path)
+    assert (refused.returncode, refused.stdout) == (2, "")
+    assert refused.stderr.startswith("mplicits: training needs the package ")
+    assert "pip install 'mplicits[train]'" in refused.stderr
+    assert len(refused.stderr.splitlines()) == 1
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("osmesa")
+def test_without_torch_it_renders(installed: Installed, tmp_path: Path) -> None:
+    save(random_model((16, 1)), tmp_path / "m.safetensors")
+    argv = ("render", "m.safetensors", "-o", "m.png", "--size", "32x32", "--context", "osmesa")
+    done = installed.run(*argv, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "m.png").read_bytes().startswith(b"\x89PNG")

@@ -1,0 +1,245 @@
+"""The renderer: what comes back, tiles, supersampling, options, and refusals."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from codegen import reference
+from codegen.errors import UserError
+from codegen.glsl330 import bake
+from codegen.lower import lower
+from codegen.model import Model
+from codegen.shader import Shader
+from fitted_model import fitted_model
+from random_model import random_model
+from viewer import renderer as drawing
+from viewer.camera import Camera
+from viewer.context import Context, open_context
+from viewer.options import LOOP_LIMIT, RenderOptions, rounds_that_fit
+from viewer.renderer import Renderer
+from viewer.supersampling import jitters
+
+SIZE = (48, 40)
+DATA = RenderOptions(shading="data")
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    return fitted_model()
+
+
+@pytest.fixture(scope="module")
+def renderer(osmesa: Context, model: Model) -> Iterator[Renderer]:
+    renderer = Renderer(osmesa, bake(model))
+    yield renderer
+    renderer.release()
+
+
+def linear(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.asarray(np.where(image <= 0.04045, image / 12.92, ((image + 0.055) / 1.055) ** 2.4), np.float32)
+
+
+def rays(size: tuple[int, int], camera: Camera) -> NDArray[np.float32]:
+    """(H, W, 3) unit directions through the pixels' centres, top row first."""
+    x, y = np.meshgrid(np.arange(size[0]) + 0.5, np.arange(size[1])[::-1] + 0.5)
+    plane = np.stack([2 * x - size[0], 2 * y - size[1]], axis=-1) / size[1]
+    view = np.concatenate([plane, np.full((*plane.shape[:2], 1), -camera.focal)], axis=-1)
+    view /= np.linalg.norm(view, axis=-1, keepdims=True)
+    return np.asarray(view @ camera.matrix()[:3, :3].T, np.float32)
+
+
+def test_hits_lie_on_the_surface(renderer: Renderer, model: Model) -> None:
+    camera = Camera(40, -25, 3.0)
+    image = renderer.render(SIZE, camera, DATA)
+    t, _steps, level, hit = np.moveaxis(image, -1, 0)
+    points = camera.matrix()[:3, 3] + t[..., None] * rays(SIZE, camera)
+    inside = hit == 1
+    assert 0.2 < inside.mean() < 0.6
+    value = reference.nested_field(lower(model), points[inside], 2)[0]
+    assert np.abs(value).max() < 2.0 / (camera.focal * SIZE[1]) * 3.0, "within a pixel's footprint"
+    assert set(np.unique(level)) <= {0, 1, 2}
+
+
+def test_top_row_comes_first(renderer: Renderer) -> None:
+    hit = renderer.render(SIZE, Camera(target=(0.0, 0.9, 0.0), elevation=0), DATA)[..., 3]
+    assert hit[-1].any(), "the target is above the shape, which is in the lower half"
+    assert not hit[: SIZE[1] // 3].any()
+
+
+def test_right_is_right(renderer: Renderer) -> None:
+    hit = renderer.render(SIZE, Camera(0, 0, target=(-0.9, 0.0, 0.0)), DATA)[..., 3]
+    assert hit[:, SIZE[0] // 2:].sum() > 10 * hit[:, : SIZE[0] // 2].sum()
+
+
+def test_tiles_change_nothing(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = renderer.render(SIZE, Camera(), RenderOptions(samples=2))
+    monkeypatch.setattr(drawing, "TILE", 17)
+    np.testing.assert_array_equal(renderer.render(SIZE, Camera(), RenderOptions(samples=2)), whole)
+
+
+def test_options_do_not_leak_into_the_next_picture(renderer: Renderer) -> None:
+    before = renderer.render(SIZE, Camera())
+    changed = renderer.render(
+        SIZE, Camera(), RenderOptions(level=1, shading="normal", iterations=(3,), rounds=1, step_scale=0.5,
+                                      delta_scale=2.0, light=(1, 0, 0), background=((1, 0, 0), (0, 1, 0))))
+    assert np.abs(before - changed).max() > 0.1
+    np.testing.assert_array_equal(renderer.render(SIZE, Camera()), before)
+
+
+@pytest.mark.parametrize("samples", [1, 2, 3, 4, 5, 16, 64])
+def test_jitters_are_spread_over_the_pixel(samples: int) -> None:
+    offsets = jitters(samples)
+    assert offsets.shape == (samples, 2)
+    np.testing.assert_allclose(offsets.mean(axis=0), 0, atol=1e-6)
+    for axis in offsets.T:
+        np.testing.assert_array_equal(np.sort(np.floor((axis + 0.5) * samples)), np.arange(samples))
+
+
+def test_supersampling_averages_in_linear_light(osmesa: Context) -> None:
+    disc = """#version 330
+uniform vec2 resolution, origin, jitter;
+out vec4 color;
+void main() {
+    vec2 pixel = gl_FragCoord.xy + origin + jitter;
+    color = vec4(length(pixel - 0.5 * resolution) < 0.37 * resolution.y ? vec3(1.0, 0.5, 0.0) : vec3(0.2), 1.0);
+}"""
+    renderer = Renderer(osmesa, Shader(disc, None, (0,), (0,), 0, (1,), (1.0,)))
+    options = RenderOptions(rounds=1)
+    fine = linear(renderer.render((SIZE[0] * 8, SIZE[1] * 8), Camera(), options))
+    boxes = fine.reshape(SIZE[1], 8, SIZE[0], 8, 4).mean(axis=(1, 3))
+    ours = linear(renderer.render(SIZE, Camera(), RenderOptions(rounds=1, samples=64)))
+    jagged = linear(renderer.render(SIZE, Camera(), options))
+    renderer.release()
+    assert np.abs(ours - boxes).max() < 0.1
+    assert np.abs((ours - boxes).mean(axis=(0, 1))).max() < 3e-4, "as many pixels as the disc covers: no drift"
+    assert np.abs(jagged - boxes).max() > 0.2
+
+
+def test_transparent_leaves_the_background_out(renderer: Renderer) -> None:
+    red, blue = (
+        renderer.render(SIZE, Camera(), RenderOptions(background=(colour, colour), samples=4, transparent=True))
+        for colour in ((1, 0, 0), (0, 0, 1))
+    )
+    np.testing.assert_array_equal(red, blue)
+    coverage = red[..., 3]
+    assert set(np.unique(coverage)) == {0, 0.25, 0.5, 0.75, 1}
+    assert not red[coverage == 0].any()
+
+
+def test_data_is_never_averaged(renderer: Renderer) -> None:
+    np.testing.assert_array_equal(
+        renderer.render(SIZE, Camera(), RenderOptions(shading="data", samples=4)), renderer.render(SIZE, Camera(), DATA)
+    )
+
+
+def test_frame_is_the_picture_bottom_row_first(renderer: Renderer, osmesa: Context) -> None:
+    with osmesa:
+        texture = renderer.frame(SIZE, Camera(), RenderOptions())
+        frame = np.frombuffer(texture.read(), np.float32).reshape(SIZE[1], SIZE[0], 4)
+    np.testing.assert_array_equal(frame[::-1], renderer.render(SIZE, Camera()))
+
+
+def test_storages_give_the_same_picture(osmesa: Context, renderer: Renderer, model: Model) -> None:
+    stored = Renderer(osmesa, bake(model, "texture"))
+    image = stored.render(SIZE, Camera())
+    stored.release()
+    assert np.quantile(np.abs(image - renderer.render(SIZE, Camera())), 0.99) < 1e-3
+
+
+def test_egl_gives_the_same_picture(renderer: Renderer, model: Model) -> None:
+    try:
+        context = open_context("egl")
+    except UserError as error:
+        pytest.skip(str(error))
+    other = Renderer(context, bake(model))
+    image = other.render(SIZE, Camera())
+    other.release()
+    context.release()
+    assert np.quantile(np.abs(image - renderer.render(SIZE, Camera())), 0.99) < 1e-3
+
+
+def test_two_renderers_share_a_context(osmesa: Context, renderer: Renderer) -> None:
+    before = renderer.render(SIZE, Camera())
+    other = Renderer(osmesa, bake(random_model((8, 0)), "texture"))
+    other.render((8, 8), Camera())
+    np.testing.assert_array_equal(renderer.render(SIZE, Camera()), before)
+    other.release()
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"shading": "toon"}, {"samples": 0}, {"samples": 10**6}, {"iterations": (0,)}, {"rounds": 0}, {"step_scale": 0.0},
+     {"delta_scale": -1.0}, {"light": (0, 0, 0)}, {"light": (1, float("nan"), 0)}],
+)
+def test_bad_options_are_refused(options: dict[str, object]) -> None:
+    with pytest.raises(UserError):
+        RenderOptions(**options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("options", [{"level": 3}, {"level": 0}, {"normal_level": 3}, {"iterations": (20, 5, 5)}])
+def test_options_the_model_has_not_are_refused(renderer: Renderer, options: dict[str, object]) -> None:
+    with pytest.raises(UserError, match=r"levels|level"):
+        renderer.render(SIZE, Camera(), RenderOptions(**options))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("size", [(0, 10), (10, -1), (10, 10**6)])
+def test_bad_sizes_are_refused(renderer: Renderer, size: tuple[int, int]) -> None:
+    with pytest.raises(UserError, match="each side"):
+        renderer.render(size, Camera())
+
+
+def test_a_refused_shader_is_one_line_with_its_source(osmesa: Context, model: Model) -> None:
+    shader = bake(model)
+    text = shader.text.replace("out vec4 color;", "out vec4 color;\nfloat broken = undefined_name;")
+    broken = Shader(text, None, shader.value_loops, shader.gradient_loops, 0, shader.iterations, shader.deltas)
+    with pytest.raises(UserError) as raised:
+        Renderer(osmesa, broken)
+    assert "\n" not in str(raised.value)
+    assert "float broken = undefined_name;" in str(raised.value)
+
+
+def test_llvmpipe_stops_at_the_loop_limit(osmesa: Context) -> None:
+    """The fact that `rounds_that_fit` exists for: no error, a wrong count."""
+    if not osmesa.software:
+        pytest.skip("hardware behind OSMesa")
+    with osmesa as gl:
+        program = gl.program(
+            vertex_shader=drawing.VERTEX_SHADER,
+            fragment_shader="#version 330\nuniform int most; out vec4 color;\n"
+            "void main() { float n = 0.; for (int i = 0; i < most; ++i) n += 1.; color = vec4(n); }",
+        )
+        target = gl.framebuffer([gl.texture((1, 1), 4, dtype="f4")])
+        target.use()
+        counts = {}
+        for most in (LOOP_LIMIT - 5, LOOP_LIMIT + 5):
+            program["most"] = most
+            gl.vertex_array(program, []).render(vertices=3)
+            counts[most] = int(np.frombuffer(target.read(components=4, dtype="f4"), np.float32)[0])
+    assert counts[LOOP_LIMIT - 5] == LOOP_LIMIT - 5
+    assert counts[LOOP_LIMIT + 5] < LOOP_LIMIT + 5
+
+
+def wide(loops: int) -> Shader:
+    return Shader("", None, (0, loops), (0, 2 * loops), 0, (20, 5), (0.1, 0.01))
+
+
+def test_rounds_are_lowered_to_what_fits() -> None:
+    shader = wide(2000)
+    rounds = rounds_that_fit(shader, 2, 2, (20, 5), 8)
+    assert 1 <= rounds < 8
+    assert shader.worst_loops(2, 2, (20, 5), rounds) <= LOOP_LIMIT < shader.worst_loops(2, 2, (20, 5), rounds + 1)
+    assert rounds_that_fit(wide(10), 2, 2, (20, 5), 8) == 8
+    with pytest.raises(UserError, match="--iterations"):
+        rounds_that_fit(wide(20_000), 2, 2, (20, 5), 8)
+
+
+def test_the_renderer_keeps_software_within_the_limit(osmesa: Context) -> None:
+    renderer = Renderer(osmesa, bake(random_model((8, 0), (16, 1)), "texture"))
+    many = RenderOptions(rounds=1000)
+    assert 1 < renderer.rounds(many) < renderer.wanted_rounds(many) == 1000
+    assert renderer.rounds(RenderOptions()) == renderer.wanted_rounds(RenderOptions())
+    with pytest.raises(UserError, match="loop iterations"):
+        renderer.render((4, 4), Camera(), RenderOptions(iterations=(20, 10_000)))
+    renderer.release()
