@@ -61,7 +61,9 @@ def test_no_holes_and_the_same_silhouette_on_ten_views(model: Model, renderer: R
         different += int((hit & ~seen | seen & (closest > STOP)).sum())
         outline += int(silhouette(hit).sum())
         both = hit & seen
-        assert np.quantile(np.abs(ours[..., 0] - t)[both], 0.95) < 0.01
+        apart = np.abs(ours[..., 0] - t)[both]
+        assert np.median(apart) < 0.002
+        assert np.quantile(apart, 0.9) < 0.01, "only grazing rays may stop early"
     assert holes == 0
     assert different <= 0.002 * outline, f"{different} of {outline} silhouette pixels"
 

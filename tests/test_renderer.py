@@ -168,6 +168,15 @@ def test_two_renderers_share_a_context(osmesa: Context, renderer: Renderer) -> N
     other.release()
 
 
+def test_a_released_renderer_leaves_a_context_that_draws(osmesa: Context, model: Model) -> None:
+    first = Renderer(osmesa, bake(model))
+    before = first.render(SIZE, Camera())
+    first.release()
+    second = Renderer(osmesa, bake(model))
+    np.testing.assert_array_equal(second.render(SIZE, Camera()), before)
+    second.release()
+
+
 @pytest.mark.parametrize(
     "options",
     [{"shading": "toon"}, {"samples": 0}, {"samples": 10**6}, {"iterations": (0,)}, {"rounds": 0}, {"step_scale": 0.0},

@@ -167,7 +167,8 @@ class Renderer:
         old = self._framebuffer
         if old is None or old.size != size:
             self._framebuffer = gl.framebuffer([gl.texture(size, 4, dtype="f4")])
-            self._framebuffer.use()  # before the old one goes: moderngl binds what was bound again
+            _ = gl.error  # moderngl binds again what was bound before, which may be gone; a bad framebuffer raises
+            self._framebuffer.use()
             if old is not None:
                 old.color_attachments[0].release()
                 old.release()
