@@ -19,6 +19,6 @@ void main() {
         vec3 colour = shade(shading, normal, direction, ray.t, length(eye), ray.steps, albedo(p), toward, camera[1].xyz);
         color = vec4(colour, 1.0);
     }
-    if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 40.0), color.a);
+    if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 64.0), color.a);
     if (shading == SHADE_DATA) color = vec4(ray.t, float(ray.steps), float(ray.level), float(ray.hit));
 }

@@ -230,7 +230,7 @@ const int SHADE_DATA = 5;
 vec3 shade(int shading, vec3 normal, vec3 direction, float t, float eye, int steps, vec3 albedo, vec3 light, vec3 up) {
     if (shading == SHADE_NORMAL) return 0.5 + 0.5 * normal;
     if (shading == SHADE_DEPTH) return vec3(clamp(0.5 - 0.45 * (t - eye), 0.0, 1.0));
-    if (shading == SHADE_STEPS) return heat(float(steps) / 40.0);
+    if (shading == SHADE_STEPS) return heat(float(steps) / 64.0);
     if (shading == SHADE_TEXTURE) return albedo;
     return srgb(phong(linear(albedo), normal, -direction, light, up));
 }
@@ -251,6 +251,6 @@ void main() {
         vec3 colour = shade(shading, normal, direction, ray.t, length(eye), ray.steps, albedo(p), toward, camera[1].xyz);
         color = vec4(colour, 1.0);
     }
-    if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 40.0), color.a);
+    if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 64.0), color.a);
     if (shading == SHADE_DATA) color = vec4(ray.t, float(ray.steps), float(ray.level), float(ray.hit));
 }
