@@ -101,6 +101,14 @@ def test_auto_storage_puts_wide_networks_in_the_texture(osmesa: Context) -> None
     assert_close(result[:, 3], value)
 
 
+def test_the_paper_s_three_levels_from_the_texture(osmesa: Context) -> None:
+    model = random_model((64, 2), (128, 2), (256, 2))
+    gradient, value = reference.field_gradient(lower(model), points(), 3)
+    result = Probe(osmesa, model, "texture")(3, kind=0)
+    assert_close(result[:, :3], gradient)
+    assert_close(result[:, 3], value)
+
+
 def test_one_copy_of_the_weights() -> None:
     text = glsl330.bake(random_model((16, 1)), "literal").text
     assert text.count("const mat4 ") == 4 + 16, "one constant per block, value and adjoint together"
