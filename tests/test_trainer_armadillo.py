@@ -1,0 +1,42 @@
+"""The quality that the project promises, on the full-resolution Armadillo."""
+
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen.model import load
+from trainer import machine, settings
+from trainer.load import load_shape
+from trainer.session import run
+
+DATA = Path(os.environ.get("MPLICITS_DATA", Path(__file__).parents[2] / "shared" / "data"))
+ARMADILLO = DATA / "meshes" / "armadillo.ply"
+needs_data = pytest.mark.skipif(not ARMADILLO.is_file(), reason=f"{ARMADILLO} is not there (MPLICITS_DATA)")
+
+
+@needs_data
+def test_armadillo_loads_clean() -> None:
+    shape, warnings = load_shape(str(ARMADILLO))
+    assert not warnings
+    assert len(shape.inputs()) == 172_974
+    assert np.linalg.norm(shape.inputs(), axis=1).max() == pytest.approx(1)
+    assert np.ptp(shape.inputs(), axis=0) * shape.scale == pytest.approx((127, 151.32, 115.42), abs=0.1)
+
+
+@needs_data
+@pytest.mark.slow
+def test_two_levels_reach_the_promised_quality(tmp_path: Path) -> None:
+    """Mean |f| <= 5e-4 and a mean normal angle <= 8 degrees on held-out points, in 13,122 parameters."""
+    began = time.perf_counter()
+    sizes = settings.networks("64x1,64x2")
+    chosen = settings.Settings(sizes, settings.omegas(None, sizes), settings.steps(None, 2), seconds=145.0)
+    run(str(ARMADILLO), tmp_path / "m.safetensors", chosen, resume=False, quiet=True, began=began)
+    assert time.perf_counter() - began < 150
+    model = load(tmp_path / "m.safetensors")
+    assert model.parameters() == 13_122
+    assert model.provenance["levels"][1]["mean_f"] <= 5e-4
+    assert model.provenance["levels"][1]["angle"] <= 8
+    assert machine.products_are_exact()

@@ -1,0 +1,97 @@
+"""The hand-written adjoint against torch.autograd, and the exported network against torch."""
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor
+
+from codegen.model import Network
+from trainer import losses, machine
+from trainer.network import from_model, initial, to_model, value, value_along, value_and_gradient
+
+SIZES = [(16, 0), (16, 1), (8, 2), (24, 3)]
+
+
+def network(size: tuple[int, int], outputs: int = 1, omega: float = 5.0) -> list[Tensor]:
+    weights = initial(size, omega, outputs, torch.Generator().manual_seed(3))
+    return [w.double().requires_grad_() for w in weights]
+
+
+def points(count: int = 40) -> Tensor:
+    return torch.rand(count, 3, generator=torch.Generator().manual_seed(4), dtype=torch.double) * 2 - 1
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_adjoint_is_autograd(size: tuple[int, int]) -> None:
+    weights, x = network(size), points()
+    f, gradient = value_and_gradient(weights, x)
+    x.requires_grad_()
+    expected = value(weights, x)[:, 0]
+    (slope,) = torch.autograd.grad(expected.sum(), x)
+    torch.testing.assert_close(f, expected, rtol=0, atol=1e-12)
+    torch.testing.assert_close(gradient, slope, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_weights_derivative_is_autograd(size: tuple[int, int]) -> None:
+    weights, x = network(size), points()
+
+    def loss(f: Tensor, gradient: Tensor) -> Tensor:
+        return losses.value(f, x[:, 0]) + losses.normal(gradient, x.detach() + 2) + losses.eikonal(gradient)
+
+    ours = torch.autograd.grad(loss(*value_and_gradient(weights, x)), weights)
+    x.requires_grad_()
+    f = value(weights, x)[:, 0]
+    (gradient,) = torch.autograd.grad(f.sum(), x, create_graph=True)
+    for found, expected in zip(ours, torch.autograd.grad(loss(f, gradient), weights), strict=True):
+        torch.testing.assert_close(found, expected, rtol=1e-10, atol=1e-12)
+
+
+def test_float32_adjoint_is_autograd_to_1e_5() -> None:
+    weights = initial((64, 2), 60.0, 1, torch.Generator().manual_seed(0))
+    x = points(500).float().requires_grad_()
+    (slope,) = torch.autograd.grad(value(weights, x).sum(), x)
+    gradient = value_and_gradient(weights, x.detach())[1]
+    assert float((gradient - slope).abs().max() / slope.abs().max()) < 1e-5
+
+
+def test_value_along_is_autograd() -> None:
+    weights, x = network((16, 2), outputs=3), points()
+    directions = points(40).flip(0)
+    colours, along = value_along(weights, x, directions)
+    expected, slope, *_ = torch.func.jvp(lambda at: value(weights, at), (x,), (directions,))
+    torch.testing.assert_close(colours, expected, rtol=0, atol=1e-12)
+    torch.testing.assert_close(along, slope, rtol=0, atol=1e-12)
+
+
+def forward(exported: Network, x: np.ndarray) -> np.ndarray:
+    for layer in exported[:-1]:
+        x = np.sin(x @ layer.weight.T + layer.bias)
+    return x @ exported[-1].weight.T + exported[-1].bias
+
+
+def test_exported_network_is_the_torch_network() -> None:
+    weights = initial((64, 2), 60.0, 1, torch.Generator().manual_seed(0))
+    x = points(1000).float()
+    assert np.abs(forward(to_model(weights), x.numpy()) - value(weights, x).numpy()).max() < 1e-5
+    for found, expected in zip(from_model(to_model(weights)), weights, strict=True):
+        assert torch.equal(found, expected)
+
+
+def test_residual_begins_near_zero() -> None:
+    first, residual = (initial((64, 2), 60.0, 1, torch.Generator().manual_seed(0), last) for last in (1.0, 0.1))
+    x = points(1000).float()
+    assert float(value(residual, x).abs().max()) < 0.11 * float(value(first, x).abs().max())
+
+
+def test_products_keep_float32(monkeypatch: pytest.MonkeyPatch) -> None:
+    before, threads = torch.get_float32_matmul_precision(), torch.get_num_threads()
+    try:
+        machine.prepare(torch.device("cpu"))
+        assert machine.products_are_exact()
+        monkeypatch.setattr(machine, "products_are_exact", lambda: False)
+        machine.prepare(torch.device("cpu"))
+        assert torch.get_float32_matmul_precision() == "highest"
+    finally:
+        torch.set_float32_matmul_precision(before)
+        torch.set_num_threads(threads)

@@ -1,0 +1,59 @@
+"""The verb `train`."""
+
+import time
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+from codegen.errors import UserError
+from codegen.files import check_writable
+from codegen.verb import Verb
+
+from .settings import DEFAULT_PRESET, PRESETS, Settings, loss_weights, networks, omegas, steps
+
+SUFFIX = ".safetensors"
+
+
+def arguments(parser: ArgumentParser) -> None:
+    """The options of `train`."""
+    add = parser.add_argument
+    add("shape", metavar="SHAPE", help="a mesh (PLY OBJ STL GLB), an oriented point cloud (PLY XYZ NPZ), "
+        "or the word `demo`")
+    add("-o", "--output", metavar="M.safetensors", help="the model file (default: the shape's name, in this folder)")
+    add("--levels", metavar="NxD,..", help="width and hidden layers of each level, coarse to fine: 64x1,64x2,128x2")
+    add("--preset", choices=PRESETS, default=DEFAULT_PRESET, help="levels by name: "
+        + "; ".join(f"{name} = {levels}" for name, levels in PRESETS.items()) + f" (default: {DEFAULT_PRESET})")
+    add("--omega", metavar="W,..", help="omega_0 of each level (default: 40,80,120; less below 64 wide)")
+    length = parser.add_mutually_exclusive_group()
+    length.add_argument("--seconds", metavar="S", type=float, help="wall time of the whole training")
+    length.add_argument("--steps", metavar="N,..", help="optimiser steps of each level, then of the texture "
+                        "(the same seed and steps give the same weights)")
+    add("--texture", choices=("auto", "none"), default="auto", help="auto: learn colours where the shape has them, "
+        "of mesh vertices or points; none: geometry alone (default: auto)")
+    add("--seed", metavar="K", type=int, default=0, help="of all random numbers (default: 0)")
+    add("--resume", action="store_true", help="go on with the output file: finish an interrupted level, "
+        "add missing ones")
+    add("--device", choices=("auto", "cpu", "cuda"), default="auto")
+    add("--weights", metavar="NAME=X,..", help="of the loss: value, normal, eikonal (Eq. 4), "
+        "distance (off the surface)")
+    add("--quiet", action="store_true", help="no progress bar")
+
+
+def run(options: Namespace) -> None:
+    """Trains, saves, prints the figures. Raises UserError."""
+    chosen = networks(options.levels or PRESETS[options.preset])
+    if options.seconds is not None and not 1 <= options.seconds < 1e7:
+        raise UserError(f"--seconds: {options.seconds:g}: at least 1 is needed")
+    if not 0 <= options.seed < 2**40:
+        raise UserError(f"--seed: {options.seed}: a whole number from 0 is needed")
+    settings = Settings(
+        chosen, omegas(options.omega, chosen), steps(options.steps, len(chosen)), options.seconds,
+        options.texture == "auto", options.seed, options.device, loss_weights(options.weights),
+    )
+    output = Path(options.output or Path(options.shape).stem + SUFFIX)
+    check_writable(output)
+    from . import session
+
+    session.run(options.shape, output, settings, resume=options.resume, quiet=options.quiet, began=time.perf_counter())
+
+
+VERBS = (Verb("train", "a mesh or an oriented point cloud becomes a model file", arguments, run),)

@@ -1,0 +1,135 @@
+"""SIRENs (Eq. 2) as plain tensors, and their value and gradient by one hand-written adjoint pass.
+
+A network is a list [W_0, b_0, ..., W_n, b_n]; omega_0 is folded into every layer but the last, so that a hidden layer
+is sin(W x + b). The adjoint pass keeps a_j = W_j h_{j-1} + b_j and runs u_{j-1} = (u_j W_j) * cos(a_{j-1}) backwards,
+two matrix products a layer in all, where the paper's Algorithm 1 takes four. Its own derivative with respect to the
+weights, which training needs, is written out by hand as well (`_ValueAndGradient.backward`).
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from codegen.model import Layer, Network
+
+Weights = list[Tensor]
+"""[W_0, b_0, ..., W_n, b_n]; W_j: (out, in), b_j: (out,)."""
+
+
+def initial(
+    size: tuple[int, int], omega: float, outputs: int, generator: torch.Generator, last: float = 1.0
+) -> Weights:
+    """A SIREN of size (width, depth) in the paper's notation, initialised as Sitzmann et al. (2020), section 3.2.
+
+    omega: omega_0 of Eq. 2, the largest angular frequency of the first layer, radians per model unit and axis.
+    last: factor on the output layer; a residual starts near zero with a small one.
+    """
+    width, depth = size
+
+    def uniform(rows: int, columns: int, bound: float) -> Tensor:
+        return (torch.rand(rows, columns, generator=generator) * 2 - 1) * bound
+
+    # The first layer's phases fill the circle; further layers start with none.
+    weights = [uniform(width, 3, omega / 3), uniform(1, width, math.pi)[0]]
+    bound = math.sqrt(6 / width)  # sqrt(6 / n) / omega_0, times omega_0
+    for _ in range(depth):
+        weights += [uniform(width, width, bound), torch.zeros(width)]
+    return [*weights, uniform(outputs, width, bound / omega * last), torch.zeros(outputs)]
+
+
+def value(weights: Weights, points: Tensor) -> Tensor:
+    """Value at points (n, 3): (n, outputs)."""
+    hidden = points
+    for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
+        hidden = torch.addmm(bias, hidden, weight.t()).sin_()
+    return torch.addmm(weights[-1], hidden, weights[-2].t())
+
+
+def value_and_gradient(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
+    """Value (n,) and gradient (n, 3) at points (n, 3), of one output; differentiable with respect to the weights."""
+    result: tuple[Tensor, Tensor] = _ValueAndGradient.apply(points, *weights)  # type: ignore[no-untyped-call]
+    return result
+
+
+def value_along(weights: Weights, points: Tensor, directions: Tensor) -> tuple[Tensor, Tensor]:
+    """Value at points (n, 3) and derivative along directions (n, 3): both (n, outputs); two products a layer."""
+    hidden, along = points, directions
+    for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
+        angle = torch.addmm(bias, hidden, weight.t())
+        hidden, along = angle.sin(), angle.cos() * (along @ weight.t())
+    return torch.addmm(weights[-1], hidden, weights[-2].t()), along @ weights[-2].t()
+
+
+class _ValueAndGradient(torch.autograd.Function):
+    """Forward: the adjoint pass. Backward: the derivative of (f, grad f) with respect to the weights."""
+
+    @staticmethod
+    def forward(ctx: Any, points: Tensor, *weights: Tensor) -> tuple[Tensor, Tensor]:
+        hidden, cosines, below = [points], [], []
+        for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
+            angle = torch.addmm(bias, hidden[-1], weight.t())
+            cosines.append(angle.cos())
+            hidden.append(angle.sin_())
+        f = torch.addmv(weights[-1], hidden[-1], weights[-2][0])
+        # adjoint[j] = df/da_j; below[j] = df/dh_j before the cosine, one row for all points at the top.
+        adjoint = [weights[-2] * cosines[-1]]
+        for weight, cosine in zip(weights[-4:1:-2], cosines[-2::-1], strict=True):
+            below.append(adjoint[-1] @ weight)
+            adjoint.append(below[-1] * cosine)
+        gradient = adjoint[-1] @ weights[0]
+        ctx.save_for_backward(*weights)
+        ctx.kept = hidden, cosines, below[::-1], adjoint[::-1]
+        return f, gradient
+
+    @staticmethod
+    def backward(ctx: Any, *upstream: Tensor) -> tuple[Tensor | None, ...]:
+        d_f, d_gradient = upstream
+        weights = ctx.saved_tensors
+        hidden, cosines, below, adjoint = ctx.kept
+        below = [*below, weights[-2]]
+        found: list[Tensor] = [torch.empty(0)] * len(weights)
+        layers = len(cosines)
+
+        # Back through the adjoint pass, upwards: d_below is dL/d(below[j]), bend is dL/d(cos a_j).
+        found[0] = adjoint[0].t() @ d_gradient
+        d_adjoint = d_gradient @ weights[0].t()
+        bends = []
+        for j in range(layers):
+            bends.append(d_adjoint * below[j])
+            d_below = d_adjoint.mul_(cosines[j])
+            if j + 1 < layers:
+                found[2 * j + 2] = adjoint[j + 1].t() @ d_below
+                d_adjoint = d_below @ weights[2 * j + 2].t()
+        found[-2] = (d_below.sum(0) + d_f @ hidden[-1])[None]
+        found[-1] = d_f.sum()[None]
+
+        # Back through the values, downwards: da_j = dh_j * cos a_j - bend_j * sin a_j.
+        d_hidden = d_f[:, None] * weights[-2]
+        for j in range(layers - 1, -1, -1):
+            d_angle = d_hidden.mul_(cosines[j]).addcmul_(bends[j], hidden[j + 1], value=-1)
+            found[2 * j + 1] = d_angle.sum(0)
+            if j:
+                found[2 * j].addmm_(d_angle.t(), hidden[j])
+                d_hidden = d_angle @ weights[2 * j]
+            else:
+                found[0].addmm_(d_angle.t(), hidden[0])
+        return (None, *found)
+
+
+def clone(weights: Weights) -> Weights:
+    """A copy that shares no memory."""
+    return [w.clone() for w in weights]
+
+
+def to_model(weights: Weights) -> Network:
+    """The network as the model file holds it: float32 numpy, omega_0 folded in."""
+    arrays = [np.ascontiguousarray(w.detach().cpu().numpy(), dtype=np.float32) for w in weights]
+    return tuple(Layer(w, b) for w, b in zip(arrays[::2], arrays[1::2], strict=True))
+
+
+def from_model(network: Network) -> Weights:
+    """The inverse of `to_model`."""
+    return [torch.from_numpy(array.copy()) for layer in network for array in (layer.weight, layer.bias)]

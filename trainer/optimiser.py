@@ -1,0 +1,23 @@
+"""Adam over a network's weights, with one rate a layer."""
+
+import torch
+
+from .network import Weights
+
+BETAS = (0.9, 0.99)
+
+
+class Optimiser:
+    """rate: the peak rate of the hidden layers. last: factor on it for the output layer."""
+
+    def __init__(self, weights: Weights, rate: float, last: float) -> None:
+        factors = [1.0] * (len(weights) - 2) + [last] * 2
+        groups = [{"params": [w], "lr": rate * f, "peak": rate * f} for w, f in zip(weights, factors, strict=True)]
+        self._adam = torch.optim.Adam(groups, betas=BETAS, eps=1e-12, fused=True)
+
+    def step(self, factor: float) -> None:
+        """One step with `factor` times the peak rate; clears the gradients."""
+        for group in self._adam.param_groups:
+            group["lr"] = factor * group["peak"]
+        self._adam.step()
+        self._adam.zero_grad()

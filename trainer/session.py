@@ -1,0 +1,73 @@
+"""One call of `mplicits train`: load, train with a progress bar, save, print the figures."""
+
+import sys
+from pathlib import Path
+from typing import NoReturn
+
+from tqdm import tqdm
+
+from codegen.files import show
+from codegen.model import Model, load, save
+
+from .load import load_shape
+from .machine import prepare
+from .settings import Settings
+from .train import Training, device
+
+
+class Bar:
+    """Progress on stderr: stage, share done, loss, time left."""
+
+    def __init__(self, quiet: bool) -> None:
+        self._quiet = quiet
+        self._bar: tqdm[NoReturn] | None = None
+
+    def begin(self, stage: str) -> None:
+        """A new bar."""
+        form = "{desc} |{bar}| {percentage:3.0f}%{postfix} {remaining} left"
+        self._bar = tqdm(total=1.0, desc=stage, bar_format=form, disable=self._quiet, file=sys.stderr)
+
+    def advance(self, fraction: float, loss: float) -> None:
+        """Moves the bar."""
+        if self._bar is not None:
+            self._bar.set_postfix_str(f"loss {loss:.4g}", refresh=False)
+            self._bar.update(fraction - self._bar.n)
+
+    def end(self) -> None:
+        """Leaves the bar on the screen."""
+        if self._bar is not None:
+            self._bar.close()
+
+    def say(self, line: str) -> None:
+        """A line above the bar."""
+        tqdm.write(line, file=sys.stderr)
+
+
+def run(name: str, output: Path, settings: Settings, *, resume: bool, quiet: bool, began: float) -> None:
+    """See `trainer.cli`. began: time.perf_counter() from which --seconds counts.
+
+    Raises UserError, and KeyboardInterrupt where Ctrl-C came before there was anything to save.
+    """
+    prepare(device(settings.device))
+    bar = Bar(quiet)
+    before = load(output) if resume and output.exists() else None
+    shape, warnings = load_shape(name)
+    for warning in warnings:
+        bar.say(f"warning: {warning}")
+    training = Training(shape, settings, bar, began)
+    model = training.run(before)
+    save(model, output)
+    if training.interrupted:
+        bar.say("stopped by Ctrl-C; what is trained so far is saved; go on with --resume")
+    print(report(model, output))
+
+
+def report(model: Model, output: Path) -> str:
+    """The figures of a trained model, a line a level."""
+    lines = [
+        f"level {i}: {record['network']}, mean |f| {record['mean_f']:.2e}, "
+        f"mean normal angle {record['angle']:.2f} degrees, delta {level.delta:.4f}, {record['steps']} steps"
+        for i, (level, record) in enumerate(zip(model.levels, model.provenance["levels"], strict=True), start=1)
+    ]
+    lines.append(f"{show(output)}: {model.parameters()} parameters, {model.provenance['seconds']:.1f} s")
+    return "\n".join(lines)

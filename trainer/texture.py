@@ -1,0 +1,63 @@
+"""The texture network g (Section 3.2, normal and texture mapping): model space -> sRGB, constant along normals."""
+
+from collections.abc import Callable
+
+import torch
+from torch import Tensor
+
+from . import losses
+from .fit import Step
+from .network import Weights, initial, value_along
+from .pools import Pool
+from .workers import Workers
+
+OMEGA = 50.0
+RATE, LAST = 3e-2, 0.1
+"""Of the optimiser: see `trainer.fit.Task`."""
+SMOOTHNESS = 2e-5
+"""Weight of the second term of the loss: derivatives of colour are larger than colours, by about omega."""
+BATCH = 4096
+WIDEST, DEEPEST = 64, 2
+
+
+def architecture(network: tuple[int, int]) -> tuple[int, int]:
+    """(width, depth) of the texture network beside a last level of (width, depth)."""
+    return min(network[0], WIDEST), min(network[1], DEEPEST)
+
+
+def start(network: tuple[int, int], seed: int, device: torch.device) -> Callable[[], Weights]:
+    """Makes the network at its beginning, mid-grey within its noise."""
+
+    def make() -> Weights:
+        weights = initial(architecture(network), OMEGA, 3, torch.Generator().manual_seed(seed))
+        weights[-1] += 0.5
+        return [w.to(device) for w in weights]
+
+    return make
+
+
+def step(surface: Pool, band: Pool, generator: torch.Generator, workers: Workers) -> Step:
+    """One batch of the texture loss: colour on the surface, <grad g, grad f>^2 in the band."""
+    half = min(BATCH // 2, len(surface.points), len(band.points))
+    on, around = surface.batches(half, generator), band.batches(half, generator)
+
+    def run(weights: Weights) -> float:
+        def part(pair: tuple[Pool, Pool]) -> Tensor:
+            here, there = pair
+            assert here.colours is not None
+            points = torch.cat((here.points, there.points))
+            normals = torch.cat((here.frozen_gradient, there.frozen_gradient))
+            colours, along = value_along(weights, points, normals)
+            smoothness = SMOOTHNESS * losses.constant_along_normals(along)
+            return (losses.colour(colours[: len(here.points)], here.colours) + smoothness) * (len(here.points) / half)
+
+        pairs = zip(next(on).parts(workers.threads), next(around).parts(workers.threads), strict=True)
+        return workers.backward(weights, part, pairs)
+
+    return run
+
+
+def idle_loss(surface: Pool) -> float:
+    """The loss of mid-grey."""
+    assert surface.colours is not None
+    return losses.colour(torch.full_like(surface.colours, 0.5), surface.colours).item()
