@@ -17,7 +17,7 @@ from random_model import random_model
 from viewer import renderer as drawing
 from viewer.camera import Camera
 from viewer.context import Context, open_context
-from viewer.options import LOOP_LIMIT, RenderOptions, rounds_that_fit
+from viewer.options import RenderOptions
 from viewer.renderer import Renderer
 from viewer.supersampling import jitters
 
@@ -207,48 +207,3 @@ def test_a_refused_shader_is_one_line_with_its_source(osmesa: Context, model: Mo
         Renderer(osmesa, broken)
     assert "\n" not in str(raised.value)
     assert "float broken = undefined_name;" in str(raised.value)
-
-
-def test_llvmpipe_stops_at_the_loop_limit(osmesa: Context) -> None:
-    """The fact that `rounds_that_fit` exists for: no error, a wrong count."""
-    if not osmesa.software:
-        pytest.skip("hardware behind OSMesa")
-    with osmesa as gl:
-        program = gl.program(
-            vertex_shader=drawing.VERTEX_SHADER,
-            fragment_shader="#version 330\nuniform int most; out vec4 color;\n"
-            "void main() { float n = 0.; for (int i = 0; i < most; ++i) n += 1.; color = vec4(n); }",
-        )
-        target = gl.framebuffer([gl.texture((1, 1), 4, dtype="f4")])
-        target.use()
-        counts = {}
-        for most in (LOOP_LIMIT - 5, LOOP_LIMIT + 5):
-            program["most"] = most
-            gl.vertex_array(program, []).render(vertices=3)
-            counts[most] = int(np.frombuffer(target.read(components=4, dtype="f4"), np.float32)[0])
-    assert counts[LOOP_LIMIT - 5] == LOOP_LIMIT - 5
-    assert counts[LOOP_LIMIT + 5] < LOOP_LIMIT + 5
-
-
-def wide(loops: int) -> Shader:
-    return Shader("", None, (0, loops), (0, 2 * loops), 0, (20, 5), (0.1, 0.01))
-
-
-def test_rounds_are_lowered_to_what_fits() -> None:
-    shader = wide(2000)
-    rounds = rounds_that_fit(shader, 2, 2, (20, 5), 8)
-    assert 1 <= rounds < 8
-    assert shader.worst_loops(2, 2, (20, 5), rounds) <= LOOP_LIMIT < shader.worst_loops(2, 2, (20, 5), rounds + 1)
-    assert rounds_that_fit(wide(10), 2, 2, (20, 5), 8) == 8
-    with pytest.raises(UserError, match="--iterations"):
-        rounds_that_fit(wide(20_000), 2, 2, (20, 5), 8)
-
-
-def test_the_renderer_keeps_software_within_the_limit(osmesa: Context) -> None:
-    renderer = Renderer(osmesa, bake(random_model((8, 0), (16, 1)), "texture"))
-    many = RenderOptions(rounds=1000)
-    assert 1 < renderer.rounds(many) < renderer.wanted_rounds(many) == 1000
-    assert renderer.rounds(RenderOptions()) == renderer.wanted_rounds(RenderOptions())
-    with pytest.raises(UserError, match="loop iterations"):
-        renderer.render((4, 4), Camera(), RenderOptions(iterations=(20, 10_000)))
-    renderer.release()

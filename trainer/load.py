@@ -1,6 +1,7 @@
 """A path, or the word `demo`, -> a shape."""
 
 import hashlib
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -29,8 +30,10 @@ def load_shape(name: str) -> tuple[Shape, list[str]]:
     if name == "demo":
         return DemoShape(), []
     path, label = Path(name), show(Path(name).name)
-    if not path.is_file():
-        raise UserError(f"{show(name)}: " + ("a folder, not a file" if path.is_dir() else "no such file"))
+    if os.path.isdir(path):
+        raise UserError(f"{show(name)}: a folder, not a file")
+    if not os.path.isfile(path):
+        raise UserError(f"{show(name)}: no such file")
     read = READERS.get(path.suffix.lower())
     if read is None:
         known = " ".join(suffix[1:].upper() for suffix in READERS)

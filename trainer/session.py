@@ -1,11 +1,13 @@
 """One call of `mplicits train`: load, train with a progress bar, save, print the figures."""
 
 import sys
+import tempfile
 from pathlib import Path
 from typing import NoReturn
 
 from tqdm import tqdm
 
+from codegen.errors import UserError
 from codegen.files import show
 from codegen.model import Model, load, save
 
@@ -25,7 +27,10 @@ class Bar:
     def begin(self, stage: str) -> None:
         """A new bar."""
         form = "{desc} |{bar}| {percentage:3.0f}%{postfix} {remaining} left"
-        self._bar = tqdm(total=1.0, desc=stage, bar_format=form, disable=self._quiet, file=sys.stderr)
+        every = 0.1 if sys.stderr.isatty() else 10.0
+        self._bar = tqdm(
+            total=1.0, desc=stage, bar_format=form, disable=self._quiet, file=sys.stderr, mininterval=every
+        )
 
     def advance(self, fraction: float, loss: float) -> None:
         """Moves the bar."""
@@ -56,10 +61,20 @@ def run(name: str, output: Path, settings: Settings, *, resume: bool, quiet: boo
         bar.say(f"warning: {warning}")
     training = Training(shape, settings, bar, began)
     model = training.run(before)
-    save(model, output)
+    _save(model, output)
     if training.interrupted:
         bar.say("stopped by Ctrl-C; what is trained so far is saved; go on with --resume")
     print(report(model, output))
+
+
+def _save(model: Model, output: Path) -> None:
+    """Saves to `output`, or, where that fails after all (a full disk), to the system's folder for temporary files."""
+    try:
+        save(model, output)
+    except UserError as error:
+        rescue = Path(tempfile.gettempdir()) / output.name
+        save(model, rescue)
+        raise UserError(f"{error}; the trained model is in {show(rescue)}") from None
 
 
 def report(model: Model, output: Path) -> str:

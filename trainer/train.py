@@ -161,7 +161,11 @@ class Training:
     def _take_over(self, resume: Model) -> tuple[Weights, float] | None:
         """Takes the finished levels of `resume`; returns the weights of an unfinished last one and its share done."""
         records = resume.provenance.get("levels")
-        if not isinstance(records, list) or len(records) != len(resume.levels):
+        if (
+            not isinstance(records, list)
+            or len(records) != len(resume.levels)
+            or any(_share(record) is None for record in records)
+        ):
             raise UserError("--resume: this model does not say how it was trained; train a new one")
         if resume.provenance.get("source") != self._shape.source:
             raise UserError("--resume: this model was trained on another shape; name another output with -o")
@@ -173,12 +177,12 @@ class Training:
         begun = None
         for old, record in zip(resume.levels, records, strict=True):
             weights = [w.to(self._device) for w in from_model(old.network)]
-            if float(record["fraction"]) < 1:
-                begun = weights, float(record["fraction"])
+            if (share := _share(record)) is not None and share < 1:
+                begun = weights, share
                 break
             self._levels.append(_Trained(weights, old.delta, old.lipschitz, record))
         record = resume.provenance.get("texture")
-        if resume.texture is not None and record and len(self._levels) == len(wanted) and record["fraction"] == 1:
+        if resume.texture is not None and record and len(self._levels) == len(wanted) and _share(record) == 1:
             self._texture = [w.to(self._device) for w in from_model(resume.texture)]
             self._texture_record = record
         return begun
@@ -214,6 +218,12 @@ def device(name: str) -> torch.device:
     if name == "cuda" and not torch.cuda.is_available():
         raise UserError("--device cuda: this PyTorch finds no CUDA device; use --device cpu")
     return torch.device("cuda" if name == "cuda" or (name == "auto" and torch.cuda.is_available()) else "cpu")
+
+
+def _share(record: object) -> float | None:
+    """Share of its schedule that a network has behind it, by its record; None where it does not say."""
+    share = record.get("fraction") if isinstance(record, dict) else None
+    return float(share) if isinstance(share, int | float) else None
 
 
 def _cost(network: tuple[int, int]) -> float:
