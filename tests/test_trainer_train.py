@@ -1,4 +1,4 @@
-"""Training from end to end, small: quality, nesting, repeatability, the clock, Ctrl-C, resuming, collapse."""
+"""Training from end to end, small: quality, nesting, repeatability, the clock."""
 
 import dataclasses
 import time
@@ -7,41 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-import trimesh
 
-from codegen.errors import UserError
+from ball_training import SMALL, load_ball, train
 from codegen.model import Model, load, save, shape_of
-from trainer import bands, level, machine, pools
+from trainer import bands, machine, pools
 from trainer.load import load_shape
 from trainer.network import from_model
 from trainer.settings import Settings
 from trainer.shape import Doubles, Shape
-from trainer.train import Training
-
-SMALL = Settings(networks=((16, 1), (16, 1)), omegas=(8.0, 16.0), steps=(250, 250, 100))
-
-
-class Log:
-    """Progress that keeps what is said, and can press Ctrl-C."""
-
-    def __init__(self, stop_in: str = "", at: float = 2.0) -> None:
-        self.lines: list[str] = []
-        self.stages: list[str] = []
-        self._stop_in, self._at = stop_in, at
-
-    def begin(self, stage: str) -> None:
-        self.stages.append(stage)
-
-    def advance(self, fraction: float, loss: float) -> None:
-        assert 0 <= fraction <= 1
-        if fraction >= self._at and self.stages[-1].startswith(self._stop_in):
-            raise KeyboardInterrupt
-
-    def end(self) -> None:
-        pass
-
-    def say(self, line: str) -> None:
-        self.lines.append(line)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -51,24 +24,12 @@ def prepared() -> None:
 
 @pytest.fixture(scope="module")
 def ball(tmp_path_factory: pytest.TempPathFactory) -> Shape:
-    path = tmp_path_factory.mktemp("ball") / "ball.ply"
-    trimesh.creation.icosphere(subdivisions=4, radius=3.0).export(path)
-    return load_shape(str(path))[0]
-
-
-def train(shape: Shape, settings: Settings = SMALL, log: Log | None = None, resume: Model | None = None) -> Model:
-    return Training(shape, settings, log or Log()).run(resume)
+    return load_ball(tmp_path_factory.mktemp("ball"))
 
 
 @pytest.fixture(scope="module")
 def model(ball: Shape) -> Model:
     return train(ball)
-
-
-@pytest.fixture(scope="module")
-def first(ball: Shape) -> Model:
-    """Level 1 alone."""
-    return train(ball, dataclasses.replace(SMALL, networks=SMALL.networks[:1], omegas=SMALL.omegas[:1]))
 
 
 def field(model: Model, points: Doubles, levels: int) -> Doubles:
@@ -193,72 +154,3 @@ def test_colours_are_learnt(tmp_path: Path) -> None:
     learnt = hidden @ found.texture[-1].weight.T + found.texture[-1].bias
     assert np.abs(learnt - np.where(points[:, :1] > 0, (0.9, 0.1, 0.1), (0.1, 0.1, 0.9))).mean() < 0.06
     assert train(shape, dataclasses.replace(settings, texture=False)).texture is None
-
-
-@pytest.mark.parametrize(("stage", "levels"), [("level 1", 1), ("level 2", 2)])
-def test_ctrl_c_keeps_what_is_trained_and_resume_ends_it(
-    ball: Shape, model: Model, stage: str, levels: int
-) -> None:
-    training = Training(ball, SMALL, Log(stage, 0.5))
-    stopped = training.run()
-    assert training.interrupted
-    assert stopped.provenance["interrupted"]
-    assert len(stopped.levels) == levels
-    assert stopped.provenance["levels"][-1]["fraction"] == pytest.approx(0.5, abs=0.1)
-    assert np.abs(field(stopped, ball.inputs(), levels)).max() < stopped.levels[-1].delta
-    log = Log()
-    resumed = train(ball, log=log, resume=stopped)
-    assert log.stages[0].startswith(stage)
-    assert len(resumed.levels) == 2
-    assert not resumed.provenance["interrupted"]
-    assert resumed.provenance["levels"][-1]["fraction"] == 1
-    assert resumed.provenance["levels"][1]["mean_f"] < 2 * model.provenance["levels"][1]["mean_f"]
-
-
-def test_ctrl_c_before_the_first_step_is_passed_on(ball: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
-    def press(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(pools.Sampler, "surface", press)
-    with pytest.raises(KeyboardInterrupt):
-        train(ball)
-
-
-def test_resume_adds_missing_levels_alone(ball: Shape, model: Model) -> None:
-    three = dataclasses.replace(SMALL, networks=(*SMALL.networks, (16, 0)), omegas=(8.0, 16.0, 24.0), steps=(50,) * 4)
-    log = Log()
-    longer = train(ball, three, log, model)
-    assert [stage[:7] for stage in log.stages] == ["level 3"]
-    for old, new in zip(model.levels, longer.levels, strict=False):
-        assert all((a.weight == b.weight).all() for a, b in zip(old.network, new.network, strict=True))
-    assert longer.provenance["seconds"] > model.provenance["seconds"]
-
-
-def test_resume_refuses_another_shape_or_other_levels(ball: Shape, model: Model) -> None:
-    with pytest.raises(UserError, match="another shape"):
-        train(load_shape("demo")[0], resume=model)
-    with pytest.raises(UserError, match="16x1,16x1"):
-        train(ball, dataclasses.replace(SMALL, networks=((16, 2), (16, 1))), resume=model)
-    with pytest.raises(UserError, match="does not say"):
-        train(ball, resume=dataclasses.replace(model, provenance={}))
-
-
-def test_a_collapsed_residual_is_restarted(ball: Shape, first: Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A rate a hundred times too high drives the residual to nothing good; the log says so and a lower one helps."""
-    monkeypatch.setattr(level, "RATE", 100 * level.RATE)
-    log = Log()
-    found = train(ball, dataclasses.replace(SMALL, steps=(150, 300, 60)), log, first)
-    assert any("restarted with rate" in line for line in log.lines)
-    second = found.provenance["levels"][1]
-    assert second["restarts"] == len([line for line in log.lines if "restarted" in line])
-    assert second["rate"] < level.RATE
-    assert second["mean_f"] < found.provenance["levels"][0]["mean_f"]
-
-
-def test_a_residual_that_never_helps_ends_as_zero(ball: Shape, first: Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(level, "RATE", 1e6)
-    log = Log()
-    found = train(ball, dataclasses.replace(SMALL, steps=(60, 100, 60)), log, first)
-    assert any("adds nothing" in line for line in log.lines)
-    assert not found.levels[1].network[-1].weight.any()
-    assert found.provenance["levels"][1]["mean_f"] == found.provenance["levels"][0]["mean_f"]
