@@ -7,10 +7,9 @@ from torch import Tensor
 
 from . import losses
 from .fit import Step
-from .network import Weights, initial, value_and_gradient
+from .network import Weights, add_derivative, adjoint_pass, initial
 from .pools import Pool
 from .settings import LossWeights
-from .workers import Workers
 
 BATCH = 4096
 RATE = 20e-3
@@ -42,21 +41,22 @@ def rates(width: int, delta: float | None) -> tuple[float, float]:
     return RATE * min(1, RATE_WIDTH / width), LAST if delta is None else min(LAST, LAST_PER_DELTA * delta)
 
 
-def step(surface: Pool, volume: Pool, weight: LossWeights, generator: torch.Generator, workers: Workers) -> Step:
+def step(surface: Pool, volume: Pool, weight: LossWeights, generator: torch.Generator) -> Step:
     """One batch of the level's loss, half of it on the surface."""
     half = min(BATCH // 2, len(surface.points), len(volume.points))
     on, around = surface.batches(half, generator), volume.batches(half, generator)
 
     def run(weights: Weights) -> float:
-        def part(pair: tuple[Pool, Pool]) -> Tensor:
-            here, there = pair
-            f, gradient = value_and_gradient(weights, torch.cat((here.points, there.points)))
-            f = f + torch.cat((here.frozen, there.frozen))
-            gradient = gradient + torch.cat((here.frozen_gradient, there.frozen_gradient))
-            return level_loss(f, gradient, here, there, weight) * (len(here.points) / half)
-
-        pairs = zip(next(on).parts(workers.threads), next(around).parts(workers.threads), strict=True)
-        return workers.backward(weights, part, pairs)
+        total = 0.0
+        for here, there in zip(next(on).parts(), next(around).parts(), strict=True):
+            share = len(here.points) / half
+            found = adjoint_pass(weights, torch.cat((here.points, there.points)))
+            f = found.f + torch.cat((here.frozen, there.frozen))
+            gradient = found.gradient + torch.cat((here.frozen_gradient, there.frozen_gradient))
+            loss, d_f, d_gradient = level_loss(f, gradient, here, there, weight)
+            add_derivative(weights, found, d_f.mul_(share), d_gradient.mul_(share))
+            total += loss.item() * share
+        return total
 
     return run
 
@@ -65,18 +65,25 @@ def idle_loss(surface: Pool, volume: Pool, weight: LossWeights) -> float:
     """The loss of f_{i-1} alone: what a residual that has collapsed to zero is left with."""
     f = torch.cat((surface.frozen, volume.frozen))
     gradient = torch.cat((surface.frozen_gradient, volume.frozen_gradient))
-    return level_loss(f, gradient, surface, volume, weight).item()
+    return level_loss(f, gradient, surface, volume, weight)[0].item()
 
 
-def level_loss(f: Tensor, gradient: Tensor, here: Pool, there: Pool, weight: LossWeights) -> Tensor:
-    """Eq. 4, with the exact distances where they are known. f, gradient: at the points of `here`, then of `there`."""
+def level_loss(
+    f: Tensor, gradient: Tensor, here: Pool, there: Pool, weight: LossWeights
+) -> tuple[Tensor, Tensor, Tensor]:
+    """Eq. 4, with the exact distances where they are known, and its derivatives with respect to f and the gradient.
+
+    f, gradient: at the points of `here`, then of `there`.
+    """
     assert here.distance is not None
     assert here.normals is not None
     assert there.distance is not None
     on = len(here.points)
-    return (
-        weight.value * losses.value(f[:on], here.distance)
-        + weight.normal * losses.normal(gradient[:on], here.normals)
-        + weight.distance * losses.value(f[on:], there.distance)
-        + weight.eikonal * losses.eikonal(gradient)
-    )
+    value, d_value = losses.value(f[:on], here.distance)
+    distance, d_distance = losses.value(f[on:], there.distance)
+    normal, d_normal = losses.normal(gradient[:on], here.normals)
+    eikonal, d_eikonal = losses.eikonal(gradient)
+    loss = weight.value * value + weight.normal * normal + weight.distance * distance + weight.eikonal * eikonal
+    d_gradient = d_eikonal.mul_(weight.eikonal)
+    d_gradient[:on].add_(d_normal, alpha=weight.normal)
+    return loss, torch.cat((weight.value * d_value, weight.distance * d_distance)), d_gradient

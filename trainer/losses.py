@@ -1,4 +1,4 @@
-"""The terms of the loss, one function each. Every term is a mean over its points.
+"""The terms of the loss, one function each. Every term is a mean over its points; a level's come with derivatives.
 
 f: (n,) values of f_i; gradient: (n, 3) of grad f_i.
 """
@@ -6,27 +6,40 @@ f: (n,) values of f_i; gradient: (n, 3) of grad f_i.
 import torch
 from torch import Tensor
 
+SHORTEST = 1e-8
+"""A gradient below this length counts as this long."""
 
-def value(f: Tensor, distance: Tensor) -> Tensor:
+
+def value(f: Tensor, distance: Tensor) -> tuple[Tensor, Tensor]:
     """First term of Eq. 4, f_i(x_j)^2, and its extension to points at a known distance, (f_i(x) - distance)^2.
 
-    A distance of NaN is not known and adds nothing.
+    A distance of NaN is not known and adds nothing. Also the derivative with respect to f: (n,).
     """
-    return (f - distance).nan_to_num().square().mean()
+    error = (f - distance).nan_to_num_()
+    return error.square().mean(), error * (2 / len(f))
 
 
-def normal(gradient: Tensor, normals: Tensor) -> Tensor:
-    """Second term of Eq. 4, 1 - <grad f_i(x_j), N_j>, of the gradient's direction.
+def normal(gradient: Tensor, normals: Tensor) -> tuple[Tensor, Tensor]:
+    """Second term of Eq. 4, 1 - <grad f_i(x_j), N_j>, of the gradient's direction. normals: (n, 3), of length one.
 
-    With the gradient's own length the term would pay for |grad f| > 1, against the Eikonal term.
+    With the gradient's own length the term would pay for |grad f| > 1, against the Eikonal term. Also the derivative
+    with respect to the gradient: (n, 3).
     """
-    return (1 - torch.nn.functional.cosine_similarity(gradient, normals, dim=1)).mean()
+    shrink = 1 / _length(gradient)
+    direction = gradient * shrink
+    cosine = (direction * normals).sum(1, keepdim=True)
+    return 1 - cosine.mean(), (direction * cosine - normals) * (shrink / len(gradient))
 
 
-def eikonal(gradient: Tensor) -> Tensor:
-    """Third term of Eq. 4, (|grad f_i| - 1)^2 over Omega_{i-1}."""
-    length: Tensor = torch.linalg.vector_norm(gradient, dim=1)
-    return (length - 1).square().mean()
+def eikonal(gradient: Tensor) -> tuple[Tensor, Tensor]:
+    """Third term of Eq. 4, (|grad f_i| - 1)^2 over Omega_{i-1}, and its derivative with respect to the gradient."""
+    length = _length(gradient)
+    error = length - 1
+    return error.square().mean(), gradient * (error / length * (2 / len(gradient)))
+
+
+def _length(vectors: Tensor) -> Tensor:
+    return torch.linalg.vector_norm(vectors, dim=1, keepdim=True).clamp_min_(SHORTEST)
 
 
 def colour(colours: Tensor, truth: Tensor) -> Tensor:

@@ -7,6 +7,8 @@ import torch
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
 """Of glibc's malloc.h."""
+MOST_THREADS = 8
+"""A step's operations are too small for more."""
 
 
 def prepare(device: torch.device) -> None:
@@ -18,7 +20,7 @@ def prepare(device: torch.device) -> None:
     """
     if device.type != "cpu":
         return
-    torch.set_num_threads(1)  # `workers` has threads of its own
+    torch.set_num_threads(min(torch.get_num_threads(), MOST_THREADS))
     with contextlib.suppress(OSError, AttributeError):
         libc = ctypes.CDLL("libc.so.6")
         libc.mallopt(M_MMAP_THRESHOLD, 1 << 30)

@@ -3,11 +3,11 @@
 A network is a list [W_0, b_0, ..., W_n, b_n]; omega_0 is folded into every layer but the last, so that a hidden layer
 is sin(W x + b). The adjoint pass keeps a_j = W_j h_{j-1} + b_j and runs u_{j-1} = (u_j W_j) * cos(a_{j-1}) backwards,
 two matrix products a layer in all, where the paper's Algorithm 1 takes four. Its own derivative with respect to the
-weights, which training needs, is written out by hand as well (`_ValueAndGradient.backward`).
+weights, which training needs, is written out by hand as well (`add_derivative`): four more.
 """
 
 import math
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -48,10 +48,75 @@ def value(weights: Weights, points: Tensor) -> Tensor:
     return torch.addmm(weights[-1], hidden, weights[-2].t())
 
 
+@dataclass(frozen=True, eq=False)
+class Adjoint:
+    """f: (n,). gradient: (n, 3). The rest, of each sine layer j and (n, width), is what `add_derivative` needs.
+
+    hidden: the points, then sin a_j. cosines: cos a_j. below: df/d(sin a_j), one row for all points at the top.
+    adjoint: df/da_j.
+    """
+
+    f: Tensor
+    gradient: Tensor
+    hidden: list[Tensor]
+    cosines: list[Tensor]
+    below: list[Tensor]
+    adjoint: list[Tensor]
+
+
+@torch.no_grad()
+def adjoint_pass(weights: Weights, points: Tensor) -> Adjoint:
+    """Value and gradient at points (n, 3), of one output."""
+    hidden, cosines = [points], []
+    for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
+        angle = torch.addmm(bias, hidden[-1], weight.t())
+        cosines.append(angle.cos())
+        hidden.append(angle.sin_())
+    below = [weights[-2]]
+    adjoint = [weights[-2] * cosines[-1]]
+    for weight, cosine in zip(weights[-4:1:-2], cosines[-2::-1], strict=True):
+        below.append(adjoint[-1] @ weight)
+        adjoint.append(below[-1] * cosine)
+    f = torch.addmv(weights[-1], hidden[-1], weights[-2][0])
+    return Adjoint(f, adjoint[-1] @ weights[0], hidden, cosines, below[::-1], adjoint[::-1])
+
+
+@torch.no_grad()
+def add_derivative(weights: Weights, of: Adjoint, d_f: Tensor, d_gradient: Tensor) -> None:
+    """Adds to the weights' .grad the derivative of a loss whose own with respect to f and grad f are d_f, d_gradient.
+
+    Uses up what `of` holds.
+    """
+    found = [weight.grad for weight in weights]
+    layers = len(of.cosines)
+
+    # Back through the adjoint pass, upwards: d_below is dL/d(below[j]), bend is dL/d(cos a_j).
+    found[0].addmm_(of.adjoint[0].t(), d_gradient)
+    d_adjoint = d_gradient @ weights[0].t()
+    bends = []
+    for j in range(layers):
+        bends.append(d_adjoint * of.below[j])
+        d_below = d_adjoint.mul_(of.cosines[j])
+        if j + 1 < layers:
+            found[2 * j + 2].addmm_(of.adjoint[j + 1].t(), d_below)
+            d_adjoint = d_below @ weights[2 * j + 2].t()
+    found[-2] += d_below.sum(0) + d_f @ of.hidden[-1]
+    found[-1] += d_f.sum()
+
+    # Back through the values, downwards: da_j = dh_j * cos a_j - bend_j * sin a_j.
+    d_hidden = d_f[:, None] * weights[-2]
+    for j in range(layers - 1, -1, -1):
+        d_angle = d_hidden.mul_(of.cosines[j]).addcmul_(bends[j], of.hidden[j + 1], value=-1)
+        found[2 * j].addmm_(d_angle.t(), of.hidden[j])
+        found[2 * j + 1] += d_angle.sum(0)
+        if j:
+            d_hidden = d_angle @ weights[2 * j]
+
+
 def value_and_gradient(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
-    """Value (n,) and gradient (n, 3) at points (n, 3), of one output; differentiable with respect to the weights."""
-    result: tuple[Tensor, Tensor] = _ValueAndGradient.apply(points, *weights)  # type: ignore[no-untyped-call]
-    return result
+    """Value (n,) and gradient (n, 3) at points (n, 3), of one output, without a graph."""
+    done = adjoint_pass(weights, points)
+    return done.f, done.gradient
 
 
 def value_along(weights: Weights, points: Tensor, directions: Tensor) -> tuple[Tensor, Tensor]:
@@ -61,62 +126,6 @@ def value_along(weights: Weights, points: Tensor, directions: Tensor) -> tuple[T
         angle = torch.addmm(bias, hidden, weight.t())
         hidden, along = angle.sin(), angle.cos() * (along @ weight.t())
     return torch.addmm(weights[-1], hidden, weights[-2].t()), along @ weights[-2].t()
-
-
-class _ValueAndGradient(torch.autograd.Function):
-    """Forward: the adjoint pass. Backward: the derivative of (f, grad f) with respect to the weights."""
-
-    @staticmethod
-    def forward(ctx: Any, points: Tensor, *weights: Tensor) -> tuple[Tensor, Tensor]:
-        hidden, cosines, below = [points], [], []
-        for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
-            angle = torch.addmm(bias, hidden[-1], weight.t())
-            cosines.append(angle.cos())
-            hidden.append(angle.sin_())
-        f = torch.addmv(weights[-1], hidden[-1], weights[-2][0])
-        # adjoint[j] = df/da_j; below[j] = df/dh_j before the cosine, one row for all points at the top.
-        adjoint = [weights[-2] * cosines[-1]]
-        for weight, cosine in zip(weights[-4:1:-2], cosines[-2::-1], strict=True):
-            below.append(adjoint[-1] @ weight)
-            adjoint.append(below[-1] * cosine)
-        gradient = adjoint[-1] @ weights[0]
-        ctx.save_for_backward(*weights)
-        ctx.kept = hidden, cosines, below[::-1], adjoint[::-1]
-        return f, gradient
-
-    @staticmethod
-    def backward(ctx: Any, *upstream: Tensor) -> tuple[Tensor | None, ...]:
-        d_f, d_gradient = upstream
-        weights = ctx.saved_tensors
-        hidden, cosines, below, adjoint = ctx.kept
-        below = [*below, weights[-2]]
-        found: list[Tensor] = [torch.empty(0)] * len(weights)
-        layers = len(cosines)
-
-        # Back through the adjoint pass, upwards: d_below is dL/d(below[j]), bend is dL/d(cos a_j).
-        found[0] = adjoint[0].t() @ d_gradient
-        d_adjoint = d_gradient @ weights[0].t()
-        bends = []
-        for j in range(layers):
-            bends.append(d_adjoint * below[j])
-            d_below = d_adjoint.mul_(cosines[j])
-            if j + 1 < layers:
-                found[2 * j + 2] = adjoint[j + 1].t() @ d_below
-                d_adjoint = d_below @ weights[2 * j + 2].t()
-        found[-2] = (d_below.sum(0) + d_f @ hidden[-1])[None]
-        found[-1] = d_f.sum()[None]
-
-        # Back through the values, downwards: da_j = dh_j * cos a_j - bend_j * sin a_j.
-        d_hidden = d_f[:, None] * weights[-2]
-        for j in range(layers - 1, -1, -1):
-            d_angle = d_hidden.mul_(cosines[j]).addcmul_(bends[j], hidden[j + 1], value=-1)
-            found[2 * j + 1] = d_angle.sum(0)
-            if j:
-                found[2 * j].addmm_(d_angle.t(), hidden[j])
-                d_hidden = d_angle @ weights[2 * j]
-            else:
-                found[0].addmm_(d_angle.t(), hidden[0])
-        return (None, *found)
 
 
 def clone(weights: Weights) -> Weights:

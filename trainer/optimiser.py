@@ -11,6 +11,8 @@ class Optimiser:
     """rate: the peak rate of the hidden layers. last: factor on it for the output layer."""
 
     def __init__(self, weights: Weights, rate: float, last: float) -> None:
+        for weight in weights:
+            weight.grad = torch.zeros_like(weight)
         factors = [1.0] * (len(weights) - 2) + [last] * 2
         groups = [{"params": [w], "lr": rate * f, "peak": rate * f} for w, f in zip(weights, factors, strict=True)]
         self._adam = torch.optim.Adam(groups, betas=BETAS, eps=1e-12, fused=True)
@@ -20,4 +22,4 @@ class Optimiser:
         for group in self._adam.param_groups:
             group["lr"] = factor * group["peak"]
         self._adam.step()
-        self._adam.zero_grad()
+        self._adam.zero_grad(set_to_none=False)

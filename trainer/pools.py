@@ -43,11 +43,10 @@ class Pool:
             for start in range(0, count - size + 1, size):
                 yield mixed._take(slice(start, start + size))
 
-    def parts(self, threads: int) -> Iterator["Pool"]:
-        """The samples in parts that go through a network together: one a thread, and what its cache holds at most."""
-        size = min(-(-len(self.points) // threads), PART)
-        for start in range(0, len(self.points), size):
-            yield self._take(slice(start, start + size))
+    def parts(self) -> Iterator["Pool"]:
+        """The samples in parts that go through a network together: about what the caches hold."""
+        for start in range(0, len(self.points), PART):
+            yield self._take(slice(start, start + PART))
 
     def _take(self, index: Tensor | slice) -> "Pool":
         def take(column: Tensor | None) -> Tensor | None:

@@ -3,13 +3,11 @@
 from collections.abc import Callable
 
 import torch
-from torch import Tensor
 
 from . import losses
 from .fit import Step
 from .network import Weights, initial, value_along
 from .pools import Pool
-from .workers import Workers
 
 OMEGA = 50.0
 RATE, LAST = 3e-2, 0.1
@@ -36,23 +34,24 @@ def start(network: tuple[int, int], seed: int, device: torch.device) -> Callable
     return make
 
 
-def step(surface: Pool, band: Pool, generator: torch.Generator, workers: Workers) -> Step:
+def step(surface: Pool, band: Pool, generator: torch.Generator) -> Step:
     """One batch of the texture loss: colour on the surface, <grad g, grad f>^2 in the band."""
     half = min(BATCH // 2, len(surface.points), len(band.points))
     on, around = surface.batches(half, generator), band.batches(half, generator)
 
     def run(weights: Weights) -> float:
-        def part(pair: tuple[Pool, Pool]) -> Tensor:
-            here, there = pair
+        total = 0.0
+        for here, there in zip(next(on).parts(), next(around).parts(), strict=True):
             assert here.colours is not None
             points = torch.cat((here.points, there.points))
             normals = torch.cat((here.frozen_gradient, there.frozen_gradient))
             colours, along = value_along(weights, points, normals)
             smoothness = SMOOTHNESS * losses.constant_along_normals(along)
-            return (losses.colour(colours[: len(here.points)], here.colours) + smoothness) * (len(here.points) / half)
-
-        pairs = zip(next(on).parts(workers.threads), next(around).parts(workers.threads), strict=True)
-        return workers.backward(weights, part, pairs)
+            colour = losses.colour(colours[: len(here.points)], here.colours)
+            loss = (colour + smoothness) * (len(here.points) / half)
+            loss.backward()
+            total += loss.item()
+        return total
 
     return run
 

@@ -18,7 +18,6 @@ from .network import Weights, clone, from_model, to_model
 from .pools import Sampler
 from .settings import Settings
 from .shape import Shape
-from .workers import Workers
 
 POOL = 200_000
 """Most samples of a pool."""
@@ -48,7 +47,6 @@ class Training:
         self._shape, self._settings, self._progress = shape, settings, progress
         self._began = time.perf_counter() if began is None else began
         self._device = device(settings.device)
-        self._workers = Workers(self._device)
         self._probe = quality.Probe(shape, self._device)
         self._levels: list[_Trained] = []
         self._texture: Weights | None = None
@@ -115,7 +113,7 @@ class Training:
             budget = replace(budget, deadline=budget.deadline - last)
         weight = settings.loss_weights(first=index == 0)
         task = Task(
-            start, level.step(surface, volume, weight, torch.Generator().manual_seed(seed), self._workers),
+            start, level.step(surface, volume, weight, torch.Generator().manual_seed(seed)),
             level.idle_loss(surface, volume, weight), *level.rates(width, band),
         )
         outcome = fit(task, budget, self._progress)
@@ -141,7 +139,7 @@ class Training:
         surface, around = sampler.coloured(count), sampler.band(count)
         task = Task(
             texture.start(network, seed, self._device),
-            texture.step(surface, around, torch.Generator().manual_seed(seed), self._workers),
+            texture.step(surface, around, torch.Generator().manual_seed(seed)),
             texture.idle_loss(surface), texture.RATE, texture.LAST,
         )
         outcome = fit(task, budget, self._progress)
