@@ -1,0 +1,54 @@
+"""What a shape's training reaches in so many seconds, on surface points that were not trained on; prints a table.
+
+    python benchmarks/quality.py armadillo.ply [--levels 64x1,64x2] [--seconds 60,150,300] [--keep FOLDER]
+
+Seconds count from reading the file to the last figure, as in `mplicits train --seconds`.
+"""
+
+import argparse
+import os
+import platform
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+
+from codegen.model import save
+from trainer import settings
+from trainer.load import load_shape
+from trainer.machine import prepare
+from trainer.session import Bar
+from trainer.settings import Settings
+from trainer.train import Training, device
+
+
+def main() -> None:
+    """Trains once for each number of seconds and prints a row a level."""
+    parser = argparse.ArgumentParser(description="quality against training time")
+    parser.add_argument("shape", metavar="SHAPE", help="a mesh, an oriented point cloud, or the word `demo`")
+    parser.add_argument("--levels", default="64x1,64x2", metavar="NxD,..")
+    parser.add_argument("--seconds", default="60,150,300", metavar="S,..")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where to put the models")
+    arguments = parser.parse_args()
+    networks = settings.networks(arguments.levels)
+    prepare(device("cpu"))
+    print(f"{Path(arguments.shape).name}, {platform.machine()}, {os.cpu_count()} cores, {datetime.now(UTC):%Y-%m-%d}\n")
+    print("| seconds asked | seconds | level | steps | mean abs f | mean normal angle, degrees | delta |")
+    print("|---:|---:|---|---:|---:|---:|---:|", flush=True)
+    for seconds in map(float, arguments.seconds.split(",")):
+        began = time.perf_counter()
+        shape, _ = load_shape(arguments.shape)
+        omegas, steps = settings.omegas(None, networks), settings.steps(None, len(networks))
+        training = Training(shape, Settings(networks, omegas, steps, seconds, texture=False), Bar(True), began)
+        model = training.run()
+        for i, (level, record) in enumerate(zip(model.levels, model.provenance["levels"], strict=True), start=1):
+            print(
+                f"| {seconds:g} | {model.provenance['seconds']:.1f} | {i}: {record['network']} | {record['steps']} "
+                f"| {record['mean_f']:.2e} | {record['angle']:.2f} | {level.delta:.4f} |",
+                flush=True,
+            )
+        if arguments.keep:
+            save(model, arguments.keep / f"{model.name}-{seconds:g}.safetensors")
+
+
+if __name__ == "__main__":
+    main()
