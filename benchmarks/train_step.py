@@ -1,36 +1,53 @@
-"""One training step of a residual, three ways, in turn in one process; prints a markdown table.
+"""One training step of a residual, three ways, in turn; prints a markdown table.
 
-    python benchmarks/train_step.py [--points 8192] [--rounds 30]
+    python benchmarks/train_step.py [--points 8192] [--rounds 8]
 
-ours: `trainer.level`: hand-written adjoint, earlier levels from the pool, a part of the batch on each core.
-autograd: the same step with the gradient by torch.autograd.grad(create_graph=True).
+ours: `trainer.level`: hand-written adjoint and derivatives, earlier levels from the pool, `mplicits train`'s settings.
+autograd: the same step and settings, the gradient by torch.autograd.grad(create_graph=True).
 authors' way: no pool: the earlier levels are evaluated, and differentiated by autograd, again at every step, and the
-loss runs back through everything, as the paper's released training loop does; PyTorch's own threads and precision.
+loss runs back through everything, as the paper's released training loop does. It runs twice: in our process with
+PyTorch's own precision and number of threads, and in a process of its own where PyTorch and the C library are as they
+come. The faster one counts.
 """
 
 import argparse
+import multiprocessing
+import os
 import platform
 import statistics
 import time
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
+from functools import partial
+from multiprocessing.connection import Connection
 from pathlib import Path
-from unittest.mock import patch
+
+from trainer import cli
+
+if __name__ == "__main__":
+    cli.before_torch()
 
 import torch
-from torch import Tensor
 
-from trainer import level, losses, machine, pools
+os.environ.pop("GOMP_SPINCOUNT", None)  # the other process goes without
+
+from torch import Tensor
+from torch.nn import functional
+
+from trainer import level, machine, pools
 from trainer.network import Weights, initial, value
 from trainer.optimiser import Optimiser
 from trainer.settings import RESIDUAL
-from trainer.workers import Workers, cores
 
 CASES = (((64, 1),), (64, 2)), (((64, 2),), (128, 2)), (((64, 2), (128, 2)), (256, 2))
 """Sizes of the earlier levels, and of the residual that is trained."""
 REST = 0.05
 """Seconds in which the threads of the step before stop waiting for more."""
+WARM, TIMED = 2, 4
+"""Steps of a turn."""
 CPU = torch.device("cpu")
+THREADS = torch.get_num_threads()
+"""PyTorch's own number."""
 
 
 def by_autograd(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
@@ -41,58 +58,84 @@ def by_autograd(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
 
 
 def make_pool(points: Tensor, frozen: Sequence[Weights], on_surface: bool) -> pools.Pool:
-    normals = torch.nn.functional.normalize(points, dim=1) if on_surface else None
+    normals = functional.normalize(points, dim=1) if on_surface else None
     return pools.Pool(points, torch.zeros(len(points)), normals, *pools.evaluate(frozen, points))
 
 
-def our_step(weights: Weights, surface: pools.Pool, volume: pools.Pool) -> Callable[[], None]:
-    generator = torch.Generator().manual_seed(0)
-    step = level.step(surface, volume, RESIDUAL, generator, Workers(CPU))
-    optimiser = Optimiser(weights, 1e-4, 0.1)
+class Case:
+    """Networks and samples of one row; the same in every process."""
 
-    def run() -> None:
-        step(weights)
-        optimiser.step(1)
+    def __init__(self, index: int) -> None:
+        sizes, self.size = CASES[index]
+        generator = torch.Generator().manual_seed(index)
+        self.earlier = [initial(each, 40.0, 1, generator) for each in sizes]
+        points = torch.rand(65536, 3, generator=generator) * 2 - 1
+        self.surface = make_pool(points[:32768], self.earlier, True)
+        self.volume = make_pool(points[32768:], self.earlier, False)
+        self.start = initial(self.size, 80.0, 1, generator)
 
-    return run
+    def weights(self) -> Weights:
+        return [w.clone().requires_grad_() for w in self.start]
+
+    def ours(self) -> Callable[[], None]:
+        weights = self.weights()
+        step = level.step(self.surface, self.volume, RESIDUAL, torch.Generator().manual_seed(0))
+        optimiser = Optimiser(weights, 1e-4, 0.1)
+
+        def run() -> None:
+            step(weights)
+            optimiser.step(1)
+
+        return run
+
+    def autograd(self) -> Callable[[], None]:
+        weights, half = self.weights(), level.BATCH // 2
+        generator = torch.Generator().manual_seed(0)
+        on, around = self.surface.batches(half, generator), self.volume.batches(half, generator)
+        optimiser = Optimiser(weights, 1e-4, 0.1)
+
+        def run() -> None:
+            here, there = next(on), next(around)
+            f, gradient = by_autograd(weights, torch.cat((here.points, there.points)))
+            f = f + torch.cat((here.frozen, there.frozen))
+            assert here.normals is not None
+            loss(f, gradient + torch.cat((here.frozen_gradient, there.frozen_gradient)), here.normals).backward()  # type: ignore[no-untyped-call]
+            optimiser.step(1)
+
+        return run
+
+    def authors(self) -> Callable[[], None]:
+        weights, half = self.weights(), level.BATCH // 2
+        optimiser = torch.optim.Adam(weights, 1e-4)
+        earlier = [[w.clone().requires_grad_() for w in each] for each in self.earlier]
+
+        def run() -> None:
+            on, around = (torch.randint(len(pool.points), (half,)) for pool in (self.surface, self.volume))
+            points = torch.cat((self.surface.points[on], self.volume.points[around]))
+            f, gradient = by_autograd(weights, points)
+            for each in earlier:
+                part = by_autograd(each, points)
+                f, gradient = f + part[0], gradient + part[1].detach()
+            assert self.surface.normals is not None
+            total = loss(f, gradient, self.surface.normals[on])
+            optimiser.zero_grad()
+            total.backward()  # type: ignore[no-untyped-call]
+            optimiser.step()
+
+        return run
 
 
-def autograd_step(weights: Weights, surface: pools.Pool, volume: pools.Pool) -> Callable[[], None]:
-    ours = our_step(weights, surface, volume)
-
-    def run() -> None:
-        with patch("trainer.level.value_and_gradient", by_autograd):
-            ours()
-
-    return run
-
-
-def authors_step(
-    weights: Weights, earlier: Sequence[Weights], surface: pools.Pool, volume: pools.Pool
-) -> Callable[[], None]:
-    optimiser = torch.optim.Adam(weights, 1e-4)
-    earlier = [[w.clone().requires_grad_() for w in each] for each in earlier]
-    half, weight = level.BATCH // 2, RESIDUAL
-
-    def run() -> None:
-        on, around = (torch.randint(len(pool.points), (half,)) for pool in (surface, volume))
-        points = torch.cat((surface.points[on], volume.points[around]))
-        f, gradient = by_autograd(weights, points)
-        for each in earlier:
-            part = by_autograd(each, points)
-            f, gradient = f + part[0], gradient + part[1].detach()
-        assert surface.normals is not None
-        loss = (
-            weight.value * losses.value(f[:half], torch.zeros(half))
-            + weight.normal * losses.normal(gradient[:half], surface.normals[on])
-            + weight.distance * losses.value(f[half:], torch.zeros(half))
-            + weight.eikonal * losses.eikonal(gradient)
-        )
-        optimiser.zero_grad()
-        loss.backward()  # type: ignore[no-untyped-call]
-        optimiser.step()
-
-    return run
+def loss(f: Tensor, gradient: Tensor, normals: Tensor) -> Tensor:
+    """Eq. 4 as `trainer.level` has it, for distances of zero."""
+    half = len(normals)
+    weight = RESIDUAL
+    total: Tensor = (
+        weight.value * f[:half].square().mean()
+        + weight.normal * (1 - functional.cosine_similarity(gradient[:half], normals, dim=1)).mean()
+        + weight.distance * f[half:].square().mean()
+        + weight.eikonal * (torch.linalg.vector_norm(gradient, dim=1) - 1).square().mean()
+    )
+    return total
 
 
 def our_settings() -> None:
@@ -101,22 +144,57 @@ def our_settings() -> None:
 
 
 def default_settings() -> None:
-    """PyTorch as it comes."""
-    torch.set_num_threads(cores())
+    """PyTorch's own precision and number of threads."""
+    torch.set_num_threads(THREADS)
     torch.set_float32_matmul_precision("highest")
 
 
-def medians(steps: Sequence[tuple[Callable[[], None], Callable[[], None]]], rounds: int) -> list[float]:
-    """Median seconds of each step, the steps taking turns. Before each, untimed, its settings and a rest."""
+def seconds(step: Callable[[], None]) -> float:
+    began = time.perf_counter()
+    step()
+    return time.perf_counter() - began
+
+
+def apart(connection: Connection, index: int, points: int) -> None:
+    """The authors' way in this process: one step's seconds for every message."""
+    level.BATCH = points
+    step = Case(index).authors()
+    connection.send(0.0)
+    while connection.recv():
+        connection.send(seconds(step))
+
+
+def medians(index: int, rounds: int) -> list[float]:
+    """Median seconds of a step of ours, autograd, authors' in this process and in another; they take turns.
+
+    In each turn, untimed: its settings, a rest, and `WARM` steps, as in training one follows the other.
+    """
+    case = Case(index)
+    near, far = multiprocessing.get_context("spawn").Pipe()
+    other = multiprocessing.get_context("spawn").Process(target=apart, args=(far, index, level.BATCH))
+    other.start()
+    near.recv()
+
+    def elsewhere() -> float:
+        near.send(True)
+        return float(near.recv())
+
+    steps: tuple[tuple[Callable[[], None], Callable[[], float]], ...] = (
+        (our_settings, partial(seconds, case.ours())),
+        (our_settings, partial(seconds, case.autograd())),
+        (default_settings, partial(seconds, case.authors())),
+        (default_settings, elsewhere),
+    )
     times: list[list[float]] = [[] for _ in steps]
-    for done in range(rounds + 3):
+    for done in range(rounds + 1):
         for (prepare, step), kept in zip(steps, times, strict=True):
             prepare()
             time.sleep(REST)
-            began = time.perf_counter()
-            step()
-            if done >= 3:
-                kept.append(time.perf_counter() - began)
+            taken = [step() for _ in range(WARM + TIMED)][WARM:]
+            if done:
+                kept.extend(taken)
+    near.send(False)
+    other.join()
     return [statistics.median(kept) for kept in times]
 
 
@@ -131,31 +209,21 @@ def main() -> None:
     """Prints the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--points", type=int, default=8192, help="samples of a step")
-    parser.add_argument("--rounds", type=int, default=30)
+    parser.add_argument("--rounds", type=int, default=8)
     options = parser.parse_args()
     level.BATCH = options.points
     our_settings()
-    print(f"{processor()}, {cores()} cores, torch {torch.__version__}, {datetime.now(UTC):%Y-%m-%d}; "
-          f"{options.points} points a step, medians of {options.rounds} steps in turn\n")
-    print("| residual | after | ours, ms | autograd, ms | authors' way, ms | autograd / ours | authors' / ours |")
-    print("| --- | --- | ---: | ---: | ---: | ---: | ---: |")
-    generator = torch.Generator().manual_seed(0)
-    for sizes, size in CASES:
-        earlier = [initial(each, 40.0, 1, generator) for each in sizes]
-        points = torch.rand(65536, 3, generator=generator) * 2 - 1
-        surface, volume = make_pool(points[:32768], earlier, True), make_pool(points[32768:], earlier, False)
-        own = [[w.requires_grad_() for w in initial(size, 80.0, 1, generator)] for _ in range(3)]
-        ours, autograd, authors = medians(
-            (
-                (our_settings, our_step(own[0], surface, volume)),
-                (our_settings, autograd_step(own[1], surface, volume)),
-                (default_settings, authors_step(own[2], earlier, surface, volume)),
-            ),
-            options.rounds,
-        )
+    print(f"{processor()}, {THREADS} threads, torch {torch.__version__}, {datetime.now(UTC):%Y-%m-%d}; "
+          f"{options.points} points a step, medians of {options.rounds * TIMED} steps in turn\n")
+    print("| residual | after | ours, ms | autograd, ms | authors' way, ms | the same, own process, ms "
+          "| autograd / ours | authors' / ours |")
+    print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |")
+    for index, (sizes, size) in enumerate(CASES):
+        ours, autograd, authors, alone = medians(index, options.rounds)
         names = [f"{width}x{depth}" for width, depth in (size, *sizes)]
-        print(f"| {names[0]} | {' + '.join(names[1:])} | {ours * 1e3:.1f} | {autograd * 1e3:.1f} | {authors * 1e3:.1f} "
-              f"| {autograd / ours:.2f} | {authors / ours:.2f} |", flush=True)
+        figures = " | ".join(f"{each * 1e3:.1f}" for each in (ours, autograd, authors, alone))
+        print(f"| {names[0]} | {' + '.join(names[1:])} | {figures} | {autograd / ours:.2f} "
+              f"| {min(authors, alone) / ours:.2f} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,19 @@ from torch import Tensor
 
 from codegen.model import Network
 from trainer import losses, machine
-from trainer.network import from_model, initial, to_model, value, value_along, value_and_gradient
+from trainer.level import level_loss
+from trainer.network import (
+    add_derivative,
+    adjoint_pass,
+    from_model,
+    initial,
+    to_model,
+    value,
+    value_along,
+    value_and_gradient,
+)
+from trainer.pools import Pool
+from trainer.settings import LossWeights
 
 SIZES = [(16, 0), (16, 1), (8, 2), (24, 3)]
 
@@ -36,15 +48,42 @@ def test_adjoint_is_autograd(size: tuple[int, int]) -> None:
 def test_weights_derivative_is_autograd(size: tuple[int, int]) -> None:
     weights, x = network(size), points()
 
-    def loss(f: Tensor, gradient: Tensor) -> Tensor:
-        return losses.value(f, x[:, 0]) + losses.normal(gradient, x.detach() + 2) + losses.eikonal(gradient)
+    d_f, d_gradient = x[:, 0] ** 2, x.flip(1)
+    for weight in weights:
+        weight.grad = torch.zeros_like(weight)
+    add_derivative(weights, adjoint_pass(weights, x), d_f, d_gradient)
+    at = x.clone().requires_grad_()
+    f = value(weights, at)[:, 0]
+    (gradient,) = torch.autograd.grad(f.sum(), at, create_graph=True)
+    for weight, expected in zip(weights, torch.autograd.grad((f, gradient), weights, (d_f, d_gradient)), strict=True):
+        torch.testing.assert_close(weight.grad, expected, rtol=1e-10, atol=1e-12)
 
-    ours = torch.autograd.grad(loss(*value_and_gradient(weights, x)), weights)
-    x.requires_grad_()
-    f = value(weights, x)[:, 0]
-    (gradient,) = torch.autograd.grad(f.sum(), x, create_graph=True)
-    for found, expected in zip(ours, torch.autograd.grad(loss(f, gradient), weights), strict=True):
-        torch.testing.assert_close(found, expected, rtol=1e-10, atol=1e-12)
+
+def test_losses_derivatives_are_autograd() -> None:
+    gradient = (points() + 0.1).requires_grad_()
+    f = points(41)[:40, 0].clone().requires_grad_()
+    distance = torch.where(torch.arange(40) % 5 == 0, torch.nan, points()[:, 1])
+    normals = torch.nn.functional.normalize(points().flip(0), dim=1)
+    for at, (loss, slope) in (
+        (f, losses.value(f, distance)), (gradient, losses.normal(gradient, normals)),
+        (gradient, losses.eikonal(gradient)),
+    ):
+        torch.testing.assert_close(slope, torch.autograd.grad(loss, at)[0], rtol=1e-10, atol=1e-12)
+
+
+def test_level_loss_is_equation_4() -> None:
+    f, gradient = points()[:, 0].clone().requires_grad_(), (points(40) + 0.2).requires_grad_()
+    normals, distance = torch.nn.functional.normalize(points(20), dim=1), points()[:, 2]
+    here, there = (Pool(points(20), part, normals, f, gradient) for part in (distance[:20], distance[20:]))
+    weight = LossWeights(value=5, normal=3, eikonal=2, distance=7)
+    loss, d_f, d_gradient = level_loss(f, gradient, here, there, weight)
+    squares = (f - distance).square()
+    cosine = torch.nn.functional.cosine_similarity(gradient[:20], normals, dim=1)
+    eikonal = (gradient.norm(dim=1) - 1).square().mean()
+    expected = 5 * squares[:20].mean() + 7 * squares[20:].mean() + 3 * (1 - cosine).mean() + 2 * eikonal
+    torch.testing.assert_close(loss, expected)
+    for found, slope in zip((d_f, d_gradient), torch.autograd.grad(expected, (f, gradient)), strict=True):
+        torch.testing.assert_close(found, slope)
 
 
 def test_float32_adjoint_is_autograd_to_1e_5() -> None:

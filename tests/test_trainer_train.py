@@ -112,7 +112,7 @@ def test_three_levels(ball: Shape) -> None:
 def test_frozen_levels_are_evaluated_once(ball: Shape, model: Model) -> None:
     """The pool's frozen value and gradient are those of the finished levels at its points."""
     frozen = [from_model(model.levels[0].network)]
-    sampler = pools.Sampler(ball, frozen, model.levels[0].delta, torch.device("cpu"), np.random.default_rng(0))
+    sampler = pools.Sampler(ball, frozen, [model.levels[0].delta], torch.device("cpu"), np.random.default_rng(0))
     for pool in (sampler.surface(3000), sampler.volume(3000)):
         assert np.abs(field(model, pool.points.double().numpy(), 1) - pool.frozen.numpy()).max() < 1e-5
         assert pool.distance is not None

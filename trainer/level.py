@@ -47,16 +47,13 @@ def step(surface: Pool, volume: Pool, weight: LossWeights, generator: torch.Gene
     on, around = surface.batches(half, generator), volume.batches(half, generator)
 
     def run(weights: Weights) -> float:
-        total = 0.0
-        for here, there in zip(next(on).parts(), next(around).parts(), strict=True):
-            share = len(here.points) / half
-            found = adjoint_pass(weights, torch.cat((here.points, there.points)))
-            f = found.f + torch.cat((here.frozen, there.frozen))
-            gradient = found.gradient + torch.cat((here.frozen_gradient, there.frozen_gradient))
-            loss, d_f, d_gradient = level_loss(f, gradient, here, there, weight)
-            add_derivative(weights, found, d_f.mul_(share), d_gradient.mul_(share))
-            total += loss.item() * share
-        return total
+        here, there = next(on), next(around)
+        found = adjoint_pass(weights, torch.cat((here.points, there.points)))
+        f = found.f + torch.cat((here.frozen, there.frozen))
+        gradient = found.gradient + torch.cat((here.frozen_gradient, there.frozen_gradient))
+        loss, d_f, d_gradient = level_loss(f, gradient, here, there, weight)
+        add_derivative(weights, found, d_f, d_gradient)
+        return loss.item()
 
     return run
 

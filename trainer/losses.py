@@ -15,7 +15,7 @@ def value(f: Tensor, distance: Tensor) -> tuple[Tensor, Tensor]:
 
     A distance of NaN is not known and adds nothing. Also the derivative with respect to f: (n,).
     """
-    error = (f - distance).nan_to_num_()
+    error = (f - distance).nan_to_num()
     return error.square().mean(), error * (2 / len(f))
 
 
@@ -39,7 +39,8 @@ def eikonal(gradient: Tensor) -> tuple[Tensor, Tensor]:
 
 
 def _length(vectors: Tensor) -> Tensor:
-    return torch.linalg.vector_norm(vectors, dim=1, keepdim=True).clamp_min_(SHORTEST)
+    length: Tensor = torch.linalg.vector_norm(vectors, dim=1, keepdim=True)
+    return length.clamp_min(SHORTEST)
 
 
 def colour(colours: Tensor, truth: Tensor) -> Tensor:

@@ -1,4 +1,4 @@
-"""Adam over a network's weights, with one rate a layer."""
+"""Adam over a network's weights, with a rate of its own for the output layer."""
 
 import torch
 
@@ -13,8 +13,8 @@ class Optimiser:
     def __init__(self, weights: Weights, rate: float, last: float) -> None:
         for weight in weights:
             weight.grad = torch.zeros_like(weight)
-        factors = [1.0] * (len(weights) - 2) + [last] * 2
-        groups = [{"params": [w], "lr": rate * f, "peak": rate * f} for w, f in zip(weights, factors, strict=True)]
+        layers = (weights[:-2], rate), (weights[-2:], rate * last)
+        groups = [{"params": params, "lr": peak, "peak": peak} for params, peak in layers]
         self._adam = torch.optim.Adam(groups, betas=BETAS, eps=1e-12, fused=True)
 
     def step(self, factor: float) -> None:

@@ -13,9 +13,15 @@ from .network import Weights, value, value_and_gradient
 from .shape import Doubles, Shape
 
 CHUNK = 8192
-PART = 2048
 FIRST_BAND = 0.1
 """Half width of the shell around the surface that level 1 sees more of than of the rest of the domain."""
+STRAY_CANDIDATES = 400_000
+"""Points of the domain among which strays are looked for."""
+STRAYS = 4096
+STRAY_REACH = 4.0
+"""Largest distance, in half widths of the band, that a residual is taught; dithering reaches 3.5."""
+STRAY_SHARE = 0.08
+"""Strays among the points that a residual's volume samples are dithered from."""
 OFFSET_SHARE = 0.25
 """Share of a cloud's surface samples moved along their normals. A mesh has exact distances in the band instead."""
 
@@ -42,11 +48,6 @@ class Pool:
             mixed = self._take(torch.randperm(count, generator=generator).to(self.points.device))
             for start in range(0, count - size + 1, size):
                 yield mixed._take(slice(start, start + size))
-
-    def parts(self) -> Iterator["Pool"]:
-        """The samples in parts that go through a network together: about what the caches hold."""
-        for start in range(0, len(self.points), PART):
-            yield self._take(slice(start, start + PART))
 
     def _take(self, index: Tensor | slice) -> "Pool":
         def take(column: Tensor | None) -> Tensor | None:
@@ -79,14 +80,15 @@ def values(levels: Sequence[Weights], points: Tensor) -> Tensor:
 
 
 class Sampler:
-    """Draws the pools of a level: `frozen` are the levels before it, `delta` the last one's band."""
+    """Draws the pools of a level: `frozen` are the levels before it, `deltas` their bands."""
 
     def __init__(
-        self, shape: Shape, frozen: Sequence[Weights], delta: float | None, device: torch.device,
+        self, shape: Shape, frozen: Sequence[Weights], deltas: Sequence[float], device: torch.device,
         rng: np.random.Generator,
     ) -> None:
-        self._shape, self._frozen, self._device, self._rng = shape, frozen, device, rng
-        self._delta = FIRST_BAND if delta is None else delta
+        self._shape, self._frozen, self._deltas, self._device, self._rng = shape, frozen, deltas, device, rng
+        self._delta = deltas[-1] if deltas else FIRST_BAND
+        self._strays = self._find_strays() if frozen else np.empty((0, 3))
 
     def surface(self, count: int) -> Pool:
         """Surface samples; of a cloud, a part moved along the normal: f_i(x + t N) = t, grad f_i(x + t N) = N."""
@@ -104,6 +106,8 @@ class Sampler:
         """Samples of Omega_{i-1}: for level 1 half of the domain, half of a shell; then the band |f_{i-1}| < delta."""
         points = self._volume(count)
         distance = self._shape.distance(points)
+        if self._frozen:  # A stray need not learn how far away the surface is, only that it is not here.
+            distance = np.clip(distance, -STRAY_REACH * self._delta, STRAY_REACH * self._delta)
         return self._pool(points, distance=np.where(np.abs(distance) < self._shape.resolution, np.nan, distance))
 
     def coloured(self, count: int) -> Pool:
@@ -118,14 +122,33 @@ class Sampler:
     def _volume(self, count: int) -> Doubles:
         seeds = self._shape.surface(count, self._rng).points
         if self._frozen:
+            if len(self._strays):
+                seeds = np.concatenate((seeds, self._rng.choice(self._strays, int(count * STRAY_SHARE))))
             return sampling.dithered(seeds, self._delta, self._in_band, count, self._rng)
         far = sampling.domain(count // 2, self._rng)
         near = seeds[len(far) :] + self._rng.uniform(-self._delta, self._delta, (count - len(far), 3))
         return np.concatenate((far, near))
 
+    def _find_strays(self) -> Doubles:
+        """Points of the band far from the surface, where the levels before are wrong: new pieces may appear there.
+
+        Dithering around the surface alone never sees them. Drawn again by the squares of their distances.
+        """
+        points = sampling.domain(STRAY_CANDIDATES, self._rng)
+        points = points[self._in_band(points)]
+        distance = np.abs(self._shape.distance(points))
+        far = distance > 2 * self._delta
+        points, weight = points[far], distance[far] ** 2
+        return self._rng.choice(points, STRAYS, p=weight / weight.sum()) if len(points) else points
+
     def _in_band(self, points: Doubles) -> NDArray[np.bool_]:
-        f = values(self._frozen, self._tensor(points))
-        return np.asarray((f.abs() < self._delta).cpu())
+        """Eq. 3: |f_k| < delta_k for every level k before this one."""
+        at = self._tensor(points)
+        f, inside = at.new_zeros(len(at)), torch.ones(len(at), dtype=torch.bool, device=at.device)
+        for weights, delta in zip(self._frozen, self._deltas, strict=True):
+            f += values([weights], at)
+            inside &= f.abs() < delta
+        return np.asarray(inside.cpu())
 
     def _tensor(self, array: Doubles) -> Tensor:
         return torch.from_numpy(array.astype(np.float32)).to(self._device)

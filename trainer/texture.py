@@ -40,18 +40,15 @@ def step(surface: Pool, band: Pool, generator: torch.Generator) -> Step:
     on, around = surface.batches(half, generator), band.batches(half, generator)
 
     def run(weights: Weights) -> float:
-        total = 0.0
-        for here, there in zip(next(on).parts(), next(around).parts(), strict=True):
-            assert here.colours is not None
-            points = torch.cat((here.points, there.points))
-            normals = torch.cat((here.frozen_gradient, there.frozen_gradient))
-            colours, along = value_along(weights, points, normals)
-            smoothness = SMOOTHNESS * losses.constant_along_normals(along)
-            colour = losses.colour(colours[: len(here.points)], here.colours)
-            loss = (colour + smoothness) * (len(here.points) / half)
-            loss.backward()
-            total += loss.item()
-        return total
+        here, there = next(on), next(around)
+        assert here.colours is not None
+        points = torch.cat((here.points, there.points))
+        normals = torch.cat((here.frozen_gradient, there.frozen_gradient))
+        colours, along = value_along(weights, points, normals)
+        colour = losses.colour(colours[: len(here.points)], here.colours)
+        loss = colour + SMOOTHNESS * losses.constant_along_normals(along)
+        loss.backward()  # type: ignore[no-untyped-call]
+        return loss.item()
 
     return run
 

@@ -98,7 +98,8 @@ class Training:
         self._progress.begin(name)
         frozen = [trained.weights for trained in self._levels]
         band = self._levels[-1].delta if frozen else None
-        sampler = Sampler(self._shape, frozen, band, self._device, np.random.default_rng(seed))
+        deltas = [trained.delta for trained in self._levels]
+        sampler = Sampler(self._shape, frozen, deltas, self._device, np.random.default_rng(seed))
         count = self._pool_size(budget)
         surface, volume = sampler.surface(count), sampler.volume(count)
         start = level.start(
@@ -133,8 +134,8 @@ class Training:
         seed = settings.seed * 1000 + 999
         network = texture.architecture(settings.networks[-1])
         self._progress.begin(f"texture ({network[0]}x{network[1]})")
-        sampler = Sampler(self._shape, [trained.weights for trained in self._levels], self._levels[-1].delta,
-                          self._device, np.random.default_rng(seed))
+        sampler = Sampler(self._shape, [trained.weights for trained in self._levels],
+                          [trained.delta for trained in self._levels], self._device, np.random.default_rng(seed))
         count = self._pool_size(budget)
         surface, around = sampler.coloured(count), sampler.band(count)
         task = Task(
