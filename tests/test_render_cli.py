@@ -59,7 +59,7 @@ def test_json_and_transparent(model: Path, tmp_path: Path, capsys: pytest.Captur
     picture = tmp_path / "a.png"
     render(model, "-o", picture, "--size", 24, "--context", "osmesa", "--transparent", "--json", "--level", 1)
     report = json.loads(capsys.readouterr().out)
-    assert (report["output"], report["width"], report["level"], report["normal_level"]) == (str(picture), 24, 1, 2)
+    assert (report["output"], report["width"], report["level"], report["normal_level"]) == (str(picture), 24, 1, 1)
     image = Image.open(picture)
     assert image.mode == "RGBA"
     alpha = np.asarray(image)[..., 3] / 255

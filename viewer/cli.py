@@ -99,7 +99,7 @@ def _model_arguments(parser: ArgumentParser) -> None:
                         help="degrees around, degrees above, distance in radii of the shape (default: it fits)")
     parser.add_argument("--fov", type=float, default=35.0, help="vertical field of view, degrees (default 35)")
     parser.add_argument("--level", type=int, metavar="L", help="last level traced (default: all)")
-    parser.add_argument("--normal-level", type=int, metavar="L", help="level that gives normals (default: the last)")
+    parser.add_argument("--normal-level", type=int, metavar="L", help="level of the normals (default: that of --level)")
     parser.add_argument("--shade", choices=SHADES, default="phong", help="default phong")
     parser.add_argument("--iterations", type=_numbers(1, 64, int), metavar="20,5,5", help="steps at each level")
     parser.add_argument("--rounds", type=int, metavar="N", help="passes through the levels (default: the shader's)")

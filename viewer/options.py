@@ -21,7 +21,7 @@ LOOP_LIMIT = 65_535
 class RenderOptions:
     """None: the shader's default. Raises UserError where a number is out of range.
 
-    level: last level traced. normal_level: level whose gradient shades, at least `level` for normal mapping.
+    level: last level traced. normal_level: level whose gradient shades (None: `level`); above it, normal mapping.
     iterations: steps per level and round; the last number stands for the levels that are not given.
     rounds: how often a ray may start again from level 1. delta_scale, step_scale: factors on bands and steps.
     samples: per pixel. light: direction towards it, camera space. background: sRGB (top, bottom).
@@ -57,7 +57,7 @@ class RenderOptions:
     def traced(self, levels: int) -> tuple[int, int]:
         """(level, normal level) for a model of so many levels. Raises UserError where it has no such level."""
         level = levels if self.level is None else self.level
-        normal_level = levels if self.normal_level is None else self.normal_level
+        normal_level = level if self.normal_level is None else self.normal_level
         for name, value in (("level", level), ("normal level", normal_level)):
             if not 1 <= value <= levels:
                 raise UserError(f"{name} {value}: the model has levels 1 to {levels}")
