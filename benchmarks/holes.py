@@ -70,8 +70,8 @@ def main() -> None:
     parser.add_argument("--views", type=int, default=10, help="cameras around the shape (default 10)")
     arguments = parser.parse_args()
     print(f"{arguments.views} views of {arguments.side} x {arguments.side}, OSMesa, {platform.machine()}, "
-          f"{datetime.now(UTC):%Y-%m-%d}."
-          "Holes: dense marching meets the surface and we miss it. Extra: we hit, and it passes at over 1/20 pixel.")
+          f"{datetime.now(UTC):%Y-%m-%d}. Holes: dense marching meets the surface and we miss it. "
+          "Extra: we hit, and the ray passes at over 1/20 pixel.")
     print("\n| model | rounds | holes, of pixels hit | extra (holes and extra, of silhouette pixels) | mean steps |")
     print("|---|---:|---:|---:|---:|")
     for path in arguments.models:
