@@ -29,7 +29,7 @@ UNIFORMS = (
     ("int", "iterations[LEVELS]", None, "sphere tracing steps at each level, per round"),
     ("int", "rounds", "32", "how often the levels are gone through"),
     ("float", "delta[LEVELS]", None, "half width of each level's band, model units"),
-    ("float", "step_scale", "0.9", "factor on every step: a trained gradient is in places longer than 1"),
+    ("float", "step_scale", "0.8", "factor on every step: a trained gradient is in places longer than 1"),
     ("int", "shading", "0", "0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 data: (t, steps, level, hit)"),
     ("vec3", "light", "vec3(-0.5, 0.7, 0.8)", "direction to the light, camera space"),
     ("vec3", "background_bottom", "vec3(0.13, 0.14, 0.17)", "sRGB"),

@@ -2,7 +2,7 @@
 // march(): multiscale sphere tracing (Section 3.2, Appendix C): f_1 - delta_1, then f_2 - delta_2, ..., then f_level.
 // origin, direction: model space, direction of length 1; footprint: width of a pixel at distance 1.
 // rounds: how often the sequence of levels is gone through; step_scale: factor on every step: 1 for an exact
-// distance, 0.9 for a trained one, whose gradient is in places longer than 1.
+// distance, 0.8 for a trained one, whose gradient is in places longer than 1.
 // Reads delta[], iterations[] (one per level) and field().
 //
 // Two things are added to the paper's scheme, against holes (benchmarks/holes.py). A ray that leaves a band without

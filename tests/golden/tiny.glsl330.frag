@@ -13,7 +13,7 @@ uniform int normal_level = LEVELS; // level whose gradient is the normal
 uniform int iterations[LEVELS] = int[](20, 5); // sphere tracing steps at each level, per round
 uniform int rounds = 32; // how often the levels are gone through
 uniform float delta[LEVELS] = float[](1., .5); // half width of each level's band, model units
-uniform float step_scale = 0.9; // factor on every step: a trained gradient is in places longer than 1
+uniform float step_scale = 0.8; // factor on every step: a trained gradient is in places longer than 1
 uniform int shading = 0; // 0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 data: (t, steps, level, hit)
 uniform vec3 light = vec3(-0.5, 0.7, 0.8); // direction to the light, camera space
 uniform vec3 background_bottom = vec3(0.13, 0.14, 0.17); // sRGB
@@ -148,7 +148,7 @@ vec2 ball(vec3 origin, vec3 direction, float radius) {
 // march(): multiscale sphere tracing (Section 3.2, Appendix C): f_1 - delta_1, then f_2 - delta_2, ..., then f_level.
 // origin, direction: model space, direction of length 1; footprint: width of a pixel at distance 1.
 // rounds: how often the sequence of levels is gone through; step_scale: factor on every step: 1 for an exact
-// distance, 0.9 for a trained one, whose gradient is in places longer than 1.
+// distance, 0.8 for a trained one, whose gradient is in places longer than 1.
 // Reads delta[], iterations[] (one per level) and field().
 //
 // Two things are added to the paper's scheme, against holes (benchmarks/holes.py). A ray that leaves a band without
