@@ -2,8 +2,8 @@
 
     python benchmarks/holes.py demo.safetensors armadillo.safetensors [--side 128] [--views 10]
 
-rounds 1 is the paper's scheme (20 steps of level 1, then 5 of each residual, once); more rounds let a ray that left a
-band go back to the coarser level.
+One round is the paper's single pass (20 steps of level 1, then 5 of each residual), with steps of 0.8 of the field;
+more rounds let a ray that left a band go back to the coarser level.
 """
 
 import argparse
