@@ -8,7 +8,7 @@ from .cstyle import Blocks, Language, Storage, constants_of
 from .program import Affine, Array, Dot, Function, Op, Program, Transposed
 
 TEXTURE_WIDTH = 1024
-UNROLL = 16
+UNROLL = 32
 """mat4 products per loop iteration: fewer iterations, longer code."""
 
 

@@ -9,12 +9,12 @@ from codegen.shader import Shader
 from random_model import random_model
 from viewer.camera import Camera
 from viewer.context import Context
-from viewer.options import LOOP_LIMIT, RenderOptions, rounds_that_fit
+from viewer.options import LEAST_STEPS, LOOP_LIMIT, RenderOptions, schedule_that_fits
 from viewer.renderer import VERTEX_SHADER, Renderer
 
 
 def test_llvmpipe_stops_at_the_loop_limit(osmesa: Context) -> None:
-    """The fact that `rounds_that_fit` exists for: no error, a wrong count."""
+    """The fact that `schedule_that_fits` exists for: no error, a wrong count."""
     if not osmesa.software:
         pytest.skip("hardware behind OSMesa")
     with osmesa as gl:
@@ -38,21 +38,23 @@ def wide(loops: int) -> Shader:
     return Shader("", None, (0, loops), (0, 2 * loops), 0, (20, 5), (0.1, 0.01))
 
 
-def test_rounds_are_lowered_to_what_fits() -> None:
+def test_steps_of_the_last_level_and_then_rounds_are_lowered_to_what_fits() -> None:
     shader = wide(2000)
-    rounds = rounds_that_fit(shader, 2, 2, (20, 5), 8)
-    assert 1 <= rounds < 8
-    assert shader.worst_loops(2, 2, (20, 5), rounds) <= LOOP_LIMIT < shader.worst_loops(2, 2, (20, 5), rounds + 1)
-    assert rounds_that_fit(wide(10), 2, 2, (20, 5), 8) == 8
+    steps, rounds = schedule_that_fits(shader, 2, 2, (20, 5), 32)
+    assert steps == (20, LEAST_STEPS)
+    assert 1 <= rounds < 32
+    assert shader.worst_loops(2, 2, steps, rounds) <= LOOP_LIMIT < shader.worst_loops(2, 2, steps, rounds + 1)
+    assert schedule_that_fits(shader, 2, 2, (20, 1), 32)[0] == (20, 1)
+    assert schedule_that_fits(wide(10), 2, 2, (20, 5), 8) == ((20, 5), 8)
     with pytest.raises(UserError, match="--iterations"):
-        rounds_that_fit(wide(20_000), 2, 2, (20, 5), 8)
+        schedule_that_fits(wide(30_000), 2, 2, (20, 5), 8)
 
 
 def test_the_renderer_keeps_software_within_the_limit(osmesa: Context) -> None:
-    renderer = Renderer(osmesa, bake(random_model((8, 0), (16, 1)), "texture"))
+    renderer = Renderer(osmesa, bake(random_model((16, 1), (16, 1)), "texture"))
     many = RenderOptions(rounds=1000)
-    assert 1 < renderer.rounds(many) < renderer.wanted_rounds(many) == 1000
-    assert renderer.rounds(RenderOptions()) == renderer.wanted_rounds(RenderOptions())
+    assert 1 < renderer.schedule(many)[1] < renderer.wanted_rounds(many) == 1000
+    assert renderer.schedule(RenderOptions()) == ((20, 5), renderer.wanted_rounds(RenderOptions()))
     with pytest.raises(UserError, match="loop iterations"):
-        renderer.render((4, 4), Camera(), RenderOptions(iterations=(20, 10_000)))
+        renderer.render((4, 4), Camera(), RenderOptions(iterations=(10_000, 20)))
     renderer.release()

@@ -29,9 +29,9 @@ def test_it_renders_as_dense_marching_within_the_loop_limit(osmesa: Context, tmp
     assert "const mat4 w1_2_15_15" in shader.text, "64 wide: literals"
     renderer = Renderer(osmesa, shader)
     options = RenderOptions(shading="data")
-    rounds = renderer.rounds(options)
+    steps, rounds = renderer.schedule(options)
     assert rounds < renderer.wanted_rounds(options)
-    assert shader.worst_loops(3, 3, shader.iterations, rounds) <= LOOP_LIMIT
+    assert shader.worst_loops(3, 3, steps, rounds) <= LOOP_LIMIT
     camera = Camera(35, 25)
     eye, directions, pixel = camera.rays(SIDE, SIDE)
     closest, _ = dense_march(lower(model), eye, directions.reshape(-1, 3), 3, pixel)

@@ -56,10 +56,10 @@ def run_render(args: Namespace) -> None:
         renderer = Renderer(context, bake(model, args.storage))
         if sys.stderr.isatty():
             print("\x1b[K", end="", file=sys.stderr, flush=True)
-        rounds, wanted = renderer.rounds(options), renderer.wanted_rounds(options)
+        (steps, rounds), wanted = renderer.schedule(options), renderer.wanted_rounds(options)
         if rounds < wanted:
-            print(f"mplicits: note: {rounds} rounds, not {wanted}: software OpenGL's loop limit allows no more",
-                  file=sys.stderr)
+            print(f"mplicits: note: {rounds} rounds of {','.join(map(str, steps[:level]))} steps, not {wanted} rounds: "
+                  "software OpenGL's loop limit allows no more", file=sys.stderr)
         start = time.perf_counter()
         image = renderer.render(args.size, camera, options)
         seconds = time.perf_counter() - start

@@ -1,7 +1,6 @@
 """What a picture shows besides the camera, and the bounds within which a driver draws it right."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from codegen.errors import UserError
@@ -15,6 +14,8 @@ MAX_ROUNDS = 1000
 MAX_ITERATIONS = 10_000
 LOOP_LIMIT = 65_535
 """Loop iterations after which Mesa's llvmpipe stops a fragment, silently (LP_MAX_TGSI_LOOP_ITERATIONS)."""
+LEAST_STEPS = 3
+"""Steps per round of the last level, where the loop limit forbids more."""
 
 
 @dataclass(frozen=True)
@@ -76,11 +77,17 @@ def _whole(name: str, value: int, most: int) -> None:
         raise UserError(f"{name} {value}: a whole number from 1 to {most}")
 
 
-def rounds_that_fit(shader: Shader, level: int, normal_level: int, steps: Sequence[int], rounds: int) -> int:
-    """Largest number of rounds, at most `rounds`, whose worst fragment stays within LOOP_LIMIT.
+def schedule_that_fits(
+    shader: Shader, level: int, normal_level: int, steps: tuple[int, ...], rounds: int
+) -> tuple[tuple[int, ...], int]:
+    """Steps per level and rounds, at most those given, whose worst fragment stays within LOOP_LIMIT.
 
-    Raises UserError where even one round may not.
+    Steps of the last level go first, down to `LEAST_STEPS`: it costs most, and a ray that is not done comes back in the
+    next round. Raises UserError where even one round may not fit.
     """
+    if shader.worst_loops(level, normal_level, steps, rounds) > LOOP_LIMIT:
+        last = min(steps[level - 1], LEAST_STEPS)
+        steps = (*steps[: level - 1], last, *steps[level:])
     while shader.worst_loops(level, normal_level, steps, rounds) > LOOP_LIMIT:
         rounds -= 1
         if rounds == 0:
@@ -89,4 +96,4 @@ def rounds_that_fit(shader: Shader, level: int, normal_level: int, steps: Sequen
                 f"software OpenGL stops a pixel after {LOOP_LIMIT} loop iterations and this needs up to {worst}; "
                 "lower --iterations or --level, use --storage literal, or draw on a GPU (--context egl)"
             )
-    return rounds
+    return steps, rounds

@@ -13,7 +13,7 @@ from codegen.shader import Shader
 
 from .camera import Camera
 from .context import Context
-from .options import SHADINGS, RenderOptions, rounds_that_fit
+from .options import SHADINGS, RenderOptions, schedule_that_fits
 from .supersampling import Image, from_linear, jitters, to_linear
 
 TILE = 512
@@ -50,16 +50,15 @@ class Renderer:
             _check(gl, context.renderer)
         self.compile_seconds = time.perf_counter() - start
 
-    def rounds(self, options: RenderOptions) -> int:
-        """Rounds that will be drawn: those asked for, or as many as software GL's loop limit allows.
+    def schedule(self, options: RenderOptions) -> tuple[tuple[int, ...], int]:
+        """Steps of each level and rounds that will be drawn: those asked for, or what software GL's loop limit allows.
 
-        Raises UserError where the limit forbids even one.
+        Raises UserError where the limit forbids even one round.
         """
-        wanted = self.wanted_rounds(options)
+        steps, rounds = options.steps(self.shader.iterations), self.wanted_rounds(options)
         if not self.context.software:
-            return wanted
-        steps = options.steps(self.shader.iterations)
-        return rounds_that_fit(self.shader, *options.traced(self.shader.levels), steps, wanted)
+            return steps, rounds
+        return schedule_that_fits(self.shader, *options.traced(self.shader.levels), steps, rounds)
 
     def wanted_rounds(self, options: RenderOptions) -> int:
         """Rounds asked for, or the shader's default."""
@@ -131,8 +130,9 @@ class Renderer:
         level, normal_level = options.traced(self.shader.levels)
         self._set("level", level)
         self._set("normal_level", normal_level)
-        self._set("iterations", options.steps(self.shader.iterations))
-        self._set("rounds", self.rounds(options))
+        steps, rounds = self.schedule(options)
+        self._set("iterations", steps)
+        self._set("rounds", rounds)
         self._set("delta", tuple(delta * options.delta_scale for delta in self.shader.deltas))
         self._set("shading", SHADINGS.index(options.shading))
         if options.step_scale is not None:

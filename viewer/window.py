@@ -98,7 +98,7 @@ class Window:
         self.context = open_window(size, f"{self._name}   compiling", visible=True)
         try:
             self.renderer = Renderer(self.context, bake(view.model, storage))
-            self.renderer.rounds(view.options)
+            self.renderer.schedule(view.options)
             with self.context as gl:
                 self._present = gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=PRESENT_SHADER)
                 self._triangle = gl.vertex_array(self._present, [])
