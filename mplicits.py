@@ -16,11 +16,16 @@ from codegen.errors import UserError
 from codegen.files import show
 from codegen.verb import Verb
 
-ROOMS = ("trainer", "codegen", "viewer")
+ROOMS = ("trainer", "codegen", "viewer", "mesher")
 """Folders whose cli.py declares VERBS, in the order of the help."""
 
-TRAIN_EXTRA = {"igl", "lxml", "networkx", "scipy", "torch", "trimesh"}
-"""Modules that the extra `train` brings."""
+EXTRAS = {
+    "train": {"igl", "lxml", "networkx", "scipy", "torch", "trimesh"},
+    "mesh": {"igl", "lxml", "networkx", "scipy", "threadpoolctl", "trimesh"},
+}
+"""Extra -> modules it brings."""
+MESHING = ("mesh", "eval")
+"""Verbs that need the extra `mesh`; others that need one need `train`."""
 PACKAGES = {"PIL": "pillow"}
 """Package of a module, where the names differ."""
 
@@ -123,13 +128,14 @@ def version() -> str:
         return "(not installed)"
 
 
-def missing(error: ModuleNotFoundError) -> str | None:
-    """The line for a package that is not installed; None where the module is no other project's."""
+def missing(error: ModuleNotFoundError, verb: str) -> str | None:
+    """The line for a package that `verb` needs and is not installed; None where the module is no other project's."""
     module = (error.name or "").partition(".")[0]
     if not module or module in {*sys.stdlib_module_names, *ROOMS, "glsl"} or find_spec(module):
         return None
-    if module in TRAIN_EXTRA:
-        return f"training needs the package '{module}'; run: pip install 'mplicits[train]'"
+    extra = "mesh" if verb in MESHING else "train"
+    if module in EXTRAS[extra]:
+        return f"{extra}ing needs the package '{module}'; run: pip install 'mplicits[{extra}]'"
     return f"the package '{module}' is missing; run: pip install {PACKAGES.get(module, module)}"
 
 
@@ -138,13 +144,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # A file name need not be text that the terminal can show.
             stream.reconfigure(errors="backslashreplace")
+    argv = sys.argv[1:] if argv is None else argv
     try:
-        perform(sys.argv[1:] if argv is None else argv)
+        perform(argv)
         sys.stdout.flush()
     except UserError as error:
         return fail(str(error), 2)
     except ModuleNotFoundError as error:
-        line = missing(error)
+        line = missing(error, argv[0])
         if line is None:
             raise
         return fail(line, 2)

@@ -48,7 +48,7 @@ def test_bake_and_info_load_neither_torch_nor_opengl(model: str, tmp_path: Path)
 @pytest.mark.usefixtures("osmesa")
 def test_render_loads_nothing_of_training(model: str, tmp_path: Path) -> None:
     argv = ("render", model, "-o", str(tmp_path / "m.png"), "--size", "8x8", "--samples", "1", "--context", "osmesa")
-    assert not loaded(*argv) & mplicits.TRAIN_EXTRA
+    assert not loaded(*argv) & set().union(*mplicits.EXTRAS.values())
 
 
 def test_the_help_lists_every_verb_and_an_example(capsys: pytest.CaptureFixture[str]) -> None:
@@ -91,13 +91,13 @@ def test_what_the_user_can_mend_is_one_line(argv: list[str], said: str, capsys: 
 
 
 @pytest.fixture
-def failing(monkeypatch: pytest.MonkeyPatch) -> Callable[[BaseException], None]:
-    """Makes the verb `fail` raise an exception."""
-    def prepare(error: BaseException) -> None:
+def failing(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Makes a verb, `fail` by default, raise an exception."""
+    def prepare(error: BaseException, verb: str = "fail") -> None:
         def run(_: Namespace) -> None:
             raise error
 
-        monkeypatch.setattr("mplicits.verbs", lambda: {"fail": Verb("fail", "fails", lambda _: None, run)})
+        monkeypatch.setattr("mplicits.verbs", lambda: {verb: Verb(verb, "fails", lambda _: None, run)})
 
     return prepare
 
@@ -117,15 +117,17 @@ def test_exit_codes(
     assert capsys.readouterr().err == f"mplicits: {said}\n"
 
 
-@pytest.mark.parametrize("module", sorted(mplicits.TRAIN_EXTRA))
-def test_a_missing_package_of_training_names_the_extra(
-    module: str, failing: Callable[[BaseException], None], capsys: pytest.CaptureFixture[str],
+@pytest.mark.parametrize(("extra", "module"), [
+    (extra, module) for extra, modules in mplicits.EXTRAS.items() for module in sorted(modules)
+])
+def test_a_missing_package_names_the_extra_that_brings_it(
+    extra: str, module: str, failing: Callable[..., None], capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
-    failing(ModuleNotFoundError(name=module))
-    assert mplicits.main(["fail"]) == 2
-    line = f"mplicits: training needs the package '{module}'; run: pip install 'mplicits[train]'\n"
+    failing(ModuleNotFoundError(name=module), extra)
+    assert mplicits.main([extra]) == 2
+    line = f"mplicits: {extra}ing needs the package '{module}'; run: pip install 'mplicits[{extra}]'\n"
     assert capsys.readouterr().err == line
 
 

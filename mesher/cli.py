@@ -1,0 +1,75 @@
+"""The mesher's verbs: mesh, eval."""
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+from codegen.verb import Verb
+
+DEFAULT_RESOLUTION = 512
+
+
+def mesh_arguments(parser: ArgumentParser) -> None:
+    """Fills the parser of `mesh`."""
+    parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors)")
+    parser.add_argument("-o", "--output", type=Path, metavar="OUT",
+                        help="mesh file: .ply .obj .stl .glb (default: the model's name, .ply)")
+    parser.add_argument("--resolution", type=int, default=DEFAULT_RESOLUTION, metavar="N",
+                        help=f"cells along each side of the grid (default {DEFAULT_RESOLUTION})")
+    parser.add_argument("--level", type=int, metavar="L", help="level whose surface is taken (default: the last)")
+    parser.add_argument("--no-cull", action="store_true",
+                        help="evaluate the last level at every vertex of the grid, keep what lies outside bands")
+    parser.add_argument("--space", choices=("input", "model"), default="input",
+                        help="coordinates of the shape trained on, or of the unit sphere (default: input)")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+
+
+def run_mesh(args: Namespace) -> None:
+    """`mplicits mesh`: a model file to a triangle mesh. Raises UserError."""
+    import json
+    import time
+    from dataclasses import replace
+
+    from codegen.errors import UserError
+    from codegen.files import check_writable, show, write_whole
+    from codegen.model import load
+
+    from .bar import Bar
+    from .extract import LEAST, MOST, extract_model
+    from .write import check_suffix, to_bytes
+
+    output = args.output or Path(args.model.stem + ".ply")
+    check_suffix(output)
+    if not LEAST <= args.resolution <= MOST:
+        raise UserError(f"--resolution {args.resolution}: a whole number from {LEAST} to {MOST} is needed")
+    check_writable(output)
+    model = load(args.model)
+    if args.level is not None:
+        if not 1 <= args.level <= len(model.levels):
+            raise UserError(f"--level {args.level}: the model has levels 1 to {len(model.levels)}")
+        model = replace(model, levels=model.levels[: args.level])
+    bar = Bar(args.quiet)
+    began = time.perf_counter()
+    try:
+        found = extract_model(model, args.resolution, bar, cull=not args.no_cull)
+    finally:
+        bar.end()
+    seconds = time.perf_counter() - began
+    centre, scale = (model.centre, model.scale) if args.space == "input" else ((0.0, 0.0, 0.0), 1.0)
+    write_whole(output, to_bytes(found.mesh, output.suffix.lower(), centre, scale))
+    vertices, faces = len(found.mesh.vertices), len(found.mesh.faces)
+    if args.json:
+        print(json.dumps({
+            "output": str(output), "resolution": args.resolution, "vertices": vertices, "faces": faces,
+            "components": found.components, "spurious": found.spurious, "culled": not args.no_cull,
+            "seconds": round(seconds, 3),
+        }))
+        return
+    print(f"{show(output)}: {vertices:,} vertices, {faces:,} faces, {found.components} "
+          f"component{'s' * (found.components != 1)}, {seconds:.1f} s")
+    if found.spurious:
+        fate = "kept (--no-cull)" if args.no_cull else "removed"
+        print(f"{found.spurious} spurious component{'s' * (found.spurious != 1)} outside the bands: {fate}")
+
+
+VERBS = (Verb("mesh", "a model file becomes a triangle mesh", mesh_arguments, run_mesh),)

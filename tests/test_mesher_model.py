@@ -1,0 +1,98 @@
+"""Meshes of trained models: the last level's surface, its normals and colours."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial import cKDTree
+
+from codegen import reference
+from codegen.errors import UserError
+from codegen.lower import lower
+from codegen.model import Model, load
+from fitted_model import fitted_model
+from mesher.extract import extract_model
+from mesher.field import ModelField
+from mesher.grid import Grid
+from nested import same_vertices
+from random_model import random_model
+
+DEMO = Path(__file__).parent / "data" / "demo.safetensors"
+
+
+def steep(model: Model) -> Model:
+    """The model with a Lipschitz factor that holds beyond the ball it was fitted to, too."""
+    return replace(model, levels=tuple(replace(level, lipschitz=8.0) for level in model.levels))
+
+
+@pytest.mark.parametrize("resolution", [48, 96])
+def test_culled_vertices_are_those_of_the_last_level_everywhere(resolution: int) -> None:
+    found = same_vertices(load(DEMO), resolution)
+    assert (found.missing, found.extra) == (0, 0)
+    assert found.vertices > 1000
+
+
+def test_each_vertex_is_on_the_surface_and_has_its_normal_and_colour() -> None:
+    model = load(DEMO)
+    program, mesh = lower(model), extract_model(model, 64).mesh
+    gradient, value = reference.field_gradient(program, mesh.vertices, 2)
+    assert np.abs(value).max() < 0.2 * Grid(64).side
+    assert mesh.normals is not None
+    assert mesh.colours is not None
+    np.testing.assert_allclose(mesh.normals, gradient / np.linalg.norm(gradient, axis=1)[:, None], atol=1e-3)
+    np.testing.assert_allclose(mesh.colours, reference.colour(program, mesh.vertices), atol=1e-6)
+    seen = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    facing = np.einsum("ij,ij->i", seen.face_normals, mesh.normals[mesh.faces].sum(axis=1))
+    assert (facing > 0).mean() > 0.95
+
+
+def test_what_lies_outside_the_bands_is_counted_and_left_out() -> None:
+    """Beyond the ball that they were fitted to, the networks have surfaces of their own."""
+    model = steep(fitted_model())
+    every, nested = extract_model(model, 64, cull=False), extract_model(model, 64)
+    assert every.spurious > 0
+    assert every.mesh.components()[0] == every.components
+    assert nested.mesh.components()[0] == nested.components == every.components - every.spurious
+    assert trimesh.Trimesh(nested.mesh.vertices, nested.mesh.faces, process=False).is_watertight
+    found = same_vertices(model, 64)
+    assert (found.missing, found.extra, found.spurious) == (0, 0, every.spurious)
+
+
+def test_a_band_decides_which_level_is_asked() -> None:
+    model = fitted_model()
+    points = np.random.default_rng(0).uniform(-0.9, 0.9, (2000, 3)).astype(np.float32)
+    program, cell = lower(model), 0.01
+    first, last = (reference.field(program, points, level) for level in (1, 2))
+    wide = np.abs(first) < model.levels[0].delta + model.levels[0].lipschitz * cell
+    assert 500 < wide.sum() < 1500
+    np.testing.assert_allclose(ModelField(model, cell).value(points), np.where(wide, last, first), atol=1e-6)
+    np.testing.assert_allclose(ModelField(model, math.inf).value(points), last, atol=1e-6)
+
+
+def test_no_ball_of_the_clearance_meets_the_surface() -> None:
+    model = load(DEMO)
+    surface = extract_model(model, 96).mesh.vertices
+    points = np.random.default_rng(0).uniform(-1, 1, (4000, 3)).astype(np.float32)
+    clearance = ModelField(model, Grid(96).diagonal).clearance(points)
+    nearest = cKDTree(surface).query(points)[0]
+    assert (clearance <= nearest).all()
+    assert np.median(clearance / nearest) > 0.3
+
+
+def test_a_moving_model_has_a_time() -> None:
+    model = random_model((8, 1), (8, 1), inputs="xyzt")
+    points = np.random.default_rng(0).uniform(-1, 1, (100, 3)).astype(np.float32)
+    for time in (0.0, 0.4):
+        expected = reference.field(lower(model), points, 2, time)
+        np.testing.assert_allclose(ModelField(model, math.inf, time).value(points), expected, atol=1e-6)
+
+
+def test_a_model_without_a_surface_is_refused() -> None:
+    model = fitted_model()
+    hidden, last = model.levels[0].network
+    far = replace(model.levels[0], network=(hidden, replace(last, bias=last.bias + 100)))
+    with pytest.raises(UserError, match="no surface"):
+        extract_model(replace(model, levels=(far,)), 16)
