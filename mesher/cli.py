@@ -5,6 +5,8 @@ from pathlib import Path
 
 from codegen.verb import Verb
 
+from .eval_cli import EVAL
+
 DEFAULT_RESOLUTION = 512
 
 
@@ -28,26 +30,19 @@ def run_mesh(args: Namespace) -> None:
     """`mplicits mesh`: a model file to a triangle mesh. Raises UserError."""
     import json
     import time
-    from dataclasses import replace
 
-    from codegen.errors import UserError
     from codegen.files import check_writable, show, write_whole
     from codegen.model import load
 
     from .bar import Bar
-    from .extract import LEAST, MOST, extract_model
+    from .extract import check_resolution, extract_model, up_to
     from .write import check_suffix, to_bytes
 
     output = args.output or Path(args.model.stem + ".ply")
     check_suffix(output)
-    if not LEAST <= args.resolution <= MOST:
-        raise UserError(f"--resolution {args.resolution}: a whole number from {LEAST} to {MOST} is needed")
+    check_resolution(args.resolution)
     check_writable(output)
-    model = load(args.model)
-    if args.level is not None:
-        if not 1 <= args.level <= len(model.levels):
-            raise UserError(f"--level {args.level}: the model has levels 1 to {len(model.levels)}")
-        model = replace(model, levels=model.levels[: args.level])
+    model = up_to(load(args.model), args.level)
     bar = Bar(args.quiet)
     began = time.perf_counter()
     try:
@@ -72,4 +67,4 @@ def run_mesh(args: Namespace) -> None:
         print(f"{found.spurious} spurious component{'s' * (found.spurious != 1)} outside the bands: {fate}")
 
 
-VERBS = (Verb("mesh", "a model file becomes a triangle mesh", mesh_arguments, run_mesh),)
+VERBS = (Verb("mesh", "a model file becomes a triangle mesh", mesh_arguments, run_mesh), EVAL)

@@ -20,6 +20,21 @@ LEAST, MOST = 8, 4096
 """Resolutions."""
 
 
+def check_resolution(resolution: int) -> None:
+    """Raises UserError where a grid cannot have so many cells along a side."""
+    if not LEAST <= resolution <= MOST:
+        raise UserError(f"--resolution {resolution}: a whole number from {LEAST} to {MOST} is needed")
+
+
+def up_to(model: Model, level: int | None) -> Model:
+    """The model's first levels; None: all. Raises UserError where it has no such level."""
+    if level is None:
+        return model
+    if not 1 <= level <= len(model.levels):
+        raise UserError(f"--level {level}: the model has levels 1 to {len(model.levels)}")
+    return replace(model, levels=model.levels[:level])
+
+
 @dataclass(frozen=True)
 class Extracted:
     """mesh: with normals, and colours where the model has a texture.

@@ -1,0 +1,97 @@
+"""The verb `eval`."""
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from codegen.verb import Verb
+
+if TYPE_CHECKING:
+    from .evaluate import Figures
+    from .parallel import Progress
+    from .surface import Mesh
+
+
+def eval_arguments(parser: ArgumentParser) -> None:
+    """Fills the parser of `eval`."""
+    parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors), or a mesh to compare")
+    parser.add_argument("shape", type=Path, metavar="SHAPE", help="ground truth: a mesh, PLY OBJ STL GLB")
+    parser.add_argument("--resolution", type=int, default=512, metavar="N",
+                        help="cells along each side of the marching cubes' grid (default 512)")
+    parser.add_argument("--level", type=int, metavar="L", help="level that is evaluated (default: the last)")
+    parser.add_argument("--samples", type=int, default=500_000, metavar="N",
+                        help="points sampled on each surface (default 500000)")
+    parser.add_argument("--seed", type=int, default=0, metavar="K", help="of the samples (default 0)")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+
+
+def run_eval(args: Namespace) -> None:
+    """`mplicits eval`: a model, or a mesh, against its ground truth. Raises UserError."""
+    import json
+    from dataclasses import asdict
+
+    from codegen.errors import UserError
+    from codegen.files import show
+
+    from .bar import Bar
+    from .evaluate import compare
+
+    if not 100 <= args.samples <= 100_000_000:
+        raise UserError(f"--samples {args.samples}: a whole number from 100 to 100,000,000 is needed")
+    if args.seed < 0:
+        raise UserError(f"--seed {args.seed}: a whole number from 0 is needed")
+    bar = Bar(args.quiet)
+    try:
+        ours, truth, about = _meshes(args, bar)
+        figures = compare(ours, truth, args.samples, args.seed, bar)
+    finally:
+        bar.end()
+    if args.json:
+        print(json.dumps({"model": str(args.model), "shape": str(args.shape)} | about | asdict(figures), indent=2))
+        return
+    print(f"{show(args.model)} against {show(args.shape)}; lengths in radii of the unit sphere")
+    print("\n".join(_lines(figures)))
+
+
+def _meshes(args: Namespace, progress: "Progress") -> "tuple[Mesh, Mesh, dict[str, float]]":
+    """Reconstruction and ground truth in model space, and what the first took."""
+    import time
+    from dataclasses import replace
+
+    from codegen.model import load
+
+    from .extract import check_resolution, extract_model, up_to
+    from .truth import SUFFIXES, in_model_space, normalisation, read_mesh
+
+    if args.model.suffix.lower() in SUFFIXES:
+        truth, ours = read_mesh(args.shape), read_mesh(args.model)
+        space = normalisation(truth)
+        return in_model_space(ours, *space), in_model_space(truth, *space), {}
+    check_resolution(args.resolution)
+    model = up_to(load(args.model), args.level)
+    truth = read_mesh(args.shape)
+    began = time.perf_counter()
+    found = extract_model(replace(model, texture=None), args.resolution, progress)
+    about = {"resolution": args.resolution, "parameters": model.parameters(), "spurious": found.spurious,
+             "extraction_seconds": round(time.perf_counter() - began, 3)}
+    return found.mesh, in_model_space(truth, model.centre, model.scale), about
+
+
+def _lines(figures: "Figures") -> list[str]:
+    ratio = figures.chamfer / figures.floor
+    closed = "watertight" if figures.watertight else "not watertight"
+    return [
+        f"Chamfer, squared L2      {figures.chamfer:.3e}   {ratio:.2f} times the floor, {figures.floor:.3e}",
+        f"Hausdorff                {figures.hausdorff:.3e}",
+        f"distance to the truth    {figures.distance_mean:.3e} mean, {figures.distance_99:.3e} 99th percentile",
+        f"distance of the truth    {figures.missing_mean:.3e} mean, {figures.missing_99:.3e} 99th percentile",
+        f"normal angle             {figures.normal_angle:.2f} degrees, mean",
+        f"IoU of 0.01 shells       {figures.iou:.4f}",
+        f"components               {figures.components}, the truth has {figures.truth_components}; {closed}",
+        f"mesh                     {figures.vertices:,} vertices, {figures.faces:,} faces",
+        f"{figures.samples:,} samples on each side, seed {figures.seed}",
+    ]
+
+
+EVAL = Verb("eval", "how far a model, or a mesh, is from its ground truth", eval_arguments, run_eval)
