@@ -88,7 +88,7 @@ def test_angles() -> None:
 
 def test_pieces_and_holes_are_seen() -> None:
     one = trimesh.creation.icosphere(3, 0.3)
-    two = trimesh.Trimesh(np.concatenate((one.vertices, one.vertices + (0.7, 0, 0))),
+    two = trimesh.Trimesh(np.concatenate((one.vertices, np.add(one.vertices, (0.7, 0, 0)))),
                           np.concatenate((one.faces, one.faces + len(one.vertices))))
     open_ball = trimesh.creation.icosphere(3, 0.3)
     open_ball.update_faces(np.arange(len(open_ball.faces)) > 4)
@@ -120,7 +120,7 @@ def test_a_model_against_its_own_mesh(truth: Path, capsys: pytest.CaptureFixture
     found = json.loads(capsys.readouterr().out)
     assert found["chamfer"] == pytest.approx(found["floor"], rel=0.2)
     assert found["distance_mean"] < 2e-3
-    assert found["iou"] > 0.9
+    assert found["iou"] > 0.85
     assert found["resolution"] == 80
     assert mplicits.main(argv) == 0
     said = capsys.readouterr().out
