@@ -1,0 +1,193 @@
+"""What the tables compare: ways to train a neural SDF of a mesh in so many seconds. Imported by scripts beside it.
+
+All run on the CPU, in one process, with the settings of `trainer.machine`. `paper` and `unnested` see only the mesh's
+vertices with normals, as in the paper; the others see exact distances as well.
+"""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from torch import Tensor
+from torch.nn import functional
+
+from codegen.model import DEFAULT_ITERATIONS, Level, Model
+from mesher.field import Field, ModelField
+from trainer import quality, sampling, settings
+from trainer.bands import delta
+from trainer.network import Weights, initial, to_model
+from trainer.pools import values
+from trainer.session import Bar
+from trainer.settings import Settings
+from trainer.shape import Doubles, Shape, Surface
+from trainer.train import Training
+
+BATCH = 8192
+RATE = 1e-4
+"""Of Adam, as SIREN and the paper's release have it; ours has its own schedule."""
+EVERYWHERE = 1e3
+"""A half width that makes the whole domain a band."""
+POOL = 200_000
+
+
+@dataclass(frozen=True)
+class Trained:
+    """name: of the contender. field: for a grid whose cells have this diagonal. steps: of each network."""
+
+    name: str
+    parameters: int
+    seconds: float
+    steps: tuple[int, ...]
+    field: Callable[[float], Field]
+
+
+def of_model(name: str, model: Model, seconds: float, steps: Sequence[int] = ()) -> Trained:
+    """A contender whose result is a model; its records of training tell the steps where they are not given."""
+    recorded = tuple(record["steps"] for record in model.provenance.get("levels", []))
+    return Trained(name, model.parameters(), seconds, tuple(steps) or recorded, lambda cell: ModelField(model, cell))
+
+
+def ours(shape: Shape, networks: str, seconds: float, seed: int) -> Model:
+    """`mplicits train SHAPE --levels NETWORKS --seconds S --texture none`."""
+    sizes = settings.networks(networks)
+    chosen = Settings(sizes, settings.omegas(None, sizes), settings.steps(None, len(sizes)), seconds, False, seed)
+    return Training(shape, chosen, Bar(quiet=True)).run()
+
+
+def one_siren(shape: Shape, parameters: int, seconds: float, seed: int, depth: int = 2, omega: float = 60.0) -> Model:
+    """One network with at most so many parameters, by our loss and schedule."""
+    width = max(n for n in range(4, 1025) if 4 * n + depth * (n * n + n) + n + 1 <= parameters)
+    chosen = Settings(((width, depth),), (omega,), (1,), seconds, False, seed)
+    return Training(shape, chosen, Bar(quiet=True)).run()
+
+
+class Siren:
+    """A SIREN as its authors have it: sin(omega_0 (W x + b)), omega_0 outside the weights."""
+
+    def __init__(self, size: tuple[int, int], omega: float, generator: torch.Generator) -> None:
+        folded = initial(size, omega, 1, generator)
+        self.omega = omega
+        self.weights = [(w / omega if i < len(folded) - 2 else w).requires_grad_() for i, w in enumerate(folded)]
+
+    def __call__(self, points: Tensor) -> Tensor:
+        for weight, bias in zip(self.weights[:-2:2], self.weights[1:-2:2], strict=True):
+            points = torch.sin(self.omega * functional.linear(points, weight, bias))
+        return functional.linear(points, self.weights[-2], self.weights[-1])[:, 0]
+
+    def folded(self) -> Weights:
+        """The network's weights with omega_0 in them."""
+        last = len(self.weights) - 2
+        return [(w.detach() * self.omega if i < last else w.detach()).clone() for i, w in enumerate(self.weights)]
+
+
+Loss = Callable[[Tensor, Tensor, Tensor, Tensor, Tensor], Tensor]
+"""(f on the surface, its wanted value, cosine of gradient and normal there, f around, gradient norms) -> loss."""
+
+
+def eq4(f: Tensor, wanted: Tensor, cosine: Tensor, around: Tensor, norms: Tensor) -> Tensor:
+    """Eq. 4 with the weights of the paper's release: SDF 3000, normal 100, gradient 50."""
+    return 3000 * (f - wanted).square().mean() + 100 * (1 - cosine).mean() + 50 * (norms - 1).square().mean()
+
+
+def siren_loss(f: Tensor, wanted: Tensor, cosine: Tensor, around: Tensor, norms: Tensor) -> Tensor:
+    """SIREN's own (Sitzmann et al. 2020, section 4.2), which pushes the surface out of the domain's other points."""
+    away = torch.exp(-100 * around.abs()).mean()
+    return 3000 * (f - wanted).abs().mean() + 100 * away + 100 * (1 - cosine).mean() + 50 * (norms - 1).abs().mean()
+
+
+def paper(
+    shape: Shape, networks: str, omegas: tuple[float, ...], seconds: float, seed: int
+) -> tuple[Model, list[int]]:
+    """The paper's recipe: vertices and normals, Eq. 4, adaptive nested bands, autograd, every level at every step."""
+    return _trained(shape, networks, omegas, seconds, seed, eq4, nested=True)
+
+
+def unnested(
+    shape: Shape, networks: str, omegas: tuple[float, ...], seconds: float, seed: int
+) -> tuple[Model, list[int]]:
+    """Section 4.2's baseline: the same sum, each network trained by SIREN's loss in the whole domain."""
+    return _trained(shape, networks, omegas, seconds, seed, siren_loss, nested=False)
+
+
+def _trained(
+    shape: Shape, networks: str, omegas: tuple[float, ...], seconds: float, seed: int, loss: Loss, nested: bool
+) -> tuple[Model, list[int]]:
+    """Seconds are shared equally among the networks. Returns the model and the steps of each."""
+    began = time.perf_counter()
+    sizes = settings.networks(networks)
+    generator, rng = torch.Generator().manual_seed(seed), np.random.default_rng(seed)
+    sirens: list[Siren] = []
+    deltas: list[float] = []
+    steps: list[int] = []
+    slopes: list[float] = []
+    cloud = _cloud(shape)
+    for i, (size, omega) in enumerate(zip(sizes, omegas, strict=True)):
+        sirens.append(Siren(size, omega, generator))
+        done = [siren.folded() for siren in sirens[:-1]]
+        batches = _batches(shape, cloud, done, deltas if nested else [], rng)
+        optimiser = torch.optim.Adam(sirens[-1].weights, RATE)
+        count = 0
+        while time.perf_counter() - began < seconds * (i + 1) / len(sizes):
+            points, normals, wanted = next(batches)
+            points.requires_grad_()
+            f = torch.stack([siren(points) for siren in sirens]).sum(dim=0)
+            gradient = torch.autograd.grad(f.sum(), points, create_graph=True)[0]
+            on = len(normals)
+            cosine = functional.cosine_similarity(gradient[:on], normals, dim=1)
+            total = loss(f[:on], wanted, cosine, f[on:], torch.linalg.vector_norm(gradient, dim=1))
+            optimiser.zero_grad()
+            total.backward()  # type: ignore[no-untyped-call]
+            optimiser.step()
+            count += 1
+        steps.append(count)
+        done = [siren.folded() for siren in sirens]
+        at = torch.from_numpy(cloud.points.astype(np.float32))
+        deltas.append(delta(values(done, at)) if nested else EVERYWHERE)
+        spread = torch.rand(POOL, 3, generator=generator) * 2 - 1
+        slopes.append(quality.lipschitz(done, torch.cat((at, spread if i == 0 or not nested else at))))
+    levels = [
+        Level(to_model(siren.folded()), width, DEFAULT_ITERATIONS[min(i, 1)], slope)
+        for i, (siren, width, slope) in enumerate(zip(sirens, deltas, slopes, strict=True))
+    ]
+    return Model(shape.name, tuple(levels)), steps
+
+
+def _cloud(shape: Shape) -> Surface:
+    """The mesh's vertices, in random order, with the normal of a face at each."""
+    points = shape.inputs()
+    drawn = shape.surface(4 * len(points), np.random.default_rng(0))
+    return Surface(points, drawn.normals[cKDTree(drawn.points).query(points, workers=-1)[1]])
+
+
+def _batches(
+    shape: Shape, cloud: Surface, done: list[Weights], deltas: list[float], rng: np.random.Generator
+) -> Iterator[tuple[Tensor, Tensor, Tensor]]:
+    """Endless (points of the surface and then around it, normals and wanted values of the first)."""
+    half = BATCH // 2
+    chosen = rng.integers(len(cloud.points), size=POOL)
+    on, normals = cloud.points[chosen], cloud.normals[chosen]
+    t = np.zeros(POOL)
+    if deltas:
+
+        def inside(points: Doubles) -> NDArray[np.bool_]:
+            at = torch.from_numpy(points.astype(np.float32))
+            f, kept = at.new_zeros(len(at)), torch.ones(len(at), dtype=torch.bool)
+            for weights, width in zip(done, deltas, strict=True):
+                f += values([weights], at)
+                kept &= f.abs() < width
+            return np.asarray(kept.numpy())
+
+        moved = slice(0, POOL // 4)
+        t[moved] = sampling.offsets(on[moved], normals[moved], deltas[-1], shape.clearance) * rng.random(POOL // 4)
+        around = sampling.dithered(cloud.points, deltas[-1], inside, POOL, rng)
+    else:
+        around = sampling.domain(POOL, rng)
+    on = on + t[:, None] * normals
+    columns = [torch.from_numpy(array.astype(np.float32)) for array in (on, normals, t, around)]
+    while True:
+        one, other = (torch.from_numpy(rng.integers(POOL, size=half)) for _ in range(2))
+        yield torch.cat((columns[0][one], columns[3][other])), columns[1][one], columns[2][one]

@@ -1,0 +1,63 @@
+"""The evaluation of a contender, and the head of a table. Imported by the scripts beside it."""
+
+import os
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from contenders import Trained
+from mesher.extract import extract
+from mesher.grid import Grid
+from mesher.metrics import Surface, chamfer
+from mesher.truth import in_model_space, read_mesh
+from trainer.shape import Shape
+
+DATA = Path(os.environ.get("MPLICITS_DATA", Path(__file__).parents[2] / "shared" / "data"))
+
+
+class Truth:
+    """A mesh that reconstructions are compared with, sampled twice; `floor` is the Chamfer distance of the two."""
+
+    def __init__(self, path: Path, shape: Shape, samples: int, seed: int) -> None:
+        self._rng, self._samples = np.random.default_rng(seed), samples
+        surface = Surface(in_model_space(read_mesh(path), shape.centre, shape.scale))
+        self._points, again = (surface.sample(samples, self._rng)[0] for _ in range(2))
+        self.floor = chamfer(self._points, again)
+
+    def evaluate(self, trained: Trained, resolution: int) -> tuple[float, float]:
+        """Squared-L2 Chamfer distance of the contender's mesh (infinite: it has none), and seconds to extract it."""
+        began = time.perf_counter()
+        mesh = extract(trained.field(Grid(resolution).diagonal), resolution)
+        seconds = time.perf_counter() - began
+        if not len(mesh.faces):
+            return float("inf"), seconds
+        return chamfer(Surface(mesh).sample(self._samples, self._rng)[0], self._points), seconds
+
+
+def machine() -> str:
+    """Processor, cores, versions, date."""
+    information = Path("/proc/cpuinfo")
+    lines = information.read_text().splitlines() if information.exists() else []
+    name = next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), "unknown processor")
+    versions = f"torch {torch.__version__}, NumPy {np.__version__}"
+    return f"{name}, {os.cpu_count()} cores, {versions}, {datetime.now(UTC):%Y-%m-%d}"
+
+
+class Page:
+    """A markdown file that grows by lines, so that a run cut short keeps its rows."""
+
+    def __init__(self, path: Path, *lines: str) -> None:
+        self._path, self._lines = path, list(lines)
+        self._write()
+
+    def add(self, *lines: str) -> None:
+        """Appends lines, and shows them."""
+        print(*lines, sep="\n", flush=True)
+        self._lines += lines
+        self._write()
+
+    def _write(self) -> None:
+        self._path.write_text("\n".join(self._lines) + "\n", encoding="utf-8")

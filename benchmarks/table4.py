@@ -1,0 +1,96 @@
+"""Ten meshes of Thingi32 with one set-up for all (the paper's Table 4); writes docs/results/table4.md.
+
+    PYTHONPATH=. python benchmarks/table4.py [--levels 64x1,64x2] [--seconds 30] [--data FOLDER]
+
+Every contender trains in the same process for the same seconds: ours; one SIREN of as many parameters, by our loss; the
+residual without nested bands (Section 4.2's baseline: SIREN's loss, the whole domain); a hash grid with a small MLP.
+"""
+
+import argparse
+import statistics
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from contenders import Trained, of_model, one_siren, ours, unnested
+from hash_grid import hash_grid
+from protocol import DATA, Page, Truth, machine
+from trainer.load import load_shape
+from trainer.machine import prepare
+from trainer.shape import Shape
+from trainer.train import device
+
+OMEGAS = (30.0, 45.0, 128.0)
+"""Of the baseline without bands (Section 4.2)."""
+
+
+def contenders(options: argparse.Namespace) -> dict[str, Callable[[Shape], Trained]]:
+    """Column -> how it is trained."""
+    levels, seconds, seed = options.levels, options.seconds, options.seed
+
+    def own(shape: Shape) -> Trained:
+        return of_model("ours", ours(shape, levels, seconds, seed), seconds)
+
+    def single(shape: Shape) -> Trained:
+        return of_model("one SIREN", one_siren(shape, parameters, seconds, seed), seconds)
+
+    def plain(shape: Shape) -> Trained:
+        began = time.perf_counter()
+        model, steps = unnested(shape, levels, OMEGAS[: levels.count(",") + 1], seconds, seed)
+        return of_model("without bands", model, time.perf_counter() - began, steps)
+
+    sizes = [part.split("x") for part in levels.split(",")]
+    parameters = sum(4 * int(n) + int(d) * int(n) * (int(n) + 1) + int(n) + 1 for n, d in sizes)
+    return {"ours": own, "one SIREN": single, "residual without bands": plain,
+            "hash grid, 16 levels": lambda shape: hash_grid(shape, 16, seconds, seed),
+            "hash grid, 3 levels": lambda shape: hash_grid(shape, 3, seconds, seed)}
+
+
+def main() -> None:
+    """Writes the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--levels", default="64x1,64x2", metavar="NxD,..")
+    parser.add_argument("--seconds", type=float, default=30)
+    parser.add_argument("--meshes", metavar="ID,..", help="some of the ten")
+    parser.add_argument("--resolution", type=int, default=512)
+    parser.add_argument("--samples", type=int, default=500_000)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--data", type=Path, default=DATA, metavar="FOLDER")
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/table4.md"))
+    options = parser.parse_args()
+    prepare(device("cpu"))
+    paths = sorted((options.data / "thingi32").glob("*.ply"), key=lambda path: int(path.stem))
+    columns = contenders(options)
+    page = Page(
+        options.output, "# Table 4: one set-up for ten meshes of Thingi32", "",
+        "Printed by `PYTHONPATH=. python benchmarks/table4.py`. Chamfer: squared L2, both directions summed, unit "
+        f"sphere, {options.samples:,} samples on each side, marching cubes at {options.resolution}^3; in brackets, of "
+        "the floor, which is that of two samplings of the ground truth. `none`: the field has no surface.", "",
+        f"Levels {options.levels}; {options.seconds:g} s of training each, in turn. One SIREN: as many parameters, "
+        "omega_0 60, our loss and schedule. Residual without bands: omega_0 30 and 45, SIREN's loss on vertices and "
+        "normals. Hash grids: tables of 32,768 entries, 16 to 512 cells along a side over sixteen levels, two hidden "
+        "layers of 64, exact distances.", "", f"{machine()}.", "",
+        "| mesh | floor | " + " | ".join(columns) + " |", "| --- | ---: |" + " ---: |" * len(columns),
+    )
+    ratios: dict[str, list[float]] = {name: [] for name in columns}
+    parameters: dict[str, int] = {}
+    for path in paths:
+        if options.meshes and path.stem not in options.meshes.split(","):
+            continue
+        shape, _ = load_shape(str(path))
+        truth = Truth(path, shape, options.samples, options.seed)
+        cells = []
+        for name, train in columns.items():
+            trained = train(shape)
+            parameters[name] = trained.parameters
+            distance, _ = truth.evaluate(trained, options.resolution)
+            ratios[name].append(distance / truth.floor)
+            cells.append("none" if distance == float("inf") else f"{distance:.2e} ({distance / truth.floor:.2f})")
+        page.add(f"| {path.stem} | {truth.floor:.2e} | " + " | ".join(cells) + " |")
+    medians = (f"{statistics.median(found):.2f}" for found in ratios.values())
+    page.add("| median, of the floor | 1 | " + " | ".join(medians) + " |")
+    page.add("| parameters | | " + " | ".join(f"{parameters[name]:,}" for name in columns) + " |")
+
+
+if __name__ == "__main__":
+    main()
