@@ -3,8 +3,8 @@
     PYTHONPATH=. python benchmarks/table1.py [--levels 64x1,128x2] [--seconds 150] [--data FOLDER] [--keep FOLDER]
 
 ours: `mplicits train`; one training gives both rows, coarse is its level 1 alone. recipe: the paper's, in the same
-process for the same seconds with the same networks: vertices and normals only, Eq. 4 with the weights of its release and
-its omega_0, autograd. Both are meshed by `mplicits mesh` and compared by the paper's protocol.
+process for the same seconds with the same networks: vertices and normals only, Eq. 4 with its release's weights, its
+omega_0, autograd. Both are meshed by `mplicits mesh` and compared by the paper's protocol.
 """
 
 import argparse
@@ -94,11 +94,11 @@ def main() -> None:
     page = Page(
         options.output, "# Table 1: surface reconstruction", "",
         "Printed by `PYTHONPATH=. python benchmarks/table1.py`. Chamfer: squared L2, both directions summed, unit "
-        f"sphere, {options.samples:,} samples on each side, marching cubes at {options.resolution}^3. Floor: two samplings of "
-        "the ground truth.", "",
+        f"sphere, {options.samples:,} samples on each side, marching cubes at {options.resolution}^3. Floor: two "
+        "samplings of the ground truth.", "",
         f"Levels {options.levels}; {options.seconds:g} s of training for each row `fine`, of which `coarse` is the "
-        "first level. `recipe`: the paper's own (vertices and normals only, Eq. 4, omega_0 40 and 80, weights 3000, 100, 50, "
-        "Adam at 1e-4, batches of 8,192), trained here for the same seconds. `as printed`: the paper's table; an RTX "
+        "first level. `recipe`: the paper's own (vertices and normals only, Eq. 4, omega_0 40 and 80, weights 3000, "
+        "100, 50, Adam at 1e-4, batches of 8,192), trained here for the same seconds. `as printed`: the paper's table; an RTX "
         "5090, the authors' copies of the meshes, and point clouds as ground truth.", "", f"{machine()}.", "", *HEAD,
     )
     for name in options.shapes.split(","):
