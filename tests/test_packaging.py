@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from codegen.model import save
+from fitted_model import fitted_model
 from random_model import random_model
 
 ROOT = Path(__file__).parent.parent
@@ -41,10 +42,19 @@ class Installed:
     wheel: Path
     venv: Path
 
+    def add(self, extra: str) -> None:
+        """Installs an extra as well."""
+        subprocess.run([*pip_into(self.venv), f"{self.wheel}[{extra}]"], check=True, capture_output=True)
+
     def run(self, *argv: str, cwd: Path) -> subprocess.CompletedProcess[str]:
         """Runs `mplicits ARGV` as installed."""
         return subprocess.run([self.venv / "bin" / "mplicits", *argv], capture_output=True, text=True, check=False,
                               cwd=cwd, env=bare())
+
+
+def pip_into(venv: Path) -> list[str]:
+    """The command that installs into `venv` with our constraints."""
+    return [str(venv / "bin" / "python"), "-m", "pip", "install", "-q", "-c", str(ROOT / "constraints.txt")]
 
 
 def bare() -> dict[str, str]:
@@ -65,7 +75,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
     (wheel,) = (folder / "dist").glob("*.whl")
     venv = folder / "venv"
     subprocess.run([sys.executable, "-m", "venv", venv], check=True)
-    install = [str(venv / "bin" / "python"), "-m", "pip", "install", "-q", "-c", str(ROOT / "constraints.txt")]
+    install = pip_into(venv)
     probe = subprocess.run([*install, "numpy"], capture_output=True, text=True, check=False)
     if probe.returncode:
         pytest.skip(f"pip reaches no package index: {probe.stderr.splitlines()[-1]}")
@@ -99,6 +109,21 @@ def test_without_torch_it_lists_bakes_and_says_what_training_needs(installed: In
     assert refused.stderr.startswith("mplicits: training needs the package ")
     assert "pip install 'mplicits[train]'" in refused.stderr
     assert len(refused.stderr.splitlines()) == 1
+
+
+@pytest.mark.slow
+def test_meshing_needs_its_extra_and_no_torch(installed: Installed, tmp_path: Path) -> None:
+    save(fitted_model(), tmp_path / "m.safetensors")
+    argv = ("mesh", "m.safetensors", "-o", "m.ply", "--resolution", "32", "--quiet")
+    refused = installed.run(*argv, cwd=tmp_path)
+    assert refused.returncode == 2
+    assert refused.stderr.endswith("run: pip install 'mplicits[mesh]'\n")
+    installed.add("mesh")
+    assert installed.run(*argv, cwd=tmp_path).returncode == 0
+    argv = ("eval", "m.safetensors", "m.ply", "--resolution", "32", "--samples", "1000", "--quiet")
+    done = installed.run(*argv, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert not list(installed.venv.rglob("torch"))
 
 
 @pytest.mark.slow
