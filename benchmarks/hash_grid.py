@@ -56,6 +56,8 @@ class HashGrid(nn.Module):
 class HashField:
     """A trained grid as a field; clearance by the largest difference quotient but for one in a thousand."""
 
+    chunk = 16_384
+
     def __init__(self, grid: HashGrid, near: Tensor) -> None:
         self._grid = grid
         step = torch.randn(near.shape, generator=torch.Generator().manual_seed(0))

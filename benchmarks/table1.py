@@ -98,8 +98,9 @@ def main() -> None:
         "samplings of the ground truth.", "",
         f"Levels {options.levels}; {options.seconds:g} s of training for each row `fine`, of which `coarse` is the "
         "first level. `recipe`: the paper's own (vertices and normals only, Eq. 4, omega_0 40 and 80, weights 3000, "
-        "100, 50, Adam at 1e-4, batches of 8,192), trained here for the same seconds. `as printed`: the paper's table; an "
-        "RTX 5090, the authors' copies of the meshes, and point clouds as ground truth.", "", f"{machine()}.", "", *HEAD,
+        "100, 50, Adam at 1e-4, batches of 8,192), trained here for the same seconds. `as printed`: the paper's table; "
+        "an RTX 5090, the authors' copies of the meshes, and point clouds as ground truth.", "",
+        f"{machine()}.", "", *HEAD,
     )
     for name in options.shapes.split(","):
         compare(name, options, page)

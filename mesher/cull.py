@@ -9,6 +9,8 @@ from .surface import Array, Whole
 
 FIRST = 4
 """Culling begins with 2^FIRST blocks along each side."""
+BLOCKS = 2048
+"""Blocks that are looked through at a time."""
 HALVES = lattice(2, 2, 2)
 BLOCK = lattice(3, 3, 3)
 """(x, y, z) of the 8 cells of a block of 2^3, and of its 27 vertices."""
@@ -28,7 +30,7 @@ def culled(field: Field, grid: Grid, progress: Progress) -> Cells:
     while True:
         centres = ((blocks + size / 2) * grid.side - EXTENT).astype(np.float32)
         progress.begin(f"culling blocks of {size}", len(blocks))
-        (clearance,) = over(centres, lambda part: (field.clearance(part),), progress)
+        (clearance,) = over(centres, lambda part: (field.clearance(part),), progress, field.chunk)
         blocks = blocks[clearance <= size * grid.diagonal / 2]
         if size == 2:
             found = _evaluated_blocks(field, np.sort(blocks @ grid.steps), grid, progress)
@@ -61,7 +63,7 @@ def evaluated(field: Field, keys: Whole, grid: Grid, progress: Progress) -> Arra
     def work(part: Whole) -> tuple[Array]:
         return (grid.sealed(part, field.value(grid.positions(part).astype(np.float32))),)
 
-    (values,) = over(keys, work, progress)
+    (values,) = over(keys, work, progress, field.chunk)
     return values
 
 
@@ -78,7 +80,7 @@ def _evaluated_blocks(field: Field, blocks: Whole, grid: Grid, progress: Progres
         return crossed((part[:, None] + HALVES @ grid.steps).ravel(), corners, values)
 
     progress.begin("looking for the surface", len(blocks))
-    cells, corners = over(blocks, work, progress)
+    cells, corners = over(blocks, work, progress, BLOCKS)
     inside = (grid.indices(cells) < grid.resolution).all(axis=1)
     return compact(cells[inside], corners[inside], keys, values)
 

@@ -74,7 +74,7 @@ def extract_model(model: Model, resolution: int, progress: Progress | None = Non
         return field.on_surface(points)
 
     progress.begin("normals", len(mesh.vertices))
-    normals, inside = over(mesh.vertices, work, progress)
+    normals, inside = over(mesh.vertices, work, progress, field.chunk)
     mesh = replace(mesh, normals=normals)
     count, component = mesh.components()
     nested = np.zeros(count, np.bool_)
@@ -85,7 +85,7 @@ def extract_model(model: Model, resolution: int, progress: Progress | None = Non
         mesh = mesh.only(nested[component])
     if model.texture is not None:
         progress.begin("colours", len(mesh.vertices))
-        (colours,) = over(mesh.vertices, lambda points: (field.colour(points),), progress)
+        (colours,) = over(mesh.vertices, lambda points: (field.colour(points),), progress, field.chunk)
         mesh = replace(mesh, colours=colours)
     spurious = int(count - nested.sum())
     return Extracted(mesh, count - spurious if cull else count, spurious)

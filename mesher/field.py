@@ -14,7 +14,9 @@ from .surface import Array
 
 
 class Field(Protocol):
-    """What a surface is extracted from."""
+    """What a surface is extracted from. chunk: how many points it likes to be asked for at a time."""
+
+    chunk: int
 
     def value(self, points: Array) -> Array:
         """Value (N,) float32 at points (N, 3) float32, model space; negative inside."""
@@ -25,6 +27,8 @@ class Field(Protocol):
         ...
 
 
+CACHED = 2**17
+"""Numbers of one layer that stay in a core's cache."""
 SHELL = 2.0
 """How many half widths of its band a level tells about the surface: its sum goes on smoothly a little outside."""
 
@@ -41,6 +45,8 @@ class ModelField:
     def __init__(self, model: Model, cell: float, time: float = 0.0) -> None:
         self.program = lower(model)
         self._time = time
+        width = max(len(layer.bias) for level in model.levels for layer in level.network)
+        self.chunk = max(CACHED // width, 256)
         self._slopes = [level.lipschitz for level in model.levels]
         self._deltas = [level.delta for level in model.levels[:-1]]
         self._reach = [delta + slope * cell for delta, slope in zip(self._deltas, self._slopes[:-1], strict=True)]

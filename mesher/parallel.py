@@ -9,9 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-CHUNK = 2048
-"""Points of one call: what a network makes of them stays in a core's cache."""
-
 
 class Progress(Protocol):
     """Is told of long work."""
@@ -36,10 +33,10 @@ class Silent:
 
 
 def over(
-    points: NDArray[Any], function: Callable[[NDArray[Any]], tuple[NDArray[Any], ...]], progress: Progress
+    points: NDArray[Any], function: Callable[[NDArray[Any]], tuple[NDArray[Any], ...]], progress: Progress, chunk: int
 ) -> tuple[NDArray[Any], ...]:
-    """What `function` makes of points (N, ...), in the points' order; it is called on at most CHUNK at a time."""
-    parts = [points[start : start + CHUNK] for start in range(0, max(len(points), 1), CHUNK)]
+    """What `function` makes of points (N, ...), in the points' order; it is called on at most `chunk` at a time."""
+    parts = [points[start : start + chunk] for start in range(0, max(len(points), 1), chunk)]
 
     def work(part: NDArray[Any]) -> tuple[NDArray[Any], ...]:
         found = function(part)

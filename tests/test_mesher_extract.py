@@ -23,6 +23,7 @@ class Ellipsoid:
 
     axes: tuple[float, float, float] = (0.9, 0.5, 0.3)
     centre: tuple[float, float, float] = (0.03, -0.2, 0.1)
+    chunk: int = 1000
 
     def value(self, points: Array) -> Array:
         return np.asarray(np.linalg.norm((points - self.centre) / self.axes, axis=1) - 1, np.float32)
@@ -33,6 +34,8 @@ class Ellipsoid:
 
 class Waves:
     """A surface that fills the cube, with every configuration of signs, and leaves it through its faces."""
+
+    chunk = 1000
 
     def value(self, points: Array) -> Array:
         x, y, z = 17 * points.T
@@ -95,6 +98,8 @@ def test_ambiguous_cells_and_the_cube_s_faces_are_closed(resolution: int) -> Non
 
 def test_a_surface_through_vertices_has_no_flat_triangles() -> None:
     class Box:
+        chunk = 1000
+
         def value(self, points: Array) -> Array:
             return np.asarray(np.abs(points).max(axis=1) - np.float32(EXTENT / 2), np.float32)
 

@@ -120,8 +120,8 @@ def test_meshing_needs_its_extra_and_no_torch(installed: Installed, tmp_path: Pa
     assert refused.stderr.endswith("run: pip install 'mplicits[mesh]'\n")
     installed.add("mesh")
     assert installed.run(*argv, cwd=tmp_path).returncode == 0
-    argv = ("eval", "m.safetensors", "m.ply", "--resolution", "32", "--samples", "1000", "--quiet")
-    done = installed.run(*argv, cwd=tmp_path)
+    compared = ("eval", "m.safetensors", "m.ply", "--resolution", "32", "--samples", "1000", "--quiet")
+    done = installed.run(*compared, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert not list(installed.venv.rglob("torch"))
 
