@@ -84,25 +84,35 @@ class Siren:
         return [(w.detach() * self.omega if i < last else w.detach()).clone() for i, w in enumerate(self.weights)]
 
 
-Loss = Callable[[Tensor, Tensor, Tensor, Tensor, Tensor], Tensor]
-"""(f on the surface, its wanted value, cosine of gradient and normal there, f around, gradient norms) -> loss."""
+Loss = Callable[[Tensor, Tensor, Tensor, Tensor], Tensor]
+"""(f, wanted value or NaN where none is known, cosine of gradient and normal on the surface, gradient norms) -> loss.
+
+f and the wanted value are those on the surface, then as many around it.
+"""
 
 
-def eq4(f: Tensor, wanted: Tensor, cosine: Tensor, around: Tensor, norms: Tensor) -> Tensor:
+def eq4(f: Tensor, wanted: Tensor, cosine: Tensor, norms: Tensor) -> Tensor:
     """Eq. 4 with the weights of the paper's release: SDF 3000, normal 100, gradient 50."""
-    return 3000 * (f - wanted).square().mean() + 100 * (1 - cosine).mean() + 50 * (norms - 1).square().mean()
+    known = ~wanted.isnan()
+    value = (f[known] - wanted[known]).square().mean()
+    return 3000 * value + 100 * (1 - cosine).mean() + 50 * (norms - 1).square().mean()
 
 
-def siren_loss(f: Tensor, wanted: Tensor, cosine: Tensor, around: Tensor, norms: Tensor) -> Tensor:
+def siren_loss(f: Tensor, wanted: Tensor, cosine: Tensor, norms: Tensor) -> Tensor:
     """SIREN's own (Sitzmann et al. 2020, section 4.2), which pushes the surface out of the domain's other points."""
+    on, around = f.chunk(2)
     away = torch.exp(-100 * around.abs()).mean()
-    return 3000 * (f - wanted).abs().mean() + 100 * away + 100 * (1 - cosine).mean() + 50 * (norms - 1).abs().mean()
+    return 3000 * on.abs().mean() + 100 * away + 100 * (1 - cosine).mean() + 50 * (norms - 1).abs().mean()
 
 
 def paper(
     shape: Shape, networks: str, omegas: tuple[float, ...], seconds: float, seed: int
 ) -> tuple[Model, list[int]]:
-    """The paper's recipe: vertices and normals, Eq. 4, adaptive nested bands, autograd, every level at every step."""
+    """The paper's recipe: vertices and normals, Eq. 4, adaptive nested bands, autograd, every level at every step.
+
+    Level 1 learns the distance to the nearest vertex all over the domain, too: by Eq. 4 alone, whose Eikonal term does
+    not mind surfaces that are nowhere near the cloud, it ended with a Chamfer distance of 0.27.
+    """
     return _trained(shape, networks, omegas, seconds, seed, eq4, nested=True)
 
 
@@ -128,7 +138,7 @@ def _trained(
     for i, (size, omega) in enumerate(zip(sizes, omegas, strict=True)):
         sirens.append(Siren(size, omega, generator))
         done = [siren.folded() for siren in sirens[:-1]]
-        batches = _batches(shape, cloud, done, deltas if nested else [], rng)
+        batches = _batches(cloud, done, deltas if nested else [], rng)
         optimiser = torch.optim.Adam(sirens[-1].weights, RATE)
         count = 0
         while time.perf_counter() - began < seconds * (i + 1) / len(sizes):
@@ -138,7 +148,7 @@ def _trained(
             gradient = torch.autograd.grad(f.sum(), points, create_graph=True)[0]
             on = len(normals)
             cosine = functional.cosine_similarity(gradient[:on], normals, dim=1)
-            total = loss(f[:on], wanted, cosine, f[on:], torch.linalg.vector_norm(gradient, dim=1))
+            total = loss(f, wanted, cosine, torch.linalg.vector_norm(gradient, dim=1))
             optimiser.zero_grad()
             total.backward()  # type: ignore[no-untyped-call]
             optimiser.step()
@@ -164,10 +174,10 @@ def _cloud(shape: Shape) -> Surface:
 
 
 def _batches(
-    shape: Shape, cloud: Surface, done: list[Weights], deltas: list[float], rng: np.random.Generator
+    cloud: Surface, done: list[Weights], deltas: list[float], rng: np.random.Generator
 ) -> Iterator[tuple[Tensor, Tensor, Tensor]]:
-    """Endless (points of the surface and then around it, normals and wanted values of the first)."""
-    half = BATCH // 2
+    """Endless (points of the surface and then around it, normals of the first, wanted values or NaN)."""
+    half, tree = BATCH // 2, cKDTree(cloud.points)
     chosen = rng.integers(len(cloud.points), size=POOL)
     on, normals = cloud.points[chosen], cloud.normals[chosen]
     t = np.zeros(POOL)
@@ -181,13 +191,23 @@ def _batches(
                 kept &= f.abs() < width
             return np.asarray(kept.numpy())
 
+        def clearance(points: Doubles) -> Doubles:
+            return np.asarray(tree.query(points, workers=-1)[0])
+
         moved = slice(0, POOL // 4)
-        t[moved] = sampling.offsets(on[moved], normals[moved], deltas[-1], shape.clearance) * rng.random(POOL // 4)
+        t[moved] = sampling.offsets(on[moved], normals[moved], deltas[-1], clearance) * rng.random(POOL // 4)
         around = sampling.dithered(cloud.points, deltas[-1], inside, POOL, rng)
     else:
         around = sampling.domain(POOL, rng)
+    far = np.full(POOL, np.nan)
+    if not done:
+        distance, nearest = tree.query(around, workers=-1)
+        behind = np.einsum("ij,ij->i", around - cloud.points[nearest], cloud.normals[nearest]) < 0
+        far = np.where(behind, -distance, distance)
     on = on + t[:, None] * normals
-    columns = [torch.from_numpy(array.astype(np.float32)) for array in (on, normals, t, around)]
+    surface, directions, offset, volume, known = (
+        torch.from_numpy(array.astype(np.float32)) for array in (on, normals, t, around, far)
+    )
     while True:
         one, other = (torch.from_numpy(rng.integers(POOL, size=half)) for _ in range(2))
-        yield torch.cat((columns[0][one], columns[3][other])), columns[1][one], columns[2][one]
+        yield torch.cat((surface[one], volume[other])), directions[one], torch.cat((offset[one], known[other]))
