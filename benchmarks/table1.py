@@ -1,6 +1,6 @@
 """Surface reconstruction on the Stanford meshes (the paper's Table 1); writes docs/results/table1.md.
 
-    PYTHONPATH=. python benchmarks/table1.py [--levels 64x1,128x2] [--seconds 120] [--data FOLDER] [--keep FOLDER]
+    PYTHONPATH=. python benchmarks/table1.py [--levels 64x1,128x2] [--seconds 90] [--data FOLDER] [--keep FOLDER]
 
 ours: `mplicits train`; one training gives both rows, coarse is its level 1 alone. recipe: the paper's, in the same
 process for the same seconds with the same networks: vertices and normals only, Eq. 4 with its release's weights, its
@@ -81,7 +81,7 @@ def main() -> None:
     """Writes the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--levels", default="64x1,128x2", metavar="NxD,..")
-    parser.add_argument("--seconds", type=float, default=120)
+    parser.add_argument("--seconds", type=float, default=90)
     parser.add_argument("--shapes", default=",".join(SHAPES), metavar="NAME,..")
     parser.add_argument("--resolution", type=int, default=512)
     parser.add_argument("--samples", type=int, default=500_000)
