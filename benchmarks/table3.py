@@ -1,25 +1,22 @@
 """Marching cubes with and without culling (the paper's Table 3), and how its cost grows; writes docs/results/table3.md.
 
     PYTHONPATH=. python benchmarks/table3.py armadillo.safetensors lucy.safetensors dragon.safetensors
-        [--resolution 512] [--no-baseline] [-o FILE]
+        [--resolution 512] [-o FILE]
 
 SIREN: (256, 4) evaluated at every vertex of the grid; its weights are random, since time does not depend on them.
-dense: all levels of the model at every vertex. culled: `mplicits mesh`. In one process, in turn; dense runs take
-minutes and are run once, culled ones are medians of 5. Seconds are from a model to a mesh in memory.
+dense: all levels of the model at every vertex. culled: `mplicits mesh`. In one process; dense runs take minutes and are
+run once, the SIREN's at half the resolution. Seconds are from a model to a mesh in memory.
 """
 
 import argparse
 import itertools
 import math
-import os
-import resource
 import statistics
 import subprocess
 import sys
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +27,7 @@ from mesher.extract import extract
 from mesher.field import ModelField
 from mesher.grid import Grid
 from mesher.surface import Mesh
+from protocol import Page, machine
 
 WIDTH, DEPTH, OMEGA = 256, 4, 30.0
 ROUNDS = 5
@@ -38,6 +36,21 @@ PRINTED = (
     "As the paper prints these three columns, on an RTX 5090 and with other networks: Armadillo 4.87, 4.10 and 0.99 s; "
     "Lucy 4.87, 7.49 and 1.07; dragon 4.88, 7.28 and 1.71. There, culling leaves out the finer levels alone."
 )
+
+
+ALONE = """
+import resource, sys, time
+from pathlib import Path
+from codegen.model import load
+from mesher.extract import extract
+from mesher.field import ModelField
+from mesher.grid import Grid
+model, resolution = load(Path(sys.argv[1])), int(sys.argv[2])
+began = time.perf_counter()
+extract(ModelField(model, Grid(resolution).diagonal), resolution)
+print(time.perf_counter() - began, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20)
+"""
+"""What `alone` runs."""
 
 
 def siren() -> Model:
@@ -63,48 +76,41 @@ def seconds(model: Model, resolution: int, cull: bool) -> tuple[float, Mesh]:
 
 
 def alone(path: Path, resolution: int) -> tuple[float, float]:
-    """Seconds and GiB of memory of one culled extraction in a process of its own, which imports nothing else."""
-    done = subprocess.run([sys.executable, __file__, str(path), "--alone", str(resolution)],
-                          capture_output=True, text=True, check=True)
+    """Seconds and GiB of memory of one culled extraction in a process of its own, without PyTorch."""
+    command = [sys.executable, "-c", ALONE, str(path), str(resolution)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
     taken, memory = done.stdout.split()
     return float(taken), float(memory)
 
 
-def processor() -> str:
-    """The processor's name, as far as the system tells."""
-    information = Path("/proc/cpuinfo")
-    lines = information.read_text().splitlines() if information.exists() else []
-    return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), "unknown processor")
-
-
-def speed(paths: Sequence[Path], resolution: int, baseline: bool) -> list[str]:
-    """The first table."""
-    lines = ["| model | levels | faces | SIREN (256, 4), dense, s | dense, s | culled, s | SIREN / culled "
-             "| dense / culled |", "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |"]
-    slow = seconds(siren(), resolution, cull=False)[0] if baseline else math.nan
-    for path in paths:
-        model = load(path)
-        dense, _ = seconds(model, resolution, cull=False)
-        runs = [seconds(model, resolution, cull=True) for _ in range(ROUNDS)]
-        culled = statistics.median(taken for taken, _ in runs)
-        levels = ", ".join(shape_of(level.network) for level in model.levels)
-        lines.append(f"| {path.stem} | {levels} | {len(runs[0][1].faces):,} | {slow:.1f} | {dense:.1f} | {culled:.2f} "
-                     f"| {slow / culled:.0f} | {dense / culled:.1f} |")
-    return lines
-
-
-def growth(paths: Sequence[Path]) -> list[str]:
+def growth(paths: Sequence[Path], page: Page) -> None:
     """The second table."""
-    lines = ["| model | " + " | ".join(f"{size}^3, s" for size in SIZES) + " | exponent | memory at "
-             f"{SIZES[-1]}^3, GiB |", "| --- |" + " ---: |" * (len(SIZES) + 2)]
+    page.add("", "## Growth", "",
+             "Culled, medians of 3, each in a process of its own; the exponent of time in the resolution is by least "
+             "squares. Memory: the process's peak, Python and its libraries included.", "",
+             f"| model | {' | '.join(f'{size}^3, s' for size in SIZES)} | exponent | memory at {SIZES[-1]}^3, GiB |",
+             "| --- |" + " ---: |" * (len(SIZES) + 2))
     for path in paths:
-        found = [alone(path, size) for size in SIZES]
-        taken = [statistics.median((first, *(alone(path, size)[0] for _ in range(2)))) for size, (first, _) in
-                 zip(SIZES, found, strict=True)]
+        runs = [[alone(path, size) for _ in range(3)] for size in SIZES]
+        taken = [statistics.median(first for first, _ in each) for each in runs]
         exponent = np.polyfit(np.log(SIZES), np.log(taken), 1)[0]
         figures = " | ".join(f"{each:.2f}" for each in taken)
-        lines.append(f"| {path.stem} | {figures} | {exponent:.2f} | {found[-1][1]:.2f} |")
-    return lines
+        page.add(f"| {path.stem} | {figures} | {exponent:.2f} | {max(memory for _, memory in runs[-1]):.2f} |")
+
+
+def speed(paths: Sequence[Path], resolution: int, page: Page) -> None:
+    """The first table."""
+    page.add("| model | levels | faces | SIREN (256, 4), dense, s | dense, s | culled, s | SIREN / culled "
+             "| dense / culled |", "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |")
+    slow = seconds(siren(), resolution // 2, cull=False)[0] * 8
+    for path in paths:
+        model = load(path)
+        runs = [seconds(model, resolution, cull=True) for _ in range(ROUNDS)]
+        culled = statistics.median(taken for taken, _ in runs)
+        dense, _ = seconds(model, resolution, cull=False)
+        levels = ", ".join(shape_of(level.network) for level in model.levels)
+        page.add(f"| {path.stem} | {levels} | {len(runs[0][1].faces):,} | {slow:.0f} | {dense:.1f} | {culled:.2f} "
+                 f"| {slow / culled:.0f} | {dense / culled:.1f} |")
 
 
 def main() -> None:
@@ -112,27 +118,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("models", nargs="+", type=Path, metavar="M")
     parser.add_argument("--resolution", type=int, default=512)
-    parser.add_argument("--no-baseline", action="store_true", help="leave out the SIREN, which takes minutes")
-    parser.add_argument("--alone", type=int, help=argparse.SUPPRESS)
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/table3.md"))
     options = parser.parse_args()
-    if options.alone:
-        model = load(options.models[0])
-        began = time.perf_counter()
-        extract(ModelField(model, Grid(options.alone).diagonal), options.alone)
-        print(time.perf_counter() - began, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20)
-        return
-    text = [
-        f"# Table 3: marching cubes at {options.resolution}^3", "",
+    size = options.resolution
+    page = Page(
+        options.output, f"# Table 3: marching cubes at {size}^3", "",
         f"Printed by `PYTHONPATH=. python benchmarks/table3.py {' '.join(path.name for path in options.models)}`.", "",
-        f"{processor()}, {os.cpu_count()} cores, NumPy {np.__version__}, {datetime.now(UTC):%Y-%m-%d}; "
-        f"culled: medians of {ROUNDS}.", "", *speed(options.models, options.resolution, not options.no_baseline), "",
-        PRINTED, "", "## Growth", "",
-        "Culled, medians of 3 in processes of their own; the exponent of time in the resolution by least squares.", "",
-        *growth(options.models), "",
-    ]
-    options.output.write_text("\n".join(text), encoding="utf-8")
-    print("\n".join(text))
+        f"{machine()}. Dense: all levels at every vertex, one run. Culled: `mplicits mesh`, medians of {ROUNDS}. The "
+        f"SIREN's time is that at {size // 2}^3, times 8.", "", PRINTED, "",
+    )
+    speed(options.models, size, page)
+    growth(options.models, page)
 
 
 if __name__ == "__main__":
