@@ -28,7 +28,9 @@ def culled(field: Field, grid: Grid, progress: Progress) -> Cells:
     side = -(-grid.resolution // size)
     blocks = lattice(side, side, side) * size
     while True:
-        centres = ((blocks + size / 2) * grid.side - EXTENT).astype(np.float32)
+        centres = (blocks + size / 2) * grid.side - EXTENT
+        near = np.linalg.norm(centres, axis=1) <= EXTENT + size * grid.diagonal / 2
+        blocks, centres = blocks[near], centres[near].astype(np.float32)
         progress.begin(f"culling blocks of {size}", len(blocks))
         (clearance,) = over(centres, lambda part: (field.clearance(part),), progress, field.chunk)
         blocks = blocks[clearance <= size * grid.diagonal / 2]
@@ -61,7 +63,8 @@ def evaluated(field: Field, keys: Whole, grid: Grid, progress: Progress) -> Arra
     """The field's values (N,) at vertices (N,)."""
 
     def work(part: Whole) -> tuple[Array]:
-        return (grid.sealed(part, field.value(grid.positions(part).astype(np.float32))),)
+        positions = grid.positions(part)
+        return (grid.closed(positions, field.value(positions.astype(np.float32))),)
 
     (values,) = over(keys, work, progress, field.chunk)
     return values

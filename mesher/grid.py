@@ -9,7 +9,11 @@ from numpy.typing import NDArray
 from .surface import Array, Whole
 
 EXTENT = 1.02
-"""Half side of the grid's cube. The shape fits the unit sphere, and its surface may bulge a little over it."""
+"""Radius of the ball that the surface is looked for in, and half side of the grid's cube around it.
+
+The shape fits the unit sphere, and its surface may bulge a little over it. Far outside, towards the corners of the
+domain, level 1 may have surfaces that no ray of the viewer meets either: it looks into a ball as well.
+"""
 SNAP = 1e-3
 """Least |value| at a grid vertex, in cell sides: a surface through a vertex would give triangles without area."""
 CORNERS = np.array([[0, 0, 1], [0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 1, 1], [0, 1, 0], [1, 1, 0], [1, 1, 1]])
@@ -38,12 +42,11 @@ class Grid:
         """Of vertices (N,), model space: (N, 3)."""
         return np.asarray(self.side * self.indices(keys) - EXTENT, np.float64)
 
-    def sealed(self, keys: Whole, values: Array) -> Array:
-        """Values (N,) of vertices (N,), away from zero, and positive on the cube's faces, where the surface closes."""
-        indices, least = self.indices(keys), np.float32(SNAP * self.side)
-        border = ((indices == 0) | (indices >= self.resolution)).any(axis=1)
-        snapped = np.where(np.abs(values) < least, np.copysign(least, values), values)
-        return np.where(border, np.maximum(values, least), snapped)
+    def closed(self, positions: NDArray[np.float64], values: Array) -> Array:
+        """Values (N,) at vertices' positions (N, 3), away from zero; the surface closes where it leaves the ball."""
+        outside = np.linalg.norm(positions, axis=1).astype(np.float32) - np.float32(EXTENT)
+        values, least = np.maximum(values, outside), np.float32(SNAP * self.side)
+        return np.where(np.abs(values) < least, np.where(outside < -least, np.copysign(least, values), least), values)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from codegen import reference
 from codegen.errors import UserError
 from codegen.lower import lower
-from codegen.model import Model, load
+from codegen.model import Layer, Level, Model, load
 from fitted_model import fitted_model
 from mesher.extract import extract_model
 from mesher.field import ModelField
@@ -23,9 +23,16 @@ from random_model import random_model
 DEMO = Path(__file__).parent / "data" / "demo.safetensors"
 
 
-def steep(model: Model) -> Model:
-    """The model with a Lipschitz factor that holds beyond the ball it was fitted to, too."""
-    return replace(model, levels=tuple(replace(level, lipschitz=8.0) for level in model.levels))
+def with_bubble() -> Model:
+    """A ball whose residual, nearly sin(k r) / (k r), is 0 on the surface and 1 in the middle: a second surface."""
+    first = replace(fitted_model().levels[0], delta=0.15, lipschitz=3.0)
+    i = np.arange(128)
+    z = (2 * i + 1) / 128 - 1
+    angle, radius = i * np.pi * (3 - 5**0.5), np.sqrt(1 - z * z)
+    directions = np.stack((radius * np.cos(angle), radius * np.sin(angle), z), axis=1)
+    hidden = Layer((2 * np.pi / 0.75 * directions).astype(np.float32), np.full(128, np.pi / 2, np.float32))
+    last = Layer(np.full((1, 128), 1 / 128, np.float32), np.zeros(1, np.float32))
+    return Model("bubble", (first, Level((hidden, last), 0.1, 5, lipschitz=5.0)))
 
 
 @pytest.mark.parametrize("resolution", [48, 96])
@@ -50,10 +57,10 @@ def test_each_vertex_is_on_the_surface_and_has_its_normal_and_colour() -> None:
 
 
 def test_what_lies_outside_the_bands_is_counted_and_left_out() -> None:
-    """Beyond the ball that they were fitted to, the networks have surfaces of their own."""
-    model = steep(fitted_model())
+    model = with_bubble()
     every, nested = extract_model(model, 64, cull=False), extract_model(model, 64)
-    assert every.spurious > 0
+    assert every.spurious == 1
+    assert np.linalg.norm(every.mesh.vertices, axis=1).min() < 0.3 < np.linalg.norm(nested.mesh.vertices, axis=1).min()
     assert every.mesh.components()[0] == every.components
     assert nested.mesh.components()[0] == nested.components == every.components - every.spurious
     assert trimesh.Trimesh(nested.mesh.vertices, nested.mesh.faces, process=False).is_watertight
