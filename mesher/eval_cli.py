@@ -11,6 +11,9 @@ if TYPE_CHECKING:
     from .parallel import Progress
     from .surface import Mesh
 
+ALIKE = 0.2
+"""Difference of two bounding boxes, model units, from which on a warning is due."""
+
 
 def eval_arguments(parser: ArgumentParser) -> None:
     """Fills the parser of `eval`."""
@@ -44,6 +47,7 @@ def run_eval(args: Namespace) -> None:
     bar = Bar(args.quiet)
     try:
         ours, truth, about = _meshes(args, bar)
+        _warn(ours, truth)
         figures = compare(ours, truth, args.samples, args.seed, bar)
     finally:
         bar.end()
@@ -52,6 +56,19 @@ def run_eval(args: Namespace) -> None:
         return
     print(f"{show(args.model)} against {show(args.shape)}; lengths in radii of the unit sphere")
     print("\n".join(_lines(figures)))
+
+
+def _warn(ours: "Mesh", truth: "Mesh") -> None:
+    """Says so on stderr, before the work, where the two can hardly be one shape in one place."""
+    import sys
+
+    import numpy as np
+
+    boxes = [np.stack((mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))) for mesh in (ours, truth)]
+    apart = np.abs(boxes[0] - boxes[1]).max()
+    if apart > ALIKE:
+        print(f"warning: the bounding boxes of the two differ by {apart:.2g} radii of the unit sphere; are they of one "
+              "shape, in the same place?", file=sys.stderr)
 
 
 def _meshes(args: Namespace, progress: "Progress") -> "tuple[Mesh, Mesh, dict[str, float]]":

@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from .grid import sorted_unique
 from .surface import Mesh, Whole
 
 Doubles = NDArray[np.float64]
@@ -14,17 +15,21 @@ VOXEL = 0.01
 
 
 class Surface:
-    """A mesh with what its metrics need, built once: areas, normals, a tree of its triangles."""
+    """A mesh with what its metrics need, built once: areas, normals, a tree of its triangles.
+
+    Faces without area have no normal: they do not count, and numbers of faces are those of the others, in order.
+    """
 
     def __init__(self, mesh: Mesh) -> None:
         self.mesh = mesh
         self._vertices = mesh.vertices.astype(np.float64)
-        self._faces = np.ascontiguousarray(mesh.faces)
-        corners = self._vertices[self._faces]
+        corners = self._vertices[mesh.faces]
         cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         lengths = np.linalg.norm(cross, axis=1)
-        self._areas = np.cumsum(lengths)
-        self.normals = cross / np.maximum(lengths, 1e-300)[:, None]
+        flat = lengths == 0
+        self._faces = np.ascontiguousarray(mesh.faces[~flat])
+        self._areas = np.cumsum(lengths[~flat])
+        self.normals = cross[~flat] / lengths[~flat, None]
         self._tree = igl.AABB()
         self._tree.init(self._vertices, self._faces)
 
@@ -58,13 +63,16 @@ def shell_iou(a: Surface, b: Surface, samples: Doubles) -> float:
 
     samples: (N, 3), dense on both surfaces; they say only where to look.
     """
-    cells = np.floor(samples / VOXEL).astype(np.int64)
-    lowest, highest = cells.min(axis=0) - 1, cells.max(axis=0) + 1
     around = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1], [-1, 0, 1]), axis=-1).reshape(-1, 3)
-    size = tuple(int(n) for n in highest - lowest + 1)
-    found = np.zeros(size, np.bool_)
-    for offset in around:
-        found[tuple((cells + offset - lowest).T)] = True
-    centres = (np.argwhere(found) + lowest + 0.5) * VOXEL
+    touched = _unique(np.floor(samples / VOXEL).astype(np.int64))
+    centres: Doubles = VOXEL * (_unique((touched[:, None] + around).reshape(-1, 3)).astype(np.float64) + 0.5)
     inside_a, inside_b = (surface.distance(centres)[0] <= VOXEL for surface in (a, b))
     return float((inside_a & inside_b).sum() / (inside_a | inside_b).sum())
+
+
+def _unique(voxels: Whole) -> Whole:
+    """Each of voxels (N, 3) once: (M, 3)."""
+    lowest = voxels.min(axis=0)
+    size = (voxels.max(axis=0) - lowest + 1).tolist()
+    keys = sorted_unique(np.ravel_multi_index(tuple((voxels - lowest).T), size))
+    return np.asarray(np.stack(np.unravel_index(keys, size), axis=1) + lowest)

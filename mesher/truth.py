@@ -1,5 +1,7 @@
 """Mesh files, for comparison: the ground truth, or somebody else's reconstruction."""
 
+import math
+import os
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +14,16 @@ from codegen.files import show
 from .surface import Mesh
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb")
+LARGEST = 1e30
+"""Coordinate in a file whose powers are still numbers."""
+FARTHEST = 100.0
+"""Coordinate in model space, where a shape fits the unit sphere, beyond which a mesh is none of that shape."""
 
 
 def read_mesh(path: Path) -> trimesh.Trimesh:
     """The triangles of a PLY, OBJ, STL or GLB file, faces outwards. Raises UserError, one line."""
     label = show(path.name)
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise UserError(f"{show(path)}: no such file")
     if path.suffix.lower() not in SUFFIXES:
         raise UserError(f"{label}: not a mesh by its ending; this program reads {' '.join(SUFFIXES)}")
@@ -28,9 +34,16 @@ def read_mesh(path: Path) -> trimesh.Trimesh:
         raise UserError(f"{label}: not a readable {path.suffix[1:].upper()} file ({reason})") from None
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
         raise UserError(f"{label}: no triangles in it; a comparison needs two surfaces")
-    if not np.isfinite(mesh.vertices).all():
-        raise UserError(f"{label}: vertex coordinates that are not finite (NaN or infinity); repair the file")
-    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    if mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices):
+        raise UserError(f"{label}: triangles of vertices that are not in it; repair the file")
+    mesh.remove_unreferenced_vertices()
+    largest = float(np.abs(mesh.vertices).max())
+    if not largest <= LARGEST:
+        raise UserError(f"{label}: vertex coordinates that are not finite (NaN, infinity, huge); repair the file")
+    # As many digits for a shape in millimetres as in metres: what differs by 1e-8 of its size is one vertex.
+    digits = 8 - math.ceil(math.log10(largest)) if largest > 0 else 8
+    mesh.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=digits)
+    mesh.update_faces((mesh.faces != np.roll(mesh.faces, 1, axis=1)).all(axis=1))
     if not mesh.area > 0:
         raise UserError(f"{label}: every triangle has zero area")
     if mesh.volume < 0:
@@ -46,6 +59,9 @@ def normalisation(mesh: trimesh.Trimesh) -> tuple[tuple[float, float, float], fl
 
 
 def in_model_space(mesh: trimesh.Trimesh, centre: tuple[float, float, float], scale: float) -> Mesh:
-    """The mesh where input space = model space * scale + centre."""
+    """The mesh where input space = model space * scale + centre. Raises UserError where that is far off the sphere."""
     vertices = (np.asarray(mesh.vertices, np.float64) - centre) / scale
+    reach = np.abs(vertices).max()
+    if not reach <= FARTHEST:
+        raise UserError(f"the two are not of one shape: one is {reach:.3g} radii away, by the other's centre and scale")
     return Mesh(vertices.astype(np.float32), np.asarray(mesh.faces, np.int64))
