@@ -18,9 +18,11 @@ FIRST_BAND = 0.1
 STRAY_CANDIDATES = 400_000
 """Points of the domain among which strays are looked for."""
 STRAYS = 4096
+STRAY_ERROR = 0.5
+"""Error from which on a point is a stray, in half widths of the band."""
 STRAY_REACH = 4.0
 """Largest distance, in half widths of the band, that a residual is taught; dithering reaches 3.5."""
-STRAY_SHARE = 0.08
+STRAY_SHARE = 0.15
 """Strays among the points that a residual's volume samples are dithered from."""
 OFFSET_SHARE = 0.25
 """Share of a cloud's surface samples moved along their normals. A mesh has exact distances in the band instead."""
@@ -130,15 +132,17 @@ class Sampler:
         return np.concatenate((far, near))
 
     def _find_strays(self) -> Doubles:
-        """Points of the band far from the surface, where the levels before are wrong: new pieces may appear there.
+        """Points of the band where the levels before are wrong by half its width or more: new pieces may appear there.
 
-        Dithering around the surface alone never sees them. Drawn again by the squares of their distances.
+        Dithering around the surface alone sees them rarely (within thin parts) or never (far away). Drawn again by the
+        squares of the errors.
         """
         points = sampling.domain(STRAY_CANDIDATES, self._rng)
         points = points[self._in_band(points)]
-        distance = np.abs(self._shape.distance(points))
-        far = distance > 2 * self._delta
-        points, weight = points[far], distance[far] ** 2
+        f = np.asarray(values(self._frozen, self._tensor(points)).cpu(), np.float64)
+        error = np.abs(self._shape.distance(points) - f)
+        wrong = error > STRAY_ERROR * self._delta
+        points, weight = points[wrong], error[wrong] ** 2
         return self._rng.choice(points, STRAYS, p=weight / weight.sum()) if len(points) else points
 
     def _in_band(self, points: Doubles) -> NDArray[np.bool_]:

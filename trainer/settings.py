@@ -32,7 +32,7 @@ class LossWeights:
 
 FIRST_LEVEL = LossWeights(value=30_000.0, normal=100.0, eikonal=10.0, distance=3000.0)
 """Level 1 has to be a distance in the whole domain."""
-RESIDUAL = LossWeights(value=300_000.0, normal=100.0, eikonal=3.0, distance=300.0)
+RESIDUAL = LossWeights(value=300_000.0, normal=100.0, eikonal=3.0, distance=3000.0)
 """A residual spends what it can hold on the surface."""
 
 

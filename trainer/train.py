@@ -77,12 +77,15 @@ class Training:
         return self._model()
 
     def _plan(self) -> list[Budget]:
-        """A budget for every level and the texture. Seconds are shared out by the square root of a step's cost."""
+        """A budget for every level and the texture. Seconds are shared out by the square root of a step's cost.
+
+        Level 1 gets its share by the largest network's: what it gets wrong, far from the surface, costs every residual.
+        """
         settings, seconds = self._settings, self._settings.seconds
         if seconds is None:
             return [Budget(steps=n) for n in settings.steps]
-        costs = [0.0 if i < len(self._levels) else _cost(n) ** 0.5 * (1 if i == 0 else 3)
-                 for i, n in enumerate(settings.networks)]
+        roots = [_cost(network) ** 0.5 for network in settings.networks]
+        costs = [0.0 if i < len(self._levels) else 3 * root if i else max(roots) for i, root in enumerate(roots)]
         wanted = self._shape.coloured and settings.texture and self._texture is None
         costs.append(TEXTURE_COST * max(costs) if wanted else 0.0)
         ends = np.cumsum(costs) / max(sum(costs), 1e-9)
