@@ -1,0 +1,181 @@
+"""What loss weights and band widths do to a residual, on Lucy (the paper's Tables 5 to 8): docs/results/ablations.md.
+
+    PYTHONPATH=. python benchmarks/ablations.py [--levels 32x1,32x2,64x2] [--steps 1500] [--multiples 0,0.1,1,10,100]
+        [--factors 1.01,1.3,2,5] [--data FOLDER] [-o docs/results/ablations.md]
+
+A row changes one number and trains two networks: medium, level 2 on the level 1 that all rows share; fine, level 3 on
+the level 2 that all rows of Tables 5 to 7 share and that a row of Table 8 has trained in a band of its own factor.
+The bands of levels before are scaled in the model that training goes on with: a factor is no option of `train`.
+"""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.lower import lower
+from codegen.model import Model
+from codegen.reference import nested_field
+from protocol import DATA, Page, machine
+from trainer import sampling, settings
+from trainer.bands import EPSILON
+from trainer.load import load_shape
+from trainer.machine import prepare
+from trainer.session import Bar
+from trainer.settings import RESIDUAL, Settings
+from trainer.shape import Doubles, Shape
+from trainer.train import Training, device
+
+POINTS = 100_000
+USUAL = 1 + EPSILON
+"""Our delta / max |f|."""
+SEEDS = 3
+TABLES = {5: ("Eikonal (gradient) constraint", ("eikonal",)), 6: ("normal constraint", ("normal",)),
+          7: ("SDF constraint", ("value", "distance"))}
+"""Table -> what it varies, and its names in LossWeights. The SDF term is on the surface and off it, as the paper's."""
+WEIGHTS = ("0", "10", "30", "100", "300", "1000", "3000", "10000", "30000")
+FACTORS = ("1.01", "1.05", "1.10", "1.20", "1.30", "1.50", "2.00", "5.00")
+AS_PRINTED = {
+    5: (WEIGHTS, (".0086", ".0084", ".0082", ".0078", ".0074", ".0069", ".0073", ".0087", ".0116"),
+        (".0013", ".0013", ".0013", ".0012", ".0013", ".0014", ".0017", ".0022", ".0030")),
+    6: (WEIGHTS, (".0073", ".0074", ".0077", ".0081", ".0083", ".0085", ".0086", ".0087", ".0087"),
+        (".0017", *(".0013",) * 8)),
+    7: (WEIGHTS, (".0490", ".0080", ".0079", ".0079", ".0080", ".0081", ".0080", ".0082", ".0082"),
+        (".0076", *(".0013",) * 4, ".0012", *(".0013",) * 3)),
+    8: (FACTORS, (".0098", ".0098", ".0100", ".0101", ".0103", ".0106", ".0113", ".0139"),
+        (".0048", ".0048", ".0049", ".0049", ".0050", ".0051", ".0053", ".0066")),
+}
+"""The paper's (first column, medium error, fine error)."""
+
+
+class Study:
+    """The levels that rows share, the points they are measured at, and the training of a row."""
+
+    def __init__(self, shape: Shape, options: argparse.Namespace) -> None:
+        self._shape, self._steps, self._seed = shape, options.steps, options.seed
+        self._sizes = settings.networks(options.levels)
+        self._omegas = settings.omegas(None, self._sizes)
+        self._coarse = self._refined(None, {}, self._seed)
+        self._medium = self._refined(self._coarse, {}, self._seed)
+        self._fine = self._refined(self._medium, {}, self._seed)
+        self._truth = [self._points(self._medium), self._points(self._fine)]
+        self.usual = self._cells(self._medium) + self._cells(self._fine)
+
+    def row(self, weights: dict[str, float], seed: int | None = None) -> list[str]:
+        """The cells of both residuals, trained with these weights of the loss."""
+        seed = self._seed if seed is None else seed
+        return [cell for before in (self._coarse, self._medium)
+                for cell in self._cells(self._refined(before, weights, seed))]
+
+    def banded_row(self, factor: float) -> list[str]:
+        """The same in bands of half width factor * max |f|."""
+        medium = self._refined(_banded(self._coarse, factor), {}, self._seed)
+        return self._cells(medium) + self._cells(self._refined(_banded(medium, factor), {}, self._seed))
+
+    def _refined(self, before: Model | None, weights: dict[str, float], seed: int) -> Model:
+        """`before` and one more level."""
+        count = 1 + (len(before.levels) if before else 0)
+        chosen = Settings(self._sizes[:count], self._omegas[:count], (self._steps,) * count, None, False, seed, "cpu",
+                          weights)
+        return Training(self._shape, chosen, Bar(quiet=True)).run(before)
+
+    def _points(self, model: Model) -> tuple[tuple[Doubles, Doubles], ...]:
+        """Points and exact distances on the surface, and in the last level's band at factor 1, where every row has it.
+
+        Drawn as training draws them (Fig. 3a).
+        """
+        rng, level = np.random.default_rng(self._seed + 1), len(model.levels)
+        narrow = lower(replace(model, levels=tuple(replace(each, delta=each.delta / USUAL) for each in model.levels)))
+
+        def inside(points: Doubles) -> NDArray[np.bool_]:
+            return np.asarray(nested_field(narrow, points.astype(np.float32), level)[1] == level)
+
+        surface = self._shape.surface(POINTS, rng).points
+        band = sampling.dithered(surface, narrow.bands[level - 2].delta, inside, POINTS, rng)
+        return (surface, np.zeros(POINTS)), (band, self._shape.distance(band))
+
+    def _cells(self, model: Model) -> list[str]:
+        """Mean |f - distance| of the last level as it is used: where it is not defined, the one before it answers."""
+        level, program = len(model.levels), lower(model)
+        again = model.provenance["levels"][-1]["restarts"]
+        cells = []
+        for points, distance in self._truth[level - 2]:
+            f, _ = nested_field(program, points.astype(np.float32), level)
+            cells.append(f"{np.abs(f - distance).mean():.2e}" + (f" ({again})" if again else ""))
+        return cells
+
+
+def _banded(model: Model, factor: float) -> Model:
+    """The model with another factor in Eq. 5 of its last level."""
+    last = model.levels[-1]
+    return replace(model, levels=(*model.levels[:-1], replace(last, delta=last.delta * factor / USUAL)))
+
+
+def _head(title: str, first: str) -> list[str]:
+    columns = [f"{level}, {where}" for level in ("medium", "fine") for where in ("surface", "band")]
+    return ["", f"## {title}", "", f"| {first} | {' | '.join(columns)} |", "| ---" + " | ---:" * 4 + " |"]
+
+
+def _as_printed(table: int) -> list[str]:
+    values, medium, fine = AS_PRINTED[table]
+    first = "factor" if table == 8 else "weight"
+    return ["", "As printed in the paper (other hardware, other weights of the other terms):", "",
+            f"| {first} | {' | '.join(values)} |", "| ---" + " | ---:" * len(values) + " |",
+            f"| medium | {' | '.join(medium)} |", f"| fine | {' | '.join(fine)} |"]
+
+
+def _line(first: str, cells: Sequence[str]) -> str:
+    return f"| {first} | {' | '.join(cells)} |"
+
+
+def _numbers(text: str) -> list[float]:
+    return [float(part) for part in text.split(",")]
+
+
+def main() -> None:
+    """Writes the four tables, a row as soon as it is trained."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--levels", default="32x1,32x2,64x2", metavar="NxD,NxD,NxD")
+    parser.add_argument("--steps", type=int, default=1500, help="of every level")
+    parser.add_argument("--multiples", type=_numbers, default="0,0.1,1,10,100", help="of our weights of the loss")
+    parser.add_argument("--factors", type=_numbers, default="1.01,1.3,2,5", help="delta / max |f|")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--data", type=Path, default=DATA, metavar="FOLDER")
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/ablations.md"))
+    options = parser.parse_args()
+    if options.levels.count(",") != 2:
+        parser.error("--levels: three levels are needed: coarse, medium, fine")
+    prepare(device("cpu"))
+    shape, _ = load_shape(str(options.data / "meshes" / "lucy.ply"))
+    page = Page(
+        options.output, "# Tables 5 to 8: the loss and the bands", "",
+        f"Printed by `PYTHONPATH=. python benchmarks/ablations.py --levels {options.levels} --steps {options.steps} "
+        f"--seed {options.seed}` on meshes/lucy.ply.", "",
+        f"{machine()}. {options.levels}, {options.steps} steps a level. Medium is level 2, fine level 3. A figure is "
+        f"the mean of abs(f - exact distance) at {POINTS:,} points, the shape's largest radius being 1: on the "
+        "surface, and in the band in which the level is defined at factor 1, the same points for all rows. (n): "
+        "training collapsed n times and was restarted with a lower rate. A row of Table 8 has its factor in the bands "
+        "of all levels before the one measured; the rate of the output layer follows the band's width, as always.",
+    )
+    study = Study(shape, options)
+    page.add(*_head("Noise", "seed of the residual"), _line(f"{options.seed}", study.usual))
+    for seed in range(options.seed + 1, options.seed + SEEDS):
+        page.add(_line(f"{seed}", study.row({}, seed)))
+    for table, (title, names) in TABLES.items():
+        page.add(*_head(f"Table {table}: {title}", "times our weight (weight)"))
+        for multiple in options.multiples:
+            weights = {name: multiple * getattr(RESIDUAL, name) for name in names}
+            first = f"{multiple:g} ({', '.join(f'{weight:,g}' for weight in weights.values())})"
+            page.add(_line(first, study.usual if multiple == 1 else study.row(weights)))
+        page.add(*_as_printed(table))
+    page.add(*_head("Table 8: delta factor", "delta / max abs f"))
+    for factor in options.factors:
+        page.add(_line(f"{factor:g}", study.usual if factor == USUAL else study.banded_row(factor)))
+    page.add(*_as_printed(8))
+
+
+if __name__ == "__main__":
+    main()
