@@ -1,0 +1,246 @@
+"""Normals three ways (the paper's Table 9); writes docs/results/table9.md.
+
+    PYTHONPATH=. python benchmarks/table9.py [--nets 256x2,256x3] [--side 512] [--rounds 5] [--device cuda] [-o FILE]
+
+Value and gradient of one network with random weights, omega_0 = 30, at side x side points. autograd:
+torch.autograd.grad as the authors' renderer calls it. Algorithm 1: the paper's Appendix E, one forward pass with three
+tangents, the values shared by all three. adjoint: `trainer.network.value_and_gradient`. They take turns in one process,
+after each was compared with autograd in double precision.
+
+What follows the table from the first "## " on is written by hand, and kept when the page is written anew.
+"""
+
+import argparse
+import statistics
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from trainer import cli
+
+if __name__ == "__main__":
+    cli.before_torch()
+
+import numpy as np
+import torch
+from threadpoolctl import threadpool_limits
+from torch import Tensor
+from torch.nn import functional
+
+from codegen import reference
+from codegen.files import write_whole
+from codegen.lower import lower
+from codegen.model import Level, Model
+from codegen.tangents import with_tangents
+from protocol import machine as described
+from trainer import machine, network, tangents
+from trainer.network import Weights
+
+Contender = Callable[[Tensor], tuple[Tensor, Tensor]]
+"""Points (n, 3) -> value (n,), gradient (n, 3)."""
+
+OMEGA = 30.0
+CHUNKS = {"cpu": (512, 1024, 2048, 4096), "cuda": (16384, 65536)}
+TRIAL = {"cpu": 65536, "cuda": 262144}
+"""Points that a plan is chosen and a result compared on."""
+TOLERANCE = 1e-5
+REST = 0.05
+"""Seconds in which the threads of the contender before stop waiting for more."""
+COLUMNS = ("autograd", "Algorithm 1", "adjoint")
+PAGES = Path(__file__).parents[1] / "docs" / "results"
+SETTINGS = """
+"as they come": all points in one call, PyTorch's own precision of products and number of threads. "each at its best":
+the precision that `mplicits train` sets (here "{precision}", with float32's error all the same), and for every
+contender the fastest of {plans} plans: chunks of points, in one thread a core or one after the other on all cores.
+Algorithm 1 has the adjoint's sines and cosines (NumPy's on a CPU), autograd PyTorch's. The C library is set as for
+training throughout. Ratios are medians over rounds. The paper prints, for 512 x 512 points on its GPU, 1.6 to 2.3 for
+autograd over Algorithm 1.
+"""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Points a chunk, chunks at a time (if several, each on one thread), PyTorch's precision of products."""
+
+    chunk: int
+    workers: int
+    precision: str
+
+
+def by_autograd(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
+    """As the authors' renderer does, but with omega_0 in the weights, and no graph for them."""
+    at = points.detach().requires_grad_()
+    hidden = at
+    for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
+        hidden = functional.linear(hidden, weight, bias).sin()
+    f = functional.linear(hidden, weights[-2], weights[-1])
+    (gradient,) = torch.autograd.grad(f, at, torch.ones_like(f))
+    return f.detach()[:, 0], gradient
+
+
+def in_numpy(weights: Weights) -> dict[str, Contender]:
+    """Algorithm 1 and the adjoint pass, as the generator's NumPy reference runs them."""
+    program = lower(Model("net", (Level(network.to_model(weights), 1.0, 20),)))
+    extended, function = with_tangents(program, 1)
+
+    def algorithm_1(points: Tensor) -> tuple[Tensor, Tensor]:
+        inputs = np.concatenate([points.numpy(), np.ones((len(points), 1), np.float32)], axis=1)
+        *gradient, f = reference.run(extended, function, inputs)
+        return torch.from_numpy(f)[:, 0], torch.from_numpy(np.concatenate(gradient, axis=1))
+
+    def adjoint(points: Tensor) -> tuple[Tensor, Tensor]:
+        gradient, f = reference.field_gradient(program, points.numpy(), 1)
+        return torch.from_numpy(f), torch.from_numpy(gradient)
+
+    return {"Algorithm 1": algorithm_1, "adjoint": adjoint}
+
+
+def products_alone(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
+    """The adjoint's products in hidden layers, two in each, and nothing else."""
+    here = points.new_zeros(len(points), len(weights[0]))
+    there = torch.empty_like(here)
+    for weight in weights[2:-2:2]:
+        torch.mm(here, weight.t(), out=there)
+        torch.mm(there, weight, out=here)
+    return here[:, 0], here[:, :3]
+
+
+def sines_alone(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
+    """The sine and the cosine in every layer, and nothing else."""
+    angle = points[:, :1].expand(-1, len(weights[0])).contiguous()
+    for _ in weights[:-2:2]:
+        cosine = network.cos(angle)
+        network.sin_(angle)
+    return angle[:, 0], cosine[:, :3]
+
+
+class Bench:
+    """Points, and the threads that contenders run on."""
+
+    def __init__(self, side: int, device: torch.device) -> None:
+        self.points = (torch.rand(side * side, 3, generator=torch.Generator().manual_seed(1)) * 2 - 1).to(device)
+        self.kind, self.threads = device.type, torch.get_num_threads()
+        self.precision = torch.get_float32_matmul_precision()
+        self._pool = ThreadPoolExecutor(self.threads, initializer=torch.set_num_threads, initargs=(1,))
+        at_once = Plan(len(self.points), 1, self.precision)
+        workers = {1, self.threads if self.kind == "cpu" else 1}
+        self.plans = [at_once, *(Plan(chunk, each, self.precision) for chunk in CHUNKS[self.kind] for each in workers)]
+
+    def run(self, contender: Contender, plan: Plan, count: int | None = None) -> tuple[Tensor, Tensor, float]:
+        """Value and gradient at the first `count` points, and the seconds they took."""
+        threads = self.threads if plan.workers == 1 else 1
+        torch.set_float32_matmul_precision(plan.precision)
+        torch.set_num_threads(threads)
+        with threadpool_limits(threads, "blas"):
+            time.sleep(REST)
+            began = time.perf_counter()
+            parts = torch.split(self.points[:count], plan.chunk)
+            done = list((map if plan.workers == 1 else self._pool.map)(contender, parts))
+            f, gradient = (torch.cat(column) for column in zip(*done, strict=True))
+            if self.kind == "cuda":
+                torch.cuda.synchronize()
+            return f, gradient, time.perf_counter() - began
+
+    def best(self, contender: Contender) -> Plan:
+        """The plan that was fastest in one of two runs, after one that is not timed."""
+        self.run(contender, self.plans[0], TRIAL[self.kind])
+        seconds = [min(self.run(contender, plan, TRIAL[self.kind])[2] for _ in range(2)) for plan in self.plans]
+        return self.plans[seconds.index(min(seconds))]
+
+    def errors(self, weights: Weights, contenders: Sequence[tuple[Contender, Plan]]) -> list[float]:
+        """Largest difference from autograd in double precision, of value or gradient, relative to the largest."""
+        count = TRIAL[self.kind]
+        exact = by_autograd([weight.double() for weight in weights], self.points[:count].double())
+        found = (self.run(contender, plan, count)[:2] for contender, plan in contenders)
+        return [max(float((a - b).abs().max() / b.abs().max()) for a, b in zip(each, exact, strict=True))
+                for each in found]
+
+    def turns(self, contenders: Sequence[tuple[Contender, Plan]], rounds: int) -> list[list[float]]:
+        """Seconds of each contender in each round."""
+        times = [[self.run(contender, plan)[2] for contender, plan in contenders] for _ in range(rounds + 1)]
+        return [list(column) for column in zip(*times[1:], strict=True)]
+
+
+def table(bench: Bench, size: tuple[int, int], rounds: int) -> tuple[list[str], list[str]]:
+    """The table's lines for the network of size (width, depth), and the remarks on it."""
+    net = f"{size[0]}x{size[1]}"
+    generator = torch.Generator().manual_seed(0)
+    weights = [each.to(bench.points.device) for each in network.initial(size, OMEGA, 1, generator)]
+    ways = (by_autograd, tangents.value_and_gradient, network.value_and_gradient)
+    ours: dict[str, Contender] = {name: partial(way, weights) for name, way in zip(COLUMNS, ways, strict=True)}
+    first = Plan(len(bench.points), 1, "highest")
+    groups = {"as they come": {name: (way, first) for name, way in ours.items()}}
+    groups["each at its best"] = {name: (way, bench.best(way)) for name, way in ours.items()}
+    if bench.kind == "cpu":
+        groups["NumPy reference, at its best"] = {
+            name: (way, bench.best(way)) for name, way in in_numpy(weights).items()}
+    keys = [(settings, name) for settings, group in groups.items() for name in group]
+    running = [groups[settings][name] for settings, name in keys]
+    worst = max(bench.errors(weights, running))
+    if worst > TOLERANCE:
+        raise SystemExit(f"{net}: a contender is off by {worst:.1e} of the largest value")
+    plan = groups["each at its best"]["adjoint"][1]
+    parts = [(partial(way, weights), plan) for way in (products_alone, sines_alone)]
+    times = bench.turns([*running, *parts], rounds)
+    products, sines = (statistics.median(each) for each in times[len(keys):])
+    seconds = dict(zip(keys, times, strict=False))
+
+    def line(settings: str, cells: dict[str, list[float]]) -> str:
+        shown = [f"{statistics.median(cells[name]):.3f}" if name in cells else "" for name in COLUMNS]
+        ratios = [f"{statistics.median(a / b for a, b in zip(cells[name], cells['adjoint'], strict=True)):.2f}"
+                  if name in cells else "" for name in COLUMNS[:2]]
+        return f"| {' | '.join([net, settings, *shown, *ratios])} |"
+
+    mixed = {name: seconds["as they come", name] for name in COLUMNS[:2]}
+    mixed["adjoint"] = seconds["each at its best", "adjoint"]
+    lines = [line(settings, {name: seconds[settings, name] for name in group}) for settings, group in groups.items()]
+    lines.insert(2, line("the adjoint at its best, the others as they come", mixed))
+    plans = "; ".join(
+        f"{settings}: " + ", ".join(f"{name} {plan.chunk} x {plan.workers}" for name, (_, plan) in group.items())
+        for settings, group in list(groups.items())[1:])
+    return lines, [
+        f"- {net}: points a chunk x chunks at a time, {plans}. Largest difference from double precision, relative to "
+        f"the largest value or gradient: {worst:.1e}. By the adjoint's plan, its {2 * size[1]} products in hidden "
+        f"layers alone take {products:.3f} s, its sines and cosines alone {sines:.3f} s.",
+    ]
+
+
+def main() -> None:
+    """Writes the page."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--nets", default="256x2,256x3", help="width x hidden layers, separated by commas")
+    parser.add_argument("--side", type=int, default=512)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu")
+    parser.add_argument("-o", "--output", type=Path, help="default: docs/results/table9.md, or table9_cuda.md")
+    options = parser.parse_args()
+    output = options.output or PAGES / ("table9.md" if options.device == "cpu" else "table9_cuda.md")
+    device = torch.device(options.device)
+    machine.prepare(device)
+    bench = Bench(options.side, device)
+    on = "" if device.type == "cpu" else f"{torch.cuda.get_device_name()}; "
+    remarks = [SETTINGS.format(precision=bench.precision, plans=len(bench.plans))]
+    lines = [
+        "# Normals: autograd, the paper's Algorithm 1, the adjoint (Table 9)", "",
+        "Written by `PYTHONPATH=. python benchmarks/table9.py`.", "",
+        f"{on}{described()}; {options.side} x {options.side} points, medians of {options.rounds} rounds in turn", "",
+        f"| net | settings | {' | '.join(f'{name}, s' for name in COLUMNS)} | autograd / adjoint "
+        "| Algorithm 1 / adjoint |",
+        "| --- | --- | ---: | ---: | ---: | ---: | ---: |",
+    ]
+    for net in options.nets.split(","):
+        width, depth = map(int, net.split("x"))
+        rows, said = table(bench, (width, depth), options.rounds)
+        print(*rows, *said, sep="\n", flush=True)
+        lines += rows
+        remarks += said
+    before = output.read_text(encoding="utf-8") if output.exists() else ""
+    notes = before[before.find("\n## "):] if "\n## " in before else ""
+    write_whole(output, "\n".join([*lines, *remarks]) + "\n" + notes)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,28 @@
+"""The paper's Algorithm 1 (Appendix E): value and gradient by one forward pass with three tangents.
+
+Four matrix products a layer, where `network.adjoint_pass` takes two; this is what that is measured against.
+"""
+
+import torch
+from torch import Tensor
+
+from .network import Weights, cos, sin_
+
+
+@torch.no_grad()
+def value_and_gradient(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
+    """Value (n,) and gradient (n, 3) at points (n, 3), of one output, without a graph.
+
+    The values are shared by the tangents, which the paper's listing computes anew for each coordinate.
+    """
+    angle = torch.addmm(weights[1], points, weights[0].t())
+    cosine = cos(angle)
+    hidden = sin_(angle)
+    tangents = [cosine * column for column in weights[0].t()]
+    for weight, bias in zip(weights[2:-2:2], weights[3:-2:2], strict=True):
+        angle = torch.addmm(bias, hidden, weight.t())
+        cosine = cos(angle)
+        hidden = sin_(angle)
+        tangents = [(tangent @ weight.t()).mul_(cosine) for tangent in tangents]
+    row = weights[-2][0]
+    return torch.addmv(weights[-1], hidden, row), torch.stack([tangent @ row for tangent in tangents], dim=1)
