@@ -23,7 +23,7 @@ from trainer.network import Weights, initial, to_model
 from trainer.pools import values
 from trainer.session import Bar
 from trainer.settings import Settings
-from trainer.shape import Doubles, Shape, Surface
+from trainer.shape import Doubles, Shape, Surface, unit
 from trainer.train import Training
 
 BATCH = 8192
@@ -32,6 +32,8 @@ RATE = 1e-4
 EVERYWHERE = 1e3
 """A half width that makes the whole domain a band."""
 POOL = 200_000
+AROUND = 8
+"""Samples that a vertex's normal is the mean of."""
 
 
 @dataclass(frozen=True)
@@ -154,6 +156,8 @@ def _trained(
             optimiser.step()
             count += 1
         steps.append(count)
+        for weight in sirens[-1].weights:
+            weight.requires_grad_(False)
         done = [siren.folded() for siren in sirens]
         at = torch.from_numpy(cloud.points.astype(np.float32))
         deltas.append(delta(values(done, at)) if nested else EVERYWHERE)
@@ -167,10 +171,11 @@ def _trained(
 
 
 def _cloud(shape: Shape) -> Surface:
-    """The mesh's vertices, in random order, with the normal of a face at each."""
+    """The mesh's vertices, each with the mean normal of the faces around it, by `AROUND` samples close to it."""
     points = shape.inputs()
-    drawn = shape.surface(4 * len(points), np.random.default_rng(0))
-    return Surface(points, drawn.normals[cKDTree(drawn.points).query(points, workers=-1)[1]])
+    drawn = shape.surface(AROUND * len(points), np.random.default_rng(0))
+    close = cKDTree(drawn.points).query(points, k=AROUND, workers=-1)[1]
+    return Surface(points, unit(drawn.normals[close].sum(axis=1)))
 
 
 def _batches(
@@ -178,7 +183,8 @@ def _batches(
 ) -> Iterator[tuple[Tensor, Tensor, Tensor]]:
     """Endless (points of the surface and then around it, normals of the first, wanted values or NaN)."""
     half, tree = BATCH // 2, cKDTree(cloud.points)
-    chosen = rng.integers(len(cloud.points), size=POOL)
+    rounds = -(-POOL // len(cloud.points))  # each vertex as often as the others
+    chosen = np.concatenate([rng.permutation(len(cloud.points)) for _ in range(rounds)])[:POOL]
     on, normals = cloud.points[chosen], cloud.normals[chosen]
     t = np.zeros(POOL)
     if deltas:

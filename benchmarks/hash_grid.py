@@ -58,12 +58,12 @@ class HashField:
 
     chunk = 16_384
 
-    def __init__(self, grid: HashGrid, near: Tensor) -> None:
+    def __init__(self, grid: HashGrid, points: Tensor) -> None:
         self._grid = grid
-        step = torch.randn(near.shape, generator=torch.Generator().manual_seed(0))
+        step = torch.randn(points.shape, generator=torch.Generator().manual_seed(0))
         step = 2e-3 * step / torch.linalg.vector_norm(step, dim=1, keepdim=True)
         with torch.no_grad():
-            quotient = (grid(near + step) - grid(near)).abs() / 2e-3
+            quotient = (grid(points + step) - grid(points)).abs() / 2e-3
         self._slope = float(quotient.quantile(0.999))
 
     def value(self, points: Array) -> Array:
@@ -100,6 +100,6 @@ def hash_grid(shape: Shape, levels: int, seconds: float, seed: int) -> Trained:
         optimiser.step()
         steps += 1
         share = (time.perf_counter() - began) / seconds
-    field = HashField(grid, at[: POOL * 7 // 8][:: 4])
+    field = HashField(grid, at[::4])
     parameters = sum(parameter.numel() for parameter in grid.parameters())
     return Trained(f"hash grid, {levels} levels", parameters, time.perf_counter() - began, (steps,), lambda _: field)

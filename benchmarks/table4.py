@@ -8,10 +8,12 @@ residual without nested bands (Section 4.2's baseline: SIREN's loss, the whole d
 
 import argparse
 import statistics
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 
+from codegen.errors import UserError
 from contenders import Trained, of_model, one_siren, ours, unnested
 from hash_grid import hash_grid
 from protocol import DATA, Page, Truth, machine
@@ -29,7 +31,8 @@ def contenders(options: argparse.Namespace) -> dict[str, Callable[[Shape], Train
     levels, seconds, seed = options.levels, options.seconds, options.seed
 
     def own(shape: Shape) -> Trained:
-        return of_model("ours", ours(shape, levels, seconds, seed), seconds)
+        model = ours(shape, levels, seconds, seed)
+        return of_model("ours", model, model.provenance["seconds"])
 
     def single(shape: Shape) -> Trained:
         return of_model("one SIREN", one_siren(shape, parameters, seconds, seed), seconds)
@@ -60,35 +63,48 @@ def main() -> None:
     prepare(device("cpu"))
     paths = sorted((options.data / "thingi32").glob("*.ply"), key=lambda path: int(path.stem))
     columns = contenders(options)
+    omegas = ", ".join(f"{omega:g}" for omega in OMEGAS[: options.levels.count(",") + 1])
     page = Page(
         options.output, "# Table 4: one set-up for ten meshes of Thingi32", "",
         "Printed by `PYTHONPATH=. python benchmarks/table4.py`. Chamfer: squared L2, both directions summed, unit "
         f"sphere, {options.samples:,} samples on each side, marching cubes at {options.resolution}^3; in brackets, of "
-        "the floor, which is that of two samplings of the ground truth. `none`: the field has no surface.", "",
+        "the floor, which is that of two samplings of the ground truth. `none`: the training failed, or "
+        "its field has no surface.", "",
         f"Levels {options.levels}; {options.seconds:g} s of training each, in turn. One SIREN: as many parameters, "
-        "omega_0 60, our loss and schedule. Residual without bands: omega_0 30 and 45, SIREN's loss on vertices and "
+        f"omega_0 60, our loss and schedule. Residual without bands: omega_0 {omegas}, SIREN's loss on vertices and "
         "normals. Hash grids: tables of 32,768 entries, 16 to 512 cells along a side over sixteen levels, two hidden "
         "layers of 64, exact distances.", "", f"{machine()}.", "",
         "| mesh | floor | " + " | ".join(columns) + " |", "| --- | ---: |" + " ---: |" * len(columns),
     )
     ratios: dict[str, list[float]] = {name: [] for name in columns}
+    distances: dict[str, list[float]] = {name: [] for name in columns}
     parameters: dict[str, int] = {}
+    floors = []
     for path in paths:
         if options.meshes and path.stem not in options.meshes.split(","):
             continue
         shape, _ = load_shape(str(path))
         truth = Truth(path, shape, options.samples, options.seed)
+        floors.append(truth.floor)
         cells = []
         for name, train in columns.items():
-            trained = train(shape)
-            parameters[name] = trained.parameters
-            distance, _ = truth.evaluate(trained, options.resolution)
+            print(f"{path.stem}: {name}", file=sys.stderr)
+            distance = float("inf")
+            try:
+                trained = train(shape)
+                parameters[name] = trained.parameters
+                distance, _ = truth.evaluate(trained, options.resolution)
+            except UserError as error:
+                print(error, file=sys.stderr)
+            distances[name].append(distance)
             ratios[name].append(distance / truth.floor)
             cells.append("none" if distance == float("inf") else f"{distance:.2e} ({distance / truth.floor:.2f})")
         page.add(f"| {path.stem} | {truth.floor:.2e} | " + " | ".join(cells) + " |")
+    means = (f"{statistics.mean(found):.2e}" for found in distances.values())
+    page.add(f"| mean | {statistics.mean(floors):.2e} | " + " | ".join(means) + " |")
     medians = (f"{statistics.median(found):.2f}" for found in ratios.values())
     page.add("| median, of the floor | 1 | " + " | ".join(medians) + " |")
-    page.add("| parameters | | " + " | ".join(f"{parameters[name]:,}" for name in columns) + " |")
+    page.add("| parameters | | " + " | ".join(f"{parameters.get(name, 0):,}" for name in columns) + " |")
 
 
 if __name__ == "__main__":
