@@ -1,6 +1,6 @@
 """Normals three ways (the paper's Table 9); writes docs/results/table9.md.
 
-    PYTHONPATH=. python benchmarks/table9.py [--nets 256x2,256x3] [--side 512] [--rounds 5] [--device cuda] [-o FILE]
+    PYTHONPATH=. python benchmarks/table9.py [--nets 256x2,256x3] [--side 512] [--rounds 3] [--device cuda] [-o FILE]
 
 Value and gradient of one network with random weights, omega_0 = 30, at side x side points. autograd:
 torch.autograd.grad as the authors' renderer calls it. Algorithm 1: the paper's Appendix E, one forward pass with three
@@ -213,7 +213,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--nets", default="256x2,256x3", help="width x hidden layers, separated by commas")
     parser.add_argument("--side", type=int, default=512)
-    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu")
     parser.add_argument("-o", "--output", type=Path, help="default: docs/results/table9.md, or table9_cuda.md")
     options = parser.parse_args()
