@@ -24,8 +24,8 @@ class Truth:
     def __init__(self, path: Path, shape: Shape, samples: int, seed: int) -> None:
         self._rng, self._samples = np.random.default_rng(seed), samples
         surface = Surface(in_model_space(read_mesh(path), shape.centre, shape.scale))
-        self._points, again = (surface.sample(samples, self._rng)[0] for _ in range(2))
-        self.floor = chamfer(self._points, again)
+        self.points, again = (surface.sample(samples, self._rng)[0] for _ in range(2))
+        self.floor = chamfer(self.points, again)
 
     def evaluate(self, trained: Trained, resolution: int) -> tuple[float, float]:
         """Squared-L2 Chamfer distance of the contender's mesh (infinite: it has none), and seconds to extract it."""
@@ -34,7 +34,7 @@ class Truth:
         seconds = time.perf_counter() - began
         if not len(mesh.faces):
             return float("inf"), seconds
-        return chamfer(Surface(mesh).sample(self._samples, self._rng)[0], self._points), seconds
+        return chamfer(Surface(mesh).sample(self._samples, self._rng)[0], self.points), seconds
 
 
 def machine() -> str:

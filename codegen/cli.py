@@ -10,6 +10,7 @@ from .verb import Verb
 
 if TYPE_CHECKING:
     from .model import Model
+    from .targets import Target
 
 
 def _info_arguments(parser: ArgumentParser) -> None:
@@ -36,7 +37,7 @@ def _info(arguments: Namespace) -> None:
     if facts["texture"]:
         print(f"texture: {facts['texture']}")
     for target, size in facts["bytes"].items():
-        print(f"bytes as {target}: {size:,}")
+        print(f"bytes as {target}: {'too wide' if size is None else f'{size:,}'}")
     for key, value in facts["provenance"].items():
         print(f"{show(key)}: {show(value)}")
 
@@ -62,17 +63,27 @@ def _facts(model: "Model") -> dict[str, Any]:
         "name": model.name, "sha256": program.sha256, "parameters": model.parameters(), "levels": levels,
         "texture": None if model.texture is None else shape_of(model.texture),
         "inputs": model.inputs, "centre": model.centre, "scale": model.scale,
-        "bytes": {name: len(target(model).encode()) for name, target in TARGETS.items()},
+        "bytes": {name: _size(model, target) for name, target in TARGETS.items()},
         "provenance": model.provenance,
     }
 
 
+def _size(model: "Model", target: "Target") -> int | None:
+    from .errors import UserError
+
+    try:
+        return len(target(model).encode())
+    except UserError:
+        return None
+
+
 def _bake_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors)")
-    parser.add_argument("--target", default="glsl330", help="what to write: glsl330 (default)")
+    parser.add_argument("--target", default="glsl330", help="what to write: glsl330 (default), shadertoy")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="file to write (default: M's name + .glsl)")
-    parser.add_argument("--storage", default="auto", choices=("auto", "literal", "texture"),
-                        help="how weights are stored (auto: literals up to 64 wide, a texture above)")
+    parser.add_argument("--storage", default="auto", choices=("auto", "literal", "texture", "packed"),
+                        help="how weights are stored (auto: literals up to 64 wide, a texture above; "
+                        "shadertoy: packed where training kept weights to a few bits)")
     parser.add_argument("--digits", type=_digits, metavar="N", help="decimals of the weights (default: all)")
 
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from .cstyle import Language, Storage
+from .errors import UserError
 from .literal import Literal
 from .program import Array, Function, Program
 from .texture import Texture
@@ -33,7 +34,11 @@ def print_field(program: Program, language: Language, storage: str) -> Field:
     (Eq. 3), and which one it is; reads delta[];
     vec4 field_gradient(vec3 p, int level): grad f_level, f_level;
     vec3 albedo(vec3 p): colour, sRGB.
+
+    Raises UserError where these cannot be stored so.
     """
+    if storage == "packed":
+        raise UserError("--storage packed: only shadertoy has it; there is literal, texture, auto")
     texture = Texture(program, language)
     stores: dict[str, Storage] = {"literal": Literal(program, language), "texture": texture}
     used = {function.name: stores[_choose(program, function, storage)] for function in program.functions()}

@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from . import glsl330
+from . import glsl330, shadertoy
 from .model import Model
 
 
@@ -15,5 +15,6 @@ class Target(Protocol):
 
 TARGETS: dict[str, Target] = {
     "glsl330": glsl330.standalone,
+    "shadertoy": shadertoy.standalone,
 }
 """Name -> target."""

@@ -21,8 +21,10 @@ def arguments(parser: ArgumentParser) -> None:
         "or the word `demo`")
     add("-o", "--output", metavar="M.safetensors", help="the model file (default: the shape's name, in this folder)")
     add("--levels", metavar="NxD,..", help="width and hidden layers of each level, coarse to fine: 64x1,64x2,128x2")
-    add("--preset", choices=PRESETS, default=DEFAULT_PRESET, help="levels by name: "
-        + "; ".join(f"{name} = {levels}" for name, levels in PRESETS.items()) + f" (default: {DEFAULT_PRESET})")
+    presets = "; ".join(f"{name} = {preset.levels}{' --packed' * preset.packed}" for name, preset in PRESETS.items())
+    add("--preset", choices=PRESETS, default=DEFAULT_PRESET,
+        help=f"levels by name: {presets} (default: {DEFAULT_PRESET})")
+    add("--packed", action="store_true", help="weights of a few bits, for short shader texts (bake --target shadertoy)")
     add("--omega", metavar="W,..", help="omega_0 of each level (default: 40,80,120; less below 64 wide)")
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--seconds", metavar="S", type=float, help="wall time of the whole training")
@@ -48,7 +50,8 @@ def before_torch() -> None:
 
 def run(options: Namespace) -> None:
     """Trains, saves, prints the figures. Raises UserError."""
-    chosen = networks(options.levels or PRESETS[options.preset])
+    preset = PRESETS[options.preset]
+    chosen = networks(options.levels or preset.levels)
     if options.seconds is not None and not 1 <= options.seconds < 1e7:
         raise UserError(f"--seconds: {options.seconds:g}: at least 1 is needed")
     if not 0 <= options.seed < 2**40:
@@ -56,6 +59,7 @@ def run(options: Namespace) -> None:
     settings = Settings(
         chosen, omegas(options.omega, chosen), steps(options.steps, len(chosen)), options.seconds,
         options.texture == "auto", options.seed, options.device, loss_weights(options.weights),
+        options.packed or (preset.packed and not options.levels),
     )
     output = Path(options.output or Path(options.shape).stem + SUFFIX)
     check_writable(output)

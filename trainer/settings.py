@@ -5,11 +5,20 @@ from dataclasses import dataclass, field, replace
 
 from codegen.errors import UserError
 
+
+@dataclass(frozen=True)
+class Preset:
+    """levels: as --levels takes them. packed: weights on the grids that Shadertoy texts are packed on."""
+
+    levels: str
+    packed: bool = False
+
+
 PRESETS = {
-    "tiny": "16x1,16x2",
-    "small": "32x1,32x2",
-    "base": "64x1,64x2,64x2",
-    "paper": "64x2,128x2,256x2",
+    "tiny": Preset("24x2", packed=True),
+    "small": Preset("32x1,52x2", packed=True),
+    "base": Preset("64x1,64x2,64x2"),
+    "paper": Preset("64x2,128x2,256x2"),
 }
 DEFAULT_PRESET = "base"
 OMEGAS = (40.0, 80.0, 120.0)
@@ -41,6 +50,7 @@ class Settings:
     """networks: (width, depth) of each level. omegas: omega_0 of each. steps: of each level, then of the texture.
 
     seconds: wall time of the whole training, in place of `steps`, or None. weights: of the loss, where not default.
+    packed: weights on grids of 6 bits (rounding.py).
     """
 
     networks: tuple[tuple[int, int], ...]
@@ -51,6 +61,7 @@ class Settings:
     seed: int = 0
     device: str = "auto"
     weights: dict[str, float] = field(default_factory=dict)
+    packed: bool = False
 
     def loss_weights(self, first: bool) -> LossWeights:
         """Those of level 1 or of a residual: the defaults, changed by `weights`."""

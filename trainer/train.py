@@ -13,9 +13,10 @@ from codegen.errors import UserError
 from codegen.model import DEFAULT_ITERATIONS, Level, Model, shape_of
 
 from . import level, quality, texture
-from .fit import Budget, Outcome, Progress, Task, fit
+from .fit import Budget, Outcome, Progress, Step, Task, fit
 from .network import Weights, clone, from_model, to_model
 from .pools import Sampler
+from .rounding import rounded, rounding
 from .settings import Settings
 from .shape import Shape
 
@@ -117,7 +118,7 @@ class Training:
             budget = replace(budget, deadline=budget.deadline - last)
         weight = settings.loss_weights(first=index == 0)
         task = Task(
-            start, level.step(surface, volume, weight, torch.Generator().manual_seed(seed)),
+            start, self._step(level.step(surface, volume, weight, torch.Generator().manual_seed(seed))),
             level.idle_loss(surface, volume, weight), *level.rates(width, band),
         )
         outcome = fit(task, budget, self._progress)
@@ -125,10 +126,11 @@ class Training:
         if outcome.failed and not frozen:
             raise UserError(f"level 1 ({width}x{depth}) learnt nothing of the shape; try another --omega or --weights")
         self.interrupted = outcome.interrupted
-        levels = [*frozen, outcome.weights]
+        weights = self._final(outcome.weights)
+        levels = [*frozen, weights]
         record = {"network": f"{width}x{depth}", "omega": settings.omegas[index]} | _record(outcome, began)
         self._levels.append(_Trained(
-            outcome.weights, self._probe.delta(levels),
+            weights, self._probe.delta(levels),
             quality.lipschitz(levels, torch.cat((surface.points, volume.points))), record,
         ))
 
@@ -152,6 +154,12 @@ class Training:
         self._texture = outcome.weights
         record = {"network": f"{network[0]}x{network[1]}", "omega": texture.OMEGA}
         self._texture_record = record | _record(outcome, began)
+
+    def _step(self, step: Step) -> Step:
+        return rounding(step) if self._settings.packed else step
+
+    def _final(self, weights: Weights) -> Weights:
+        return rounded(weights) if self._settings.packed else weights
 
     def _pool_size(self, budget: Budget) -> int:
         if budget.steps is not None:

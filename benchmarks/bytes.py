@@ -1,0 +1,102 @@
+"""Quality of emitted weights against bytes of Shadertoy text, one network and levels; writes docs/results/bytes.md.
+
+    PYTHONPATH=. python benchmarks/bytes.py [--shapes armadillo,spot] [--steps 4000,10000] [--keep FOLDER] [-o FILE]
+
+Decimals: trained as always, then rounded to so many decimals, as others bake it. Packed: on the grids of
+codegen/grid.py from the first step of training on, as the presets `tiny` and `small`.
+"""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from codegen.lower import lower
+from codegen.model import Layer, Model, Network, save
+from codegen.targets import TARGETS
+from mesher.extract import extract_model
+from mesher.metrics import Surface, chamfer
+from protocol import DATA, Page, Truth, machine
+from trainer import settings
+from trainer.load import load_shape
+from trainer.machine import prepare
+from trainer.session import Bar
+from trainer.settings import PRESETS, Settings
+from trainer.train import Training, device
+
+SHAPES = {"armadillo": "meshes/armadillo.ply", "spot": "textured/spot.obj"}
+PLAIN = (("16x2", 2), ("32x2", 2), ("64x1", 2), ("64x2", 2), ("32x1,32x2", 2))
+"""Levels, decimals."""
+PACKED = ("16x2", PRESETS["tiny"].levels, "24x1,36x2", PRESETS["small"].levels)
+TO_BEAT = (
+    "Beside it, of others' tools on Armadillo, by an earlier measurement with as many samples: Blackle's generator, "
+    "16x2, with two decimals 3,989 bytes and 1.2e-3, with three 4,613 bytes and 2.2e-4; nsdf small 22.2 kB and 2.1e-4."
+)
+
+
+def emitted(model: Model, digits: int) -> Model:
+    """The model whose weights are those of the text with so many decimals."""
+    constants = lower(model, digits).constants
+
+    def network(key: str, old: Network) -> Network:
+        layers = []
+        for j, layer in enumerate(old[:-1]):
+            rows, columns = layer.weight.shape
+            matrix = constants[f"w{key}_{j}"][:rows]
+            bias = matrix[:, columns] if j == 0 else constants[f"b{key}_{j}"][:rows]
+            layers.append(Layer(np.ascontiguousarray(matrix[:, :columns]), np.ascontiguousarray(bias)))
+        row = old[-1].weight
+        scale = np.float32(10.0 ** np.floor(np.log10(np.abs(row).max())))
+        weight = constants[f"o{key}_0"][None, : row.shape[1]] * scale
+        return *layers, Layer(weight, old[-1].bias.round(digits + 2))
+
+    return replace(model, levels=tuple(
+        replace(level, network=network(f"{i}", level.network)) for i, level in enumerate(model.levels, start=1)))
+
+
+def main() -> None:
+    """Writes the page."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--shapes", default="armadillo,spot")
+    parser.add_argument("--steps", default="4000,10000")
+    parser.add_argument("--resolution", type=int, default=512)
+    parser.add_argument("--samples", type=int, default=500_000)
+    parser.add_argument("--data", type=Path, default=DATA, metavar="FOLDER")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where to put the models")
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/bytes.md"))
+    options = parser.parse_args()
+    prepare(device("cpu"))
+    page = Page(
+        options.output, "# Bytes of Shadertoy text against quality", "",
+        "Printed by `PYTHONPATH=. python benchmarks/bytes.py`. Bytes: of the whole text, ready to paste. Chamfer: of "
+        "the weights as emitted, squared L2, both directions summed, unit sphere, "
+        f"{options.samples:,} samples on each side, marching cubes at {options.resolution}^3; floor: that of two "
+        "samplings of the mesh. Pieces: components of that surface; the shapes have one. "
+        f"{options.steps} steps for the first level and each finer one.", "", f"{machine()}.", "", TO_BEAT,
+    )
+    for name in options.shapes.split(","):
+        path = options.data / SHAPES[name]
+        shape, _ = load_shape(str(path))
+        truth = Truth(path, shape, options.samples, 0)
+        page.add("", f"## {name}, floor {truth.floor:.2e}", "",
+                 "| levels | weights | bytes | Chamfer | of the floor | pieces |",
+                 "| --- | --- | ---: | ---: | ---: | ---: |")
+        for levels, digits in (*PLAIN, *((levels, None) for levels in PACKED)):
+            sizes = settings.networks(levels)
+            chosen = Settings(sizes, settings.omegas(None, sizes), settings.steps(options.steps, len(sizes)),
+                              texture=False, packed=digits is None)
+            model = Training(shape, chosen, Bar(quiet=True)).run()
+            if options.keep:
+                save(model, options.keep / f"{name}-{levels.replace(',', '-')}-{digits or 'packed'}.safetensors")
+            size = len(TARGETS["shadertoy"](model, digits=digits).encode())
+            found = extract_model(model if digits is None else emitted(model, digits), options.resolution)
+            distance = chamfer(Surface(found.mesh).sample(options.samples, np.random.default_rng(1))[0], truth.points)
+            preset = next((f", `{key}`" for key, each in PRESETS.items() if each.packed and each.levels == levels), "")
+            kind = f"packed{preset}" if digits is None else f"{digits} decimals"
+            page.add(f"| {levels.replace(',', ', ')} | {kind} | {size:,} | {distance:.2e} "
+                     f"| {distance / truth.floor:.2f} | {found.components} |")
+
+
+if __name__ == "__main__":
+    main()
