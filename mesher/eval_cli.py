@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from .parallel import Progress
     from .surface import Mesh
 
+RESOLUTION = 512
 ALIKE = 0.2
 """Difference of two bounding boxes, model units, from which on a warning is due."""
 
@@ -19,7 +20,7 @@ def eval_arguments(parser: ArgumentParser) -> None:
     """Fills the parser of `eval`."""
     parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors), or a mesh to compare")
     parser.add_argument("shape", type=Path, metavar="SHAPE", help="ground truth: a mesh, PLY OBJ STL GLB")
-    parser.add_argument("--resolution", type=int, default=512, metavar="N",
+    parser.add_argument("--resolution", type=int, metavar="N",
                         help="cells along each side of the marching cubes' grid (default 512)")
     parser.add_argument("--level", type=int, metavar="L", help="level that is evaluated (default: the last)")
     parser.add_argument("--samples", type=int, default=500_000, metavar="N",
@@ -76,21 +77,27 @@ def _meshes(args: Namespace, progress: "Progress") -> "tuple[Mesh, Mesh, dict[st
     import time
     from dataclasses import replace
 
+    from codegen.errors import UserError
+    from codegen.files import show
     from codegen.model import load
 
     from .extract import check_resolution, extract_model, up_to
     from .truth import SUFFIXES, in_model_space, normalisation, read_mesh
 
     if args.model.suffix.lower() in SUFFIXES:
+        for option in ("resolution", "level"):
+            if getattr(args, option) is not None:
+                raise UserError(f"--{option}: {show(args.model)} is a mesh already; leave the option out")
         truth, ours = read_mesh(args.shape), read_mesh(args.model)
         space = normalisation(truth)
         return in_model_space(ours, *space), in_model_space(truth, *space), {}
-    check_resolution(args.resolution)
+    resolution = RESOLUTION if args.resolution is None else args.resolution
+    check_resolution(resolution)
     model = up_to(load(args.model), args.level)
     truth = read_mesh(args.shape)
     began = time.perf_counter()
-    found = extract_model(replace(model, texture=None), args.resolution, progress)
-    about = {"resolution": args.resolution, "parameters": model.parameters(), "spurious": found.spurious,
+    found = extract_model(replace(model, texture=None), resolution, progress)
+    about = {"resolution": resolution, "parameters": model.parameters(), "spurious": found.spurious,
              "extraction_seconds": round(time.perf_counter() - began, 3)}
     return found.mesh, in_model_space(truth, model.centre, model.scale), about
 

@@ -30,7 +30,8 @@ def read_mesh(path: Path) -> trimesh.Trimesh:
     try:
         mesh = trimesh.load(path, process=False, force="mesh")
     except Exception as error:  # trimesh's readers raise anything on damaged files
-        reason = show(str(error).splitlines()[0] if str(error) else type(error).__name__)[:160]
+        said = "" if isinstance(error, ImportError) else str(error)  # it misses a guesser of encodings: no text at all
+        reason = show(said.splitlines()[0] if said else "damaged")[:160]
         raise UserError(f"{label}: not a readable {path.suffix[1:].upper()} file ({reason})") from None
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
         raise UserError(f"{label}: no triangles in it; a comparison needs two surfaces")

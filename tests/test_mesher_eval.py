@@ -138,6 +138,8 @@ def test_a_mesh_against_a_mesh(truth: Path, tmp_path: Path, capsys: pytest.Captu
     argv = ["eval", str(tmp_path / "moved.obj"), str(tmp_path / "moved.obj"), "--samples", "5000", "--quiet", "--json"]
     assert mplicits.main(argv) == 0
     assert json.loads(capsys.readouterr().out)["hausdorff"] < 1e-6
+    assert mplicits.main([*argv, "--resolution", "64"]) == 2
+    assert "is a mesh already" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("content", "name", "said"), [
@@ -145,6 +147,7 @@ def test_a_mesh_against_a_mesh(truth: Path, tmp_path: Path, capsys: pytest.Captu
     (b"\x89PNG\r\n\x1a\n" + bytes(64), "picture.png", "not a mesh by its ending"),
     (b"\x89PNG\r\n\x1a\n" + bytes(64), "picture.ply", "not a readable PLY file"),
     (b"", "empty.obj", "empty.obj"),
+    (b"\x89PNG\r\n\x1a\n" + bytes(range(256)), "picture.obj", "no triangles in it"),
     (b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "nan.obj", "not finite"),
     (b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "flat.obj", "zero area"),
 ])
