@@ -15,6 +15,7 @@ class Shader:
     field_gradient(p, level), at index level - 1.
     texture_loops: the same for the colour.
     iterations, deltas: the defaults of the uniforms, one per level.
+    files: names of the sources 1, 2, ... that `#line` directives in the text name; source 0 is the text itself.
     """
 
     text: str
@@ -24,6 +25,7 @@ class Shader:
     texture_loops: int
     iterations: tuple[int, ...]
     deltas: tuple[float, ...]
+    files: tuple[str, ...] = ()
 
     @property
     def levels(self) -> int:

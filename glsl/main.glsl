@@ -2,8 +2,11 @@
 #include "camera_ray.glsl"
 #include "march.glsl"
 #include "shade.glsl"
+uniform bool plain; // leaves the model's colours out: all of it is PLAIN
+const vec3 PLAIN = vec3(0.80, 0.74, 0.66);
+
 // The fragment: one ray. color.rgb is sRGB, color.a is 1 on the surface and 0 on the background.
-// SHADE_DATA writes (t, steps, level reached, hit) instead.
+// SHADE_DATA writes (t, steps, level that the ray ended in, hit) instead; level 0: it never came near the shape.
 void main() {
     // Never true; a shader that may discard compiles in half the time on llvmpipe (one variant instead of two).
     if (resolution.x < 0.0) discard;
@@ -16,9 +19,10 @@ void main() {
         vec3 p = eye + ray.t * direction;
         vec3 normal = normalize(field_gradient(p, normal_level).xyz);
         vec3 toward = normalize(mat3(camera) * light);
-        vec3 colour = shade(shading, normal, direction, ray.t, length(eye), ray.steps, albedo(p), toward, camera[1].xyz);
+        vec3 base = plain ? PLAIN : albedo(p);
+        vec3 colour = shade(shading, normal, direction, ray.t, length(eye), ray.steps, base, toward, camera[1].xyz);
         color = vec4(colour, 1.0);
     }
     if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 64.0), color.a);
-    if (shading == SHADE_DATA) color = vec4(ray.t, float(ray.steps), float(ray.level), float(ray.hit));
+    if (shading == SHADE_DATA) color = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));
 }

@@ -13,7 +13,7 @@
 struct Hit {
     bool hit;
     float t;
-    int level;
+    int level; // where it is; minus that where it is done
     int steps;
 };
 
@@ -28,7 +28,7 @@ void advance(inout Hit ray, float f, int reached, int level, float footprint, fl
     float pixel = footprint * ray.t;
     ray.t += step_scale * (last ? f : f - delta[reached - 1] / 1.3);
     ray.hit = last && f < 0.5 * pixel && ray.t <= far;
-    ray.level = last && abs(f) < 0.05 * pixel || ray.t > far ? 0 : reached;
+    ray.level = last && abs(f) < 0.05 * pixel || ray.t > far ? -reached : reached;
 }
 
 Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, float step_scale) {

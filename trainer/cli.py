@@ -38,7 +38,10 @@ def arguments(parser: ArgumentParser) -> None:
     add("--device", choices=("auto", "cpu", "cuda"), default="auto")
     add("--weights", metavar="NAME=X,..", help="of the loss: value, normal, eikonal (Eq. 4), "
         "distance (off the surface)")
-    add("--quiet", action="store_true", help="no progress bar")
+    shown = parser.add_mutually_exclusive_group()
+    shown.add_argument("--quiet", action="store_true", help="no progress bar")
+    shown.add_argument("--live", action="store_true", help="for programs: progress as lines of JSON on stdout, and the "
+                       "model file is written after every level")
 
 
 def before_torch() -> None:
@@ -66,7 +69,8 @@ def run(options: Namespace) -> None:
     before_torch()
     from . import session
 
-    session.run(options.shape, output, settings, resume=options.resume, quiet=options.quiet, began=time.perf_counter())
+    session.run(options.shape, output, settings, resume=options.resume, quiet=options.quiet, live=options.live,
+                began=time.perf_counter())
 
 
 VERBS = (Verb("train", "a mesh or an oriented point cloud becomes a model file", arguments, run),)

@@ -2,6 +2,7 @@
 
 import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import NoReturn
 
@@ -11,6 +12,7 @@ from codegen.errors import UserError
 from codegen.files import show
 from codegen.model import Model, load, save
 
+from .live import Lines, LiveTraining
 from .load import load_shape
 from .machine import prepare
 from .settings import Settings
@@ -48,7 +50,9 @@ class Bar:
         tqdm.write(line, file=sys.stderr)
 
 
-def run(name: str, output: Path, settings: Settings, *, resume: bool, quiet: bool, began: float) -> None:
+def run(
+    name: str, output: Path, settings: Settings, *, resume: bool, quiet: bool, began: float, live: bool = False
+) -> None:
     """See `trainer.cli`. began: time.perf_counter() from which --seconds counts.
 
     Raises UserError, and KeyboardInterrupt where Ctrl-C came before there was anything to save.
@@ -59,7 +63,10 @@ def run(name: str, output: Path, settings: Settings, *, resume: bool, quiet: boo
     shape, warnings = load_shape(name)
     for warning in warnings:
         bar.say(f"warning: {warning}")
-    training = Training(shape, settings, bar, began)
+    if live:
+        training: Training = LiveTraining(shape, settings, Lines(bar.say), began, partial(save, path=output))
+    else:
+        training = Training(shape, settings, bar, began)
     model = training.run(before)
     _save(model, output)
     if training.interrupted:

@@ -15,7 +15,7 @@ CONTEXTS = ("auto", "osmesa", "egl", "window")
 
 def render_arguments(parser: ArgumentParser) -> None:
     """Fills the parser of `render`."""
-    _model_arguments(parser)
+    _model_arguments(parser, "model file (.safetensors)")
     parser.add_argument("-o", "--output", type=Path, metavar="P.png", help="picture (default: the model's name, .png)")
     parser.add_argument("--context", choices=CONTEXTS, default="auto",
                         help="egl (a GPU, else software), osmesa (software), window (hidden); auto: what works")
@@ -26,7 +26,10 @@ def render_arguments(parser: ArgumentParser) -> None:
 
 def view_arguments(parser: ArgumentParser) -> None:
     """Fills the parser of `view`."""
-    _model_arguments(parser)
+    _model_arguments(parser, "model file (.safetensors), or a shader that `bake --target glsl330` wrote (.glsl)")
+    parser.set_defaults(size="1120x720")
+    parser.add_argument("--samples", type=_count, default=4, metavar="N", help="rays per pixel at rest (default 4)")
+    parser.add_argument("--watch", action="store_true", help="load the file again when it changes")
 
 
 def run_render(args: Namespace) -> None:
@@ -87,14 +90,15 @@ def run_view(args: Namespace) -> None:
     from .window import show_window
 
     check_size(args.size)
-    show_window(_load(args), _camera(args), _options(args), args.size, args.storage)
+    show_window(args.model, _camera(args), _options(args, samples=args.samples), args.size, args.storage, args.watch)
 
 
-def _model_arguments(parser: ArgumentParser) -> None:
+def _model_arguments(parser: ArgumentParser, what: str) -> None:
     # -30,20 is a value, not an option: Python 3.14's rule, for the versions before it.
     parser._negative_number_matcher = re.compile(r"-\.?\d")
-    parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors)")
-    parser.add_argument("--size", type=_size, default=(512, 512), metavar="WxH", help="pixels, WxH or N (default 512)")
+    parser.add_argument("model", type=Path, metavar="M", help=what)
+    parser.add_argument("--size", type=_size, default="512", metavar="WxH",
+                        help="pixels, WxH or N (default %(default)s)")
     parser.add_argument("--camera", type=_numbers(2, 3), metavar="AZ,EL,DIST",
                         help="degrees around, degrees above, distance in radii of the shape (default: it fits)")
     parser.add_argument("--fov", type=float, default=35.0, help="vertical field of view, degrees (default 35)")
@@ -105,6 +109,7 @@ def _model_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--rounds", type=int, metavar="N", help="passes through the levels (default: the shader's)")
     parser.add_argument("--delta-scale", type=float, default=1.0, metavar="X", help="factor on the bands' widths")
     parser.add_argument("--step-scale", type=float, metavar="X", help="factor on the steps; below 1: safer, slower")
+    parser.add_argument("--plain", action="store_true", help="without the model's colours")
     parser.add_argument("--light", type=_numbers(3, 3), metavar="X,Y,Z",
                         help="direction towards the light: right, up, towards the viewer")
     parser.add_argument("--background", type=_colours, metavar="#RRGGBB[,#RRGGBB]", help="one colour, or top,bottom")
@@ -135,7 +140,7 @@ def _options(args: Namespace, **more: Any) -> Any:
     return RenderOptions(
         level=args.level, normal_level=args.normal_level, shading=args.shade, iterations=args.iterations,
         rounds=args.rounds, delta_scale=args.delta_scale, step_scale=args.step_scale, light=args.light,
-        background=args.background, **more,
+        background=args.background, plain=args.plain, **more,
     )
 
 

@@ -7,7 +7,7 @@ from codegen.errors import UserError
 from codegen.shader import Shader
 
 SHADINGS = ("phong", "normal", "depth", "steps", "texture", "data")
-"""Index = value of the uniform `shading`. `data` is raw: (t, steps, level reached, hit)."""
+"""Index = value of the uniform `shading`. `data` is raw: (t, steps, level that the ray ended in, hit)."""
 
 MAX_SAMPLES = 256
 MAX_ROUNDS = 1000
@@ -26,7 +26,7 @@ class RenderOptions:
     iterations: steps per level and round; the last number stands for the levels that are not given.
     rounds: how often a ray may start again from level 1. delta_scale, step_scale: factors on bands and steps.
     samples: per pixel. light: direction towards it, camera space. background: sRGB (top, bottom).
-    transparent: alpha is coverage, and the background is left out of rgb.
+    transparent: alpha is coverage, and the background is left out of rgb. plain: without the model's colours.
     """
 
     level: int | None = None
@@ -40,6 +40,7 @@ class RenderOptions:
     light: tuple[float, float, float] | None = None
     background: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
     transparent: bool = False
+    plain: bool = False
 
     def __post_init__(self) -> None:
         if self.shading not in SHADINGS:

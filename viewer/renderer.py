@@ -2,12 +2,14 @@
 
 import re
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 from tqdm import tqdm
 
+import glsl
 from codegen.errors import UserError
 from codegen.shader import Shader
 
@@ -19,12 +21,22 @@ from .supersampling import Image, from_linear, jitters, to_linear
 TILE = 512
 """Pixels per side of one draw: bounds memory, a GPU watchdog's patience, and the wait for Ctrl-C."""
 MAX_SIDE = 16_384
+Part = tuple[int, int, int, int]
 VERTEX_SHADER = """#version 330
 void main() {  // one triangle that covers the picture
     gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0);
 }
 """
+WHOLE = ("level", "normal_level", "iterations", "rounds", "shading", "plain")
 FRAME = ("resolution", "origin", "jitter", "camera", "focal")
+
+
+class ShaderError(UserError):
+    """The driver does not take a shader. log: its complaints, with file and line."""
+
+    def __init__(self, what: str, log: list[str]) -> None:
+        super().__init__(f"{what}: {log[0]}")
+        self.log = log
 
 
 class Renderer:
@@ -40,13 +52,13 @@ class Renderer:
         self._weights: moderngl.Texture | None = None
         start = time.perf_counter()
         with context as gl:
-            self._program = _compile(gl, shader.text, context.renderer)
+            self._program = _compile(gl, shader, context.renderer)
             self._triangle = gl.vertex_array(self._program, [])
             self._defaults = {name: uniform.read() for name in self._program
                               if isinstance(uniform := self._program[name], moderngl.Uniform)}
             if shader.weights is not None:
                 self._weights = _weight_texture(gl, shader.weights)
-            self._draw(self._target(gl, (1, 1)), (1, 1), (0, 0))
+            self.draw(self._target(gl, (1, 1)), (0, 0, 1, 1))
             _check(gl, context.renderer)
         self.compile_seconds = time.perf_counter() - start
 
@@ -72,45 +84,68 @@ class Renderer:
         """
         options = options or RenderOptions()
         check_size(size)
-        offsets = jitters(1 if options.shading == "data" else options.samples)
-        tiles = list(_tiles(size))
         image = np.empty((size[1], size[0], 4), np.float32)
-        with (
-            self.context as gl,
-            tqdm(total=len(tiles) * len(offsets), desc="render", delay=2, leave=False, disable=None) as bar,
-        ):
-            _ = gl.error  # forgets what others left
-            self._set_options(options)
-            self._set_camera(size, camera)
-            target = self._target(gl, (min(size[0], TILE), min(size[1], TILE)))
-            for x, y, width, height in tiles:
-                total: Image | None = None
-                for offset in offsets:
-                    self._set("jitter", offset)
-                    self._draw(target, (width, height), (x, y))
-                    sample = _read(target, (width, height))
-                    if len(offsets) > 1 or options.transparent:
-                        sample = to_linear(sample, options.transparent)
-                    total = sample if total is None else total + sample
-                    bar.update()
-                assert total is not None
-                if len(offsets) > 1 or options.transparent:
-                    total = from_linear(total / len(offsets), options.transparent)
-                image[y:y + height, x:x + width] = total
-            _check(gl, self.context.renderer)
+        parts = list(tiles(size))
+        offsets = _offsets(options)
+        with tqdm(total=len(parts) * len(offsets), desc="render", delay=2, leave=False, disable=None) as bar:
+            for x, y, width, height in parts:
+                image[y:y + height, x:x + width] = self.tile((x, y, width, height), size, camera, options, bar.update)
         return image[::-1]
 
-    def frame(self, size: tuple[int, int], camera: Camera, options: RenderOptions) -> moderngl.Texture:
-        """The texture of one draw at `size`, bottom row first, for showing."""
-        check_size(size)
+    def tile(
+        self, part: Part, size: tuple[int, int], camera: Camera, options: RenderOptions,
+        sampled: Callable[[], object] = lambda: None,
+    ) -> Image:
+        """The part (x, y from the bottom, width, height; at most TILE a side) of what `render` gives, bottom row first.
+
+        sampled: called after each sample.
+        """
+        offsets = _offsets(options)
+        total: Image | None = None
         with self.context as gl:
-            self._set_options(options)
-            self._set_camera(size, camera)
-            target = self._target(gl, size)
-            self._draw(target, size, (0, 0))
-        texture = target.color_attachments[0]
-        assert isinstance(texture, moderngl.Texture)
-        return texture
+            _ = gl.error  # forgets what others left
+            target = self._target(gl, (min(size[0], TILE), min(size[1], TILE)))
+            self.prepare(size, camera, options)
+            for offset in offsets:
+                self._set("jitter", offset)
+                self.draw(target, part)
+                sample = _read(target, part[2:])
+                if len(offsets) > 1 or options.transparent:
+                    sample = to_linear(sample, options.transparent)
+                total = sample if total is None else total + sample
+                sampled()
+            _check(gl, self.context.renderer)
+        assert total is not None
+        if len(offsets) > 1 or options.transparent:
+            total = from_linear(total / len(offsets), options.transparent)
+        return total
+
+    def prepare(
+        self, size: tuple[int, int], camera: Camera, options: RenderOptions, jitter: tuple[float, float] = (0.0, 0.0)
+    ) -> None:
+        """Sets every uniform for `draw`; the context must be current."""
+        self._set_options(options)
+        self._set("resolution", (float(size[0]), float(size[1])))
+        self._set("camera", camera.matrix().T)  # GL reads column by column
+        self._set("focal", camera.focal)
+        self._set("jitter", jitter)
+
+    def timed(self, size: tuple[int, int], camera: Camera, options: RenderOptions) -> float:
+        """Milliseconds that the GPU needs for one sample of a picture, by its own clock."""
+        milliseconds = 0.0
+        with self.context as gl:
+            query = gl.query(time=True)
+            target = self._target(gl, (min(size[0], TILE), min(size[1], TILE)))
+            self.prepare(size, camera, options)
+            for part in tiles(size):
+                with query:
+                    self.draw(target, part)
+                milliseconds += query.elapsed / 1e6
+        return milliseconds
+
+    def default(self, name: str) -> tuple[float, ...]:
+        """The shader's default of a uniform; () where the shader has none of that name, or makes no use of it."""
+        return tuple(np.frombuffer(self._defaults.get(name) or b"", np.float32).tolist())
 
     def release(self) -> None:
         """Frees what is held in the context."""
@@ -135,6 +170,7 @@ class Renderer:
         self._set("rounds", rounds)
         self._set("delta", tuple(delta * options.delta_scale for delta in self.shader.deltas))
         self._set("shading", SHADINGS.index(options.shading))
+        self._set("plain", options.plain)
         if options.step_scale is not None:
             self._set("step_scale", options.step_scale)
         if options.light is not None:
@@ -142,12 +178,6 @@ class Renderer:
         if options.background is not None:
             self._set("background_top", options.background[0])
             self._set("background_bottom", options.background[1])
-
-    def _set_camera(self, size: tuple[int, int], camera: Camera) -> None:
-        self._set("resolution", (float(size[0]), float(size[1])))
-        self._set("camera", camera.matrix().T)  # GL reads column by column
-        self._set("focal", camera.focal)
-        self._set("jitter", (0.0, 0.0))
 
     def _uniform(self, name: str) -> moderngl.Uniform:
         uniform = self._program[name]
@@ -158,7 +188,7 @@ class Renderer:
         """Writes a uniform; one that the driver optimised away is skipped, an array's unused tail is cut."""
         if name not in self._program:
             return
-        kind = np.int32 if name in ("level", "normal_level", "iterations", "rounds", "shading") else np.float32
+        kind = np.int32 if name in WHOLE else np.float32
         data = np.ascontiguousarray(value, kind).tobytes()
         self._uniform(name).write(data[: len(self._defaults[name])])
 
@@ -175,12 +205,16 @@ class Renderer:
         assert self._framebuffer is not None
         return self._framebuffer
 
-    def _draw(self, target: moderngl.Framebuffer, size: tuple[int, int], origin: tuple[int, int]) -> None:
+    def draw(self, target: moderngl.Framebuffer, part: Part, at: tuple[int, int] = (0, 0)) -> None:
+        """One sample of a part (x, y from the bottom, width, height) into an RGBA32F framebuffer, `at` a place of it.
+
+        After `prepare`, in the same `with context:`.
+        """
         if self._weights is not None:
             self._weights.use(0)
-        self._set("origin", (float(origin[0]), float(origin[1])))
+        self._set("origin", (float(part[0] - at[0]), float(part[1] - at[1])))
         target.use()
-        target.viewport = (0, 0, *size)
+        target.viewport = (*at, *part[2:])
         self._triangle.render(moderngl.TRIANGLES, vertices=3)
 
 
@@ -190,10 +224,15 @@ def check_size(size: tuple[int, int]) -> None:
         raise UserError(f"size {size[0]}x{size[1]}: each side from 1 to {MAX_SIDE} pixels")
 
 
-def _tiles(size: tuple[int, int]) -> Iterator[tuple[int, int, int, int]]:
+def tiles(size: tuple[int, int]) -> Iterator[Part]:
+    """Parts (x, y, width, height) of at most TILE a side that make up a picture (width, height)."""
     for y in range(0, size[1], TILE):
         for x in range(0, size[0], TILE):
             yield x, y, min(TILE, size[0] - x), min(TILE, size[1] - y)
+
+
+def _offsets(options: RenderOptions) -> NDArray[np.float32]:
+    return jitters(1 if options.shading == "data" else options.samples)
 
 
 def _read(target: moderngl.Framebuffer, size: tuple[int, int]) -> Image:
@@ -207,17 +246,27 @@ def _check(gl: moderngl.Context, driver: str) -> None:
         raise UserError(f"{driver} fails to draw ({problem}); try a smaller --size, or --context osmesa")
 
 
-def _compile(gl: moderngl.Context, text: str, driver: str) -> moderngl.Program:
+def _compile(gl: moderngl.Context, shader: Shader, driver: str) -> moderngl.Program:
     try:
-        return gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=text)
+        return gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=shader.text)
     except moderngl.Error as error:
         log = [line.strip() for line in str(error).splitlines() if line.strip()]
-        first = next((line for line in log if "error" in line.lower() and re.search(r"\d", line)), log[-1])
-        place = re.search(r"\d+[:(](\d+)", first)
-        lines = text.splitlines()
-        number = int(place.group(1)) if place else 0
-        source = f"; line {number}: {lines[number - 1].strip()[:120]}" if 1 <= number <= len(lines) else ""
-        raise UserError(f"{driver} refuses the shader: {first[:300]}{source}") from None
+        found = [line for line in log if "error" in line.lower() and re.search(r"\d", line)] or log[-1:]
+        raise ShaderError(f"{driver} refuses the shader", [_placed(line[:300], shader) for line in found]) from None
+
+
+def _placed(line: str, shader: Shader) -> str:
+    """A line of the driver's log with the file's name and the line itself, where it says `source:line` or so."""
+    place = re.search(r"(\d+)[:(](\d+)\)?(?:\(\d+\))?", line)
+    source, number = (int(place[1]), int(place[2])) if place else (0, 0)
+    if place is None or source > len(shader.files):
+        return line
+    text = glsl.read(shader.files[source - 1]) if source else shader.text
+    lines = text.splitlines()
+    if not 1 <= number <= len(lines):
+        return line
+    name = f"{shader.files[source - 1]}:{number}" if source else f"line {number}"
+    return f"{line[:place.start()]}{name}{line[place.end():]}; {lines[number - 1].strip()[:120]}"
 
 
 def _weight_texture(gl: moderngl.Context, weights: Image) -> moderngl.Texture:

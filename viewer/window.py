@@ -1,181 +1,179 @@
-"""The desktop window of `mplicits view`."""
+"""The desktop window of `mplicits view`: GLFW's events on their way to the desk, and its picture on the screen."""
 
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import moderngl
-
 from codegen.errors import UserError
-from codegen.files import show
-from codegen.glsl330 import bake
-from codegen.model import Model
 
 from .camera import Camera
 from .context import NoDisplayError, open_window
+from .desk import Desk
+from .gui import Gui, open_gui
+from .jobs import Turntable, free_path, picture
 from .options import RenderOptions
-from .renderer import VERTEX_SHADER, Renderer
-from .screenshot import save_png
+from .source import open_source
+from .view import KEYS, TURNS, View
 
-KEYS = """drag: turn   right drag: move   wheel: nearer, farther
-1..9: level   n: normals   p: Phong   d: depth   t: texture   x: steps
-r: reset the camera   s: save a picture   h: this help   Esc: quit"""
-SHADING_KEYS = {"N": "normal", "P": "phong", "D": "depth", "T": "texture", "X": "steps"}
-SLOW = 0.12
-"""Seconds a frame may take while the camera moves; beyond that fewer pixels are drawn until it rests."""
-COARSEST = 8
-REST = 0.15
-"""Seconds without a move after which the full picture is drawn."""
-PRESENT_SHADER = """#version 330
-uniform sampler2D picture;
-uniform vec2 window;
-out vec4 color;
-void main() { color = texture(picture, gl_FragCoord.xy / window); }
-"""
-
-
-@dataclass
-class View:
-    """What the window shows; `changed` asks for a new frame, `moving` for a quick one."""
-
-    model: Model
-    home: Camera
-    options: RenderOptions
-    camera: Camera = field(init=False)
-    changed: bool = True
-    moving: bool = False
-    coarse: int = 1
-
-    def __post_init__(self) -> None:
-        self.camera = self.home
-
-    def move(self, camera: Camera) -> None:
-        """Takes a new camera."""
-        self.camera, self.changed, self.moving = camera, True, True
-
-    def turn(self, right: float, up: float) -> None:
-        """A drag, as shares of the window's height: half a turn from edge to edge."""
-        self.move(self.camera.orbited(-180.0 * right, -180.0 * up))
-
-    def pan(self, right: float, up: float) -> None:
-        """A drag, as shares of the window's height: the target's plane follows the pointer."""
-        height = 2.0 * self.camera.away / self.camera.focal
-        self.move(self.camera.panned(-height * right, -height * up))
-
-    def zoom(self, notches: float) -> None:
-        """A wheel's notches; up is nearer."""
-        self.move(self.camera.zoomed(0.9**notches))
-
-    def key(self, key: str) -> None:
-        """A key that changes what is shown: a shading's letter, a level's digit, R."""
-        if key == "R":
-            self.move(self.home)
-        elif key in SHADING_KEYS and (key != "T" or self.model.texture is not None):
-            self.options = replace(self.options, shading=SHADING_KEYS[key])
-        elif key.isdecimal() and 1 <= int(key) <= len(self.model.levels):
-            self.options = replace(self.options, level=int(key), normal_level=int(key))
-        self.changed = True
-
-    def timed(self, seconds: float) -> None:
-        """Adapts the pixels of a moving frame to what the last one took."""
-        if seconds > SLOW:
-            self.coarse = min(COARSEST, self.coarse * 2)
-        elif seconds < SLOW / 6:
-            self.coarse = max(1, self.coarse // 2)
+SAVED_SAMPLES = 4
+"""Rays per pixel of a saved picture, at least."""
+FRAME = 1 / 60
+"""Seconds of a frame of the turntable, at least."""
 
 
 class Window:
-    """A visible GLFW window that shows a View through a Renderer.
+    """A visible GLFW window with a desk, and a panel where imgui-bundle is installed.
 
-    Raises UserError where there is no display, and what `Renderer` raises.
+    size: of the window, as the system counts it. Raises UserError where there is no display or no such file, and what
+    `Renderer` raises.
     """
 
-    def __init__(self, view: View, size: tuple[int, int], storage: str) -> None:
-        self.view = view
-        self._name = show(view.model.name)
-        self._pointer = (0.0, 0.0)
-        self.context = open_window(size, f"{self._name}   compiling", visible=True)
+    def __init__(self, path: Path, camera: Camera, options: RenderOptions, size: tuple[int, int], *,
+                 storage: str = "auto", watch: bool = False) -> None:
+        import glfw
+
+        source = open_source(path, storage)
+        view = View(camera, options, source.shader.levels, source.textured)
+        options.traced(view.levels)
+        self.context = open_window(size, f"{source.name}   compiling", visible=True)
+        self.handle = self.context.handle
+        self._pointer, self._title, self._said = (0.0, 0.0), "", ""
         try:
-            self.renderer = Renderer(self.context, bake(view.model, storage))
-            self.renderer.schedule(view.options)
-            with self.context as gl:
-                self._present = gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=PRESENT_SHADER)
-                self._triangle = gl.vertex_array(self._present, [])
+            self.desk = Desk(self.context, source, view, storage=storage, watch=watch, wake=glfw.post_empty_event)
         except UserError:
             self.context.release()
             raise
-        self._listen(self.context.handle)
+        self.gui: Gui | None = open_gui(self.context)
+        self._listen()
+        self._fit()
+
+    @property
+    def area(self) -> tuple[int, int, int, int]:
+        """(x, y from the bottom, width, height) of the picture, framebuffer pixels: what the panel leaves free."""
+        import glfw
+
+        width, height = (max(1, side) for side in glfw.get_framebuffer_size(self.handle))
+        panel = self.gui.panel_width(self.desk) if self.gui is not None else 0
+        return panel, 0, width - panel, height
 
     def loop(self) -> None:
-        """Until closed. Draws only when something changed; while the camera moves, a slow driver draws fewer pixels."""
+        """Until closed. Sleeps while nothing happens; draws only what has changed."""
         import glfw
 
-        while not glfw.window_should_close(self.context.handle):
-            if self.view.changed or self.view.moving:
-                quick = self.view.changed and self.view.moving
-                self.view.changed, self.view.moving = False, quick
-                self.draw(quick)
-            if self.view.moving:
-                glfw.wait_events_timeout(REST)
-            else:
+        while not glfw.window_should_close(self.handle):
+            start = time.perf_counter()
+            due = self.step()
+            if self.desk.view.turntable and due == 0.0:
+                due = max(0.0, FRAME - (time.perf_counter() - start))
+            if due is None:
                 glfw.wait_events()
+            elif due > 0.0:
+                glfw.wait_events_timeout(due)
+            else:
+                glfw.poll_events()
 
-    def draw(self, quick: bool = False) -> None:
-        """One frame; a quick one at the resolution that the last ones' times suggest."""
+    def step(self) -> float | None:
+        """One turn of the loop; returns the seconds until the next is due, None: when an event comes."""
+        due = self.desk.tick(self.area[2:])
+        if self.desk.stale or (self.gui is not None and self.gui.restless):
+            self.paint()
+        self._tell()
+        return 0.0 if self.gui is not None and self.gui.restless else due
+
+    def paint(self, swap: bool = True) -> None:
+        """The picture as far as it is drawn, and the panel over it, onto the screen."""
         import glfw
 
-        width, height = (max(1, side) for side in glfw.get_framebuffer_size(self.context.handle))
-        scale = self.view.coarse if quick else 1
-        pixels = (max(1, width // scale), max(1, height // scale))
-        start = time.perf_counter()
+        self.desk.stale = False
         with self.context as gl:
-            texture = self.renderer.frame(pixels, self.view.camera, self.view.options)
-            texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-            texture.use(0)
-            self._present["window"] = (width, height)
+            if self.gui is not None:
+                self.gui.build(self)
+            x, y, width, height = self.area
             gl.screen.use()
-            gl.screen.viewport = (0, 0, width, height)
-            self._triangle.render(moderngl.TRIANGLES, vertices=3)
-            glfw.swap_buffers(self.context.handle)
-            gl.finish()
-        seconds = time.perf_counter() - start
-        if quick:
-            self.view.timed(seconds)
-        title = f"{self._name}   {1000 * seconds:.1f} ms   {pixels[0]}x{pixels[1]}"
-        glfw.set_window_title(self.context.handle, title)
+            self.desk.picture.show((x, y), (width, height), self.desk.view.split is not None)
+            if self.gui is not None:
+                self.gui.draw()
+            if swap:
+                glfw.swap_buffers(self.handle)
 
-    def save(self) -> None:
-        """Writes what is shown to the first free mplicits-N.png of the working folder."""
-        import glfw
+    def save(self, size: tuple[int, int] | None = None) -> None:
+        """Writes the picture as a PNG, of the size that is shown or another, into the working folder."""
+        desk, view = self.desk, self.desk.view
+        size = size or self.area[2:]
+        options = replace(view.options, samples=max(SAVED_SAMPLES, view.options.samples))
+        camera, name = replace(view.camera, aspect=size[0] / size[1]), desk.source.name
+        desk.begin(picture(desk.renderer, free_path(name, ".png"), size, camera, options, name))
 
-        number = 1
-        while (path := Path(f"mplicits-{number}.png")).exists():
-            number += 1
-        options = replace(self.view.options, samples=4)
-        size = glfw.get_framebuffer_size(self.context.handle)
-        try:
-            save_png(path, self.renderer.render(size, self.view.camera, options), self.view.model.name)
-            print(f"saved {path}", flush=True)
-        except UserError as error:
-            print(f"not saved: {error}", flush=True)
+    def record(self, video: Turntable) -> None:
+        """Writes a video of one turn into the working folder."""
+        desk, view = self.desk, self.desk.view
+        camera = replace(view.camera, aspect=video.size[0] / video.size[1])
+        desk.begin(video.job(desk.renderer, free_path(desk.source.name, ".mp4"), camera, view.options))
 
     def close(self) -> None:
-        """Frees the window."""
-        self.renderer.release()
+        """Ends what runs and frees the window."""
+        self.desk.close()
+        if self.gui is not None:
+            self.gui.release()
         self.context.release()
 
-    def _listen(self, window: Any) -> None:
+    def key(self, name: str) -> None:
+        """A key that was pressed, by its name."""
         import glfw
 
-        def refresh(*_: Any) -> None:
-            self.view.changed = True
+        if name == "ESCAPE":
+            glfw.set_window_should_close(self.handle, True)
+        elif name == "S":
+            self.save()
+        else:
+            self.desk.view.key(name)
+            if name == "TAB":
+                self._fit()
+            if name == "H" and self.gui is None:
+                print(keys(), flush=True)
+        self.desk.stale = True
 
-        glfw.set_cursor_pos_callback(window, self._on_cursor)
-        glfw.set_scroll_callback(window, lambda _, _x, y: self.view.zoom(y))
-        glfw.set_key_callback(window, self._on_key)
-        glfw.set_window_refresh_callback(window, refresh)
-        glfw.set_framebuffer_size_callback(window, refresh)
+    def _fit(self) -> None:
+        self.desk.view.resize(self.area[2:])
+
+    def _tell(self) -> None:
+        """The title; without a panel, messages on the terminal."""
+        import glfw
+
+        desk = self.desk
+        title = f"{desk.source.name}   {desk.timing}"
+        if title != self._title:
+            self._title = title
+            glfw.set_window_title(self.handle, title)
+        if self.gui is None and desk.message != self._said:
+            self._said = desk.message
+            print(*[line for line in (desk.message, *desk.log) if line], sep="\n", flush=True)
+
+    def _listen(self) -> None:
+        import glfw
+
+        def resized(*_: Any) -> None:
+            self._fit()
+            self._wake()
+
+        def refreshed(*_: Any) -> None:
+            self.desk.stale = True
+
+        glfw.set_cursor_pos_callback(self.handle, self._on_cursor)
+        glfw.set_mouse_button_callback(self.handle, self._on_button)
+        glfw.set_scroll_callback(self.handle, self._on_scroll)
+        glfw.set_key_callback(self.handle, self._on_key)
+        glfw.set_char_callback(self.handle, self._on_char)
+        listen_drop: Any = glfw.set_drop_callback  # which is annotated as GLFW calls it, not as it calls back
+        listen_drop(self.handle, lambda _, paths: self.desk.drop([Path(path) for path in paths]))
+        glfw.set_window_refresh_callback(self.handle, refreshed)
+        glfw.set_framebuffer_size_callback(self.handle, resized)
+        glfw.set_window_content_scale_callback(self.handle, resized)
+
+    def _wake(self) -> None:
+        if self.gui is not None:
+            self.gui.stir()
 
     def _on_cursor(self, window: Any, x: float, y: float) -> None:
         import glfw
@@ -183,34 +181,63 @@ class Window:
         height = max(1, glfw.get_window_size(window)[1])
         right, up = (x - self._pointer[0]) / height, (self._pointer[1] - y) / height
         self._pointer = (x, y)
-        if glfw.get_mouse_button(window, glfw.MOUSE_BUTTON_LEFT) == glfw.PRESS:
-            self.view.turn(right, up)
-        elif glfw.get_mouse_button(window, glfw.MOUSE_BUTTON_RIGHT) == glfw.PRESS:
-            self.view.pan(right, up)
+        if self.gui is not None and self.gui.moved(x, y):
+            return
+        held = [glfw.get_mouse_button(window, button) == glfw.PRESS
+                for button in (glfw.MOUSE_BUTTON_LEFT, glfw.MOUSE_BUTTON_RIGHT, glfw.MOUSE_BUTTON_MIDDLE)]
+        shift = glfw.PRESS in (glfw.get_key(window, key) for key in (glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT))
+        if held[1] or held[2] or (held[0] and shift):
+            self.desk.view.pan(right, up)
+        elif held[0]:
+            self.desk.view.turn(right, up)
 
-    def _on_key(self, window: Any, code: int, _scan: int, action: int, _mods: int) -> None:
+    def _on_button(self, _window: Any, button: int, action: int, _mods: int) -> None:
         import glfw
 
-        if action != glfw.PRESS:
+        if self.gui is not None:
+            self.gui.pressed(button, action == glfw.PRESS)
+
+    def _on_scroll(self, _window: Any, x: float, y: float) -> None:
+        if self.gui is None or not self.gui.scrolled(x, y):
+            self.desk.view.zoom(y)
+
+    def _on_key(self, _window: Any, code: int, _scan: int, action: int, mods: int) -> None:
+        import glfw
+
+        if self.gui is not None and self.gui.key(code, action != glfw.RELEASE, mods):
             return
-        if code == glfw.KEY_ESCAPE:
-            glfw.set_window_should_close(window, True)
-        elif code == glfw.KEY_H:
-            print(KEYS, flush=True)
-        elif code == glfw.KEY_S:
-            self.save()
-        elif glfw.KEY_0 <= code <= glfw.KEY_Z:
-            self.view.key(chr(code))
+        if action == glfw.RELEASE:
+            return
+        if glfw.KEY_KP_0 <= code <= glfw.KEY_KP_9:
+            code += glfw.KEY_0 - glfw.KEY_KP_0
+        named = {glfw.KEY_ESCAPE: "ESCAPE", glfw.KEY_TAB: "TAB", glfw.KEY_SPACE: "SPACE", glfw.KEY_LEFT: "LEFT",
+                 glfw.KEY_RIGHT: "RIGHT", glfw.KEY_UP: "UP", glfw.KEY_DOWN: "DOWN", glfw.KEY_EQUAL: "+",
+                 glfw.KEY_KP_ADD: "+", glfw.KEY_MINUS: "-", glfw.KEY_KP_SUBTRACT: "-"}
+        name = named.get(code) or (chr(code) if glfw.KEY_0 <= code <= glfw.KEY_Z else "")
+        if name and (action == glfw.PRESS or name in (*TURNS, "+", "-")):
+            self.key(name)
+
+    def _on_char(self, _window: Any, code: int) -> None:
+        if self.gui is not None:
+            self.gui.typed(code)
 
 
-def show_window(model: Model, camera: Camera, options: RenderOptions, size: tuple[int, int], storage: str) -> None:
+def keys() -> str:
+    """The keys, a line each."""
+    return "\n".join(f"{key}: {what}" for key, what in KEYS)
+
+
+def show_window(path: Path, camera: Camera, options: RenderOptions, size: tuple[int, int], storage: str,
+                watch: bool = False) -> None:
     """Opens the window and returns when it is closed. Raises UserError where there is no display."""
     try:
-        window = Window(View(model, camera, options), size, storage)
+        window = Window(path, camera, options, size, storage=storage, watch=watch)
     except NoDisplayError as error:
-        raise UserError(f"{error}; `mplicits render` draws a picture without one") from None
+        raise UserError(f"{error}; without one, `mplicits render` draws a picture and `mplicits bake --target html` "
+                        "writes a web page") from None
+    if window.gui is None:
+        print(f"{keys()}\na panel with every setting: pip install 'mplicits[view]'", flush=True)
     try:
-        print(KEYS, flush=True)
         window.loop()
     finally:
         window.close()

@@ -1,0 +1,205 @@
+"""What is open in a window, and the work that is due: drawing, reloading, training, exporting. Knows no window."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from codegen.errors import UserError
+from codegen.files import show
+
+from .context import Context
+from .jobs import Cost, Job
+from .picture import Picture
+from .renderer import Renderer, ShaderError
+from .source import MESHES, SHADERS, Source, Watch, open_source
+from .training import Training
+from .view import View
+
+REST = 0.15
+"""Seconds without a move after which every pixel is drawn."""
+SPELL = 1 / 30
+"""Seconds of work between two looks at what the user does."""
+LOOK = 0.4
+"""Seconds between looks at a watched file."""
+SHOWN = 8.0
+"""Seconds that a message stays."""
+
+
+class Desk:
+    """source, renderer: of what is shown. message, log: for the user; log: of a shader that does not compile.
+    stale: what is on the screen is no longer what is to be shown.
+
+    wake: ends a wait for events, from any thread. Raises what `Renderer` raises.
+    """
+
+    def __init__(self, context: Context, source: Source, view: View, *, storage: str = "auto", watch: bool = False,
+                 wake: Callable[[], None] = lambda: None) -> None:
+        self.context, self.source, self.view = context, source, view
+        self._storage, self._wake = storage, wake
+        self._watching = watch
+        self.renderer = Renderer(context, source.shader)
+        self.renderer.schedule(view.options)
+        self.picture = Picture(context)
+        self._watch = Watch(source.path) if watch else None
+        self.message, self.log, self.costs = "", list[str](), list[Cost]()
+        self.job: Job | None = None
+        self.doing = (0.0, "")
+        self.training: Training | None = None
+        self.stale, self.timing = True, ""
+        self._pending: tuple[Path, bool] | None = None
+        self._until = self._look = self._rest = 0.0
+        self._refined = True
+        self._last, self._spent = time.perf_counter(), 0.0
+
+    def say(self, message: str) -> None:
+        """A line for the user."""
+        self.message, self._until, self.stale = message, time.perf_counter() + SHOWN, True
+
+    def drop(self, paths: list[Path]) -> None:
+        """Files that the user let fall on the window: the first one counts."""
+        path = paths[0]
+        suffix = path.suffix.lower()
+        if suffix in MESHES:
+            self.train(path)
+        elif suffix in (".safetensors", *SHADERS):
+            self.open(path)
+        else:
+            self.say(f"{show(path.name)}: neither a model (.safetensors), a shader (.glsl) nor a mesh "
+                     f"({' '.join(MESHES)})")
+
+    def open(self, path: Path) -> None:
+        """Shows another file, soon: compiling takes seconds, and the window says so first."""
+        self._pending = path, False
+        self.say(f"opening {show(path.name)}")
+
+    def train(self, path: Path, more: tuple[str, ...] = ()) -> None:
+        """Trains a shape in the background."""
+        self.stop_training()
+        self.training = Training(path, self._wake, more)
+        self.stale = True
+
+    def stop_training(self) -> None:
+        """Ends a training; the model that is shown stays."""
+        if self.training is not None:
+            self.training.stop()
+            self.training, self.stale = None, True
+
+    def begin(self, job: Job) -> None:
+        """Starts a job; another one that runs is dropped."""
+        self.cancel()
+        self.job = job
+
+    def cancel(self) -> None:
+        """Ends the job."""
+        if self.job is not None:
+            self.job.close()
+            self.job, self.stale = None, True
+
+    def tick(self, area: tuple[int, int]) -> float | None:
+        """Does what is due for a picture of `area` pixels; returns the seconds until more is, None: nothing is."""
+        now = time.perf_counter()
+        waits = [self._files(now), self._train(), self._work(), self._draw(area, now)]
+        self._last = now
+        if self.message:
+            if now >= self._until and self._pending is None:
+                self.message, self.stale = "", True
+            waits.append(max(0.0, self._until - now))
+        return min((wait for wait in waits if wait is not None), default=None)
+
+    def close(self) -> None:
+        """Ends what runs and frees what is held in the context, which stays."""
+        self.cancel()
+        self.stop_training()
+        self.picture.release()
+        self.renderer.release()
+
+    def _files(self, now: float) -> float | None:
+        if self._pending is not None:
+            path, announced = self._pending
+            if not announced:  # The message is drawn first.
+                self._pending = path, True
+                return 0.0
+            self._pending, self.message = None, ""
+            self._load(path)
+        if self._watch is None:
+            return None
+        if now >= self._look:
+            self._look = now + LOOK
+            if self._watch.changed():
+                self._load(self.source.path)
+        return self._look - now
+
+    def _load(self, path: Path) -> None:
+        try:
+            source = open_source(path, self._storage)
+            renderer = Renderer(self.context, source.shader)
+        except ShaderError as error:
+            self.say(f"{show(path.name)}: the shader does not compile; the last good picture stays")
+            self.log = error.log
+            return
+        except UserError as error:
+            self.say(str(error))
+            return
+        self.renderer.release()
+        if path != self.source.path and self._watching:
+            self._watch = Watch(path)
+        self.renderer, self.source, self.log, self.costs, self.stale = renderer, source, [], [], True
+        self.view.adopt(source.shader.levels, source.textured)
+
+    def _train(self) -> float | None:
+        if self.training is None:
+            return None
+        if self.training.news():
+            self._load(self.training.model)
+        self.stale = True
+        if self.training.running:
+            return LOOK
+        self.say(self.training.outcome())
+        if self.training.news():
+            self._load(self.training.model)
+        self.stop_training()
+        return 0.0
+
+    def _work(self) -> float | None:
+        if self.job is None:
+            return None
+        try:
+            before, self.doing = self.doing, next(self.job)
+            self.stale |= before != self.doing
+        except StopIteration as end:
+            self.job = None
+            self.say(end.value)
+        except UserError as error:
+            self.job = None
+            self.say(str(error))
+        return 0.01
+
+    def _draw(self, area: tuple[int, int], now: float) -> float | None:
+        view = self.view
+        if view.turntable:
+            view.spin(min(0.25, now - self._last))
+        scene = view.scene(area)
+        if view.changed:
+            moved, view.changed, view.moved = view.moved, False, False
+            self.picture.sketch(self.renderer, scene, view.scale)
+            seconds = time.perf_counter() - now
+            width, height = scene.size
+            self._time(seconds, (round(width / view.scale), round(height / view.scale)))
+            self._refined = view.scale == 1.0 and view.options.samples == 1 and view.resolution == 1.0
+            view.timed(seconds)
+            self._rest, self._spent, self.stale = now + seconds + (REST if moved else 0.0), 0.0, True
+        elif self.picture.refining:
+            self.picture.more(SPELL)
+            self._spent += time.perf_counter() - now
+            self.stale = True
+            if not self.picture.refining:
+                self._time(self._spent / view.options.samples, scene.size)
+        elif not self._refined and now >= self._rest:
+            self.picture.refine(self.renderer, scene)
+            self._refined = True
+        if view.turntable or self.picture.refining:
+            return 0.0
+        return None if self._refined else max(0.0, self._rest - time.perf_counter())
+
+    def _time(self, seconds: float, size: tuple[int, int]) -> None:
+        self.timing = f"{size[0]}x{size[1]} in {1000 * seconds:.1f} ms"

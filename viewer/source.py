@@ -1,0 +1,76 @@
+"""What a window shows comes from a file: a model, or a shader that `bake --target glsl330` wrote."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from importlib.resources import files
+from pathlib import Path
+
+import glsl
+from codegen.errors import UserError
+from codegen.files import show
+from codegen.glsl330 import bake
+from codegen.model import Model, load
+from codegen.read_shader import read_shader
+from codegen.shader import Shader
+
+SHADERS = (".glsl", ".frag", ".fs")
+MESHES = (".ply", ".obj", ".stl", ".glb", ".xyz", ".npz")
+"""Files that are trained first."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """name: of the model, printable. model: None for a shader file."""
+
+    path: Path
+    name: str
+    shader: Shader
+    model: Model | None
+    textured: bool
+
+
+def open_source(path: Path, storage: str = "auto") -> Source:
+    """Reads a model or shader file. Raises UserError, one line that names the file."""
+    if path.suffix.lower() not in SHADERS:
+        model = load(path)
+        text, names = glsl.load_numbered("main.glsl")
+        shader = replace(bake(model, storage, main=text), files=names)
+        return Source(path, show(model.name), shader, model, model.texture is not None)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not text"
+        raise UserError(f"cannot read {show(path)}: {reason}") from None
+    try:
+        shader, name = read_shader(text)
+    except UserError as error:
+        raise UserError(f"{show(path)}: {error}") from None
+    return Source(path, show(name), shader, None, "vec3 albedo(vec3 p) {\n    return vec3(" not in text)
+
+
+class Watch:
+    """Says when files change: the source's own, and the GLSL that a model is baked with."""
+
+    def __init__(self, path: Path) -> None:
+        self._paths = [path]
+        if path.suffix.lower() not in SHADERS:
+            self._paths += [Path(str(entry)) for entry in files(glsl).iterdir() if entry.name.endswith(".glsl")]
+        self._seen = signatures(self._paths)
+
+    def changed(self) -> bool:
+        """Whether a file is another than at the last call."""
+        now = signatures(self._paths)
+        before, self._seen = self._seen, now
+        return now != before
+
+
+def signatures(paths: Iterable[Path]) -> list[tuple[int, int] | None]:
+    """Time of change and length of each file; None where it is not there."""
+    found: list[tuple[int, int] | None] = []
+    for path in paths:
+        try:
+            facts = path.stat()
+            found.append((facts.st_mtime_ns, facts.st_size))
+        except OSError:
+            found.append(None)
+    return found
