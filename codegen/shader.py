@@ -15,7 +15,7 @@ class Shader:
     field_gradient(p, level), at index level - 1.
     texture_loops: the same for the colour.
     iterations, deltas: the defaults of the uniforms, one per level.
-    files: names of the sources 1, 2, ... that `#line` directives in the text name; source 0 is the text itself.
+    files: names of those in glsl/ that `#line` directives in the text tell apart (glsl.load_numbered).
     """
 
     text: str

@@ -16,8 +16,12 @@ def load(name: str) -> str:
     return _load(name, [], numbered=False)
 
 
+FILE = 1_000_000
+"""Line numbers of `load_numbered` go up by this from file to file: not every driver's log names a source's number."""
+
+
 def load_numbered(name: str) -> tuple[str, tuple[str, ...]]:
-    """The same with `#line` directives, so that a compiler's log names source k and its line; the names of 1, 2, ..."""
+    """`load` with `#line` directives: line n of file k, from 1, has the number FILE * k + n; and the files' names."""
     seen: list[str] = []
     return _load(name, seen, numbered=True), tuple(seen)
 
@@ -26,10 +30,10 @@ def _load(name: str, seen: list[str], *, numbered: bool) -> str:
     if name in seen:
         return ""
     seen.append(name)
-    source, text = len(seen), read(name)
+    start, text = FILE * len(seen), read(name)
 
     def include(match: re.Match[str]) -> str:
-        after = f"#line {text.count(chr(10), 0, match.end()) + 1} {source}\n" if numbered else ""
+        after = f"#line {start + text.count(chr(10), 0, match.end()) + 1}\n" if numbered else ""
         return _load(match[1], seen, numbered=numbered) + after
 
-    return (f"#line 1 {source}\n" if numbered else "") + _INCLUDE.sub(include, text)
+    return (f"#line {start + 1}\n" if numbered else "") + _INCLUDE.sub(include, text)

@@ -1,151 +1,222 @@
-"""The desktop window: what keys and the pointer do, what it draws, and what it says without a display."""
+"""The window under Xvfb, with real events: what GLFW's callbacks do, what is on the screen, when it sleeps."""
 
 import json
+import shutil
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from codegen.errors import UserError
+from codegen.model import save
 from fitted_model import fitted_model
 from random_model import random_model
 from viewer.camera import Camera
 from viewer.options import RenderOptions
-from viewer.window import COARSEST, SLOW, View, show_window
+from viewer.window import show_window
 
 
-@pytest.fixture
-def view() -> View:
-    view = View(fitted_model(), Camera(10, 20, 3.0), RenderOptions())
-    view.changed = False
-    return view
-
-
-def test_dragging_turns_and_pans(view: View) -> None:
-    view.turn(0.5, 0.1)
-    assert (view.camera.azimuth, view.camera.elevation) == (280.0, 2.0)
-    assert view.changed
-    assert view.moving
-    before = view.camera
-    view.pan(0.5, 0.0)
-    centre = np.array([*before.target, 1.0])
-    seen = np.linalg.inv(view.camera.matrix()) @ centre
-    assert abs(seen[0] / -seen[2] * view.camera.focal - 1.0) < 1e-5, "half a height to the right: where the pointer is"
-
-
-def test_the_wheel_zooms(view: View) -> None:
-    view.zoom(1)
-    assert view.camera.away < 3.0
-    view.zoom(-1)
-    assert abs(view.camera.away - 3.0) < 1e-9
-
-
-def test_keys(view: View) -> None:
-    for key, shading in (("N", "normal"), ("D", "depth"), ("X", "steps"), ("T", "texture"), ("P", "phong")):
-        view.key(key)
-        assert view.options.shading == shading
-    view.key("1")
-    assert (view.options.level, view.options.normal_level) == (1, 1)
-    view.key("3")
-    view.key("0")
-    assert view.options.level == 1, "the model has 2 levels"
-    view.turn(1, 1)
-    view.key("R")
-    assert view.camera == Camera(10, 20, 3.0)
-
-
-def test_no_texture_no_texture_shading() -> None:
-    view = View(random_model((4, 0)), Camera(), RenderOptions())
-    view.key("T")
-    assert view.options.shading == "phong"
-
-
-def test_slow_frames_get_fewer_pixels(view: View) -> None:
-    for _ in range(10):
-        view.timed(2 * SLOW)
-    assert view.coarse == COARSEST
-    for _ in range(10):
-        view.timed(SLOW / 100)
-    assert view.coarse == 1
-
-
-def test_without_a_display_it_names_render(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_display_it_names_render_and_the_page(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    with pytest.raises(UserError, match="mplicits render") as raised:
-        show_window(fitted_model(), Camera(), RenderOptions(), (32, 32), "auto")
+    save(random_model((4, 0)), tmp_path / "m.safetensors")
+    with pytest.raises(UserError, match=r"mplicits render.*page") as raised:
+        show_window(tmp_path / "m.safetensors", Camera(), RenderOptions(), (32, 32), "auto")
     assert "\n" not in str(raised.value)
 
 
-SCRIPT = """
-import json, sys, threading, time
+START = """
+import json, subprocess, sys, threading, time
+from pathlib import Path
 import glfw
 import numpy as np
-from fitted_model import fitted_model
 from viewer.camera import Camera
 from viewer.options import RenderOptions
-from viewer.window import View, Window
+from viewer.window import Window
 
-view = View(fitted_model(), Camera(), RenderOptions(samples=1))
-window = Window(view, (64, 48), "auto")
-handle = window.context.handle
+window = Window(Path("m.safetensors"), Camera(), RenderOptions(samples=2), SIZE)
+desk, view, handle = window.desk, window.desk.view, window.handle
 report = {}
 
 def screen():
+    window.paint(swap=False)
     width, height = glfw.get_framebuffer_size(handle)
     with window.context as gl:
-        glfw.swap_buffers(handle)  # what was shown comes back to be read
         data = gl.screen.read(viewport=(0, 0, width, height), components=3)
     return np.frombuffer(data, np.uint8).reshape(height, width, 3)[::-1] / 255.0
 
-def press(key):
-    window._on_key(handle, key, 0, glfw.PRESS, 0)
+def settle(seconds=40.0):
+    end = time.perf_counter() + seconds
+    while time.perf_counter() < end:
+        window.step()
+        glfw.poll_events()
+        if desk.resting and not (window.gui and window.gui.restless):
+            return
+        time.sleep(0.002)
+    raise SystemExit("it never comes to rest")
 
-window.draw()
-size = glfw.get_framebuffer_size(handle)
-phong = window.renderer.render(size, view.camera, view.options)[..., :3]
-report["phong"] = float(np.abs(screen() - phong).max())
-press(glfw.KEY_N)
-window.draw()
-report["changed"] = float(np.abs(screen() - phong).max())
-press(glfw.KEY_S)
+def difference():
+    "Between the window's picture and what render draws, at every channel, at most."
+    x, y, width, height = window.area
+    wanted = desk.renderer.render((width, height), view.camera, view.options)[..., :3]
+    return float(np.abs(screen()[:, x:] - wanted).max())
 
-for _ in range(10):  # the display server asks for the first pictures itself
-    glfw.wait_events_timeout(0.02)
-draws = []
-draw = window.draw
-window.draw = lambda quick=False: (draws.append(quick), draw(quick))
-def user():
-    time.sleep(0.3)
-    for _ in range(5):
-        glfw.post_empty_event()
-        time.sleep(0.05)
-    view.turn(0.1, 0.0)
-    glfw.post_empty_event()
-    time.sleep(0.5)
-    press(glfw.KEY_ESCAPE)
-    glfw.post_empty_event()
-threading.Thread(target=user, daemon=True).start()
-view.changed = True
-window.loop()
-report["draws"] = draws
+def user(*actions):
+    "Does something every 0.25 s beside the loop, then closes the window."
+    def run():
+        for action in (*actions, lambda: glfw.set_window_should_close(handle, True)):
+            time.sleep(0.25)
+            action()
+            glfw.post_empty_event()
+    threading.Thread(target=run, daemon=True).start()
+    window.loop()
+    glfw.set_window_should_close(handle, False)
+"""
+END = """
 window.close()
 print(json.dumps(report))
 """
 
 
-def test_the_window_shows_the_picture(tmp_path: Path, xvfb: dict[str, str]) -> None:
+def run(script: str, size: tuple[int, int], folder: Path, environment: dict[str, str]) -> dict[str, object]:
+    """What the script reports."""
     here = Path(__file__).parent
     paths = f"import sys; sys.path[:0] = [{str(here)!r}, {str(here.parent)!r}]\n"
-    arguments = [sys.executable, "-c", paths + SCRIPT]
-    done = subprocess.run(arguments, cwd=tmp_path, env=xvfb, capture_output=True, text=True, check=False, timeout=60)
-    assert done.returncode == 0, done.stderr
-    saved, line = done.stdout.splitlines()
-    report = json.loads(line)
-    assert report["phong"] < 2 / 255
-    assert report["changed"] > 0.1
-    assert saved == "saved mplicits-1.png"
-    assert (tmp_path / "mplicits-1.png").exists()
-    assert report["draws"] == [False, True, False], "first picture, a quick one for the move, the full one at rest"
+    text = paths + START.replace("SIZE", repr(size)) + script + END
+    done = subprocess.run([sys.executable, "-c", text], cwd=folder, env=environment, capture_output=True, text=True,
+                          check=False, timeout=120)
+    assert done.returncode == 0, done.stderr + done.stdout
+    report: dict[str, object] = json.loads(done.stdout.splitlines()[-1])
+    return report
+
+
+EVENTS = """
+settle()
+report["phong"] = difference()
+for name, key in (("N", glfw.KEY_N), ("1", glfw.KEY_1), ("D", glfw.KEY_D)):
+    window._on_key(handle, key, 0, glfw.PRESS, 0)
+    settle()
+    report[name] = difference()
+window._on_key(handle, glfw.KEY_S, 0, glfw.PRESS, 0)
+settle()
+report["saved"] = [str(path) for path in Path().glob("*.png")]
+for _ in range(10):  # the display server asks for the first pictures itself
+    glfw.wait_events_timeout(0.02)
+settle()
+paints, paint = [], window.paint
+window.paint = lambda swap=True: (paints.append(desk.timing), paint(swap))
+steps, step = [], window.step
+window.step = lambda: (steps.append(1), step())[1]
+before = time.process_time()
+user(lambda: None, lambda: None, lambda: None, lambda: None)
+report["idle"] = [len(paints), len(steps), time.process_time() - before]
+view.coarse = 2
+user(lambda: view.turn(0.1, 0.0), lambda: None, lambda: None)
+report["moved"] = paints
+desk.drop([Path("nothing.safetensors")])
+settle()
+report["dropped"] = desk.message
+"""
+
+
+def test_keys_pictures_and_sleep(tmp_path: Path, xvfb: dict[str, str]) -> None:
+    save(fitted_model(), tmp_path / "m.safetensors")
+    report = run(EVENTS, (64, 48), tmp_path, xvfb)
+    for shading in ("phong", "N", "1", "D"):
+        assert float(str(report[shading])) < 1.1 / 255, shading
+    assert report["saved"] == ["fitted.png"]
+    paints, steps, seconds = report["idle"]  # type: ignore[misc]
+    assert paints == 0
+    assert steps <= 7, "it wakes for the five events, and no more"
+    assert seconds < 0.2
+    moved = report["moved"]
+    assert isinstance(moved, list)
+    assert "32x24" in moved[0]
+    assert "64x48" in moved[-1]
+    assert "nothing.safetensors" in str(report["dropped"])
+
+
+MOUSE = """
+import os
+glfw.set_window_pos(handle, 0, 0)
+settle()
+def mouse(*arguments):
+    subprocess.run(["xdotool", *map(str, arguments)], check=True)
+    for _ in range(20):
+        glfw.wait_events_timeout(0.01)
+        window.step()
+home = view.camera
+mouse("mousemove", 500, 200)
+mouse("mousedown", 1)
+mouse("mousemove", 540, 200)
+mouse("mouseup", 1)
+report["turned"] = (view.camera.azimuth - home.azimuth) % 360
+azimuth = view.camera.azimuth
+mouse("mousedown", 3)
+mouse("mousemove", 560, 200)
+mouse("mouseup", 3)
+report["panned"] = view.camera.target != home.target
+mouse("click", 4)
+report["nearer"] = view.camera.away < home.away
+mouse("key", "h")
+report["help"] = view.help
+mouse("key", "h")
+report["level"] = view.options.level
+mouse("mousemove", 30, 75)
+mouse("mousedown", 1)
+mouse("mousemove", 32, 75)
+mouse("mouseup", 1)
+report["panel"] = [view.options.level, view.camera.azimuth == azimuth]
+width = window.area[2]
+mouse("key", "Tab")
+report["wider"] = window.area[2] - width
+mouse("key", "space")
+report["turntable"] = view.turntable
+mouse("key", "space")
+settle()
+report["picture"] = difference()
+"""
+
+
+@pytest.mark.skipif(shutil.which("xdotool") is None, reason="xdotool is not installed (Debian: xdotool)")
+@pytest.mark.skipif(find_spec("imgui_bundle") is None, reason="imgui-bundle is not installed (extra view)")
+def test_the_mouse_turns_the_picture_and_works_the_panel(tmp_path: Path, xvfb: dict[str, str]) -> None:
+    save(random_model((4, 0), (4, 0)), tmp_path / "m.safetensors")
+    report = run(MOUSE, (620, 400), tmp_path, xvfb)
+    assert report["turned"] == pytest.approx(342.0)
+    assert report["panned"]
+    assert report["nearer"]
+    assert report["help"]
+    assert report["level"] is None
+    assert report["panel"] == [1, True], "a click on the slider's left end is for the panel alone"
+    assert report["wider"] == 300
+    assert report["turntable"]
+    assert float(str(report["picture"])) < 1.1 / 255
+
+
+SIZES = """
+view.options = RenderOptions()
+for width, height in ((1, 1), (3840, 2160), (200, 10), (64, 48)):
+    glfw.set_window_size(handle, width, height)
+    for _ in range(10):
+        glfw.wait_events_timeout(0.02)
+    for _ in range(3):
+        window.step()
+    window.paint()
+    report[f"{width}x{height}"] = window.area[2:]
+settle()
+report["picture"] = difference()
+"""
+
+
+def test_sizes_from_one_pixel_to_4k(tmp_path: Path, xvfb: dict[str, str]) -> None:
+    save(random_model((4, 0)), tmp_path / "m.safetensors")
+    report = run(SIZES, (64, 48), tmp_path, xvfb)
+    assert report["1x1"] == [1, 1]
+    wide = report["3840x2160"]
+    assert isinstance(wide, list)
+    assert wide[1] == 2160
+    assert report["64x48"] == [64, 48]
+    assert float(str(report["picture"])) < 1.1 / 255

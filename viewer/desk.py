@@ -51,6 +51,12 @@ class Desk:
         self._refined = True
         self._last, self._spent = time.perf_counter(), 0.0
 
+    @property
+    def resting(self) -> bool:
+        """Nothing is left to draw, to load or to write."""
+        busy = self.view.changed or self.picture.refining or not self._refined
+        return not (busy or self.job or self.training or self._pending)
+
     def say(self, message: str) -> None:
         """A line for the user."""
         self.message, self._until, self.stale = message, time.perf_counter() + SHOWN, True

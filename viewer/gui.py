@@ -59,9 +59,11 @@ class Gui:
 
     def panel_width(self, desk: "Desk") -> int:
         """Framebuffer pixels that the panel takes from the picture; 0 where the window is narrow: it lies over it."""
-        width = glfw.get_window_size(self._window)[0]
-        wide = desk.view.panel and width >= 2 * WIDTH * self._ui_scale()
-        return round(WIDTH * self._ui_scale() * self._ratio()) if wide else 0
+        return round(WIDTH * self._ui_scale() * self._ratio()) if desk.view.panel and self.roomy() else 0
+
+    def roomy(self) -> bool:
+        """The window is wide enough for a panel beside the picture."""
+        return bool(glfw.get_window_size(self._window)[0] >= 2 * WIDTH * self._ui_scale())
 
     def build(self, window: "Window") -> None:
         """Makes the next frame; the context must be current."""

@@ -257,16 +257,16 @@ def _compile(gl: moderngl.Context, shader: Shader, driver: str) -> moderngl.Prog
 
 def _placed(line: str, shader: Shader) -> str:
     """A line of the driver's log with the file's name and the line itself, where it says `source:line` or so."""
-    place = re.search(r"(\d+)[:(](\d+)\)?(?:\(\d+\))?", line)
-    source, number = (int(place[1]), int(place[2])) if place else (0, 0)
-    if place is None or source > len(shader.files):
+    place = re.search(r"\d+[:(](\d+)\)?(?:\(\d+\))?", line)
+    if place is None:
         return line
-    text = glsl.read(shader.files[source - 1]) if source else shader.text
-    lines = text.splitlines()
+    file, number = divmod(int(place[1]), glsl.FILE)
+    name = shader.files[file - 1] if 1 <= file <= len(shader.files) else ""
+    lines = (glsl.read(name) if name else shader.text).splitlines()
     if not 1 <= number <= len(lines):
         return line
-    name = f"{shader.files[source - 1]}:{number}" if source else f"line {number}"
-    return f"{line[:place.start()]}{name}{line[place.end():]}; {lines[number - 1].strip()[:120]}"
+    where = f"{name}:{number}" if name else f"line {number}"
+    return f"{line[:place.start()]}{where}{line[place.end():]}; {lines[number - 1].strip()[:120]}"
 
 
 def _weight_texture(gl: moderngl.Context, weights: Image) -> moderngl.Texture:

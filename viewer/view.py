@@ -59,7 +59,7 @@ class View:
 
     def resize(self, area: tuple[int, int]) -> None:
         """The window's picture has a new size: a camera that is to fit the shape fits it again."""
-        aspect = max(1, area[0]) / max(1, area[1])
+        aspect = max(0.01, max(1, area[0]) / max(1, area[1]))  # thinner windows show a part of the shape
         self.home, self.camera = replace(self.home, aspect=aspect), replace(self.camera, aspect=aspect)
         self.changed = True
 

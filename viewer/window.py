@@ -45,6 +45,7 @@ class Window:
             self.context.release()
             raise
         self.gui: Gui | None = open_gui(self.context)
+        view.panel = self.gui is not None and self.gui.roomy()
         self._listen()
         self._fit()
 
