@@ -134,11 +134,10 @@ def test_data_is_never_averaged(renderer: Renderer) -> None:
     )
 
 
-def test_frame_is_the_picture_bottom_row_first(renderer: Renderer, osmesa: Context) -> None:
-    with osmesa:
-        texture = renderer.frame(SIZE, Camera(), RenderOptions())
-        frame = np.frombuffer(texture.read(), np.float32).reshape(SIZE[1], SIZE[0], 4)
-    np.testing.assert_array_equal(frame[::-1], renderer.render(SIZE, Camera()))
+def test_a_tile_is_a_part_of_the_picture_bottom_row_first(renderer: Renderer) -> None:
+    tile = renderer.tile((3, 2, 9, 7), SIZE, Camera(), RenderOptions(samples=2))
+    whole = renderer.render(SIZE, Camera(), RenderOptions(samples=2))[::-1]
+    np.testing.assert_array_equal(tile, whole[2:9, 3:12])
 
 
 def test_storages_give_the_same_picture(osmesa: Context, renderer: Renderer, model: Model) -> None:

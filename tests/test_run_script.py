@@ -33,7 +33,7 @@ STAND_INS = {
     "id": "#!/bin/sh\ncat \"$FAKE/user\"\n",
     "sudo": "#!/bin/sh\nexit 1\n",
 }
-VENV, SETUPTOOLS, PROJECT = "-m venv", "-m pip install -q -c constraints.txt setuptools", "-e .[train,mesh,dev]"
+VENV, SETUPTOOLS, PROJECT = "-m venv", "-m pip install -q -c constraints.txt setuptools", "-e .[train,mesh,view,dev]"
 
 
 class Checkout:

@@ -73,8 +73,10 @@ class Turntable:
 
     def job(self, renderer: Renderer, path: Path, camera: Camera, options: RenderOptions) -> Job:
         """Writes an MP4 (H.264) frame by frame."""
-        import av
-
+        try:
+            import av
+        except ImportError:
+            raise UserError("videos need the package 'av'; run: pip install 'mplicits[view]'") from None
         size = (self.size[0] // 2 * 2, self.size[1] // 2 * 2)
         check_size(size)
         count = max(1, round(self.seconds * self.rate))
