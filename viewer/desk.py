@@ -7,10 +7,11 @@ from pathlib import Path
 from codegen.errors import UserError
 from codegen.files import show
 
+from .compile import ShaderError
 from .context import Context
 from .jobs import Cost, Job
 from .picture import Picture
-from .renderer import Renderer, ShaderError
+from .renderer import Renderer
 from .source import MESHES, SHADERS, Source, Watch, open_source
 from .training import Training
 from .view import View

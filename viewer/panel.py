@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 from codegen.targets import TARGETS
 
 from . import jobs
+from .help import FAINT, bare, place, show_keys
 from .options import SHADINGS
-from .view import KEYS
 
 if TYPE_CHECKING:
     from .window import Window
@@ -21,7 +21,7 @@ PICTURES = {"the window's size": None, "1920 x 1080": (1920, 1080), "3840 x 2160
             "7680 x 4320": (7680, 4320)}
 MEASURED = 320
 """Most pixels a side of a picture that costs are measured with."""
-WRONG, FAINT = (0.98, 0.55, 0.48, 1.0), (0.60, 0.62, 0.66, 1.0)
+WRONG = 0.98, 0.55, 0.48, 1.0
 
 
 class Panel:
@@ -45,7 +45,7 @@ class Panel:
         if window.desk.view.panel:
             imgui.set_next_window_pos((0, 0))
             imgui.set_next_window_size((width, size.y))
-            imgui.begin("panel", None, _flags(imgui))
+            imgui.begin("panel", None, bare(imgui))
             imgui.push_item_width(0.52 * imgui.get_content_region_avail().x)
             self._look(imgui, window)
             self._march(imgui, window)
@@ -57,7 +57,7 @@ class Panel:
             imgui.end()
         self._news(imgui, window, left, size)
         if window.desk.view.help:
-            self._help(imgui, left, size)
+            self._covered.append(show_keys(imgui, left, size))
 
     def _look(self, imgui: Any, window: "Window") -> None:
         desk, view = window.desk, window.desk.view
@@ -201,7 +201,7 @@ class Panel:
             return
         imgui.set_next_window_pos((left + 12, size.y - 12), imgui.Cond_.always, (0, 1))
         imgui.set_next_window_size_constraints((0, 0), (max(80.0, size.x - left - 24), size.y - 24))
-        imgui.begin("news", None, _flags(imgui) | imgui.WindowFlags_.always_auto_resize)
+        imgui.begin("news", None, bare(imgui) | imgui.WindowFlags_.always_auto_resize)
         imgui.push_text_wrap_pos(max(60.0, size.x - left - 60))
         for line in desk.log:
             imgui.push_style_color(imgui.Col_.text, WRONG)
@@ -219,30 +219,8 @@ class Panel:
         self._cover(imgui)
         imgui.end()
 
-    def _help(self, imgui: Any, left: float, size: Any) -> None:
-        imgui.set_next_window_pos(((left + size.x) / 2, size.y / 2), imgui.Cond_.always, (0.5, 0.5))
-        imgui.begin("keys", None, _flags(imgui) | imgui.WindowFlags_.always_auto_resize)
-        if imgui.begin_table("keys", 2, imgui.TableFlags_.sizing_fixed_fit):
-            for key, what in KEYS:
-                imgui.table_next_column()
-                imgui.text(key)
-                imgui.table_next_column()
-                imgui.push_style_color(imgui.Col_.text, FAINT)
-                imgui.text(what)
-                imgui.pop_style_color()
-            imgui.end_table()
-        self._cover(imgui)
-        imgui.end()
-
     def _cover(self, imgui: Any) -> None:
-        (x, y), (width, height) = imgui.get_window_pos(), imgui.get_window_size()
-        self._covered.append((x, y, x + width, y + height))
-
-
-def _flags(imgui: Any) -> int:
-    flags = imgui.WindowFlags_
-    return int(flags.no_title_bar | flags.no_resize | flags.no_move | flags.no_collapse | flags.no_saved_settings
-               | flags.no_bring_to_front_on_focus)
+        self._covered.append(place(imgui))
 
 
 def _progress(imgui: Any, fraction: float, what: str, button: str) -> bool:

@@ -10,9 +10,10 @@ import numpy as np
 import glsl
 
 from .camera import Camera
+from .compile import VERTEX_SHADER
 from .context import Context
 from .options import RenderOptions
-from .renderer import TILE, VERTEX_SHADER, Part, Renderer
+from .renderer import TILE, Part, Renderer
 from .supersampling import jitters
 
 SAMPLE_SHADER = f"""#version 330

@@ -1,6 +1,5 @@
 """Draws a baked shader off screen: tiles, supersampling, and a refusal of what the driver would draw wrong."""
 
-import re
 import time
 from collections.abc import Callable, Iterator
 
@@ -9,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-import glsl
 from codegen.errors import UserError
 from codegen.shader import Shader
 
 from .camera import Camera
+from .compile import compiled
 from .context import Context
 from .options import SHADINGS, RenderOptions, schedule_that_fits
 from .supersampling import Image, from_linear, jitters, to_linear
@@ -22,21 +21,8 @@ TILE = 512
 """Pixels per side of one draw: bounds memory, a GPU watchdog's patience, and the wait for Ctrl-C."""
 MAX_SIDE = 16_384
 Part = tuple[int, int, int, int]
-VERTEX_SHADER = """#version 330
-void main() {  // one triangle that covers the picture
-    gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0);
-}
-"""
 WHOLE = ("level", "normal_level", "iterations", "rounds", "shading", "plain")
 FRAME = ("resolution", "origin", "jitter", "camera", "focal")
-
-
-class ShaderError(UserError):
-    """The driver does not take a shader. log: its complaints, with file and line."""
-
-    def __init__(self, what: str, log: list[str]) -> None:
-        super().__init__(f"{what}: {log[0]}")
-        self.log = log
 
 
 class Renderer:
@@ -52,7 +38,7 @@ class Renderer:
         self._weights: moderngl.Texture | None = None
         start = time.perf_counter()
         with context as gl:
-            self._program = _compile(gl, shader, context.renderer)
+            self._program = compiled(gl, shader, context.renderer)
             self._triangle = gl.vertex_array(self._program, [])
             self._defaults = {name: uniform.read() for name in self._program
                               if isinstance(uniform := self._program[name], moderngl.Uniform)}
@@ -244,29 +230,6 @@ def _check(gl: moderngl.Context, driver: str) -> None:
     gl.finish()
     if (problem := gl.error) != "GL_NO_ERROR":
         raise UserError(f"{driver} fails to draw ({problem}); try a smaller --size, or --context osmesa")
-
-
-def _compile(gl: moderngl.Context, shader: Shader, driver: str) -> moderngl.Program:
-    try:
-        return gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=shader.text)
-    except moderngl.Error as error:
-        log = [line.strip() for line in str(error).splitlines() if line.strip()]
-        found = [line for line in log if "error" in line.lower() and re.search(r"\d", line)] or log[-1:]
-        raise ShaderError(f"{driver} refuses the shader", [_placed(line[:300], shader) for line in found]) from None
-
-
-def _placed(line: str, shader: Shader) -> str:
-    """A line of the driver's log with the file's name and the line itself, where it says `source:line` or so."""
-    place = re.search(r"\d+[:(](\d+)\)?(?:\(\d+\))?", line)
-    if place is None:
-        return line
-    file, number = divmod(int(place[1]), glsl.FILE)
-    name = shader.files[file - 1] if 1 <= file <= len(shader.files) else ""
-    lines = (glsl.read(name) if name else shader.text).splitlines()
-    if not 1 <= number <= len(lines):
-        return line
-    where = f"{name}:{number}" if name else f"line {number}"
-    return f"{line[:place.start()]}{where}{line[place.end():]}; {lines[number - 1].strip()[:120]}"
 
 
 def _weight_texture(gl: moderngl.Context, weights: Image) -> moderngl.Texture:

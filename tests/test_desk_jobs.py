@@ -1,0 +1,113 @@
+"""The desk's work: exports, videos, costs, training."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from codegen.model import load
+from codegen.targets import TARGETS
+from desk_fixture import AREA, TETRAHEDRON, settle
+from viewer import jobs
+from viewer.camera import Camera
+from viewer.desk import Desk
+from viewer.options import RenderOptions
+
+
+def test_exports(make: Callable[..., Desk], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    desk = make(samples=2)
+    settle(desk)
+    model = desk.source.model
+    assert model is not None
+    for name in ("model", *TARGETS):
+        path = jobs.free_path("export", f".{name}")
+        desk.begin(jobs.target(name, model, path))
+        settle(desk, lambda: desk.job is None)
+        assert desk.message == f"saved {path}"
+        if name == "model":
+            assert load(path).name == "two"
+        else:
+            assert path.read_text(encoding="utf-8") == TARGETS[name](model)
+    size, camera, path = (600, 20), replace(desk.view.camera, aspect=30.0), jobs.free_path("export", ".png")
+    desk.begin(jobs.picture(desk.renderer, path, size, camera, desk.view.options, "two"))
+    settle(desk, lambda: desk.job is None)
+    wanted = desk.renderer.render(size, camera, desk.view.options)[..., :3]
+    assert np.abs(np.asarray(Image.open(path)) / 255 - wanted).max() < 0.6 / 255
+    assert jobs.free_path("export", ".png") == Path("export-2.png")
+    assert jobs.free_path("../a b", ".png") == Path("a-b.png")
+
+
+def test_a_turntable_video(make: Callable[..., Desk], tmp_path: Path) -> None:
+    av = pytest.importorskip("av", reason="PyAV is not installed (extra view)")
+    desk, path = make(), tmp_path / "turn.mp4"
+    desk.begin(jobs.Turntable((32, 24), seconds=0.4, rate=10).job(
+        desk.renderer, path, Camera(aspect=4 / 3), desk.view.options))
+    settle(desk, lambda: desk.job is None)
+    with av.open(str(path)) as video:
+        pictures = [picture.to_ndarray(format="rgb24") for picture in video.decode(video=0)]
+    assert len(pictures) == 4
+    grey = [desk.renderer.render((32, 24), Camera(aspect=4 / 3).orbited(90.0 * k, 0.0), desk.view.options)[..., 1]
+            for k in range(4)]
+    for k, picture in enumerate(pictures):
+        off = [np.abs(picture.mean(axis=-1) / 255 - other).mean() for other in grey]
+        assert off.index(min(off)) == k
+    assert list(tmp_path.glob(".*")) == []
+
+
+def test_costs_of_the_levels(make: Callable[..., Desk]) -> None:
+    desk = make()
+    found: list[jobs.Cost] = []
+    desk.begin(jobs.costs(desk.renderer, AREA, desk.view.camera, desk.view.options, found.extend))
+    settle(desk, lambda: desk.job is None)
+    data = desk.renderer.render(AREA, desk.view.camera, RenderOptions(shading="data"))
+    assert len(found) == 2
+    assert all(cost.milliseconds > 0 for cost in found)
+    assert found[1].steps == pytest.approx(data[..., 1].mean())
+    never = (data[..., 1] == 0).mean()
+    assert sum(cost.ended for cost in found) + never == pytest.approx(1.0)
+    hits = (data[..., 3] == 1).mean()
+    assert 0 < hits <= found[1].ended, "who hits ends in the last level"
+
+
+def test_closing_while_training_ends_the_training(make: Callable[..., Desk], tmp_path: Path) -> None:
+    desk = make()
+    (tmp_path / "shape.obj").write_text(TETRAHEDRON)
+    desk.drop([tmp_path / "shape.obj"])
+    training = desk.training
+    assert training is not None
+    desk.tick(AREA)
+    assert training.running
+    desk.stop_training()
+    assert not training.running
+    assert not training.model.parent.exists()
+
+
+def test_a_broken_mesh_is_told(make: Callable[..., Desk], tmp_path: Path) -> None:
+    pytest.importorskip("torch", reason="PyTorch is not installed (extra train)")
+    desk = make()
+    (tmp_path / "broken.ply").write_bytes(b"ply\nnothing")
+    desk.drop([tmp_path / "broken.ply"])
+    settle(desk, lambda: desk.training is None and "broken.ply" in desk.message)
+
+
+def test_a_dropped_mesh_is_trained_and_appears_level_by_level(make: Callable[..., Desk], tmp_path: Path) -> None:
+    pytest.importorskip("torch", reason="PyTorch is not installed (extra train)")
+    desk = make()
+    (tmp_path / "shape.obj").write_text(TETRAHEDRON)
+    desk.train(tmp_path / "shape.obj", ("--levels", "8x1,8x1", "--steps", "60,60"))
+    seen = set()
+
+    def done() -> bool:
+        seen.add((desk.source.name, desk.view.levels))
+        return desk.training is None
+
+    settle(desk, done, seconds=60.0)
+    assert "is trained" in desk.message
+    assert desk.source.name == "shape.obj"
+    assert desk.view.levels == 2
+    assert desk.source.model is not None
+    assert not desk.source.model.provenance["interrupted"]

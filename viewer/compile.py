@@ -1,0 +1,47 @@
+"""A shader's text -> a program; where the driver refuses, its log with the names of files and the lines."""
+
+import re
+
+import moderngl
+
+import glsl
+from codegen.errors import UserError
+from codegen.shader import Shader
+
+VERTEX_SHADER = """#version 330
+void main() {  // one triangle that covers the picture
+    gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0);
+}
+"""
+
+
+class ShaderError(UserError):
+    """The driver does not take a shader. log: its complaints, with file and line."""
+
+    def __init__(self, what: str, log: list[str]) -> None:
+        super().__init__(f"{what}: {log[0]}")
+        self.log = log
+
+
+def compiled(gl: moderngl.Context, shader: Shader, driver: str) -> moderngl.Program:
+    """Raises ShaderError. driver: what it calls itself."""
+    try:
+        return gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=shader.text)
+    except moderngl.Error as error:
+        log = [line.strip() for line in str(error).splitlines() if line.strip()]
+        found = [line for line in log if "error" in line.lower() and re.search(r"\d", line)] or log[-1:]
+        raise ShaderError(f"{driver} refuses the shader", [_placed(line[:300], shader) for line in found]) from None
+
+
+def _placed(line: str, shader: Shader) -> str:
+    """A line of the driver's log with the file's name and the line itself, where it says `source:line` or so."""
+    place = re.search(r"\d+[:(](\d+)\)?(?:\(\d+\))?", line)
+    if place is None:
+        return line
+    file, number = divmod(int(place[1]), glsl.FILE)
+    name = shader.files[file - 1] if 1 <= file <= len(shader.files) else ""
+    lines = (glsl.read(name) if name else shader.text).splitlines()
+    if not 1 <= number <= len(lines):
+        return line
+    where = f"{name}:{number}" if name else f"line {number}"
+    return f"{line[:place.start()]}{where}{line[place.end():]}; {lines[number - 1].strip()[:120]}"
