@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from codegen.errors import UserError
-from desk_fixture import make as make
+from desk_fixture import make  # noqa: F401 (a fixture)
 from viewer.context import Context, open_osmesa
 
 
