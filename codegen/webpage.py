@@ -1,0 +1,116 @@
+"""Target html: one page that shows the model, from a file, without a network. Its source is the folder web/."""
+
+import base64
+import json
+import re
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from safetensors.numpy import save as to_safetensors
+
+import glsl
+
+from . import fragment, reference
+from .errors import UserError
+from .field import Field, print_field
+from .glsl300es import DIALECT
+from .lower import lower
+from .model import FORMAT, VERSION, Model, level_numbers
+from .program import Program
+from .rounding import in_decimals, is_float16, surface_points
+
+SCRIPTS = ("safetensors.js", "program.js", "reference.js", "camera.js", "device.js", "renderer.js", "gestures.js",
+           "controls.js", "page.js")
+"""Modules in web/, in the order in which the page's one script holds them."""
+PROBES = 32
+"""Points at which the page compares its field with the reference's."""
+
+_MODULE_LINE = re.compile(r"^import .*\n|^export (?=\w)", re.MULTILINE)
+_NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
+_PLACE = re.compile(r"\{\{(\w+)\}\}")
+
+
+def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
+    """The page.
+
+    storage: "auto" carries the field as literals (networks up to 64 wide) beside the weights, and the page keeps what is
+    faster there; "literal" carries wider ones so too; "texture" carries the weights alone.
+    Weights that 16-bit floats hold exactly travel as such.
+    """
+    weights = model if digits is None else in_decimals(model, digits)
+    program = lower(weights)
+    field = print_field(program, DIALECT.language, storage, whole_texture=True)
+    has_literals = " const " in f" {field.text}".replace("\n", " ")
+    # A model that is dropped on the page may move, even if this one does not.
+    moving = "" if program.moving else DIALECT.uniform.format(type="float", name="time", default="0.", what="unused") + "\n"
+    prologue = fragment.prologue(model, program, DIALECT, field.weights)
+    parts = {
+        "css": _read("page.css"),
+        "js": "".join(_MODULE_LINE.sub("", _read(name)) for name in SCRIPTS),
+        "model": _json(_facts(model, program, field, digits)),
+        "weights": _wrapped(base64.b64encode(_bytes(weights)).decode()),
+        "prologue": _shader(prologue.replace("out vec4 color;\n", moving + "out vec4 color;\n")),
+        "literal": _shader(field.text) if has_literals else "",
+        **{name: _shader(glsl.load(f"{name}.glsl")) for name in ("main", "accumulate", "present")},
+    }
+    return _PLACE.sub(lambda match: parts[match[1]], _read("page.html"))
+
+
+def _facts(model: Model, program: Program, field: Field, digits: int | None) -> dict[str, Any]:
+    points = surface_points(program, 4 * PROBES)[:PROBES]
+    return {
+        "sha256": program.sha256, "version": fragment.installed_version(),
+        "defaults": {name: [float(number) for number in _NUMBER.findall(text.partition("(")[2] or text)]
+                     for _, name, text, _ in fragment.UNIFORMS if text is not None},
+        "loops": {"value": field.value_loops, "gradient": field.gradient_loops, "texture": field.texture_loops},
+        "points": _numbers(points), "values": _numbers(reference.field(program, points, len(program.values))),
+        "shadertoy": _shadertoy(model, digits),
+    }
+
+
+def _shadertoy(model: Model, digits: int | None) -> str | None:
+    """What the button "Copy as Shadertoy" copies; None, and no button, where that target refuses the model."""
+    from .targets import TARGETS  # here, for it imports this module
+
+    if "shadertoy" not in TARGETS:
+        return None
+    try:
+        return TARGETS["shadertoy"](model, digits=digits)
+    except UserError:
+        return None
+
+
+def _bytes(model: Model) -> bytes:
+    """A model file without its provenance, in 16-bit floats where they hold every weight."""
+    description = {
+        "name": model.name, "levels": [level_numbers(level) for level in model.levels], "inputs": model.inputs,
+        "centre": list(model.centre), "scale": model.scale, "provenance": {},
+    }
+    metadata = {"format": FORMAT, "version": str(VERSION), "model": json.dumps(description)}
+    kind = np.float16 if is_float16(model) else np.float32
+    tensors = {name: np.ascontiguousarray(tensor, kind) for name, tensor in model.tensors().items()}
+    return to_safetensors(tensors, metadata)
+
+
+def _numbers(values: np.ndarray) -> list[float]:
+    """Flat; each the shortest that reads back as the same float32."""
+    return [float(str(value)) for value in np.asarray(values, np.float32).ravel()]
+
+
+def _json(value: object) -> str:
+    """JSON that may stand in a script element: nothing in it opens or closes a tag or a comment."""
+    return json.dumps(value).replace("<", "\\u003c")
+
+
+def _shader(text: str) -> str:
+    """GLSL that may stand in a script element; only the name in a comment, which is JSON, can hold a tag."""
+    return re.sub(r"<(?=[/!s])", r"\\u003c", text)
+
+
+def _wrapped(text: str) -> str:
+    return "\n".join(text[i : i + 120] for i in range(0, len(text), 120))
+
+
+def _read(name: str) -> str:
+    return files(__package__).joinpath("web", name).read_text(encoding="utf-8")
