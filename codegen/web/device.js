@@ -56,11 +56,22 @@ export class Device {
             return shader;
         });
         gl.linkProgram(program);
-        return {program, shaders};
+        // Without the extension, a question about the program would wait for its compiler; a fence behind it does not.
+        const sync = this.parallel ? null : gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+        gl.flush();
+        return {program, shaders, sync};
     }
 
-    isReady({program}) {
-        return !this.parallel || this.lost || this.gl.getProgramParameter(program, this.parallel.COMPLETION_STATUS_KHR);
+    isReady({program, sync}) {
+        const {gl} = this;
+        if (this.lost) return true;
+        return sync ? gl.getSyncParameter(sync, gl.SYNC_STATUS) === gl.SIGNALED
+            : gl.getProgramParameter(program, this.parallel.COMPLETION_STATUS_KHR);
+    }
+
+    // Whether a program that compiles for minutes would hold up nothing else: Direct3D's compiler is the slow one.
+    get patient() {
+        return Boolean(this.parallel) || !/direct3d|d3d/i.test(this.name);
     }
 
     // Name -> location of the uniforms of what `begin` began. Throws DeviceError with the compiler's first line.
