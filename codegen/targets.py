@@ -20,3 +20,6 @@ TARGETS: dict[str, Target] = {
     "shadertoy": shadertoy.standalone,
 }
 """Name -> target."""
+
+SUFFIXES = {"glsl330": ".glsl", "glsl300es": ".es.frag", "html": ".html", "shadertoy": ".frag"}
+"""How the output file's name ends where the user gives none."""

@@ -3,6 +3,7 @@
 import base64
 import json
 import re
+from dataclasses import replace
 from importlib.resources import files
 from typing import Any
 
@@ -12,13 +13,14 @@ from safetensors.numpy import save as to_safetensors
 import glsl
 
 from . import fragment, reference
+from .digits import near_surface
 from .errors import UserError
 from .field import Field, print_field
 from .glsl300es import DIALECT
 from .lower import lower
 from .model import FORMAT, VERSION, Model, level_numbers
-from .program import Program
-from .rounding import in_decimals, is_float16, surface_points
+from .program import Array, Program
+from .rounding import in_decimals, is_float16
 
 SCRIPTS = ("safetensors.js", "program.js", "reference.js", "camera.js", "device.js", "renderer.js", "gestures.js",
            "controls.js", "page.js")
@@ -34,31 +36,34 @@ _PLACE = re.compile(r"\{\{(\w+)\}\}")
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
     """The page.
 
-    storage: "auto" carries the field as literals (networks up to 64 wide) beside the weights, and the page keeps what is
-    faster there; "literal" carries wider ones so too; "texture" carries the weights alone.
+    storage: "auto" carries the field as literals (networks up to 64 wide) beside the weights, and the page keeps what
+    is faster there; "literal" carries wider ones so too; "texture" carries the weights alone.
     Weights that 16-bit floats hold exactly travel as such.
     """
     weights = model if digits is None else in_decimals(model, digits)
     program = lower(weights)
     field = print_field(program, DIALECT.language, storage, whole_texture=True)
-    has_literals = " const " in f" {field.text}".replace("\n", " ")
     # A model that is dropped on the page may move, even if this one does not.
-    moving = "" if program.moving else DIALECT.uniform.format(type="float", name="time", default="0.", what="unused") + "\n"
-    prologue = fragment.prologue(model, program, DIALECT, field.weights)
+    prologue = fragment.prologue(model, replace(program, moving=True), DIALECT, field.weights)
     parts = {
         "css": _read("page.css"),
-        "js": "".join(_MODULE_LINE.sub("", _read(name)) for name in SCRIPTS),
+        "js": script(),
         "model": _json(_facts(model, program, field, digits)),
         "weights": _wrapped(base64.b64encode(_bytes(weights)).decode()),
-        "prologue": _shader(prologue.replace("out vec4 color;\n", moving + "out vec4 color;\n")),
-        "literal": _shader(field.text) if has_literals else "",
+        "prologue": _shader(prologue),
+        "literal": _shader(field.text) if field.text.startswith("const ") else "",
         **{name: _shader(glsl.load(f"{name}.glsl")) for name in ("main", "accumulate", "present")},
     }
     return _PLACE.sub(lambda match: parts[match[1]], _read("page.html"))
 
 
+def script(names: tuple[str, ...] = SCRIPTS) -> str:
+    """Modules of web/ as one."""
+    return "".join(_MODULE_LINE.sub("", _read(name)) for name in names)
+
+
 def _facts(model: Model, program: Program, field: Field, digits: int | None) -> dict[str, Any]:
-    points = surface_points(program, 4 * PROBES)[:PROBES]
+    points = _probes(program)
     return {
         "sha256": program.sha256, "version": fragment.installed_version(),
         "defaults": {name: [float(number) for number in _NUMBER.findall(text.partition("(")[2] or text)]
@@ -67,6 +72,14 @@ def _facts(model: Model, program: Program, field: Field, digits: int | None) -> 
         "points": _numbers(points), "values": _numbers(reference.field(program, points, len(program.values))),
         "shadertoy": _shadertoy(model, digits),
     }
+
+
+def _probes(program: Program) -> Array:
+    """Points (N, 3) near the surface and within every level's band."""
+    points = near_surface(program)
+    _, reached = reference.nested_field(program, points, len(program.values))
+    found: Array = points[reached == len(program.values)][:PROBES]
+    return found
 
 
 def _shadertoy(model: Model, digits: int | None) -> str | None:
