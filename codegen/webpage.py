@@ -75,8 +75,9 @@ def _facts(model: Model, program: Program, field: Field, digits: int | None) -> 
 
 
 def _probes(program: Program) -> Array:
-    """Points (N, 3) near the surface and within every level's band."""
+    """Points (N, 3) near the surface, within every level's band and the ball that rays are traced in."""
     points = near_surface(program)
+    points = points[np.linalg.norm(points, axis=1) < 1]
     _, reached = reference.nested_field(program, points, len(program.values))
     found: Array = points[reached == len(program.values)][:PROBES]
     return found

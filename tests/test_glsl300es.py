@@ -1,4 +1,4 @@
-"""The WebGL2 target as text: golden, escaped, compiled by glslang; its sines against numpy's; weights rounded for it."""
+"""The WebGL2 target as text: golden, escaped, compiled by glslang; its sines against numpy's; rounded weights."""
 
 import shutil
 import subprocess
@@ -59,7 +59,8 @@ def test_glslang_takes_it(tmp_path: Path, storage: str, inputs: str) -> None:
 
 def test_weights_travel_in_the_file() -> None:
     model = random_model((8, 1))
-    found, weights = read_weights(TARGETS["glsl300es"](model, storage="texture")), glsl300es.bake(model, "texture").weights
+    found = read_weights(TARGETS["glsl300es"](model, storage="texture"))
+    weights = glsl300es.bake(model, "texture").weights
     assert found is not None
     assert weights is not None
     np.testing.assert_array_equal(found, weights)
@@ -92,7 +93,8 @@ def test_in_decimals_is_what_lower_prints() -> None:
     model = random_model((8, 1), (12, 0), texture=(4, 0))
     rounded = in_decimals(model, 2)
     points = np.random.default_rng(1).uniform(-1, 1, (500, 3)).astype(np.float32)
-    np.testing.assert_allclose(field_of(rounded, points), reference.field(lower(model, 2), points, 2), rtol=0, atol=2e-6)
+    printed = reference.field(lower(model, 2), points, 2)
+    np.testing.assert_allclose(field_of(rounded, points), printed, rtol=0, atol=2e-6)
     assert np.abs(field_of(rounded, points) - field_of(model, points)).max() > 1e-3
 
 
@@ -120,7 +122,8 @@ def test_bake_names_files_and_says_what_float16_costs(
     save(fitted_model((8, 8)), Path("ball.safetensors"))
     sizes = {}
     for precision in ("float32", "float16"):
-        assert main(["bake", "ball.safetensors", "--target", "html", "--storage", "texture", "--precision", precision]) == 0
+        argv = ["bake", "ball.safetensors", "--target", "html", "--storage", "texture", "--precision", precision]
+        assert main(argv) == 0
         sizes[precision] = Path("ball.html").stat().st_size
     assert sizes["float16"] < sizes["float32"]
     err = capsys.readouterr().err.splitlines()

@@ -28,7 +28,7 @@ export function probes(model, count = 16) {
     for (let k = 0; k < 2 * count && values.length < count; ++k) {
         const y = 1 - (2 * k + 1) / (2 * count), angle = 2.399963 * k, ring = Math.sqrt(1 - y * y);
         const direction = [ring * Math.cos(angle), y, ring * Math.sin(angle)];
-        for (let r = 1, step = 0; step < 24 && r > 0; ++step) {
+        for (let r = 1, step = 0; step < 24 && r > 0 && r <= 1; ++step) {
             const point = direction.map((c) => Math.fround(c * r));
             const [value, level] = fieldValue(model, point);
             if (level === model.levels.length && Math.abs(value) < 0.02) {

@@ -62,7 +62,7 @@ export class Renderer {
             this.listener.stored(variant.storage, await this.error(variant));
             this.change(true);
         });
-        if (literal.text && device.patient && !["texture", "trying"].includes(memory.read()))
+        if (generation === this.generation && literal.text && device.patient && !["texture", "trying"].includes(memory.read()))
             this.race(literal, generation, memory).catch((error) => this.lostOr(error));
     }
 
