@@ -27,7 +27,7 @@ class Field:
     texture_loops: int
 
 
-def print_field(program: Program, language: Language, storage: str, whole_texture: bool = False) -> Field:
+def print_field(program: Program, language: Language, storage: str) -> Field:
     """GLSL that defines, for p in model space and levels counted from 1:
 
     float field(vec3 p, int level, out int reached): value of the finest level up to `level` that is defined at p
@@ -35,14 +35,11 @@ def print_field(program: Program, language: Language, storage: str, whole_textur
     vec4 field_gradient(vec3 p, int level): grad f_level, f_level;
     vec3 albedo(vec3 p): colour, sRGB.
 
-    whole_texture: the weight texture holds every weight, those that are literals too, as with storage "texture".
     Raises UserError where these cannot be stored so.
     """
     if storage == "packed":
         raise UserError("--storage packed: only shadertoy has it; there is literal, texture, auto")
     texture = Texture(program, language)
-    if whole_texture:
-        texture.lay_out(program.functions())
     stores: dict[str, Storage] = {"literal": Literal(program, language), "texture": texture}
     used = {function.name: stores[_choose(program, function, storage)] for function in program.functions()}
     lines: list[str] = []

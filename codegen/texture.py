@@ -23,19 +23,7 @@ class Texture(Storage):
 
     def declarations(self, functions: tuple[Function, ...]) -> list[str]:
         """Readers of one texel and of one block; lays the constants out in the texture."""
-        self.lay_out(functions)
-        if not functions:
-            return []
-        return [
-            f"vec4 texel(int k) {{ return {self.language.texel.format(k='k')}; }}",
-            "mat4 block(int k) { return mat4(texel(k), texel(k + 1), texel(k + 2), texel(k + 3)); }",
-        ]
-
-    def lay_out(self, functions: tuple[Function, ...]) -> None:
-        """Gives the constants of `functions` their places in the texture, those that have none."""
         for name in constants_of(functions):
-            if name in self.offsets:
-                continue
             constant = self.program.constants[name]
             if constant.ndim == 2:
                 rows, columns = constant.shape
@@ -43,6 +31,12 @@ class Texture(Storage):
             self.offsets[name] = self.size
             self.texels.append(constant.reshape(-1, 4))
             self.size += len(self.texels[-1])
+        if not functions:
+            return []
+        return [
+            f"vec4 texel(int k) {{ return {self.language.texel.format(k='k')}; }}",
+            "mat4 block(int k) { return mat4(texel(k), texel(k + 1), texel(k + 2), texel(k + 3)); }",
+        ]
 
     def image(self) -> Array | None:
         """The texture, (H, 1024, 4) float32, or None where nothing is stored in it."""

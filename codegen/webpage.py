@@ -15,7 +15,7 @@ import glsl
 from . import fragment, reference
 from .digits import near_surface
 from .errors import UserError
-from .field import Field, print_field
+from .field import STORAGES, print_field
 from .glsl300es import DIALECT
 from .lower import lower
 from .model import FORMAT, VERSION, Model, level_numbers
@@ -36,22 +36,23 @@ _PLACE = re.compile(r"\{\{(\w+)\}\}")
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
     """The page.
 
-    storage: "auto" carries the field as literals (networks up to 64 wide) beside the weights, and the page keeps what
-    is faster there; "literal" carries wider ones so too; "texture" carries the weights alone.
+    storage: the page draws from a texture at once; "auto" has it compile literals (networks up to 64 wide) beside that
+    and keep what is faster there, "literal" wider ones too, "texture" none.
     Weights that 16-bit floats hold exactly travel as such.
     """
     weights = model if digits is None else in_decimals(model, digits)
+    if storage == "packed":
+        raise UserError("--storage packed: only shadertoy has it; there is literal, texture, auto")
     program = lower(weights)
-    field = print_field(program, DIALECT.language, storage, whole_texture=True)
+    field = print_field(program, DIALECT.language, "texture")
     # A model that is dropped on the page may move, even if this one does not.
     prologue = fragment.prologue(model, replace(program, moving=True), DIALECT, field.weights)
     parts = {
         "css": _read("page.css"),
         "js": script(),
-        "model": _json(_facts(model, program, field, digits)),
+        "model": _json(_facts(model, program, storage, digits)),
         "weights": _wrapped(base64.b64encode(_bytes(weights)).decode()),
         "prologue": _shader(prologue),
-        "literal": _shader(field.text) if field.text.startswith("const ") else "",
         **{name: _shader(glsl.load(f"{name}.glsl")) for name in ("main", "accumulate", "present")},
     }
     return _PLACE.sub(lambda match: parts[match[1]], _read("page.html"))
@@ -62,13 +63,14 @@ def script(names: tuple[str, ...] = SCRIPTS) -> str:
     return "".join(_MODULE_LINE.sub("", _read(name)) for name in names)
 
 
-def _facts(model: Model, program: Program, field: Field, digits: int | None) -> dict[str, Any]:
+def _facts(model: Model, program: Program, storage: str, digits: int | None) -> dict[str, Any]:
     points = _probes(program)
+    narrow = any(program.widest(function) <= STORAGES[0][0] for function in program.functions())
     return {
         "sha256": program.sha256, "version": fragment.installed_version(),
         "defaults": {name: [float(number) for number in _NUMBER.findall(text.partition("(")[2] or text)]
                      for _, name, text, _ in fragment.UNIFORMS if text is not None},
-        "loops": {"value": field.value_loops, "gradient": field.gradient_loops, "texture": field.texture_loops},
+        "storage": storage if narrow or storage == "literal" else "texture",
         "points": _numbers(points), "values": _numbers(reference.field(program, points, len(program.values))),
         "shadertoy": _shadertoy(model, digits),
     }

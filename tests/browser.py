@@ -1,6 +1,7 @@
 """Chromium as a person uses it: WebGL2 on the CPU, files only, and no word on the console."""
 
 import io
+import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,20 +17,24 @@ from PIL import Image
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-SOFTWARE = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+DRIVERS = {"SwiftShader": "swiftshader", "llvmpipe": "gl-egl"}
+"""Software GL -> ANGLE's name of the back end that reaches it."""
 PATIENCE = 120_000
 """Milliseconds that a picture may take."""
 
 
 @contextmanager
-def chromium() -> Iterator["Browser"]:
-    """Debian's Chromium, headless; skips where it or Playwright is missing."""
+def chromium(driver: str = "SwiftShader") -> Iterator["Browser"]:
+    """Debian's Chromium, headless, over one of DRIVERS; skips where it or Playwright is missing."""
     sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed (pip: playwright)")
     path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if path is None:
         pytest.skip("Chromium is not installed (Debian: chromium)")
     with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=list(SOFTWARE))
+        flags = ["--use-gl=angle", f"--use-angle={DRIVERS[driver]}"]
+        flags += ["--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+        environment = {**os.environ, "EGL_PLATFORM": "surfaceless"}
+        browser = playwright.chromium.launch(executable_path=path, args=flags, env=environment)
         yield browser
         browser.close()
 

@@ -26,12 +26,12 @@ const options = {
 };
 let camera = fromHash(location.hash), renderer = null, shown = null;
 
-// The embedded model, as a dropped one would come; `literal` is what only it has.
+// The embedded model, as a dropped one would come; storage: how its other variant stores weights, if there is one.
 function embedded() {
     const bytes = Uint8Array.from(atob(source("weights")), (letter) => letter.charCodeAt(0));
     return {
         model: parseModel(bytes.buffer, true), probes: {points: facts.points, values: facts.values},
-        literal: {text: source("literal"), loops: facts.loops}, shadertoy: facts.shadertoy, memory: memoryOf(facts.sha256),
+        storage: facts.storage, shadertoy: facts.shadertoy, memory: memoryOf(facts.sha256),
     };
 }
 
@@ -91,7 +91,8 @@ async function start(next) {
     showSteps();
     root.dataset.state = "drawing";
     renderer.show(camera, {...options}, true);
-    await renderer.load(model, printField(model), next.literal, next.probes, next.memory);
+    const literal = next.storage === "texture" ? null : printField(model, next.storage);
+    await renderer.load(model, printField(model, "texture"), literal, next.probes, next.memory);
 }
 
 // Takes another model in; whatever is wrong with it is said in one line, and what was there stays.
@@ -99,9 +100,9 @@ async function take(file) {
     if (!file) return;
     try {
         const model = parseModel(await file.arrayBuffer());
-        renderer.device.check(printField(model).height, model.levels.length);
+        renderer.device.check(printField(model, "texture").height, model.levels.length);
         say("");
-        await start({model, probes: probes(model), literal: {text: "", loops: null}, shadertoy: null, memory: memoryOf("")});
+        await start({model, probes: probes(model), storage: "texture", shadertoy: null, memory: memoryOf("")});
     } catch (error) {
         if (error instanceof ModelError || error instanceof DeviceError) say(`${file.name}: ${error.message}`);
         else renderer.lostOr(error);

@@ -1,11 +1,13 @@
-// The field's GLSL with its weights in a texture, for any model: what codegen/lower.py and codegen/texture.py print, to
-// the byte (tests/test_page.py compares them).
-// printField(model) -> {text, texels, height, loops}: the text of field(), field_gradient() and albedo(); the texture,
-// 1024 texels of four floats wide; and the loop iterations that a call costs, at each level, as llvmpipe counts them.
+// The field's GLSL of any model: what codegen/field.py, lower.py, texture.py and literal.py print, to the byte
+// (tests/test_page_models.py compares them).
+// printField(model, storage) -> {text, texels, height, loops}: the text of field(), field_gradient() and albedo(); its
+// weight texture, 1024 texels of four floats wide, height 0 where there is none; and the loop iterations that a call
+// costs, at each level, as llvmpipe counts them.
+// storage: "texture", "literal", or "auto": literals up to 64 wide, the texture above.
 export const TEXTURE_WIDTH = 1024;
-const UNROLL = 32;
+const UNROLL = 32, WIDEST_LITERAL = 64;
 
-export function printField(model) {
+export function printField(model, storage) {
     const moving = model.inputs === "xyzt", constants = new Map();
     const values = [], gradients = [];
     model.levels.forEach(({network}, i) => {
@@ -19,16 +21,22 @@ export function printField(model) {
         const ops = lower("t", model.texture, moving, constants, names).forward;
         functions.push({name: "network_texture", ops, outputs: names});
     }
-    const layout = layOut(functions, constants);
-    const lines = [
-        "vec4 texel(int k) { return texelFetch(weights, ivec2((k) & 1023, (k) >> 10), 0); }",
-        "mat4 block(int k) { return mat4(texel(k), texel(k + 1), texel(k + 2), texel(k + 3)); }",
-    ];
-    for (const each of functions) lines.push("", ...printFunction(each, constants, layout.offsets));
+    const isLiteral = ({ops}) => storage === "literal" || storage === "auto" && widest(ops, constants) <= WIDEST_LITERAL;
+    const layout = layOut(functions.filter((each) => !isLiteral(each)), constants);
+    const lines = declareLiterals(functions.filter(isLiteral), constants);
+    if (!functions.every(isLiteral)) {
+        lines.push("vec4 texel(int k) { return texelFetch(weights, ivec2((k) & 1023, (k) >> 10), 0); }",
+            "mat4 block(int k) { return mat4(texel(k), texel(k + 1), texel(k + 2), texel(k + 3)); }");
+    }
+    for (const each of functions) {
+        const blocks = blocksOf(each.ops, constants);
+        const body = isLiteral(each) ? straight(each.ops, blocks) : looped(each.ops, blocks, layout.offsets);
+        lines.push("", ...printFunction(each, body));
+    }
     lines.push("", ...printCalls(model, values, gradients, moving));
     const upTo = (list) => {
         let total = 0;
-        return list.map((each) => (total += countLoops(each.ops, constants)));
+        return list.map((each) => (total += isLiteral(each) ? 0 : countLoops(each.ops, constants)));
     };
     const loops = {value: upTo(values), gradient: upTo(gradients), texture: model.texture ? upTo(functions.slice(-1))[0] : 0};
     return {text: lines.join("\n") + "\n", texels: layout.texels, height: layout.height, loops};
@@ -81,20 +89,23 @@ function vector(values) {
     return {rows: result.length, columns: 0, values: result};
 }
 
-// A constant is a run of texels, in order of first use; a matrix block is four of them, its columns.
+// The constants that functions use, each once, in order of first use.
+function namesIn(functions, constants) {
+    const names = functions.flatMap(({ops}) => ops.flatMap((op) => [op.matrix, op.bias, op.row]));
+    return new Set(names.filter((name) => constants.has(name)));
+}
+
+// A constant is a run of texels; a matrix block is four of them, its columns.
 function layOut(functions, constants) {
     const offsets = new Map(), texels = [];
-    for (const {ops} of functions)
-        for (const op of ops)
-            for (const name of [op.matrix, op.bias, op.row])
-                if (constants.has(name) && !offsets.has(name)) {
-                    offsets.set(name, texels.length / 4);
-                    const {rows, columns, values} = constants.get(name);
-                    if (!columns) texels.push(...values);
-                    for (let o = 0; o < (columns ? rows : 0); o += 4)
-                        for (let i = 0; i < columns; ++i)
-                            for (let k = 0; k < 4; ++k) texels.push(values[(o + k) * columns + i]);
-                }
+    for (const name of namesIn(functions, constants)) {
+        offsets.set(name, texels.length / 4);
+        const {rows, columns, values} = constants.get(name);
+        if (!columns) texels.push(...values);
+        for (let o = 0; o < (columns ? rows : 0); o += 4)
+            for (let i = 0; i < columns; ++i)
+                for (let k = 0; k < 4; ++k) texels.push(values[(o + k) * columns + i]);
+    }
     const height = Math.ceil(texels.length / 4 / TEXTURE_WIDTH);
     const image = new Float32Array(4 * TEXTURE_WIDTH * height);
     image.set(texels);
@@ -137,8 +148,55 @@ function loop(variable, count, body, step = 1) {
     return [`for (int ${variable} = 0; ${variable} < ${count}; ${advance}) {`, ...body.map((line) => `    ${line}`), "}"];
 }
 
-function printFunction({name, ops, outputs}, constants, offsets) {
-    const blocks = blocksOf(ops, constants);
+function widest(ops, constants) {
+    return Math.max(...ops.filter(isProduct).map(({matrix}) => Math.max(constants.get(matrix).rows, constants.get(matrix).columns)));
+}
+
+// The right-hand side of an elementwise op, its operands printed by `at`.
+function elementwise(op, at) {
+    return op.kind === "product" ? `${at(op.left)} * ${at(op.right)}` : `${op.kind}(${at(op.source)})`;
+}
+
+// One constant for each vec4 or 4 x 4 block, in order of first use.
+function declareLiterals(functions, constants) {
+    const lines = new Map(), literals = (values) => Array.from(values, number).join(", ");
+    for (const name of namesIn(functions, constants)) {
+        const {rows, columns, values} = constants.get(name), list = [];
+        for (let o = 0; o < rows; o += 4) {
+            if (!columns) list.push(`const vec4 ${name}_${o / 4} = vec4(${literals(values.subarray(o, o + 4))});`);
+            for (let i = 0; i < columns; i += 4) {
+                const block = Array.from({length: 16}, (_, k) => values[(o + k % 4) * columns + i + (k >> 2)]);
+                list.push(`const mat4 ${name}_${o / 4}_${i / 4} = mat4(${literals(block)});`);
+            }
+        }
+        lines.set(name, list);
+    }
+    return [...lines.values()].flat();
+}
+
+// A function's statements with its weights as constants: no loops, one `+=` for each term.
+function straight(ops, blocks) {
+    const lines = [], at = (value, k) => (blocks.get(value) === 1 ? value : `${value}_${k}`);
+    const count = (length, print) => Array.from({length}, (_, k) => print(k));
+    for (const op of ops) {
+        const m = blocks.get(op.source);
+        for (let k = 0; k < blocks.get(op.result); ++k) {
+            const name = at(op.result, k);
+            const terms = {
+                affine: () => [...(op.bias ? [`${op.bias}_${k}`] : []),
+                    ...count(m, (i) => `${op.matrix}_${k}_${i} * ${at(op.source, i)}`)],
+                transposed: () => count(m, (o) => `${at(op.source, o)} * ${op.matrix}_${o}_${k}`),
+                dot: () => [number(op.bias), ...count(m, (i) => `dot(${op.row}_${i}, ${at(op.source, i)})`)],
+            }[op.kind]?.() ?? [elementwise(op, (value) => at(value, k))];
+            lines.push(`${op.kind === "dot" ? "float" : "vec4"} ${name} = ${terms[0]};`);
+            lines.push(...terms.slice(1).map((term) => `${name} += ${term};`));
+        }
+    }
+    return lines;
+}
+
+// A function's statements with its weights in the texture: one loop for each run of ops over the same blocks.
+function looped(ops, blocks, offsets) {
     const at = (value, k) => offsets.has(value) ? `texel(${offsets.get(value)} + ${k})`
         : blocks.get(value) === 1 ? value : `${value}[${k}]`;
     const product = (op) => {
@@ -150,10 +208,6 @@ function printFunction({name, ops, outputs}, constants, offsets) {
         const terms = Array.from({length: step}, (_, u) => term(u ? `j + ${u}` : "j"));
         return [`vec4 s = ${op.bias ? at(op.bias, "k") : "vec4(0)"};`,
             ...(m === 1 ? [term("0")] : loop("j", m, terms, step)), `${at(op.result, "k")} = s;`];
-    };
-    const right = {
-        sine: (op) => `sine(${at(op.source, "k")})`, cosine: (op) => `cosine(${at(op.source, "k")})`,
-        product: (op) => `${at(op.left, "k")} * ${at(op.right, "k")}`,
     };
     const lines = [];
     for (const group of fused(ops, blocks)) {
@@ -168,14 +222,18 @@ function printFunction({name, ops, outputs}, constants, offsets) {
             const n = blocks.get(op.result);
             before.push(`vec4 ${op.result}${n === 1 ? "" : `[${n}]`};`);
             if (isProduct(op)) body.push(...product(op));
-            else body.push(`${at(op.result, "k")} = ${right[op.kind](op)};`);
+            else body.push(`${at(op.result, "k")} = ${elementwise(op, (value) => at(value, "k"))};`);
         }
         lines.push(...before, ...loop("k", lengthOf(group[0], blocks), body), ...after);
     }
+    return lines;
+}
+
+function printFunction({name, outputs}, body) {
     const [type, result] = {
         1: ["float", outputs[0]], 2: ["vec4", `vec4(${outputs[0]}.xyz, ${outputs[1]})`], 3: ["vec3", `vec3(${outputs.join(", ")})`],
     }[outputs.length];
-    return [`${type} ${name}(vec4 p) {`, ...lines.map((line) => `    ${line}`), `    return ${result};`, "}"];
+    return [`${type} ${name}(vec4 p) {`, ...body.map((line) => `    ${line}`), `    return ${result};`, "}"];
 }
 
 function countLoops(ops, constants) {

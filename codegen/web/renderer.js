@@ -40,30 +40,39 @@ export class Renderer {
         this.present = open(this.sources.present);
         const gl = this.device.gl;
         this.tile = this.device.target(this.device.sampleFormat, TILE, TILE, gl.NEAREST);
-        this.still = this.quick = this.current = this.weights = null;
+        this.still = this.quick = this.current = null;
     }
 
-    // Shows a model; resolves when its texture variant is there. literal: the other variant's text ("": there is none)
-    // and the loop iterations of its calls. probes: {points, values} of the field. memory: what earlier visits found,
+    // Shows a model; resolves when its texture variant is there. literal: the other variant's field, or null.
+    // probes: {points, values} of the field. memory: what earlier visits found,
     // {read(), write(storage)}. A later call, or a lost context, supersedes this one.
     async load(model, field, literal, probes, memory) {
-        const generation = ++this.generation, {device} = this, {gl} = device;
+        const generation = ++this.generation, {device} = this;
         device.check(field.height, model.levels.length);
-        const weights = device.texture(gl.RGBA32F, TEXTURE_WIDTH, field.height, gl.NEAREST, field.texels);
-        const begun = device.begin(this.text(field.text, model));
+        const start = performance.now(), begun = device.begin(this.text(field.text, model));
         while (!device.isReady(begun)) await pause(15);
-        const variant = {storage: "texture", loops: field.loops, ...device.finish(begun)};
+        const variant = {storage: "texture", ...this.stored(field), ...device.finish(begun)};
         await this.exclusively(async () => {
             if (generation !== this.generation) return;
-            gl.deleteTexture(this.weights);
-            gl.deleteProgram(this.current?.program ?? null);
-            Object.assign(this, {model, probes, weights, current: variant, cost: 0, fresh: true});
-            await this.warm(variant);
+            this.drop(this.current);
+            Object.assign(this, {model, probes, current: variant, cost: 0, fresh: true});
+            await this.warm(variant, start);
             this.listener.stored(variant.storage, await this.error(variant));
             this.change(true);
         });
-        if (generation === this.generation && literal.text && device.patient && !["texture", "trying"].includes(memory.read()))
+        if (generation === this.generation && literal && device.patient && !["texture", "trying"].includes(memory.read()))
             this.race(literal, generation, memory).catch((error) => this.lostOr(error));
+    }
+
+    // A field's weights and loops, as a variant keeps them.
+    stored({height, texels, loops}) {
+        const {gl} = this.device;
+        return {loops, weights: height ? this.device.texture(gl.RGBA32F, TEXTURE_WIDTH, height, gl.NEAREST, texels) : null};
+    }
+
+    drop(variant) {
+        this.device.gl.deleteProgram(variant?.program ?? null);
+        this.device.gl.deleteTexture(variant?.weights ?? null);
     }
 
     text(field, model) {
@@ -73,29 +82,29 @@ export class Renderer {
 
     // Compiles the literals beside the drawing, times both variants on what is seen, and keeps the faster.
     async race(literal, generation, memory) {
-        const {device} = this, remembered = memory.read(), deadline = performance.now() + LITERAL_LIMIT;
+        const {device} = this, remembered = memory.read();
         memory.write("trying");
-        const begun = device.begin(this.text(literal.text, this.model));
+        const start = performance.now(), begun = device.begin(this.text(literal.text, this.model));
         while (!device.isReady(begun)) {
             await pause(50);
             if (generation !== this.generation || device.lost) return;
-            if (performance.now() > deadline) {
+            if (performance.now() - start > LITERAL_LIMIT) {
                 device.gl.deleteProgram(begun.program);
                 return memory.write("texture");
             }
         }
         let variant;
         try {
-            variant = {storage: "literal", loops: literal.loops, ...device.finish(begun)};
+            variant = {storage: "literal", ...this.stored(literal), ...device.finish(begun)};
         } catch {
             return memory.write("texture");
         }
         await this.exclusively(async () => {
             if (generation !== this.generation) return;
-            await this.warm(variant);
+            await this.warm(variant, start);
             const faster = remembered === "literal" || await this.seconds(variant) < await this.seconds(this.current);
             const [kept, other] = faster ? [variant, this.current] : [this.current, variant];
-            device.gl.deleteProgram(other.program);
+            this.drop(other);
             memory.write(kept.storage);
             if (!faster) return;
             Object.assign(this, {current: kept, cost: 0});
@@ -279,10 +288,10 @@ export class Renderer {
     }
 
     // One tile by the model's shader, into the corner of the tile's target.
-    draw({program, names}, values, [x, y], [width, height], [column, row] = [0, 0]) {
+    draw({program, names, weights}, values, [x, y], [width, height], [column, row] = [0, 0]) {
         const {gl} = this.device;
         gl.useProgram(program);
-        gl.bindTexture(gl.TEXTURE_2D, this.weights);
+        gl.bindTexture(gl.TEXTURE_2D, weights);
         for (const [name, value] of Object.entries({...values, origin: [x - column, y - row]})) {
             const at = names[name];
             if (!at) continue;
@@ -309,11 +318,12 @@ export class Renderer {
         gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
 
-    // A first draw of one pixel, where drivers do most of their compiling.
-    async warm(variant) {
+    // A first draw of one pixel, where drivers do most of their compiling; notes the time since `start`.
+    async warm(variant, start) {
         const {values} = this.pass([1, 1], 0, 1, 1);
         this.draw(variant, values, [0, 0], [1, 1]);
         await this.device.done();
+        performance.measure(`${variant.storage}: compiled and first drawn`, {start});
     }
 
     // Milliseconds of a draw of the middle of the picture.
