@@ -1,0 +1,10 @@
+#include "srgb.glsl"
+// The picture, linear light, at the size of what it is drawn to: the canvas, or (encoded false) a larger picture.
+uniform sampler2D picture;
+uniform vec2 size;
+uniform bool encoded;
+out vec4 color;
+void main() {
+    vec3 light = texture(picture, gl_FragCoord.xy / size).rgb;
+    color = vec4(encoded ? srgb(light) : light, 1.0);
+}
