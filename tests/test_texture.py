@@ -32,8 +32,9 @@ def write_ball(folder: Path, name: str = "ball.obj", flipped: bool = False) -> P
     """A ball whose colour is its position's x and y, by an image."""
     ball = trimesh.creation.icosphere(subdivisions=3)
     uv = 0.5 + 0.4 * np.asarray(ball.vertices)[:, :2]
-    material = trimesh.visual.material.SimpleMaterial(image=Image.fromarray(ramp()))
-    ball.visual = trimesh.visual.TextureVisuals(uv=uv, material=material)
+    picture = Image.fromarray(ramp())
+    material = trimesh.visual.material.SimpleMaterial(image=picture)  # type: ignore[no-untyped-call]
+    ball.visual = trimesh.visual.TextureVisuals(uv=uv, material=material)  # type: ignore[no-untyped-call]
     if flipped:
         ball.invert()
     ball.export(folder / name)
