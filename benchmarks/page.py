@@ -33,7 +33,7 @@ def main() -> None:
     table = Page(
         arguments.output, "# The html page on software GL", "", machine(), "",
         f"`python benchmarks/page.py {' '.join(path.name for path in arguments.models)}`. "
-        f"Canvas {SIDE}x{SIDE}, default view, Phong shading, all levels. Compile: from handing over the text to the end "
+        f"Canvas {SIDE}x{SIDE}, default view, Phong, all levels. Compile: from handing over the text to the end "
         "of a first draw of one pixel. Frame: the fastest of the samples that refine the picture.", "",
         "| model | levels | bytes of HTML | driver | weights | compile + first draw, s | frame, ms | field error |",
         "|---|---|---:|---|---|---:|---:|---:|",
@@ -69,8 +69,8 @@ def measured(browser: "Browser", model: Model, storage: str, file: Path) -> str:
 
 def frame(visited: Visit) -> float:
     """Milliseconds of the last whole sample, infinite before there is one."""
-    found = re.match(rf"([\d.]+) ms · {SIDE} × {SIDE} · \d+ samples", visited.page.inner_text("#status"))
-    return float(found[1]) if found else float("inf")
+    found = re.match(rf"([\d.]+) (m?s) · {SIDE} × {SIDE} · \d+ samples", visited.page.inner_text("#status"))
+    return float(found[1]) * (1 if found[2] == "ms" else 1000) if found else float("inf")
 
 
 if __name__ == "__main__":

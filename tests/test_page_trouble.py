@@ -1,13 +1,21 @@
 """The html page where things go wrong, and what it remembers of a device."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
-from browser import visit
-from page_pictures import MODEL, differ
+from browser import chromium, visit
+from codegen import glsl330
+from codegen.model import load
+from codegen.targets import TARGETS
+from page_pictures import MODEL, desktop, differ
+from viewer.camera import Camera
+from viewer.context import Context
+from viewer.options import LOOP_LIMIT, RenderOptions
+from viewer.renderer import Renderer
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -43,6 +51,21 @@ def test_the_faster_variant_is_kept_and_remembered(browser: "Browser", page_file
                 visited.until("document.documentElement.dataset.storage === 'literal'")
             visited.still()
             assert visited.root("storage") == expected
+
+
+@pytest.mark.slow
+def test_llvmpipe_draws_many_loops_whole(osmesa: Context, tmp_path: Path) -> None:
+    """Its fragments stop silently after 65,535 iterations; the page asks for fewer rounds, as the desktop does."""
+    demo = load(Path(__file__).parent / "data" / "demo.safetensors")
+    model = replace(demo, levels=tuple(replace(level, iterations=60) for level in demo.levels))
+    shader = glsl330.bake(model, "texture")
+    assert shader.worst_loops(2, 2, shader.iterations, 32) > LOOP_LIMIT
+    file = tmp_path / "demo.html"
+    file.write_text(TARGETS["html"](model, storage="texture"))
+    with chromium("llvmpipe") as llvmpipe, visit(llvmpipe, file) as visited:
+        visited.still()
+        assert not differ(visited.saved(), desktop(Renderer(osmesa, shader), Camera(), RenderOptions()))
+        assert visited.said == []
 
 
 LIMITS = """const ask = WebGL2RenderingContext.prototype.getParameter;

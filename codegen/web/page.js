@@ -166,8 +166,9 @@ function fullScreen() {
 const status = {time: "", field: ""};
 const listener = {
     frame({milliseconds, size, samples, settled}) {
-        const time = milliseconds < 10 ? milliseconds.toFixed(1) : Math.round(milliseconds);
-        status.time = `${time} ms · ${size[0]} × ${size[1]}${samples > 1 ? ` · ${samples} samples` : ""}`;
+        const time = milliseconds < 10 ? `${milliseconds.toFixed(1)} ms`
+            : milliseconds < 1000 ? `${Math.round(milliseconds)} ms` : `${(milliseconds / 1000).toFixed(1)} s`;
+        status.time = `${time} · ${size[0]} × ${size[1]}${samples > 1 ? ` · ${samples} samples` : ""}`;
         element("status").textContent = `${status.time}\n${status.field}`;
         if (settled) root.dataset.state = "still";
     },
