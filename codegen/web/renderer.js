@@ -253,7 +253,7 @@ export class Renderer {
     fitting(level, normal, steps, rounds) {
         const {loops} = this.current;
         if (!this.software || !loops) return {steps, rounds};
-        const worst = () => rounds * (3 + steps.slice(0, level).reduce(
+        const worst = () => rounds * (2 + steps.slice(0, level).reduce(
             (sum, count, i) => sum + 2 + count * (1 + loops.value[i]), 0)) + 1 + loops.gradient[normal - 1] + loops.texture;
         if (worst() > LOOP_LIMIT) steps = steps.map((count, i) => (i === level - 1 ? Math.min(count, 3) : count));
         while (rounds > 1 && worst() > LOOP_LIMIT) --rounds;
