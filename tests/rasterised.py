@@ -26,8 +26,7 @@ class Rasterised:
         from pyrender.constants import RenderFlags
 
         moved = mesh.copy()
-        moved.apply_translation(-np.asarray(centre))
-        moved.apply_scale(1 / scale)
+        moved.vertices = (np.asarray(mesh.vertices) - centre) / scale
         self._flags = RenderFlags.FLAT | RenderFlags.SKIP_CULL_FACES
         self._size = size
         self._scene: Any = pyrender.Scene(bg_color=(*BACKGROUND, 1.0))
