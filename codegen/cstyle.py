@@ -17,6 +17,8 @@ class Language:
     function: str = "{type} {name}(vec4 p)"
     suffix: str = ""
     texel: str = "texelFetch(weights, ivec2(({k}) & 1023, ({k}) >> 10), 0)"
+    sine: str = "sin"
+    cosine: str = "cos"
 
     def number(self, value: float) -> str:
         """Shortest literal that reads back as the same float32."""
@@ -69,9 +71,9 @@ class Storage(ABC):
         """Right-hand side of an elementwise op at block `k`, names resolved by `block`."""
         match op:
             case Sine(source=source):
-                return f"sin({self.block(source, k, blocks)})"
+                return f"{self.language.sine}({self.block(source, k, blocks)})"
             case Cosine(source=source):
-                return f"cos({self.block(source, k, blocks)})"
+                return f"{self.language.cosine}({self.block(source, k, blocks)})"
             case Product(left=left, right=right):
                 return f"{self.block(left, k, blocks)} * {self.block(right, k, blocks)}"
             case Scale(source=source, factor=factor):

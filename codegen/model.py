@@ -97,7 +97,7 @@ class Model:
 
     def sha256(self) -> str:
         """Hash of the weights and the numbers a renderer depends on; name and provenance do not count."""
-        digest = hashlib.sha256(json.dumps([_level_numbers(level) for level in self.levels]).encode())
+        digest = hashlib.sha256(json.dumps([level_numbers(level) for level in self.levels]).encode())
         for name, tensor in self.tensors().items():
             digest.update(name.encode() + repr(tensor.shape).encode() + tensor.tobytes())
         return digest.hexdigest()
@@ -136,7 +136,7 @@ def save(model: Model, path: Path) -> None:
     """Writes the model file, whole or not at all. Raises UserError where `path` cannot be written."""
     description = {
         "name": model.name,
-        "levels": [_level_numbers(level) for level in model.levels],
+        "levels": [level_numbers(level) for level in model.levels],
         "inputs": model.inputs,
         "centre": [float(coordinate) for coordinate in model.centre],
         "scale": float(model.scale),
@@ -171,7 +171,7 @@ def load(path: Path) -> Model:
         raise UserError(f"{show(path)}: {_one_line(str(error))}") from None
 
 
-def _level_numbers(level: Level) -> dict[str, float | int]:
+def level_numbers(level: Level) -> dict[str, float | int]:
     return {"delta": float(level.delta), "iterations": level.iterations, "lipschitz": float(level.lipschitz)}
 
 

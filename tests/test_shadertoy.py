@@ -18,7 +18,7 @@ from codegen import digits, grid, reference
 from codegen.errors import UserError
 from codegen.glsl330 import bake
 from codegen.lower import lower
-from codegen.model import Model, load
+from codegen.model import Layer, Model, load
 from codegen.packed import FIELDS, pack
 from codegen.targets import TARGETS
 from random_model import random_model
@@ -113,6 +113,12 @@ def test_grids_are_kept() -> None:
         assert before.network is after.network
     for old, new in zip(model.levels[1].network, once.levels[1].network, strict=True):
         assert float(np.abs(old.weight - new.weight).mean()) < 0.1 * float(np.abs(old.weight).mean())
+
+
+def test_a_step_that_was_rounded_down_holds_the_largest_weight() -> None:
+    first, last = random_model((20, 0)).levels[0].network
+    weight = first.weight * np.float32(127 * 0.010049 / np.abs(first.weight).max())
+    assert grid.on_grid(grid.rounded((Layer(weight, first.bias), last)))
 
 
 def test_the_text_agrees_with_the_renderer(osmesa: Context) -> None:

@@ -10,25 +10,18 @@ from .fit import Step
 from .network import Weights, add_derivative_along, initial, value_along
 from .pools import Pool
 
-OMEGA = 50.0
 RATE, LAST = 3e-2, 0.1
 """Of the optimiser: see `trainer.fit.Task`."""
 SMOOTHNESS = 2e-5
 """Weight of the second term of the loss: derivatives of colour are larger than colours, by about omega."""
 BATCH = 4096
-WIDEST, DEEPEST = 64, 2
 
 
-def architecture(network: tuple[int, int]) -> tuple[int, int]:
-    """(width, depth) of the texture network beside a last level of (width, depth)."""
-    return min(network[0], WIDEST), min(network[1], DEEPEST)
-
-
-def start(network: tuple[int, int], seed: int, device: torch.device) -> Callable[[], Weights]:
-    """Makes the network at its beginning, mid-grey within its noise."""
+def start(network: tuple[int, int], omega: float, seed: int, device: torch.device) -> Callable[[], Weights]:
+    """Makes the network (width, depth) at its beginning, mid-grey within its noise."""
 
     def make() -> Weights:
-        weights = initial(architecture(network), OMEGA, 3, torch.Generator().manual_seed(seed))
+        weights = initial(network, omega, 3, torch.Generator().manual_seed(seed))
         weights[-1] += 0.5
         return [w.to(device) for w in weights]
 
