@@ -6,7 +6,8 @@ from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .verb import Verb
+from .gallery import model_path
+from .verb import MODEL_HELP, Verb
 
 if TYPE_CHECKING:
     from .model import Model
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def _info_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors)")
+    parser.add_argument("model", type=model_path, metavar="M", help=MODEL_HELP)
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
@@ -78,7 +79,7 @@ def _size(model: "Model", target: "Target") -> int | None:
 
 
 def _bake_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors)")
+    parser.add_argument("model", type=model_path, metavar="M", help=MODEL_HELP)
     parser.add_argument("--target", default="glsl330",
                         help="what to write: glsl330 (default), glsl300es, html, shadertoy")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE",

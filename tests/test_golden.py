@@ -25,6 +25,7 @@ PICTURES = {
     "depth": RenderOptions(shading="depth"),
     "steps": RenderOptions(shading="steps"),
     "texture": RenderOptions(shading="texture"),
+    "texture-on-level-1": RenderOptions(shading="texture", level=1),
     "coarse": RenderOptions(level=1, normal_level=1),
     "normal-mapping": RenderOptions(level=1, normal_level=2),
 }

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from codegen.errors import UserError
-from codegen.verb import Verb
+from codegen.gallery import model_path
+from codegen.verb import MODEL_HELP, Verb
 
 SHADES = ("phong", "normal", "texture", "depth", "steps")
 CONTEXTS = ("auto", "osmesa", "egl", "window")
@@ -93,7 +94,7 @@ def run_view(args: Namespace) -> None:
 def _model_arguments(parser: ArgumentParser) -> None:
     # -30,20 is a value, not an option: Python 3.14's rule, for the versions before it.
     parser._negative_number_matcher = re.compile(r"-\.?\d")
-    parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors)")
+    parser.add_argument("model", type=model_path, metavar="M", help=MODEL_HELP)
     parser.add_argument("--size", type=_size, default=(512, 512), metavar="WxH", help="pixels, WxH or N (default 512)")
     parser.add_argument("--camera", type=_numbers(2, 3), metavar="AZ,EL,DIST",
                         help="degrees around, degrees above, distance in radii of the shape (default: it fits)")
