@@ -79,8 +79,8 @@ def _size(model: "Model", target: "Target") -> int | None:
 
 def _bake_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors)")
-    parser.add_argument("--target", default="glsl330", help="what to write: glsl330 (default), shadertoy")
-    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="file to write (default: M's name + .glsl)")
+    parser.add_argument("--target", default="glsl330", help="what to write: glsl330 (default), shadertoy, cuda")
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="file to write (default: M's name + .glsl or .cu)")
     parser.add_argument("--storage", default="auto", choices=("auto", "literal", "texture", "packed"),
                         help="how weights are stored (auto: literals up to 64 wide, a texture above; "
                         "shadertoy: packed where training kept weights to a few bits)")
@@ -102,7 +102,7 @@ def _bake(arguments: Namespace) -> None:
     if arguments.target not in TARGETS:
         raise UserError(f"--target {show(arguments.target)}: there is {', '.join(TARGETS)}")
     model = load(arguments.model)
-    output = arguments.output or Path(arguments.model.stem + ".glsl")
+    output = arguments.output or Path(arguments.model.stem + (".cu" if arguments.target == "cuda" else ".glsl"))
     check_writable(output)
     text = TARGETS[arguments.target](model, storage=arguments.storage, digits=arguments.digits)
     write_whole(output, text)

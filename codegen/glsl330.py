@@ -86,12 +86,13 @@ def _head(model: Model, program: Program, target: str) -> list[str]:
     levels = " > ".join(shape_of(level.network) for level in model.levels)
     return [
         f"// Multiscale neural signed distance function {json.dumps(program.name)}, levels {levels}",
-        f"// model {program.sha256[:12]}, target {target}, mplicits {_version()}",
+        f"// model {program.sha256[:12]}, target {target}, mplicits {installed_version()}",
         "// Model space: the shape fits the unit sphere. Every uniform has a default; draw a triangle over the image.",
     ]
 
 
-def _version() -> str:
+def installed_version() -> str:
+    """Of this package."""
     try:
         return version("mplicits")
     except PackageNotFoundError:

@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from . import glsl330, shadertoy
+from . import cuda, glsl330, shadertoy
 from .model import Model
 
 
@@ -16,5 +16,6 @@ class Target(Protocol):
 TARGETS: dict[str, Target] = {
     "glsl330": glsl330.standalone,
     "shadertoy": shadertoy.standalone,
+    "cuda": cuda.standalone,
 }
 """Name -> target."""
