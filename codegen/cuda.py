@@ -23,6 +23,8 @@ LANGUAGE = Language(
 )
 FRAGMENT = 16
 """Columns that mma.sync takes at a time: widths are padded to a multiple of it."""
+WIDEST_SPLIT = 128
+"""Up to this width, level 1 is evaluated by pairs of halves: its rounding is the whole error (docs/cuda.md)."""
 
 _INCLUDE = re.compile(r'^#include "([\w.]+)"\n', re.MULTILINE)
 
@@ -155,6 +157,7 @@ def _networks(program: Program, offsets: dict[str, int]) -> list[str]:
         types += [
             f"template <> struct NetworkOf<{i}> {{",
             f"    static constexpr int WIDTH = {width}, LAYERS = {len(affines)}, OUTPUTS = {len(dots)};",
+            f"    static constexpr bool SPLIT = {str(i == 1 and width <= WIDEST_SPLIT).lower()};",
             _by_index("scale", [op.scale for op in dots]),
             _by_index("offset", [op.bias for op in dots]),
             "};",

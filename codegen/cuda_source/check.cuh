@@ -48,13 +48,19 @@ private:
 
 constexpr int THREADS = 128;
 
-// kernel(arguments...) on so many blocks of THREADS threads, in stream 0.
-template <class... Parameters, class... Arguments>
-void launch(void (*kernel)(Parameters...), int blocks, Arguments &&...arguments) {
+struct Grid {
+    int blocks, shared;  // blocks of THREADS threads, bytes of shared memory of each
+    Grid(int blocks, int shared = 0) : blocks(blocks), shared(shared) {}
+};
+
+// kernel(arguments...) in stream 0.
+template <class... Parameters, class... Values>
+void launch(void (*kernel)(Parameters...), Grid grid, Values &&...values) {
     cudaLaunchConfig_t config = {};
-    config.gridDim = dim3(static_cast<unsigned>(blocks));
+    config.gridDim = dim3(static_cast<unsigned>(grid.blocks));
     config.blockDim = dim3(THREADS);
-    check(cudaLaunchKernelEx(&config, kernel, std::forward<Arguments>(arguments)...), "kernel launch");
+    config.dynamicSmemBytes = static_cast<size_t>(grid.shared);
+    check(cudaLaunchKernelEx(&config, kernel, std::forward<Values>(values)...), "kernel launch");
 }
 
 inline int blocks_for(long long threads) { return static_cast<int>((threads + THREADS - 1) / THREADS); }

@@ -18,7 +18,7 @@ public:
             networks_.of[i] = packings_.back().upload();
         }
         set_grids(std::integral_constant<int, 1>());
-        shade_blocks_ = resident(shade_hits);
+        shade_grid_ = resident(shade_hits);
     }
 
     // mark(name): called after each stage.
@@ -40,7 +40,7 @@ public:
         mark("trace");
         launch(paint, blocks_for(s.pixels()), s, static_cast<const Hit *>(state_.get()), image);
         mark("paint");
-        if (shades_hits(s)) launch(shade_hits, shade_blocks_, s, networks_, rays, image);
+        if (shades_hits(s)) launch(shade_hits, shade_grid_, s, networks_, rays, image);
         mark("shade");
     }
 
@@ -64,20 +64,21 @@ private:
     static size_t counters(const Settings &s) { return static_cast<size_t>(s.rounds + 1) * LEVELS; }
 
     // Blocks that the device holds at once: the kernels take work until there is no more.
-    template <class Kernel> int resident(Kernel kernel) const {
+    template <class Kernel> Grid resident(Kernel kernel) const {
         int each = 0;
-        check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&each, kernel, THREADS, 0), "occupancy");
-        return std::max(1, each) * processors_;
+        check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, SHARED), "shared memory");
+        check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&each, kernel, THREADS, SHARED), "occupancy");
+        return Grid(std::max(1, each) * processors_, SHARED);
     }
 
     template <int PHASE> void set_grids(std::integral_constant<int, PHASE>) {
-        blocks_[PHASE - 1] = resident(trace<PHASE>);
+        grids_.push_back(resident(trace<PHASE>));
         if constexpr (PHASE < LEVELS) set_grids(std::integral_constant<int, PHASE + 1>());
     }
 
     template <int PHASE> void phase(std::integral_constant<int, PHASE>, const Settings &s, const Rays &rays) {
         if (PHASE > s.level) return;
-        launch(trace<PHASE>, blocks_[PHASE - 1], s, networks_, rays, done_);
+        launch(trace<PHASE>, grids_[PHASE - 1], s, networks_, rays, done_);
         if constexpr (PHASE < LEVELS) phase(std::integral_constant<int, PHASE + 1>(), s, rays);
     }
 
@@ -87,7 +88,9 @@ private:
         return std::any_of(counts, counts + LEVELS, [](int count) { return count > 0; });
     }
 
-    int processors_, shade_blocks_ = 1, blocks_[LEVELS] = {}, done_ = 0;
+    int processors_, done_ = 0;
+    std::vector<Grid> grids_;  // of trace, by level
+    Grid shade_grid_ = 1;
     Buffer<Hit> state_;
     Buffer<int> even_, odd_, hits_, waiting_, taken_, hit_count_;
     Buffer<unsigned long long> work_;

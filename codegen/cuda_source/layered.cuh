@@ -7,7 +7,7 @@
 
 // Sines of sums [pixels][width] + bias, as halves or, of the last layer, as floats; where slopes is given, cosines. A
 // thread: two columns. floats may be sums.
-__global__ void activate(const float *sums, const float *bias, int width, long long count, unsigned *halves, float *floats,
+__global__ void activate_layered(const float *sums, const float *bias, int width, long long count, unsigned *halves, float *floats,
                          unsigned *slopes) {
     long long i = 2 * (static_cast<long long>(blockIdx.x) * blockDim.x + threadIdx.x);
     if (i >= count) return;

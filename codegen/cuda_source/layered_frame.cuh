@@ -76,7 +76,7 @@ private:
                 product(true, true, width, width, packed.whole + static_cast<size_t>(j - 1) * half_matrix(width),
                         sines_.get(), sums_.get());
             }
-            launch(activate, blocks_for(count / 2), static_cast<const float *>(sums_.get()), packed.bias + j * width, width,
+            launch(activate_layered, blocks_for(count / 2), static_cast<const float *>(sums_.get()), packed.bias + j * width, width,
                    count, sines_.get(), j + 1 == network.layers ? sums_.get() : nullptr,
                    with_slopes ? slopes_of(j, width) : nullptr);
         }

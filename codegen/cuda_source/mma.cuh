@@ -1,12 +1,18 @@
-// mma.cuh: the three instructions of the tensor cores' path, and how their operands lie in a warp.
+// mma.cuh: three instructions of the tensor cores' path, and how their operands lie in a warp;
+// and a block's shared memory.
 // mma.sync.m16n8k16 (PTX ISA, "Matrix Fragments for mma.m16n8k16"), lane = 4 q + r, two halves to a register:
 //   A, 16 x 16: register 0 rows q, columns 2 r + {0, 1}; 1 rows q + 8; 2 and 3 the same at columns + 8;
 //   B, 16 x 8:  register 0 rows 2 r + {0, 1}, column q; register 1 rows + 8;
 //   D, 16 x 8:  0 and 1 row q, columns 2 r + {0, 1}; 2 and 3 row q + 8.
-// So two neighbouring D of one layer lie as an A of the next: activations never leave their registers.
+// So two neighbouring D of one layer lie as an A of the next: no activation ever moves to another lane.
 constexpr unsigned WARP = 0xffffffffu;
 
 #ifndef MPLICITS_HOST
+__device__ inline uint4 *shared_memory() {
+    extern __shared__ uint4 words[];
+    return words;
+}
+
 // d += a b, float16 inputs, float32 sums.
 __device__ inline void mma(float (&d)[4], const unsigned (&a)[4], unsigned b0, unsigned b1) {
 #if __CUDA_ARCH__ >= 800

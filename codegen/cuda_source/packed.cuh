@@ -7,6 +7,7 @@ struct Packed {
     const float *bias;      // [LAYERS][WIDTH]
     const float *rows;      // [8][WIDTH], OUTPUTS of them not zero
     const uint4 *forward;   // [LAYERS - 1][WIDTH / 16 outputs][WIDTH / 16 inputs][32 lanes]: B of two neighbouring mma
+    const uint4 *forward_rest;  // the same of what halves lose of the matrices
     const uint4 *backward;  // the same of the transposed matrices
     const unsigned *whole;  // [LAYERS - 1][WIDTH][WIDTH] halves, row by row, for cuBLAS
     float lift;             // power of two that brings the largest entry of the rows to between 1 and 2
@@ -26,6 +27,13 @@ inline unsigned half_of(float value) {
     if (size < 6.103515625e-5f) return sign | static_cast<unsigned>(nearbyintf(size * 16777216.0f));
     bits = (bits & 0x7fffffffu) - (112u << 23);
     return sign | (bits + 0xfffu + (bits >> 13 & 1u)) >> 13;
+}
+
+inline float float_of(unsigned half) {
+    int exponent = static_cast<int>(half >> 10 & 31u), mantissa = static_cast<int>(half & 1023u);
+    float size = exponent == 0 ? ldexpf(static_cast<float>(mantissa), -24)
+                               : ldexpf(static_cast<float>(1024 + mantissa), exponent - 25);
+    return half & 0x8000u ? -size : size;
 }
 
 inline unsigned halves_of(float low, float high) { return half_of(low) | half_of(high) << 16; }
@@ -50,8 +58,10 @@ public:
             for (int o = 0; o < layer.rows; ++o) bias_[static_cast<size_t>(j * width_ + o)] = layer.shift(o);
         }
         for (int j = 1; j < network.layers; ++j) {
-            fragments(network.layer[j], false, forward_);
-            fragments(network.layer[j], true, backward_);
+            const Layer &layer = network.layer[j];
+            fragments([&](int i, int o) { return layer.at(o, i); }, forward_);
+            fragments([&](int i, int o) { return layer.at(o, i) - float_of(half_of(layer.at(o, i))); }, forward_rest_);
+            fragments([&](int i, int o) { return layer.at(i, o); }, backward_);
             for (int o = 0; o < width_; ++o) {
                 for (int i = 0; i < width_; i += 2) {
                     size_t place = (static_cast<size_t>((j - 1) * width_ + o) * width + static_cast<size_t>(i)) / 2;
@@ -63,15 +73,12 @@ public:
     }
 
     Packed upload() {
-        return Packed{keep(first_), keep(bias_), keep(rows_), keep(forward_), keep(backward_), keep(whole_), lift_};
+        return Packed{keep(first_), keep(bias_), keep(rows_), keep(forward_), keep(forward_rest_), keep(backward_), keep(whole_), lift_};
     }
 
 private:
     // B of mma n and n + 1 (columns: outputs 16 n .. 16 n + 15; rows: inputs 16 k .. 16 k + 15), lane by lane.
-    void fragments(const Layer &layer, bool transposed, std::vector<uint4> &out) {
-        auto entry = [&](int input, int output) {
-            return transposed ? layer.at(input, output) : layer.at(output, input);
-        };
+    template <class Entry> void fragments(Entry entry, std::vector<uint4> &out) {
         for (int n = 0; n < width_ / 16; ++n) {
             for (int k = 0; k < width_ / 16; ++k) {
                 for (int lane = 0; lane < 32; ++lane) {
@@ -109,7 +116,7 @@ private:
     float lift_ = 1.0f;
     std::vector<float4> first_;
     std::vector<float> bias_, rows_;
-    std::vector<uint4> forward_, backward_;
+    std::vector<uint4> forward_, forward_rest_, backward_;
     std::vector<unsigned> whole_;
     std::vector<std::shared_ptr<void>> kept_;
 };

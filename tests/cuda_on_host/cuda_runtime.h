@@ -64,6 +64,8 @@ struct Fiber {
 inline Fiber *now;
 inline jmp_buf scheduler;
 inline const std::function<void()> *body;
+inline size_t shared_size;
+inline std::vector<uint4> shared_words;
 
 [[noreturn]] inline void fail(const char *what) {
     fprintf(stderr, "host CUDA: %s\n", what);
@@ -100,9 +102,11 @@ inline void resume(Fiber &fiber) {
     setcontext(&fiber.entry);
 }
 
-inline void run_grid(unsigned blocks, unsigned threads, const std::function<void()> &kernel) {
+inline void run_grid(unsigned blocks, unsigned threads, size_t shared, const std::function<void()> &kernel) {
     static std::vector<Fiber> fibers(RESIDENT * 128);
     static std::vector<Warp> warps(RESIDENT * 4);
+    shared_size = shared;
+    shared_words.assign(RESIDENT * shared / sizeof(uint4), uint4{~0u, ~0u, ~0u, ~0u});
     if (threads != 128) fail("blocks have 128 threads here");
     body = &kernel;
     blockDim = dim3(threads);
@@ -219,6 +223,7 @@ inline float __shfl_xor_sync(unsigned, float value, int flip) {
 }
 
 namespace mplicits {
+inline uint4 *shared_memory() { return &host::shared_words[blockIdx.x % host::RESIDENT * (host::shared_size / sizeof(uint4))]; }
 inline unsigned pack(float low, float high) { return host::to_half(low) | host::to_half(high) << 16; }
 inline void unpack(unsigned both, float &low, float &high) {
     low = host::halves()[both & 0xffffu];
@@ -257,10 +262,12 @@ enum cudaError_t {
 enum cudaMemcpyKind { cudaMemcpyHostToDevice, cudaMemcpyDeviceToHost };
 struct cudaLaunchConfig_t {
     dim3 gridDim, blockDim;
+    size_t dynamicSmemBytes;
 };
 struct cudaDeviceProp {
     char name[256];
     int major, minor, multiProcessorCount;
+    size_t sharedMemPerBlockOptin;
 };
 struct cudaFuncAttributes {};
 using cudaEvent_t = int *;
@@ -276,10 +283,12 @@ inline cudaError_t cudaGetDeviceCount(int *count) {
     return *count == 0 ? cudaErrorNoDevice : cudaSuccess;
 }
 inline cudaError_t cudaGetDeviceProperties(cudaDeviceProp *device, int) {
-    *device = {"host", static_cast<int>(host_setting("MPLICITS_HOST_MAJOR", 9)), 0, 2};
+    *device = {"host", static_cast<int>(host_setting("MPLICITS_HOST_MAJOR", 9)), 0, 2, 232448};
     return cudaSuccess;
 }
 template <class Kernel> cudaError_t cudaFuncGetAttributes(cudaFuncAttributes *, Kernel) { return cudaSuccess; }
+enum { cudaFuncAttributeMaxDynamicSharedMemorySize };
+template <class Kernel> cudaError_t cudaFuncSetAttribute(Kernel, int, int) { return cudaSuccess; }
 template <class Kernel> cudaError_t cudaOccupancyMaxActiveBlocksPerMultiprocessor(int *blocks, Kernel, int, size_t) {
     *blocks = 1;
     return cudaSuccess;
@@ -325,7 +334,7 @@ template <class T> cudaError_t cudaMemcpyToSymbol(T &symbol, const void *from, s
 }
 template <class... Parameters, class... Arguments>
 cudaError_t cudaLaunchKernelEx(const cudaLaunchConfig_t *config, void (*kernel)(Parameters...), Arguments &&...arguments) {
-    host::run_grid(config->gridDim.x, config->blockDim.x, [&] { kernel(arguments...); });
+    host::run_grid(config->gridDim.x, config->blockDim.x, config->dynamicSmemBytes, [&] { kernel(arguments...); });
     return cudaSuccess;
 }
 inline cudaError_t cudaEventCreate(cudaEvent_t *event) { return *event = nullptr, cudaSuccess; }
