@@ -8,6 +8,8 @@
 constexpr unsigned WARP = 0xffffffffu;
 
 #ifndef MPLICITS_HOST
+constexpr int PEAK_ROUNDS = 4096, PEAK_SIZE = 8192;  // what peak.cuh measures by
+
 __device__ inline uint4 *shared_memory() {
     extern __shared__ uint4 words[];
     return words;

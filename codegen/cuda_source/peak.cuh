@@ -1,6 +1,4 @@
 // peak.cuh: what the card's matrix units do at most, measured, in floating-point operations per second.
-constexpr int PEAK_ROUNDS = 4096;
-
 // Eight independent chains of mma per warp, from registers.
 __global__ void mma_peak(float *sink) {
     unsigned a[4] = {threadIdx.x, 1u, 2u, 3u};
@@ -35,11 +33,11 @@ inline double measured_mma_peak(int processors) {
     return 2.0 * 16 * 8 * 16 * 8 * PEAK_ROUNDS * (THREADS / 32) * blocks / (1e-3 * milliseconds);
 }
 
-// By cuBLAS, 8192 x 8192 x 8192 halves; 0 where the library is not there.
+// By cuBLAS, PEAK_SIZE^3 products of halves; 0 where the library is not there.
 inline double measured_cublas_peak() {
     std::unique_ptr<Cublas> cublas = Cublas::open();
     if (!cublas) return 0.0;
-    const int n = 8192;
+    const int n = PEAK_SIZE;
     std::vector<unsigned> values(static_cast<size_t>(n) * n / 2);
     unsigned seed = 1;
     for (unsigned &value : values) {

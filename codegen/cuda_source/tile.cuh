@@ -204,6 +204,8 @@ __device__ inline void forward(const Packed &net, const vec4 (&points)[T][2], ui
 // Outputs of the network at p, one point per lane.
 template <class Net> __device__ inline void evaluate(const Packed &net, vec4 p, float (&outputs)[Net::OUTPUTS]) {
     constexpr int T = Tile<Net>::T;
+#pragma unroll
+    for (int c = 0; c < Net::OUTPUTS; ++c) outputs[c] = 0.0f;
 #pragma unroll 1
     for (int base = 0; base < 32; base += 16 * T) {
         vec4 points[T][2];

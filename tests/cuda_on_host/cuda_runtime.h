@@ -223,6 +223,7 @@ inline float __shfl_xor_sync(unsigned, float value, int flip) {
 }
 
 namespace mplicits {
+constexpr int PEAK_ROUNDS = 2, PEAK_SIZE = 16;
 inline uint4 *shared_memory() { return &host::shared_words[blockIdx.x % host::RESIDENT * (host::shared_size / sizeof(uint4))]; }
 inline unsigned pack(float low, float high) { return host::to_half(low) | host::to_half(high) << 16; }
 inline void unpack(unsigned both, float &low, float &high) {
