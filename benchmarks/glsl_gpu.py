@@ -86,7 +86,8 @@ def main() -> None:
     page = Page(
         options.output, f"# GLSL on a GPU, beside CUDA, {options.size} x {options.size}", "",
         f"Printed by `PYTHONPATH=. python benchmarks/glsl_gpu.py --size {options.size}`.", "",
-        f"GPU and driver: {gpu() or NOT_RUN}. Host: {machine()}. Frames per second, medians of {FRAMES}; compiling in seconds.", "",
+        f"GPU and driver: {gpu() or NOT_RUN}. Host: {machine()}. Frames per second, medians of {FRAMES}; compiling in "
+        "seconds.", "",
         "| network | literal | compiling | texture | compiling | CUDA simple | CUDA fused | nvcc |",
         "| --- |" + " ---: |" * 7,
     )

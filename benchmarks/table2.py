@@ -3,8 +3,9 @@
     PYTHONPATH=. python benchmarks/table2.py MODELS [--seconds 150] [--size 512] [-o FILE]
 
 MODELS: a folder for the models of MODELS_OF below; those that are missing are trained there first, on Armadillo
-(`meshes/armadillo.ply` of the data), for --seconds each. NM: the last level gives normals alone, it is not traced. Every
-variant runs in one process per row; frames are checked against `simple`, float32. Without a GPU the columns say so.
+(`meshes/armadillo.ply` of the data), for --seconds each. NM: the last level gives normals alone, it is not traced.
+Every variant runs in one process per row; frames are checked against `simple`, float32. Without a GPU the columns
+say so.
 """
 
 import argparse
@@ -43,8 +44,8 @@ def train(path: Path, levels: str, seconds: float) -> None:
         return
     path.parent.mkdir(parents=True, exist_ok=True)
     shape = DATA / "meshes" / "armadillo.ply"
-    subprocess.run([sys.executable, "-m", "mplicits", "train", str(shape), "--levels", levels, "--seconds", f"{seconds:g}",
-                    "-o", str(path)], check=True)
+    subprocess.run([sys.executable, "-m", "mplicits", "train", str(shape), "--levels", levels,
+                    "--seconds", f"{seconds:g}", "-o", str(path)], check=True)
 
 
 def psnr(ours: Path, theirs: Path) -> float:
@@ -73,10 +74,12 @@ def main() -> None:
     card = gpu()
     page = Page(
         options.output, f"# Table 2: frames per second at {options.size} x {options.size}, CUDA", "",
-        f"Printed by `PYTHONPATH=. python benchmarks/table2.py MODELS --seconds {options.seconds:g} --size {options.size}`.", "",
-        f"GPU and driver: {card or NOT_RUN}. Host: {machine()}. Armadillo, {options.seconds:g} s of training a model. Medians of "
-        "200 frames by CUDA events. layered: cuBLAS, a product per layer over all pixels; one round: the paper's schedule, "
-        "20 steps of level 1 and 5 of each finer level, which leaves holes; the others go on until every ray is done. "
+        f"Printed by `PYTHONPATH=. python benchmarks/table2.py MODELS --seconds {options.seconds:g} --size "
+        f"{options.size}`.", "",
+        f"GPU and driver: {card or NOT_RUN}. Host: {machine()}. Armadillo, {options.seconds:g} s of training a model. "
+        "Medians of 200 frames by CUDA events. layered: cuBLAS, a product per layer over all pixels; one round: the "
+        "paper's schedule, 20 steps of level 1 and 5 of each finer level, which leaves holes; the others go on until "
+        "every ray is done. "
         "Useful TFLOP/s and share of the measured matrix peak, and PSNR against simple (float32): of fused. "
         "The paper's column: RTX 5090, its own renderer and networks.", "",
         "| model | paper | simple | fused | layered | layered, one round | TFLOP/s | of peak | PSNR, dB |",
@@ -88,7 +91,8 @@ def main() -> None:
         if card is not None:
             train(path, MODELS_OF[name], options.seconds)
             built = build(load(path), options.models / name)
-            found = built.benchmark("--size", str(options.size), "--level", str(level), "--normal-level", str(normal_level))
+            found = built.benchmark("--size", str(options.size), "--level", str(level), "--normal-level",
+                                    str(normal_level))
             cells = measured(found, built.program.parent, options.size)
         page.add(f"| {title} | {printed} | {' | '.join(cells)} |")
 

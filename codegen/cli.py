@@ -80,7 +80,8 @@ def _size(model: "Model", target: "Target") -> int | None:
 def _bake_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors)")
     parser.add_argument("--target", default="glsl330", help="what to write: glsl330 (default), shadertoy, cuda")
-    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="file to write (default: M's name + .glsl or .cu)")
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE",
+                        help="file to write (default: M's name + .glsl or .cu)")
     parser.add_argument("--storage", default="auto", choices=("auto", "literal", "texture", "packed"),
                         help="how weights are stored (auto: literals up to 64 wide, a texture above; "
                         "shadertoy: packed where training kept weights to a few bits)")
