@@ -51,6 +51,7 @@ inline std::vector<std::string> parts(const std::string &text, char separator) {
     std::vector<std::string> found;
     std::stringstream stream(text);
     for (std::string part; std::getline(stream, part, separator);) found.push_back(part);
+    if (!text.empty() && text.back() == separator) found.emplace_back();
     return found;
 }
 
