@@ -29,8 +29,8 @@ WIDEST_SPLIT = 128
 _INCLUDE = re.compile(r'^#include "([\w.]+)"\n', re.MULTILINE)
 
 HEADERS = (
-    "cuda_runtime.h", "dlfcn.h", "algorithm", "cerrno", "cmath", "cstdarg", "cstdio", "cstdlib", "cstring", "list", "map",
-    "memory", "set", "sstream", "string", "type_traits", "utility", "vector",
+    "cuda_runtime.h", "dlfcn.h", "algorithm", "cerrno", "cmath", "cstdarg", "cstdio", "cstdlib", "cstring", "list",
+    "map", "memory", "set", "sstream", "string", "type_traits", "utility", "vector",
 )
 
 
@@ -94,11 +94,10 @@ def _head(model: Model, program: Program) -> list[str]:
         "//",
         "//     nvcc -O3 -arch=native model.cu -o model && ./model --help",
         "//",
-        "// Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores; layered, a product by",
-        "// cuBLAS per layer, over all pixels. cuBLAS is part of the CUDA toolkit; it is opened at run time by the variant",
-        "// that needs it, so that there is nothing to link. The files below stand in the order in which they are read:",
-        "// vectors, uniforms, the field, camera_ray, ball, march, shade, simple, mma, packed, tile, adjoint, queues, fused,",
-        "// layered, benchmark, main.",
+        "// Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores; layered, a",
+        "// product by cuBLAS per layer, over all pixels. cuBLAS is part of the CUDA toolkit; it is opened at run time",
+        "// by the variant that needs it: nothing is to be linked. In order: vectors, uniforms, the field, camera_ray,",
+        "// ball, march, shade, simple, mma, packed, tile, adjoint, queues, fused, layered, benchmark, main.",
     ]
 
 
@@ -142,7 +141,10 @@ def _dots(function: Function) -> list[Dot]:
 
 def _networks(program: Program, offsets: dict[str, int]) -> list[str]:
     rows = []
-    types = ["// A level's network at compile time, index: level; 0: the texture.", "template <int LEVEL> struct NetworkOf;"]
+    types = [
+        "// A level's network at compile time, index: level; 0: the texture.",
+        "template <int LEVEL> struct NetworkOf;",
+    ]
     for i in range(len(program.bands) + 1):
         function = _all(program).get(i)
         if function is None:
@@ -151,9 +153,10 @@ def _networks(program: Program, offsets: dict[str, int]) -> list[str]:
         affines, dots = _affines(function), _dots(function)
         widest = max(int(program.constants[op.matrix].shape[0]) for op in affines)
         width = -(-widest // FRAGMENT) * FRAGMENT
-        rows.append(f"    {{{width}, {len(affines)}, {len(dots)}, {{{', '.join(_layer(program, op, offsets) for op in affines)}}}, "
-                    f"{{{', '.join(str(offsets[op.row]) for op in dots)}}}, {_numbers(dots, 'scale')}, {_numbers(dots, 'bias')}, "
-                    f"{program.cost(function).multiply_adds}}},")
+        layers = ", ".join(_layer(program, op, offsets) for op in affines)
+        output_rows = ", ".join(str(offsets[op.row]) for op in dots)
+        rows.append(f"    {{{width}, {len(affines)}, {len(dots)}, {{{layers}}}, {{{output_rows}}}, "
+                    f"{_numbers(dots, 'scale')}, {_numbers(dots, 'bias')}, {program.cost(function).multiply_adds}}},")
         types += [
             f"template <> struct NetworkOf<{i}> {{",
             f"    static constexpr int WIDTH = {width}, LAYERS = {len(affines)}, OUTPUTS = {len(dots)};",
@@ -185,6 +188,6 @@ def _by_index(name: str, values: list[float]) -> str:
 
 def c_string(text: str) -> str:
     """A C++ string literal of any text: every byte but letters, digits and spaces is an octal escape."""
-    plain = (chr(byte) if chr(byte).isalnum() and byte < 128 or byte == 32 else f"\\{byte:03o}"
+    plain = (chr(byte) if (chr(byte).isalnum() and byte < 128) or byte == 32 else f"\\{byte:03o}"
              for byte in text.encode(errors="backslashreplace"))
     return f'"{"".join(plain)}"'

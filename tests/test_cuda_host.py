@@ -134,7 +134,8 @@ def test_no_ray_is_lost_or_counted_twice(fitted: Path) -> None:
     for rounds in ("32", "1"):
         settings = ("--rounds", rounds, "--iterations", "3,2")
         raw, simple = (data(fitted, variant, SIDE, *settings) for variant in ("fused", "simple"))
-        done = run(fitted, "--benchmark", "--variant", "fused", "--frames", "1", "--size", str(SIDE), *settings, "-o", "x.ppm")
+        done = run(fitted, "--benchmark", "--variant", "fused", "--frames", "1", "--size", str(SIDE), *settings,
+                   "-o", "x.ppm")
         (found,) = json.loads(done.stdout)["sizes"][0]["variants"]
         assert found["evaluations"][0] == raw[..., 1].sum()
         assert found["hits"] == (raw[..., 3] > 0.5).sum() > 0

@@ -4,7 +4,8 @@
 
 // What follows 16 sums d of g at layer `layer`, columns from 16 n: times the cosines, on to scratch or the gradient.
 template <class Net, bool FIRST, int T>
-__device__ inline void descend(const Packed &net, int n, float (&d)[T][2][4], const uint4 *slopes, float (&sums)[3][T][2]) {
+__device__ inline void descend(const Packed &net, int n, float (&d)[T][2][4], const uint4 *slopes,
+                               float (&sums)[3][T][2]) {
     constexpr int K = Tile<Net>::K;
 #pragma unroll
     for (int m = 0; m < T; ++m) {
@@ -38,7 +39,8 @@ __device__ inline void descend(const Packed &net, int n, float (&d)[T][2][4], co
 }
 
 // g at the last layer's sines: the output row.
-template <class Net, int T> __device__ inline void output_row(const Packed &net, const uint4 *slopes, float (&sums)[3][T][2]) {
+template <class Net, int T>
+__device__ inline void output_row(const Packed &net, const uint4 *slopes, float (&sums)[3][T][2]) {
 #pragma unroll 1
     for (int n = 0; n < Tile<Net>::K; ++n) {
         float d[T][2][4];
@@ -79,7 +81,8 @@ template <class Net> __device__ inline vec3 evaluate_gradient(const Packed &net,
         forward<Net>(net, points, slopes, value);
         output_row<Net>(net, slopes + LAST * SIZE, sums);
 #pragma unroll 1
-        for (int layer = LAST; layer > 1; --layer) layer_back<Net, false>(net, layer, slopes + (layer - 1) * SIZE, sums);
+        for (int layer = LAST; layer > 1; --layer)
+            layer_back<Net, false>(net, layer, slopes + (layer - 1) * SIZE, sums);
         if constexpr (LAST > 0) layer_back<Net, true>(net, 1, slopes, sums);
         gather(sums[0], base, gradient.x);
         gather(sums[1], base, gradient.y);

@@ -30,7 +30,8 @@ struct Arguments {
 inline double number(const std::string &option, const std::string &text) {
     char *end = nullptr;
     double value = strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0' || !std::isfinite(value)) refuse("%s %s: not a number", option.c_str(), text.c_str());
+    if (text.empty() || *end != '\0' || !std::isfinite(value))
+        refuse("%s %s: not a number", option.c_str(), text.c_str());
     return value;
 }
 
@@ -50,6 +51,7 @@ inline std::vector<std::string> parts(const std::string &text, char separator) {
     std::vector<std::string> found;
     std::stringstream stream(text);
     for (std::string part; std::getline(stream, part, separator);) found.push_back(part);
+    if (!text.empty() && text.back() == separator) found.emplace_back();
     return found;
 }
 
@@ -76,8 +78,9 @@ inline mat4 orbit(double azimuth, double elevation, double distance) {
 }
 
 inline Shading shading(const std::string &text) {
-    const std::map<std::string, Shading> names = {{"phong", SHADE_PHONG}, {"normal", SHADE_NORMAL}, {"depth", SHADE_DEPTH},
-                                                  {"steps", SHADE_STEPS}, {"texture", SHADE_TEXTURE}, {"data", SHADE_DATA}};
+    const std::map<std::string, Shading> names = {{"phong", SHADE_PHONG},     {"normal", SHADE_NORMAL},
+                                                  {"depth", SHADE_DEPTH},     {"steps", SHADE_STEPS},
+                                                  {"texture", SHADE_TEXTURE}, {"data", SHADE_DATA}};
     auto found = names.find(text);
     if (found == names.end()) refuse("--shade %s: phong, normal, texture, depth, steps or data", text.c_str());
     if (found->second == SHADE_TEXTURE && !TEXTURED) refuse("the model has no texture; use --shade phong or normal");
@@ -88,8 +91,9 @@ inline Arguments read_arguments(int count, char **values) {
     Arguments a;
     std::map<std::string, std::string> given;
     const std::set<std::string> known = {
-        "-o", "--variant", "--size", "--camera", "--fov", "--level", "--normal-level", "--shade", "--iterations", "--rounds",
-        "--delta-scale", "--step-scale", "--light", "--background", "--time", "--frames", "--check", "--psnr"};
+        "-o",      "--variant",    "--size",   "--camera",      "--fov",        "--level", "--normal-level",
+        "--shade", "--iterations", "--rounds", "--delta-scale", "--step-scale", "--light", "--background",
+        "--time",  "--frames",     "--check",  "--psnr"};
     for (int i = 1; i < count; ++i) {
         std::string option = values[i];
         if (option == "--help" || option == "-h") {
@@ -105,7 +109,9 @@ inline Arguments read_arguments(int count, char **values) {
             given[option] = values[i];
         }
     }
-    auto get = [&](const char *name, const char *other) { return given.count(name) ? given[name] : std::string(other); };
+    auto get = [&](const char *name, const char *other) {
+        return given.count(name) ? given[name] : std::string(other);
+    };
     Settings &s = a.settings;
     a.named = given.count("-o") != 0;
     a.sized = given.count("--size") != 0;
@@ -118,7 +124,8 @@ inline Arguments read_arguments(int count, char **values) {
     a.frames = whole("--frames", get("--frames", "200"), 1, 100000);
     a.least_psnr = number("--psnr", get("--psnr", "40"));
     std::vector<std::string> sides = parts(get("--size", "512"), 'x');
-    if (sides.empty() || sides.size() > 2) refuse("--size: WxH in pixels, for example 640x480, or one number for a square");
+    if (sides.empty() || sides.size() > 2)
+        refuse("--size: WxH in pixels, for example 640x480, or one number for a square");
     s.width = whole("--size", sides.front(), 1, 16384);
     s.height = whole("--size", sides.back(), 1, 16384);
     const double degree = std::acos(-1.0) / 180.0;
@@ -138,7 +145,8 @@ inline Arguments read_arguments(int count, char **values) {
     if (steps.size() > LEVELS) refuse("--iterations: more numbers than the model has levels (%d)", LEVELS);
     double scale = within("--delta-scale", get("--delta-scale", "1"), 1e-6, 100.0);
     for (size_t i = 0; i < LEVELS; ++i) {
-        a.steps.push_back(steps.empty() ? ITERATIONS[i] : whole("--iterations", steps[std::min(i, steps.size() - 1)], 1, 10000));
+        a.steps.push_back(steps.empty() ? ITERATIONS[i]
+                                        : whole("--iterations", steps[std::min(i, steps.size() - 1)], 1, 10000));
         a.deltas.push_back(static_cast<float>(DELTAS[i] * scale));
     }
     if (given.count("--light")) {

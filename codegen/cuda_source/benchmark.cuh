@@ -11,8 +11,10 @@ struct Peaks {
 inline double useful_operations(const Statistics &found, const Settings &s) {
     double operations = 0.0;
     for (int i = 0; i < LEVELS; ++i) {
-        operations += 2.0 * static_cast<double>(NETWORKS[i + 1].multiply_adds) * static_cast<double>(found.evaluated[i]);
-        if (shades_hits(s) && i < s.normal_level) operations += 4.0 * static_cast<double>(NETWORKS[i + 1].multiply_adds) * found.hits;
+        operations +=
+            2.0 * static_cast<double>(NETWORKS[i + 1].multiply_adds) * static_cast<double>(found.evaluated[i]);
+        if (shades_hits(s) && i < s.normal_level)
+            operations += 4.0 * static_cast<double>(NETWORKS[i + 1].multiply_adds) * found.hits;
     }
     if (TEXTURED && shades_hits(s)) operations += 2.0 * static_cast<double>(NETWORKS[0].multiply_adds) * found.hits;
     return operations;
@@ -35,7 +37,8 @@ inline void print_statistics(const Statistics &found) {
     for (int i = 0; i < LEVELS; ++i) printf("%s%llu", i ? ", " : "", found.evaluated[i]);
     printf("], \"lanes_in_use\": [");
     for (int i = 0; i < LEVELS; ++i) {
-        printf("%s%.4g", i ? ", " : "", found.asked[i] ? static_cast<double>(found.evaluated[i]) / static_cast<double>(found.asked[i]) : 0.0);
+        printf("%s%.4g", i ? ", " : "",
+               found.asked[i] ? static_cast<double>(found.evaluated[i]) / static_cast<double>(found.asked[i]) : 0.0);
     }
     printf("]");
 }
@@ -61,14 +64,20 @@ inline void run_variant(const char *label, const std::string &variant, const Arg
         for (size_t k = 0; k < stages.size(); ++k) stages[k].push_back(timer.stage(k));
     }
     double milliseconds = median(totals);
-    printf("      {\"variant\": \"%s\", \"rounds\": %d, \"fps\": %.6g, \"milliseconds\": %.6g, \"frames\": %d, \"memory_mib\": %.1f, \"stages\": {",
-           label, a.settings.rounds, 1e3 / milliseconds, milliseconds, a.frames, (static_cast<double>(before) - static_cast<double>(after)) / 1048576.0);
-    for (size_t k = 0; k < stages.size(); ++k) printf("%s\"%s\": %.6g", k ? ", " : "", timer.names()[k].c_str(), median(stages[k]));
+    printf(
+        "      {\"variant\": \"%s\", \"rounds\": %d, \"fps\": %.6g, \"milliseconds\": %.6g, \"frames\": %d, "
+        "\"memory_mib\": %.1f, \"stages\": {",
+        label, a.settings.rounds, 1e3 / milliseconds, milliseconds, a.frames,
+        (static_cast<double>(before) - static_cast<double>(after)) / 1048576.0);
+    for (size_t k = 0; k < stages.size(); ++k)
+        printf("%s\"%s\": %.6g", k ? ", " : "", timer.names()[k].c_str(), median(stages[k]));
     printf("}");
     if (useful > 0.0) print_rate("useful", useful, milliseconds, peaks.best());
     if (variant == "layered") print_rate("executed", frame.executed(), milliseconds, peaks.best());
     if (variant == "fused") print_statistics(frame.statistics());
-    std::string base = a.output.size() > 4 && a.output.substr(a.output.size() - 4) == ".ppm" ? a.output.substr(0, a.output.size() - 4) : a.output;
+    std::string base = a.output.size() > 4 && a.output.substr(a.output.size() - 4) == ".ppm"
+                           ? a.output.substr(0, a.output.size() - 4)
+                           : a.output;
     std::string name = base + "-" + label + "-" + std::to_string(a.settings.width) + ".ppm";
     write_ppm(name, frame.image(), a.settings.width, a.settings.height);
     printf("}");
@@ -90,9 +99,11 @@ inline void run_benchmark(Arguments a, const cudaDeviceProp &device) {
     bool tensor = device.major >= 8 && weights_fit_halves();
     Peaks peaks = {tensor ? measured_mma_peak(device.multiProcessorCount) : 0.0, measured_cublas_peak()};
     bool cublas = peaks.cublas > 0.0;
-    printf("{\"model\": \"%s\", \"device\": \"%s\", \"compute_capability\": \"%d.%d\", \"driver_cuda\": %d, \"runtime_cuda\": %d,\n"
-           " \"peak_mma_tflops\": %.4g, \"peak_cublas_tflops\": %.4g,\n \"sizes\": [\n",
-           SHA256, device.name, device.major, device.minor, driver, runtime, 1e-12 * peaks.mma, 1e-12 * peaks.cublas);
+    printf(
+        "{\"model\": \"%s\", \"device\": \"%s\", \"compute_capability\": \"%d.%d\", "
+        "\"driver_cuda\": %d, \"runtime_cuda\": %d,\n"
+        " \"peak_mma_tflops\": %.4g, \"peak_cublas_tflops\": %.4g,\n \"sizes\": [\n",
+        SHA256, device.name, device.major, device.minor, driver, runtime, 1e-12 * peaks.mma, 1e-12 * peaks.cublas);
     std::vector<int> sizes = a.sized ? std::vector<int>{0} : std::vector<int>{512, 1024};
     for (size_t i = 0; i < sizes.size(); ++i) {
         if (sizes[i]) a.settings.width = a.settings.height = sizes[i];

@@ -1,5 +1,5 @@
-// cublas.cuh: the few functions of cuBLAS that `layered` and --benchmark call. The library is part of the toolkit; it is
-// opened at run time, so that this file compiles and links without it.
+// cublas.cuh: the few functions of cuBLAS that `layered` and --benchmark call. The library is part of the toolkit; it
+// is opened at run time, so that this file compiles and links without it.
 class Cublas {
 public:
     // Empty where the toolkit's libraries are not found.
@@ -15,7 +15,8 @@ public:
     Cublas &operator=(const Cublas &) = delete;
 
     // c (m x n, float32, column-major) = op(a) b, both halves or both float32; op: transposed or not.
-    void product(bool halves, bool transposed, int m, int n, int k, const void *a, int rows, const void *b, float *c) const {
+    void product(bool halves, bool transposed, int m, int n, int k, const void *a, int rows, const void *b,
+                 float *c) const {
         const float one = 1.0f, zero = 0.0f;
         const int type = halves ? 2 : 0;  // CUDA_R_16F, CUDA_R_32F
         const int sums = 68, best = -1;   // CUBLAS_COMPUTE_32F, CUBLAS_GEMM_DEFAULT
@@ -27,8 +28,8 @@ public:
 private:
     using Create = int (*)(void **);
     using Destroy = int (*)(void *);
-    using Product = int (*)(void *, int, int, int, int, int, const void *, const void *, int, int, const void *, int, int,
-                            const void *, void *, int, int, int, int);
+    using Product = int (*)(void *, int, int, int, int, int, const void *, const void *, int, int, const void *, int,
+                            int, const void *, void *, int, int, int, int);
 
     explicit Cublas(void *library) {
         auto create = reinterpret_cast<Create>(dlsym(library, "cublasCreate_v2"));

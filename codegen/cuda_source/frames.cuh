@@ -18,13 +18,15 @@ inline bool weights_fit_halves() {
 
 class Frame {
 public:
-    Frame(const std::string &variant, const Arguments &a, const cudaDeviceProp &device) : variant_(variant), settings_(a.settings) {
+    Frame(const std::string &variant, const Arguments &a, const cudaDeviceProp &device)
+        : variant_(variant), settings_(a.settings) {
         if (variant != "simple") {
             if (device.major < 8) {
-                refuse("--variant %s needs compute capability 8.0, this GPU has %d.%d; use --variant simple", variant.c_str(),
-                       device.major, device.minor);
+                refuse("--variant %s needs compute capability 8.0, this GPU has %d.%d; use --variant simple",
+                       variant.c_str(), device.major, device.minor);
             }
-            if (!weights_fit_halves()) refuse("--variant %s: weights beyond float16's range; use --variant simple", variant.c_str());
+            if (!weights_fit_halves())
+                refuse("--variant %s: weights beyond float16's range; use --variant simple", variant.c_str());
         }
         if (variant == "fused" && SHARED > static_cast<int>(device.sharedMemPerBlockOptin)) {
             refuse("--variant fused: networks too wide for this GPU's shared memory; use --variant simple");

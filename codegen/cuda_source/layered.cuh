@@ -2,13 +2,14 @@
 #include "march.cuh"
 #include "shade.cuh"
 #include "packed.cuh"
-// Variant `layered`, the comparator: the way of the paper's renderer. Every layer of every network is one matrix product
-// by cuBLAS over all pixels, every step; nothing is compacted. Inputs of products are halves but in the first and last layer.
+// Variant `layered`, the comparator: the way of the paper's renderer. Every layer of every network is one matrix
+// product by cuBLAS over all pixels, every step; nothing is compacted. Inputs of products are halves but in the first
+// and last layer.
 
 // Sines of sums [pixels][width] + bias, as halves or, of the last layer, as floats; where slopes is given, cosines. A
 // thread: two columns. floats may be sums.
-__global__ void activate_layered(const float *sums, const float *bias, int width, long long count, unsigned *halves, float *floats,
-                         unsigned *slopes) {
+__global__ void activate_layered(const float *sums, const float *bias, int width, long long count, unsigned *halves,
+                                 float *floats, unsigned *slopes) {
     long long i = 2 * (static_cast<long long>(blockIdx.x) * blockDim.x + threadIdx.x);
     if (i >= count) return;
     int column = static_cast<int>(i % width);
@@ -22,7 +23,8 @@ __global__ void activate_layered(const float *sums, const float *bias, int width
     if (slopes != nullptr) slopes[i / 2] = pack(__cosf(a0), __cosf(a1));
 }
 
-// g = adjoint * slope; adjoint: [pixels][width], or one row for all (lift times it). To halves, or to float32 in the end.
+// g = adjoint * slope; adjoint: [pixels][width], or one row for all (lift times it). To halves, or to float32 in the
+// end.
 __global__ void scale_adjoint(const float *adjoint, bool row, float lift, const unsigned *slopes, int width,
                               long long count, unsigned *halves, float *floats) {
     long long i = 2 * (static_cast<long long>(blockIdx.x) * blockDim.x + threadIdx.x);

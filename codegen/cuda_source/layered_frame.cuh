@@ -3,9 +3,18 @@
 class Layered {
 public:
     Layered(const Settings &s, const Cublas &cublas)
-        : cublas_(cublas), pixels_(s.pixels()), state_(size()), points_(size()), sums_(size() * widest()),
-          sines_(size() * widest() / 2), slopes_(size() * widest() / 2 * most_layers()), first_adjoint_(size() * widest()),
-          values_(size() * LEVELS * 8), colours_(TEXTURED ? size() * 8 : 1), level_gradient_(size()), gradient_(size()),
+        : cublas_(cublas),
+          pixels_(s.pixels()),
+          state_(size()),
+          points_(size()),
+          sums_(size() * widest()),
+          sines_(size() * widest() / 2),
+          slopes_(size() * widest() / 2 * most_layers()),
+          first_adjoint_(size() * widest()),
+          values_(size() * LEVELS * 8),
+          colours_(TEXTURED ? size() * 8 : 1),
+          level_gradient_(size()),
+          gradient_(size()),
           active_(1) {
         for (int i = TEXTURED ? 0 : 1; i <= LEVELS; ++i) {
             packings_.emplace_back(NETWORKS[i]);
@@ -25,7 +34,8 @@ public:
         bool left = true;
         for (int round = 0; round < s.rounds && left; ++round) {
             for (int phase = 1; phase <= s.level; ++phase) {
-                for (int i = 0; i < steps_[phase - 1]; ++i) step(s, phase, phase == s.level && i + 1 == steps_[phase - 1]);
+                for (int i = 0; i < steps_[phase - 1]; ++i)
+                    step(s, phase, phase == s.level && i + 1 == steps_[phase - 1]);
             }
             left = active_.read()[0] > 0;
         }
@@ -76,8 +86,8 @@ private:
                 product(true, true, width, width, packed.whole + static_cast<size_t>(j - 1) * half_matrix(width),
                         sines_.get(), sums_.get());
             }
-            launch(activate_layered, blocks_for(count / 2), static_cast<const float *>(sums_.get()), packed.bias + j * width, width,
-                   count, sines_.get(), j + 1 == network.layers ? sums_.get() : nullptr,
+            launch(activate_layered, blocks_for(count / 2), static_cast<const float *>(sums_.get()),
+                   packed.bias + j * width, width, count, sines_.get(), j + 1 == network.layers ? sums_.get() : nullptr,
                    with_slopes ? slopes_of(j, width) : nullptr);
         }
         product(false, true, 8, width, packed.rows, sums_.get(), outputs);
@@ -102,15 +112,16 @@ private:
         const long long count = static_cast<long long>(pixels_) * width;
         for (int j = network.layers - 1; j >= 0; --j) {
             bool row = j == network.layers - 1;
-            launch(scale_adjoint, blocks_for(count / 2), row ? packed.rows : static_cast<const float *>(sums_.get()), row,
-                   row ? packed.lift : 1.0f, static_cast<const unsigned *>(slopes_of(j, width)), width, count,
+            launch(scale_adjoint, blocks_for(count / 2), row ? packed.rows : static_cast<const float *>(sums_.get()),
+                   row, row ? packed.lift : 1.0f, static_cast<const unsigned *>(slopes_of(j, width)), width, count,
                    sines_.get(), j == 0 ? first_adjoint_.get() : nullptr);
             if (j > 0) {
                 product(true, false, width, width, packed.whole + static_cast<size_t>(j - 1) * half_matrix(width),
                         sines_.get(), sums_.get());
             }
         }
-        product(false, false, 4, width, packed.first, first_adjoint_.get(), reinterpret_cast<float *>(level_gradient_.get()));
+        product(false, false, 4, width, packed.first, first_adjoint_.get(),
+                reinterpret_cast<float *>(level_gradient_.get()));
     }
 
     // c [pixels][m] = b [pixels][k] times a's rows; a is [m][k], row by row, or [k][m] where it is not transposed.

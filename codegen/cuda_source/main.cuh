@@ -44,6 +44,7 @@ inline int run(int count, char **values) {
     if (a.reference.empty()) return 0;
     double agreement = psnr(to_bytes(image, width, height), read_ppm(a.reference, width, height));
     bool good = agreement >= a.least_psnr;
-    printf("%s: %s, PSNR %.2f dB, at least %.2f wanted\n", good ? "agrees" : "DISAGREES", a.variant.c_str(), agreement, a.least_psnr);
+    printf("%s: %s, PSNR %.2f dB, at least %.2f wanted\n", good ? "agrees" : "DISAGREES", a.variant.c_str(), agreement,
+           a.least_psnr);
     return good ? 0 : 1;
 }

@@ -3,14 +3,14 @@
 // A network here: its first layer (4 to WIDTH, float32), LAYERS - 1 matrices WIDTH to WIDTH (float16), its output rows
 // (float32); narrower layers are padded with zeros, which change nothing. WIDTH is a multiple of 16.
 struct Packed {
-    const float4 *first;    // [WIDTH]: row of the first matrix
-    const float *bias;      // [LAYERS][WIDTH]
-    const float *rows;      // [8][WIDTH], OUTPUTS of them not zero
-    const uint4 *forward;   // [LAYERS - 1][WIDTH / 16 outputs][WIDTH / 16 inputs][32 lanes]: B of two neighbouring mma
+    const float4 *first;   // [WIDTH]: row of the first matrix
+    const float *bias;     // [LAYERS][WIDTH]
+    const float *rows;     // [8][WIDTH], OUTPUTS of them not zero
+    const uint4 *forward;  // [LAYERS - 1][WIDTH / 16 outputs][WIDTH / 16 inputs][32 lanes]: B of two neighbouring mma
     const uint4 *forward_rest;  // the same of what halves lose of the matrices
-    const uint4 *backward;  // the same of the transposed matrices
-    const unsigned *whole;  // [LAYERS - 1][WIDTH][WIDTH] halves, row by row, for cuBLAS
-    float lift;             // power of two that brings the largest entry of the rows to between 1 and 2
+    const uint4 *backward;      // the same of the transposed matrices
+    const unsigned *whole;      // [LAYERS - 1][WIDTH][WIDTH] halves, row by row, for cuBLAS
+    float lift;                 // power of two that brings the largest entry of the rows to between 1 and 2
 };
 
 struct PackedNetworks {
@@ -73,7 +73,8 @@ public:
     }
 
     Packed upload() {
-        return Packed{keep(first_), keep(bias_), keep(rows_), keep(forward_), keep(forward_rest_), keep(backward_), keep(whole_), lift_};
+        return Packed{keep(first_),        keep(bias_),     keep(rows_),  keep(forward_),
+                      keep(forward_rest_), keep(backward_), keep(whole_), lift_};
     }
 
 private:
@@ -84,7 +85,8 @@ private:
                 for (int lane = 0; lane < 32; ++lane) {
                     unsigned registers[4];
                     for (int part = 0; part < 4; ++part) {
-                        int output = 16 * n + 8 * (part / 2) + lane / 4, input = 16 * k + 8 * (part % 2) + 2 * (lane % 4);
+                        int output = 16 * n + 8 * (part / 2) + lane / 4,
+                            input = 16 * k + 8 * (part % 2) + 2 * (lane % 4);
                         registers[part] = halves_of(entry(input, output), entry(input + 1, output));
                     }
                     out.push_back(uint4{registers[0], registers[1], registers[2], registers[3]});

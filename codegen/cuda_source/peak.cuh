@@ -46,6 +46,7 @@ inline double measured_cublas_peak() {
     }
     Buffer<unsigned> a(values), b(values);
     Buffer<float> c(static_cast<size_t>(n) * n);
-    double milliseconds = fastest_milliseconds([&] { cublas->product(true, true, n, n, n, a.get(), n, b.get(), c.get()); });
+    double milliseconds =
+        fastest_milliseconds([&] { cublas->product(true, true, n, n, n, a.get(), n, b.get(), c.get()); });
     return 2.0 * n * n * n / (1e-3 * milliseconds);
 }

@@ -25,8 +25,10 @@ __device__ inline void append(bool wanted, int pixel, int *list, int *length) {
     if (wanted) list[first + __popc(voters & ((1u << lane()) - 1u))] = pixel;
 }
 
-// Hands over rays that leave the phase of a level: done, or to the queue of their new level. last: no round comes after.
-__device__ inline void hand_over(const Rays &rays, bool leaves, const Hit &ray, int pixel, int round, int phase, bool last) {
+// Hands over rays that leave the phase of a level: done, or to the queue of their new level. last: no round comes
+// after.
+__device__ inline void hand_over(const Rays &rays, bool leaves, const Hit &ray, int pixel, int round, int phase,
+                                 bool last) {
     bool done = ray.level == 0 || (last && ray.level <= phase);
     append(leaves && done && ray.hit, pixel, rays.hits, rays.hit_count);
 #pragma unroll

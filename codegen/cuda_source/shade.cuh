@@ -2,7 +2,8 @@
 #include "heat.cuh"
 #include "phong.cuh"
 #include "srgb.cuh"
-// shade(): colour, sRGB, of a pixel whose ray hit, and alpha 1. gradient: of the normal level, any length; albedo: sRGB.
+// shade(): colour, sRGB, of a pixel whose ray hit, and alpha 1. gradient: of the normal level, any length; albedo:
+// sRGB.
 __device__ inline vec4 shade(const Settings &s, vec3 direction, float t, vec3 gradient, vec3 albedo) {
     vec3 normal = normalize(gradient);
     switch (s.shading) {
@@ -23,4 +24,6 @@ __device__ inline vec4 plain(const Settings &s, int pixel, const Hit &ray) {
     return vec4(background(s, pixel), 0.0f);
 }
 
-__host__ __device__ inline bool shades_hits(const Settings &s) { return s.shading != SHADE_STEPS && s.shading != SHADE_DATA; }
+__host__ __device__ inline bool shades_hits(const Settings &s) {
+    return s.shading != SHADE_STEPS && s.shading != SHADE_DATA;
+}

@@ -102,7 +102,8 @@ __device__ inline void multiply(const uint4 *fragments, const unsigned (&h)[T][K
 // What follows 16 sums d of a layer, columns from 16 n: sines to scratch and, where a gradient is wanted, cosines to
 // slopes [T][K]; the last layer's sines to the output rows' sums.
 template <class Net, bool LAST, int T>
-__device__ inline void activate(const Packed &net, int n, float (&d)[T][2][4], uint4 *slopes, float (&sums)[Net::OUTPUTS][T][2]) {
+__device__ inline void activate(const Packed &net, int n, float (&d)[T][2][4], uint4 *slopes,
+                                float (&sums)[Net::OUTPUTS][T][2]) {
     constexpr int K = Tile<Net>::K;
 #pragma unroll
     for (int m = 0; m < T; ++m) {
@@ -140,7 +141,8 @@ __device__ inline void activate(const Packed &net, int n, float (&d)[T][2][4], u
 }
 
 template <class Net, bool LAST, int T>
-__device__ inline void first_layer(const Packed &net, const vec4 (&points)[T][2], uint4 *slopes, float (&sums)[Net::OUTPUTS][T][2]) {
+__device__ inline void first_layer(const Packed &net, const vec4 (&points)[T][2], uint4 *slopes,
+                                   float (&sums)[Net::OUTPUTS][T][2]) {
 #pragma unroll 1
     for (int n = 0; n < Tile<Net>::K; ++n) {
         float d[T][2][4];
@@ -193,7 +195,8 @@ __device__ inline void hidden_layer(const Packed &net, int layer, uint4 *slopes,
 
 // The network at T tiles: sums of its output rows; slopes [LAYERS][T][K], or null where no gradient is wanted.
 template <class Net, int T>
-__device__ inline void forward(const Packed &net, const vec4 (&points)[T][2], uint4 *slopes, float (&sums)[Net::OUTPUTS][T][2]) {
+__device__ inline void forward(const Packed &net, const vec4 (&points)[T][2], uint4 *slopes,
+                               float (&sums)[Net::OUTPUTS][T][2]) {
     auto of_layer = [=](int layer) { return slopes == nullptr ? nullptr : slopes + layer * T * Tile<Net>::K; };
     first_layer<Net, Net::LAYERS == 1>(net, points, of_layer(0), sums);
 #pragma unroll 1

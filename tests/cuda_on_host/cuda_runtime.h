@@ -182,7 +182,8 @@ inline const float *halves() {
     return table.data();
 }
 
-// The fragment tables of the PTX ISA ("Matrix Fragments for mma.m16n8k16 with floating point type"), per lane and element.
+// The fragment tables of the PTX ISA ("Matrix Fragments for mma.m16n8k16 with floating point type"), per lane and
+// element.
 inline int a_row(int group, int i) { return (i < 2 || (i >= 4 && i < 6)) ? group : group + 8; }
 inline int a_column(int in_group, int i) { return in_group * 2 + (i & 1) + (i >= 4 ? 8 : 0); }
 inline int b_row(int in_group, int i) { return in_group * 2 + (i & 1) + (i >= 2 ? 8 : 0); }
@@ -224,7 +225,9 @@ inline float __shfl_xor_sync(unsigned, float value, int flip) {
 
 namespace mplicits {
 constexpr int PEAK_ROUNDS = 2, PEAK_SIZE = 16;
-inline uint4 *shared_memory() { return &host::shared_words[blockIdx.x % host::RESIDENT * (host::shared_size / sizeof(uint4))]; }
+inline uint4 *shared_memory() {
+    return &host::shared_words[blockIdx.x % host::RESIDENT * (host::shared_size / sizeof(uint4))];
+}
 inline unsigned pack(float low, float high) { return host::to_half(low) | host::to_half(high) << 16; }
 inline void unpack(unsigned both, float &low, float &high) {
     low = host::halves()[both & 0xffffu];
@@ -242,7 +245,8 @@ inline void mma(float (&d)[4], const unsigned (&a)[4], unsigned b0, unsigned b1)
         for (int lane = 0; lane < 32; ++lane) {
             const unsigned *words = all[lane].words;
             for (int i = 0; i < 8; ++i) {
-                left[host::a_row(lane / 4, i)][host::a_column(lane % 4, i)] = host::halves()[words[i / 2] >> 16 * (i % 2) & 0xffffu];
+                left[host::a_row(lane / 4, i)][host::a_column(lane % 4, i)] =
+                    host::halves()[words[i / 2] >> 16 * (i % 2) & 0xffffu];
             }
             for (int i = 0; i < 4; ++i) {
                 right[host::b_row(lane % 4, i)][lane / 4] = host::halves()[words[4 + i / 2] >> 16 * (i % 2) & 0xffffu];
@@ -257,8 +261,12 @@ inline void mma(float (&d)[4], const unsigned (&a)[4], unsigned b0, unsigned b1)
 }  // namespace mplicits
 
 enum cudaError_t {
-    cudaSuccess = 0, cudaErrorMemoryAllocation = 2, cudaErrorInsufficientDriver = 35, cudaErrorNoDevice = 100,
-    cudaErrorNoKernelImageForDevice = 209, cudaErrorUnknown = 999
+    cudaSuccess = 0,
+    cudaErrorMemoryAllocation = 2,
+    cudaErrorInsufficientDriver = 35,
+    cudaErrorNoDevice = 100,
+    cudaErrorNoKernelImageForDevice = 209,
+    cudaErrorUnknown = 999
 };
 enum cudaMemcpyKind { cudaMemcpyHostToDevice, cudaMemcpyDeviceToHost };
 struct cudaLaunchConfig_t {
@@ -298,8 +306,10 @@ inline std::map<void *, std::pair<char *, size_t>> host_blocks;
 inline size_t host_used = 0;
 inline cudaError_t cudaMalloc(void **place, size_t size) {
     const size_t page = 4096, whole = (size + page - 1) / page * page;
-    if (host_used + whole > static_cast<size_t>(host_setting("MPLICITS_HOST_MEMORY", 1L << 32))) return cudaErrorMemoryAllocation;
-    char *start = static_cast<char *>(mmap(nullptr, whole + page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
+    if (host_used + whole > static_cast<size_t>(host_setting("MPLICITS_HOST_MEMORY", 1L << 32)))
+        return cudaErrorMemoryAllocation;
+    char *start =
+        static_cast<char *>(mmap(nullptr, whole + page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
     mprotect(start + whole, page, PROT_NONE);
     memset(start, 0xff, whole);
     *place = start + (whole - size) / 16 * 16;
@@ -334,7 +344,8 @@ template <class T> cudaError_t cudaMemcpyToSymbol(T &symbol, const void *from, s
     return cudaSuccess;
 }
 template <class... Parameters, class... Arguments>
-cudaError_t cudaLaunchKernelEx(const cudaLaunchConfig_t *config, void (*kernel)(Parameters...), Arguments &&...arguments) {
+cudaError_t cudaLaunchKernelEx(const cudaLaunchConfig_t *config, void (*kernel)(Parameters...),
+                               Arguments &&...arguments) {
     host::run_grid(config->gridDim.x, config->blockDim.x, config->dynamicSmemBytes, [&] { kernel(arguments...); });
     return cudaSuccess;
 }

@@ -14,14 +14,16 @@ inline int destroy(void *) { return 0; }
 inline int product(void *, int transposed, int, int m, int n, int k, const void *, const void *a, int kind, int rows,
                    const void *b, int, int b_rows, const void *, void *c, int, int c_rows, int, int) {
     auto entry = [kind](const void *matrix, size_t i) {
-        return kind == 2 ? halves()[static_cast<const unsigned short *>(matrix)[i]] : static_cast<const float *>(matrix)[i];
+        return kind == 2 ? halves()[static_cast<const unsigned short *>(matrix)[i]]
+                         : static_cast<const float *>(matrix)[i];
     };
     for (int j = 0; j < n; ++j) {
         for (int i = 0; i < m; ++i) {
             float sum = 0.0f;
             for (int l = 0; l < k; ++l) {
-                sum += entry(a, transposed ? size_t(l) + size_t(i) * size_t(rows) : size_t(i) + size_t(l) * size_t(rows)) *
-                       entry(b, size_t(l) + size_t(j) * size_t(b_rows));
+                sum +=
+                    entry(a, transposed ? size_t(l) + size_t(i) * size_t(rows) : size_t(i) + size_t(l) * size_t(rows)) *
+                    entry(b, size_t(l) + size_t(j) * size_t(b_rows));
             }
             static_cast<float *>(c)[size_t(i) + size_t(j) * size_t(c_rows)] = sum;
         }

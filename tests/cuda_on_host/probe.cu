@@ -24,7 +24,8 @@ void probe(PackedNetworks networks, const vec4 *points, vec4 *out, int count) {
     vec4 p = points[place];
     at_level<FIRST>(networks, p, out, count, place);
     time = p.w;
-    for (int level = 1; level <= LEVELS; ++level) out[(ROWS + level - 1) * count + place] = field_gradient(p.xyz, level);
+    for (int level = 1; level <= LEVELS; ++level)
+        out[(ROWS + level - 1) * count + place] = field_gradient(p.xyz, level);
     out[(ROWS + LEVELS) * count + place] = vec4(albedo(p.xyz), 0.0f);
 }
 }  // namespace mplicits
