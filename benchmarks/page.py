@@ -1,4 +1,4 @@
-"""Bytes of the html page and of the Shadertoy text, the page's compile and its frame times in Chromium on software GL; writes docs/results/page.md.
+"""Bytes of the html page and of the Shadertoy text, and the page's times in Chromium; writes docs/results/page.md.
 
     PYTHONPATH=.:tests python benchmarks/page.py MODEL... [-o docs/results/page.md]
 
