@@ -368,7 +368,7 @@ export class Renderer {
 
     // The refined picture as a PNG. Who saves it waits longer for its samples.
     async png() {
-        this.patience = 4 * PATIENCE;
+        this.patience = 10 * PATIENCE;
         if (this.settled && this.refining.sample < this.samples) {
             this.refining.began = performance.now();
             this.drawn = -1;
