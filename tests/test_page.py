@@ -43,6 +43,7 @@ def test_it_says_what_it_shows(shown: Visit) -> None:
     assert shown.page.inner_text("h1") == "fitted"
     assert f"20x0 > 32x0 · {MODEL.parameters():,} parameters" in shown.page.inner_text("header")
     assert float(shown.root("error") or "nan") < 5e-6
+    shown.saved()
     time, field = shown.page.inner_text("#status").splitlines()
     assert re.fullmatch(r"[\d.]+ m?s · 128 × 128 · \d+ samples", time)
     assert re.fullmatch(r"field error \d\.\de-\d · weights as (literals|a texture)", field)

@@ -28,6 +28,7 @@ export class Renderer {
         this.version = 0;
         this.generation = 0;
         this.scale = 1 / 8;
+        this.patience = PATIENCE;
         this.open();
     }
 
@@ -213,7 +214,7 @@ export class Renderer {
         if (!complete) return;
         refining.pass = null;
         ++refining.sample;
-        if (refining.sample >= this.samples || now - refining.began > PATIENCE) this.drawn = version;
+        if (refining.sample >= this.samples || now - refining.began > this.patience) this.drawn = version;
         this.listener.frame({milliseconds: refining.spent, size, samples: refining.sample, settled: this.drawn === version});
     }
 
@@ -365,9 +366,16 @@ export class Renderer {
         if (picture) this.put(picture);
     }
 
-    // The refined picture as a PNG.
+    // The refined picture as a PNG. Who saves it waits longer for its samples.
     async png() {
+        this.patience = 10 * PATIENCE;
+        if (this.settled && this.refining.sample < this.samples) {
+            this.refining.began = performance.now();
+            this.drawn = -1;
+            this.wake();
+        }
         while (!this.settled && !this.device.lost) await pause(30);
+        this.patience = PATIENCE;
         this.put(this.still);
         return new Promise((resolve) => this.canvas.toBlob(resolve, "image/png"));
     }
