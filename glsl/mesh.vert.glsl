@@ -8,6 +8,7 @@ in vec3 position;
 in vec3 normal;
 out vec3 point;
 out vec3 own;
+invariant gl_Position; // in every program that draws the mesh, or depths would differ
 
 void main() {
     point = position;

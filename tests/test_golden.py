@@ -31,7 +31,6 @@ PICTURES = {
     "texture-on-level-1": RenderOptions(shading="texture", level=1),
     "coarse": RenderOptions(level=1, normal_level=1),
     "normal-mapping": RenderOptions(level=1, normal_level=2),
-    "split": RenderOptions(level=1, normal_level=2, split=0.5),
 }
 MESH_PICTURES = {
     "mesh-own-normals": RenderOptions(samples=4, split=1.0),
@@ -51,7 +50,7 @@ def low_poly(osmesa: Context) -> Rasteriser:
     model = load(MODEL)
     mesh = extract_model(up_to(model, 1), 32).mesh
     assert mesh.normals is not None
-    return Rasteriser(osmesa, model, Triangles(mesh.vertices, mesh.normals, mesh.faces.astype(np.int32)))
+    return Rasteriser(osmesa, model, Triangles(mesh.vertices, mesh.normals, mesh.faces.astype(np.int32)), "texture")
 
 
 def pixels(path: Path) -> NDArray[np.int16]:

@@ -31,7 +31,7 @@ class Triangles:
 def read_triangles(path: Path, centre: tuple[float, float, float], scale: float) -> Triangles:
     """The triangles of a PLY, OBJ, STL or GLB file, where its space = model space * scale + centre.
 
-    Normals are the file's, else means of the faces' around each vertex; a closed mesh's point outwards.
+    Normals are those of a PLY or OBJ, where it has any, else means of the faces' around each vertex; a closed mesh's point outwards.
     Raises UserError, one line.
     """
     mesh = _load(path)
@@ -63,7 +63,9 @@ def _load(path: Path) -> "trimesh.Trimesh":
     except ModuleNotFoundError as error:
         raise UserError(f"--mesh needs the package '{error.name}'; run: pip install 'mplicits[mesh]'") from None
     try:
-        mesh = trimesh.load(path, process=False, force="mesh")
+        mesh = trimesh.load(path, process=False)
+        if not isinstance(mesh, trimesh.Trimesh):  # a scene, or points; `force` drops the file's normals
+            mesh = trimesh.load(path, process=False, force="mesh")
     except Exception as error:  # trimesh's readers raise anything on damaged files
         said = "" if isinstance(error, ImportError) else str(error)
         reason = show(said.splitlines()[0] if said else "damaged")[:160]

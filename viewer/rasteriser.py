@@ -15,6 +15,9 @@ from .mesh_file import Triangles
 from .options import RenderOptions
 from .renderer import Renderer
 
+DEPTH_SHADER = """#version 330 core
+void main() {}
+"""
 NEAREST = 1e-3
 """Of the distance of the far plane: the near one, where the eye is inside the mesh."""
 
@@ -30,7 +33,7 @@ class Rasteriser(Renderer):
 
     def __init__(self, context: Context, model: Model, mesh: Triangles, storage: str = "auto") -> None:
         self._mesh, self._reach = mesh, float(np.linalg.norm(mesh.vertices[mesh.faces], axis=-1).max())
-        self._buffers: list[moderngl.Buffer] = []
+        self._freed: list[moderngl.Buffer | moderngl.VertexArray | moderngl.Program] = []
         self._backdrop = Renderer(context, bake(model, storage, main="backdrop.glsl"))
         super().__init__(context, bake(model, storage, main="mesh.glsl"))
         self.compile_seconds += self._backdrop.compile_seconds
@@ -45,13 +48,16 @@ class Rasteriser(Renderer):
         self._backdrop.release()
         super().release()
         with self.context:
-            for buffer in self._buffers:
-                buffer.release()
+            for held in self._freed:
+                held.release()
 
     def _vertex_array(self, gl: moderngl.Context) -> moderngl.VertexArray:
         vertices = np.concatenate([self._mesh.vertices, self._mesh.normals], axis=1)
         corners, faces = gl.buffer(vertices.tobytes()), gl.buffer(self._mesh.faces.tobytes())
-        self._buffers = [corners, faces]
+        # A program of its own: software GL would compile the network again for a draw without colours.
+        depth = gl.program(vertex_shader=self.vertex_shader, fragment_shader=DEPTH_SHADER)
+        self._depths = gl.vertex_array(depth, [(corners, "3f 12x", "position")], faces)
+        self._freed = [self._depths, depth, corners, faces]
         return gl.vertex_array(self._program, [(corners, "3f 3f", "position", "normal")], faces)
 
     def _depth(self, gl: moderngl.Context, size: tuple[int, int]) -> moderngl.Renderbuffer | None:
@@ -60,6 +66,11 @@ class Rasteriser(Renderer):
     def _set(self, name: str, value: object) -> None:
         super()._set(name, value)
         self._backdrop._set(name, value)
+        depth = self._depths.program
+        if name in depth:
+            uniform = depth[name]
+            assert isinstance(uniform, moderngl.Uniform)
+            uniform.write(np.ascontiguousarray(value, np.float32).tobytes())
 
     def _set_options(self, options: RenderOptions) -> None:
         self._backdrop._set_options(replace(options, level=1, normal_level=1, iterations=(1,), rounds=1))
@@ -84,7 +95,7 @@ class Rasteriser(Renderer):
             gl.depth_func = "<"
             # Depth first, so that the network runs once a pixel, whatever the order of the triangles.
             target.color_mask = (False,) * 4
-            self._vertices.render(moderngl.TRIANGLES)
+            self._depths.render(moderngl.TRIANGLES)
             target.color_mask = (True,) * 4
             gl.depth_func = "<="
             self._vertices.render(moderngl.TRIANGLES)
