@@ -1,4 +1,4 @@
-"""Bytes of the html page, its compile and its frame times in Chromium on software GL; writes docs/results/page.md.
+"""Bytes of the html page and of the Shadertoy text, and the page's times in Chromium; writes docs/results/page.md.
 
     PYTHONPATH=.:tests python benchmarks/page.py MODEL... [-o docs/results/page.md]
 
@@ -31,12 +31,12 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/page.md"), metavar="FILE")
     arguments = parser.parse_args()
     table = Page(
-        arguments.output, "# The html page on software GL", "", machine(), "",
+        arguments.output, "# The page on software GL", "", machine(), "",
         f"`python benchmarks/page.py {' '.join(path.name for path in arguments.models)}`. "
         f"Canvas {SIDE}x{SIDE}, default view, Phong, all levels. Compile: from handing over the text to the end "
         "of a first draw of one pixel. Frame: the fastest of the samples that refine the picture.", "",
-        "| model | levels | bytes of HTML | driver | weights | compile + first draw, s | frame, ms | field error |",
-        "|---|---|---:|---|---|---:|---:|---:|",
+        "| model | levels | bytes of HTML | of Shadertoy text | driver | weights | compile + first draw, s | frame, ms "
+        "| field error |", "|---|---|---:|---:|---|---|---:|---:|---:|",
     )
     for driver in DRIVERS:
         with chromium(driver) as browser, tempfile.TemporaryDirectory() as folder:
@@ -44,9 +44,9 @@ def main() -> None:
                 model = load(path)
                 for storage in ("texture", "literal"):
                     row = measured(browser, model, storage, Path(folder) / "page.html")
-                    size = len(TARGETS["html"](model).encode())
+                    sizes = " | ".join(f"{len(TARGETS[target](model).encode()):,}" for target in ("html", "shadertoy"))
                     levels = ", ".join(shape_of(level.network) for level in model.levels)
-                    table.add(f"| {path.stem} | {levels} | {size:,} | {driver} | {storage} | {row} |")
+                    table.add(f"| {path.stem} | {levels} | {sizes} | {driver} | {storage} | {row} |")
 
 
 def measured(browser: "Browser", model: Model, storage: str, file: Path) -> str:

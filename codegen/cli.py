@@ -81,7 +81,7 @@ def _size(model: "Model", target: "Target") -> int | None:
 def _bake_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("model", type=model_path, metavar="M", help=MODEL_HELP)
     parser.add_argument("--target", default="glsl330",
-                        help="what to write: glsl330 (default), glsl300es, html, shadertoy")
+                        help="what to write: glsl330 (default), glsl300es, html, shadertoy, cuda")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE",
                         help="file to write (default: M's name and the target's ending)")
     parser.add_argument("--storage", default="auto", choices=("auto", "literal", "texture", "packed"),

@@ -2,6 +2,8 @@
 #include "camera_ray.glsl"
 #include "march.glsl"
 #include "shade.glsl"
+uniform float split; // share of the width, from the left, that wears the traced level's own normals
+
 // The fragment: one ray. color.rgb is sRGB, color.a is 1 on the surface and 0 on the background.
 // SHADE_DATA writes (t, steps, level reached, hit) instead.
 void main() {
@@ -14,7 +16,7 @@ void main() {
     color = vec4(background(pixel, resolution, background_bottom, background_top), 0.0);
     if (ray.hit) {
         vec3 p = eye + ray.t * direction;
-        vec3 normal = normalize(field_gradient(p, normal_level).xyz);
+        vec3 normal = normalize(field_gradient(p, pixel.x < split * resolution.x ? level : normal_level).xyz);
         vec3 toward = normalize(mat3(camera) * light);
         vec3 colour = shade(shading, normal, direction, ray.t, length(eye), ray.steps, albedo(p), toward, camera[1].xyz);
         color = vec4(colour, 1.0);

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 DRIVERS = {"SwiftShader": "swiftshader", "llvmpipe": "gl-egl"}
 """Software GL -> ANGLE's name of the back end that reaches it."""
-PATIENCE = 120_000
+PATIENCE = 300_000
 """Milliseconds that a picture may take."""
 
 

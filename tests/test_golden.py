@@ -9,9 +9,12 @@ from PIL import Image
 
 from codegen.glsl330 import bake
 from codegen.model import load
+from mesher.extract import extract_model, up_to
 from viewer.camera import Camera
 from viewer.context import Context
+from viewer.mesh_file import Triangles
 from viewer.options import RenderOptions
+from viewer.rasteriser import Rasteriser
 from viewer.renderer import Renderer
 from viewer.screenshot import save_png
 
@@ -28,6 +31,11 @@ PICTURES = {
     "texture-on-level-1": RenderOptions(shading="texture", level=1),
     "coarse": RenderOptions(level=1, normal_level=1),
     "normal-mapping": RenderOptions(level=1, normal_level=2),
+    "split": RenderOptions(level=1, normal_level=2, split=0.5),
+}
+MESH_PICTURES = {
+    "mesh-own-normals": RenderOptions(samples=4, split=1.0),
+    "mesh-neural-normals": RenderOptions(samples=4),
 }
 OFF, FEW, MEAN = 16, 0.002, 0.2
 """A channel is off beyond so many of 255; so few pixels may be; mean difference allowed. Other CPUs round otherwise."""
@@ -36,6 +44,14 @@ OFF, FEW, MEAN = 16, 0.002, 0.2
 @pytest.fixture(scope="module")
 def renderer(osmesa: Context) -> Renderer:
     return Renderer(osmesa, bake(load(MODEL)))
+
+
+@pytest.fixture(scope="module")
+def low_poly(osmesa: Context) -> Rasteriser:
+    model = load(MODEL)
+    mesh = extract_model(up_to(model, 1), 32).mesh
+    assert mesh.normals is not None
+    return Rasteriser(osmesa, model, Triangles(mesh.vertices, mesh.normals, mesh.faces.astype(np.int32)))
 
 
 def pixels(path: Path) -> NDArray[np.int16]:
@@ -66,6 +82,17 @@ def compare(name: str, got: Path, want: Path) -> None:
 def test_golden_picture(name: str, renderer: Renderer, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     got, want = tmp_path / f"{name}.png", GOLDEN / f"{name}.png"
     save_png(got, renderer.render((128, 128), CAMERA, PICTURES[name]))
+    if request.config.getoption("--update-golden"):
+        want.write_bytes(got.read_bytes())
+    compare(name, got, want)
+
+
+@pytest.mark.parametrize("name", MESH_PICTURES)
+def test_golden_picture_of_a_mesh(
+    name: str, low_poly: Rasteriser, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    got, want = tmp_path / f"{name}.png", GOLDEN / f"{name}.png"
+    save_png(got, low_poly.render((128, 128), CAMERA, MESH_PICTURES[name]))
     if request.config.getoption("--update-golden"):
         want.write_bytes(got.read_bytes())
     compare(name, got, want)

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -43,6 +43,7 @@ def test_it_says_what_it_shows(shown: Visit) -> None:
     assert shown.page.inner_text("h1") == "fitted"
     assert f"20x0 > 32x0 · {MODEL.parameters():,} parameters" in shown.page.inner_text("header")
     assert float(shown.root("error") or "nan") < 5e-6
+    shown.saved()
     time, field = shown.page.inner_text("#status").splitlines()
     assert re.fullmatch(r"[\d.]+ m?s · 128 × 128 · \d+ samples", time)
     assert re.fullmatch(r"field error \d\.\de-\d · weights as (literals|a texture)", field)
@@ -217,7 +218,9 @@ def test_copy_as_shadertoy(browser: "Browser", tmp_path: Path, monkeypatch: pyte
 
 
 def test_a_phone_starts_with_the_panel_folded(browser: "Browser", page_file: Path) -> None:
-    with visit(browser, page_file, size=(390, 844), has_touch=True, is_mobile=True) as visited:
+    phone: dict[str, Any] = {"has_touch": True, "is_mobile": True, "color_scheme": "light"}
+    with visit(browser, page_file, size=(390, 844), **phone) as visited:
+        assert visited.root("tone") == "light"
         assert not visited.page.is_visible("#panel")
         visited.page.tap("#fold")
         assert visited.page.is_visible("#panel")

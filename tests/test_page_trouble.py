@@ -1,21 +1,17 @@
 """The html page where things go wrong, and what it remembers of a device."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
-from browser import chromium, visit
+from browser import visit
 from codegen import glsl330
-from codegen.model import load
-from codegen.targets import TARGETS
-from page_pictures import MODEL, desktop, differ
-from viewer.camera import Camera
-from viewer.context import Context
-from viewer.options import LOOP_LIMIT, RenderOptions
-from viewer.renderer import Renderer
+from codegen.webpage import script
+from page_pictures import MODEL, differ
+from random_model import random_model
+from viewer.options import schedule_that_fits
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -53,19 +49,25 @@ def test_the_faster_variant_is_kept_and_remembered(browser: "Browser", page_file
             assert visited.root("storage") == expected
 
 
-@pytest.mark.slow
-def test_llvmpipe_draws_many_loops_whole(osmesa: Context, tmp_path: Path) -> None:
-    """Its fragments stop silently after 65,535 iterations; the page asks for fewer rounds, as the desktop does."""
-    demo = load(Path(__file__).parent / "data" / "demo.safetensors")
-    model = replace(demo, levels=tuple(replace(level, iterations=60) for level in demo.levels))
-    shader = glsl330.bake(model, "texture")
-    assert shader.worst_loops(2, 2, shader.iterations, 32) > LOOP_LIMIT
-    file = tmp_path / "demo.html"
-    file.write_text(TARGETS["html"](model, storage="texture"))
-    with chromium("llvmpipe") as llvmpipe, visit(llvmpipe, file) as visited:
-        visited.still()
-        assert not differ(visited.saved(), desktop(Renderer(osmesa, shader), Camera(), RenderOptions()))
-        assert visited.said == []
+FIT = """
+window.fit = ([loops, level, normal, steps, rounds]) =>
+    Renderer.prototype.fitting.call({software: true, current: {loops}}, level, normal, steps, rounds);
+null;
+"""
+
+
+@pytest.mark.parametrize(("iterations", "level"), [((20, 5), 2), ((20, 5), 1), ((60, 60), 2), ((200, 2), 2)])
+def test_llvmpipe_is_asked_for_what_it_draws_whole(browser: "Browser", iterations: tuple[int, int], level: int) -> None:
+    """Its fragments stop silently after 65,535 loop iterations: the page's schedule is the desktop's."""
+    shader = glsl330.bake(random_model((40, 1), (64, 2), texture=(8, 0)), "texture")
+    loops = {"value": shader.value_loops, "gradient": shader.gradient_loops, "texture": shader.texture_loops}
+    page = browser.new_page()
+    page.set_content("<!doctype html>")
+    page.evaluate(script(("program.js", "camera.js", "device.js", "renderer.js")) + FIT)
+    found = page.evaluate("given => window.fit(given)", [loops, level, 2, iterations, 32])
+    page.close()
+    steps, rounds = schedule_that_fits(shader, level, 2, iterations, 32)
+    assert (tuple(found["steps"]), found["rounds"]) == (steps, rounds)
 
 
 LIMITS = """const ask = WebGL2RenderingContext.prototype.getParameter;

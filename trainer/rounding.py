@@ -13,18 +13,19 @@ def rounded(weights: Weights) -> Weights:
     """The nearest weights on grids. Their .grad is that of `weights`: a gradient passes through the rounding."""
     found = [w.to(weights[0].device) for w in from_model(grid.rounded(to_model(weights)))]
     for near, weight in zip(found, weights, strict=True):
-        near.requires_grad_().grad = weight.grad
+        near.grad = weight.grad
     return found
 
 
 def rounding(step: Step) -> Step:
     """The step, taken at the rounded weights; weights of hidden layers do not run away beyond their grid's end."""
 
+    @torch.no_grad()
     def run(weights: Weights) -> float:
         found = rounded(weights)
         for near, weight in zip(found[2:-2:2], weights[2:-2:2], strict=True):
-            end = float(near.detach().abs().max())
-            weight.data.clamp_(-end, end)
+            end = float(near.abs().max())
+            weight.clamp_(-end, end)
         return step(found)
 
     return run

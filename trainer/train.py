@@ -159,7 +159,7 @@ class Training:
         return rounding(step) if self._settings.packed else step
 
     def _final(self, weights: Weights) -> Weights:
-        return [w.detach() for w in rounded(weights)] if self._settings.packed else weights
+        return rounded(weights) if self._settings.packed else weights
 
     def _pool_size(self, budget: Budget) -> int:
         if budget.steps is not None:

@@ -22,6 +22,12 @@ def render_arguments(parser: ArgumentParser) -> None:
                         help="egl (a GPU, else software), osmesa (software), window (hidden); auto: what works")
     parser.add_argument("--samples", type=_count, default=4, metavar="N", help="rays per pixel (default 4)")
     parser.add_argument("--transparent", action="store_true", help="no background: alpha is coverage")
+    parser.add_argument("--mesh", type=Path, metavar="LOW.ply",
+                        help="draw this mesh (PLY OBJ STL GLB) instead, with the normals of --normal-level")
+    parser.add_argument("--space", choices=("input", "model"),
+                        help="of the mesh: coordinates of the shape trained on, or of the unit sphere (default: input)")
+    parser.add_argument("--split", action="store_true",
+                        help="left half: own normals, of --level or the mesh; right half: those of --normal-level")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
@@ -40,6 +46,7 @@ def run_render(args: Namespace) -> None:
     from codegen.glsl330 import bake
 
     from .context import open_context
+    from .rasteriser import Rasteriser
     from .renderer import Renderer, check_size
     from .screenshot import check_name, save_png
 
@@ -47,18 +54,24 @@ def run_render(args: Namespace) -> None:
     check_size(args.size)
     check_name(output)
     check_writable(output)
-    camera, options = _camera(args), _options(args, samples=args.samples, transparent=args.transparent)
+    _check_mesh_options(args)
+    camera = _camera(args)
+    options = _options(args, samples=args.samples, transparent=args.transparent, split=0.5 * args.split)
     model = _load(args)
     level, normal_level = options.traced(len(model.levels))
+    if args.split and args.mesh is None and level == normal_level:
+        raise UserError(f"--split: both halves would have the normals of level {level}; lower --level")
+    mesh = None if args.mesh is None else _mesh(args, model)
     context = open_context(args.context)
     try:
         if sys.stderr.isatty():
             print(f"compiling the shader on {context.renderer}", end="\r", file=sys.stderr, flush=True)
-        renderer = Renderer(context, bake(model, args.storage))
+        renderer = (Renderer(context, bake(model, args.storage)) if mesh is None
+                    else Rasteriser(context, model, mesh, args.storage))
         if sys.stderr.isatty():
             print("\x1b[K", end="", file=sys.stderr, flush=True)
-        (steps, rounds), wanted = renderer.schedule(options), renderer.wanted_rounds(options)
-        if rounds < wanted:
+        steps, rounds = renderer.schedule(options)
+        if mesh is None and rounds < (wanted := renderer.wanted_rounds(options)):
             print(f"mplicits: note: {rounds} rounds of {','.join(map(str, steps[:level]))} steps, not {wanted} rounds: "
                   "software OpenGL's loop limit allows no more", file=sys.stderr)
         start = time.perf_counter()
@@ -73,7 +86,8 @@ def run_render(args: Namespace) -> None:
     if args.json:
         print(json.dumps({
             "output": str(output), "width": width, "height": height, "samples": args.samples, "shade": args.shade,
-            "level": level, "normal_level": normal_level, "rounds": rounds,
+            "mesh": None if mesh is None else str(args.mesh), "level": level if mesh is None else None,
+            "normal_level": normal_level, "split": args.split, "rounds": rounds if mesh is None else 0,
             "context": context.kind, "renderer": context.renderer, "coverage": round(float(image[..., 3].mean()), 6),
             "compile_seconds": round(compile_seconds, 3), "frame_seconds": round(seconds, 3),
         }))
@@ -120,6 +134,29 @@ def _load(args: Namespace) -> Any:
     if args.shade == "texture" and model.texture is None:
         raise UserError("the model has no texture (it was trained without one); use --shade phong or normal")
     return model
+
+
+def _check_mesh_options(args: Namespace) -> None:
+    if args.mesh is None:
+        if args.space is not None:
+            raise UserError("--space: of the mesh's coordinates; it needs --mesh")
+        return
+    tracing = {
+        "--level": args.level, "--iterations": args.iterations, "--rounds": args.rounds,
+        "--step-scale": args.step_scale,
+        "--delta-scale": None if args.delta_scale == 1.0 else args.delta_scale,
+        "--shade steps": args.shade if args.shade == "steps" else None,
+    }
+    given = [name for name, value in tracing.items() if value is not None]
+    if given:
+        raise UserError(f"{', '.join(given)}: nothing is traced with --mesh; --normal-level chooses its normals")
+
+
+def _mesh(args: Namespace, model: Any) -> Any:
+    from .mesh_file import read_triangles
+
+    centre, scale = ((0.0, 0.0, 0.0), 1.0) if args.space == "model" else (model.centre, model.scale)
+    return read_triangles(args.mesh, centre, scale)
 
 
 def _camera(args: Namespace) -> Any:

@@ -34,14 +34,16 @@ class Renderer:
     Raises UserError where the driver refuses the shader or the weights.
     """
 
+    vertex_shader = VERTEX_SHADER
+
     def __init__(self, context: Context, shader: Shader) -> None:
         self.context, self.shader = context, shader
         self._framebuffer: moderngl.Framebuffer | None = None
         self._weights: moderngl.Texture | None = None
         start = time.perf_counter()
         with context as gl:
-            self._program = _compile(gl, shader.text, context.renderer)
-            self._triangle = gl.vertex_array(self._program, [])
+            self._program = _compile(gl, self.vertex_shader, shader.text, context.renderer)
+            self._vertices = self._vertex_array(gl)
             self._defaults = {name: uniform.read() for name in self._program
                               if isinstance(uniform := self._program[name], moderngl.Uniform)}
             if shader.weights is not None:
@@ -58,7 +60,9 @@ class Renderer:
         steps, rounds = options.steps(self.shader.iterations), self.wanted_rounds(options)
         if not self.context.software:
             return steps, rounds
-        return schedule_that_fits(self.shader, *options.traced(self.shader.levels), steps, rounds)
+        level, normal_level = options.traced(self.shader.levels)
+        shaded = max(level, normal_level) if options.split else normal_level
+        return schedule_that_fits(self.shader, level, shaded, steps, rounds)
 
     def wanted_rounds(self, options: RenderOptions) -> int:
         """Rounds asked for, or the shader's default."""
@@ -116,11 +120,10 @@ class Renderer:
         """Frees what is held in the context."""
         with self.context:
             if self._framebuffer is not None:
-                self._framebuffer.color_attachments[0].release()
-                self._framebuffer.release()
+                _release(self._framebuffer)
             if self._weights is not None:
                 self._weights.release()
-            self._triangle.release()
+            self._vertices.release()
             self._program.release()
 
     def _set_options(self, options: RenderOptions) -> None:
@@ -135,6 +138,7 @@ class Renderer:
         self._set("rounds", rounds)
         self._set("delta", tuple(delta * options.delta_scale for delta in self.shader.deltas))
         self._set("shading", SHADINGS.index(options.shading))
+        self._set("split", options.split)
         if options.step_scale is not None:
             self._set("step_scale", options.step_scale)
         if options.light is not None:
@@ -166,12 +170,11 @@ class Renderer:
         # One format for every draw: software GL compiles the shader again for each new one.
         old = self._framebuffer
         if old is None or old.size != size:
-            self._framebuffer = gl.framebuffer([gl.texture(size, 4, dtype="f4")])
+            self._framebuffer = gl.framebuffer([gl.texture(size, 4, dtype="f4")], self._depth(gl, size))
             _ = gl.error  # moderngl binds again what was bound before, which may be gone; a bad framebuffer raises
             self._framebuffer.use()
             if old is not None:
-                old.color_attachments[0].release()
-                old.release()
+                _release(old)
         assert self._framebuffer is not None
         return self._framebuffer
 
@@ -181,7 +184,14 @@ class Renderer:
         self._set("origin", (float(origin[0]), float(origin[1])))
         target.use()
         target.viewport = (0, 0, *size)
-        self._triangle.render(moderngl.TRIANGLES, vertices=3)
+        self._vertices.render(moderngl.TRIANGLES, vertices=3)
+
+    def _vertex_array(self, gl: moderngl.Context) -> moderngl.VertexArray:
+        return gl.vertex_array(self._program, [])
+
+    def _depth(self, gl: moderngl.Context, size: tuple[int, int]) -> moderngl.Renderbuffer | None:
+        """The depth buffer of a new framebuffer; None: it needs none."""
+        return None
 
 
 def check_size(size: tuple[int, int]) -> None:
@@ -207,9 +217,16 @@ def _check(gl: moderngl.Context, driver: str) -> None:
         raise UserError(f"{driver} fails to draw ({problem}); try a smaller --size, or --context osmesa")
 
 
-def _compile(gl: moderngl.Context, text: str, driver: str) -> moderngl.Program:
+def _release(framebuffer: moderngl.Framebuffer) -> None:
+    for attachment in (*framebuffer.color_attachments, framebuffer.depth_attachment):
+        if attachment is not None:
+            attachment.release()
+    framebuffer.release()
+
+
+def _compile(gl: moderngl.Context, vertex_shader: str, text: str, driver: str) -> moderngl.Program:
     try:
-        return gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=text)
+        return gl.program(vertex_shader=vertex_shader, fragment_shader=text)
     except moderngl.Error as error:
         log = [line.strip() for line in str(error).splitlines() if line.strip()]
         first = next((line for line in log if "error" in line.lower() and re.search(r"\d", line)), log[-1])

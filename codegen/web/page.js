@@ -89,10 +89,13 @@ async function start(next) {
     const choices = Object.entries(shadings).map(([value, label]) => ({value, label}));
     fillChoices(element("shading"), choices, options.shading, (shading) => set({shading}));
     showSteps();
-    root.dataset.state = "drawing";
-    renderer.show(camera, {...options}, true);
-    const literal = next.storage === "texture" ? null : printField(model, next.storage);
-    await renderer.load(model, printField(model, "texture"), literal, next.probes, next.memory);
+    await load(next);
+}
+
+function load({model, storage, probes: points, memory}) {
+    draw(true);
+    const literal = storage === "texture" ? null : printField(model, storage);
+    return renderer.load(model, printField(model, "texture"), literal, points, memory);
 }
 
 // Takes another model in; whatever is wrong with it is said in one line, and what was there stays.
@@ -267,7 +270,7 @@ function wire() {
     canvas.addEventListener("webglcontextrestored", () => {
         say("");
         renderer.open();
-        start(shown).catch((error) => renderer.lostOr(error));
+        load(shown).catch((error) => renderer.lostOr(error));
     });
     new ResizeObserver(resize).observe(canvas);
 }

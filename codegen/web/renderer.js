@@ -28,6 +28,7 @@ export class Renderer {
         this.version = 0;
         this.generation = 0;
         this.scale = 1 / 8;
+        this.patience = PATIENCE;
         this.open();
     }
 
@@ -213,7 +214,7 @@ export class Renderer {
         if (!complete) return;
         refining.pass = null;
         ++refining.sample;
-        if (refining.sample >= this.samples || now - refining.began > PATIENCE) this.drawn = version;
+        if (refining.sample >= this.samples || now - refining.began > this.patience) this.drawn = version;
         this.listener.frame({milliseconds: refining.spent, size, samples: refining.sample, settled: this.drawn === version});
     }
 
@@ -253,7 +254,7 @@ export class Renderer {
     fitting(level, normal, steps, rounds) {
         const {loops} = this.current;
         if (!this.software || !loops) return {steps, rounds};
-        const worst = () => rounds * (3 + steps.slice(0, level).reduce(
+        const worst = () => rounds * (2 + steps.slice(0, level).reduce(
             (sum, count, i) => sum + 2 + count * (1 + loops.value[i]), 0)) + 1 + loops.gradient[normal - 1] + loops.texture;
         if (worst() > LOOP_LIMIT) steps = steps.map((count, i) => (i === level - 1 ? Math.min(count, 3) : count));
         while (rounds > 1 && worst() > LOOP_LIMIT) --rounds;
@@ -365,9 +366,16 @@ export class Renderer {
         if (picture) this.put(picture);
     }
 
-    // The refined picture as a PNG.
+    // The refined picture as a PNG. Who saves it waits longer for its samples.
     async png() {
+        this.patience = 10 * PATIENCE;
+        if (this.settled && this.refining.sample < this.samples) {
+            this.refining.began = performance.now();
+            this.drawn = -1;
+            this.wake();
+        }
         while (!this.settled && !this.device.lost) await pause(30);
+        this.patience = PATIENCE;
         this.put(this.still);
         return new Promise((resolve) => this.canvas.toBlob(resolve, "image/png"));
     }
