@@ -12,7 +12,7 @@ from .pools import Pool
 
 RATE, LAST = 3e-2, 0.1
 """Of the optimiser: see `trainer.fit.Task`."""
-SMOOTHNESS = 2e-5
+SMOOTHNESS = 2e-4
 """Weight of the second term of the loss: derivatives of colour are larger than colours, by about omega."""
 BATCH = 4096
 
