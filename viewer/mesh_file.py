@@ -31,8 +31,8 @@ class Triangles:
 def read_triangles(path: Path, centre: tuple[float, float, float], scale: float) -> Triangles:
     """The triangles of a PLY, OBJ, STL or GLB file, where its space = model space * scale + centre.
 
-    Normals are those of a PLY or OBJ, where it has any, else means of the faces' around each vertex; a closed mesh's point outwards.
-    Raises UserError, one line.
+    Normals are those of a PLY or OBJ, where it has any, else means of the faces' around each vertex; those of a closed
+    mesh point outwards. Raises UserError, one line.
     """
     mesh = _load(path)
     with np.errstate(all="ignore"):  # what is not finite is refused below
