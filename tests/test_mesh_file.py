@@ -18,7 +18,8 @@ PLY = "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty floa
 
 @pytest.fixture
 def ball() -> trimesh.Trimesh:
-    return trimesh.creation.icosphere(subdivisions=2)
+    ball: trimesh.Trimesh = trimesh.creation.icosphere(subdivisions=2)
+    return ball
 
 
 def outwards(read: Triangles) -> float:
@@ -33,7 +34,7 @@ def test_vertices_come_in_model_space_with_normals_outwards(suffix: str, tmp_pat
     ball.vertices = ball.vertices * scale + centre
     ball.export(tmp_path / f"ball{suffix}")
     read = read_triangles(tmp_path / f"ball{suffix}", centre, scale)
-    assert (read.vertices.dtype, read.normals.dtype, read.faces.dtype) == (np.float32, np.float32, np.int32)
+    assert [array.dtype.name for array in (read.vertices, read.normals, read.faces)] == ["float32", "float32", "int32"]
     np.testing.assert_allclose(np.linalg.norm(read.vertices, axis=1), 1, atol=1e-5)
     assert len(read.faces) == len(ball.faces)
     assert outwards(read) > 0.99, "smooth, also from an STL, whose triangles share no vertices"
@@ -48,7 +49,7 @@ def test_the_normals_of_the_file_are_kept(tmp_path: Path, ball: trimesh.Trimesh)
     tilted = np.asarray(ball.vertices) + np.array((0.3, 0.0, 0.0))
     tilted /= np.linalg.norm(tilted, axis=1)[:, None]
     written = trimesh.Trimesh(ball.vertices, ball.faces, vertex_normals=tilted, process=False)
-    (tmp_path / "ball.ply").write_bytes(written.export(file_type="ply", vertex_normal=True))
+    written.export(tmp_path / "ball.ply", vertex_normal=True)
     np.testing.assert_allclose(read_triangles(tmp_path / "ball.ply", ORIGIN, 1.0).normals, tilted, atol=1e-5)
 
 

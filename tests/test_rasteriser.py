@@ -32,7 +32,7 @@ CAMERA = Camera(40, -25, 3.0)
 DATA, NORMAL = RenderOptions(shading="data"), RenderOptions(shading="normal")
 PLANE = Triangles(
     np.array([(-0.5, -0.5, 0), (0.5, -0.5, 0), (0.5, 0.5, 0), (-0.5, 0.5, 0)], np.float32),
-    np.tile(np.float32((0, 0, 2)), (4, 1)), np.array([(0, 1, 2), (0, 2, 3)], np.int32),
+    np.array([(0, 0, 2)] * 4, np.float32), np.array([(0, 1, 2), (0, 2, 3)], np.int32),
 )
 
 
@@ -86,7 +86,7 @@ def test_normals_of_a_traced_level_are_the_reference_s(
 
 def test_normal_mapping_takes_no_further_steps(traced: Renderer) -> None:
     pictures = [traced.render(SIZE, CAMERA, replace(DATA, level=1, normal_level=level)) for level in (1, 2)]
-    np.testing.assert_array_equal(*pictures)
+    np.testing.assert_array_equal(pictures[0], pictures[1])
 
 
 def test_split_is_both_pictures_side_by_side(traced: Renderer) -> None:
@@ -128,7 +128,8 @@ def test_split_shows_the_mesh_s_own_normals_on_the_left(osmesa: Context, model: 
 
 
 def test_the_nearest_triangle_wins_in_either_order(osmesa: Context, model: Model) -> None:
-    far = Triangles(PLANE.vertices - np.float32((0, 0, 0.3)), np.tile(np.float32((1, 0, 0)), (4, 1)), PLANE.faces)
+    behind = PLANE.vertices - np.array((0, 0, 0.3), np.float32)
+    far = Triangles(behind, np.array([(1, 0, 0)] * 4, np.float32), PLANE.faces)
     pictures = []
     for one, other in ((PLANE, far), (far, PLANE)):
         both = Triangles(np.concatenate([one.vertices, other.vertices]), np.concatenate([one.normals, other.normals]),
@@ -136,7 +137,7 @@ def test_the_nearest_triangle_wins_in_either_order(osmesa: Context, model: Model
         rasteriser = Rasteriser(osmesa, model, both)
         pictures.append(rasteriser.render(SIZE, Camera(0, 0), replace(NORMAL, split=1.0)))
         rasteriser.release()
-    np.testing.assert_array_equal(*pictures)
+    np.testing.assert_array_equal(pictures[0], pictures[1])
     np.testing.assert_allclose(decoded(pictures[0])[20, 24], (0, 0, 1), atol=1e-6)
 
 
