@@ -21,6 +21,8 @@ from viewer.context import Context
 from viewer.options import RenderOptions
 from viewer.renderer import Renderer
 
+pytestmark = pytest.mark.slow
+
 MODEL = Path(__file__).parent / "data" / "demo.safetensors"
 SIDE = 40
 

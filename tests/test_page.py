@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 
 from browser import Visit, visit
@@ -146,6 +147,7 @@ CONTROLS: dict[str, tuple[Act, Act, RenderOptions]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CONTROLS)
 def test_a_control_does_what_the_desktop_s_option_does(name: str, shown: Visit, renderer: Renderer) -> None:
     do, undo, options = CONTROLS[name]
@@ -161,7 +163,7 @@ def test_steps_are_heat(shown: Visit) -> None:
     shown.page.keyboard.press("x")
     picture = shown.saved()
     shown.page.keyboard.press("p")
-    assert tuple(picture[0, 0]) == (3, 3, 13), "a ray that misses makes none"
+    assert np.abs(picture[0, 0].astype(int) - (3, 3, 13)).max() <= 1, "a ray that misses makes none"
     assert picture[SIDE // 2, SIDE // 2].max() > 30
 
 

@@ -37,6 +37,7 @@ DROP = """([bytes, name]) => {
     for (const kind of ["dragover", "drop"])
         document.body.dispatchEvent(new DragEvent(kind, {dataTransfer: transfer, bubbles: true, cancelable: true}));
 }"""
+pytestmark = pytest.mark.slow
 
 
 def model_bytes(tmp_path: Path, model: Model) -> bytes:

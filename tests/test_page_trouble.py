@@ -16,6 +16,8 @@ from viewer.options import schedule_that_fits
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
+pytestmark = pytest.mark.slow
+
 
 def test_a_lost_context_comes_back(browser: "Browser", page_file: Path) -> None:
     with visit(browser, page_file, hash_="#az=100&el=-10") as visited:
@@ -39,7 +41,7 @@ def test_the_faster_variant_is_kept_and_remembered(browser: "Browser", page_file
     with visit(browser, page_file) as visited:
         visited.until(f"['literal', 'texture'].includes(localStorage.getItem('{key}'))")
         found = visited.page.evaluate("key => localStorage.getItem(key)", key)
-        assert visited.root("storage") == found
+        visited.until(f"document.documentElement.dataset.storage === '{found}'")
         assert visited.said == []
     for remembered, expected in (("texture", "texture"), ("trying", "texture"), ("literal", "literal")):
         with visit(browser, page_file, script=f"localStorage.setItem('{key}', '{remembered}')") as visited:
