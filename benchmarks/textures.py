@@ -1,6 +1,8 @@
 """Neural textures against UV-textured meshes (the paper's Section 4, Textures): writes docs/results/textures.md.
 
-    PYTHONPATH=.:tests python benchmarks/textures.py [--shapes Spot,Bob] [--keep FOLDER] [-o docs/results/textures.md]
+    PYTHONPATH=.:tests python benchmarks/textures.py [--shapes Spot,Bob] [--models FOLDER] [-o docs/results/textures.md]
+
+With --models, FOLDER/spot.safetensors and so on are taken where they are there; others are trained and put there.
 
 Both are drawn unlit by the same cameras: the mesh by pyrender, four samples a pixel, the model by sphere tracing, one.
 Mean squared error over pixels and channels, sRGB in [0, 1]: inside, over the mesh's pixels, where a pixel that the
@@ -19,7 +21,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from codegen.glsl330 import bake
-from codegen.model import Model, save
+from codegen.model import Model, load, save, shape_of
 from protocol import Page, machine
 from rasterised import BACKGROUND, Rasterised
 from textured_shapes import SHAPES
@@ -77,16 +79,26 @@ class Errors:
     either: int = 0
 
 
-def train(name: str, path: Path) -> tuple[Model, float]:
-    """The model and the seconds from reading the file to its last figure."""
+def train(name: str, path: Path) -> Model:
+    """By the shape's recipe; the seconds in its provenance count from reading the file."""
     recipe, began = RECIPES[name], time.perf_counter()
     networks = settings.networks(recipe.levels)
     chosen = Settings(
         networks, (*settings.omegas(None, networks), recipe.omega), settings.steps(recipe.steps, len(networks)),
         texture_network=settings.networks(recipe.texture)[0],
     )
-    model = Training(load_shape(str(path))[0], chosen, Bar(False), began).run()
-    return model, time.perf_counter() - began
+    return Training(load_shape(str(path))[0], chosen, Bar(False), began).run()
+
+
+def trained(name: str, path: Path, folder: Path | None) -> Model:
+    """From the folder, or trained and put there."""
+    file = None if folder is None else folder / f"{name.lower()}.safetensors"
+    if file is not None and file.exists():
+        return load(file)
+    model = train(name, path)
+    if file is not None:
+        save(model, file)
+    return model
 
 
 def compare(name: str, model: Model, path: Path, context: Context, folder: Path) -> Errors:
@@ -125,7 +137,7 @@ def main() -> None:
     """Writes the page and the pictures."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--shapes", default=",".join(RECIPES), metavar="NAME,..")
-    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where to put the models")
+    parser.add_argument("--models", type=Path, metavar="FOLDER", help="models to compare, and where to put others")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/textures.md"))
     options = parser.parse_args()
     before_torch()
@@ -149,13 +161,14 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for name in names:
             path, recipe = SHAPES[name](Path(folder)), RECIPES[name]
-            model, seconds = train(name, path)
-            if options.keep:
-                save(model, options.keep / f"{name.lower()}.safetensors")
+            model = trained(name, path, options.models)
+            assert model.texture is not None
             found = compare(name, model, path, context, options.output.parent)
+            levels, made = ",".join(shape_of(level.network) for level in model.levels), model.provenance
+            steps = ",".join(str(record["steps"]) for record in (*made["levels"], made["texture"]))
             goal = "" if recipe.goal is None else f"{recipe.goal:.5f}"
-            page.add(f"| {name} | {recipe.levels} + {recipe.texture} | {model.parameters():,} | {recipe.steps} | "
-                     f"{seconds:.0f} | {found.inside:.5f} | {found.whole:.5f} | {found.coarse:.5f} | "
+            page.add(f"| {name} | {levels} + {shape_of(model.texture)} | {model.parameters():,} | {steps} | "
+                     f"{made['seconds']:.0f} | {found.inside:.5f} | {found.whole:.5f} | {found.coarse:.5f} | "
                      f"{found.both / found.either:.4f} | {recipe.paper:.4f} | {goal} |")
     page.add("", "From left to right: the mesh, the model, its level 1, eight times the error (white: none).", "",
              *(f"![{name}](textures-{name.lower()}.png)\n" for name in names))

@@ -23,6 +23,7 @@ SIZE = (512, 512)
 CAMERA = Camera(40, 20)
 
 
+@pytest.mark.slow
 def test_silhouette_depth_and_colour_are_the_mesh_s(osmesa: Context) -> None:
     model = load(model_path("spot-large"))
     assert len(model.levels) == 3
