@@ -260,6 +260,8 @@ vec3 shade(int shading, vec3 normal, vec3 direction, float t, float eye, int ste
     if (shading == SHADE_TEXTURE) return albedo;
     return srgb(phong(linear(albedo), normal, -direction, light, up));
 }
+uniform float split; // share of the width, from the left, that wears the traced level's own normals
+
 // The fragment: one ray. color.rgb is sRGB, color.a is 1 on the surface and 0 on the background.
 // SHADE_DATA writes (t, steps, level reached, hit) instead.
 void main() {
@@ -272,7 +274,7 @@ void main() {
     color = vec4(background(pixel, resolution, background_bottom, background_top), 0.0);
     if (ray.hit) {
         vec3 p = eye + ray.t * direction;
-        vec3 normal = normalize(field_gradient(p, normal_level).xyz);
+        vec3 normal = normalize(field_gradient(p, pixel.x < split * resolution.x ? level : normal_level).xyz);
         vec3 toward = normalize(mat3(camera) * light);
         vec3 colour = shade(shading, normal, direction, ray.t, length(eye), ray.steps, albedo(p), toward, camera[1].xyz);
         color = vec4(colour, 1.0);
