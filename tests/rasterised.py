@@ -28,7 +28,7 @@ class Rasterised:
         moved = mesh.copy()
         moved.vertices = (np.asarray(mesh.vertices) - centre) / scale
         if isinstance(moved.visual, trimesh.visual.TextureVisuals):
-            moved.visual.material.diffuse = np.full(4, 255, np.uint8)  # trimesh's default is grey, and multiplies the image
+            moved.visual.material.diffuse = np.full(4, 255, np.uint8)  # the default is grey, times the image
         self._flags = RenderFlags.FLAT | RenderFlags.SKIP_CULL_FACES
         self._size = size
         self._scene: Any = pyrender.Scene(bg_color=(*BACKGROUND, 1.0))
