@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import moderngl
 import numpy as np
@@ -16,7 +17,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from browser import chromium, visit
+from browser import visit
 from codegen import digits, grid, reference
 from codegen.errors import UserError
 from codegen.glsl330 import bake
@@ -28,6 +29,9 @@ from random_model import random_model
 from viewer.camera import Camera
 from viewer.context import Context
 from viewer.renderer import VERTEX_SHADER, Renderer
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 SHADERTOY = TARGETS["shadertoy"]
 INPUTS = "uniform vec3 iResolution; uniform float iTime; uniform vec4 iMouse; uniform int iFrame;\n"
@@ -179,12 +183,12 @@ def test_a_player_of_others_shows_the_same(osmesa: Context, tmp_path: Path) -> N
         assert (difference > 4).mean() < 0.005, name
 
 
-def test_chromium_draws_the_same(osmesa: Context, tmp_path: Path) -> None:
+def test_chromium_draws_the_same(osmesa: Context, browser: "Browser", tmp_path: Path) -> None:
     """WebGL2 on SwiftShader, whose sine is off by 2e-4."""
     text = SHADERTOY(on_grids(random_model((16, 1), (8, 0))))
     fragment = "#version 300 es\nprecision highp float; precision highp int;\n" + INPUTS + text + MAIN
     (tmp_path / "player.html").write_text(WEBGL.replace("THE_TEXT", json.dumps(fragment)))
-    with chromium() as browser, visit(browser, tmp_path / "player.html", SIZE, share=1) as visited:
+    with visit(browser, tmp_path / "player.html", SIZE, share=1) as visited:
         visited.until("window.done")
         assert not visited.said
         theirs = np.asarray(Image.open(io.BytesIO(visited.page.screenshot())).convert("RGB"), np.int16)
