@@ -28,7 +28,7 @@ from trainer.train import Training, device
 SHAPES = {"armadillo": "meshes/armadillo.ply", "spot": "textured/spot.obj"}
 PLAIN = (("16x2", 2), ("32x2", 2), ("64x1", 2), ("64x2", 2))
 """Levels, decimals."""
-PACKED = ("24x2", PRESETS["tiny"].levels, "24x1,32x2", PRESETS["small"].levels)
+PACKED = ("24x2", "16x1,16x2", PRESETS["tiny"].levels, "24x1,32x2", PRESETS["small"].levels)
 TO_BEAT = (
     "Beside it, of others' tools on Armadillo, by an earlier measurement with as many samples: Blackle's generator, "
     "16x2, with two decimals 3,989 bytes and 1.2e-3, with three 4,613 bytes and 2.2e-4; nsdf small 22.2 kB and 2.1e-4."

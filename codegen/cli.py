@@ -6,7 +6,8 @@ from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .verb import Verb
+from .gallery import model_path
+from .verb import MODEL_HELP, Verb
 
 if TYPE_CHECKING:
     from .model import Model
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def _info_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors)")
+    parser.add_argument("model", type=model_path, metavar="M", help=MODEL_HELP)
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
@@ -78,13 +79,18 @@ def _size(model: "Model", target: "Target") -> int | None:
 
 
 def _bake_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors)")
-    parser.add_argument("--target", default="glsl330", help="what to write: glsl330 (default), shadertoy")
-    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="file to write (default: M's name + .glsl)")
+    parser.add_argument("model", type=model_path, metavar="M", help=MODEL_HELP)
+    parser.add_argument("--target", default="glsl330",
+                        help="what to write: glsl330 (default), glsl300es, html, shadertoy, cuda")
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE",
+                        help="file to write (default: M's name and the target's ending)")
     parser.add_argument("--storage", default="auto", choices=("auto", "literal", "texture", "packed"),
                         help="how weights are stored (auto: literals up to 64 wide, a texture above; "
                         "shadertoy: packed where training kept weights to a few bits)")
-    parser.add_argument("--digits", type=_digits, metavar="N", help="decimals of the weights (default: all)")
+    rounding = parser.add_mutually_exclusive_group()
+    rounding.add_argument("--digits", type=_digits, metavar="N", help="decimals of the weights (default: all)")
+    rounding.add_argument("--precision", default="float32", choices=("float32", "float16"),
+                          help="float16 halves the weights of an html page, and prints what that costs")
 
 
 def _digits(text: str) -> int:
@@ -97,13 +103,19 @@ def _bake(arguments: Namespace) -> None:
     from .errors import UserError
     from .files import check_writable, show, write_whole
     from .model import load
-    from .targets import TARGETS
+    from .rounding import cost, in_float16
+    from .targets import SUFFIXES, TARGETS
 
     if arguments.target not in TARGETS:
         raise UserError(f"--target {show(arguments.target)}: there is {', '.join(TARGETS)}")
     model = load(arguments.model)
-    output = arguments.output or Path(arguments.model.stem + ".glsl")
+    output = arguments.output or Path(arguments.model.stem + SUFFIXES[arguments.target])
     check_writable(output)
+    if arguments.precision == "float16":
+        exact, model = model, in_float16(model)
+        largest, mean = cost(exact, model)
+        print(f"float16: the distance near the surface is off by {largest:.1e} at most, {mean:.1e} on average "
+              "(the shape has radius 1)", file=sys.stderr)
     text = TARGETS[arguments.target](model, storage=arguments.storage, digits=arguments.digits)
     write_whole(output, text)
     print(f"{show(output)}: {arguments.target}, {len(text.encode()):,} bytes", file=sys.stderr)

@@ -14,9 +14,16 @@ class Language:
     """What differs between the C-like languages that know vec4 and column-major mat4."""
 
     constant: str = "const {type} {name} = {value};"
-    function: str = "{type} {name}(vec4 p)"
+    function: str = "{type} {name}({parameters})"
+    out: str = "out int {name}"
     suffix: str = ""
     texel: str = "texelFetch(weights, ivec2(({k}) & 1023, ({k}) >> 10), 0)"
+    sine: str = "sin"
+    cosine: str = "cos"
+
+    def begin(self, kind: str, name: str, parameters: str) -> str:
+        """First line of a function's definition."""
+        return self.function.format(type=kind, name=name, parameters=parameters) + " {"
 
     def number(self, value: float) -> str:
         """Shortest literal that reads back as the same float32."""
@@ -58,8 +65,7 @@ class Storage(ABC):
         """The function's text."""
         kind, result = _result(function, self.program.widths(function))
         lines = [f"    {line}" for line in self.statements(function.ops, self.blocks(function))]
-        return [self.language.function.format(type=kind, name=function.name) + " {", *lines,
-                f"    return {result};", "}"]
+        return [self.language.begin(kind, function.name, "vec4 p"), *lines, f"    return {result};", "}"]
 
     def blocks(self, function: Function) -> Blocks:
         """Value name -> number of vec4 in it."""
@@ -69,9 +75,9 @@ class Storage(ABC):
         """Right-hand side of an elementwise op at block `k`, names resolved by `block`."""
         match op:
             case Sine(source=source):
-                return f"sin({self.block(source, k, blocks)})"
+                return f"{self.language.sine}({self.block(source, k, blocks)})"
             case Cosine(source=source):
-                return f"cos({self.block(source, k, blocks)})"
+                return f"{self.language.cosine}({self.block(source, k, blocks)})"
             case Product(left=left, right=right):
                 return f"{self.block(left, k, blocks)} * {self.block(right, k, blocks)}"
             case Scale(source=source, factor=factor):

@@ -47,7 +47,7 @@ def print_field(program: Program, language: Language, storage: str) -> Field:
         lines += store.declarations(tuple(f for f in program.functions() if used[f.name] is store))
     for function in program.functions():
         lines += ["", *used[function.name].function(function)]
-    lines += ["", *_field(program), "", *_field_gradient(program), "", *_albedo(program)]
+    lines += ["", *_field(program, language), "", *_field_gradient(program, language), "", *_albedo(program, language)]
 
     def loops(functions: tuple[Function, ...]) -> tuple[int, ...]:
         each = [used[function.name].loops(function) for function in functions]
@@ -69,9 +69,9 @@ def _input(program: Program) -> str:
     return f"vec4(p, {'time' if program.moving else '1.'})"
 
 
-def _field(program: Program) -> list[str]:
+def _field(program: Program, language: Language) -> list[str]:
     lines = [
-        "float field(vec3 p, int level, out int reached) {",
+        language.begin("float", "field", f"vec3 p, int level, {language.out.format(name='reached')}"),
         f"    vec4 q = {_input(program)};",
         f"    float f = {program.values[0].name}(q);",
         "    reached = 1;",
@@ -82,13 +82,17 @@ def _field(program: Program) -> list[str]:
     return [*lines, "    return f;", "}"]
 
 
-def _field_gradient(program: Program) -> list[str]:
+def _field_gradient(program: Program, language: Language) -> list[str]:
     first, *others = [f"{function.name}(q)" for function in program.gradients]
-    lines = ["vec4 field_gradient(vec3 p, int level) {", f"    vec4 q = {_input(program)};", f"    vec4 g = {first};"]
+    lines = [
+        language.begin("vec4", "field_gradient", "vec3 p, int level"),
+        f"    vec4 q = {_input(program)};",
+        f"    vec4 g = {first};",
+    ]
     lines += [f"    if (level > {i}) g += {call};" for i, call in enumerate(others, start=1)]
     return [*lines, "    return g;", "}"]
 
 
-def _albedo(program: Program) -> list[str]:
+def _albedo(program: Program, language: Language) -> list[str]:
     value = f"vec3({PLAIN})" if program.texture is None else f"clamp({program.texture.name}({_input(program)}), 0., 1.)"
-    return ["vec3 albedo(vec3 p) {", f"    return {value};", "}"]
+    return [language.begin("vec3", "albedo", "vec3 p"), f"    return {value};", "}"]

@@ -49,13 +49,13 @@ def on_grid(network: Network) -> bool:
 def rounded(network: Network) -> Network:
     """The nearest network on a grid, its output's bias to five decimals."""
     first, *hidden = network[:-1]
-    layers = [Layer(_nearest(first.weight, _step(first.weight)), _nearest(first.bias, _step(first.bias)))]
+    layers = [Layer(_finely(first.weight), _finely(first.bias))]
     for layer in hidden:
         most = min(CLIP * float(layer.weight.std()), float(np.abs(layer.weight).max()))
         step = _short(most / HIDDEN)
         weight = np.clip(layer.weight, -HIDDEN * step, HIDDEN * step)
         layers.append(Layer(_nearest(weight, step), _nearest(layer.bias, step)))
-    rows = [_nearest(row, _step(row)) for row in network[-1].weight]
+    rows = [_finely(row) for row in network[-1].weight]
     return *layers, Layer(np.stack(rows), network[-1].bias.astype(np.float64).round(5).astype(np.float32))
 
 
@@ -69,8 +69,9 @@ def _settled(network: Network) -> Network:
     return network if on_grid(network) else rounded(network)
 
 
-def _step(array: Array) -> float:
-    return _short(float(np.abs(array).max()) / FINE)
+def _finely(array: Array) -> Array:
+    step = _short(float(np.abs(array).max()) / FINE)
+    return _nearest(np.clip(array, -FINE * step, FINE * step), step)
 
 
 def _short(step: float) -> float:

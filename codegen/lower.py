@@ -65,9 +65,7 @@ class _Lowered:
             self.constants[f"w{key}_{j}"] = _rounded(_padded(weight), digits)
         self.outputs = []
         for c, (row, bias) in enumerate(zip(network[-1].weight, network[-1].bias.tolist(), strict=True)):
-            largest = float(np.abs(row).max())
-            exponent = math.floor(math.log10(largest)) if digits is not None and largest > 0 else 0
-            scale = 10.0**exponent
+            scale = 1.0 if digits is None else output_scale(row)
             self.constants[f"o{key}_{c}"] = _rounded(_padded((row / scale).astype(np.float32)), digits)
             self.outputs.append((f"o{key}_{c}", scale, bias if digits is None else round(bias, digits + 2)))
 
@@ -97,6 +95,12 @@ class _Lowered:
         if scale != 1.0:
             ops.append(Scale("gradient", adjoint, scale))
         return ops
+
+
+def output_scale(row: Array) -> float:
+    """The power of ten by which an output row is divided before it is rounded."""
+    largest = float(np.abs(row).max())
+    return 10.0 ** math.floor(math.log10(largest)) if largest > 0 else 1.0
 
 
 def _padded(array: Array) -> Array:

@@ -6,6 +6,7 @@ docs/format.md describes the file. Nothing here needs torch.
 import hashlib
 import json
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -97,7 +98,7 @@ class Model:
 
     def sha256(self) -> str:
         """Hash of the weights and the numbers a renderer depends on; name and provenance do not count."""
-        digest = hashlib.sha256(json.dumps([_level_numbers(level) for level in self.levels]).encode())
+        digest = hashlib.sha256(json.dumps([level_numbers(level) for level in self.levels]).encode())
         for name, tensor in self.tensors().items():
             digest.update(name.encode() + repr(tensor.shape).encode() + tensor.tobytes())
         return digest.hexdigest()
@@ -136,15 +137,23 @@ def save(model: Model, path: Path) -> None:
     """Writes the model file, whole or not at all. Raises UserError where `path` cannot be written."""
     description = {
         "name": model.name,
-        "levels": [_level_numbers(level) for level in model.levels],
+        "levels": [level_numbers(level) for level in model.levels],
         "inputs": model.inputs,
         "centre": [float(coordinate) for coordinate in model.centre],
         "scale": float(model.scale),
         "provenance": model.provenance,
     }
+    write_whole(path, to_bytes(model.tensors(), description))
+
+
+def to_bytes(tensors: Mapping[str, NDArray[np.floating]], description: dict[str, Any]) -> bytes:
+    """The model file of `description`, its JSON; always the same bytes, where safetensors shuffles the metadata."""
     metadata = {"format": FORMAT, "version": str(VERSION), "model": json.dumps(description)}
-    tensors = {name: np.ascontiguousarray(tensor) for name, tensor in model.tensors().items()}
-    write_whole(path, to_safetensors(tensors, metadata))
+    data = to_safetensors({name: np.ascontiguousarray(tensor) for name, tensor in tensors.items()}, metadata)
+    end = 8 + int.from_bytes(data[:8], "little")
+    header = json.dumps({**json.loads(data[8:end]), "__metadata__": metadata}, separators=(",", ":")).encode()
+    header += b" " * (-len(header) % 8)
+    return len(header).to_bytes(8, "little") + header + data[end:]
 
 
 def load(path: Path) -> Model:
@@ -171,7 +180,7 @@ def load(path: Path) -> Model:
         raise UserError(f"{show(path)}: {_one_line(str(error))}") from None
 
 
-def _level_numbers(level: Level) -> dict[str, float | int]:
+def level_numbers(level: Level) -> dict[str, float | int]:
     return {"delta": float(level.delta), "iterations": level.iterations, "lipschitz": float(level.lipschitz)}
 
 

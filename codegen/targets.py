@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from . import glsl330, shadertoy
+from . import cuda, glsl300es, glsl330, shadertoy, webpage
 from .model import Model
 
 
@@ -15,6 +15,13 @@ class Target(Protocol):
 
 TARGETS: dict[str, Target] = {
     "glsl330": glsl330.standalone,
+    "glsl300es": glsl300es.standalone,
+    "html": webpage.standalone,
     "shadertoy": shadertoy.standalone,
+    "cuda": cuda.standalone,
 }
 """Name -> target."""
+
+SUFFIXES = {"glsl330": ".glsl", "glsl300es": ".es.frag", "html": ".html", "shadertoy": ".frag",
+            "cuda": ".cu"}
+"""How the output file's name ends where the user gives none."""

@@ -34,8 +34,9 @@ class Texture(Storage):
         if not functions:
             return []
         return [
-            f"vec4 texel(int k) {{ return {self.language.texel.format(k='k')}; }}",
-            "mat4 block(int k) { return mat4(texel(k), texel(k + 1), texel(k + 2), texel(k + 3)); }",
+            f"{self.language.begin('vec4', 'texel', 'int k')} return {self.language.texel.format(k='k')}; }}",
+            self.language.begin("mat4", "block", "int k")
+            + " return mat4(texel(k), texel(k + 1), texel(k + 2), texel(k + 3)); }",
         ]
 
     def image(self) -> Array | None:

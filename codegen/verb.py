@@ -4,6 +4,8 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from dataclasses import dataclass
 
+MODEL_HELP = "model file (.safetensors), or a name of the gallery: spot, bob"
+
 
 @dataclass(frozen=True)
 class Verb:

@@ -3,7 +3,8 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from codegen.verb import Verb
+from codegen.gallery import model_path
+from codegen.verb import MODEL_HELP, Verb
 
 from .eval_cli import EVAL
 
@@ -12,7 +13,7 @@ DEFAULT_RESOLUTION = 512
 
 def mesh_arguments(parser: ArgumentParser) -> None:
     """Fills the parser of `mesh`."""
-    parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors)")
+    parser.add_argument("model", type=model_path, metavar="M", help=MODEL_HELP)
     parser.add_argument("-o", "--output", type=Path, metavar="OUT",
                         help="mesh file: .ply .obj .stl .glb (default: the model's name, .ply)")
     parser.add_argument("--resolution", type=int, default=DEFAULT_RESOLUTION, metavar="N",

@@ -4,12 +4,20 @@ import os
 import shutil
 import subprocess
 from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
+from browser import Visit, chromium, visit
 from codegen.errors import UserError
+from codegen.targets import TARGETS
 from desk_fixture import make  # noqa: F401 (a fixture)
+from page_pictures import MODEL
 from viewer.context import Context, open_osmesa
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -43,3 +51,27 @@ def xvfb() -> Iterator[dict[str, str]]:
     yield {**os.environ, "DISPLAY": f":{number}"}
     server.terminate()
     server.wait()
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator["Browser"]:
+    """Headless Chromium, WebGL2 on the CPU."""
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="session")
+def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of MODEL."""
+    path = tmp_path_factory.mktemp("page") / "ball.html"
+    path.write_text(TARGETS["html"](MODEL))
+    return path
+
+
+@pytest.fixture(scope="module")
+def shown(browser: "Browser", page_file: Path) -> Iterator[Visit]:
+    """One visit that tests share; each leaves it without a message."""
+    with visit(browser, page_file, has_touch=True) as visited:
+        visited.still()
+        yield visited
+        assert visited.said == []

@@ -20,16 +20,16 @@ def distance(points: Array) -> Array:
     return np.asarray(length - radius(points / length[:, None]), float)
 
 
-def fitted_model() -> Model:
+def fitted_model(widths: tuple[int, int] = (24, 96)) -> Model:
     """Levels 24x0 and 96x0, and a texture of 16x0; the deltas of Eq. 5."""
     rng = np.random.default_rng(5)
     points = rng.normal(size=(6000, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
     surface = points * radius(points)[:, None]
     points *= rng.uniform(0.05, 1.05, 6000)[:, None]
-    first = _fit(24, 1.5, points, distance(points)[:, None], rng)
+    first = _fit(widths[0], 1.5, points, distance(points)[:, None], rng)
     near = surface * rng.uniform(0.75, 1.25, (6000, 1))
-    second = _fit(96, 4.0, near, distance(near)[:, None] - _run(first, near), rng)
+    second = _fit(widths[1], 4.0, near, distance(near)[:, None] - _run(first, near), rng)
     texture = _fit(16, 3.0, surface, 0.5 + 0.4 * np.sin(surface * (3.0, 4.0, 5.0)), rng)
     errors = _run(first, surface), _run(first, surface) + _run(second, surface)
     deltas = [1.3 * float(np.abs(error).max()) for error in errors]

@@ -15,8 +15,8 @@ from codegen.lower import lower
 from codegen.model import Model
 from codegen.targets import TARGETS
 from random_model import random_model
+from viewer.compile import VERTEX_SHADER
 from viewer.context import Context
-from viewer.renderer import VERTEX_SHADER
 
 SIDE = 64
 PROBE = """

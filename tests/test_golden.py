@@ -9,9 +9,12 @@ from PIL import Image
 
 from codegen.glsl330 import bake
 from codegen.model import load
+from mesher.extract import extract_model, up_to
 from viewer.camera import Camera
 from viewer.context import Context
+from viewer.mesh_file import Triangles
 from viewer.options import RenderOptions
+from viewer.rasteriser import Rasteriser
 from viewer.renderer import Renderer
 from viewer.screenshot import save_png
 
@@ -25,8 +28,13 @@ PICTURES = {
     "depth": RenderOptions(shading="depth"),
     "steps": RenderOptions(shading="steps"),
     "texture": RenderOptions(shading="texture"),
+    "texture-on-level-1": RenderOptions(shading="texture", level=1),
     "coarse": RenderOptions(level=1, normal_level=1),
     "normal-mapping": RenderOptions(level=1, normal_level=2),
+}
+MESH_PICTURES = {
+    "mesh-own-normals": RenderOptions(samples=4, split=1.0),
+    "mesh-neural-normals": RenderOptions(samples=4),
 }
 OFF, FEW, MEAN = 16, 0.002, 0.2
 """A channel is off beyond so many of 255; so few pixels may be; mean difference allowed. Other CPUs round otherwise."""
@@ -35,6 +43,14 @@ OFF, FEW, MEAN = 16, 0.002, 0.2
 @pytest.fixture(scope="module")
 def renderer(osmesa: Context) -> Renderer:
     return Renderer(osmesa, bake(load(MODEL)))
+
+
+@pytest.fixture(scope="module")
+def low_poly(osmesa: Context) -> Rasteriser:
+    model = load(MODEL)
+    mesh = extract_model(up_to(model, 1), 32).mesh
+    assert mesh.normals is not None
+    return Rasteriser(osmesa, model, Triangles(mesh.vertices, mesh.normals, mesh.faces.astype(np.int32)), "texture")
 
 
 def pixels(path: Path) -> NDArray[np.int16]:
@@ -65,6 +81,17 @@ def compare(name: str, got: Path, want: Path) -> None:
 def test_golden_picture(name: str, renderer: Renderer, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     got, want = tmp_path / f"{name}.png", GOLDEN / f"{name}.png"
     save_png(got, renderer.render((128, 128), CAMERA, PICTURES[name]))
+    if request.config.getoption("--update-golden"):
+        want.write_bytes(got.read_bytes())
+    compare(name, got, want)
+
+
+@pytest.mark.parametrize("name", MESH_PICTURES)
+def test_golden_picture_of_a_mesh(
+    name: str, low_poly: Rasteriser, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    got, want = tmp_path / f"{name}.png", GOLDEN / f"{name}.png"
+    save_png(got, low_poly.render((128, 128), CAMERA, MESH_PICTURES[name]))
     if request.config.getoption("--update-golden"):
         want.write_bytes(got.read_bytes())
     compare(name, got, want)

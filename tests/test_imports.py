@@ -10,6 +10,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 MAY_IMPORT = {
     "glsl": set[str](),
+    "models": set[str](),
     "codegen": {"glsl"},
     "trainer": {"glsl", "codegen"},
     "mesher": {"glsl", "codegen"},

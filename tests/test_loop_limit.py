@@ -8,9 +8,10 @@ from codegen.glsl330 import bake
 from codegen.shader import Shader
 from random_model import random_model
 from viewer.camera import Camera
+from viewer.compile import VERTEX_SHADER
 from viewer.context import Context
 from viewer.options import LEAST_STEPS, LOOP_LIMIT, RenderOptions, schedule_that_fits
-from viewer.renderer import VERTEX_SHADER, Renderer
+from viewer.renderer import Renderer
 
 
 def test_llvmpipe_stops_at_the_loop_limit(osmesa: Context) -> None:

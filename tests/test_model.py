@@ -68,3 +68,12 @@ def test_a_level_is_checked_when_a_model_is_made(change: dict[str, Any]) -> None
 def test_a_model_is_checked_when_it_is_made(change: dict[str, Any]) -> None:
     with pytest.raises(UserError):
         dataclasses.replace(random_model((8, 1)), **change)
+
+
+def test_the_same_model_is_the_same_bytes(tmp_path: Path) -> None:
+    model = random_model((4, 0), (8, 0), texture=(4, 0))
+    written = []
+    for number in range(8):
+        save(model, tmp_path / f"{number}.safetensors")
+        written.append((tmp_path / f"{number}.safetensors").read_bytes())
+    assert len(set(written)) == 1

@@ -89,7 +89,8 @@ def test_the_wheel_holds_the_rooms_and_nothing_else(installed: Installed) -> Non
     tops = {name.split("/")[0] for name in names if ".dist-info/" not in name}
     assert tops == {"mplicits.py", *ROOMS}
     for room in ROOMS:
-        sources = [path for path in (ROOT / room).rglob("*") if path.suffix in {".py", ".glsl"}]
+        kinds = {".py", ".glsl", ".cuh", ".html", ".css", ".js", ".md", ".safetensors"}
+        sources = [path for path in (ROOT / room).rglob("*") if path.suffix in kinds]
         assert {name for name in names if name.startswith(f"{room}/")} == {str(p.relative_to(ROOT)) for p in sources}
     assert any(name.endswith("/LICENSE") for name in names)
 

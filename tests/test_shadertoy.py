@@ -1,12 +1,15 @@
 """Shadertoy text: the field = the numpy reference, the picture = the renderer's and a player's that is not ours."""
 
 import importlib.util
+import io
+import json
 import os
 import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import moderngl
 import numpy as np
@@ -14,17 +17,22 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
+from browser import visit
 from codegen import digits, grid, reference
 from codegen.errors import UserError
 from codegen.glsl330 import bake
 from codegen.lower import lower
-from codegen.model import Model, load
+from codegen.model import Layer, Model, load
 from codegen.packed import FIELDS, pack
 from codegen.targets import TARGETS
 from random_model import random_model
 from viewer.camera import Camera
+from viewer.compile import VERTEX_SHADER
 from viewer.context import Context
-from viewer.renderer import VERTEX_SHADER, Renderer
+from viewer.renderer import Renderer
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 SHADERTOY = TARGETS["shadertoy"]
 INPUTS = "uniform vec3 iResolution; uniform float iTime; uniform vec4 iMouse; uniform int iFrame;\n"
@@ -35,6 +43,25 @@ void main() { c = vec4(field(vec4(texelFetch(points, ivec2(gl_FragCoord.xy), 0).
 DEMO = Path(__file__).parent / "data" / "demo.safetensors"
 GOLDEN = Path(__file__).parent / "golden" / "tiny.shadertoy.frag"
 SIZE = (144, 96)
+WEBGL = f"""<body style="margin: 0"><canvas width={SIZE[0]} height={SIZE[1]}></canvas><script>
+const gl = document.querySelector("canvas").getContext("webgl2", {{preserveDrawingBuffer: true}});
+const program = gl.createProgram();
+const vertex = `#version 300 es
+void main() {{ gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }}`;
+for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, THE_TEXT]]) {{
+    const shader = gl.createShader(kind);
+    gl.shaderSource(shader, text);
+    gl.compileShader(shader);
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) console.log(gl.getShaderInfoLog(shader));
+    gl.attachShader(program, shader);
+}}
+gl.linkProgram(program);
+gl.useProgram(program);
+gl.uniform3f(gl.getUniformLocation(program, "iResolution"), {SIZE[0]}, {SIZE[1]}, 1);
+gl.drawArrays(gl.TRIANGLES, 0, 3);
+gl.finish();
+window.done = true;
+</script>"""
 PLAYER = """
 import sys
 from wgpu_shadertoy import Shadertoy
@@ -115,6 +142,12 @@ def test_grids_are_kept() -> None:
         assert float(np.abs(old.weight - new.weight).mean()) < 0.1 * float(np.abs(old.weight).mean())
 
 
+def test_a_step_that_was_rounded_down_holds_the_largest_weight() -> None:
+    first, last = random_model((20, 0)).levels[0].network
+    weight = first.weight * np.float32(127 * 0.010049 / np.abs(first.weight).max())
+    assert grid.on_grid(grid.rounded((Layer(weight, first.bias), last)))
+
+
 def test_the_text_agrees_with_the_renderer(osmesa: Context) -> None:
     """Its normals are differences, its gamma 2.2, its background plain; its silhouette and its shading are the same."""
     model = load(DEMO)
@@ -149,6 +182,19 @@ def test_a_player_of_others_shows_the_same(osmesa: Context, tmp_path: Path) -> N
         theirs = np.asarray(Image.open(tmp_path / "player.png"), np.int16)
         difference = np.abs(picture(osmesa, text) - theirs).max(-1)
         assert (difference > 4).mean() < 0.005, name
+
+
+def test_chromium_draws_the_same(osmesa: Context, browser: "Browser", tmp_path: Path) -> None:
+    """WebGL2 on SwiftShader, whose sine is off by 2e-4."""
+    text = SHADERTOY(on_grids(random_model((16, 1), (8, 0))))
+    fragment = "#version 300 es\nprecision highp float; precision highp int;\n" + INPUTS + text + MAIN
+    (tmp_path / "player.html").write_text(WEBGL.replace("THE_TEXT", json.dumps(fragment)))
+    with visit(browser, tmp_path / "player.html", SIZE, share=1) as visited:
+        visited.until("window.done")
+        assert not visited.said
+        theirs = np.asarray(Image.open(io.BytesIO(visited.page.screenshot())).convert("RGB"), np.int16)
+    difference = np.abs(picture(osmesa, text) - theirs).max(-1)
+    assert (difference > 8).mean() < 0.01
 
 
 def test_the_fewest_digits_keep_the_surface() -> None:

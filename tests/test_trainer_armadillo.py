@@ -34,7 +34,7 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Model:
     path = tmp_path_factory.mktemp("armadillo") / "m.safetensors"
     sizes = settings.networks("64x1,64x2")
     chosen = settings.Settings(sizes, settings.omegas(None, sizes), settings.steps("3000,9000", 2))
-    run(str(ARMADILLO), path, chosen, resume=False, quiet=True, began=time.perf_counter())
+    run(str(ARMADILLO), path, chosen, image=None, resume=False, quiet=True, began=time.perf_counter())
     return load(path)
 
 

@@ -6,10 +6,11 @@ import torch
 from torch import Tensor
 
 from codegen.model import Network
-from trainer import losses, machine
+from trainer import losses, machine, texture
 from trainer.level import level_loss
 from trainer.network import (
     add_derivative,
+    add_derivative_along,
     adjoint_pass,
     from_model,
     initial,
@@ -94,13 +95,37 @@ def test_float32_adjoint_is_autograd_to_1e_5() -> None:
     assert float((gradient - slope).abs().max() / slope.abs().max()) < 1e-5
 
 
-def test_value_along_is_autograd() -> None:
-    weights, x = network((16, 2), outputs=3), points()
+@pytest.mark.parametrize("size", SIZES)
+def test_value_along_and_its_derivative_are_autograd(size: tuple[int, int]) -> None:
+    weights, x = network(size, outputs=3), points()
     directions = points(40).flip(0)
-    colours, along = value_along(weights, x, directions)
+    found = value_along(weights, x, directions)
     expected, slope, *_ = torch.func.jvp(lambda at: value(weights, at), (x,), (directions,))
-    torch.testing.assert_close(colours, expected, rtol=0, atol=1e-12)
-    torch.testing.assert_close(along, slope, rtol=0, atol=1e-12)
+    torch.testing.assert_close(found.value, expected, rtol=0, atol=1e-12)
+    torch.testing.assert_close(found.along, slope, rtol=0, atol=1e-12)
+
+    d_value, d_along = x**2, x.flip(1)
+    for weight in weights:
+        weight.grad = torch.zeros_like(weight)
+    add_derivative_along(weights, found, d_value, d_along)
+    at = x.clone().requires_grad_()
+    colours = value(weights, at)
+    # <grad g, direction> of each output, by one reverse pass each that is kept for the second derivative.
+    rows = [torch.autograd.grad(colours[:, k].sum(), at, create_graph=True)[0] for k in range(3)]
+    along = torch.stack([(row * directions).sum(1) for row in rows], dim=1)
+    slopes = torch.autograd.grad((colours, along), weights, (d_value, d_along))
+    for weight, expected_slope in zip(weights, slopes, strict=True):
+        torch.testing.assert_close(weight.grad, expected_slope, rtol=1e-10, atol=1e-12)
+
+
+def test_texture_loss_and_its_derivatives_are_autograd() -> None:
+    colours, along = points().requires_grad_(), (points(40) + 0.2).requires_grad_()
+    truth = points(15).abs()
+    loss, d_value, d_along = texture.texture_loss(colours, along, truth)
+    expected = (colours[:15] - truth).square().sum(1).mean() + texture.SMOOTHNESS * along.square().sum(1).mean()
+    torch.testing.assert_close(loss, expected)
+    for found, slope in zip((d_value, d_along), torch.autograd.grad(expected, (colours, along)), strict=True):
+        torch.testing.assert_close(found, slope)
 
 
 def forward(exported: Network, x: np.ndarray) -> np.ndarray:

@@ -25,13 +25,16 @@ def arguments(parser: ArgumentParser) -> None:
     add("--preset", choices=PRESETS, default=DEFAULT_PRESET,
         help=f"levels by name: {presets} (default: {DEFAULT_PRESET})")
     add("--packed", action="store_true", help="weights of a few bits, for short shader texts (bake --target shadertoy)")
-    add("--omega", metavar="W,..", help="omega_0 of each level (default: 40,80,120; less below 64 wide)")
+    add("--omega", metavar="W,..", help="omega_0 of each level (default: 40,80,120; less below 64 wide), then of the "
+        "texture (default: 50)")
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--seconds", metavar="S", type=float, help="wall time of the whole training")
     length.add_argument("--steps", metavar="N,..", help="optimiser steps of each level, then of the texture "
                         "(the same seed and steps give the same weights)")
-    add("--texture", choices=("auto", "none"), default="auto", help="auto: learn colours where the shape has them, "
-        "of mesh vertices or points; none: geometry alone (default: auto)")
+    add("--texture", metavar="auto|none|FILE", default="auto", help="auto: learn colours where the shape has them, "
+        "of a material's image, of vertices or points; none: geometry alone; FILE: an image, by texture coordinates")
+    add("--texture-network", metavar="NxD", help="width and hidden layers of the texture (default: those of the last "
+        "level, 64x2 at most)")
     add("--seed", metavar="K", type=int, default=0, help="of all random numbers (default: 0)")
     add("--resume", action="store_true", help="go on with the output file: finish an interrupted level, "
         "add missing ones")
@@ -59,18 +62,22 @@ def run(options: Namespace) -> None:
         raise UserError(f"--seconds: {options.seconds:g}: at least 1 is needed")
     if not 0 <= options.seed < 2**40:
         raise UserError(f"--seed: {options.seed}: a whole number from 0 is needed")
+    texture = networks(options.texture_network, "--texture-network")[0] if options.texture_network else None
     settings = Settings(
         chosen, omegas(options.omega, chosen), steps(options.steps, len(chosen)), options.seconds,
-        options.texture == "auto", options.seed, options.device, loss_weights(options.weights),
-        options.packed or (preset.packed and not options.levels),
+        options.texture != "none", options.seed, options.device, loss_weights(options.weights),
+        options.packed or (preset.packed and not options.levels), texture,
     )
     output = Path(options.output or Path(options.shape).stem + SUFFIX)
     check_writable(output)
     before_torch()
     from . import session
 
-    session.run(options.shape, output, settings, resume=options.resume, quiet=options.quiet, live=options.live,
-                began=time.perf_counter())
+    image = None if options.texture in ("auto", "none") else Path(options.texture)
+    session.run(
+        options.shape, output, settings, image=image, resume=options.resume, quiet=options.quiet, live=options.live,
+        began=time.perf_counter(),
+    )
 
 
 VERBS = (Verb("train", "a mesh or an oriented point cloud becomes a model file", arguments, run),)

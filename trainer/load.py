@@ -3,6 +3,7 @@
 import hashlib
 import os
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,20 +15,32 @@ from codegen.files import show
 
 from .cloud import CloudShape
 from .demo import DemoShape
+from .image import ImageTexture, image_texture
 from .mesh import MeshShape
 from .shape import Doubles, Shape
 
 Cloud = tuple[Doubles, Doubles, Doubles | None]
 
 
-def load_shape(name: str) -> tuple[Shape, list[str]]:
-    """The shape and the warnings its reader has for the user.
+@dataclass(frozen=True, eq=False)
+class Textured:
+    """A mesh as read, its image where it has one; unwrapped: it has texture coordinates."""
+
+    mesh: trimesh.Trimesh
+    texture: ImageTexture | None
+    unwrapped: bool
+
+
+def load_shape(name: str, image: Path | None = None) -> tuple[Shape, list[str]]:
+    """The shape and the warnings its reader has for the user. image: in place of that of the mesh's material.
 
     Meshes: PLY, OBJ, STL, GLB. Oriented point clouds: PLY without faces (x y z nx ny nz [red green blue]), XYZ (the
     same as text columns, colours 0 to 255), NPZ (arrays `points`, `normals` [, `colours` in 0 to 1]).
     Raises UserError, one line, for everything that is none of these.
     """
     if name == "demo":
+        if image is not None:
+            raise UserError(f"--texture {show(image)}: the built-in shape has its own colours")
         return DemoShape(), []
     path, label = Path(name), show(Path(name).name)
     if os.path.isdir(path):
@@ -39,36 +52,45 @@ def load_shape(name: str) -> tuple[Shape, list[str]]:
         known = " ".join(suffix[1:].upper() for suffix in READERS)
         raise UserError(f"{label}: no shape format by that ending; this program reads {known}")
     try:
-        source = {"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
-        found = read(path)
+        source: dict[str, Any] = {"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
+        found = read(path, image)
     except UserError as error:
         raise UserError(f"{label}: {error}") from None
     except Exception as error:  # trimesh's and numpy's readers raise anything on damaged files
         reason = show(str(error).splitlines()[0] if str(error) else type(error).__name__)[:160]
         raise UserError(f"{label}: not a readable {path.suffix[1:].upper()} file ({reason})") from None
-    shape = MeshShape(found, label, source) if isinstance(found, trimesh.Trimesh) else CloudShape(*found, label, source)
+    if image is not None:
+        source["texture"] = {"file": image.name, "sha256": hashlib.sha256(image.read_bytes()).hexdigest()}
+    if isinstance(found, Textured):
+        shape: MeshShape | CloudShape = MeshShape(found.mesh, label, source, found.texture)
+        if found.texture is None and found.unwrapped:
+            shape.warnings.append(f"{label}: texture coordinates, but no image; name it with --texture FILE")
+    else:
+        shape = CloudShape(*found, label, source)
     return shape, shape.warnings
 
 
-def _read_mesh(path: Path) -> trimesh.Trimesh:
+def _read_mesh(path: Path, image: Path | None) -> Textured:
     mesh = trimesh.load_mesh(path, process=False)
     if not isinstance(mesh, trimesh.Trimesh):
         raise UserError("the mesh is empty; a shape needs triangles, or points with normals")
-    return _merged(mesh)
+    return _textured(mesh, image)
 
 
-def _merged(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+def _textured(mesh: trimesh.Trimesh, image: Path | None) -> Textured:
     """Vertices at one place that differ by texture coordinates or normals are one vertex of the surface."""
     if not np.isfinite(mesh.vertices).all():
         raise UserError("vertex coordinates that are not finite (NaN or infinity); repair the file")
+    texture = image_texture(mesh, image)
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
-    return mesh
+    return Textured(mesh, texture, isinstance(mesh.visual, trimesh.visual.TextureVisuals))
 
 
-def _read_ply(path: Path) -> trimesh.Trimesh | Cloud:
+def _read_ply(path: Path, image: Path | None) -> Textured | Cloud:
     loaded: Any = trimesh.load(path, process=False)
     if isinstance(loaded, trimesh.Trimesh) and len(loaded.faces):
-        return _merged(loaded)
+        return _textured(loaded, image)
+    _no_image(image)
     columns = loaded.metadata.get("_ply_raw", {}).get("vertex", {}).get("data", {})
     names = set(columns.dtype.names if isinstance(columns, np.ndarray) else columns)
 
@@ -83,14 +105,21 @@ def _read_ply(path: Path) -> trimesh.Trimesh | Cloud:
     return stack("x", "y", "z"), stack("nx", "ny", "nz"), stack("red", "green", "blue") / 255 if coloured else None
 
 
-def _read_xyz(path: Path) -> Cloud:
+def _no_image(image: Path | None) -> None:
+    if image is not None:
+        raise UserError(f"--texture {show(image)}: points have no texture coordinates to put an image by")
+
+
+def _read_xyz(path: Path, image: Path | None) -> Cloud:
+    _no_image(image)
     table = np.loadtxt(path, ndmin=2, dtype=np.float64)
     if table.shape[1] not in (6, 9):
         raise UserError(f"{table.shape[1]} columns; x y z nx ny nz [r g b] are needed (a cloud needs normals)")
     return table[:, :3], table[:, 3:6], table[:, 6:] / 255 if table.shape[1] == 9 else None
 
 
-def _read_npz(path: Path) -> Cloud:
+def _read_npz(path: Path, image: Path | None) -> Cloud:
+    _no_image(image)
     with np.load(path, allow_pickle=False) as arrays:
         if "points" not in arrays:
             raise UserError("no array `points` in it")
@@ -104,6 +133,6 @@ def _read_npz(path: Path) -> Cloud:
     return columns["points"], columns["normals"], columns.get("colours")
 
 
-READERS: dict[str, Callable[[Path], trimesh.Trimesh | Cloud]] = {
+READERS: dict[str, Callable[[Path, Path | None], Textured | Cloud]] = {
     ".ply": _read_ply, ".obj": _read_mesh, ".stl": _read_mesh, ".glb": _read_mesh, ".xyz": _read_xyz, ".npz": _read_npz,
 }

@@ -43,11 +43,18 @@ def _length(vectors: Tensor) -> Tensor:
     return length.clamp_min(SHORTEST)
 
 
-def colour(colours: Tensor, truth: Tensor) -> Tensor:
-    """First term of the texture loss (Section 3.2, texture mapping), |g - truth|^2 on the surface. Both (n, 3)."""
-    return (colours - truth).square().sum(dim=1).mean()
+def colour(colours: Tensor, truth: Tensor) -> tuple[Tensor, Tensor]:
+    """First term of the texture loss (Section 3.2, texture mapping), |g - truth|^2 on the surface. Both (n, 3).
+
+    Also the derivative with respect to g: (n, 3).
+    """
+    error = colours - truth
+    return error.square().sum(dim=1).mean(), error * (2 / len(colours))
 
 
-def constant_along_normals(along: Tensor) -> Tensor:
-    """Second term of the texture loss, <grad g, grad f>^2 in the band |f| <= delta. along: (n, 3), a row per point."""
-    return along.square().sum(dim=1).mean()
+def constant_along_normals(along: Tensor) -> tuple[Tensor, Tensor]:
+    """Second term of the texture loss, <grad g, grad f>^2 in the band |f| <= delta. along: (n, 3), a row per point.
+
+    Also the derivative with respect to `along`: (n, 3).
+    """
+    return along.square().sum(dim=1).mean(), along * (2 / len(along))

@@ -8,6 +8,7 @@ import trimesh
 
 from codegen.errors import UserError
 
+from .image import ImageTexture
 from .shape import Doubles, Surface, normalise, unit
 
 
@@ -21,7 +22,9 @@ class MeshShape:
 
     resolution = 0.0
 
-    def __init__(self, mesh: trimesh.Trimesh, name: str, source: dict[str, Any]) -> None:
+    def __init__(
+        self, mesh: trimesh.Trimesh, name: str, source: dict[str, Any], texture: ImageTexture | None = None
+    ) -> None:
         vertices = np.asarray(mesh.vertices, dtype=np.float64)
         faces = np.asarray(mesh.faces, dtype=np.int64).reshape(-1, 3)
         if not len(vertices) or not len(faces):
@@ -34,8 +37,8 @@ class MeshShape:
         self.warnings: list[str] = []
         self._vertices = (vertices - self.centre) / self.scale
         self._faces = faces
-        self._colours = _vertex_colours(mesh)
-        self.coloured = self._colours is not None
+        self._texture, self._colours = texture, _vertex_colours(mesh)
+        self.coloured = texture is not None or self._colours is not None
         self._orient()
         self._tree, self._winding = igl.AABB(), igl.FastWindingNumberBVH()
         self._tree.init(self._vertices, self._faces)
@@ -52,6 +55,8 @@ class MeshShape:
         weights = np.stack((1 - u - v, u, v), axis=1)[:, :, None]
         corners = self._faces[face]
         colours = None if self._colours is None else (self._colours[corners] * weights).sum(axis=1)
+        if self._texture is not None:
+            colours = self._texture.colours(face, weights)
         return Surface((self._vertices[corners] * weights).sum(axis=1), self._normals[face], colours)
 
     def inputs(self) -> Doubles:
@@ -74,6 +79,7 @@ class MeshShape:
         volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
         if volume < 0:
             self._faces = self._faces[:, ::-1].copy()
+            self._texture = None if self._texture is None else self._texture.reversed()
             self.warnings.append(f"{self.name}: the faces point inwards; turned round")
             corners = corners[:, ::-1]
         cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -130,13 +130,58 @@ def value_and_gradient(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor
     return torch.addmv(weights[-1], hidden, weights[-2][0]), adjoint @ weights[0]
 
 
-def value_along(weights: Weights, points: Tensor, directions: Tensor) -> tuple[Tensor, Tensor]:
-    """Value at points (n, 3) and derivative along directions (n, 3): both (n, outputs); two products a layer."""
-    hidden, along = points, directions
+@dataclass(frozen=True, eq=False)
+class Along:
+    """value: (n, outputs). along: its derivative along the directions, (n, outputs).
+
+    The rest is what `add_derivative_along` needs: hidden, tangents: what goes into each layer, points and directions
+    first; cosines, products: cos a_j and W_j t_{j-1} of each sine layer.
+    """
+
+    value: Tensor
+    along: Tensor
+    hidden: list[Tensor]
+    tangents: list[Tensor]
+    cosines: list[Tensor]
+    products: list[Tensor]
+
+
+@torch.no_grad()
+def value_along(weights: Weights, points: Tensor, directions: Tensor) -> Along:
+    """Value at points (n, 3) and derivative along directions (n, 3), of every output.
+
+    One tangent t_j = (W_j t_{j-1}) * cos a_j forwards: two products a layer, whatever the number of outputs, where
+    their gradients would take one adjoint each.
+    """
+    hidden, tangents, cosines, products = [points], [directions], [], []
     for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
-        angle = torch.addmm(bias, hidden, weight.t())
-        hidden, along = angle.sin(), angle.cos() * (along @ weight.t())
-    return torch.addmm(weights[-1], hidden, weights[-2].t()), along @ weights[-2].t()
+        angle = torch.addmm(bias, hidden[-1], weight.t())
+        products.append(tangents[-1] @ weight.t())
+        cosines.append(cos(angle))
+        tangents.append(products[-1] * cosines[-1])
+        hidden.append(sin_(angle))
+    value = torch.addmm(weights[-1], hidden[-1], weights[-2].t())
+    return Along(value, tangents[-1] @ weights[-2].t(), hidden, tangents, cosines, products)
+
+
+@torch.no_grad()
+def add_derivative_along(weights: Weights, of: Along, d_value: Tensor, d_along: Tensor) -> None:
+    """Adds to the weights' .grad the derivative of a loss whose own with respect to value and along are d_*.
+
+    Uses up what `of` holds.
+    """
+    found = [weight.grad for weight in weights if weight.grad is not None]
+    found[-2].addmm_(d_value.t(), of.hidden[-1]).addmm_(d_along.t(), of.tangents[-1])
+    found[-1] += d_value.sum(0)
+    d_hidden, d_tangent = d_value @ weights[-2], d_along @ weights[-2]
+    for j in range(len(of.cosines) - 1, -1, -1):
+        bend = of.products[j].mul_(d_tangent)  # dL/d(cos a_j)
+        d_angle = d_hidden.mul_(of.cosines[j]).addcmul_(bend, of.hidden[j + 1], value=-1)
+        d_product = d_tangent.mul_(of.cosines[j])
+        found[2 * j].addmm_(d_angle.t(), of.hidden[j]).addmm_(d_product.t(), of.tangents[j])
+        found[2 * j + 1] += d_angle.sum(0)
+        if j:
+            d_hidden, d_tangent = d_angle @ weights[2 * j], d_product @ weights[2 * j]
 
 
 def cos(angle: Tensor) -> Tensor:

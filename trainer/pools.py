@@ -118,8 +118,21 @@ class Sampler:
         return self._pool(drawn.points, colours=drawn.colours)
 
     def band(self, count: int) -> Pool:
-        """Samples of Omega_{i-1} without distances."""
-        return self._pool(self._volume(count))
+        """Samples of level 1's band, which holds every level's surface, for colours that all of them can wear.
+
+        frozen, frozen_gradient: of the finest level that is defined at each sample (Eq. 3).
+        """
+        delta = self._deltas[0]
+        seeds = self._shape.surface(count, self._rng).points
+        points = self._tensor(sampling.dithered(seeds, delta, self._in_first_band, count, self._rng))
+        f, gradient = evaluate(self._frozen[:1], points)
+        inside = torch.ones_like(f, dtype=torch.bool)
+        for weights, width in zip(self._frozen[1:], self._deltas, strict=False):
+            inside &= f.abs() < width
+            part = evaluate([weights], points[inside])
+            f[inside] += part[0]
+            gradient[inside] += part[1]
+        return Pool(points, None, None, f, gradient)
 
     def _volume(self, count: int) -> Doubles:
         seeds = self._shape.surface(count, self._rng).points
@@ -144,6 +157,9 @@ class Sampler:
         wrong = error > STRAY_ERROR * self._delta
         points, weight = points[wrong], error[wrong] ** 2
         return self._rng.choice(points, STRAYS, p=weight / weight.sum()) if len(points) else points
+
+    def _in_first_band(self, points: Doubles) -> NDArray[np.bool_]:
+        return np.asarray((values(self._frozen[:1], self._tensor(points)).abs() < self._deltas[0]).cpu())
 
     def _in_band(self, points: Doubles) -> NDArray[np.bool_]:
         """Eq. 3: |f_k| < delta_k for every level k before this one."""

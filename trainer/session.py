@@ -51,16 +51,17 @@ class Bar:
 
 
 def run(
-    name: str, output: Path, settings: Settings, *, resume: bool, quiet: bool, began: float, live: bool = False
+    name: str, output: Path, settings: Settings, *, image: Path | None, resume: bool, quiet: bool, began: float,
+    live: bool = False,
 ) -> None:
-    """See `trainer.cli`. began: time.perf_counter() from which --seconds counts.
+    """See `trainer.cli`. image: of the texture, if not the mesh's own. began: time.perf_counter() of --seconds' start.
 
     Raises UserError, and KeyboardInterrupt where Ctrl-C came before there was anything to save.
     """
     prepare(device(settings.device))
     bar = Bar(quiet)
     before = load(output) if resume and output.exists() else None
-    shape, warnings = load_shape(name)
+    shape, warnings = load_shape(name, image)
     for warning in warnings:
         bar.say(f"warning: {warning}")
     if live:

@@ -15,7 +15,7 @@ class Preset:
 
 
 PRESETS = {
-    "tiny": Preset("16x1,16x2", packed=True),
+    "tiny": Preset("20x1,16x2", packed=True),
     "small": Preset("32x1,48x2", packed=True),
     "base": Preset("64x1,64x2,64x2"),
     "paper": Preset("64x2,128x2,256x2"),
@@ -26,6 +26,8 @@ OMEGAS = (40.0, 80.0, 120.0)
 STEPS = (4000, 10_000)
 """Optimiser steps of level 1 and of each finer level."""
 TEXTURE_STEPS = 2000
+TEXTURE_OMEGA = 50.0
+TEXTURE_WIDEST, TEXTURE_DEEPEST = 64, 2
 WIDEST, DEEPEST, MOST = 1024, 8, 8
 
 
@@ -47,10 +49,11 @@ RESIDUAL = LossWeights(value=300_000.0, normal=100.0, eikonal=3.0, distance=3000
 
 @dataclass(frozen=True)
 class Settings:
-    """networks: (width, depth) of each level. omegas: omega_0 of each. steps: of each level, then of the texture.
+    """networks: (width, depth) of each level. omegas: omega_0 of each, then of the texture, or its default.
 
-    seconds: wall time of the whole training, in place of `steps`, or None. weights: of the loss, where not default.
-    packed: weights on grids of 6 bits (rounding.py).
+    steps: of each level, then of the texture. seconds: wall time of the whole training, in place of `steps`, or None.
+    weights: of the loss, where not default. packed: weights on grids of 6 bits (rounding.py). texture_network: its
+    (width, depth), or its default.
     """
 
     networks: tuple[tuple[int, int], ...]
@@ -62,27 +65,38 @@ class Settings:
     device: str = "auto"
     weights: dict[str, float] = field(default_factory=dict)
     packed: bool = False
+    texture_network: tuple[int, int] | None = None
+
+    def texture_size(self) -> tuple[int, int]:
+        """(width, depth) of the texture network: that of the last level, within limits."""
+        width, depth = self.networks[-1]
+        return self.texture_network or (min(width, TEXTURE_WIDEST), min(depth, TEXTURE_DEEPEST))
+
+    def texture_omega(self) -> float:
+        """omega_0 of the texture network."""
+        given = self.omegas[len(self.networks):]
+        return given[0] if given else TEXTURE_OMEGA
 
     def loss_weights(self, first: bool) -> LossWeights:
         """Those of level 1 or of a residual: the defaults, changed by `weights`."""
         return replace(FIRST_LEVEL if first else RESIDUAL, **self.weights)
 
 
-def networks(text: str) -> tuple[tuple[int, int], ...]:
+def networks(text: str, option: str = "--levels") -> tuple[tuple[int, int], ...]:
     """`64x1,64x2` -> ((64, 1), (64, 2)): (N, d) in the paper's notation. Raises UserError."""
     found = []
     for part in text.split(","):
         match = re.fullmatch(r"\s*(\d{1,5})x(\d{1,3})\s*", part, re.ASCII)
         if not match or not 1 <= int(match[1]) <= WIDEST or int(match[2]) > DEEPEST:
-            raise UserError(f"--levels: {part!r} is not NxD (64x1) with N up to {WIDEST}, D up to {DEEPEST}")
+            raise UserError(f"{option}: {part!r} is not NxD (64x1) with N up to {WIDEST}, D up to {DEEPEST}")
         found.append((int(match[1]), int(match[2])))
     if len(found) > MOST:
-        raise UserError(f"--levels: {len(found)} levels; at most {MOST}")
+        raise UserError(f"{option}: {len(found)} levels; at most {MOST}")
     return tuple(found)
 
 
 def omegas(text: str | None, sizes: tuple[tuple[int, int], ...]) -> tuple[float, ...]:
-    """`30,60` -> one omega_0 a level. Raises UserError.
+    """`30,60` -> one omega_0 a level, and that of the texture where it is given. Raises UserError.
 
     By default `OMEGAS`, less for narrow networks, which have too few sines to fill the spectrum: as the root of width.
     """
@@ -93,8 +107,9 @@ def omegas(text: str | None, sizes: tuple[tuple[int, int], ...]) -> tuple[float,
             for i, (width, _) in enumerate(sizes)
         )
     found = _numbers("--omega", text)
-    if len(found) != count or min(found) <= 0:
-        raise UserError(f"--omega: {text!r}: {count} positive numbers are needed, one for each level")
+    if len(found) not in (count, count + 1) or min(found) <= 0:
+        raise UserError(f"--omega: {text!r}: {count} positive numbers are needed, one for each level (and one more for "
+                        "the texture)")
     return tuple(found)
 
 

@@ -137,22 +137,22 @@ class Training:
     def _train_texture(self, budget: Budget) -> None:
         began, settings = time.perf_counter(), self._settings
         seed = settings.seed * 1000 + 999
-        network = texture.architecture(settings.networks[-1])
+        network, omega = settings.texture_size(), settings.texture_omega()
         self._progress.begin(f"texture ({network[0]}x{network[1]})")
         sampler = Sampler(self._shape, [trained.weights for trained in self._levels],
                           [trained.delta for trained in self._levels], self._device, np.random.default_rng(seed))
         count = self._pool_size(budget)
         surface, around = sampler.coloured(count), sampler.band(count)
         task = Task(
-            texture.start(network, seed, self._device),
-            texture.step(surface, around, torch.Generator().manual_seed(seed)),
+            texture.start(network, omega, seed, self._device),
+            self._step(texture.step(surface, around, torch.Generator().manual_seed(seed))),
             texture.idle_loss(surface), texture.RATE, texture.LAST,
         )
         outcome = fit(task, budget, self._progress)
         self._progress.end()
         self.interrupted = outcome.interrupted
-        self._texture = outcome.weights
-        record = {"network": f"{network[0]}x{network[1]}", "omega": texture.OMEGA}
+        self._texture = self._final(outcome.weights)
+        record = {"network": f"{network[0]}x{network[1]}", "omega": omega}
         self._texture_record = record | _record(outcome, began)
 
     def _step(self, step: Step) -> Step:

@@ -1,34 +1,35 @@
 """The viewer's verbs: render, view."""
 
-import re
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
-from collections.abc import Callable
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
 
 from codegen.errors import UserError
-from codegen.verb import Verb
+from codegen.verb import MODEL_HELP, Verb
 
-SHADES = ("phong", "normal", "texture", "depth", "steps")
+from .arguments import camera_from, check_space, model_arguments, options_from
+
 CONTEXTS = ("auto", "osmesa", "egl", "window")
 
 
 def render_arguments(parser: ArgumentParser) -> None:
     """Fills the parser of `render`."""
-    _model_arguments(parser, "model file (.safetensors)")
+    model_arguments(parser, MODEL_HELP,
+                    "draw this mesh (PLY OBJ STL GLB) instead, with the normals of --normal-level")
     parser.add_argument("-o", "--output", type=Path, metavar="P.png", help="picture (default: the model's name, .png)")
     parser.add_argument("--context", choices=CONTEXTS, default="auto",
                         help="egl (a GPU, else software), osmesa (software), window (hidden); auto: what works")
-    parser.add_argument("--samples", type=_count, default=4, metavar="N", help="rays per pixel (default 4)")
     parser.add_argument("--transparent", action="store_true", help="no background: alpha is coverage")
+    parser.add_argument("--split", action="store_true",
+                        help="left half: own normals, of --level or the mesh; right half: those of --normal-level")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
 def view_arguments(parser: ArgumentParser) -> None:
     """Fills the parser of `view`."""
-    _model_arguments(parser, "model file (.safetensors), or a shader that `bake --target glsl330` wrote (.glsl)")
+    model_arguments(parser, MODEL_HELP + "; or a shader that `bake --target glsl330` wrote (.glsl)",
+                    "a mesh (PLY OBJ STL GLB) whose edges and faces the panel can show")
     parser.set_defaults(size="1120x720")
-    parser.add_argument("--samples", type=_count, default=4, metavar="N", help="rays per pixel at rest (default 4)")
     parser.add_argument("--watch", action="store_true", help="load the file again when it changes")
 
 
@@ -42,6 +43,8 @@ def run_render(args: Namespace) -> None:
     from codegen.glsl330 import bake
 
     from .context import open_context
+    from .mesh_file import read_mesh_of
+    from .rasteriser import Rasteriser
     from .renderer import Renderer, check_size
     from .screenshot import check_name, save_png
 
@@ -49,18 +52,24 @@ def run_render(args: Namespace) -> None:
     check_size(args.size)
     check_name(output)
     check_writable(output)
-    camera, options = _camera(args), _options(args, samples=args.samples, transparent=args.transparent)
+    _check_mesh_options(args)
+    camera = camera_from(args)
+    options = options_from(args, transparent=args.transparent, split=0.5 * args.split)
     model = _load(args)
     level, normal_level = options.traced(len(model.levels))
+    if args.split and args.mesh is None and level == normal_level:
+        raise UserError(f"--split: both halves would have the normals of level {level}; lower --level")
+    mesh = None if args.mesh is None else read_mesh_of(model, args.mesh, args.space or "input")
     context = open_context(args.context)
     try:
         if sys.stderr.isatty():
             print(f"compiling the shader on {context.renderer}", end="\r", file=sys.stderr, flush=True)
-        renderer = Renderer(context, bake(model, args.storage))
+        renderer = (Renderer(context, bake(model, args.storage)) if mesh is None
+                    else Rasteriser(context, model, mesh, args.storage))
         if sys.stderr.isatty():
             print("\x1b[K", end="", file=sys.stderr, flush=True)
-        (steps, rounds), wanted = renderer.schedule(options), renderer.wanted_rounds(options)
-        if rounds < wanted:
+        steps, rounds = renderer.schedule(options)
+        if mesh is None and rounds < (wanted := renderer.wanted_rounds(options)):
             print(f"mplicits: note: {rounds} rounds of {','.join(map(str, steps[:level]))} steps, not {wanted} rounds: "
                   "software OpenGL's loop limit allows no more", file=sys.stderr)
         start = time.perf_counter()
@@ -75,7 +84,8 @@ def run_render(args: Namespace) -> None:
     if args.json:
         print(json.dumps({
             "output": str(output), "width": width, "height": height, "samples": args.samples, "shade": args.shade,
-            "level": level, "normal_level": normal_level, "rounds": rounds,
+            "mesh": None if mesh is None else str(args.mesh), "level": level if mesh is None else None,
+            "normal_level": normal_level, "split": args.split, "rounds": rounds if mesh is None else 0,
             "context": context.kind, "renderer": context.renderer, "coverage": round(float(image[..., 3].mean()), 6),
             "compile_seconds": round(compile_seconds, 3), "frame_seconds": round(seconds, 3),
         }))
@@ -90,31 +100,9 @@ def run_view(args: Namespace) -> None:
     from .window import show_window
 
     check_size(args.size)
-    show_window(args.model, _camera(args), _options(args, samples=args.samples), args.size, args.storage, args.watch)
-
-
-def _model_arguments(parser: ArgumentParser, what: str) -> None:
-    # -30,20 is a value, not an option: Python 3.14's rule, for the versions before it.
-    parser._negative_number_matcher = re.compile(r"-\.?\d")
-    parser.add_argument("model", type=Path, metavar="M", help=what)
-    parser.add_argument("--size", type=_size, default="512", metavar="WxH",
-                        help="pixels, WxH or N (default %(default)s)")
-    parser.add_argument("--camera", type=_numbers(2, 3), metavar="AZ,EL,DIST",
-                        help="degrees around, degrees above, distance in radii of the shape (default: it fits)")
-    parser.add_argument("--fov", type=float, default=35.0, help="vertical field of view, degrees (default 35)")
-    parser.add_argument("--level", type=int, metavar="L", help="last level traced (default: all)")
-    parser.add_argument("--normal-level", type=int, metavar="L", help="level of the normals (default: that of --level)")
-    parser.add_argument("--shade", choices=SHADES, default="phong", help="default phong")
-    parser.add_argument("--iterations", type=_numbers(1, 64, int), metavar="20,5,5", help="steps at each level")
-    parser.add_argument("--rounds", type=int, metavar="N", help="passes through the levels (default: the shader's)")
-    parser.add_argument("--delta-scale", type=float, default=1.0, metavar="X", help="factor on the bands' widths")
-    parser.add_argument("--step-scale", type=float, metavar="X", help="factor on the steps; below 1: safer, slower")
-    parser.add_argument("--plain", action="store_true", help="without the model's colours")
-    parser.add_argument("--light", type=_numbers(3, 3), metavar="X,Y,Z",
-                        help="direction towards the light: right, up, towards the viewer")
-    parser.add_argument("--background", type=_colours, metavar="#RRGGBB[,#RRGGBB]", help="one colour, or top,bottom")
-    parser.add_argument("--storage", choices=("auto", "literal", "texture"), default="auto",
-                        help="how the shader holds the weights")
+    check_space(args)
+    show_window(args.model, camera_from(args), options_from(args), args.size, args.storage, args.watch,
+                None if args.mesh is None else (args.mesh, args.space or "input"))
 
 
 def _load(args: Namespace) -> Any:
@@ -126,59 +114,19 @@ def _load(args: Namespace) -> Any:
     return model
 
 
-def _camera(args: Namespace) -> Any:
-    from .camera import AZIMUTH, ELEVATION, Camera
-
-    azimuth, elevation, *distance = args.camera or (AZIMUTH, ELEVATION)
-    width, height = args.size
-    return Camera(azimuth, elevation, distance[0] if distance else None, fov=args.fov, aspect=width / height)
-
-
-def _options(args: Namespace, **more: Any) -> Any:
-    from .options import RenderOptions
-
-    return RenderOptions(
-        level=args.level, normal_level=args.normal_level, shading=args.shade, iterations=args.iterations,
-        rounds=args.rounds, delta_scale=args.delta_scale, step_scale=args.step_scale, light=args.light,
-        background=args.background, plain=args.plain, **more,
-    )
-
-
-def _size(text: str) -> tuple[int, int]:
-    width, _, height = text.lower().partition("x")
-    if not (width.isdecimal() and (height.isdecimal() or not height)) or len(text) > 20 or text.lower().endswith("x"):
-        raise ArgumentTypeError(f"{text!r}: WxH in pixels, for example 640x480, or one number for a square")
-    return int(width), int(height or width)
-
-
-def _count(text: str) -> int:
-    if not text.isdecimal():
-        raise ArgumentTypeError(f"{text!r}: a whole number is needed")
-    return int(text)
-
-
-def _numbers(least: int, most: int, kind: type = float) -> Callable[[str], tuple[Any, ...]]:
-    def parse(text: str) -> tuple[Any, ...]:
-        try:
-            numbers = tuple(kind(part) for part in text.split(","))
-        except ValueError:
-            numbers = ()
-        if not least <= len(numbers) <= most:
-            count = str(least) if least == most else f"{least} to {most}"
-            raise ArgumentTypeError(f"{text!r}: {count} {'whole ' if kind is int else ''}numbers joined by commas")
-        return numbers
-
-    return parse
-
-
-def _colours(text: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    try:
-        colours = [tuple(byte / 255 for byte in bytes.fromhex(part.removeprefix("#"))) for part in text.split(",")]
-    except ValueError:
-        colours = []
-    if len(colours) not in (1, 2) or any(len(colour) != 3 for colour in colours):
-        raise ArgumentTypeError(f"{text!r}: RRGGBB, or RRGGBB,RRGGBB for top,bottom, for example ffffff")
-    return colours[0], colours[-1]
+def _check_mesh_options(args: Namespace) -> None:
+    check_space(args)
+    if args.mesh is None:
+        return
+    tracing = {
+        "--level": args.level, "--iterations": args.iterations, "--rounds": args.rounds,
+        "--step-scale": args.step_scale,
+        "--delta-scale": None if args.delta_scale == 1.0 else args.delta_scale,
+        "--shade steps": args.shade if args.shade == "steps" else None,
+    }
+    given = [name for name, value in tracing.items() if value is not None]
+    if given:
+        raise UserError(f"{', '.join(given)}: nothing is traced with --mesh; --normal-level chooses its normals")
 
 
 VERBS = (

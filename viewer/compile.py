@@ -23,10 +23,10 @@ class ShaderError(UserError):
         self.log = log
 
 
-def compiled(gl: moderngl.Context, shader: Shader, driver: str) -> moderngl.Program:
+def compiled(gl: moderngl.Context, vertex_shader: str, shader: Shader, driver: str) -> moderngl.Program:
     """Raises ShaderError. driver: what it calls itself."""
     try:
-        return gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=shader.text)
+        return gl.program(vertex_shader=vertex_shader, fragment_shader=shader.text)
     except moderngl.Error as error:
         log = [line.strip() for line in str(error).splitlines() if line.strip()]
         found = [line for line in log if "error" in line.lower() and re.search(r"\d", line)] or log[-1:]

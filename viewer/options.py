@@ -27,6 +27,7 @@ class RenderOptions:
     rounds: how often a ray may start again from level 1. delta_scale, step_scale: factors on bands and steps.
     samples: per pixel. light: direction towards it, camera space. background: sRGB (top, bottom).
     transparent: alpha is coverage, and the background is left out of rgb. plain: without the model's colours.
+    split: share of the width, from the left, with the normals of `level`, or a mesh's own.
     """
 
     level: int | None = None
@@ -41,6 +42,7 @@ class RenderOptions:
     background: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
     transparent: bool = False
     plain: bool = False
+    split: float = 0.0
 
     def __post_init__(self) -> None:
         if self.shading not in SHADINGS:
@@ -53,6 +55,8 @@ class RenderOptions:
         for name, factor in (("delta scale", self.delta_scale), ("step scale", self.step_scale)):
             if factor is not None and not 0.0 < factor <= 100.0:
                 raise UserError(f"{name} {factor:g}: more than 0, at most 100")
+        if not 0.0 <= self.split <= 1.0:
+            raise UserError(f"split {self.split:g}: a share from 0 to 1")
         if self.light is not None and not (all(map(math.isfinite, self.light)) and any(self.light)):
             raise UserError("light: a direction, three finite numbers that are not all 0")
 

@@ -13,7 +13,7 @@ from .camera import Camera
 from .compile import VERTEX_SHADER
 from .context import Context
 from .options import RenderOptions
-from .renderer import TILE, Part, Renderer
+from .renderer import TILE, Part, Renderer, free
 from .supersampling import jitters
 
 SAMPLE_SHADER = f"""#version 330
@@ -127,7 +127,7 @@ class Picture:
         """Frees what is held in the context."""
         with self._context:
             for buffer in (self._coarse, self._fine, self._tile):
-                _free(buffer)
+                free(buffer)
             for thing in (self._sampling, self._presenting, self._sample, self._present):
                 thing.release()
 
@@ -175,13 +175,13 @@ def _buffer(gl: moderngl.Context, size: tuple[int, int]) -> moderngl.Framebuffer
     texture = gl.texture(size, 4, dtype="f4")
     texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
     texture.repeat_x = texture.repeat_y = False
-    return gl.framebuffer([texture])
+    return gl.framebuffer([texture], gl.depth_renderbuffer(size))
 
 
 def _resized(gl: moderngl.Context, buffer: moderngl.Framebuffer, size: tuple[int, int]) -> moderngl.Framebuffer:
     if buffer.size == size:
         return buffer
-    _free(buffer)
+    free(buffer)
     return _buffer(gl, size)
 
 
@@ -189,8 +189,3 @@ def _texture(buffer: moderngl.Framebuffer) -> moderngl.Texture:
     texture = buffer.color_attachments[0]
     assert isinstance(texture, moderngl.Texture)
     return texture
-
-
-def _free(buffer: moderngl.Framebuffer) -> None:
-    buffer.color_attachments[0].release()
-    buffer.release()

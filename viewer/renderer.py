@@ -12,8 +12,9 @@ from codegen.errors import UserError
 from codegen.shader import Shader
 
 from .camera import Camera
-from .compile import compiled
+from .compile import VERTEX_SHADER, compiled
 from .context import Context
+from .edges import Edges
 from .options import SHADINGS, RenderOptions, schedule_that_fits
 from .supersampling import Image, from_linear, jitters, to_linear
 
@@ -29,17 +30,22 @@ class Renderer:
     """A compiled shader, its weight texture and one RGBA32F framebuffer in `context`.
 
     compile_seconds: compiling, linking and a first draw of one pixel, where drivers do most of their compiling.
+    edges: drawn over every picture, but not over data.
     Raises UserError where the driver refuses the shader or the weights.
     """
+
+    vertex_shader = VERTEX_SHADER
 
     def __init__(self, context: Context, shader: Shader) -> None:
         self.context, self.shader = context, shader
         self._framebuffer: moderngl.Framebuffer | None = None
         self._weights: moderngl.Texture | None = None
+        self.edges: Edges | None = None
+        self._edged = False
         start = time.perf_counter()
         with context as gl:
-            self._program = compiled(gl, shader, context.renderer)
-            self._triangle = gl.vertex_array(self._program, [])
+            self._program = compiled(gl, self.vertex_shader, shader, context.renderer)
+            self._vertices = self._vertex_array(gl)
             self._defaults = {name: uniform.read() for name in self._program
                               if isinstance(uniform := self._program[name], moderngl.Uniform)}
             if shader.weights is not None:
@@ -56,7 +62,9 @@ class Renderer:
         steps, rounds = options.steps(self.shader.iterations), self.wanted_rounds(options)
         if not self.context.software:
             return steps, rounds
-        return schedule_that_fits(self.shader, *options.traced(self.shader.levels), steps, rounds)
+        level, normal_level = options.traced(self.shader.levels)
+        shaded = max(level, normal_level) if options.split else normal_level
+        return schedule_that_fits(self.shader, level, shaded, steps, rounds)
 
     def wanted_rounds(self, options: RenderOptions) -> int:
         """Rounds asked for, or the shader's default."""
@@ -91,9 +99,8 @@ class Renderer:
         with self.context as gl:
             _ = gl.error  # forgets what others left
             target = self._target(gl, (min(size[0], TILE), min(size[1], TILE)))
-            self.prepare(size, camera, options)
             for offset in offsets:
-                self._set("jitter", offset)
+                self.prepare(size, camera, options, (float(offset[0]), float(offset[1])))
                 self.draw(target, part)
                 sample = _read(target, part[2:])
                 if len(offsets) > 1 or options.transparent:
@@ -115,6 +122,9 @@ class Renderer:
         self._set("camera", camera.matrix().T)  # GL reads column by column
         self._set("focal", camera.focal)
         self._set("jitter", jitter)
+        self._edged = options.shading != "data"
+        if self.edges is not None:
+            self.edges.prepare(size, camera, jitter)
 
     def timed(self, size: tuple[int, int], camera: Camera, options: RenderOptions) -> float:
         """Milliseconds that the GPU needs for one sample of a picture, by its own clock."""
@@ -137,11 +147,10 @@ class Renderer:
         """Frees what is held in the context."""
         with self.context:
             if self._framebuffer is not None:
-                self._framebuffer.color_attachments[0].release()
-                self._framebuffer.release()
+                free(self._framebuffer)
             if self._weights is not None:
                 self._weights.release()
-            self._triangle.release()
+            self._vertices.release()
             self._program.release()
 
     def _set_options(self, options: RenderOptions) -> None:
@@ -157,6 +166,7 @@ class Renderer:
         self._set("delta", tuple(delta * options.delta_scale for delta in self.shader.deltas))
         self._set("shading", SHADINGS.index(options.shading))
         self._set("plain", options.plain)
+        self._set("split", options.split)
         if options.step_scale is not None:
             self._set("step_scale", options.step_scale)
         if options.light is not None:
@@ -182,26 +192,33 @@ class Renderer:
         # One format for every draw: software GL compiles the shader again for each new one.
         old = self._framebuffer
         if old is None or old.size != size:
-            self._framebuffer = gl.framebuffer([gl.texture(size, 4, dtype="f4")])
+            self._framebuffer = gl.framebuffer([gl.texture(size, 4, dtype="f4")], gl.depth_renderbuffer(size))
             _ = gl.error  # moderngl binds again what was bound before, which may be gone; a bad framebuffer raises
             self._framebuffer.use()
             if old is not None:
-                old.color_attachments[0].release()
-                old.release()
+                free(old)
         assert self._framebuffer is not None
         return self._framebuffer
 
     def draw(self, target: moderngl.Framebuffer, part: Part, at: tuple[int, int] = (0, 0)) -> None:
-        """One sample of a part (x, y from the bottom, width, height) into an RGBA32F framebuffer, `at` a place of it.
+        """One sample of a part (x, y from the bottom, width, height) into a framebuffer, `at` a place of it.
 
-        After `prepare`, in the same `with context:`.
+        After `prepare`, in the same `with context:`. target: RGBA32F, with a depth buffer.
         """
+        target.use()
+        target.viewport = (*at, *part[2:])
+        self._draw(target, part, at)
+        if self.edges is not None and self._edged:
+            self.edges.draw(target, part, at)
+
+    def _draw(self, target: moderngl.Framebuffer, part: Part, at: tuple[int, int]) -> None:
         if self._weights is not None:
             self._weights.use(0)
         self._set("origin", (float(part[0] - at[0]), float(part[1] - at[1])))
-        target.use()
-        target.viewport = (*at, *part[2:])
-        self._triangle.render(moderngl.TRIANGLES, vertices=3)
+        self._vertices.render(moderngl.TRIANGLES, vertices=3)
+
+    def _vertex_array(self, gl: moderngl.Context) -> moderngl.VertexArray:
+        return gl.vertex_array(self._program, [])
 
 
 def check_size(size: tuple[int, int]) -> None:
@@ -215,6 +232,14 @@ def tiles(size: tuple[int, int]) -> Iterator[Part]:
     for y in range(0, size[1], TILE):
         for x in range(0, size[0], TILE):
             yield x, y, min(TILE, size[0] - x), min(TILE, size[1] - y)
+
+
+def free(framebuffer: moderngl.Framebuffer) -> None:
+    """Releases a framebuffer and what is attached to it."""
+    for attachment in (*framebuffer.color_attachments, framebuffer.depth_attachment):
+        if attachment is not None:
+            attachment.release()
+    framebuffer.release()
 
 
 def _offsets(options: RenderOptions) -> NDArray[np.float32]:

@@ -30,7 +30,7 @@ class Window:
     """
 
     def __init__(self, path: Path, camera: Camera, options: RenderOptions, size: tuple[int, int], *,
-                 storage: str = "auto", watch: bool = False) -> None:
+                 storage: str = "auto", watch: bool = False, mesh: MeshFile | None = None) -> None:
         import glfw
 
         source = open_source(path, storage)
@@ -40,7 +40,8 @@ class Window:
         self.handle = self.context.handle
         self._pointer, self._title, self._said = (0.0, 0.0), "", ""
         try:
-            self.desk = Desk(self.context, source, view, storage=storage, watch=watch, wake=glfw.post_empty_event)
+            self.desk = Desk(self.context, source, view, storage=storage, watch=watch, mesh=mesh,
+                             wake=glfw.post_empty_event)
         except UserError:
             self.context.release()
             raise
@@ -229,10 +230,11 @@ def keys() -> str:
 
 
 def show_window(path: Path, camera: Camera, options: RenderOptions, size: tuple[int, int], storage: str,
-                watch: bool = False) -> None:
+                watch: bool = False, mesh: tuple[Path, str] | None = None) -> None:
     """Opens the window and returns when it is closed. Raises UserError where there is no display."""
     try:
-        window = Window(path, camera, options, size, storage=storage, watch=watch)
+        window = Window(path, camera, options, size, storage=storage, watch=watch,
+                        mesh=None if mesh is None else MeshFile(*mesh))
     except NoDisplayError as error:
         raise UserError(f"{error}; without one, `mplicits render` draws a picture and `mplicits bake --target html` "
                         "writes a web page") from None

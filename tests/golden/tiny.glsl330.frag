@@ -235,8 +235,12 @@ vec3 shade(int shading, vec3 normal, vec3 direction, float t, float eye, int ste
     if (shading == SHADE_TEXTURE) return albedo;
     return srgb(phong(linear(albedo), normal, -direction, light, up));
 }
-uniform bool plain; // leaves the model's colours out: all of it is PLAIN
-const vec3 PLAIN = vec3(0.80, 0.74, 0.66);
+uniform bool plain; // leaves the model's colours out
+// base_colour(): sRGB, of the surface at p, model space.
+vec3 base_colour(vec3 p) {
+    return plain ? vec3(0.80, 0.74, 0.66) : albedo(p);
+}
+uniform float split; // share of the width, from the left, that wears the traced level's own normals
 
 // The fragment: one ray. color.rgb is sRGB, color.a is 1 on the surface and 0 on the background.
 // SHADE_DATA writes (t, steps, level that the ray ended in, hit) instead; level 0: it never came near the shape.
@@ -250,10 +254,10 @@ void main() {
     color = vec4(background(pixel, resolution, background_bottom, background_top), 0.0);
     if (ray.hit) {
         vec3 p = eye + ray.t * direction;
-        vec3 normal = normalize(field_gradient(p, normal_level).xyz);
+        vec3 normal = normalize(field_gradient(p, pixel.x < split * resolution.x ? level : normal_level).xyz);
         vec3 toward = normalize(mat3(camera) * light);
-        vec3 base = plain ? PLAIN : albedo(p);
-        vec3 colour = shade(shading, normal, direction, ray.t, length(eye), ray.steps, base, toward, camera[1].xyz);
+        vec3 colour = shade(shading, normal, direction, ray.t, length(eye), ray.steps, base_colour(p), toward,
+                            camera[1].xyz);
         color = vec4(colour, 1.0);
     }
     if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 64.0), color.a);

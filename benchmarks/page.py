@@ -1,0 +1,77 @@
+"""Bytes of the html page and of the Shadertoy text, and the page's times in Chromium; writes docs/results/page.md.
+
+    PYTHONPATH=.:tests python benchmarks/page.py MODEL... [-o docs/results/page.md]
+
+Both variants of each page are measured as the page itself measures them: the seconds from handing the driver the text
+to the end of a first draw of one pixel, and the milliseconds of one sample of every pixel of a canvas of 256x256.
+"""
+
+import argparse
+import re
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from browser import DRIVERS, Visit, chromium, visit
+from codegen.model import Model, load, shape_of
+from codegen.targets import TARGETS
+from protocol import Page, machine
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+SIDE = 256
+MEASURES = "() => performance.getEntriesByType('measure').map(({name, duration}) => [name, duration / 1000])"
+
+
+def main() -> None:
+    """Writes the page, a row a model, driver and variant."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("models", nargs="+", type=Path, metavar="MODEL")
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/page.md"), metavar="FILE")
+    arguments = parser.parse_args()
+    table = Page(
+        arguments.output, "# The page on software GL", "", machine(), "",
+        f"`python benchmarks/page.py {' '.join(path.name for path in arguments.models)}`. "
+        f"Canvas {SIDE}x{SIDE}, default view, Phong, all levels. Compile: from handing over the text to the end "
+        "of a first draw of one pixel. Frame: the fastest of the samples that refine the picture.", "",
+        "| model | levels | bytes of HTML | of Shadertoy text | driver | weights | compile + first draw, s | frame, ms "
+        "| field error |", "|---|---|---:|---:|---|---|---:|---:|---:|",
+    )
+    for driver in DRIVERS:
+        with chromium(driver) as browser, tempfile.TemporaryDirectory() as folder:
+            for path in arguments.models:
+                model = load(path)
+                for storage in ("texture", "literal"):
+                    row = measured(browser, model, storage, Path(folder) / "page.html")
+                    sizes = " | ".join(f"{len(TARGETS[target](model).encode()):,}" for target in ("html", "shadertoy"))
+                    levels = ", ".join(shape_of(level.network) for level in model.levels)
+                    table.add(f"| {path.stem} | {levels} | {sizes} | {driver} | {storage} | {row} |")
+
+
+def measured(browser: "Browser", model: Model, storage: str, file: Path) -> str:
+    """The last three cells of a row."""
+    file.write_text(TARGETS["html"](model), encoding="utf-8")
+    remember = f"localStorage.setItem('mplicits {model.sha256()}', '{storage}');"
+    with visit(browser, file, size=(SIDE, SIDE), share=1, script=remember) as visited:
+        visited.until(f"document.documentElement.dataset.storage === '{storage}'")
+        visited.page.keyboard.press("ArrowRight")
+        visited.until("!document.getElementById('status').textContent.includes(' samples')")
+        frames = [float("inf")]
+        while visited.root("state") != "still":
+            visited.page.wait_for_timeout(30)
+            frames.append(frame(visited))
+        times = dict(visited.page.evaluate(MEASURES))
+        assert not visited.said, visited.said
+        compiled, error = times[f"{storage}: compiled and first drawn"], float(visited.root("error") or "nan")
+        return f"{compiled:.2f} | {min(frames):.0f} | {error:.1e}"
+
+
+def frame(visited: Visit) -> float:
+    """Milliseconds of the last whole sample, infinite before there is one."""
+    found = re.match(rf"([\d.]+) (m?s) · {SIDE} × {SIDE} · \d+ samples", visited.page.inner_text("#status"))
+    return float(found[1]) * (1 if found[2] == "ms" else 1000) if found else float("inf")
+
+
+if __name__ == "__main__":
+    main()

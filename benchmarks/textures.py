@@ -1,0 +1,178 @@
+"""Neural textures against UV-textured meshes (the paper's Section 4, Textures): writes docs/results/textures.md.
+
+    PYTHONPATH=.:tests python benchmarks/textures.py [--shapes Spot,Bob] [--models FOLDER] [-o docs/results/textures.md]
+
+With --models, FOLDER/spot.safetensors and so on are taken where they are there; others are trained and put there.
+
+Both are drawn unlit by the same cameras: the mesh by pyrender, four samples a pixel, the model by sphere tracing, one.
+Mean squared error over pixels and channels, sRGB in [0, 1]: inside, over the mesh's pixels, where a pixel that the
+model misses is white; whole, over the picture, whose background is white in both.
+"""
+
+import argparse
+import os
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from codegen.glsl330 import bake
+from codegen.model import Model, load, save, shape_of
+from protocol import Page, machine
+from rasterised import BACKGROUND, Rasterised
+from textured_shapes import SHAPES
+from trainer import settings
+from trainer.cli import before_torch
+from trainer.load import load_shape
+from trainer.machine import prepare
+from trainer.session import Bar
+from trainer.settings import Settings
+from trainer.train import Training, device
+from viewer.camera import Camera
+from viewer.context import Context, open_osmesa
+from viewer.options import RenderOptions
+from viewer.renderer import Renderer
+from viewer.screenshot import save_png
+
+SIDE, PICTURE = 512, 256
+VIEWS = [Camera(azimuth=30 * i, elevation=(20, -15, 50)[i % 3]) for i in range(12)]
+SHOWN = 1
+"""Index of the view in the pictures."""
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """levels, texture, omega (of the texture), steps: as --levels, --texture-network, --omega, --steps take them.
+
+    paper: the paper's mean squared error. goal: ours.
+    """
+
+    levels: str
+    texture: str
+    omega: float
+    steps: str
+    paper: float
+    goal: float | None
+
+
+RECIPES = {
+    "Spot": Recipe("64x1,64x2", "128x2", 50, "1500,2500,2500", 0.0329, 0.00329),
+    "Bob": Recipe("64x1,64x2", "128x2", 50, "1500,2500,2500", 0.0434, 0.00434),
+    "Bunny": Recipe("64x1,64x2", "128x2", 50, "1500,2500,2500", 0.0720, None),
+    "Egg": Recipe("32x1,32x1", "128x2", 50, "1000,1000,2500", 0.0291, None),
+    "Earth": Recipe("32x1,32x1", "256x2", 100, "1000,1000,2500", 0.0033, 0.00165),
+}
+
+
+@dataclass
+class Errors:
+    """Sums over views: squared errors inside and over the whole picture, of all levels and of level 1; silhouettes."""
+
+    inside: float = 0.0
+    whole: float = 0.0
+    coarse: float = 0.0
+    both: int = 0
+    either: int = 0
+
+
+def train(name: str, path: Path) -> Model:
+    """By the shape's recipe; the seconds in its provenance count from reading the file."""
+    recipe, began = RECIPES[name], time.perf_counter()
+    networks = settings.networks(recipe.levels)
+    chosen = Settings(
+        networks, (*settings.omegas(None, networks), recipe.omega), settings.steps(recipe.steps, len(networks)),
+        texture_network=settings.networks(recipe.texture)[0],
+    )
+    return Training(load_shape(str(path))[0], chosen, Bar(False), began).run()
+
+
+def trained(name: str, path: Path, folder: Path | None) -> Model:
+    """From the folder, or trained and put there."""
+    file = None if folder is None else folder / f"{name.lower()}.safetensors"
+    if file is not None and file.exists():
+        return load(file)
+    model = train(name, path)
+    if file is not None:
+        save(model, file)
+    return model
+
+
+def compare(name: str, model: Model, path: Path, context: Context, folder: Path) -> Errors:
+    """All views; writes the picture of one: the mesh, the model, its level 1, eight times the model's error."""
+    renderer = Renderer(context, bake(model))
+    reference = Rasterised(trimesh.load_mesh(path, process=False), model.centre, model.scale, (SIDE, SIDE))
+    errors = Errors()
+    for i, camera in enumerate(VIEWS):
+        truth, depth = reference(camera)
+        inside = depth > 0
+        ours, hit = draw(renderer, camera, None)
+        coarse, _ = draw(renderer, camera, 1)
+        error = (ours - truth) ** 2
+        errors.inside += float(error[inside].mean()) / len(VIEWS)
+        errors.whole += float(error.mean()) / len(VIEWS)
+        errors.coarse += float(((coarse - truth) ** 2)[inside].mean()) / len(VIEWS)
+        errors.both += int((hit & inside).sum())
+        errors.either += int((hit | inside).sum())
+        if i == SHOWN:
+            strip = np.concatenate((truth, ours, coarse, 1 - np.minimum(8 * np.abs(ours - truth), 1)), axis=1)
+            small = strip.reshape(PICTURE, SIDE // PICTURE, -1, SIDE // PICTURE, 3).mean(axis=(1, 3))
+            save_png(folder / f"textures-{name.lower()}.png", small.astype(np.float32))
+    reference.release()
+    renderer.release()
+    return errors
+
+
+def draw(renderer: Renderer, camera: Camera, level: int | None) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """The texture's colours on the pictures' background, (SIDE, SIDE, 3), and where the surface was hit."""
+    image = renderer.render((SIDE, SIDE), camera, RenderOptions(level=level, shading="texture"))
+    hit = image[..., 3] > 0.5
+    return np.where(hit[..., None], image[..., :3].astype(np.float64), BACKGROUND), hit
+
+
+def main() -> None:
+    """Writes the page and the pictures."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--shapes", default=",".join(RECIPES), metavar="NAME,..")
+    parser.add_argument("--models", type=Path, metavar="FOLDER", help="models to compare, and where to put others")
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/textures.md"))
+    options = parser.parse_args()
+    before_torch()
+    prepare(device("cpu"))
+    page = Page(
+        options.output, "# Neural textures against UV-textured meshes", "",
+        "Printed by `PYTHONPATH=.:tests python benchmarks/textures.py`.", "",
+        f"{machine()}; load average at the start {os.getloadavg()[0]:.1f}.", "",
+        f"{len(VIEWS)} views, {SIDE} x {SIDE}, unlit. The mesh: pyrender on OSMesa, four samples a pixel. The model: "
+        "sphere tracing of all levels, one sample. Mean squared error, sRGB in [0, 1]: inside, over the mesh's pixels "
+        "(background excluded; a pixel that the model misses is white); whole, over the picture (background included, "
+        "white in both). Level 1: inside, level 1 alone traced, wearing the same texture. Outline: pixels of both over "
+        "pixels of either. The paper gives one number and does not say which. Egg and Earth are surfaces of "
+        "revolution; the images of Egg and Bunny are ours (`benchmarks/textured_shapes.py`): these two rows cannot be "
+        "compared with the paper's.", "",
+        "| shape | levels + texture | parameters | steps | seconds | inside | whole | level 1 | outline IoU | paper | "
+        "goal |", "| --- | --- |" + " ---: |" * 9,
+    )
+    context = open_osmesa()
+    names = options.shapes.split(",")
+    with tempfile.TemporaryDirectory() as folder:
+        for name in names:
+            path, recipe = SHAPES[name](Path(folder)), RECIPES[name]
+            model = trained(name, path, options.models)
+            assert model.texture is not None
+            found = compare(name, model, path, context, options.output.parent)
+            levels, made = ",".join(shape_of(level.network) for level in model.levels), model.provenance
+            steps = ",".join(str(record["steps"]) for record in (*made["levels"], made["texture"]))
+            goal = "" if recipe.goal is None else f"{recipe.goal:.5f}"
+            page.add(f"| {name} | {levels} + {shape_of(model.texture)} | {model.parameters():,} | {steps} | "
+                     f"{made['seconds']:.0f} | {found.inside:.5f} | {found.whole:.5f} | {found.coarse:.5f} | "
+                     f"{found.both / found.either:.4f} | {recipe.paper:.4f} | {goal} |")
+    page.add("", "From left to right: the mesh, the model, its level 1, eight times the error (white: none).", "",
+             *(f"![{name}](textures-{name.lower()}.png)\n" for name in names))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,128 @@
+#include "timer.cuh"
+#include "peak.cuh"
+// benchmark.cuh: --benchmark. One JSON object on stdout; the last frame of each variant and size as PPM.
+// useful_tflops: the networks' products that the march needs (as fused counts them: every target's weights, unpadded,
+// lanes without a ray left out) per second of the frame. executed_tflops (layered): of all products that are done.
+struct Peaks {
+    double mma, cublas;
+    double best() const { return std::fmax(mma, cublas); }
+};
+
+inline double useful_operations(const Statistics &found, const Settings &s) {
+    double operations = 0.0;
+    for (int i = 0; i < LEVELS; ++i) {
+        operations +=
+            2.0 * static_cast<double>(NETWORKS[i + 1].multiply_adds) * static_cast<double>(found.evaluated[i]);
+        if (shades_hits(s) && i < s.normal_level)
+            operations += 4.0 * static_cast<double>(NETWORKS[i + 1].multiply_adds) * found.hits;
+    }
+    if (TEXTURED && shades_hits(s)) operations += 2.0 * static_cast<double>(NETWORKS[0].multiply_adds) * found.hits;
+    return operations;
+}
+
+inline void print_rate(const char *name, double operations, double milliseconds, double peak) {
+    double rate = operations / (1e-3 * milliseconds);
+    printf(", \"%s_tflops\": %.4g, \"%s_share\": %.4g", name, 1e-12 * rate, name, rate / peak);
+}
+
+// Rays at each level, round by round, and how full the warps were.
+inline void print_statistics(const Statistics &found) {
+    printf(", \"hits\": %d, \"rays_per_round\": [", found.hits);
+    for (size_t round = 0; round < found.waiting.size(); ++round) {
+        printf("%s[", round ? ", " : "");
+        for (size_t level = 0; level < LEVELS; ++level) printf("%s%d", level ? ", " : "", found.waiting[round][level]);
+        printf("]");
+    }
+    printf("], \"evaluations\": [");
+    for (int i = 0; i < LEVELS; ++i) printf("%s%llu", i ? ", " : "", found.evaluated[i]);
+    printf("], \"lanes_in_use\": [");
+    for (int i = 0; i < LEVELS; ++i) {
+        printf("%s%.4g", i ? ", " : "",
+               found.asked[i] ? static_cast<double>(found.evaluated[i]) / static_cast<double>(found.asked[i]) : 0.0);
+    }
+    printf("]");
+}
+
+// One variant at one size; `label` names it in the JSON and in the picture's file name.
+inline void run_variant(const char *label, const std::string &variant, const Arguments &a, const cudaDeviceProp &device,
+                        const Peaks &peaks, double useful) {
+    size_t before = 0, after = 0, all = 0;
+    check(cudaMemGetInfo(&before, &all), "cudaMemGetInfo");
+    Frame frame(variant, a, device);
+    check(cudaMemGetInfo(&after, &all), "cudaMemGetInfo");
+    Timer timer;
+    std::vector<double> totals;
+    std::vector<std::vector<double>> stages;
+    int warm_up = std::max(1, a.frames / 10);
+    for (int i = 0; i < warm_up + a.frames; ++i) {
+        timer.begin();
+        frame.draw([&](const char *name) { timer.mark(name); });
+        timer.finish();
+        if (i < warm_up) continue;
+        totals.push_back(timer.total());
+        stages.resize(timer.names().size());
+        for (size_t k = 0; k < stages.size(); ++k) stages[k].push_back(timer.stage(k));
+    }
+    double milliseconds = median(totals);
+    printf(
+        "      {\"variant\": \"%s\", \"rounds\": %d, \"fps\": %.6g, \"milliseconds\": %.6g, \"frames\": %d, "
+        "\"memory_mib\": %.1f, \"stages\": {",
+        label, a.settings.rounds, 1e3 / milliseconds, milliseconds, a.frames,
+        (static_cast<double>(before) - static_cast<double>(after)) / 1048576.0);
+    for (size_t k = 0; k < stages.size(); ++k)
+        printf("%s\"%s\": %.6g", k ? ", " : "", timer.names()[k].c_str(), median(stages[k]));
+    printf("}");
+    if (useful > 0.0) print_rate("useful", useful, milliseconds, peaks.best());
+    if (variant == "layered") print_rate("executed", frame.executed(), milliseconds, peaks.best());
+    if (variant == "fused") print_statistics(frame.statistics());
+    std::string base = a.output.size() > 4 && a.output.substr(a.output.size() - 4) == ".ppm"
+                           ? a.output.substr(0, a.output.size() - 4)
+                           : a.output;
+    std::string name = base + "-" + label + "-" + std::to_string(a.settings.width) + ".ppm";
+    write_ppm(name, frame.image(), a.settings.width, a.settings.height);
+    printf("}");
+    fflush(stdout);
+}
+
+// What the march needs of a frame, by one frame of `fused`; 0 where it cannot run.
+inline double count_useful(const Arguments &a, const cudaDeviceProp &device) {
+    if (device.major < 8 || !weights_fit_halves()) return 0.0;
+    Frame frame("fused", a, device);
+    frame.draw([](const char *) {});
+    return useful_operations(frame.statistics(), a.settings);
+}
+
+inline void run_benchmark(Arguments a, const cudaDeviceProp &device) {
+    int driver = 0, runtime = 0;
+    check(cudaDriverGetVersion(&driver), "cudaDriverGetVersion");
+    check(cudaRuntimeGetVersion(&runtime), "cudaRuntimeGetVersion");
+    bool tensor = device.major >= 8 && weights_fit_halves();
+    Peaks peaks = {tensor ? measured_mma_peak(device.multiProcessorCount) : 0.0, measured_cublas_peak()};
+    bool cublas = peaks.cublas > 0.0;
+    printf(
+        "{\"model\": \"%s\", \"device\": \"%s\", \"compute_capability\": \"%d.%d\", "
+        "\"driver_cuda\": %d, \"runtime_cuda\": %d,\n"
+        " \"peak_mma_tflops\": %.4g, \"peak_cublas_tflops\": %.4g,\n \"sizes\": [\n",
+        SHA256, device.name, device.major, device.minor, driver, runtime, 1e-12 * peaks.mma, 1e-12 * peaks.cublas);
+    std::vector<int> sizes = a.sized ? std::vector<int>{0} : std::vector<int>{512, 1024};
+    for (size_t i = 0; i < sizes.size(); ++i) {
+        if (sizes[i]) a.settings.width = a.settings.height = sizes[i];
+        printf("  {\"width\": %d, \"height\": %d, \"variants\": [\n", a.settings.width, a.settings.height);
+        double useful = count_useful(a, device);
+        bool first = true;
+        auto run = [&](const char *label, const char *variant, int rounds, double operations) {
+            if (!a.variant.empty() && a.variant != variant) return;
+            if (!first) printf(",\n");
+            first = false;
+            Arguments changed = a;
+            changed.settings.rounds = rounds;
+            run_variant(label, variant, changed, device, peaks, operations);
+        };
+        run("simple", "simple", a.settings.rounds, useful);
+        if (tensor) run("fused", "fused", a.settings.rounds, useful);
+        if (tensor && cublas) run("layered", "layered", a.settings.rounds, useful);
+        if (tensor && cublas) run("layered-one-round", "layered", 1, 0.0);
+        printf("\n  ]}%s\n", i + 1 < sizes.size() ? "," : "");
+    }
+    printf("]}\n");
+}

@@ -1,0 +1,99 @@
+#include "fused.cuh"
+// The host's side of `fused`.
+constexpr int ROUNDS_AT_ONCE = 4;  // rounds launched before the host looks whether any ray is left
+
+struct Statistics {
+    std::vector<std::vector<int>> waiting;  // [round][level]: rays traced
+    unsigned long long evaluated[LEVELS] = {}, asked[LEVELS] = {};
+    int hits = 0;
+};
+
+class Fused {
+public:
+    Fused(const Settings &s, int processors)
+        : processors_(processors), state_(pixels(s)), even_(pixels(s) * LEVELS), odd_(pixels(s) * LEVELS),
+          hits_(pixels(s)), waiting_(counters(s)), taken_(counters(s)), hit_count_(1), work_(2 * LEVELS) {
+        for (int i = TEXTURED ? 0 : 1; i <= LEVELS; ++i) {
+            packings_.emplace_back(NETWORKS[i]);
+            networks_.of[i] = packings_.back().upload();
+        }
+        set_grids(std::integral_constant<int, 1>());
+        shade_grid_ = resident(shade_hits);
+    }
+
+    // mark(name): called after each stage.
+    template <class Mark> void draw(const Settings &s, vec4 *image, Mark mark) {
+        Rays rays = {state_.get(), {even_.get(), odd_.get()}, hits_.get(), waiting_.get(), taken_.get(),
+                     hit_count_.get(), work_.get(), s.pixels()};
+        waiting_.clear();
+        taken_.clear();
+        hit_count_.clear();
+        work_.clear();
+        launch(enter, blocks_for(s.pixels()), s, rays);
+        mark("enter");
+        done_ = 0;
+        while (done_ < s.rounds) {
+            int end = std::min(s.rounds, done_ + ROUNDS_AT_ONCE);
+            for (; done_ < end; ++done_) phase(std::integral_constant<int, 1>(), s, rays);
+            if (done_ == s.rounds || !left(done_)) break;
+        }
+        mark("trace");
+        launch(paint, blocks_for(s.pixels()), s, static_cast<const Hit *>(state_.get()), image);
+        mark("paint");
+        if (shades_hits(s)) launch(shade_hits, shade_grid_, s, networks_, rays, image);
+        mark("shade");
+    }
+
+    Statistics statistics() const {
+        Statistics found;
+        std::vector<int> waiting = waiting_.read();
+        for (int round = 0; round < done_; ++round) {
+            auto row = waiting.begin() + round * LEVELS;
+            if (std::all_of(row, row + LEVELS, [](int count) { return count == 0; })) break;
+            found.waiting.emplace_back(row, row + LEVELS);
+        }
+        std::vector<unsigned long long> work = work_.read();
+        std::copy(work.begin(), work.begin() + LEVELS, found.evaluated);
+        std::copy(work.begin() + LEVELS, work.end(), found.asked);
+        found.hits = hit_count_.read()[0];
+        return found;
+    }
+
+private:
+    static size_t pixels(const Settings &s) { return static_cast<size_t>(s.pixels()); }
+    static size_t counters(const Settings &s) { return static_cast<size_t>(s.rounds + 1) * LEVELS; }
+
+    // Blocks that the device holds at once: the kernels take work until there is no more.
+    template <class Kernel> Grid resident(Kernel kernel) const {
+        int each = 0;
+        check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, SHARED), "shared memory");
+        check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&each, kernel, THREADS, SHARED), "occupancy");
+        return Grid(std::max(1, each) * processors_, SHARED);
+    }
+
+    template <int PHASE> void set_grids(std::integral_constant<int, PHASE>) {
+        grids_.push_back(resident(trace<PHASE>));
+        if constexpr (PHASE < LEVELS) set_grids(std::integral_constant<int, PHASE + 1>());
+    }
+
+    template <int PHASE> void phase(std::integral_constant<int, PHASE>, const Settings &s, const Rays &rays) {
+        if (PHASE > s.level) return;
+        launch(trace<PHASE>, grids_[PHASE - 1], s, networks_, rays, done_);
+        if constexpr (PHASE < LEVELS) phase(std::integral_constant<int, PHASE + 1>(), s, rays);
+    }
+
+    bool left(int round) const {
+        int counts[LEVELS];
+        check(cudaMemcpy(counts, waiting_.get() + round * LEVELS, sizeof counts, cudaMemcpyDeviceToHost), "trace");
+        return std::any_of(counts, counts + LEVELS, [](int count) { return count > 0; });
+    }
+
+    int processors_, done_ = 0;
+    std::vector<Grid> grids_;  // of trace, by level
+    Grid shade_grid_ = 1;
+    Buffer<Hit> state_;
+    Buffer<int> even_, odd_, hits_, waiting_, taken_, hit_count_;
+    Buffer<unsigned long long> work_;
+    std::list<Packing> packings_;
+    PackedNetworks networks_ = {};
+};

@@ -1,0 +1,109 @@
+#include "cublas.cuh"
+#include "march.cuh"
+#include "shade.cuh"
+#include "packed.cuh"
+// Variant `layered`, the comparator: the way of the paper's renderer. Every layer of every network is one matrix
+// product by cuBLAS over all pixels, every step; nothing is compacted. Inputs of products are halves but in the first
+// and last layer.
+
+// Sines of sums [pixels][width] + bias, as halves or, of the last layer, as floats; where slopes is given, cosines. A
+// thread: two columns. floats may be sums.
+__global__ void activate_layered(const float *sums, const float *bias, int width, long long count, unsigned *halves,
+                                 float *floats, unsigned *slopes) {
+    long long i = 2 * (static_cast<long long>(blockIdx.x) * blockDim.x + threadIdx.x);
+    if (i >= count) return;
+    int column = static_cast<int>(i % width);
+    float a0 = sums[i] + bias[column], a1 = sums[i + 1] + bias[column + 1];
+    if (floats != nullptr) {
+        floats[i] = __sinf(a0);
+        floats[i + 1] = __sinf(a1);
+    } else {
+        halves[i / 2] = pack(__sinf(a0), __sinf(a1));
+    }
+    if (slopes != nullptr) slopes[i / 2] = pack(__cosf(a0), __cosf(a1));
+}
+
+// g = adjoint * slope; adjoint: [pixels][width], or one row for all (lift times it). To halves, or to float32 in the
+// end.
+__global__ void scale_adjoint(const float *adjoint, bool row, float lift, const unsigned *slopes, int width,
+                              long long count, unsigned *halves, float *floats) {
+    long long i = 2 * (static_cast<long long>(blockIdx.x) * blockDim.x + threadIdx.x);
+    if (i >= count) return;
+    long long from = row ? i % width : i;
+    float c0, c1;
+    unpack(slopes[i / 2], c0, c1);
+    float g0 = lift * adjoint[from] * c0, g1 = lift * adjoint[from + 1] * c1;
+    if (floats != nullptr) {
+        floats[i] = g0;
+        floats[i + 1] = g1;
+    } else {
+        halves[i / 2] = pack(g0, g1);
+    }
+}
+
+__global__ void enter_layered(Settings s, Hit *state) {
+    int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+    float far;
+    if (pixel < s.pixels()) state[pixel] = start(s, camera_ray(s, pixel), far);
+}
+
+__global__ void place(Settings s, const Hit *state, float4 *points) {
+    int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+    if (pixel >= s.pixels()) return;
+    vec3 p = s.camera.d.xyz + state[pixel].t * camera_ray(s, pixel);
+    points[pixel] = float4{p.x, p.y, p.z, MOVING ? time : 1.0f};
+}
+
+// From what the output rows give to the networks' outputs, index: level.
+struct Affines {
+    float scale[LEVELS + 1][3], offset[LEVELS + 1][3];
+};
+
+// One step of the rays at level `phase`; values: [LEVELS][pixels][8]. active, if given: counts rays that are not done.
+__global__ void step_layered(Settings s, int phase, const float *values, Affines affine, Hit *state, int *active) {
+    int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+    if (pixel >= s.pixels()) return;
+    Hit ray = state[pixel];
+    if (ray.level == phase) {
+        auto value = [&](int level) {
+            const float *of_level = values + static_cast<long long>(level - 1) * s.pixels() * 8;
+            return affine.scale[level][0] * of_level[8LL * pixel] + affine.offset[level][0];
+        };
+        float f = value(1);
+        int reached = 1;
+        while (reached < phase && abs(f) < delta[reached - 1]) f += value(++reached);
+        vec3 eye = s.camera.d.xyz;
+        advance(ray, f, reached, s, ball(eye, camera_ray(s, pixel), 1.0f + delta[s.level - 1]).exit);
+        state[pixel] = ray;
+    }
+    if (active != nullptr && ray.level > 0) atomicAdd(active, 1);
+}
+
+__global__ void add_gradient(const float4 *of_level, float scale, bool first, int pixels, vec3 *gradient) {
+    int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+    if (pixel >= pixels) return;
+    vec3 added = scale * vec3(of_level[pixel].x, of_level[pixel].y, of_level[pixel].z);
+    gradient[pixel] = first ? added : gradient[pixel] + added;
+}
+
+__global__ void shade_layered(Settings s, const Hit *state, const vec3 *gradient, const float *colours, Affines affine,
+                              vec4 *image) {
+    int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+    if (pixel >= s.pixels()) return;
+    Hit ray = state[pixel];
+    vec4 colour = plain(s, pixel, ray);
+    if (ray.hit && shades_hits(s)) {
+        vec3 direction = camera_ray(s, pixel);
+#if TEXTURED
+        float c[3];
+        for (int i = 0; i < 3; ++i) c[i] = affine.scale[0][i] * colours[8LL * pixel + i] + affine.offset[0][i];
+        vec3 surface = clamp(vec3(c[0], c[1], c[2]), 0.0f, 1.0f);
+#else
+        (void)colours;
+        (void)affine;
+        vec3 surface = albedo(s.camera.d.xyz + ray.t * direction);
+#endif
+        colour = shade(s, direction, ray.t, gradient[pixel], surface);
+    }
+    image[pixel] = colour;
+}

@@ -1,0 +1,50 @@
+#include "arguments.cuh"
+#include "frames.cuh"
+#include "picture.cuh"
+#include "benchmark.cuh"
+// main.cuh: the program.
+inline cudaDeviceProp the_device() {
+    int count = 0;
+    check(cudaGetDeviceCount(&count), "cudaGetDeviceCount");
+    if (count == 0) check(cudaErrorNoDevice, "cudaGetDeviceCount");
+    cudaDeviceProp device;
+    check(cudaGetDeviceProperties(&device, 0), "cudaGetDeviceProperties");
+    cudaFuncAttributes attributes;
+    check(cudaFuncGetAttributes(&attributes, render_simple), "cudaFuncGetAttributes");
+    return device;
+}
+
+inline void set_constants(const Arguments &a) {
+    check(cudaMemcpyToSymbol(weights, WEIGHTS, sizeof WEIGHTS), "cudaMemcpyToSymbol");
+    check(cudaMemcpyToSymbol(iterations, a.steps.data(), LEVELS * sizeof(int)), "cudaMemcpyToSymbol");
+    check(cudaMemcpyToSymbol(delta, a.deltas.data(), LEVELS * sizeof(float)), "cudaMemcpyToSymbol");
+    check(cudaMemcpyToSymbol(time, &a.time, sizeof(float)), "cudaMemcpyToSymbol");
+}
+
+inline int run(int count, char **values) {
+    Arguments a = read_arguments(count, values);
+    cudaDeviceProp device = the_device();
+    set_constants(a);
+    if (a.benchmark) {
+        run_benchmark(a, device);
+        return 0;
+    }
+    if (a.variant.empty()) a.variant = device.major >= 8 && weights_fit_halves() ? "fused" : "simple";
+    Frame frame(a.variant, a, device);
+    frame.draw([](const char *) {});
+    std::vector<vec4> image = frame.image();
+    int width = a.settings.width, height = a.settings.height;
+    if (a.reference.empty() || a.named) {
+        if (a.settings.shading == SHADE_DATA) {
+            write_data(a.output, image, width, height);
+        } else {
+            write_ppm(a.output, image, width, height);
+        }
+    }
+    if (a.reference.empty()) return 0;
+    double agreement = psnr(to_bytes(image, width, height), read_ppm(a.reference, width, height));
+    bool good = agreement >= a.least_psnr;
+    printf("%s: %s, PSNR %.2f dB, at least %.2f wanted\n", good ? "agrees" : "DISAGREES", a.variant.c_str(), agreement,
+           a.least_psnr);
+    return good ? 0 : 1;
+}

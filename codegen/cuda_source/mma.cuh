@@ -1,0 +1,40 @@
+// mma.cuh: three instructions of the tensor cores' path, and how their operands lie in a warp;
+// and a block's shared memory.
+// mma.sync.m16n8k16 (PTX ISA, "Matrix Fragments for mma.m16n8k16"), lane = 4 q + r, two halves to a register:
+//   A, 16 x 16: register 0 rows q, columns 2 r + {0, 1}; 1 rows q + 8; 2 and 3 the same at columns + 8;
+//   B, 16 x 8:  register 0 rows 2 r + {0, 1}, column q; register 1 rows + 8;
+//   D, 16 x 8:  0 and 1 row q, columns 2 r + {0, 1}; 2 and 3 row q + 8.
+// So two neighbouring D of one layer lie as an A of the next: no activation ever moves to another lane.
+constexpr unsigned WARP = 0xffffffffu;
+
+#ifndef MPLICITS_HOST
+constexpr int PEAK_ROUNDS = 4096, PEAK_SIZE = 8192;  // what peak.cuh measures by
+
+__device__ inline uint4 *shared_memory() {
+    extern __shared__ uint4 words[];
+    return words;
+}
+
+// d += a b, float16 inputs, float32 sums.
+__device__ inline void mma(float (&d)[4], const unsigned (&a)[4], unsigned b0, unsigned b1) {
+#if __CUDA_ARCH__ >= 800
+    asm volatile("mma.sync.aligned.m16n8k16.row.col.f32.f16.f16.f32 {%0, %1, %2, %3}, {%4, %5, %6, %7}, {%8, %9}, "
+                 "{%0, %1, %2, %3};\n"
+                 : "+f"(d[0]), "+f"(d[1]), "+f"(d[2]), "+f"(d[3])
+                 : "r"(a[0]), "r"(a[1]), "r"(a[2]), "r"(a[3]), "r"(b0), "r"(b1));
+#endif
+}
+
+// Two floats as halves, the first in the low bits.
+__device__ inline unsigned pack(float low, float high) {
+    unsigned both;
+    asm("{.reg .f16 a, b;\n cvt.rn.f16.f32 a, %1;\n cvt.rn.f16.f32 b, %2;\n mov.b32 %0, {a, b};}\n"
+        : "=r"(both) : "f"(low), "f"(high));
+    return both;
+}
+
+__device__ inline void unpack(unsigned both, float &low, float &high) {
+    asm("{.reg .f16 a, b;\n mov.b32 {a, b}, %2;\n cvt.f32.f16 %0, a;\n cvt.f32.f16 %1, b;}\n"
+        : "=f"(low), "=f"(high) : "r"(both));
+}
+#endif

@@ -1,0 +1,19 @@
+// networks.cuh: where each network's weights lie in WEIGHTS, for the variants that lay them out otherwise.
+struct Layer {
+    int rows, columns;  // multiples of 4
+    int matrix, bias;   // texels; bias -1: none, it is folded into the matrix
+    // Entry of the matrix, 0 outside it: 4 x 4 blocks, row of blocks after row, a block column by column.
+    float at(int o, int i) const {
+        if (o >= rows || i >= columns) return 0.0f;
+        return WEIGHTS[matrix + 4 * (o / 4 * (columns / 4) + i / 4) + i % 4][o % 4];
+    }
+    float shift(int o) const { return WEIGHTS[bias + o / 4][o % 4]; }
+};
+
+struct Network {
+    int width, layers, outputs;
+    Layer layer[MOST_LAYERS];
+    int row[3];
+    float scale[3], offset[3];
+    long long multiply_adds;  // of one value, as every target needs them
+};

@@ -1,0 +1,52 @@
+// peak.cuh: what the card's matrix units do at most, measured, in floating-point operations per second.
+// Eight independent chains of mma per warp, from registers.
+__global__ void mma_peak(float *sink) {
+    unsigned a[4] = {threadIdx.x, 1u, 2u, 3u};
+    float d[8][4] = {};
+    for (int i = 0; i < PEAK_ROUNDS; ++i) {
+#pragma unroll
+        for (int chain = 0; chain < 8; ++chain) mma(d[chain], a, threadIdx.x, 7u);
+    }
+    float sum = 0.0f;
+#pragma unroll
+    for (int chain = 0; chain < 8; ++chain) sum += d[chain][0] + d[chain][1] + d[chain][2] + d[chain][3];
+    if (sum == 1.0f) *sink = sum;
+}
+
+template <class Work> double fastest_milliseconds(Work work) {
+    Timer timer;
+    double least = 1e30;
+    for (int i = 0; i < 5; ++i) {
+        timer.begin();
+        work();
+        timer.mark("work");
+        timer.finish();
+        least = std::fmin(least, timer.total());
+    }
+    return least;
+}
+
+inline double measured_mma_peak(int processors) {
+    Buffer<float> sink(1);
+    int blocks = 8 * processors;
+    double milliseconds = fastest_milliseconds([&] { launch(mma_peak, blocks, sink.get()); });
+    return 2.0 * 16 * 8 * 16 * 8 * PEAK_ROUNDS * (THREADS / 32) * blocks / (1e-3 * milliseconds);
+}
+
+// By cuBLAS, PEAK_SIZE^3 products of halves; 0 where the library is not there.
+inline double measured_cublas_peak() {
+    std::unique_ptr<Cublas> cublas = Cublas::open();
+    if (!cublas) return 0.0;
+    const int n = PEAK_SIZE;
+    std::vector<unsigned> values(static_cast<size_t>(n) * n / 2);
+    unsigned seed = 1;
+    for (unsigned &value : values) {
+        seed = seed * 1664525u + 1013904223u;
+        value = (seed & 0x83ff83ffu) | 0x38003800u;  // halves of either sign from 1/2 to 1
+    }
+    Buffer<unsigned> a(values), b(values);
+    Buffer<float> c(static_cast<size_t>(n) * n);
+    double milliseconds =
+        fastest_milliseconds([&] { cublas->product(true, true, n, n, n, a.get(), n, b.get(), c.get()); });
+    return 2.0 * n * n * n / (1e-3 * milliseconds);
+}

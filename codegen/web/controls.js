@@ -1,0 +1,89 @@
+// The panel's parts. Each shows what it is given and calls back with what the person chose.
+
+// Fills a fieldset with one button per choice: {value, label, paint (a CSS background instead of the label)}.
+export function fillChoices(fieldset, choices, chosen, onChoose) {
+    fieldset.querySelectorAll("label").forEach((label) => label.remove());
+    for (const {value, label, paint} of choices) {
+        const row = document.createElement("label"), input = document.createElement("input"), face = document.createElement("span");
+        Object.assign(input, {type: "radio", name: fieldset.id, value: String(value), checked: value === chosen});
+        input.addEventListener("change", () => onChoose(value));
+        if (paint) {
+            face.style.background = paint;
+            row.title = label;
+            input.setAttribute("aria-label", label);
+        } else {
+            face.textContent = label;
+        }
+        row.append(input, face);
+        fieldset.append(row);
+    }
+}
+
+export function choose(fieldset, value) {
+    const input = [...fieldset.querySelectorAll("input")].find((each) => each.value === String(value));
+    if (input) input.checked = true;
+}
+
+// A ball that is lit as the shape is: [x, y, z] of length 1, towards the light, camera space, z >= 0.
+export function lightBall(ball, light, onMove) {
+    const put = (x, y) => {
+        const length = Math.hypot(x, y), shrink = length > 0.98 ? 0.98 / length : 1;
+        light = [x * shrink, y * shrink, Math.sqrt(1 - (Math.min(length, 0.98)) ** 2)];
+        ball.style.setProperty("--x", `${50 + 46 * light[0]}%`);
+        ball.style.setProperty("--y", `${50 - 46 * light[1]}%`);
+        ball.setAttribute("aria-valuenow", String(Math.round(Math.atan2(light[1], light[0]) * 180 / Math.PI)));
+        ball.setAttribute("aria-valuetext", `${light[0].toFixed(1)} right, ${light[1].toFixed(1)} up`);
+    };
+    const follow = (event) => {
+        const box = ball.getBoundingClientRect();
+        put(2 * (event.clientX - box.left) / box.width - 1, 1 - 2 * (event.clientY - box.top) / box.height);
+        onMove(light);
+    };
+    ball.addEventListener("pointerdown", (event) => {
+        ball.setPointerCapture(event.pointerId);
+        follow(event);
+    });
+    ball.addEventListener("pointermove", (event) => {
+        if (event.buttons) follow(event);
+    });
+    ball.addEventListener("keydown", (event) => {
+        const step = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1]}[event.key];
+        if (!step) return;
+        event.preventDefault();
+        put(light[0] + step[0], light[1] + step[1]);
+        onMove(light);
+    });
+    put(light[0], light[1]);
+}
+
+// Calls back with the model files that are dropped anywhere; `cover` shows while one hangs over the page.
+export function listenToDrops(cover, onFile) {
+    const hasFiles = (event) => event.dataTransfer?.types.includes("Files");
+    addEventListener("dragover", (event) => {
+        if (!hasFiles(event)) return;
+        event.preventDefault();
+        cover.hidden = false;
+    });
+    addEventListener("dragleave", (event) => {
+        if (!event.relatedTarget) cover.hidden = true;
+    });
+    addEventListener("drop", (event) => {
+        cover.hidden = true;
+        if (!hasFiles(event)) return;
+        event.preventDefault();
+        onFile(event.dataTransfer.files[0]);
+    });
+}
+
+export async function copyText(text) {
+    try {
+        await navigator.clipboard.writeText(text);
+    } catch {
+        const area = document.createElement("textarea");
+        area.value = text;
+        document.body.append(area);
+        area.select();
+        document.execCommand("copy");
+        area.remove();
+    }
+}

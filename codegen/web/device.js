@@ -1,0 +1,131 @@
+// WebGL2 as the renderer uses it. What a device cannot do is a DeviceError: one line for the person who looks.
+export class DeviceError extends Error {}
+
+const VERTEX = `#version 300 es
+void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }
+`;
+
+export class Device {
+    constructor(canvas) {
+        const options = {alpha: false, antialias: false, depth: false, stencil: false, powerPreference: "high-performance"};
+        this.gl = canvas.getContext("webgl2", options);
+        if (!this.gl) {
+            throw new DeviceError("This browser shows no WebGL2, which the picture needs. "
+                + "Try a current Firefox, Chrome, Edge or Safari, with graphics acceleration switched on.");
+        }
+        const gl = this.gl;
+        this.float = Boolean(gl.getExtension("EXT_color_buffer_float"));
+        this.half = this.float || Boolean(gl.getExtension("EXT_color_buffer_half_float"));
+        this.parallel = gl.getExtension("KHR_parallel_shader_compile");
+        // The sample is kept in one format for every draw: software GL compiles the shader again for each new one.
+        this.sampleFormat = this.float ? gl.RGBA32F : gl.RGBA8;
+        this.pictureFormat = this.half ? gl.RGBA16F : gl.SRGB8_ALPHA8;
+        gl.bindVertexArray(gl.createVertexArray());
+    }
+
+    get lost() {
+        return this.gl.isContextLost();
+    }
+
+    // The driver's own name, where the browser tells it.
+    get name() {
+        const gl = this.gl, plain = String(gl.getParameter(gl.RENDERER));
+        if (plain !== "WebKit WebGL") return plain;
+        const info = gl.getExtension("WEBGL_debug_renderer_info");
+        return info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : plain;
+    }
+
+    // Throws DeviceError where the weights or the uniforms of a model do not fit.
+    check(height, levels) {
+        const gl = this.gl, side = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+        if (Math.max(1024, height) > side)
+            throw new DeviceError(`The weights need a texture of 1024 x ${height}; this device's largest side is ${side}.`);
+        const vectors = gl.getParameter(gl.MAX_FRAGMENT_UNIFORM_VECTORS), needed = 2 * levels + 20;
+        if (needed > vectors)
+            throw new DeviceError(`The shader needs ${needed} uniform vectors; this device has ${vectors}.`);
+    }
+
+    // Begins to compile; where the browser can, beside everything else.
+    begin(fragment) {
+        const gl = this.gl, program = gl.createProgram();
+        const shaders = [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, fragment]].map(([kind, text]) => {
+            const shader = gl.createShader(kind);
+            gl.shaderSource(shader, text);
+            gl.compileShader(shader);
+            gl.attachShader(program, shader);
+            return shader;
+        });
+        gl.linkProgram(program);
+        // Without the extension, a question about the program would wait for its compiler; a fence behind it does not.
+        const sync = this.parallel ? null : gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+        gl.flush();
+        return {program, shaders, sync};
+    }
+
+    isReady({program, sync}) {
+        const {gl} = this;
+        if (this.lost) return true;
+        return sync ? gl.getSyncParameter(sync, gl.SYNC_STATUS) === gl.SIGNALED
+            : gl.getProgramParameter(program, this.parallel.COMPLETION_STATUS_KHR);
+    }
+
+    // Whether a program that compiles for minutes would hold up nothing else: Direct3D's compiler is the slow one.
+    get patient() {
+        return Boolean(this.parallel) || !/direct3d|d3d/i.test(this.name);
+    }
+
+    // Name -> location of the uniforms of what `begin` began. Throws DeviceError with the compiler's first line.
+    finish({program, shaders}) {
+        const gl = this.gl;
+        if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !this.lost) {
+            const log = shaders.map((shader) => gl.getShaderInfoLog(shader)).join("\n") + gl.getProgramInfoLog(program);
+            const line = log.split("\n").find((each) => each.trim()) ?? "no reason given";
+            gl.deleteProgram(program);
+            throw new DeviceError(`This device's compiler refuses the shader: ${line.trim().slice(0, 200)}`);
+        }
+        shaders.forEach((shader) => gl.deleteShader(shader));
+        const names = {}, count = this.lost ? 0 : gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS);
+        for (let i = 0; i < count; ++i) {
+            const {name} = gl.getActiveUniform(program, i);
+            names[name.replace("[0]", "")] = gl.getUniformLocation(program, name);
+        }
+        return {program, names};
+    }
+
+    texture(format, width, height, filter, values = null) {
+        const gl = this.gl, texture = gl.createTexture();
+        gl.bindTexture(gl.TEXTURE_2D, texture);
+        gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
+        if (values) gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RGBA, gl.FLOAT, values);
+        for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, filter);
+        for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, name, gl.CLAMP_TO_EDGE);
+        return texture;
+    }
+
+    target(format, width, height, filter) {
+        const gl = this.gl, texture = this.texture(format, width, height, filter), framebuffer = gl.createFramebuffer();
+        gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+        gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
+        return {texture, framebuffer, width, height};
+    }
+
+    release({texture, framebuffer}) {
+        this.gl.deleteFramebuffer(framebuffer);
+        this.gl.deleteTexture(texture);
+    }
+
+    // Resolves, without blocking the page, when everything drawn so far is done.
+    async done() {
+        const gl = this.gl, sync = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+        gl.flush();
+        while (!this.lost && gl.getSyncParameter(sync, gl.SYNC_STATUS) !== gl.SIGNALED) await pause(1);
+        gl.deleteSync(sync);
+        if (this.lost) throw new ContextLost();
+    }
+}
+
+// Work is given up: the context is gone. Its own event says so to the person.
+export class ContextLost extends Error {}
+
+export const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
+export const nextFrame = () => new Promise((resolve) => requestAnimationFrame(resolve));

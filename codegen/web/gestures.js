@@ -1,0 +1,46 @@
+// What hands do on the canvas, as shares of its height: turn(right, up), pan(right, up), zoom(factor), reset().
+// Mouse: drag turns; right, middle or shift drag pans; the wheel zooms. Touch: one finger turns, two pan and pinch.
+export function listenToHands(canvas, {turn, pan, zoom, reset}) {
+    const fingers = new Map();
+    const centre = () => {
+        const all = [...fingers.values()], sum = (axis) => all.reduce((total, each) => total + each[axis], 0) / all.length;
+        const spread = all.length > 1 ? Math.hypot(all[0].x - all[1].x, all[0].y - all[1].y) : 0;
+        return {x: sum("x"), y: sum("y"), spread};
+    };
+    canvas.addEventListener("pointerdown", (event) => {
+        canvas.focus({preventScroll: true});
+        canvas.setPointerCapture(event.pointerId);
+        fingers.set(event.pointerId, {x: event.clientX, y: event.clientY});
+    });
+    canvas.addEventListener("pointermove", (event) => {
+        if (!fingers.has(event.pointerId)) return;
+        const before = centre();
+        fingers.set(event.pointerId, {x: event.clientX, y: event.clientY});
+        const after = centre(), height = canvas.clientHeight;
+        const right = (after.x - before.x) / height, up = (before.y - after.y) / height;
+        if (fingers.size > 1 || event.shiftKey || event.buttons & 6) pan(right, up);
+        else turn(right, up);
+        if (before.spread && after.spread) zoom(before.spread / after.spread);
+    });
+    for (const kind of ["pointerup", "pointercancel"])
+        canvas.addEventListener(kind, (event) => fingers.delete(event.pointerId));
+    canvas.addEventListener("wheel", (event) => {
+        event.preventDefault();
+        const notches = event.deltaY * [1 / 100, 1 / 3, 1][event.deltaMode];
+        zoom(1.1 ** Math.max(-5, Math.min(5, event.ctrlKey ? 8 * notches : notches)));
+    }, {passive: false});
+    canvas.addEventListener("dblclick", reset);
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+}
+
+// Keys -> actions, where no control has the keyboard for itself.
+export function listenToKeys(actions) {
+    addEventListener("keydown", (event) => {
+        if (event.ctrlKey || event.metaKey || event.altKey) return;
+        const own = event.target.closest?.("input, #light") && /^(Arrow|Home|End|Page| )/.test(event.key);
+        const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+        if (own || !Object.hasOwn(actions, key)) return;
+        event.preventDefault();
+        actions[key](event);
+    });
+}

@@ -1,0 +1,43 @@
+// The field in double precision on the CPU: what a dropped model's shader is compared with.
+function networkValue(network, point) {
+    let h = point;
+    network.forEach(({rows, columns, weight, bias}, j) => {
+        const next = new Float64Array(rows);
+        for (let o = 0; o < rows; ++o) {
+            let sum = bias[o];
+            for (let i = 0; i < columns; ++i) sum += weight[o * columns + i] * h[i];
+            next[o] = j < network.length - 1 ? Math.sin(sum) : sum;
+        }
+        h = next;
+    });
+    return h[0];
+}
+
+// [value, level] of the finest level that is defined at a point [x, y, z] (Eq. 3).
+export function fieldValue(model, point) {
+    const input = model.inputs === "xyzt" ? [...point, 0] : point;
+    let value = 0, level = 0;
+    do value += networkValue(model.levels[level++].network, input);
+    while (level < model.levels.length && Math.abs(value) < model.levels[level - 1].delta);
+    return [value, level];
+}
+
+// {points, values}, flat: up to `count` points near the surface, found by walking inwards from the unit sphere.
+export function probes(model, count = 16) {
+    const points = [], values = [];
+    for (let k = 0; k < 2 * count && values.length < count; ++k) {
+        const y = 1 - (2 * k + 1) / (2 * count), angle = 2.399963 * k, ring = Math.sqrt(1 - y * y);
+        const direction = [ring * Math.cos(angle), y, ring * Math.sin(angle)];
+        for (let r = 1, step = 0; step < 24 && r > 0 && r <= 1; ++step) {
+            const point = direction.map((c) => Math.fround(c * r));
+            const [value, level] = fieldValue(model, point);
+            if (level === model.levels.length && Math.abs(value) < 0.02) {
+                points.push(...point);
+                values.push(value);
+                break;
+            }
+            r -= 0.7 * value;
+        }
+    }
+    return {points, values};
+}

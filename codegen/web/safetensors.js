@@ -1,0 +1,124 @@
+// A model file (docs/format.md) from its bytes.
+// parseModel(buffer, half) -> {name, inputs, levels: [{network, delta, iterations}], texture, parameters}, where a
+// network is a list of layers {rows, columns, weight, bias}. half: 16-bit floats are taken too.
+// Throws ModelError, whose message is one line that names what is wrong.
+export class ModelError extends Error {}
+
+const MOST_ITERATIONS = 10000, WIDEST = 4096, LARGEST = 3.4028234663852886e38, SMALLEST = 1.1754943508222875e-38;
+
+export function parseModel(buffer, half = false) {
+    const header = readHeader(buffer);
+    const metadata = header.entries.__metadata__ ?? {};
+    if (metadata.format !== "mplicits") throw new ModelError("not an mplicits model (metadata key 'format')");
+    if (!/^[1-9][0-9]{0,8}$/.test(metadata.version ?? ""))
+        throw new ModelError("metadata key 'version' is not a version number");
+    if (Number(metadata.version) > 1)
+        throw new ModelError(`format version ${metadata.version} is newer than this page reads (1); bake the page anew`);
+    const description = describe(metadata.model);
+    const tensors = new Map();
+    for (const [name, entry] of Object.entries(header.entries))
+        if (name !== "__metadata__") tensors.set(name, readTensor(name, entry, buffer, header.end, half));
+    const inputs = description.inputs === "xyzt" ? 4 : 3;
+    let parameters = 0;
+    for (const tensor of tensors.values()) parameters += tensor.values.length;
+    const levels = description.levels.map((level, i) => ({
+        network: takeNetwork(tensors, `level${i + 1}`, inputs, 1), delta: level.delta, iterations: level.iterations,
+    }));
+    const texture = tensors.has("texture.layer0.weight") ? takeNetwork(tensors, "texture", inputs, 3) : null;
+    if (tensors.size) {
+        const extra = [...tensors.keys()].sort()[0];
+        throw new ModelError(`${extra}: not a tensor of a model with ${levels.length} levels, `
+            + "or the layer before it is missing");
+    }
+    return {name: description.name, inputs: description.inputs, levels, texture, parameters};
+}
+
+function readHeader(buffer) {
+    const damaged = () => new ModelError("not a model file (.safetensors), or a damaged one");
+    if (buffer.byteLength < 10) throw damaged();
+    const length = Number(new DataView(buffer).getBigUint64(0, true));
+    if (length > buffer.byteLength - 8) throw damaged();
+    let entries;
+    try {
+        entries = JSON.parse(new TextDecoder("utf-8", {fatal: true}).decode(new Uint8Array(buffer, 8, length)));
+    } catch {
+        throw damaged();
+    }
+    if (!isObject(entries)) throw damaged();
+    return {entries, end: 8 + length};
+}
+
+function describe(text) {
+    if (typeof text !== "string") throw new ModelError("metadata key 'model' is missing");
+    let found;
+    try {
+        found = JSON.parse(text);
+    } catch {
+        throw new ModelError("metadata key 'model' is not JSON");
+    }
+    if (!isObject(found)) throw new ModelError("metadata key 'model': is not an object of keys and values");
+    if (typeof found.name !== "string" || !found.name) throw new ModelError("name: not a text, or empty");
+    if (found.inputs !== "xyz" && found.inputs !== "xyzt") throw new ModelError("inputs: is neither 'xyz' nor 'xyzt'");
+    if (!Array.isArray(found.levels) || !found.levels.length)
+        throw new ModelError("levels: there must be at least one");
+    found.levels.forEach((level, i) => {
+        if (!isObject(level)) throw new ModelError(`levels[${i + 1}]: is not an object of keys and values`);
+        if (!(typeof level.delta === "number" && level.delta >= SMALLEST && level.delta <= LARGEST))
+            throw new ModelError(`levels[${i + 1}].delta: must be a positive number`);
+        if (!(Number.isInteger(level.iterations) && level.iterations >= 1 && level.iterations <= MOST_ITERATIONS))
+            throw new ModelError(`levels[${i + 1}].iterations: must be a whole number from 1 to ${MOST_ITERATIONS}`);
+    });
+    return found;
+}
+
+function readTensor(name, entry, buffer, start, half) {
+    const size = {F32: 4, ...(half ? {F16: 2} : {})}[entry?.dtype];
+    if (!size) throw new ModelError(`${name}: must be float32`);
+    const {shape, data_offsets: offsets} = entry;
+    const whole = (value) => Number.isInteger(value) && value >= 0;
+    if (!Array.isArray(shape) || !shape.every(whole) || !Array.isArray(offsets) || !offsets.every(whole))
+        throw new ModelError(`${name}: its entry in the header is damaged`);
+    const count = shape.reduce((product, side) => product * side, 1);
+    const [from, to] = offsets;
+    if (to - from !== count * size || start + to > buffer.byteLength)
+        throw new ModelError(`${name}: the file is cut short or damaged`);
+    const view = new DataView(buffer, start + from, to - from);
+    const values = new Float32Array(count);
+    for (let i = 0; i < count; ++i) values[i] = size === 4 ? view.getFloat32(4 * i, true) : float16(view.getUint16(2 * i, true));
+    if (!values.every(Number.isFinite)) throw new ModelError(`${name}: has values that are not finite`);
+    return {shape, values};
+}
+
+function float16(bits) {
+    const exponent = (bits >> 10) & 31, mantissa = bits & 1023, sign = bits & 0x8000 ? -1 : 1;
+    if (exponent === 31) return mantissa ? NaN : sign * Infinity;
+    return sign * (exponent ? 2 ** (exponent - 25) * (1024 + mantissa) : 2 ** -24 * mantissa);
+}
+
+function takeNetwork(tensors, prefix, inputs, outputs) {
+    const layers = [];
+    let columns = inputs;
+    for (let j = 0; tensors.has(`${prefix}.layer${j}.weight`); ++j) {
+        const name = `${prefix}.layer${j}`;
+        const weight = tensors.get(`${name}.weight`), bias = tensors.get(`${name}.bias`);
+        if (!bias) throw new ModelError(`${name}.bias: missing`);
+        const [rows, found] = weight.shape;
+        if (weight.shape.length !== 2 || found !== columns)
+            throw new ModelError(`${name}.weight: shape (${weight.shape.join(", ")}), expected (out, ${columns})`);
+        if (rows < 1 || rows > WIDEST) throw new ModelError(`${name}.weight: ${rows} outputs, expected 1 to ${WIDEST}`);
+        if (bias.shape.length !== 1 || bias.shape[0] !== rows)
+            throw new ModelError(`${name}.bias: shape (${bias.shape.join(", ")}), expected (${rows},)`);
+        layers.push({rows, columns, weight: weight.values, bias: bias.values});
+        tensors.delete(`${name}.weight`);
+        tensors.delete(`${name}.bias`);
+        columns = rows;
+    }
+    if (layers.length < 2) throw new ModelError(`${prefix}: needs at least two layers (layer0, layer1)`);
+    if (columns !== outputs)
+        throw new ModelError(`${prefix}.layer${layers.length - 1}.weight: ${columns} outputs, expected ${outputs}`);
+    return layers;
+}
+
+function isObject(value) {
+    return typeof value === "object" && value !== null && !Array.isArray(value);
+}

@@ -1,0 +1,20 @@
+#include "shade.glsl"
+#include "base_colour.glsl"
+uniform float split; // share of the width, from the left, that wears the mesh's own normals
+in vec3 point; // model space
+in vec3 own; // the mesh's normal, of any length
+
+// The fragment of a mesh: neural normal mapping (Section 3.2, Appendix D), the gradient of a level where the triangle
+// is. color.rgb is sRGB, color.a is 1. SHADE_DATA writes (t, 0, 0, 1) instead.
+void main() {
+    // Not in the else of the split: on software GL an `if` is masked, not skipped.
+    vec3 normal = field_gradient(point, normal_level).xyz;
+    if (gl_FragCoord.x + origin.x + jitter.x < split * resolution.x) normal = own;
+    vec3 eye = camera[3].xyz;
+    float t = distance(point, eye);
+    vec3 direction = (point - eye) / t;
+    normal = dot(normal, normal) > 0.0 ? normalize(normal) : -direction;
+    vec3 toward = normalize(mat3(camera) * light);
+    color = vec4(shade(shading, normal, direction, t, length(eye), 0, base_colour(point), toward, camera[1].xyz), 1.0);
+    if (shading == SHADE_DATA) color = vec4(t, 0.0, 0.0, 1.0);
+}

@@ -1,0 +1,49 @@
+// Evaluates a baked model's networks at points of stdin (float4) the way `fused` does: per level (gradient, value) and,
+// of a texture, (colour, 0); then `simple`: field_gradient() of each level, albedo(). All float32 on stdout.
+#define main model_main
+#include MODEL_FILE
+#undef main
+
+namespace mplicits {
+constexpr int FIRST = 1 - TEXTURED, ROWS = LEVELS + TEXTURED;
+
+template <int LEVEL> void at_level(const PackedNetworks &networks, vec4 p, vec4 *out, int count, int place) {
+    using Net = NetworkOf<LEVEL>;
+    float values[Net::OUTPUTS];
+    evaluate<Net>(networks.of[LEVEL], p, values);
+    if constexpr (LEVEL == 0) {
+        out[place] = vec4(values[0], values[1], values[2], 0.0f);
+    } else {
+        out[place] = vec4(evaluate_gradient<Net>(networks.of[LEVEL], p), values[0]);
+    }
+    if constexpr (LEVEL < LEVELS) at_level<LEVEL + 1>(networks, p, out + count, count, place);
+}
+
+void probe(PackedNetworks networks, const vec4 *points, vec4 *out, int count) {
+    int place = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+    vec4 p = points[place];
+    at_level<FIRST>(networks, p, out, count, place);
+    time = p.w;
+    for (int level = 1; level <= LEVELS; ++level)
+        out[(ROWS + level - 1) * count + place] = field_gradient(p.xyz, level);
+    out[(ROWS + LEVELS) * count + place] = vec4(albedo(p.xyz), 0.0f);
+}
+}  // namespace mplicits
+
+int main() {
+    using namespace mplicits;
+    std::vector<vec4> points;
+    for (vec4 p; fread(&p, sizeof p, 1, stdin) == 1;) points.push_back(p);
+    int count = static_cast<int>(points.size());
+    memcpy(weights, WEIGHTS, sizeof WEIGHTS);
+    std::list<Packing> packings;
+    PackedNetworks networks = {};
+    for (int i = FIRST; i <= LEVELS; ++i) {
+        packings.emplace_back(NETWORKS[i]);
+        networks.of[i] = packings.back().upload();
+    }
+    Buffer<vec4> in(points), out(static_cast<size_t>((ROWS + LEVELS + 1) * count));
+    launch(probe, Grid(count / THREADS, SHARED), networks, static_cast<const vec4 *>(in.get()), out.get(), count);
+    std::vector<vec4> found = out.read();
+    fwrite(found.data(), sizeof(vec4), found.size(), stdout);
+}

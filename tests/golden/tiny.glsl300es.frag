@@ -1,0 +1,284 @@
+#version 300 es
+precision highp float;
+precision highp int;
+precision highp sampler2D;
+// Multiscale neural signed distance function "tiny \"/*\n</script>\\", levels 4x1 > 8x0
+// Model space: the shape fits the unit sphere. Set each uniform to the value that its comment begins with; draw a triangle over the image.
+
+const int LEVELS = 2;
+uniform vec2 resolution; // vec2(512): size of the image, pixels; the one to set
+uniform vec2 origin; // vec2(0): of this tile inside the image, pixels
+uniform vec2 jitter; // vec2(0): of the sample inside its pixel, pixels, [-0.5, 0.5)
+uniform mat4 camera; // mat4(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 3.4, 1): camera to model space: columns right, up, back, eye
+uniform float focal; // 2.75: 1 / tan(fov / 2), vertical
+uniform int level; // LEVELS: level that is traced
+uniform int normal_level; // LEVELS: level whose gradient is the normal
+uniform int iterations[LEVELS]; // int[](20, 5): sphere tracing steps at each level, per round
+uniform int rounds; // 32: how often the levels are gone through
+uniform float delta[LEVELS]; // float[](1., .5): half width of each level's band, model units
+uniform float step_scale; // 0.8: factor on every step: a trained gradient is in places longer than 1
+uniform int shading; // 0: 0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 data: (t, steps, level, hit)
+uniform vec3 light; // vec3(-0.5, 0.7, 0.8): direction to the light, camera space
+uniform vec3 background_bottom; // vec3(0.13, 0.14, 0.17): sRGB
+uniform vec3 background_top; // vec3(0.33, 0.36, 0.41): sRGB
+out vec4 color;
+
+// sine(), cosine(): of each component, within 6e-7 for |x| < 1e4, where sin() may be coarse (2e-4 on SwiftShader at any
+// argument; GLSL ES and D3D promise little). x: radians. The argument is reduced to [-pi, pi] first: 2 pi is taken off in
+// two parts, of which the first, 6.28125, times a whole number below 2^16 is exact. Minimax polynomials.
+vec4 reduced(vec4 x) {
+    vec4 turns = round(x * 0.159154943);
+    return (x - turns * 6.28125) - turns * 0.00193530718;
+}
+
+vec4 sine(vec4 x) {
+    vec4 r = reduced(x);
+    vec4 s = r * r;
+    vec4 p = s * (s * (s * (s * 2.036623056e-8 - 2.699822784e-6) + 1.980874004e-4) - 8.332407594e-3) + 1.666655345e-1;
+    return r * (0.9999996039 - s * p);
+}
+
+vec4 cosine(vec4 x) {
+    vec4 r = reduced(x);
+    vec4 s = r * r;
+    vec4 p = s * (s * (s * 1.724760890e-9 - 2.707977564e-7) + 2.476996628e-5) - 1.388780784e-3;
+    return s * (s * (s * p + 4.166649020e-2) - 0.4999998919) + 0.9999999892;
+}
+
+const mat4 w1_0_0_0 = mat4(.913, -3.223, .711, 2.9, -1.535, 2.088, 1.53, 2.106, -3.06, 2.752, .291, -3.315, .715, -.933, .459, -.649);
+const mat4 w1_1_0_0 = mat4(.89, -1.155, .283, .454, .102, -.92, -.285, .369, -.491, .418, 1.218, .462, -.189, .361, 1.178, -.272);
+const vec4 b1_1_0 = vec4(-.73, .443, .051, -.38);
+const vec4 o1_0_0 = vec4(-.035, .954, 1.063, -.348);
+const mat4 w2_0_0_0 = mat4(-1.188, -.723, .821, 1.914, .629, 2.602, -2.773, -1.738, -1.081, -1.819, 2.218, 2.51, .344, -.601, .884, -.27);
+const mat4 w2_0_1_0 = mat4(-2.943, -.331, -2.987, -2.728, -1.093, 1.975, -.636, .536, -2.331, -1.796, -2.01, -1.342, -.789, .258, .854, -.119);
+const vec4 o2_0_0 = vec4(7.874, -.002, -1.295, 2.082);
+const vec4 o2_0_1 = vec4(8.575, 7.776, -.692, 4.464);
+const mat4 wt_0_0_0 = mat4(.195, 1.563, -2.567, 3.12, 1.905, 1.408, 1.527, -3.235, -.569, 2.88, 2.849, 2.424, .962, .914, -.702, .945);
+const vec4 ot_0_0 = vec4(9.551, 7.897, -.49, -6.555);
+const vec4 ot_1_0 = vec4(.739, 1.037, -.573, .095);
+const vec4 ot_2_0 = vec4(-.14, 1.056, -1.126, .568);
+
+float network1(vec4 p) {
+    vec4 a0 = w1_0_0_0 * p;
+    vec4 h0 = sine(a0);
+    vec4 a1 = b1_1_0;
+    a1 += w1_1_0_0 * h0;
+    vec4 h1 = sine(a1);
+    float f = .14306;
+    f += dot(o1_0_0, h1);
+    return f;
+}
+
+float network2(vec4 p) {
+    vec4 a0_0 = w2_0_0_0 * p;
+    vec4 a0_1 = w2_0_1_0 * p;
+    vec4 h0_0 = sine(a0_0);
+    vec4 h0_1 = sine(a0_1);
+    float f = dot(o2_0_0, h0_0);
+    f += dot(o2_0_1, h0_1);
+    f = .1 * f + -.00515;
+    return f;
+}
+
+vec4 network1_gradient(vec4 p) {
+    vec4 a0 = w1_0_0_0 * p;
+    vec4 h0 = sine(a0);
+    vec4 a1 = b1_1_0;
+    a1 += w1_1_0_0 * h0;
+    vec4 h1 = sine(a1);
+    float f = .14306;
+    f += dot(o1_0_0, h1);
+    vec4 c1 = cosine(a1);
+    vec4 g1 = o1_0_0 * c1;
+    vec4 e1 = g1 * w1_1_0_0;
+    vec4 c0 = cosine(a0);
+    vec4 g0 = e1 * c0;
+    vec4 gradient = g0 * w1_0_0_0;
+    return vec4(gradient.xyz, f);
+}
+
+vec4 network2_gradient(vec4 p) {
+    vec4 a0_0 = w2_0_0_0 * p;
+    vec4 a0_1 = w2_0_1_0 * p;
+    vec4 h0_0 = sine(a0_0);
+    vec4 h0_1 = sine(a0_1);
+    float f = dot(o2_0_0, h0_0);
+    f += dot(o2_0_1, h0_1);
+    f = .1 * f + -.00515;
+    vec4 c0_0 = cosine(a0_0);
+    vec4 c0_1 = cosine(a0_1);
+    vec4 g0_0 = o2_0_0 * c0_0;
+    vec4 g0_1 = o2_0_1 * c0_1;
+    vec4 e0 = g0_0 * w2_0_0_0;
+    e0 += g0_1 * w2_0_1_0;
+    vec4 gradient = .1 * e0;
+    return vec4(gradient.xyz, f);
+}
+
+vec3 network_texture(vec4 p) {
+    vec4 a0 = wt_0_0_0 * p;
+    vec4 h0 = sine(a0);
+    float r = dot(ot_0_0, h0);
+    r = .1 * r + .22875;
+    float g = -.94327;
+    g += dot(ot_1_0, h0);
+    float b = .43844;
+    b += dot(ot_2_0, h0);
+    return vec3(r, g, b);
+}
+
+float field(vec3 p, int level, out int reached) {
+    vec4 q = vec4(p, 1.);
+    float f = network1(q);
+    reached = 1;
+    if (reached == 1 && level > 1 && abs(f) < delta[0]) {
+        f += network2(q);
+        reached = 2;
+    }
+    return f;
+}
+
+vec4 field_gradient(vec3 p, int level) {
+    vec4 q = vec4(p, 1.);
+    vec4 g = network1_gradient(q);
+    if (level > 1) g += network2_gradient(q);
+    return g;
+}
+
+vec3 albedo(vec3 p) {
+    return clamp(network_texture(vec4(p, 1.)), 0., 1.);
+}
+
+// background(): soft vertical gradient, sRGB, darker towards the corners.
+// pixel, resolution: pixels, origin bottom left; bottom, top: sRGB.
+vec3 background(vec2 pixel, vec2 resolution, vec3 bottom, vec3 top) {
+    vec2 plane = pixel / resolution;
+    vec2 corner = plane - 0.5;
+    return mix(bottom, top, smoothstep(0.0, 1.0, plane.y)) * (1.0 - 0.35 * dot(corner, corner));
+}
+// camera_ray(): direction, length 1, model space, of the ray through a point of the image.
+// pixel, resolution: pixels, origin bottom left; camera: columns right, up, back, eye; focal: 1 / tan(fov / 2), vertical.
+vec3 camera_ray(vec2 pixel, vec2 resolution, mat4 camera, float focal) {
+    vec2 plane = (2.0 * pixel - resolution) / resolution.y;
+    return normalize(mat3(camera) * vec3(plane, -focal));
+}
+// ball(): where a ray meets the ball of a radius around the origin.
+// origin, direction: model space, direction of length 1; radius: model units.
+// Returns (entry, exit) along the ray, entry > exit where it misses.
+vec2 ball(vec3 origin, vec3 direction, float radius) {
+    float b = dot(origin, direction);
+    float h = b * b - dot(origin, origin) + radius * radius;
+    return h < 0.0 ? vec2(1.0, -1.0) : vec2(-sqrt(h), sqrt(h)) - b;
+}
+// march(): multiscale sphere tracing (Section 3.2, Appendix C): f_1 - delta_1, then f_2 - delta_2, ..., then f_level.
+// origin, direction: model space, direction of length 1; footprint: width of a pixel at distance 1.
+// rounds: how often the sequence of levels is gone through; step_scale: factor on every step: 1 for an exact
+// distance, 0.8 for a trained one, whose gradient is in places longer than 1.
+// Reads delta[], iterations[] (one per level) and field().
+//
+// Two things are added to the paper's scheme, against holes (benchmarks/holes.py). A ray that leaves a band without
+// having met the surface goes back to the coarser level, and the levels are gone through again: hence rounds. And a
+// band's offset surface is traced at delta / 1.3 = max |f_i(x_j)| (Eq. 5), so that a ray crosses |f_i| = delta in
+// finitely many steps. A ray stops within 1/20 pixel of the surface; one that is out of rounds hits within 1/2 pixel.
+// All rays go through the levels together: on a GPU the branches on the level are uniform.
+struct Hit {
+    bool hit;
+    float t;
+    int level;
+    int steps;
+};
+
+// One step of a ray that is at ray.level, where the field is f, of the finest level `reached` that is defined there.
+void advance(inout Hit ray, float f, int reached, int level, float footprint, float far, float step_scale) {
+    ++ray.steps;
+    if (reached == ray.level && reached < level && abs(f) < delta[reached - 1]) {
+        ++ray.level;
+        return;
+    }
+    bool last = reached == level;
+    float pixel = footprint * ray.t;
+    ray.t += step_scale * (last ? f : f - delta[reached - 1] / 1.3);
+    ray.hit = last && f < 0.5 * pixel && ray.t <= far;
+    ray.level = last && abs(f) < 0.05 * pixel || ray.t > far ? 0 : reached;
+}
+
+Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, float step_scale) {
+    vec2 span = ball(origin, direction, 1.0 + delta[level - 1]);
+    Hit ray = Hit(false, max(span.x, 0.0), span.x < span.y && span.y > 0.0 ? 1 : 0, 0);
+    for (int round = 0; round < rounds && ray.level > 0; ++round) {
+        for (int phase = 1; phase <= level; ++phase) {
+            for (int i = 0; i < iterations[phase - 1] && ray.level == phase; ++i) {
+                int reached;
+                float f = field(origin + ray.t * direction, phase, reached);
+                advance(ray, f, reached, level, footprint, span.y, step_scale);
+            }
+        }
+    }
+    return ray;
+}
+// heat(): colour, sRGB, of a share in [0, 1]: black, violet, red, orange, pale yellow.
+vec3 heat(float share) {
+    float x = 4.0 * clamp(share, 0.0, 1.0);
+    vec3 colour = mix(vec3(0.01, 0.01, 0.05), vec3(0.32, 0.07, 0.45), clamp(x, 0.0, 1.0));
+    colour = mix(colour, vec3(0.80, 0.20, 0.28), clamp(x - 1.0, 0.0, 1.0));
+    colour = mix(colour, vec3(0.98, 0.60, 0.10), clamp(x - 2.0, 0.0, 1.0));
+    return mix(colour, vec3(1.0, 0.98, 0.75), clamp(x - 3.0, 0.0, 1.0));
+}
+// linear(): sRGB to linear light, each channel in [0, 1] (IEC 61966-2-1).
+vec3 linear(vec3 srgb) {
+    vec3 c = clamp(srgb, 0.0, 1.0);
+    return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(vec3(0.04045), c));
+}
+// phong(): Phong shading with one key light, a sky above and a warm ground below, linear light.
+// albedo: linear; normal, view (to the eye), light (to the light), up: length 1, one space for all.
+vec3 phong(vec3 albedo, vec3 normal, vec3 view, vec3 light, vec3 up) {
+    float key = max(dot(normal, light), 0.0);
+    float highlight = pow(max(dot(reflect(-light, normal), view), 0.0), 48.0);
+    float rim = pow(1.0 - max(dot(normal, view), 0.0), 4.0);
+    vec3 ambient = mix(vec3(0.16, 0.13, 0.12), vec3(0.34, 0.38, 0.46), 0.5 + 0.5 * dot(normal, up));
+    return albedo * (ambient + 1.05 * key * vec3(1.0, 0.96, 0.9)) + 0.14 * highlight + 0.10 * rim;
+}
+// srgb(): linear light to sRGB, each channel in [0, 1] (IEC 61966-2-1).
+vec3 srgb(vec3 linear) {
+    vec3 c = clamp(linear, 0.0, 1.0);
+    return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(vec3(0.0031308), c));
+}
+// shade(): colour, sRGB, of the surface at p under one of the shading modes.
+// normal: length 1; direction: of the ray, length 1; t: distance along it; steps: taken by march().
+// albedo: sRGB; light (to the light), up: length 1. All in model space. eye: distance of the eye from the origin.
+const int SHADE_PHONG = 0;
+const int SHADE_NORMAL = 1;
+const int SHADE_DEPTH = 2;
+const int SHADE_STEPS = 3;
+const int SHADE_TEXTURE = 4;
+const int SHADE_DATA = 5;
+
+vec3 shade(int shading, vec3 normal, vec3 direction, float t, float eye, int steps, vec3 albedo, vec3 light, vec3 up) {
+    if (shading == SHADE_NORMAL) return 0.5 + 0.5 * normal;
+    if (shading == SHADE_DEPTH) return vec3(clamp(0.5 - 0.45 * (t - eye), 0.0, 1.0));
+    if (shading == SHADE_STEPS) return heat(float(steps) / 64.0);
+    if (shading == SHADE_TEXTURE) return albedo;
+    return srgb(phong(linear(albedo), normal, -direction, light, up));
+}
+uniform float split; // share of the width, from the left, that wears the traced level's own normals
+
+// The fragment: one ray. color.rgb is sRGB, color.a is 1 on the surface and 0 on the background.
+// SHADE_DATA writes (t, steps, level reached, hit) instead.
+void main() {
+    // Never true; a shader that may discard compiles in half the time on llvmpipe (one variant instead of two).
+    if (resolution.x < 0.0) discard;
+    vec2 pixel = gl_FragCoord.xy + origin + jitter;
+    vec3 eye = camera[3].xyz;
+    vec3 direction = camera_ray(pixel, resolution, camera, focal);
+    Hit ray = march(eye, direction, 2.0 / (focal * resolution.y), level, rounds, step_scale);
+    color = vec4(background(pixel, resolution, background_bottom, background_top), 0.0);
+    if (ray.hit) {
+        vec3 p = eye + ray.t * direction;
+        vec3 normal = normalize(field_gradient(p, pixel.x < split * resolution.x ? level : normal_level).xyz);
+        vec3 toward = normalize(mat3(camera) * light);
+        vec3 colour = shade(shading, normal, direction, ray.t, length(eye), ray.steps, albedo(p), toward, camera[1].xyz);
+        color = vec4(colour, 1.0);
+    }
+    if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 64.0), color.a);
+    if (shading == SHADE_DATA) color = vec4(ray.t, float(ray.steps), float(ray.level), float(ray.hit));
+}

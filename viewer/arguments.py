@@ -1,0 +1,104 @@
+"""The arguments that `render` and `view` share."""
+
+import re
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from codegen.errors import UserError
+from codegen.gallery import model_path
+
+SHADES = ("phong", "normal", "texture", "depth", "steps")
+
+
+def model_arguments(parser: ArgumentParser, model: str, mesh: str) -> None:
+    """model, mesh: what is said of M and of --mesh."""
+    # -30,20 is a value, not an option: Python 3.14's rule, for the versions before it.
+    parser._negative_number_matcher = re.compile(r"-\.?\d")
+    parser.add_argument("model", type=model_path, metavar="M", help=model)
+    parser.add_argument("--size", type=_size, default="512", metavar="WxH",
+                        help="pixels, WxH or N (default %(default)s)")
+    parser.add_argument("--camera", type=_numbers(2, 3), metavar="AZ,EL,DIST",
+                        help="degrees around, degrees above, distance in radii of the shape (default: it fits)")
+    parser.add_argument("--fov", type=float, default=35.0, help="vertical field of view, degrees (default 35)")
+    parser.add_argument("--level", type=int, metavar="L", help="last level traced (default: all)")
+    parser.add_argument("--normal-level", type=int, metavar="L", help="level of the normals (default: that of --level)")
+    parser.add_argument("--shade", choices=SHADES, default="phong", help="default phong")
+    parser.add_argument("--iterations", type=_numbers(1, 64, int), metavar="20,5,5", help="steps at each level")
+    parser.add_argument("--rounds", type=int, metavar="N", help="passes through the levels (default: the shader's)")
+    parser.add_argument("--delta-scale", type=float, default=1.0, metavar="X", help="factor on the bands' widths")
+    parser.add_argument("--step-scale", type=float, metavar="X", help="factor on the steps; below 1: safer, slower")
+    parser.add_argument("--plain", action="store_true", help="without the model's colours")
+    parser.add_argument("--light", type=_numbers(3, 3), metavar="X,Y,Z",
+                        help="direction towards the light: right, up, towards the viewer")
+    parser.add_argument("--background", type=_colours, metavar="#RRGGBB[,#RRGGBB]", help="one colour, or top,bottom")
+    parser.add_argument("--samples", type=_count, default=4, metavar="N", help="rays per pixel (default 4)")
+    parser.add_argument("--mesh", type=Path, metavar="LOW.ply", help=mesh)
+    parser.add_argument("--space", choices=("input", "model"),
+                        help="of the mesh: coordinates of the shape trained on, or of the unit sphere (default: input)")
+    parser.add_argument("--storage", choices=("auto", "literal", "texture"), default="auto",
+                        help="how the shader holds the weights")
+
+
+def check_space(args: Namespace) -> None:
+    """Raises UserError where --space stands alone."""
+    if args.mesh is None and args.space is not None:
+        raise UserError("--space: of the mesh's coordinates; it needs --mesh")
+
+
+def camera_from(args: Namespace) -> Any:
+    """The `Camera` asked for."""
+    from .camera import AZIMUTH, ELEVATION, Camera
+
+    azimuth, elevation, *distance = args.camera or (AZIMUTH, ELEVATION)
+    width, height = args.size
+    return Camera(azimuth, elevation, distance[0] if distance else None, fov=args.fov, aspect=width / height)
+
+
+def options_from(args: Namespace, **more: Any) -> Any:
+    """The `RenderOptions` asked for; more: those that one verb has."""
+    from .options import RenderOptions
+
+    return RenderOptions(
+        level=args.level, normal_level=args.normal_level, shading=args.shade, iterations=args.iterations,
+        rounds=args.rounds, delta_scale=args.delta_scale, step_scale=args.step_scale, light=args.light,
+        background=args.background, plain=args.plain, samples=args.samples, **more,
+    )
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.lower().partition("x")
+    if not (width.isdecimal() and (height.isdecimal() or not height)) or len(text) > 20 or text.lower().endswith("x"):
+        raise ArgumentTypeError(f"{text!r}: WxH in pixels, for example 640x480, or one number for a square")
+    return int(width), int(height or width)
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal():
+        raise ArgumentTypeError(f"{text!r}: a whole number is needed")
+    return int(text)
+
+
+def _numbers(least: int, most: int, kind: type = float) -> Callable[[str], tuple[Any, ...]]:
+    def parse(text: str) -> tuple[Any, ...]:
+        try:
+            numbers = tuple(kind(part) for part in text.split(","))
+        except ValueError:
+            numbers = ()
+        if not least <= len(numbers) <= most:
+            count = str(least) if least == most else f"{least} to {most}"
+            raise ArgumentTypeError(f"{text!r}: {count} {'whole ' if kind is int else ''}numbers joined by commas")
+        return numbers
+
+    return parse
+
+
+def _colours(text: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    try:
+        colours = [tuple(byte / 255 for byte in bytes.fromhex(part.removeprefix("#"))) for part in text.split(",")]
+    except ValueError:
+        colours = []
+    if len(colours) not in (1, 2) or any(len(colour) != 3 for colour in colours):
+        raise ArgumentTypeError(f"{text!r}: RRGGBB, or RRGGBB,RRGGBB for top,bottom, for example ffffff")
+    return colours[0], colours[-1]
