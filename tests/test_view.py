@@ -93,3 +93,12 @@ def test_slow_frames_get_fewer_pixels(view: View) -> None:
     assert view.scale == 1.0
     view.timed(SLOW / 2)
     assert view.scale == 1.0, "fast enough"
+
+
+def test_m_goes_through_what_is_shown_of_a_mesh(view: View) -> None:
+    seen = []
+    for _ in range(5):
+        seen.append(view.mesh)
+        view.key("M")
+    assert seen == ["hidden", "edges", "faces", "faces and edges", "hidden"]
+    assert view.changed

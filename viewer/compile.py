@@ -1,8 +1,10 @@
-"""A shader's text -> a program; where the driver refuses, its log with the names of files and the lines."""
+"""A shader -> a program and the texture of its weights; where the driver refuses, its log with files and lines."""
 
 import re
 
 import moderngl
+import numpy as np
+from numpy.typing import NDArray
 
 import glsl
 from codegen.errors import UserError
@@ -31,6 +33,17 @@ def compiled(gl: moderngl.Context, vertex_shader: str, shader: Shader, driver: s
         log = [line.strip() for line in str(error).splitlines() if line.strip()]
         found = [line for line in log if "error" in line.lower() and re.search(r"\d", line)] or log[-1:]
         raise ShaderError(f"{driver} refuses the shader", [_placed(line[:300], shader) for line in found]) from None
+
+
+def weight_texture(gl: moderngl.Context, weights: NDArray[np.float32]) -> moderngl.Texture:
+    """Weights (H, W, 4), RGBA32F. Raises UserError where the driver's textures are too small."""
+    height, width, _ = weights.shape
+    largest = int(gl.info["GL_MAX_TEXTURE_SIZE"])
+    if max(height, width) > largest:
+        raise UserError(f"the weights need a texture of {width}x{height}; this driver's largest is {largest}")
+    texture = gl.texture((width, height), 4, np.ascontiguousarray(weights, np.float32).tobytes(), dtype="f4")
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return texture
 
 
 def _placed(line: str, shader: Shader) -> str:

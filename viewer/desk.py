@@ -10,6 +10,8 @@ from codegen.files import show
 from .compile import ShaderError
 from .context import Context
 from .jobs import Cost, Job
+from .mesh_file import SUFFIXES as SURFACES
+from .overlay import SHOWN, MeshFile, Overlay
 from .picture import Picture
 from .renderer import Renderer
 from .source import MESHES, SHADERS, Source, Watch, open_source
@@ -22,25 +24,27 @@ SPELL = 1 / 30
 """Seconds of work between two looks at what the user does."""
 LOOK = 0.4
 """Seconds between looks at a watched file."""
-SHOWN = 8.0
+STAYS = 8.0
 """Seconds that a message stays."""
 
 
 class Desk:
-    """source, renderer: of what is shown. message, log: for the user; log: of a shader that does not compile.
+    """source, renderer: of the model that is shown. overlay: of a mesh beside it.
+    message, log: for the user; log: of a shader that does not compile.
     stale: what is on the screen is no longer what is to be shown.
 
     wake: ends a wait for events, from any thread. Raises what `Renderer` raises.
     """
 
     def __init__(self, context: Context, source: Source, view: View, *, storage: str = "auto", watch: bool = False,
-                 wake: Callable[[], None] = lambda: None) -> None:
+                 mesh: MeshFile | None = None, wake: Callable[[], None] = lambda: None) -> None:
         self.context, self.source, self.view = context, source, view
         self._storage, self._wake = storage, wake
         self._watching = watch
         self.renderer = Renderer(context, source.shader)
         self.renderer.schedule(view.options)
         self.picture = Picture(context)
+        self.overlay = None if mesh is None else Overlay(context, mesh, storage)
         self._watch = Watch(source.path) if watch else None
         self.message, self.log, self.costs = "", list[str](), list[Cost]()
         self.job: Job | None = None
@@ -60,7 +64,7 @@ class Desk:
 
     def say(self, message: str) -> None:
         """A line for the user."""
-        self.message, self._until, self.stale = message, time.perf_counter() + SHOWN, True
+        self.message, self._until, self.stale = message, time.perf_counter() + STAYS, True
 
     def drop(self, paths: list[Path]) -> None:
         """Files that the user let fall on the window: the first one counts."""
@@ -83,7 +87,10 @@ class Desk:
         """Trains a shape in the background."""
         self.stop_training()
         self.training = Training(path, self._wake, more)
-        self.stale = True
+        if self.overlay is not None:
+            self.overlay.release()
+        self.overlay = Overlay(self.context, MeshFile(path), self._storage) if path.suffix.lower() in SURFACES else None
+        self.view.mesh, self.view.changed, self.stale = SHOWN[0], True, True
 
     def stop_training(self) -> None:
         """Ends a training; the model that is shown stays."""
@@ -118,7 +125,21 @@ class Desk:
         self.cancel()
         self.stop_training()
         self.picture.release()
+        if self.overlay is not None:
+            self.overlay.release()
         self.renderer.release()
+
+    @property
+    def drawn(self) -> Renderer:
+        """What draws the picture: `renderer`, or the overlay's."""
+        if self.overlay is None:
+            return self.renderer
+        try:
+            return self.overlay.over(self.renderer, self.source, self.view.mesh)
+        except UserError as error:
+            self.view.mesh = SHOWN[0]
+            self.say(str(error))
+            return self.renderer
 
     def _files(self, now: float) -> float | None:
         if self._pending is not None:
@@ -188,7 +209,7 @@ class Desk:
         scene = view.scene(area)
         if view.changed:
             moved, view.changed, view.moved = view.moved, False, False
-            self.picture.sketch(self.renderer, scene, view.scale)
+            self.picture.sketch(self.drawn, scene, view.scale)
             seconds = time.perf_counter() - now
             width, height = scene.size
             self._time(seconds, (round(width / view.scale), round(height / view.scale)))
@@ -202,7 +223,7 @@ class Desk:
             if not self.picture.refining:
                 self._time(self._spent / view.options.samples, scene.size)
         elif not self._refined and now >= self._rest:
-            self.picture.refine(self.renderer, scene)
+            self.picture.refine(self.drawn, scene)
             self._refined = True
         if view.turntable or self.picture.refining:
             return 0.0

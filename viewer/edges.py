@@ -7,6 +7,7 @@ import glsl
 
 from .camera import Camera
 from .context import Context
+from .framebuffer import set_color_mask
 from .mesh_file import Triangles
 
 VERTEX_SHADER = glsl.load("mesh.vert.glsl")
@@ -19,8 +20,8 @@ void main() { color = vec4(0.05, 0.06, 0.08, 0.6); }
 """
 NEAREST = 1e-3
 """Of the distance of the far plane: the near one, where the eye is inside the mesh."""
-BACK = 1.0, 4.0
-"""Factor and units by which the faces are moved away from the eye, so that they do not hide their own edges."""
+NEARER = -1.0, -4.0
+"""Factor and units by which edges are moved towards the eye, so that their own faces do not hide them."""
 
 
 def planes(camera: Camera, reach: float) -> tuple[float, float]:
@@ -53,26 +54,26 @@ class Edges:
         self._set("planes", planes(camera, self._reach))
 
     def draw(self, target: moderngl.Framebuffer, part: tuple[int, int, int, int], at: tuple[int, int]) -> None:
-        """Over what the part shows: as `Renderer.draw`, whose viewport is set."""
+        """Over what the part shows: as `Renderer.draw`, which has set the viewport and cleared the depth."""
         gl = self._context.gl
         self._set("viewport", (float(at[0]), float(at[1]), float(part[2]), float(part[3])))
         self._set("origin", (float(part[0] - at[0]), float(part[1] - at[1])))
-        target.color_mask = (False,) * 4
-        target.clear(viewport=target.viewport)
         gl.enable_only(moderngl.DEPTH_TEST)
-        gl.polygon_offset = BACK
+        gl.depth_func = "<="
         try:
+            set_color_mask(target, (False,) * 4)
             self._faces.render(moderngl.TRIANGLES)
-            gl.polygon_offset = 0.0, 0.0
-            target.color_mask = True, True, True, False
+            set_color_mask(target, (True, True, True, False))
             gl.enable_only(moderngl.DEPTH_TEST | moderngl.BLEND)
             gl.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
+            gl.polygon_offset = NEARER
             gl.wireframe = True
             self._lines.render(moderngl.TRIANGLES)
         finally:
             gl.wireframe = False
             gl.polygon_offset = 0.0, 0.0
-            target.color_mask = (True,) * 4
+            set_color_mask(target, (True,) * 4)
+            gl.depth_func = "<"
             gl.enable_only(moderngl.NOTHING)
 
     def release(self) -> None:

@@ -22,8 +22,6 @@ from .renderer import Renderer, check_size, tiles
 from .screenshot import save_png
 
 Job = Generator[tuple[float, str], None, str]
-SUFFIXES = {"html": ".html", "cuda": ".cu"}
-"""Of a target's file; other targets are .glsl."""
 
 
 def free_path(stem: str, suffix: str) -> Path:

@@ -4,9 +4,9 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from codegen.targets import TARGETS
+from codegen.targets import SUFFIXES, TARGETS
 
-from . import jobs
+from . import jobs, overlay
 from .help import FAINT, bare, place, show_keys
 from .options import SHADINGS
 
@@ -90,6 +90,10 @@ class Panel:
             changed, textured = imgui.checkbox("texture", not options.plain)
             if changed:
                 view.set(plain=not textured)
+        if desk.overlay is not None:
+            changed, index = imgui.combo("mesh", overlay.SHOWN.index(view.mesh), list(overlay.SHOWN))
+            if changed:
+                view.mesh, view.changed = overlay.SHOWN[index], True
         changed, index = imgui.combo("samples", _nearest(SAMPLES, options.samples), [str(n) for n in SAMPLES])
         if changed:
             view.set(samples=SAMPLES[index])
@@ -188,7 +192,7 @@ class Panel:
                 if imgui.get_content_region_avail().x < imgui.calc_text_size(name).x + 20:
                     imgui.new_line()
                 if imgui.button(name):
-                    suffix = ".safetensors" if name == "model" else jobs.SUFFIXES.get(name, f".{name}.glsl")
+                    suffix = ".safetensors" if name == "model" else SUFFIXES[name]
                     desk.begin(jobs.target(name, desk.source.model, jobs.free_path(desk.source.name, suffix)))
         imgui.push_style_color(imgui.Col_.text, FAINT)
         imgui.text_wrapped(f"into {Path.cwd()}")

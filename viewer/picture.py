@@ -12,8 +12,9 @@ import glsl
 from .camera import Camera
 from .compile import VERTEX_SHADER
 from .context import Context
+from .framebuffer import free
 from .options import RenderOptions
-from .renderer import TILE, Part, Renderer, free
+from .renderer import TILE, Part, Renderer
 from .supersampling import jitters
 
 SAMPLE_SHADER = f"""#version 330

@@ -12,6 +12,7 @@ from codegen.model import Model
 from .camera import Camera
 from .context import Context
 from .edges import DEPTH_SHADER, planes
+from .framebuffer import set_color_mask
 from .mesh_file import Triangles
 from .options import RenderOptions
 from .renderer import Part, Renderer
@@ -77,7 +78,6 @@ class Rasteriser(Renderer):
 
     def _draw(self, target: moderngl.Framebuffer, part: Part, at: tuple[int, int]) -> None:
         gl = self.context.gl
-        target.clear(viewport=target.viewport)
         self._backdrop._draw(target, part, at)
         if self._weights is not None:
             self._weights.use(0)
@@ -87,12 +87,12 @@ class Rasteriser(Renderer):
         try:
             gl.depth_func = "<"
             # Depth first, so that the network runs once a pixel, whatever the order of the triangles.
-            target.color_mask = (False,) * 4
+            set_color_mask(target, (False,) * 4)
             self._depths.render(moderngl.TRIANGLES)
-            target.color_mask = (True,) * 4
+            set_color_mask(target, (True,) * 4)
             gl.depth_func = "<="
             self._vertices.render(moderngl.TRIANGLES)
         finally:
             gl.depth_func = "<"
-            target.color_mask = (True,) * 4
+            set_color_mask(target, (True,) * 4)
             gl.enable_only(moderngl.NOTHING)

@@ -12,9 +12,10 @@ from codegen.errors import UserError
 from codegen.shader import Shader
 
 from .camera import Camera
-from .compile import VERTEX_SHADER, compiled
+from .compile import VERTEX_SHADER, compiled, weight_texture
 from .context import Context
 from .edges import Edges
+from .framebuffer import check_drawn, free, read
 from .options import SHADINGS, RenderOptions, schedule_that_fits
 from .supersampling import Image, from_linear, jitters, to_linear
 
@@ -49,9 +50,9 @@ class Renderer:
             self._defaults = {name: uniform.read() for name in self._program
                               if isinstance(uniform := self._program[name], moderngl.Uniform)}
             if shader.weights is not None:
-                self._weights = _weight_texture(gl, shader.weights)
+                self._weights = weight_texture(gl, shader.weights)
             self.draw(self._target(gl, (1, 1)), (0, 0, 1, 1))
-            _check(gl, context.renderer)
+            check_drawn(gl, context.renderer)
         self.compile_seconds = time.perf_counter() - start
 
     def schedule(self, options: RenderOptions) -> tuple[tuple[int, ...], int]:
@@ -102,12 +103,12 @@ class Renderer:
             for offset in offsets:
                 self.prepare(size, camera, options, (float(offset[0]), float(offset[1])))
                 self.draw(target, part)
-                sample = _read(target, part[2:])
+                sample = read(target, part[2:])
                 if len(offsets) > 1 or options.transparent:
                     sample = to_linear(sample, options.transparent)
                 total = sample if total is None else total + sample
                 sampled()
-            _check(gl, self.context.renderer)
+            check_drawn(gl, self.context.renderer)
         assert total is not None
         if len(offsets) > 1 or options.transparent:
             total = from_linear(total / len(offsets), options.transparent)
@@ -207,6 +208,7 @@ class Renderer:
         """
         target.use()
         target.viewport = (*at, *part[2:])
+        target.clear(viewport=target.viewport)
         self._draw(target, part, at)
         if self.edges is not None and self._edged:
             self.edges.draw(target, part, at)
@@ -234,34 +236,5 @@ def tiles(size: tuple[int, int]) -> Iterator[Part]:
             yield x, y, min(TILE, size[0] - x), min(TILE, size[1] - y)
 
 
-def free(framebuffer: moderngl.Framebuffer) -> None:
-    """Releases a framebuffer and what is attached to it."""
-    for attachment in (*framebuffer.color_attachments, framebuffer.depth_attachment):
-        if attachment is not None:
-            attachment.release()
-    framebuffer.release()
-
-
 def _offsets(options: RenderOptions) -> NDArray[np.float32]:
     return jitters(1 if options.shading == "data" else options.samples)
-
-
-def _read(target: moderngl.Framebuffer, size: tuple[int, int]) -> Image:
-    data = target.read(viewport=(0, 0, *size), components=4, dtype="f4")
-    return np.frombuffer(data, np.float32).reshape(size[1], size[0], 4)
-
-
-def _check(gl: moderngl.Context, driver: str) -> None:
-    gl.finish()
-    if (problem := gl.error) != "GL_NO_ERROR":
-        raise UserError(f"{driver} fails to draw ({problem}); try a smaller --size, or --context osmesa")
-
-
-def _weight_texture(gl: moderngl.Context, weights: Image) -> moderngl.Texture:
-    height, width, _ = weights.shape
-    largest = int(gl.info["GL_MAX_TEXTURE_SIZE"])
-    if max(height, width) > largest:
-        raise UserError(f"the weights need a texture of {width}x{height}; this driver's largest is {largest}")
-    texture = gl.texture((width, height), 4, np.ascontiguousarray(weights, np.float32).tobytes(), dtype="f4")
-    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-    return texture

@@ -4,12 +4,14 @@ from dataclasses import dataclass, field, replace
 
 from .camera import Camera
 from .options import RenderOptions
+from .overlay import SHOWN
 from .picture import Scene
 
 KEYS = (
     ("drag, arrows", "turn"), ("right drag, Shift drag", "move"), ("wheel, + -", "nearer, farther"),
     ("Space", "turntable"), ("r", "reset the camera"), ("1 to 9", "level"),
     ("p n d t x", "Phong, normals, depth, texture, steps"), ("b", "split view, all levels on the right"),
+    ("m", "the mesh: its edges, its faces"),
     ("s", "save a picture"), ("Tab", "panel"), ("h", "these keys"), ("Esc", "quit"),
 )
 SHADING_KEYS = {"N": "normal", "P": "phong", "D": "depth", "T": "texture", "X": "steps"}
@@ -26,7 +28,8 @@ TURNTABLE = 30.0
 @dataclass
 class View:
     """levels, textured: of the model. split: level shown on the right half. resolution: pixels drawn per side, as a
-    share of the window's. changed: something else is to be drawn; moved: by the camera.
+    share of the window's. mesh: what is shown of one, one of SHOWN.
+    changed: something else is to be drawn; moved: by the camera.
     """
 
     home: Camera
@@ -35,6 +38,7 @@ class View:
     textured: bool
     split: int | None = None
     resolution: float = 1.0
+    mesh: str = SHOWN[0]
     turntable: bool = False
     panel: bool = True
     help: bool = False
@@ -99,7 +103,7 @@ class View:
         self.move(self.camera.orbited(TURNTABLE * seconds, 0.0))
 
     def key(self, key: str) -> None:
-        """A key by its name: a shading's letter, a level's digit, R, B, H, SPACE, TAB, an arrow, + or -."""
+        """A key by its name: a shading's letter, a level's digit, R, B, M, H, SPACE, TAB, an arrow, + or -."""
         if key == "R":
             self.move(self.home)
         elif key in TURNS:
@@ -112,6 +116,8 @@ class View:
             self.set(level=int(key), normal_level=int(key))
         elif key == "B":
             self.split, self.changed = None if self.split else self.levels, True
+        elif key == "M":
+            self.mesh, self.changed = SHOWN[(SHOWN.index(self.mesh) + 1) % len(SHOWN)], True
         elif key == "SPACE":
             self.turntable, self.changed = not self.turntable, True
         elif key == "TAB":

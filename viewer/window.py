@@ -13,6 +13,7 @@ from .desk import Desk
 from .gui import Gui, open_gui
 from .jobs import Turntable, free_path, picture
 from .options import RenderOptions
+from .overlay import MeshFile
 from .source import open_source
 from .view import KEYS, TURNS, View
 
@@ -105,13 +106,13 @@ class Window:
         size = size or self.area[2:]
         options = replace(view.options, samples=max(SAVED_SAMPLES, view.options.samples))
         camera, name = replace(view.camera, aspect=size[0] / size[1]), desk.source.name
-        desk.begin(picture(desk.renderer, free_path(name, ".png"), size, camera, options, name))
+        desk.begin(picture(desk.drawn, free_path(name, ".png"), size, camera, options, name))
 
     def record(self, video: Turntable) -> None:
         """Writes a video of one turn into the working folder."""
         desk, view = self.desk, self.desk.view
         camera = replace(view.camera, aspect=video.size[0] / video.size[1])
-        desk.begin(video.job(desk.renderer, free_path(desk.source.name, ".mp4"), camera, view.options))
+        desk.begin(video.job(desk.drawn, free_path(desk.source.name, ".mp4"), camera, view.options))
 
     def close(self) -> None:
         """Ends what runs and frees the window."""

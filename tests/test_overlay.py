@@ -1,0 +1,79 @@
+"""A mesh over the picture of its model: edges where the mesh has them, faces as `render --mesh` draws them."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from desk_fixture import AREA, settle, shown
+from viewer.camera import Camera
+from viewer.desk import Desk
+from viewer.mesh_file import read_triangles
+from viewer.options import RenderOptions
+from viewer.overlay import MeshFile, Overlay
+from viewer.rasteriser import Rasteriser
+
+CUBE = """v -.5 -.5 -.5\nv .5 -.5 -.5\nv .5 .5 -.5\nv -.5 .5 -.5\nv -.5 -.5 .5\nv .5 -.5 .5\nv .5 .5 .5\nv -.5 .5 .5
+f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 4 7 3\nf 4 8 7\nf 1 5 8\nf 1 8 4\nf 2 3 7\nf 2 7 6\n"""
+
+
+@pytest.fixture
+def cube(tmp_path: Path) -> MeshFile:
+    pytest.importorskip("trimesh", reason="trimesh is not installed (extra mesh)")
+    (tmp_path / "cube.obj").write_text(CUBE)
+    return MeshFile(tmp_path / "cube.obj", "model")
+
+
+def test_edges_lie_on_the_mesh_and_only_where_they_are_seen(make: Callable[..., Desk], cube: MeshFile) -> None:
+    desk = make()
+    size, camera = (200, 200), Camera(0, 0, 3.0)
+    plain = desk.renderer.render(size, camera)
+    overlay = Overlay(desk.context, cube, "auto")
+    edged = overlay.over(desk.renderer, desk.source, "edges").render(size, camera)
+    overlay.over(desk.renderer, desk.source, "hidden")
+    np.testing.assert_array_equal(edged[..., 3], plain[..., 3])
+    changed = np.abs(edged - plain).max(axis=-1) > 0.02
+    rows, columns = np.nonzero(changed)
+    near = camera.focal * 100 / (3.0 - 0.5) * 0.5
+    far = camera.focal * 100 / (3.0 + 0.5) * 0.5
+    assert abs(columns.min() - (100 - near)) < 2, "the front face's border, from the projection by hand"
+    assert abs(columns.max() - (100 + near)) < 2
+    inside = (abs(rows - 99.5) < near - 3) & (abs(columns - 99.5) < near - 3)
+    diagonal = abs(abs(rows - 99.5) - abs(columns - 99.5)) < 2
+    assert diagonal[inside].all(), "all that is seen inside the front face is its diagonal; the back face is hidden"
+    assert inside.sum() > near
+    assert far < near - 10
+    np.testing.assert_array_equal(desk.renderer.render(size, camera), plain)
+    overlay.release()
+
+
+def test_faces_are_what_render_draws_of_a_mesh(make: Callable[..., Desk], cube: MeshFile) -> None:
+    desk = make()
+    desk.overlay = Overlay(desk.context, cube, "auto")
+    settle(desk)
+    traced = shown(desk)
+    desk.view.key("M")
+    desk.view.key("M")
+    settle(desk)
+    assert desk.source.model is not None
+    rasteriser = Rasteriser(desk.context, desk.source.model, read_triangles(cube.path, (0.0, 0.0, 0.0), 1.0))
+    wanted = rasteriser.render(AREA, desk.view.camera, RenderOptions())[..., :3]
+    rasteriser.release()
+    assert np.abs(wanted - traced).max() > 0.1
+    np.testing.assert_allclose(shown(desk), wanted, atol=2e-5)
+    desk.view.split, desk.view.changed = 1, True
+    settle(desk)
+    half = shown(desk)
+    np.testing.assert_allclose(half[:, :12], wanted[:, :12], atol=2e-5)
+    assert np.abs(half[:, 12:] - wanted[:, 12:]).max() > 0.05, "the right half wears the normals of level 1"
+
+
+def test_a_mesh_that_is_none_is_told(make: Callable[..., Desk], tmp_path: Path) -> None:
+    pytest.importorskip("trimesh", reason="trimesh is not installed (extra mesh)")
+    (tmp_path / "bad.ply").write_bytes(b"ply\nnothing")
+    desk = make()
+    desk.overlay = Overlay(desk.context, MeshFile(tmp_path / "bad.ply"), "auto")
+    desk.view.key("M")
+    settle(desk, lambda: "bad.ply" in desk.message)
+    assert desk.view.mesh == "hidden"
