@@ -184,7 +184,7 @@ vec2 ball(vec3 origin, vec3 direction, float radius) {
 struct Hit {
     bool hit;
     float t;
-    int level;
+    int level; // where it is; minus that where it is done
     int steps;
 };
 
@@ -199,7 +199,7 @@ void advance(inout Hit ray, float f, int reached, int level, float footprint, fl
     float pixel = footprint * ray.t;
     ray.t += step_scale * (last ? f : f - delta[reached - 1] / 1.3);
     ray.hit = last && f < 0.5 * pixel && ray.t <= far;
-    ray.level = last && abs(f) < 0.05 * pixel || ray.t > far ? 0 : reached;
+    ray.level = last && abs(f) < 0.05 * pixel || ray.t > far ? -reached : reached;
 }
 
 Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, float step_scale) {
@@ -260,10 +260,15 @@ vec3 shade(int shading, vec3 normal, vec3 direction, float t, float eye, int ste
     if (shading == SHADE_TEXTURE) return albedo;
     return srgb(phong(linear(albedo), normal, -direction, light, up));
 }
+uniform bool plain; // leaves the model's colours out
+// base_colour(): sRGB, of the surface at p, model space.
+vec3 base_colour(vec3 p) {
+    return plain ? vec3(0.80, 0.74, 0.66) : albedo(p);
+}
 uniform float split; // share of the width, from the left, that wears the traced level's own normals
 
 // The fragment: one ray. color.rgb is sRGB, color.a is 1 on the surface and 0 on the background.
-// SHADE_DATA writes (t, steps, level reached, hit) instead.
+// SHADE_DATA writes (t, steps, level that the ray ended in, hit) instead; level 0: it never came near the shape.
 void main() {
     // Never true; a shader that may discard compiles in half the time on llvmpipe (one variant instead of two).
     if (resolution.x < 0.0) discard;
@@ -276,9 +281,10 @@ void main() {
         vec3 p = eye + ray.t * direction;
         vec3 normal = normalize(field_gradient(p, pixel.x < split * resolution.x ? level : normal_level).xyz);
         vec3 toward = normalize(mat3(camera) * light);
-        vec3 colour = shade(shading, normal, direction, ray.t, length(eye), ray.steps, albedo(p), toward, camera[1].xyz);
+        vec3 colour = shade(shading, normal, direction, ray.t, length(eye), ray.steps, base_colour(p), toward,
+                            camera[1].xyz);
         color = vec4(colour, 1.0);
     }
     if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 64.0), color.a);
-    if (shading == SHADE_DATA) color = vec4(ray.t, float(ray.steps), float(ray.level), float(ray.hit));
+    if (shading == SHADE_DATA) color = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));
 }
