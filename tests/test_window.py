@@ -6,6 +6,7 @@ import subprocess
 import sys
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -36,7 +37,7 @@ from viewer.camera import Camera
 from viewer.options import RenderOptions
 from viewer.window import Window
 
-window = Window(Path("m.safetensors"), Camera(), RenderOptions(samples=2), SIZE)
+window = Window(Path("m.safetensors"), Camera(), RenderOptions(samples=2), SIZE, watch=WATCH)
 desk, view, handle = window.desk, window.desk.view, window.handle
 report = {}
 
@@ -80,15 +81,17 @@ print(json.dumps(report))
 """
 
 
-def run(script: str, size: tuple[int, int], folder: Path, environment: dict[str, str]) -> dict[str, object]:
+def run(
+    script: str, size: tuple[int, int], folder: Path, environment: dict[str, str], watch: bool = False
+) -> dict[str, Any]:
     """What the script reports."""
     here = Path(__file__).parent
     paths = f"import sys; sys.path[:0] = [{str(here)!r}, {str(here.parent)!r}]\n"
-    text = paths + START.replace("SIZE", repr(size)) + script + END
+    text = paths + START.replace("SIZE", repr(size)).replace("WATCH", repr(watch)) + script + END
     done = subprocess.run([sys.executable, "-c", text], cwd=folder, env=environment, capture_output=True, text=True,
                           check=False, timeout=120)
     assert done.returncode == 0, done.stderr + done.stdout
-    report: dict[str, object] = json.loads(done.stdout.splitlines()[-1])
+    report: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
     return report
 
 

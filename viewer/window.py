@@ -169,7 +169,7 @@ class Window:
         glfw.set_key_callback(self.handle, self._on_key)
         glfw.set_char_callback(self.handle, self._on_char)
         listen_drop: Any = glfw.set_drop_callback  # which is annotated as GLFW calls it, not as it calls back
-        listen_drop(self.handle, lambda _, paths: self.desk.drop([Path(path) for path in paths]))
+        listen_drop(self.handle, self._on_drop)
         glfw.set_window_refresh_callback(self.handle, refreshed)
         glfw.set_framebuffer_size_callback(self.handle, resized)
         glfw.set_window_content_scale_callback(self.handle, resized)
@@ -219,6 +219,9 @@ class Window:
         name = named.get(code) or (chr(code) if glfw.KEY_0 <= code <= glfw.KEY_Z else "")
         if name and (action == glfw.PRESS or name in (*TURNS, "+", "-")):
             self.key(name)
+
+    def _on_drop(self, _window: Any, paths: list[str]) -> None:
+        self.desk.drop([Path(path) for path in paths])
 
     def _on_char(self, _window: Any, code: int) -> None:
         if self.gui is not None:
