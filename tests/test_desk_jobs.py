@@ -11,6 +11,7 @@ from PIL import Image
 from codegen.model import load
 from codegen.targets import TARGETS
 from desk_fixture import AREA, TETRAHEDRON, settle
+from fitted_model import fitted_model
 from viewer import jobs
 from viewer.camera import Camera
 from viewer.desk import Desk
@@ -98,7 +99,7 @@ def test_a_dropped_mesh_is_trained_and_appears_level_by_level(make: Callable[...
     pytest.importorskip("torch", reason="PyTorch is not installed (extra train)")
     desk = make()
     (tmp_path / "shape.obj").write_text(TETRAHEDRON)
-    desk.train(tmp_path / "shape.obj", ("--levels", "8x1,8x1", "--steps", "60,60"))
+    desk.train([tmp_path / "shape.obj"], ("--levels", "8x1,8x1", "--steps", "60,60"))
     seen = set()
 
     def done() -> bool:
@@ -111,3 +112,20 @@ def test_a_dropped_mesh_is_trained_and_appears_level_by_level(make: Callable[...
     assert desk.view.levels == 2
     assert desk.source.model is not None
     assert not desk.source.model.provenance["interrupted"]
+
+
+def test_dropped_checkpoints_are_imported(make: Callable[..., Desk], tmp_path: Path) -> None:
+    torch = pytest.importorskip("torch", reason="PyTorch is not installed (extra train)")
+    model, paths = fitted_model((20, 32)), []
+    for name, level in zip(("fine", "coarse"), reversed(model.levels), strict=True):
+        state = {f"net.{i}.0.{kind}": torch.from_numpy(getattr(layer, kind).copy())
+                 for i, layer in enumerate(level.network) for kind in ("weight", "bias")}
+        paths.append(tmp_path / f"{name}.pth")
+        torch.save(state, paths[-1])
+    desk = make()
+    desk.drop(paths)
+    settle(desk, lambda: desk.training is None)
+    assert "imported" in desk.message
+    assert desk.source.model is not None
+    for ours, theirs in zip(desk.source.model.levels, model.levels, strict=True):
+        np.testing.assert_array_equal(ours.network[0].weight, theirs.network[0].weight)

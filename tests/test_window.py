@@ -1,12 +1,8 @@
 """The window under Xvfb, with real events: what GLFW's callbacks do, what is on the screen, when it sleeps."""
 
-import json
 import shutil
-import subprocess
-import sys
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -17,6 +13,7 @@ from random_model import random_model
 from viewer.camera import Camera
 from viewer.options import RenderOptions
 from viewer.window import show_window
+from window_script import run
 
 
 def test_without_a_display_it_names_render_and_the_page(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -26,73 +23,6 @@ def test_without_a_display_it_names_render_and_the_page(monkeypatch: pytest.Monk
     with pytest.raises(UserError, match=r"mplicits render.*page") as raised:
         show_window(tmp_path / "m.safetensors", Camera(), RenderOptions(), (32, 32), "auto")
     assert "\n" not in str(raised.value)
-
-
-START = """
-import json, subprocess, sys, threading, time
-from pathlib import Path
-import glfw
-import numpy as np
-from viewer.camera import Camera
-from viewer.options import RenderOptions
-from viewer.window import Window
-
-window = Window(Path("m.safetensors"), Camera(), RenderOptions(samples=2), SIZE, watch=WATCH)
-desk, view, handle = window.desk, window.desk.view, window.handle
-report = {}
-
-def screen():
-    window.paint(swap=False)
-    width, height = glfw.get_framebuffer_size(handle)
-    with window.context as gl:
-        data = gl.screen.read(viewport=(0, 0, width, height), components=3)
-    return np.frombuffer(data, np.uint8).reshape(height, width, 3)[::-1] / 255.0
-
-def settle(seconds=40.0):
-    end = time.perf_counter() + seconds
-    while time.perf_counter() < end:
-        window.step()
-        glfw.poll_events()
-        if desk.resting and not (window.gui and window.gui.restless):
-            return
-        time.sleep(0.002)
-    raise SystemExit("it never comes to rest")
-
-def difference():
-    "Between the window's picture and what render draws, at every channel, at most."
-    x, y, width, height = window.area
-    wanted = desk.renderer.render((width, height), view.camera, view.options)[..., :3]
-    return float(np.abs(screen()[:, x:] - wanted).max())
-
-def user(*actions):
-    "Does something every 0.25 s beside the loop, then closes the window."
-    def run():
-        for action in (*actions, lambda: glfw.set_window_should_close(handle, True)):
-            time.sleep(0.25)
-            action()
-            glfw.post_empty_event()
-    threading.Thread(target=run, daemon=True).start()
-    window.loop()
-    glfw.set_window_should_close(handle, False)
-"""
-END = """
-window.close()
-print(json.dumps(report))
-"""
-
-
-def run(
-    script: str, size: tuple[int, int], folder: Path, environment: dict[str, str], watch: bool = False
-) -> dict[str, Any]:
-    """What the script reports."""
-    here = Path(__file__).parent
-    paths = f"import sys; sys.path[:0] = [{str(here)!r}, {str(here.parent)!r}]\n"
-    text = paths + START.replace("SIZE", repr(size)).replace("WATCH", repr(watch)) + script + END
-    done = subprocess.run([sys.executable, "-c", text], cwd=folder, env=environment, capture_output=True, text=True,
-                          check=False, timeout=120)
-    assert done.returncode == 0, done.stderr + done.stdout
-    report: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return report
 
 
 EVENTS = """

@@ -10,7 +10,7 @@ from codegen.targets import TARGETS
 from desk_fixture import TETRAHEDRON
 from fitted_model import fitted_model
 from random_model import random_model
-from test_window import run
+from window_script import run
 
 FILES = """
 view.options = RenderOptions()

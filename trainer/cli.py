@@ -80,4 +80,43 @@ def run(options: Namespace) -> None:
     )
 
 
-VERBS = (Verb("train", "a mesh or an oriented point cloud becomes a model file", arguments, run),)
+def import_arguments(parser: ArgumentParser) -> None:
+    """The options of `import`."""
+    add = parser.add_argument
+    add("checkpoints", metavar="FILE.pth", nargs="+", type=Path,
+        help="networks of the authors' release, coarse to fine")
+    add("-o", "--output", metavar="M.safetensors", type=Path,
+        help="the model file (default: the last checkpoint's name, in this folder)")
+    add("--omega", metavar="W,..", help="omega_0 of each, for files that lack it (*_with_w0.pth)")
+    add("--shape", metavar="SHAPE", help="what they were trained on: its points give the bands, its coordinates the "
+        "model's; else the last level's surface gives the bands")
+
+
+def run_import(options: Namespace) -> None:
+    """Reads checkpoints, measures bands and slopes, writes the model. Raises UserError."""
+    given: list[float | None] = [None] * len(options.checkpoints)
+    if options.omega is not None:
+        try:
+            given = [float(part) for part in options.omega.split(",")]
+        except ValueError:
+            raise UserError(f"--omega {options.omega}: numbers joined by commas are needed") from None
+        if len(given) != len(options.checkpoints):
+            raise UserError(f"--omega: {len(given)} of {len(options.checkpoints)} numbers, one for each file")
+    output = options.output or Path(options.checkpoints[-1].stem + SUFFIX)
+    check_writable(output)
+    before_torch()
+    from codegen.model import save, shape_of
+
+    from .checkpoint import to_model
+
+    model = to_model(options.checkpoints, given, options.shape)
+    save(model, output)
+    for number, level in enumerate(model.levels, start=1):
+        print(f"level {number}: {shape_of(level.network)}, delta {level.delta:.4g}, slope up to {level.lipschitz:.3g}")
+    print(f"{output}: {model.parameters()} parameters")
+
+
+VERBS = (
+    Verb("train", "a mesh or an oriented point cloud becomes a model file", arguments, run),
+    Verb("import", "checkpoints of the paper's authors become a model file", import_arguments, run_import),
+)

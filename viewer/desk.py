@@ -14,7 +14,7 @@ from .mesh_file import SUFFIXES as SURFACES
 from .overlay import SHOWN, MeshFile, Overlay
 from .picture import Picture
 from .renderer import Renderer
-from .source import MESHES, SHADERS, Source, Watch, open_source
+from .source import CHECKPOINTS, MESHES, SHADERS, Source, Watch, open_source
 from .training import Training
 from .view import View
 
@@ -67,29 +67,32 @@ class Desk:
         self.message, self._until, self.stale = message, time.perf_counter() + STAYS, True
 
     def drop(self, paths: list[Path]) -> None:
-        """Files that the user let fall on the window: the first one counts."""
+        """Files that the user let fall on the window: the first one counts, and checkpoints with it."""
         path = paths[0]
         suffix = path.suffix.lower()
         if suffix in MESHES:
-            self.train(path)
+            self.train([path])
+        elif suffix in CHECKPOINTS:
+            self.train([path for path in paths if path.suffix.lower() in CHECKPOINTS])
         elif suffix in (".safetensors", *SHADERS):
             self.open(path)
         else:
-            self.say(f"{show(path.name)}: neither a model (.safetensors), a shader (.glsl) nor a mesh "
-                     f"({' '.join(MESHES)})")
+            self.say(f"{show(path.name)}: neither a model (.safetensors), a shader (.glsl), a checkpoint (.pth) "
+                     f"nor a mesh ({' '.join(MESHES)})")
 
     def open(self, path: Path) -> None:
         """Shows another file, soon: compiling takes seconds, and the window says so first."""
         self._pending = path, False
         self.say(f"opening {show(path.name)}")
 
-    def train(self, path: Path, more: tuple[str, ...] = ()) -> None:
-        """Trains a shape in the background."""
+    def train(self, paths: list[Path], more: tuple[str, ...] = ()) -> None:
+        """Trains a shape in the background, or imports the checkpoints of a model."""
         self.stop_training()
-        self.training = Training(path, self._wake, more)
+        self.training = Training(paths, self._wake, more)
         if self.overlay is not None:
             self.overlay.release()
-        self.overlay = Overlay(self.context, MeshFile(path), self._storage) if path.suffix.lower() in SURFACES else None
+        mesh = paths[0].suffix.lower() in SURFACES
+        self.overlay = Overlay(self.context, MeshFile(paths[0]), self._storage) if mesh else None
         self.view.mesh, self.view.changed, self.stale = SHOWN[0], True, True
 
     def stop_training(self) -> None:

@@ -16,6 +16,8 @@ from codegen.shader import Shader
 SHADERS = (".glsl", ".frag", ".fs")
 MESHES = (".ply", ".obj", ".stl", ".glb", ".xyz", ".npz")
 """Files that are trained first."""
+CHECKPOINTS = (".pth",)
+"""Files that are imported first: the levels of one shape, coarse to fine by their names."""
 
 
 @dataclass(frozen=True)

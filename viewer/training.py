@@ -1,4 +1,4 @@
-"""A shape that is trained while the window stays open: `mplicits train` as a process of its own."""
+"""A model that is made while the window stays open: `mplicits train` or `import` as a process of its own."""
 
 import json
 import subprocess
@@ -10,24 +10,29 @@ from pathlib import Path
 
 from codegen.files import show
 
-from .source import signatures
+from .source import CHECKPOINTS, signatures
 
 
 class Training:
-    """Trains `shape` into a temporary model file that appears as levels finish.
+    """Trains a shape, or imports checkpoints, into a temporary model file that appears as levels finish.
+
+    paths: of one shape, or of the networks of one model: the smallest file is the coarsest level.
 
     stage, fraction: what is trained and how much of it is done. wake: called, from another thread, at every news.
     """
 
-    def __init__(self, shape: Path, wake: Callable[[], None], more: tuple[str, ...] = ()) -> None:
-        self.name = show(shape.name)
+    def __init__(self, paths: list[Path], wake: Callable[[], None], more: tuple[str, ...] = ()) -> None:
+        self.name = show(paths[-1].name)
         self.stage, self.fraction = "reading", 0.0
         self._folder = tempfile.TemporaryDirectory(prefix="mplicits-")
-        self.model = Path(self._folder.name) / f"{shape.stem}.safetensors"
+        self.model = Path(self._folder.name) / f"{paths[-1].stem}.safetensors"
         self._seen = signatures([self.model])
         self._log: list[str] = []
-        arguments = [sys.executable, "-m", "mplicits", "train", "-o", str(self.model), "--live", *more, "--",
-                     str(shape.absolute())]
+        self._imports = paths[0].suffix.lower() in CHECKPOINTS
+        verb = ("import",) if self._imports else ("train", "--live")
+        sizes = {path: path.stat().st_size if path.exists() else 0 for path in paths}
+        arguments = [sys.executable, "-m", "mplicits", *verb, "-o", str(self.model), *more, "--",
+                     *(str(path.absolute()) for path in sorted(paths, key=sizes.__getitem__))]
         self._process = subprocess.Popen(
             arguments, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
             encoding="utf-8", errors="replace", start_new_session=True,
@@ -43,7 +48,7 @@ class Training:
     def outcome(self) -> str:
         """Of a training that is over: what it says last."""
         if self._process.wait() == 0:
-            return f"{self.name} is trained; export the model to keep it"
+            return f"{self.name} is {'imported' if self._imports else 'trained'}; export the model to keep it"
         return show(self._log[-1].removeprefix("mplicits: ") if self._log else f"training {self.name} failed")
 
     def news(self) -> bool:

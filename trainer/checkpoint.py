@@ -1,0 +1,123 @@
+"""Checkpoints of the authors' release of the paper (github.com/dsilvavinicius/m-plicits) -> a model.
+
+A file is an OrderedDict of float32 for one network, keys `net.{i}.0.weight` (out, in) and `net.{i}.0.bias`. In best.pth
+and weights.pth omega_0 is in the weights, as here; *_with_w0.pth are without it. Deltas are not stored.
+"""
+
+import hashlib
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from codegen.errors import UserError
+from codegen.files import show
+from codegen.model import DEFAULT_ITERATIONS, Layer, Level, Model, Network
+
+from .bands import delta
+from .load import load_shape
+from .network import Weights, from_model
+from .pools import evaluate, values
+from .quality import lipschitz
+
+UNSCALED = "_with_w0"
+"""In the name of a file whose weights lack omega_0."""
+POINTS = 100_000
+NEWTON, NEAR, FEWEST = 8, 1e-3, 1000
+"""Steps towards a zero level set; |f| that counts as on it; points that must get there."""
+_KEY = re.compile(r"^net\.(?:net\.)?(\d+)\.(?:\d+\.)?(weight|bias)$")
+
+
+def read_network(path: Path, omega: float | None) -> Network:
+    """The network of a .pth file, read without pickle's code. omega: omega_0, for a file that lacks it.
+
+    Raises UserError, one line.
+    """
+    label = show(path.name)
+    if not path.is_file():
+        raise UserError(f"{show(path)}: no such file")
+    try:
+        state = torch.load(path, map_location="cpu", weights_only=True)
+    except Exception:  # torch raises anything on damaged files
+        raise UserError(f"{label}: not a checkpoint that can be read without running code from it") from None
+    found: dict[int, dict[str, np.ndarray]] = {}
+    for key, tensor in state.items() if isinstance(state, dict) else ():
+        match = _KEY.match(str(key))
+        if match is None or not isinstance(tensor, Tensor) or not torch.isfinite(tensor).all():
+            raise UserError(f"{label}: {show(str(key))[:60]}: not a weight of the authors' networks, or not finite")
+        found.setdefault(int(match[1]), {})[match[2]] = tensor.float().numpy()
+    if len(found) < 2 or any(len(pair) != 2 for pair in found.values()):
+        raise UserError(f"{label}: no layers net.0.0.weight, net.0.0.bias, ... in it")
+    if UNSCALED in path.stem and omega is None:
+        raise UserError(f"{label}: its weights lack omega_0; give it with --omega (it stands in config.yaml beside it)")
+    factor = np.float32(1.0 if omega is None else omega)
+    pairs = [found[index] for index in sorted(found)]
+    return (*(Layer(factor * pair["weight"], factor * pair["bias"]) for pair in pairs[:-1]),
+            Layer(pairs[-1]["weight"], pairs[-1]["bias"]))
+
+
+def to_model(paths: Sequence[Path], omegas: Sequence[float | None], shape: str | None) -> Model:
+    """The levels of `paths`, coarse to fine. shape: what they were trained on; its points then give the deltas (Eq. 5).
+
+    Without it the zero level set of the last level stands for the shape. Raises UserError, one line.
+    """
+    networks = [read_network(path, omega) for path, omega in zip(paths, omegas, strict=True)]
+    # Checked one by one: a complaint names the file.
+    for path, network in zip(paths, networks, strict=True):
+        try:
+            Model("checkpoint", (Level(network, 1.0, 1),))
+        except UserError as error:
+            raise UserError(f"{show(path.name)}: {error}") from None
+    levels = [from_model(network) for network in networks]
+    points = zero_set(levels)
+    loaded = None if shape is None else load_shape(shape)[0]
+    there = points if loaded is None else torch.from_numpy(loaded.inputs().astype(np.float32))
+    first, finer = DEFAULT_ITERATIONS
+    made: list[Level] = []
+    for i, network in enumerate(networks):
+        around = _around(levels[:i], points, made[-1].delta if made else None)
+        made.append(Level(network, delta(values(levels[: i + 1], there)), finer if i else first,
+                          lipschitz(levels[: i + 1], torch.cat((points, around)))))
+    return Model(
+        name=paths[-1].stem if loaded is None else loaded.name, levels=tuple(made),
+        centre=(0.0, 0.0, 0.0) if loaded is None else loaded.centre, scale=1.0 if loaded is None else loaded.scale,
+        provenance={
+            "checkpoints": [{"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest(), "omega": omega}
+                            for path, omega in zip(paths, omegas, strict=True)],
+            "source": None if loaded is None else loaded.source,
+        },
+    )
+
+
+def zero_set(levels: Sequence[Weights]) -> Tensor:
+    """Points (N, 3) of the unit ball on f_n = 0: on f_1 = 0 first, from there to f_2 = 0, and so on.
+
+    Raises UserError where the levels do not lead there.
+    """
+    directions = np.random.default_rng(0).normal(size=(POINTS, 4))
+    points = torch.from_numpy((directions[:, :3] / np.linalg.norm(directions, axis=1)[:, None]).astype(np.float32))
+    for i in range(len(levels)):
+        for _ in range(NEWTON):
+            f, gradient = evaluate(levels[: i + 1], points)
+            points = points - (f / gradient.square().sum(dim=1).clamp_min(1e-2))[:, None] * gradient
+        f, _ = evaluate(levels[: i + 1], points)
+        points = points[(f.abs() < NEAR) & (torch.linalg.vector_norm(points, dim=1) < 1.02)]
+        if len(points) < FEWEST:
+            raise UserError(f"level {i + 1} has no surface near that of the level before: are the checkpoints of one "
+                            "shape, coarse to fine, and is --omega right?")
+    return points
+
+
+def _around(before: Sequence[Weights], points: Tensor, band: float | None) -> Tensor:
+    """Points where a level is defined: all over the unit ball, or in the band |f| < `band` of the levels before."""
+    generator = torch.Generator().manual_seed(0)
+    share = 2 * torch.rand(len(points), 1, generator=generator) - 1
+    if band is None:
+        inside: Tensor = torch.nn.functional.normalize(points) * share.abs().pow(1 / 3)
+        return inside
+    _, gradient = evaluate(before, points)
+    steps: Tensor = share * band * torch.nn.functional.normalize(gradient, dim=1)
+    return points + steps
