@@ -128,6 +128,7 @@ def open_window(size: tuple[int, int] = (16, 16), title: str = "mplicits", visib
         (glfw.OPENGL_PROFILE, glfw.OPENGL_CORE_PROFILE),
         (glfw.OPENGL_FORWARD_COMPAT, glfw.TRUE),
         (glfw.VISIBLE, glfw.TRUE if visible else glfw.FALSE),
+        (glfw.SCALE_TO_MONITOR, glfw.TRUE if visible else glfw.FALSE),
     ):
         glfw.window_hint(hint, value)
     window = glfw.create_window(*size, title, None, None)
