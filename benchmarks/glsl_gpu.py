@@ -49,9 +49,7 @@ def glsl(model: Model, storage: str, size: int) -> tuple[str, str]:
         if context.software:
             return NOT_RUN, NOT_RUN
         renderer = Renderer(context, bake(model, storage))
-        seconds = []
-        for _ in range(FRAMES // 10 + FRAMES):
-            seconds.append(renderer.timed((size, size), Camera(), RenderOptions()) / 1000)
+        seconds = [renderer.timed((size, size), Camera(), RenderOptions())[0] for _ in range(FRAMES // 10 + FRAMES)]
         compiling = renderer.compile_seconds
         renderer.release()
     except UserError as error:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import mplicits
 from codegen.errors import UserError
 from codegen.model import save
 from fitted_model import fitted_model
@@ -157,3 +158,16 @@ print([name for name in ("torch", "scipy", "trimesh", "glfw") if name in sys.mod
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
     lines = done.stdout.splitlines()
     assert (lines[0], lines[-1]) == ("[]", "[]"), done.stderr
+
+
+@pytest.mark.usefixtures("osmesa")
+def test_benchmark_is_a_median_of_frames(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    save(random_model((4, 0)), tmp_path / "m.safetensors")
+    argv = ["render", str(tmp_path / "m.safetensors"), "-o", str(tmp_path / "m.png"), "--size", "16", "--context",
+            "osmesa", "--benchmark", "3"]
+    assert mplicits.main([*argv, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["frames_per_second"] > 0
+    assert mplicits.main(argv) == 0
+    assert "frames per second, median of 3" in capsys.readouterr().out
+    assert mplicits.main([*argv[:-1], "0"]) == 2
+    assert "at least one frame" in capsys.readouterr().err

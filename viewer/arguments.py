@@ -33,7 +33,7 @@ def model_arguments(parser: ArgumentParser, model: str, mesh: str) -> None:
     parser.add_argument("--light", type=_numbers(3, 3), metavar="X,Y,Z",
                         help="direction towards the light: right, up, towards the viewer")
     parser.add_argument("--background", type=_colours, metavar="#RRGGBB[,#RRGGBB]", help="one colour, or top,bottom")
-    parser.add_argument("--samples", type=_count, default=4, metavar="N", help="rays per pixel (default 4)")
+    parser.add_argument("--samples", type=count, default=4, metavar="N", help="rays per pixel (default 4)")
     parser.add_argument("--mesh", type=Path, metavar="LOW.ply", help=mesh)
     parser.add_argument("--space", choices=("input", "model"),
                         help="of the mesh: coordinates of the shape trained on, or of the unit sphere (default: input)")
@@ -74,7 +74,8 @@ def _size(text: str) -> tuple[int, int]:
     return int(width), int(height or width)
 
 
-def _count(text: str) -> int:
+def count(text: str) -> int:
+    """A whole number."""
     if not text.isdecimal():
         raise ArgumentTypeError(f"{text!r}: a whole number is needed")
     return int(text)

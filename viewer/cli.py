@@ -7,7 +7,7 @@ from typing import Any
 from codegen.errors import UserError
 from codegen.verb import MODEL_HELP, Verb
 
-from .arguments import camera_from, check_space, model_arguments, options_from
+from .arguments import camera_from, check_space, count, model_arguments, options_from
 
 CONTEXTS = ("auto", "osmesa", "egl", "window")
 
@@ -22,6 +22,8 @@ def render_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--transparent", action="store_true", help="no background: alpha is coverage")
     parser.add_argument("--split", action="store_true",
                         help="left half: own normals, of --level or the mesh; right half: those of --normal-level")
+    parser.add_argument("--benchmark", type=count, metavar="N", help="then draw N more frames of one ray per pixel, "
+                        "and print the median of frames per second")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
@@ -52,6 +54,8 @@ def run_render(args: Namespace) -> None:
     check_size(args.size)
     check_name(output)
     check_writable(output)
+    if args.benchmark == 0:
+        raise UserError("--benchmark 0: at least one frame is needed")
     _check_mesh_options(args)
     camera = camera_from(args)
     options = options_from(args, transparent=args.transparent, split=0.5 * args.split)
@@ -76,6 +80,7 @@ def run_render(args: Namespace) -> None:
         image = renderer.render(args.size, camera, options)
         seconds = time.perf_counter() - start
         save_png(output, image, model.name, args.transparent)
+        rate = None if args.benchmark is None else _frames_per_second(renderer, args, camera, options)
         compile_seconds = renderer.compile_seconds
         renderer.release()
     finally:
@@ -88,10 +93,12 @@ def run_render(args: Namespace) -> None:
             "normal_level": normal_level, "split": args.split, "rounds": rounds if mesh is None else 0,
             "context": context.kind, "renderer": context.renderer, "coverage": round(float(image[..., 3].mean()), 6),
             "compile_seconds": round(compile_seconds, 3), "frame_seconds": round(seconds, 3),
+            "frames_per_second": rate,
         }))
     else:
         print(f"{show(output)}: {width}x{height}, {args.samples} samples, {context.kind} on {context.renderer}; "
-              f"compiled in {compile_seconds:.2f} s, drawn in {seconds:.2f} s")
+              f"compiled in {compile_seconds:.2f} s, drawn in {seconds:.2f} s"
+              + ("" if rate is None else f"; {rate:.4g} frames per second, median of {args.benchmark}"))
 
 
 def run_view(args: Namespace) -> None:
@@ -103,6 +110,18 @@ def run_view(args: Namespace) -> None:
     check_space(args)
     show_window(args.model, camera_from(args), options_from(args), args.size, args.storage, args.watch,
                 None if args.mesh is None else (args.mesh, args.space or "input"))
+
+
+def _frames_per_second(renderer: Any, args: Namespace, camera: Any, options: Any) -> float:
+    """Median of --benchmark frames, after a tenth as many to warm up."""
+    import statistics
+
+    from tqdm import tqdm
+
+    warm_up = args.benchmark // 10 + 1
+    frames = tqdm(range(warm_up + args.benchmark), desc="benchmark", delay=2, leave=False, disable=None)
+    seconds = [renderer.timed(args.size, camera, options)[0] for _ in frames]
+    return float(f"{1 / statistics.median(seconds[warm_up:]):.4g}")
 
 
 def _load(args: Namespace) -> Any:

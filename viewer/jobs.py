@@ -122,7 +122,7 @@ def costs(
     for level, chosen in enumerate(each, start=1):
         yield (level - 1) / levels, f"measuring level {level}"
         data = renderer.render(size, camera, replace(chosen, shading="data"))
-        milliseconds = renderer.timed(size, camera, chosen)
+        milliseconds = 1000 * renderer.timed(size, camera, chosen)[1]
         if level == levels:
             ended = np.array([(data[..., 2] == k).mean() for k in range(1, levels + 1)])
         found.append((milliseconds, float(data[..., 1].mean())))

@@ -127,18 +127,22 @@ class Renderer:
         if self.edges is not None:
             self.edges.prepare(size, camera, jitter)
 
-    def timed(self, size: tuple[int, int], camera: Camera, options: RenderOptions) -> float:
-        """Milliseconds that the GPU needs for one sample of a picture, by its own clock."""
-        milliseconds = 0.0
+    def timed(self, size: tuple[int, int], camera: Camera, options: RenderOptions) -> tuple[float, float]:
+        """Seconds of one sample of a picture that stays with the driver: by the clock on the wall, by the GPU's own."""
+        check_size(size)
+        of_gpu = 0.0
         with self.context as gl:
             query = gl.query(time=True)
             target = self._target(gl, (min(size[0], TILE), min(size[1], TILE)))
+            gl.finish()
+            start = time.perf_counter()
             self.prepare(size, camera, options)
             for part in tiles(size):
                 with query:
                     self.draw(target, part)
-                milliseconds += query.elapsed / 1e6
-        return milliseconds
+                of_gpu += query.elapsed / 1e9
+            check_drawn(gl, self.context.renderer)
+            return time.perf_counter() - start, of_gpu
 
     def default(self, name: str) -> tuple[float, ...]:
         """The shader's default of a uniform; () where the shader has none of that name, or makes no use of it."""
