@@ -12,7 +12,7 @@ from fitted_model import fitted_model
 from random_model import random_model
 from viewer.camera import Camera
 from viewer.options import RenderOptions
-from viewer.window import show_window
+from viewer.show_window import show_window
 from window_script import run
 
 

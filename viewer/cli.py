@@ -104,7 +104,7 @@ def run_render(args: Namespace) -> None:
 def run_view(args: Namespace) -> None:
     """`mplicits view`: the desktop window."""
     from .renderer import check_size
-    from .window import show_window
+    from .show_window import show_window
 
     check_size(args.size)
     check_space(args)

@@ -132,3 +132,8 @@ class View:
             self.coarse = next((i for i, scale in enumerate(SCALES) if scale >= wanted), len(SCALES) - 1)
         elif seconds < FAST:
             self.coarse = max(0, self.coarse - 1)
+
+
+def keys() -> str:
+    """The keys, a line each."""
+    return "\n".join(f"{key}: {what}" for key, what in KEYS)

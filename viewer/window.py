@@ -8,19 +8,19 @@ from typing import Any
 from codegen.errors import UserError
 
 from .camera import Camera
-from .context import NoDisplayError, open_window
+from .context import open_window
 from .desk import Desk
 from .gui import Gui, open_gui
 from .jobs import Turntable, free_path, picture
 from .options import RenderOptions
 from .overlay import MeshFile
 from .source import open_source
-from .view import KEYS, TURNS, View
+from .view import TURNS, View, keys
 
 SAVED_SAMPLES = 4
 """Rays per pixel of a saved picture, at least."""
-FRAME = 1 / 60
-"""Seconds of a frame of the turntable, at least."""
+RATE = 60
+"""Pictures per second of a display that does not say."""
 
 
 class Window:
@@ -48,6 +48,9 @@ class Window:
             raise
         self.gui: Gui | None = open_gui(self.context)
         view.panel = self.gui is not None and self.gui.roomy()
+        self._frame = 1 / _refresh_rate()
+        with self.context:
+            glfw.swap_interval(1)
         self._listen()
         self._fit()
 
@@ -67,8 +70,8 @@ class Window:
         while not glfw.window_should_close(self.handle):
             start = time.perf_counter()
             due = self.step()
-            if self.desk.view.turntable and due == 0.0:
-                due = max(0.0, FRAME - (time.perf_counter() - start))
+            if self.desk.view.turntable and due == 0.0:  # where drivers do not wait for the display
+                due = max(0.0, 0.9 * self._frame - (time.perf_counter() - start))
             if due is None:
                 glfw.wait_events()
             elif due > 0.0:
@@ -228,23 +231,9 @@ class Window:
             self.gui.typed(code)
 
 
-def keys() -> str:
-    """The keys, a line each."""
-    return "\n".join(f"{key}: {what}" for key, what in KEYS)
+def _refresh_rate() -> int:
+    """Pictures per second of the display."""
+    import glfw
 
-
-def show_window(path: Path, camera: Camera, options: RenderOptions, size: tuple[int, int], storage: str,
-                watch: bool = False, mesh: tuple[Path, str] | None = None) -> None:
-    """Opens the window and returns when it is closed. Raises UserError where there is no display."""
-    try:
-        window = Window(path, camera, options, size, storage=storage, watch=watch,
-                        mesh=None if mesh is None else MeshFile(*mesh))
-    except NoDisplayError as error:
-        raise UserError(f"{error}; without one, `mplicits render` draws a picture and `mplicits bake --target html` "
-                        "writes a web page") from None
-    if window.gui is None:
-        print(f"{keys()}\na panel with every setting: pip install 'mplicits[view]'", flush=True)
-    try:
-        window.loop()
-    finally:
-        window.close()
+    monitor = glfw.get_primary_monitor()
+    return (glfw.get_video_mode(monitor).refresh_rate if monitor else 0) or RATE
