@@ -1,6 +1,6 @@
-"""Frames per second of the viewer's renderer while the camera turns; writes a markdown page.
+"""Frames per second of the viewer's renderer while the camera turns; writes docs/results/viewer.md.
 
-    python benchmarks/viewer_fps.py M.safetensors .. [--size 640x480] [--frames 24] [-o docs/results/viewer.md]
+    PYTHONPATH=. python benchmarks/viewer_fps.py spot-small spot spot-large [--size 640x480] [--frames 24] [-o FILE]
 
 A frame is one ray per pixel, all levels, Phong shading, off screen: what the window draws while nothing limits its
 pixels. What showing it costs (one textured triangle, the panel) is left out. `moving` is what the window does with it.
@@ -8,13 +8,13 @@ pixels. What showing it costs (one textured triangle, the panel) is left out. `m
 
 import argparse
 import os
-import platform
 import time
-from datetime import UTC, datetime
 from pathlib import Path
 
+from codegen.gallery import model_path
 from codegen.glsl330 import bake
 from codegen.model import load, shape_of
+from protocol import Page, machine
 from viewer.camera import Camera
 from viewer.context import Context, open_context
 from viewer.options import RenderOptions
@@ -23,13 +23,6 @@ from viewer.renderer import Renderer
 from viewer.view import View
 
 HEAD = "| model | levels | parameters | compiled in | frames per second | moving: pixels | moving: frames per second |"
-
-
-def processor() -> str:
-    """The processor's name."""
-    information = Path("/proc/cpuinfo")
-    lines = information.read_text().splitlines() if information.exists() else []
-    return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.machine())
 
 
 def rate(picture: Picture, renderer: Renderer, view: View, size: tuple[int, int], frames: int, adapt: bool) -> float:
@@ -57,14 +50,14 @@ def row(context: Context, path: Path, size: tuple[int, int], frames: int) -> str
     picture.release()
     renderer.release()
     levels = " > ".join(shape_of(level.network) for level in model.levels)
-    return (f"| {model.name} | {levels} | {model.parameters():,} | {renderer.compile_seconds:.1f} s | {full:.2f} | "
+    return (f"| {path.stem} | {levels} | {model.parameters():,} | {renderer.compile_seconds:.1f} s | {full:.2f} | "
             f"{pixels} | {moving:.1f} |")
 
 
 def main() -> None:
     """Writes the page for the models named on the command line."""
     parser = argparse.ArgumentParser(description="frames per second of the viewer")
-    parser.add_argument("models", type=Path, nargs="+", metavar="M.safetensors")
+    parser.add_argument("models", type=model_path, nargs="+", metavar="M")
     parser.add_argument("--size", default="640x480")
     parser.add_argument("--frames", type=int, default=24, help="of a turn (default 24)")
     parser.add_argument("--context", default="auto")
@@ -72,18 +65,17 @@ def main() -> None:
     arguments = parser.parse_args()
     width, height = map(int, arguments.size.split("x"))
     context = open_context(arguments.context)
-    lines = [
-        "# The viewer's frames per second", "",
-        f"`python benchmarks/viewer_fps.py`, {width}x{height}, {arguments.frames} frames of a turn; {context.kind} on "
-        f"{context.renderer}; {processor()}, {os.cpu_count()} cores; {datetime.now(UTC):%Y-%m-%d}; "
-        f"load before the run {os.getloadavg()[0]:.1f}.", "",
-        "One ray per pixel, all levels, Phong shading, no showing. `moving`: with the pixels that the window takes "
-        "while the camera moves, to stay above 12 frames per second.", "", HEAD, "|---|---|---:|---:|---:|---:|---:|",
-    ]
+    names = " ".join(path.stem for path in arguments.models)
+    page = Page(
+        arguments.output, "# The viewer's frames per second", "",
+        f"Printed by `PYTHONPATH=. python benchmarks/viewer_fps.py {names} --size {arguments.size}`.", "",
+        f"{machine()}; {context.kind} on {context.renderer}; load average at the start {os.getloadavg()[0]:.1f}. "
+        f"{width} x {height}, {arguments.frames} frames of a turn, one ray per pixel, all levels, Phong shading. "
+        "Moving: with the pixels that the window takes while the camera moves, to stay above 12 frames per second.", "",
+        HEAD, "| --- | --- |" + " ---: |" * 5,
+    )
     for path in arguments.models:
-        lines.append(row(context, path, (width, height), arguments.frames))
-        print(lines[-1], flush=True)
-        arguments.output.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        page.add(row(context, path, (width, height), arguments.frames))
     context.release()
 
 
