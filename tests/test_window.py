@@ -25,6 +25,13 @@ def test_without_a_display_it_names_render_and_the_page(monkeypatch: pytest.Monk
     assert "\n" not in str(raised.value)
 
 
+def test_what_the_model_lacks_is_told_before_a_window_opens(tmp_path: Path) -> None:
+    save(random_model((4, 0)), tmp_path / "m.safetensors")
+    for options, reason in ((RenderOptions(shading="texture"), "no texture"), (RenderOptions(level=2), "level 2")):
+        with pytest.raises(UserError, match=reason):
+            show_window(tmp_path / "m.safetensors", Camera(), options, (32, 32), "auto")
+
+
 EVENTS = """
 settle()
 report["phong"] = difference()

@@ -43,6 +43,7 @@ def run_render(args: Namespace) -> None:
 
     from codegen.files import check_writable, show
     from codegen.glsl330 import bake
+    from codegen.model import load
 
     from .context import open_context
     from .mesh_file import read_mesh_of
@@ -59,7 +60,8 @@ def run_render(args: Namespace) -> None:
     _check_mesh_options(args)
     camera = camera_from(args)
     options = options_from(args, transparent=args.transparent, split=0.5 * args.split)
-    model = _load(args)
+    model = load(args.model)
+    options.check_texture(model.texture is not None)
     level, normal_level = options.traced(len(model.levels))
     if args.split and args.mesh is None and level == normal_level:
         raise UserError(f"--split: both halves would have the normals of level {level}; lower --level")
@@ -122,15 +124,6 @@ def _frames_per_second(renderer: Any, args: Namespace, camera: Any, options: Any
     frames = tqdm(range(warm_up + args.benchmark), desc="benchmark", delay=2, leave=False, disable=None)
     seconds = [renderer.timed(args.size, camera, options)[0] for _ in frames]
     return float(f"{1 / statistics.median(seconds[warm_up:]):.4g}")
-
-
-def _load(args: Namespace) -> Any:
-    from codegen.model import load
-
-    model = load(args.model)
-    if args.shade == "texture" and model.texture is None:
-        raise UserError("the model has no texture (it was trained without one); use --shade phong or normal")
-    return model
 
 
 def _check_mesh_options(args: Namespace) -> None:

@@ -69,6 +69,11 @@ class RenderOptions:
                 raise UserError(f"{name} {value}: the model has levels 1 to {levels}")
         return level, normal_level
 
+    def check_texture(self, there: bool) -> None:
+        """Raises UserError where a model without one is to show its texture."""
+        if self.shading == "texture" and not there:
+            raise UserError("the model has no texture (it was trained without one); use --shade phong or normal")
+
     def steps(self, defaults: tuple[int, ...]) -> tuple[int, ...]:
         """Iterations of each level, given the model's. Raises UserError where there are more numbers than levels."""
         given = self.iterations or defaults

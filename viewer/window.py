@@ -37,6 +37,7 @@ class Window:
         source = open_source(path, storage)
         view = View(camera, options, source.shader.levels, source.textured)
         options.traced(view.levels)
+        options.check_texture(source.textured)
         self.context = open_window(size, f"{source.name}   compiling", visible=True)
         self.handle = self.context.handle
         self._pointer, self._title, self._said = (0.0, 0.0), "", ""
