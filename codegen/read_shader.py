@@ -22,16 +22,16 @@ def read_shader(text: str) -> tuple[Shader, str]:
     if "field" not in functions or "field_gradient" not in functions:
         raise UserError("no field() and field_gradient() as bake --target glsl330 writes them")
     try:
-        weights = read_weights(text)
+        weights, steps, widths = read_weights(text), tuple(map(int, iterations)), tuple(map(float, deltas))
     except (ValueError, IndexError):
-        raise UserError("the weights at the shader's end are damaged; bake it anew") from None
+        raise UserError("iterations, deltas or the weights at the shader's end are damaged; bake it anew") from None
     if weights is None and "uniform sampler2D weights" in text:
         raise UserError("the weights that belong at the shader's end are missing; bake it anew")
     return Shader(
         text=text, weights=weights, value_loops=_loops(functions, "field", len(deltas)),
         gradient_loops=_loops(functions, "field_gradient", len(deltas)),
         texture_loops=sum(_iterations(functions[call]) for call in _calls(functions, "albedo")),
-        iterations=tuple(int(number) for number in iterations), deltas=tuple(float(number) for number in deltas),
+        iterations=steps, deltas=widths,
     ), _name(text)
 
 

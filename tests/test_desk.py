@@ -1,18 +1,23 @@
 """The desk: what is drawn when, what happens to files that are opened, watched, dropped; jobs; training."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from codegen.glsl330 import standalone
 from codegen.model import save
 from desk_fixture import AREA, is_open, settle, shown
 from random_model import random_model
+from viewer import jobs
 from viewer.desk import Desk
+from viewer.drop import drop
 from viewer.options import RenderOptions
+from viewer.picture import Scene
 
 
 def test_at_rest_it_is_what_render_draws(make: Callable[..., Desk]) -> None:
@@ -81,7 +86,7 @@ def test_sizes_from_one_pixel_up(make: Callable[..., Desk]) -> None:
 def test_a_dropped_model_is_shown(make: Callable[..., Desk], tmp_path: Path) -> None:
     desk = make(level=2)
     save(random_model((4, 0), name="one"), tmp_path / "one.safetensors")
-    desk.drop([tmp_path / "one.safetensors"])
+    drop(desk, [tmp_path / "one.safetensors"])
     settle(desk, lambda: desk.source.name == "one")
     assert (desk.view.levels, desk.view.options.level) == (1, None)
 
@@ -99,7 +104,7 @@ def test_a_dropped_file_that_is_none_is_told(
     desk = make()
     if content is not None:
         (tmp_path / name).write_bytes(content)
-    desk.drop([tmp_path / name])
+    drop(desk, [tmp_path / name])
     settle(desk, lambda: reason in desk.message)
     assert desk.source.name == "two"
 
@@ -153,3 +158,42 @@ def test_an_error_in_the_glsl_folder_is_placed_there(
     settle(desk, lambda: bool(desk.log))
     line = next(k for k, text in enumerate(wrong.splitlines(), start=1) if "steeps" in text)
     assert f"march.glsl:{line}" in desk.log[0]
+
+
+def test_what_draws_is_not_taken_away_from_a_job(make: Callable[..., Desk], tmp_path: Path) -> None:
+    desk = make()
+    settle(desk)
+    save(random_model((4, 0), name="one"), tmp_path / "one.safetensors")
+    scene = Scene((1200, 800), replace(desk.view.camera, aspect=1.5), desk.view.options)
+    desk.begin(jobs.picture(desk.drawn, tmp_path / "p.png", scene, "two"), draws=True)
+    desk.tick(AREA)
+    desk.open(tmp_path / "one.safetensors")
+    settle(desk, lambda: desk.source.name == "one")
+    assert desk.job is None
+    assert not (tmp_path / "p.png").exists()
+
+
+def test_a_split_view_is_saved_as_it_is_shown(make: Callable[..., Desk], tmp_path: Path) -> None:
+    desk = make(level=1)
+    desk.view.split = 2
+    settle(desk)
+    scene = desk.view.scene(AREA)
+    desk.begin(jobs.picture(desk.drawn, tmp_path / "p.png", scene, "two"), draws=True)
+    settle(desk, lambda: desk.job is None)
+    assert np.abs(np.asarray(Image.open(tmp_path / "p.png")) / 255 - shown(desk)).max() < 0.6 / 255
+
+
+@pytest.mark.parametrize(("before", "after"), [
+    ("float delta[LEVELS] = float[](", "float delta[LEVELS] = float[](.5e, "), ("int[](20,", "int[](70000,"),
+])
+def test_numbers_that_are_none_or_too_large_are_told(
+    make: Callable[..., Desk], tmp_path: Path, before: str, after: str
+) -> None:
+    desk, path = make(), tmp_path / "shader.glsl"
+    text = standalone(random_model((4, 0), (8, 0)))
+    assert before in text
+    path.write_text(text.replace(before, after))
+    desk.open(path)
+    settle(desk, lambda: "opening" not in desk.message)
+    assert desk.message
+    assert desk.source.path != path

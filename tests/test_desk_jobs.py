@@ -15,7 +15,9 @@ from fitted_model import fitted_model
 from viewer import jobs
 from viewer.camera import Camera
 from viewer.desk import Desk
+from viewer.drop import drop
 from viewer.options import RenderOptions
+from viewer.picture import Scene
 
 
 def test_exports(make: Callable[..., Desk], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -34,7 +36,7 @@ def test_exports(make: Callable[..., Desk], tmp_path: Path, monkeypatch: pytest.
         else:
             assert path.read_text(encoding="utf-8") == TARGETS[name](model)
     size, camera, path = (600, 20), replace(desk.view.camera, aspect=30.0), jobs.free_path("export", ".png")
-    desk.begin(jobs.picture(desk.renderer, path, size, camera, desk.view.options, "two"))
+    desk.begin(jobs.picture(desk.renderer, path, Scene(size, camera, desk.view.options), "two"))
     settle(desk, lambda: desk.job is None)
     wanted = desk.renderer.render(size, camera, desk.view.options)[..., :3]
     assert np.abs(np.asarray(Image.open(path)) / 255 - wanted).max() < 0.6 / 255
@@ -46,7 +48,7 @@ def test_a_turntable_video(make: Callable[..., Desk], tmp_path: Path) -> None:
     av = pytest.importorskip("av", reason="PyAV is not installed (extra view)")
     desk, path = make(), tmp_path / "turn.mp4"
     desk.begin(jobs.Turntable((32, 24), seconds=0.4, rate=10).job(
-        desk.renderer, path, Camera(aspect=4 / 3), desk.view.options))
+        desk.renderer, path, Scene((32, 24), Camera(aspect=4 / 3), desk.view.options)))
     settle(desk, lambda: desk.job is None)
     with av.open(str(path)) as video:
         pictures = [picture.to_ndarray(format="rgb24") for picture in video.decode(video=0)]
@@ -77,7 +79,7 @@ def test_costs_of_the_levels(make: Callable[..., Desk]) -> None:
 def test_closing_while_training_ends_the_training(make: Callable[..., Desk], tmp_path: Path) -> None:
     desk = make()
     (tmp_path / "shape.obj").write_text(TETRAHEDRON)
-    desk.drop([tmp_path / "shape.obj"])
+    drop(desk, [tmp_path / "shape.obj"])
     training = desk.training
     assert training is not None
     desk.tick(AREA)
@@ -91,7 +93,7 @@ def test_a_broken_mesh_is_told(make: Callable[..., Desk], tmp_path: Path) -> Non
     pytest.importorskip("torch", reason="PyTorch is not installed (extra train)")
     desk = make()
     (tmp_path / "broken.ply").write_bytes(b"ply\nnothing")
-    desk.drop([tmp_path / "broken.ply"])
+    drop(desk, [tmp_path / "broken.ply"])
     settle(desk, lambda: desk.training is None and "broken.ply" in desk.message)
 
 
@@ -123,7 +125,7 @@ def test_dropped_checkpoints_are_imported(make: Callable[..., Desk], tmp_path: P
         paths.append(tmp_path / f"{name}.pth")
         torch.save(state, paths[-1])
     desk = make()
-    desk.drop(paths)
+    drop(desk, paths)
     settle(desk, lambda: desk.training is None)
     assert "imported" in desk.message
     assert desk.source.model is not None

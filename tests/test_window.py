@@ -55,7 +55,7 @@ report["idle"] = [len(paints), len(steps), time.process_time() - before]
 view.coarse = 2
 user(lambda: view.turn(0.1, 0.0), lambda: None, lambda: None)
 report["moved"] = paints
-desk.drop([Path("nothing.safetensors")])
+window._on_drop(handle, ["nothing.safetensors"])
 settle()
 report["dropped"] = desk.message
 """

@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from codegen.errors import UserError
-from codegen.files import check_writable
+from codegen.files import check_writable, show
 from codegen.verb import Verb
 
 from .settings import DEFAULT_PRESET, PRESETS, Settings, loss_weights, networks, omegas, steps
@@ -113,7 +113,7 @@ def run_import(options: Namespace) -> None:
     save(model, output)
     for number, level in enumerate(model.levels, start=1):
         print(f"level {number}: {shape_of(level.network)}, delta {level.delta:.4g}, slope up to {level.lipschitz:.3g}")
-    print(f"{output}: {model.parameters()} parameters")
+    print(f"{show(output)}: {model.parameters()} parameters")
 
 
 VERBS = (

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from codegen.errors import UserError
 
 AZIMUTH, ELEVATION, FOV = 30.0, 20.0, 35.0
+FARTHEST = 1000.0
 MARGIN = 1.06
 """The default distance shows a sphere of this radius (the unit sphere and some air)."""
 
@@ -32,8 +33,8 @@ class Camera:
     def __post_init__(self) -> None:
         if not 1.0 <= self.fov <= 150.0:
             raise UserError(f"field of view {self.fov:g}: between 1 and 150 degrees")
-        if not 0.0 < self.away <= 1000.0:
-            raise UserError(f"camera distance {self.away:g}: more than 0, at most 1000 (the shape has radius 1)")
+        if not 0.0 < self.away <= FARTHEST:
+            raise UserError(f"camera distance {self.away:g}: more than 0, at most {FARTHEST:g} (the shape has 1)")
         if not all(math.isfinite(number) for number in (self.azimuth, self.elevation, *self.target)):
             raise UserError("camera: every number must be finite")
 
@@ -42,7 +43,7 @@ class Camera:
         """Distance to the target."""
         if self.distance is not None:
             return self.distance
-        return MARGIN / math.sin(math.atan(min(1.0, self.aspect) / self.focal))
+        return min(FARTHEST, MARGIN / math.sin(math.atan(min(1.0, self.aspect) / self.focal)))
 
     @property
     def focal(self) -> float:

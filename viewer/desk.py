@@ -14,7 +14,7 @@ from .mesh_file import SUFFIXES as SURFACES
 from .overlay import SHOWN, MeshFile, Overlay
 from .picture import Picture
 from .renderer import Renderer
-from .source import CHECKPOINTS, MESHES, SHADERS, Source, Watch, open_source
+from .source import Source, Watch, open_source
 from .training import Training
 from .view import View
 
@@ -48,6 +48,8 @@ class Desk:
         self._watch = Watch(source.path) if watch else None
         self.message, self.log, self.costs = "", list[str](), list[Cost]()
         self.job: Job | None = None
+        self._draws, self._mesh_shown = False, view.mesh
+        self._trained: Path | None = None
         self.doing = (0.0, "")
         self.training: Training | None = None
         self.stale, self.timing = True, ""
@@ -62,38 +64,27 @@ class Desk:
         busy = self.view.changed or self.picture.refining or not self._refined
         return not (busy or self.job or self.training or self._pending)
 
+    @property
+    def progress(self) -> str:
+        """Of the training, else of the job."""
+        if self.training is not None:
+            return f"{self.training.name}: {self.training.stage} {self.training.fraction:.0%}"
+        return f"{self.doing[1]} {self.doing[0]:.0%}" if self.job is not None else ""
+
     def say(self, message: str) -> None:
         """A line for the user."""
         self.message, self._until, self.stale = message, time.perf_counter() + STAYS, True
 
-    def drop(self, paths: list[Path]) -> None:
-        """Files that the user let fall on the window: the first one counts, and checkpoints with it."""
-        path = paths[0]
-        suffix = path.suffix.lower()
-        if suffix in MESHES:
-            self.train([path])
-        elif suffix in CHECKPOINTS:
-            self.train([path for path in paths if path.suffix.lower() in CHECKPOINTS])
-        elif suffix in (".safetensors", *SHADERS):
-            self.open(path)
-        else:
-            self.say(f"{show(path.name)}: neither a model (.safetensors), a shader (.glsl), a checkpoint (.pth) "
-                     f"nor a mesh ({' '.join(MESHES)})")
-
     def open(self, path: Path) -> None:
         """Shows another file, soon: compiling takes seconds, and the window says so first."""
-        self._pending = path, False
+        self._pending, self.log = (path, False), []
         self.say(f"opening {show(path.name)}")
 
     def train(self, paths: list[Path], more: tuple[str, ...] = ()) -> None:
         """Trains a shape in the background, or imports the checkpoints of a model."""
         self.stop_training()
         self.training = Training(paths, self._wake, more)
-        if self.overlay is not None:
-            self.overlay.release()
-        mesh = paths[0].suffix.lower() in SURFACES
-        self.overlay = Overlay(self.context, MeshFile(paths[0]), self._storage) if mesh else None
-        self.view.mesh, self.view.changed, self.stale = SHOWN[0], True, True
+        self._trained, self.stale = paths[0], True
 
     def stop_training(self) -> None:
         """Ends a training; the model that is shown stays."""
@@ -101,14 +92,14 @@ class Desk:
             self.training.stop()
             self.training, self.stale = None, True
 
-    def begin(self, job: Job) -> None:
-        """Starts a job; another one that runs is dropped."""
+    def begin(self, job: Job, draws: bool = False) -> None:
+        """Starts a job; another one that runs is dropped. draws: with `drawn` or `renderer`, and ends with them."""
         self.cancel()
-        self.job = job
+        self.job, self._draws = job, draws
 
-    def cancel(self) -> None:
-        """Ends the job."""
-        if self.job is not None:
+    def cancel(self, drawing: bool = False) -> None:
+        """Ends the job. drawing: only one that draws, for what it draws with changes."""
+        if self.job is not None and (self._draws or not drawing):
             self.job.close()
             self.job, self.stale = None, True
 
@@ -137,6 +128,9 @@ class Desk:
         """What draws the picture: `renderer`, or the overlay's."""
         if self.overlay is None:
             return self.renderer
+        if self.view.mesh != self._mesh_shown:
+            self._mesh_shown = self.view.mesh
+            self.cancel(drawing=True)
         try:
             return self.overlay.over(self.renderer, self.source, self.view.mesh)
         except UserError as error:
@@ -157,39 +151,59 @@ class Desk:
         if now >= self._look:
             self._look = now + LOOK
             if self._watch.changed():
-                self._load(self.source.path)
+                self._load(self._watch.path)
         return self._look - now
 
     def _load(self, path: Path) -> None:
+        if self._watching and (self._watch is None or path != self._watch.path):
+            self._watch = Watch(path)
+        self._show(path)
+
+    def _show(self, path: Path) -> None:
         try:
             source = open_source(path, self._storage)
             renderer = Renderer(self.context, source.shader)
-        except ShaderError as error:
-            self.say(f"{show(path.name)}: the shader does not compile; the last good picture stays")
-            self.log = error.log
-            return
+            try:
+                renderer.schedule(self.view.fitting(source.shader.levels, source.textured))
+            except UserError:
+                renderer.release()
+                raise
         except UserError as error:
             self.say(str(error))
+            if isinstance(error, ShaderError):
+                self.say(f"{show(path.name)}: the shader does not compile; the last good picture stays")
+                self.log = error.log
             return
+        self.cancel(drawing=True)
         self.renderer.release()
-        if path != self.source.path and self._watching:
-            self._watch = Watch(path)
         self.renderer, self.source, self.log, self.costs, self.stale = renderer, source, [], [], True
         self.view.adopt(source.shader.levels, source.textured)
 
     def _train(self) -> float | None:
         if self.training is None:
             return None
-        if self.training.news():
-            self._load(self.training.model)
+        self._follow()
         self.stale = True
         if self.training.running:
             return LOOK
-        self.say(self.training.outcome())
-        if self.training.news():
-            self._load(self.training.model)
+        outcome = self.training.outcome()
+        self._follow()
+        self.say(outcome)
         self.stop_training()
         return 0.0
+
+    def _follow(self) -> None:
+        """Shows what the training has written since the last call; its shape is then the mesh beside it."""
+        assert self.training is not None
+        if not self.training.news():
+            return
+        if self._trained is not None:
+            if self.overlay is not None:
+                self.overlay.release()
+            mesh = self._trained.suffix.lower() in SURFACES
+            self.overlay = Overlay(self.context, MeshFile(self._trained), self._storage) if mesh else None
+            self.renderer.edges, self.view.mesh, self._trained, self._watch = None, SHOWN[0], None, None
+        self._show(self.training.model)
 
     def _work(self) -> float | None:
         if self.job is None:

@@ -25,10 +25,10 @@ NEARER = -1.0, -4.0
 
 
 def planes(camera: Camera, reach: float) -> tuple[float, float]:
-    """Distances of the near and the far plane for a mesh whose vertices are at most `reach` from the origin."""
-    away = float(np.linalg.norm(camera.matrix()[:3, 3]))
-    far = 1.01 * (away + reach)
-    return max(0.99 * (away - reach), NEAREST * far), far
+    """Of near and far along the view, for a mesh whose vertices are at most `reach` from the origin."""
+    back, eye = camera.matrix().T[2:, :3]
+    far = 1.01 * (float(np.linalg.norm(eye)) + reach)
+    return max(0.99 * (float(eye @ back) - reach), NEAREST * far), far
 
 
 class Edges:

@@ -1,7 +1,6 @@
 """Dear ImGui over the window's picture: its life, its input and its look. What it shows is in panel.py."""
 
 import time
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,12 +16,18 @@ if TYPE_CHECKING:
 SETTLE = 3
 """Frames that ImGui takes until it shows what an event did."""
 FONT = 15.0
+CONTROLS = glfw.KEY_LEFT_CONTROL, glfw.KEY_RIGHT_CONTROL
+SHIFTS = glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT
+"""Asked for one by one: the modifiers of an event on X11 are those before it."""
 ACCENT, DARK, FRAME, TEXT = (0.36, 0.56, 0.86), (0.105, 0.11, 0.125), (0.19, 0.20, 0.225), (0.88, 0.89, 0.91)
 
 
 def open_gui(context: Context) -> "Gui | None":
     """None where imgui-bundle, of the extra `view`, is not installed."""
-    return Gui(context) if find_spec("imgui_bundle") else None
+    try:
+        return Gui(context)
+    except ImportError:
+        return None
 
 
 class Gui:
@@ -115,12 +120,12 @@ class Gui:
             self.stir()
         return over
 
-    def key(self, code: int, down: bool, mods: int) -> bool:
+    def key(self, code: int, down: bool) -> bool:
         """A key, by GLFW's code."""
         imgui = self._imgui
         io = imgui.get_io()
-        for flag, key in ((glfw.MOD_CONTROL, imgui.Key.mod_ctrl), (glfw.MOD_SHIFT, imgui.Key.mod_shift)):
-            io.add_key_event(key, bool(mods & flag))
+        for keys, modifier in ((CONTROLS, imgui.Key.mod_ctrl), (SHIFTS, imgui.Key.mod_shift)):
+            io.add_key_event(modifier, any(glfw.get_key(self._window, key) == glfw.PRESS for key in keys))
         if code in self._keys:
             io.add_key_event(self._keys[code], down)
         self.stir()

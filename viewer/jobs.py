@@ -2,7 +2,7 @@
 bit of work and returns one line for the user. Raises UserError.
 """
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, replace
@@ -18,34 +18,48 @@ from codegen.targets import TARGETS
 
 from .camera import Camera
 from .options import RenderOptions
-from .renderer import Renderer, check_size, tiles
+from .picture import Scene
+from .renderer import Part, Renderer, check_size, tiles
 from .screenshot import save_png
+from .supersampling import Image
 
+LONGEST = 100
+"""Characters of a model's name that a file's name begins with."""
 Job = Generator[tuple[float, str], None, str]
 
 
 def free_path(stem: str, suffix: str) -> Path:
     """The first of STEM.suffix, STEM-2.suffix, ... in the working folder that is not there."""
-    stem = "".join(c if c.isalnum() or c in "-_." else "-" for c in stem).strip("-.") or "mplicits"
+    stem = "".join(c if c.isalnum() or c in "-_." else "-" for c in stem[:LONGEST]).strip("-.") or "mplicits"
     path, number = Path(stem + suffix), 2
     while path.exists():
         path, number = Path(f"{stem}-{number}{suffix}"), number + 1
     return path
 
 
-def picture(
-    renderer: Renderer, path: Path, size: tuple[int, int], camera: Camera, options: RenderOptions, title: str
-) -> Job:
-    """A PNG of `size`, tile by tile: what `mplicits render` draws."""
-    check_size(size)
-    image = np.empty((size[1], size[0], 4), np.float32)
-    parts = list(tiles(size))
+def picture(renderer: Renderer, path: Path, scene: Scene, title: str) -> Job:
+    """A PNG of the scene, tile by tile: what `mplicits render` draws."""
+    check_size(scene.size)
+    width, height = scene.size
+    image = np.empty((height, width, 4), np.float32)
+    parts = list(_parts(scene))
     for k, part in enumerate(parts):
-        yield k / len(parts), f"drawing {size[0]}x{size[1]}"
-        x, y, width, height = part
-        image[y:y + height, x:x + width] = renderer.tile(part, size, camera, options)
+        yield k / len(parts), f"drawing {width}x{height}"
+        _draw(renderer, scene, part, image)
     save_png(path, image[::-1], title)
     return f"saved {show(path)}"
+
+
+def _parts(scene: Scene) -> Iterator[tuple[Part, RenderOptions]]:
+    for left, right, options in scene.panes(scene.size[0]):
+        for x, y, width, height in tiles((right - left, scene.size[1])):
+            yield (left + x, y, width, height), options
+
+
+def _draw(renderer: Renderer, scene: Scene, part: tuple[Part, RenderOptions], image: Image) -> None:
+    """Into its place of `image`, bottom row first."""
+    (x, y, width, height), options = part
+    image[y:y + height, x:x + width] = renderer.tile(part[0], scene.size, scene.camera, options)
 
 
 def target(name: str, model: Model, path: Path) -> Job:
@@ -63,35 +77,38 @@ def target(name: str, model: Model, path: Path) -> Job:
 
 @dataclass(frozen=True)
 class Turntable:
-    """A video of one turn around the target. size: even numbers of pixels."""
+    """A video of one turn around the target."""
 
     size: tuple[int, int] = (640, 480)
     seconds: float = 6.0
     rate: int = 30
 
-    def job(self, renderer: Renderer, path: Path, camera: Camera, options: RenderOptions) -> Job:
-        """Writes an MP4 (H.264) frame by frame."""
+    def job(self, renderer: Renderer, path: Path, scene: Scene) -> Job:
+        """Writes an MP4 (H.264) frame by frame. The scene's size: even numbers of pixels."""
         try:
             import av
         except ImportError:
             raise UserError("videos need the package 'av'; run: pip install 'mplicits[view]'") from None
-        size = (self.size[0] // 2 * 2, self.size[1] // 2 * 2)
-        check_size(size)
+        check_size(scene.size)
+        width, height = scene.size
         count = max(1, round(self.seconds * self.rate))
         partial = path.with_name(f".{path.name}.part")
         try:
             with closing(av.open(str(partial), "w", format="mp4")) as container:
                 stream = container.add_stream("libx264", rate=Fraction(self.rate), options={"crf": "18"})
-                stream.width, stream.height, stream.pix_fmt = *size, "yuv420p"
+                stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
                 for k in range(count):
                     yield k / count, f"drawing {k + 1} of {count} pictures"
-                    image = renderer.render(size, camera.orbited(360.0 * k / count, 0.0), options)
-                    pixels = np.rint(np.clip(image[..., :3], 0, 1) * 255).astype(np.uint8)
+                    turned = replace(scene, camera=scene.camera.orbited(360.0 * k / count, 0.0))
+                    image = np.empty((height, width, 4), np.float32)
+                    for part in _parts(turned):
+                        _draw(renderer, turned, part, image)
+                    pixels = np.rint(np.clip(image[::-1, :, :3], 0, 1) * 255).astype(np.uint8)
                     container.mux(stream.encode(av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels))))
                 container.mux(stream.encode())
             partial.replace(path)
-        except OSError as error:
-            raise UserError(f"cannot write {show(path)}: {error.strerror or error}") from None
+        except (OSError, ValueError) as error:  # ValueError: PyAV has no such encoder
+            raise UserError(f"cannot write {show(path)}: {getattr(error, 'strerror', None) or error}") from None
         finally:
             partial.unlink(missing_ok=True)
         return f"saved {show(path)}"
@@ -115,14 +132,16 @@ def costs(
     """Measures each level at `size`; `done` is given the result. Rays that never come near the shape count as steps 0
     and as ended in no level.
     """
-    levels = options.traced(renderer.shader.levels)[0]
+    levels = renderer.shader.levels
     each = [replace(options, level=level, normal_level=level, samples=1) for level in range(1, levels + 1)]
     ended = np.zeros(levels)
     found = []
     for level, chosen in enumerate(each, start=1):
         yield (level - 1) / levels, f"measuring level {level}"
         data = renderer.render(size, camera, replace(chosen, shading="data"))
+        edges, renderer.edges = renderer.edges, None
         milliseconds = 1000 * renderer.timed(size, camera, chosen)[1]
+        renderer.edges = edges
         if level == levels:
             ended = np.array([(data[..., 2] == k).mean() for k in range(1, levels + 1)])
         found.append((milliseconds, float(data[..., 1].mean())))

@@ -60,6 +60,7 @@ class Panel:
             self._covered.append(show_keys(imgui, left, size))
 
     def _look(self, imgui: Any, window: "Window") -> None:
+        clamp = imgui.SliderFlags_.always_clamp  # a number may be typed
         desk, view = window.desk, window.desk.view
         options = view.options
         level, normal_level = options.traced(view.levels)
@@ -69,17 +70,17 @@ class Panel:
         imgui.pop_style_color()
         imgui.separator()
         if view.levels > 1:
-            changed, level = imgui.slider_int("level", level, 1, view.levels, f"%d of {view.levels}")
+            changed, level = imgui.slider_int("level", level, 1, view.levels, f"%d of {view.levels}", clamp)
             if changed:
                 view.set(level=level, normal_level=max(level, normal_level))
-            changed, normal_level = imgui.slider_int("normals of", normal_level, 1, view.levels, "level %d")
+            changed, normal_level = imgui.slider_int("normals of", normal_level, 1, view.levels, "level %d", clamp)
             if changed:
                 view.set(level=level, normal_level=normal_level)
             changed, split = imgui.checkbox("split view", view.split is not None)
             if changed:
                 view.split, view.changed = view.levels if split else None, True
             if view.split is not None:
-                changed, right = imgui.slider_int("on the right", view.split, 1, view.levels, "level %d")
+                changed, right = imgui.slider_int("on the right", view.split, 1, view.levels, "level %d", clamp)
                 if changed:
                     view.split, view.changed = right, True
         shown = SHOWN if view.textured else tuple(name for name in SHOWN if name != "texture")
@@ -97,7 +98,7 @@ class Panel:
         changed, index = imgui.combo("samples", _nearest(SAMPLES, options.samples), [str(n) for n in SAMPLES])
         if changed:
             view.set(samples=SAMPLES[index])
-        changed, resolution = imgui.slider_float("resolution", 100 * view.resolution, 12.5, 100.0, "%.0f %%")
+        changed, resolution = imgui.slider_float("resolution", 100 * view.resolution, 12.5, 100.0, "%.0f %%", clamp)
         if changed:
             view.resolution, view.changed = min(1.0, max(0.125, resolution / 100)), True
         changed, turntable = imgui.checkbox("turntable", view.turntable)
@@ -108,28 +109,30 @@ class Panel:
             view.key("R")
 
     def _march(self, imgui: Any, window: "Window") -> None:
+        clamp = imgui.SliderFlags_.always_clamp  # a number may be typed
         if not imgui.collapsing_header("Sphere tracing"):
             return
         desk, view = window.desk, window.desk.view
         options = view.options
         steps = list(options.steps(desk.source.shader.iterations))
         for i in range(view.levels):
-            changed, value = imgui.slider_int(f"steps, level {i + 1}", steps[i], 1, 64)
+            changed, value = imgui.slider_int(f"steps, level {i + 1}", steps[i], 1, 64, "%d", clamp)
             if changed:
                 steps[i] = max(1, min(64, value))
                 view.set(iterations=tuple(steps))
-        logarithmic = imgui.SliderFlags_.logarithmic
+        logarithmic = clamp | imgui.SliderFlags_.logarithmic
         changed, value = imgui.slider_float("delta scale", options.delta_scale, 0.1, 10.0, "%.2f", logarithmic)
         if changed:
             view.set(delta_scale=min(10.0, max(0.1, value)))
         default = (desk.renderer.default("step_scale") or (0.8,))[0]
-        changed, value = imgui.slider_float("step scale", options.step_scale or default, 0.1, 1.2, "%.2f")
+        changed, value = imgui.slider_float("step scale", options.step_scale or default, 0.1, 1.2, "%.2f", clamp)
         if changed:
             view.set(step_scale=min(1.2, max(0.1, value)))
         if imgui.button("defaults"):
             view.set(iterations=None, delta_scale=1.0, step_scale=None)
 
     def _light(self, imgui: Any, window: "Window") -> None:
+        clamp = imgui.SliderFlags_.always_clamp  # a number may be typed
         if not imgui.collapsing_header("Light and background"):
             return
         view, renderer = window.desk.view, window.desk.renderer
@@ -137,8 +140,8 @@ class Panel:
         if light:
             x, y, z = light
             around, above = math.degrees(math.atan2(x, z)), math.degrees(math.atan2(y, math.hypot(x, z)))
-            turned, around = imgui.slider_float("light, around", around, -180.0, 180.0, "%.0f\u00b0")
-            raised, above = imgui.slider_float("light, above", above, -90.0, 90.0, "%.0f\u00b0")
+            turned, around = imgui.slider_float("light, around", around, -180.0, 180.0, "%.0f\u00b0", clamp)
+            raised, above = imgui.slider_float("light, above", above, -90.0, 90.0, "%.0f\u00b0", clamp)
             if turned or raised:
                 a, e = math.radians(around), math.radians(max(-90.0, min(90.0, above)))
                 view.set(light=(math.cos(e) * math.sin(a), math.sin(e), math.cos(e) * math.cos(a)))
@@ -173,7 +176,7 @@ class Panel:
             def done(costs: list[jobs.Cost]) -> None:
                 desk.costs = costs
 
-            desk.begin(jobs.costs(desk.renderer, size, desk.view.camera, desk.view.options, done))
+            desk.begin(jobs.costs(desk.renderer, size, desk.view.camera, desk.view.options, done), draws=True)
 
     def _export(self, imgui: Any, window: "Window") -> None:
         if not imgui.collapsing_header("Export"):

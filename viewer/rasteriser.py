@@ -6,6 +6,7 @@ import moderngl
 import numpy as np
 
 import glsl
+from codegen.errors import UserError
 from codegen.glsl330 import bake
 from codegen.model import Model
 
@@ -31,7 +32,11 @@ class Rasteriser(Renderer):
         self._mesh = mesh
         self._freed: list[moderngl.Buffer | moderngl.VertexArray | moderngl.Program] = []
         self._backdrop = Renderer(context, bake(model, storage, main="backdrop.glsl"))
-        super().__init__(context, bake(model, storage, main="mesh.glsl"))
+        try:
+            super().__init__(context, bake(model, storage, main="mesh.glsl"))
+        except UserError:
+            self._backdrop.release()
+            raise
         self.compile_seconds += self._backdrop.compile_seconds
 
     def schedule(self, options: RenderOptions) -> tuple[tuple[int, ...], int]:

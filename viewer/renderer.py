@@ -49,10 +49,14 @@ class Renderer:
             self._vertices = self._vertex_array(gl)
             self._defaults = {name: uniform.read() for name in self._program
                               if isinstance(uniform := self._program[name], moderngl.Uniform)}
-            if shader.weights is not None:
-                self._weights = weight_texture(gl, shader.weights)
-            self.draw(self._target(gl, (1, 1)), (0, 0, 1, 1))
-            check_drawn(gl, context.renderer)
+            try:
+                if shader.weights is not None:
+                    self._weights = weight_texture(gl, shader.weights)
+                self.draw(self._target(gl, (1, 1)), (0, 0, 1, 1))
+                check_drawn(gl, context.renderer)
+            except UserError:
+                Renderer.release(self)
+                raise
         self.compile_seconds = time.perf_counter() - start
 
     def schedule(self, options: RenderOptions) -> tuple[tuple[int, ...], int]:
@@ -69,7 +73,8 @@ class Renderer:
 
     def wanted_rounds(self, options: RenderOptions) -> int:
         """Rounds asked for, or the shader's default."""
-        return options.rounds or int(np.frombuffer(self._defaults["rounds"], np.int32)[0])
+        default = self._defaults.get("rounds")  # a driver may leave out what the shader does not use
+        return options.rounds or (int(np.frombuffer(default, np.int32)[0]) if default else 1)
 
     def render(self, size: tuple[int, int], camera: Camera, options: RenderOptions | None = None) -> Image:
         """(H, W, 4) float32 for size (W, H), top row first.

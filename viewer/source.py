@@ -17,7 +17,7 @@ SHADERS = (".glsl", ".frag", ".fs")
 MESHES = (".ply", ".obj", ".stl", ".glb", ".xyz", ".npz")
 """Files that are trained first."""
 CHECKPOINTS = (".pth",)
-"""Files that are imported first: the levels of one shape, coarse to fine by their names."""
+"""Files that are imported first, all levels of one shape: the smallest is level 1."""
 
 
 @dataclass(frozen=True)
@@ -51,10 +51,10 @@ def open_source(path: Path, storage: str = "auto") -> Source:
 
 
 class Watch:
-    """Says when files change: the source's own, and the GLSL that a model is baked with."""
+    """Says when files change: `path`, a source's own, and the GLSL that a model is baked with."""
 
     def __init__(self, path: Path) -> None:
-        self._paths = [path]
+        self.path, self._paths = path, [path]
         if path.suffix.lower() not in SHADERS:
             self._paths += [Path(str(entry)) for entry in files(glsl).iterdir() if entry.name.endswith(".glsl")]
         self._seen = signatures(self._paths)

@@ -24,7 +24,7 @@ class Training:
     def __init__(self, paths: list[Path], wake: Callable[[], None], more: tuple[str, ...] = ()) -> None:
         self.name = show(paths[-1].name)
         self.stage, self.fraction = "reading", 0.0
-        self._folder = tempfile.TemporaryDirectory(prefix="mplicits-")
+        self._folder = tempfile.TemporaryDirectory(prefix="mplicits-", ignore_cleanup_errors=True)
         self.model = Path(self._folder.name) / f"{paths[-1].stem}.safetensors"
         self._seen = signatures([self.model])
         self._log: list[str] = []

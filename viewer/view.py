@@ -55,11 +55,15 @@ class View:
         """Factor by which the sides of a moving picture are smaller."""
         return SCALES[self.coarse]
 
+    @property
+    def right(self) -> RenderOptions | None:
+        """Options of the right half, where the view is split."""
+        return None if self.split is None else replace(self.options, level=self.split, normal_level=self.split)
+
     def scene(self, area: tuple[int, int]) -> Scene:
         """What is to be drawn onto so many pixels of the window."""
         width, height = (max(1, round(self.resolution * side)) for side in area)
-        right = None if self.split is None else replace(self.options, level=self.split, normal_level=self.split)
-        return Scene((width, height), self.camera, self.options, right)
+        return Scene((width, height), self.camera, self.options, self.right)
 
     def resize(self, area: tuple[int, int]) -> None:
         """The window's picture has a new size: a camera that is to fit the shape fits it again."""
@@ -67,13 +71,18 @@ class View:
         self.home, self.camera = replace(self.home, aspect=aspect), replace(self.camera, aspect=aspect)
         self.changed = True
 
-    def adopt(self, levels: int, textured: bool) -> None:
-        """Another model: what it lacks is no longer asked for."""
+    def fitting(self, levels: int, textured: bool) -> RenderOptions:
+        """The options without what a model of so many levels lacks."""
         options = self.options
         level, normal_level = (None if wanted is None or wanted > levels else wanted
                                for wanted in (options.level, options.normal_level))
         shading = "phong" if options.shading == "texture" and not textured else options.shading
-        self.options = replace(options, level=level, normal_level=normal_level, shading=shading, iterations=None)
+        iterations = options.iterations if levels == self.levels else None
+        return replace(options, level=level, normal_level=normal_level, shading=shading, iterations=iterations)
+
+    def adopt(self, levels: int, textured: bool) -> None:
+        """Another model: what it lacks is no longer asked for."""
+        self.options = self.fitting(levels, textured)
         self.split = None if self.split is None or self.split > levels else self.split
         self.levels, self.textured, self.changed = levels, textured, True
 

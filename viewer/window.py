@@ -10,15 +10,19 @@ from codegen.errors import UserError
 from .camera import Camera
 from .context import open_window
 from .desk import Desk
+from .drop import drop
 from .gui import Gui, open_gui
 from .jobs import Turntable, free_path, picture
 from .options import RenderOptions
 from .overlay import MeshFile
+from .picture import Scene
 from .source import open_source
 from .view import TURNS, View, keys
 
 SAVED_SAMPLES = 4
 """Rays per pixel of a saved picture, at least."""
+PATIENCE = 1.0
+"""Seconds between two looks at Ctrl-C, which GLFW's wait does not notice."""
 RATE = 60
 """Pictures per second of a display that does not say."""
 
@@ -73,12 +77,13 @@ class Window:
             due = self.step()
             if self.desk.view.turntable and due == 0.0:  # where drivers do not wait for the display
                 due = max(0.0, 0.9 * self._frame - (time.perf_counter() - start))
-            if due is None:
-                glfw.wait_events()
-            elif due > 0.0:
-                glfw.wait_events_timeout(due)
-            else:
-                glfw.poll_events()
+            try:
+                if due == 0.0:
+                    glfw.poll_events()
+                else:
+                    glfw.wait_events_timeout(PATIENCE if due is None else min(due, PATIENCE))
+            except UnicodeDecodeError:
+                self.desk.say("a file whose name is not UTF-8; rename it")
 
     def step(self) -> float | None:
         """One turn of the loop; returns the seconds until the next is due, None: when an event comes."""
@@ -110,13 +115,15 @@ class Window:
         size = size or self.area[2:]
         options = replace(view.options, samples=max(SAVED_SAMPLES, view.options.samples))
         camera, name = replace(view.camera, aspect=size[0] / size[1]), desk.source.name
-        desk.begin(picture(desk.drawn, free_path(name, ".png"), size, camera, options, name))
+        right = None if view.right is None else replace(view.right, samples=options.samples)
+        desk.begin(picture(desk.drawn, free_path(name, ".png"), Scene(size, camera, options, right), name), draws=True)
 
     def record(self, video: Turntable) -> None:
         """Writes a video of one turn into the working folder."""
         desk, view = self.desk, self.desk.view
         camera = replace(view.camera, aspect=video.size[0] / video.size[1])
-        desk.begin(video.job(desk.drawn, free_path(desk.source.name, ".mp4"), camera, view.options))
+        scene = Scene(video.size, camera, view.options, view.right)
+        desk.begin(video.job(desk.drawn, free_path(desk.source.name, ".mp4"), scene), draws=True)
 
     def close(self) -> None:
         """Ends what runs and frees the window."""
@@ -149,7 +156,7 @@ class Window:
         import glfw
 
         desk = self.desk
-        title = f"{desk.source.name}   {desk.timing}"
+        title = "   ".join(part for part in (desk.source.name, desk.timing, desk.progress) if part)
         if title != self._title:
             self._title = title
             glfw.set_window_title(self.handle, title)
@@ -164,8 +171,9 @@ class Window:
             self._fit()
             self._wake()
 
-        def refreshed(*_: Any) -> None:
+        def refreshed(*_: Any) -> None:  # some systems call nothing else while a window is being resized
             self.desk.stale = True
+            self.step()
 
         glfw.set_cursor_pos_callback(self.handle, self._on_cursor)
         glfw.set_mouse_button_callback(self.handle, self._on_button)
@@ -211,7 +219,7 @@ class Window:
     def _on_key(self, _window: Any, code: int, _scan: int, action: int, mods: int) -> None:
         import glfw
 
-        if self.gui is not None and self.gui.key(code, action != glfw.RELEASE, mods):
+        if self.gui is not None and self.gui.key(code, action != glfw.RELEASE):
             return
         if action == glfw.RELEASE:
             return
@@ -225,7 +233,7 @@ class Window:
             self.key(name)
 
     def _on_drop(self, _window: Any, paths: list[str]) -> None:
-        self.desk.drop([Path(path) for path in paths])
+        drop(self.desk, [Path(path) for path in paths])
 
     def _on_char(self, _window: Any, code: int) -> None:
         if self.gui is not None:
