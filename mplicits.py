@@ -29,6 +29,8 @@ MESHING = ("mesh", "eval")
 PACKAGES = {"PIL": "pillow"}
 """Package of a module, where the names differ."""
 
+DEMO_MODEL, DEMO_CAMERA = "spot", "215,15"
+"""The gallery's model that the demo opens, and from where it shows its face."""
 DEMO_LEVELS, DEMO_SECONDS = "64x1,64x2", "90"
 """What the demo trains: two levels, so that the picture is there within three minutes on two cores."""
 
@@ -46,31 +48,47 @@ class Parser(argparse.ArgumentParser):
 
 def demo_arguments(parser: argparse.ArgumentParser) -> None:
     """Fills the parser of `demo`."""
+    parser.add_argument("--train", action="store_true", help="train the built-in shape, where that is not done yet")
+    parser.add_argument("--seconds", metavar="S", help=f"train it anew, for S seconds (default {DEMO_SECONDS})")
+    parser.add_argument("--retrain", action="store_true", help="train it anew")
     parser.add_argument("--out-dir", type=Path, default=Path("out"), metavar="DIR", help="where files go (default out)")
-    parser.add_argument("--seconds", metavar="S", help=f"train anew, for S seconds (default {DEMO_SECONDS})")
-    parser.add_argument("--retrain", action="store_true", help="train anew, though a model is there")
-    parser.add_argument("--no-window", action="store_true", help="only write files")
+    parser.add_argument("--no-window", action="store_true", help="write files, though there is a display")
 
 
 def run_demo(args: argparse.Namespace) -> None:
-    """`mplicits demo`: train, bake, render, view, in this order."""
-    try:
-        args.out_dir.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UserError(f"--out-dir {show(args.out_dir)}: {error.strerror}") from None
-    model, shader, picture = (str(args.out_dir / f"demo.{end}") for end in ("safetensors", "glsl", "png"))
+    """`mplicits demo`: view, or where there is no display render and bake; with --train, train before."""
+    trains = args.train or args.seconds or args.retrain
+    model, camera = (demo_model(args), ()) if trains else (DEMO_MODEL, ("--camera", DEMO_CAMERA))
+    if not args.no_window and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        try:
+            return announce("view", model, *camera)
+        except UserError as error:
+            print(f"mplicits: no window: {show(str(error))}", file=sys.stderr)
+    make_folder(args.out_dir)
+    picture, shader, page = (str(args.out_dir / f"demo.{end}") for end in ("png", "glsl", "html"))
+    announce("render", model, *camera, "-o", picture)
+    announce("bake", model, "--target", "glsl330", "-o", shader)
+    announce("bake", model, "--target", "html", "-o", page)
+    print("picture, shader and web page:", *map(show, (picture, shader, page)), sep="\n  ", flush=True)
+
+
+def demo_model(args: argparse.Namespace) -> str:
+    """The model of the built-in shape: trained, where it is not there or shall be anew."""
+    make_folder(args.out_dir)
+    model = str(args.out_dir / "demo.safetensors")
     if args.seconds or args.retrain or not is_trained(Path(model)):
         announce("train", "demo", "-o", model, "--levels", DEMO_LEVELS, "--seconds", args.seconds or DEMO_SECONDS)
     else:
         print(f"{show(model)} is there already; --retrain trains it anew", file=sys.stderr)
-    announce("bake", model, "--target", "glsl330", "-o", shader)
-    announce("render", model, "-o", picture)
-    print("model, shader and picture:", *(show(path) for path in (model, shader, picture)), sep="\n  ", flush=True)
-    if not args.no_window and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        try:
-            announce("view", model)
-        except UserError as error:
-            print(f"mplicits: no window: {show(str(error))}", file=sys.stderr)
+    return model
+
+
+def make_folder(path: Path) -> None:
+    """Of --out-dir. Raises UserError where that cannot be."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"--out-dir {show(path)}: {error.strerror}") from None
 
 
 def announce(*argv: str) -> None:
@@ -89,7 +107,8 @@ def is_trained(path: Path) -> bool:
         return False
 
 
-DEMO = Verb("demo", "train the built-in shape, bake it, show it or write a picture", demo_arguments, run_demo)
+DEMO = Verb("demo", "open Spot, or write its picture, shader and web page; --train: the built-in shape instead",
+            demo_arguments, run_demo)
 
 
 def verbs() -> dict[str, Verb]:

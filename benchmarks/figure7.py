@@ -1,6 +1,6 @@
 """Neural normal mapping (the paper's Figure 7): writes docs/results/figure7.md and its pictures.
 
-    PYTHONPATH=. python benchmarks/figure7.py armadillo.safetensors lucy.safetensors [-o docs/results/figure7.md]
+    PYTHONPATH=. python benchmarks/figure7.py armadillo.safetensors lucy.safetensors --z-up lucy
 
 The reference is the finest level's mesh by marching cubes, rasterised with its own normals, which are that level's
 gradients at the vertices. MSE: mean over pixels and channels of the squared difference of the sRGB pictures, in [0, 1].
@@ -14,8 +14,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.files import show
 from codegen.glsl330 import bake
-from codegen.model import Model, load, shape_of
+from codegen.model import Layer, Model, Network, load, shape_of
 from mesher.extract import extract_model, up_to
 from protocol import Page, machine
 from viewer.camera import Camera
@@ -29,6 +30,8 @@ from viewer.screenshot import save_png
 Image = NDArray[np.float32]
 PAPER = 0.00262, 0.00087
 """MSE of Fig. 7: coarse, normal mapping."""
+UPRIGHT = np.array(((1, 0, 0), (0, 0, -1), (0, 1, 0)), np.float32)
+"""Columns: where the axes of a shape that stands along y lie in one that stands along z."""
 PICTURED = {"level 1": "coarse", "level 1 + normals": "normal-mapped", "level 2 + normals": "one-more-level"}
 
 
@@ -60,6 +63,14 @@ class Pictures:
         return images
 
 
+def upright(model: Model) -> Model:
+    """The model of a shape that stands along z, turned to stand along y: the first layers' weights are turned."""
+    def turned(network: Network) -> Network:
+        return Layer(network[0].weight @ UPRIGHT, network[0].bias), *network[1:]
+
+    return replace(model, levels=tuple(replace(level, network=turned(level.network)) for level in model.levels))
+
+
 def errors(images: list[Image], truth: list[Image]) -> tuple[float, float, float]:
     """MSE with the background, without it (the pixels that the reference covers), and of pixels both cover fully."""
     squares = [((ours - theirs)[..., :3] ** 2).mean(axis=-1) for ours, theirs in zip(images, truth, strict=True)]
@@ -82,8 +93,11 @@ def measure(model: Model, pictures: Pictures, resolution: int, page: Page, where
     drawn = dict(zip(PICTURED, pictures.of_levels(model, pairs), strict=True))
     drawn |= {"mesh of level 1": pictures.of_mesh(model, 1, resolution, own=True),
               "mesh of level 1 + normals": pictures.of_mesh(model, 1, resolution, own=False)}
-    shapes = ", ".join(shape_of(level.network) for level in model.levels)
+    shapes, made = ", ".join(shape_of(level.network) for level in model.levels), model.provenance
+    steps, omegas = (", ".join(f"{record[key]:g}" for record in made["levels"]) for key in ("steps", "omega"))
     page.add("", f"## {where.name.removeprefix('figure7-')}: levels {shapes}", "",
+             f"{model.parameters():,} parameters, trained on {show(made['source']['file'])} for "
+             f"{made['seconds']:.0f} s of a busy machine: {steps} steps, omega {omegas}.", "",
              "| | MSE, background included | x | excluded | x | covered by both | x |",
              "| --- |" + " ---: |" * 6)
     for name, images in drawn.items():
@@ -106,14 +120,16 @@ def main() -> None:
     parser.add_argument("--resolution", type=int, default=512, metavar="N", help="of marching cubes")
     parser.add_argument("--side", type=int, default=512, metavar="PIXELS")
     parser.add_argument("--samples", type=int, default=4)
+    parser.add_argument("--z-up", default="", metavar="NAME,...", help="models of shapes that stand along z")
     parser.add_argument("--azimuths", default="210,300,30,120", metavar="DEGREES,...", help="the first is pictured")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/figure7.md"))
     options = parser.parse_args()
     cameras = [Camera(azimuth=float(azimuth)) for azimuth in options.azimuths.split(",")]
     names = " ".join(path.name for path in options.models)
+    standing = f" --z-up {options.z_up}" if options.z_up else ""
     page = Page(
         options.output, "# Figure 7: neural normal mapping", "",
-        f"Printed by `PYTHONPATH=. python benchmarks/figure7.py {names} --resolution {options.resolution}`.", "",
+        f"Printed by `PYTHONPATH=. python benchmarks/figure7.py {names}{standing} --side {options.side}`.", "",
         f"{machine()}. {options.side} x {options.side}, {options.samples} samples a pixel, OSMesa; Phong, the defaults "
         f"of `mplicits render`; means over views from azimuths {options.azimuths} degrees, {cameras[0].elevation:g} "
         f"degrees above. The reference is the last level's marching cubes at {options.resolution}^3 with its own "
@@ -126,7 +142,8 @@ def main() -> None:
     context = open_osmesa()
     pictures = Pictures(context, options.side, cameras, options.samples)
     for path in options.models:
-        measure(load(path), pictures, options.resolution, page, options.output.with_name(f"figure7-{path.stem}"))
+        model = upright(load(path)) if path.stem in options.z_up.split(",") else load(path)
+        measure(model, pictures, options.resolution, page, options.output.with_name(f"figure7-{path.stem}"))
 
 
 if __name__ == "__main__":

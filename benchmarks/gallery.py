@@ -1,54 +1,76 @@
-"""The gallery's pictures, web pages and table: writes docs/gallery.md and docs/gallery/.
+"""The gallery's pictures, web pages and tables: writes docs/gallery.md, docs/gallery/ and docs/demo.png.
 
     PYTHONPATH=. python benchmarks/gallery.py [-o docs/gallery.md]
 
-Small models come with a web page each.
+Web pages of up to PAGE_MOST bytes are written, of the others the size alone.
 """
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from codegen import gallery
-from codegen.files import show, write_whole
+from codegen.errors import UserError
+from codegen.files import write_whole
 from codegen.glsl330 import bake
 from codegen.model import Model, load, shape_of
 from codegen.targets import TARGETS
 from protocol import Page
 from viewer.camera import Camera
-from viewer.context import open_osmesa
+from viewer.context import Context, open_osmesa
 from viewer.options import RenderOptions
 from viewer.renderer import Renderer
 from viewer.screenshot import save_png
 
-SIDE = 256
-CAMERA = Camera(40, 20)
-SMALL = "-small"
+SIDE, FRONT_SIDE = 192, 320
+CAMERA = Camera(215, 15)
+"""Both look at it; it is the demo's."""
+PAPER = (1.0, 1.0, 1.0), (1.0, 1.0, 1.0)
+PAGE_MOST = 300_000
+COMMANDS = (
+    "view spot", "render spot --camera 215,15 -o spot.png", "render spot --shade texture --level 1 -o coarse.png",
+    "render bob --level 1 --normal-level 2 -o bob.png", "bake spot --target html -o spot.html",
+    "bake spot-small --target shadertoy -o spot.frag",
+)
+FRONT = (("spot", "phong"), ("spot", "normal"), ("bob", "phong"))
+"""Models and shadings side by side in docs/demo.png."""
 
 
-def pictures(levels: int) -> dict[str, RenderOptions]:
+def panels(levels: int) -> dict[str, RenderOptions]:
     """Heading -> how a model of so many levels is drawn."""
+    plain = RenderOptions(samples=4, background=PAPER)
     return {
-        "all levels": RenderOptions(samples=4),
-        "texture alone": RenderOptions(samples=4, shading="texture"),
-        "level 1": RenderOptions(samples=4, level=1),
-        "level 1, normals of the last": RenderOptions(samples=4, level=1, normal_level=levels),
+        "all levels": plain,
+        "the texture alone": replace(plain, shading="texture"),
+        "level 1, same texture": replace(plain, shading="texture", level=1),
+        "level 1, normals of the last": replace(plain, level=1, normal_level=levels),
     }
 
 
-def draw(model: Model, name: str, folder: Path) -> str:
-    """Writes the pictures of a model; the cells of its row."""
-    renderer = Renderer(open_osmesa(), bake(model))
-    cells = []
-    for i, (heading, options) in enumerate(pictures(len(model.levels)).items(), start=1):
-        path = folder / f"{name}-{i}.png"
-        save_png(path, renderer.render((SIDE, SIDE), CAMERA, options), name)
-        cells.append(f"![{name}, {heading}]({folder.name}/{path.name})")
+def strip(model: Model, context: Context, front: dict[str, NDArray[np.float32]]) -> NDArray[np.float32]:
+    """All panels of a model side by side; its pictures for FRONT go into `front`, by shading."""
+    renderer = Renderer(context, bake(model))
+    drawn = [renderer.render((SIDE, SIDE), CAMERA, options) for options in panels(len(model.levels)).values()]
+    for shading in front:
+        options = RenderOptions(samples=4, shading=shading)
+        front[shading] = renderer.render((FRONT_SIDE, FRONT_SIDE), CAMERA, options)
     renderer.release()
-    return " | ".join(cells)
+    return np.concatenate(drawn, axis=1)
+
+
+def shadertoy(model: Model) -> str:
+    """Bytes of the text, where that target takes the model."""
+    try:
+        return f"{len(TARGETS['shadertoy'](model).encode()):,}"
+    except UserError:
+        return "too wide"
 
 
 def main() -> None:
-    """Writes the page, the pictures, and the web pages of the small models."""
+    """Writes the page, the pictures, and the web pages that are small."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/gallery.md"))
     options = parser.parse_args()
@@ -58,31 +80,36 @@ def main() -> None:
         options.output, "# Gallery", "",
         "Printed by `PYTHONPATH=. python benchmarks/gallery.py`. `view`, `render`, `bake`, `mesh` and `info` take "
         "these names where a file is expected:", "",
-        "    mplicits view spot", "    mplicits render bob --level 1 --normal-level 2",
-        "    mplicits bake spot-small --target html -o spot.html", "",
+        *(f"    mplicits {command}" for command in COMMANDS), "",
         "Spot and Bob are by Keenan Crane, CC0. The commands that made the models, and the meshes' hashes: "
         "[models/README.md](../models/README.md).", "",
-        "| name | levels + texture | parameters | bytes | trained, s | mean abs f | mean normal angle, degrees |",
-        "| --- | --- |" + " ---: |" * 5,
+        "| name | levels + texture | parameters | model file, bytes | web page | Shadertoy | trained, s | mean abs f | "
+        "mean normal angle, degrees |", "| --- | --- |" + " ---: |" * 7,
     )
     models = {name: load(gallery.model_path(name)) for name in gallery.names()}
+    pages = []
     for name, model in models.items():
         assert model.texture is not None
+        text = TARGETS["html"](model)
+        if len(text.encode()) <= PAGE_MOST:
+            write_whole(folder / f"{name}.html", text)
+            pages.append(name)
         levels, record = ",".join(shape_of(level.network) for level in model.levels), model.provenance["levels"][-1]
         page.add(f"| {name} | {levels} + {shape_of(model.texture)} | {model.parameters():,} | "
-                 f"{gallery.model_path(name).stat().st_size:,} | {model.provenance['seconds']:.0f} | "
-                 f"{record['mean_f']:.1e} | {record['angle']:.1f} |")
-    page.add("", "Seconds are those of a busy machine.", "")
+                 f"{gallery.model_path(name).stat().st_size:,} | {len(text.encode()):,} | {shadertoy(model)} | "
+                 f"{model.provenance['seconds']:.0f} | {record['mean_f']:.1e} | {record['angle']:.1f} |")
+    page.add("", "Seconds are those of a busy machine. Web page and Shadertoy: bytes of what `bake` writes.", "",
+             "Pages to save and to open in a browser, without a network: "
+             + ", ".join(f"[{name}.html]({folder.name}/{name}.html)" for name in pages) + ".", "",
+             f"From left to right: {'; '.join(panels(1))}. A coarse level wears the texture of the finest (the paper's "
+             "Fig. 9): colours stay where they are from the second picture to the third.", "")
+    context = open_osmesa()
+    fronts = {name: {shading: np.empty(0, np.float32) for of, shading in FRONT if of == name} for name in models}
     for name, model in models.items():
-        if name.endswith(SMALL):
-            text = TARGETS["html"](model)
-            write_whole(folder / f"{name}.html", text)
-            page.add(f"[{name}.html]({folder.name}/{name}.html), {len(text.encode()):,} bytes: the model in a web page "
-                     "of its own; save it and open it in a browser.", "")
-    headings = list(pictures(1))
-    page.add(f"| | {' | '.join(headings)} |", "| --- |" + " :---: |" * len(headings))
-    for name, model in models.items():
-        page.add(f"| {show(name)} | {draw(model, name, folder)} |")
+        save_png(folder / f"{name}.png", strip(model, context, fronts[name]), name)
+        page.add(f"![{name}]({folder.name}/{name}.png)", "", f"{name}", "")
+    row = np.concatenate([fronts[name][shading] for name, shading in FRONT], axis=1)
+    save_png(options.output.with_name("demo.png"), row, "Spot and Bob")
 
 
 if __name__ == "__main__":

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import torch
 import trimesh
 from numpy.typing import NDArray
 
@@ -38,9 +39,9 @@ from viewer.options import RenderOptions
 from viewer.renderer import Renderer
 from viewer.screenshot import save_png
 
-SIDE, PICTURE = 512, 256
+SIDE, PICTURE = 512, 128
 VIEWS = [Camera(azimuth=30 * i, elevation=(20, -15, 50)[i % 3]) for i in range(12)]
-SHOWN = 1
+SHOWN = 6
 """Index of the view in the pictures."""
 
 
@@ -145,7 +146,8 @@ def main() -> None:
     page = Page(
         options.output, "# Neural textures against UV-textured meshes", "",
         "Printed by `PYTHONPATH=.:tests python benchmarks/textures.py`.", "",
-        f"{machine()}; load average at the start {os.getloadavg()[0]:.1f}.", "",
+        f"{machine()}; trained on {torch.get_num_threads()} of the cores; load average at the start "
+        f"{os.getloadavg()[0]:.1f}.", "",
         f"{len(VIEWS)} views, {SIDE} x {SIDE}, unlit. The mesh: pyrender on OSMesa, four samples a pixel. The model: "
         "sphere tracing of all levels, one sample. Mean squared error, sRGB in [0, 1]: inside, over the mesh's pixels "
         "(background excluded; a pixel that the model misses is white); whole, over the picture (background included, "

@@ -12,12 +12,12 @@ def names() -> list[str]:
 
 
 def model_path(text: str) -> Path:
-    """The file that a command line's M means: a path that exists, else the gallery's model of that name, else the path.
+    """The file that a command line's M means: a file that exists, else the gallery's model of that name, else the path.
 
-    So a file of one's own is never hidden, and ./spot is always one's own.
+    So a file of one's own is never hidden, a folder (the mesh's, say) hides no model, and ./spot is always one's own.
     """
     path = Path(text)
-    if path.exists() or "/" in text or text not in names():
+    if path.is_file() or "/" in text or text not in names():
         return path
     return _folder() / (text + SUFFIX)
 

@@ -11,31 +11,38 @@ import pytest
 from PIL import Image
 
 import mplicits
+from codegen import gallery
 from codegen.errors import UserError
 from codegen.model import save
 from codegen.verb import Verb
 from random_model import random_model
 
 ROOT = Path(__file__).parent.parent
+FILES = ["render", "bake", "bake"]
 
 
 class Verbs:
-    """Stand-ins of the verbs that the demo composes: `called` keeps their order; train writes a real model file."""
+    """Stand-ins of the verbs that the demo composes: `called` keeps their order, `inputs` what they were given.
+
+    train writes a real model file.
+    """
 
     def __init__(self) -> None:
         self.called: list[str] = []
+        self.inputs: set[str] = set()
         self.refusing = ""
         self.seconds: str | None = None
         self.interrupted = False
 
     def fill(self, parser: ArgumentParser) -> None:
         parser.add_argument("input")
-        for option in ("-o", "--target", "--levels", "--seconds"):
+        for option in ("-o", "--target", "--levels", "--seconds", "--camera"):
             parser.add_argument(option)
 
     def make(self, name: str) -> Verb:
         def run(args: Namespace) -> None:
             self.called.append(name)
+            self.inputs.add(args.input)
             if name == self.refusing:
                 raise UserError("refused")
             if name == "train":
@@ -59,24 +66,32 @@ def demo(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> tuple[Verbs, list[s
     return stand_ins, ["demo", "--out-dir", str(tmp_path / "a b" / "out")]
 
 
-def test_the_demo_trains_once(demo: tuple[Verbs, list[str]], capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_demo_writes_spot_s_picture_and_what_is_baked(
+    demo: tuple[Verbs, list[str]], capsys: pytest.CaptureFixture[str]
+) -> None:
     verbs, argv = demo
     assert mplicits.main(argv) == 0
-    assert verbs.called == ["train", "bake", "render"]
+    assert (verbs.called, verbs.inputs) == (FILES, {"spot"})
+    assert "spot" in gallery.names()
     out = capsys.readouterr().out
-    assert all(f"a b/out/demo.{end}" in out for end in ("safetensors", "glsl", "png"))
-    for more, trained in (([], False), (["--retrain"], True), (["--seconds", "9"], True)):
+    assert all(f"a b/out/demo.{end}" in out for end in ("png", "glsl", "html"))
+
+
+def test_the_demo_trains_once(demo: tuple[Verbs, list[str]]) -> None:
+    verbs, argv = demo
+    for more, trained in ((["--train"], True), (["--train"], False), (["--retrain"], True), (["--seconds", "9"], True)):
         verbs.called.clear()
         assert mplicits.main([*argv, *more]) == 0
-        assert verbs.called == ["train"] * trained + ["bake", "render"]
+        assert verbs.called == ["train"] * trained + FILES
     assert verbs.seconds == "9"
+    assert verbs.inputs == {"demo", f"{argv[-1]}/demo.safetensors"}
 
 
 def test_the_demo_trains_anew_where_training_was_cut_short(demo: tuple[Verbs, list[str]]) -> None:
     verbs, argv = demo
     verbs.interrupted = True
-    assert mplicits.main(argv) == mplicits.main(argv) == 0
-    assert verbs.called == ["train", "bake", "render"] * 2
+    assert mplicits.main([*argv, "--train"]) == mplicits.main([*argv, "--train"]) == 0
+    assert verbs.called == ["train", *FILES] * 2
 
 
 @pytest.mark.parametrize("variable", ["DISPLAY", "WAYLAND_DISPLAY"])
@@ -85,10 +100,16 @@ def test_the_demo_opens_a_window_where_there_is_a_display(
 ) -> None:
     verbs, argv = demo
     monkeypatch.setenv(variable, ":0")
-    assert mplicits.main([*argv, "--no-window"]) == mplicits.main(argv) == 0
-    assert verbs.called == ["train", "bake", "render", "bake", "render", "view"]
+    assert mplicits.main(argv) == 0
+    assert (verbs.called, verbs.inputs) == (["view"], {"spot"})
+    assert not Path(argv[-1]).exists(), "a window writes no files"
+    verbs.called.clear()
+    assert mplicits.main([*argv, "--no-window"]) == mplicits.main([*argv, "--train"]) == 0
+    assert verbs.called == [*FILES, "train", "view"]
+    verbs.called.clear()
     verbs.refusing = "view"
     assert mplicits.main(argv) == 0
+    assert verbs.called == ["view", *FILES]
     assert "no window: refused" in capsys.readouterr().err
 
 
@@ -96,18 +117,25 @@ def test_the_demo_opens_a_window_where_there_is_a_display(
 def test_the_demo_stops_where_a_verb_fails(verb: str, demo: tuple[Verbs, list[str]]) -> None:
     verbs, argv = demo
     verbs.refusing = verb
-    assert mplicits.main(argv) == 2
+    assert mplicits.main([*argv, "--train"]) == 2
     assert verbs.called[-1] == verb
+
+
+def colourful(path: Path) -> bool:
+    """The shape is, the background is not."""
+    return bool((np.asarray(Image.open(path).convert("HSV"), float)[..., 1] > 100).mean() > 0.05)
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("osmesa")
 def test_the_demo_makes_a_picture_and_keeps_its_model(tmp_path: Path) -> None:
-    command = [sys.executable, str(ROOT / "mplicits.py"), "demo", "--no-window"]
-    subprocess.run([*command, "--seconds", "15"], cwd=tmp_path, check=True)
-    made = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "out").iterdir()}
-    assert set(made) == {"demo.safetensors", "demo.glsl", "demo.png"}
-    picture = np.asarray(Image.open(tmp_path / "out" / "demo.png").convert("HSV"), float)
-    assert (picture[..., 1] > 100).mean() > 0.05, "the shape is colourful, the background is not"
+    command, out = [sys.executable, str(ROOT / "mplicits.py"), "demo", "--no-window"], tmp_path / "out"
     subprocess.run(command, cwd=tmp_path, check=True)
-    assert (tmp_path / "out" / "demo.safetensors").stat().st_mtime_ns == made["demo.safetensors"]
+    assert {path.name for path in out.iterdir()} == {"demo.glsl", "demo.html", "demo.png"}
+    assert Image.open(out / "demo.png").info["Title"] == "spot.obj"
+    subprocess.run([*command, "--seconds", "15"], cwd=tmp_path, check=True)
+    assert {path.name for path in out.iterdir()} == {"demo.safetensors", "demo.glsl", "demo.html", "demo.png"}
+    assert colourful(out / "demo.png")
+    trained = (out / "demo.safetensors").stat().st_mtime_ns
+    subprocess.run([*command, "--train"], cwd=tmp_path, check=True)
+    assert (out / "demo.safetensors").stat().st_mtime_ns == trained

@@ -66,6 +66,9 @@ def test_names_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     assert gallery.model_path("spot") == FOLDER / "spot.safetensors"
     assert gallery.model_path("nobody") == Path("nobody")
     assert gallery.model_path("./spot") == Path("spot")
+    Path("spot").mkdir()
+    assert gallery.model_path("spot") == FOLDER / "spot.safetensors", "a folder is no model"
+    Path("spot").rmdir()
     Path("spot").write_bytes(b"")
     assert gallery.model_path("spot") == Path("spot"), "a file of one's own is never hidden"
 

@@ -1,5 +1,7 @@
 """Colour from images: read, learnt, constant along normals; and what cannot be used."""
 
+import struct
+import zlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +15,7 @@ from scipy.ndimage import map_coordinates
 import mplicits
 from ball_training import SMALL, train
 from codegen import grid, reference
+from codegen.errors import UserError
 from codegen.lower import lower
 from trainer.image import ImageTexture
 from trainer.load import load_shape
@@ -78,9 +81,33 @@ def test_an_image_by_name(tmp_path: Path) -> None:
     assert shape.source["texture"]["file"] == "named.png"
 
 
+def test_a_damaged_image_of_the_material(tmp_path: Path) -> None:
+    path, image = write_ball(tmp_path), tmp_path / "material_0.png"
+    data = image.read_bytes()
+    image.write_bytes(b"no picture")
+    shape, warnings = load_shape(str(path))
+    assert not shape.coloured
+    assert len(warnings) == 1
+    assert "no readable image" in warnings[0]
+    image.write_bytes(data[: len(data) // 2])
+    with pytest.raises(UserError, match=r"ball\.obj: .*image file is truncated"):
+        load_shape(str(path))
+
+
+def header(width: int, height: int) -> bytes:
+    """A PNG file that claims this size."""
+    chunk = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + chunk + struct.pack(">I", zlib.crc32(chunk))
+
+
 @pytest.mark.parametrize(("shape", "image", "said"), [
     ("ball.obj", "none.png", "no such file"),
     ("ball.obj", "text.png", "not a readable image"),
+    ("ball.obj", "short.png", "not a readable image"),
+    ("ball.obj", "flat.png", "not a readable image"),
+    ("ball.obj", "huge.png", "not a readable image"),
+    ("ball.obj", "deep.png", "8 bits a channel"),
+    ("ball.obj", "float.tiff", "8 bits a channel"),
     ("plain.stl", "right.png", "no texture coordinates"),
     ("points.npz", "right.png", "points have no texture coordinates"),
     ("demo", "right.png", "has its own colours"),
@@ -95,6 +122,11 @@ def test_images_that_cannot_be_used(
     np.savez("points.npz", points=np.eye(3), normals=np.eye(3))
     Path("text.png").write_text("no picture")
     Image.fromarray(ramp()).save("right.png")
+    Path("short.png").write_bytes(Path("right.png").read_bytes()[:150])
+    Path("flat.png").write_bytes(header(8, 0))
+    Path("huge.png").write_bytes(header(2**20, 2**20))
+    Image.fromarray(np.full((8, 8), 40_000, np.uint16)).save("deep.png")
+    Image.fromarray(np.full((8, 8), 0.5, np.float32)).save("float.tiff")
     assert mplicits.main(["train", shape, "--texture", image, "-o", "m.safetensors", "--quiet"]) == 2
     out, err = capsys.readouterr()
     assert (out, len(err.splitlines())) == ("", 1)

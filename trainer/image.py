@@ -59,6 +59,8 @@ def image_texture(mesh: trimesh.Trimesh, file: Path | None) -> ImageTexture | No
     image = _of_material(visual.material) if file is None else _read(file)
     if image is None:
         return None
+    if image.mode.startswith("I") or image.mode == "F":  # Pillow's conversion would clip them to white or black
+        raise UserError("an image of 16-bit grey or of floats; save it with 8 bits a channel, or --texture none")
     return ImageTexture(np.asarray(uv, np.float64)[mesh.faces], np.asarray(image.convert("RGB"), np.uint8))
 
 

@@ -64,7 +64,7 @@ def load_shape(name: str, image: Path | None = None) -> tuple[Shape, list[str]]:
     if isinstance(found, Textured):
         shape: MeshShape | CloudShape = MeshShape(found.mesh, label, source, found.texture)
         if found.texture is None and found.unwrapped:
-            shape.warnings.append(f"{label}: texture coordinates, but no image; name it with --texture FILE")
+            shape.warnings.append(f"{label}: texture coordinates, but no readable image; name it with --texture FILE")
     else:
         shape = CloudShape(*found, label, source)
     return shape, shape.warnings

@@ -23,6 +23,8 @@ from .shape import Shape
 POOL = 200_000
 """Most samples of a pool."""
 POOL_PER_STEP, POOL_PER_SECOND, POOL_LEAST = 100, 6000, 8192
+COLOURS = 5
+"""Samples of colour for each of a pool: images have more detail than shapes, and few samples are learnt by heart."""
 WRITING = 0.1
 """Seconds kept for writing the file."""
 TEXTURE_COST = 0.5
@@ -142,7 +144,7 @@ class Training:
         sampler = Sampler(self._shape, [trained.weights for trained in self._levels],
                           [trained.delta for trained in self._levels], self._device, np.random.default_rng(seed))
         count = self._pool_size(budget)
-        surface, around = sampler.coloured(count), sampler.band(count)
+        surface, around = sampler.coloured(COLOURS * count), sampler.band(count)
         task = Task(
             texture.start(network, omega, seed, self._device),
             self._step(texture.step(surface, around, torch.Generator().manual_seed(seed))),
