@@ -9,6 +9,7 @@ import pytest
 from desk_fixture import AREA, settle, shown
 from viewer.camera import Camera
 from viewer.desk import Desk
+from viewer.edges import planes
 from viewer.mesh_file import read_triangles
 from viewer.options import RenderOptions
 from viewer.overlay import MeshFile, Overlay
@@ -77,3 +78,16 @@ def test_a_mesh_that_is_none_is_told(make: Callable[..., Desk], tmp_path: Path) 
     desk.view.key("M")
     settle(desk, lambda: "bad.ply" in desk.message)
     assert desk.view.mesh == "hidden"
+
+
+def test_the_planes_hold_the_mesh_wherever_the_camera_looks() -> None:
+    rng = np.random.default_rng(0)
+    points = rng.normal(size=(500, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    for azimuth, right, up in ((0, 0.0, 0.0), (50, 0.7, 0.4), (200, -3.0, 2.0)):
+        camera = Camera(azimuth, 20, 3.5).panned(right, up)
+        matrix = camera.matrix().astype(float)
+        depth = -(points - matrix[:3, 3]) @ matrix[:3, 2]
+        near, far = planes(camera, 1.0)
+        assert near <= depth.min()
+        assert depth.max() <= far
