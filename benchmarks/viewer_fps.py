@@ -68,7 +68,8 @@ def main() -> None:
     names = " ".join(path.stem for path in arguments.models)
     page = Page(
         arguments.output, "# The viewer's frames per second", "",
-        f"Printed by `PYTHONPATH=. python benchmarks/viewer_fps.py {names} --size {arguments.size}`.", "",
+        f"Printed by `PYTHONPATH=. python benchmarks/viewer_fps.py {names} --size {arguments.size} "
+        f"--frames {arguments.frames}`.", "",
         f"{machine()}; {context.kind} on {context.renderer}; load average at the start {os.getloadavg()[0]:.1f}. "
         f"{width} x {height}, {arguments.frames} frames of a turn, one ray per pixel, all levels, Phong shading. "
         "Moving: with the pixels that the window takes while the camera moves, to stay above 12 frames per second.", "",
