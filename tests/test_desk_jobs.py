@@ -48,7 +48,7 @@ def test_a_turntable_video(make: Callable[..., Desk], tmp_path: Path) -> None:
     av = pytest.importorskip("av", reason="PyAV is not installed (extra view)")
     desk, path = make(), tmp_path / "turn.mp4"
     desk.begin(jobs.Turntable((32, 24), seconds=0.4, rate=10).job(
-        desk.renderer, path, Scene((32, 24), Camera(aspect=4 / 3), desk.view.options)))
+        desk.renderer, path, Scene(AREA, Camera(), desk.view.options)))
     settle(desk, lambda: desk.job is None)
     with av.open(str(path)) as video:
         pictures = [picture.to_ndarray(format="rgb24") for picture in video.decode(video=0)]

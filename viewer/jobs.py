@@ -77,20 +77,21 @@ def target(name: str, model: Model, path: Path) -> Job:
 
 @dataclass(frozen=True)
 class Turntable:
-    """A video of one turn around the target."""
+    """A video of one turn around the target. size: even numbers of pixels."""
 
     size: tuple[int, int] = (640, 480)
     seconds: float = 6.0
     rate: int = 30
 
     def job(self, renderer: Renderer, path: Path, scene: Scene) -> Job:
-        """Writes an MP4 (H.264) frame by frame. The scene's size: even numbers of pixels."""
+        """Writes an MP4 (H.264) of the scene frame by frame, at the video's own size."""
         try:
             import av
         except ImportError:
             raise UserError("videos need the package 'av'; run: pip install 'mplicits[view]'") from None
-        check_size(scene.size)
-        width, height = scene.size
+        check_size(self.size)
+        width, height = self.size
+        scene = replace(scene, size=self.size, camera=replace(scene.camera, aspect=width / height))
         count = max(1, round(self.seconds * self.rate))
         partial = path.with_name(f".{path.name}.part")
         try:

@@ -5,14 +5,13 @@ from dataclasses import replace
 import moderngl
 import numpy as np
 
-import glsl
 from codegen.errors import UserError
 from codegen.glsl330 import bake
 from codegen.model import Model
 
 from .camera import Camera
 from .context import Context
-from .edges import DEPTH_SHADER, planes
+from .edges import DEPTH_SHADER, VERTEX_SHADER, planes
 from .framebuffer import set_color_mask
 from .mesh_file import Triangles
 from .options import RenderOptions
@@ -26,7 +25,7 @@ class Rasteriser(Renderer):
     Raises what `Renderer` and `bake` raise.
     """
 
-    vertex_shader = glsl.load("mesh.vert.glsl")
+    vertex_shader = VERTEX_SHADER
 
     def __init__(self, context: Context, model: Model, mesh: Triangles, storage: str = "auto") -> None:
         self._mesh = mesh

@@ -120,9 +120,8 @@ class Window:
 
     def record(self, video: Turntable) -> None:
         """Writes a video of one turn into the working folder."""
-        desk, view = self.desk, self.desk.view
-        camera = replace(view.camera, aspect=video.size[0] / video.size[1])
-        scene = Scene(video.size, camera, view.options, view.right)
+        desk = self.desk
+        scene = desk.view.scene(self.area[2:])
         desk.begin(video.job(desk.drawn, free_path(desk.source.name, ".mp4"), scene), draws=True)
 
     def close(self) -> None:
