@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from codegen.model import Model
@@ -14,9 +13,11 @@ from mesher.grid import EXTENT, Grid
 from mesher.surface import Array
 
 TOLERANCE = 1e-3
-"""Cell sides: float32 products differ in the last digit with the number of points they are asked for."""
+"""Cell sides that the same vertex may be apart, beside what rounding does."""
 ROUNDING = 1e-6
-"""Where |f| at a grid vertex is below this, those last digits decide on its sign, and so on which edges are crossed."""
+"""How far |f| at a grid vertex may be off: float32 products differ in the last digits with the number of points they
+are asked for (3.5e-7 was seen). It decides on the sign where |f| is smaller, and so on which edges are crossed; and a
+vertex on an edge moves by this over the difference of f at the edge's ends, which is small where the surface grazes."""
 
 
 @dataclass
@@ -24,7 +25,7 @@ class Comparison:
     """vertices: of both. missing: vertices of the last level's surface that culling has not; extra: the reverse.
 
     Components of the last level's surface that lie outside the bands are left out, `spurious` of them, and so are
-    vertices on edges with an end where rounding decides on the sign.
+    vertices that rounding alone can move as far.
     """
 
     vertices: int
@@ -34,7 +35,7 @@ class Comparison:
 
 
 def same_vertices(model: Model, resolution: int) -> Comparison:
-    """Compares vertices, which are the same within TOLERANCE."""
+    """Compares vertices, which are the same within TOLERANCE and what rounding moves them."""
     field = ModelField(model, math.inf)
     dense = extract(field, resolution, cull=False)
     _, inside = field.on_surface(dense.vertices)
@@ -43,15 +44,21 @@ def same_vertices(model: Model, resolution: int) -> Comparison:
     nested[component[inside]] = True
     wanted, found = dense.only(nested[component]).vertices, extract_model(model, resolution).mesh.vertices
     grid = Grid(resolution)
-    missing, extra = (
-        int(np.count_nonzero(_decided(field, grid, here[cKDTree(there).query(here)[0] > TOLERANCE * grid.side])))
-        for here, there in ((wanted, found), (found, wanted))
-    )
+    missing, extra = (_alone(field, grid, *pair) for pair in ((wanted, found), (found, wanted)))
     return Comparison(len(wanted) - missing, missing, extra, int(count - nested.sum()))
 
 
-def _decided(field: ModelField, grid: Grid, vertices: Array) -> NDArray[np.bool_]:
-    """Whether the field's sign is beyond rounding at both ends of the grid edges that vertices (N, 3) lie on: (N,)."""
+def _alone(field: ModelField, grid: Grid, here: Array, there: Array) -> int:
+    """How many vertices of `here` (N, 3) are not among those of `there` (M, 3)."""
+    apart = cKDTree(there).query(here)[0] / grid.side
+    far = apart > TOLERANCE
+    low, high = _ends(field, grid, here[far])
+    decided = np.minimum(low, high) > ROUNDING
+    return int(np.count_nonzero(decided & (apart[far] > TOLERANCE + ROUNDING / np.maximum(low + high, ROUNDING))))
+
+
+def _ends(field: ModelField, grid: Grid, vertices: Array) -> tuple[Array, Array]:
+    """|f| at both ends of the grid edges that vertices (N, 3) lie on: (N,) each."""
     places = (vertices.astype(np.float64) + EXTENT) / grid.side
     low = np.rint(places)
     along = np.abs(places - low).argmax(axis=1)
@@ -59,7 +66,5 @@ def _decided(field: ModelField, grid: Grid, vertices: Array) -> NDArray[np.bool_
     low[each, along] = np.floor(places[each, along])
     high = low.copy()
     high[each, along] += 1
-    least = np.full(len(places), np.inf)
-    for ends in (low, high):
-        least = np.minimum(least, np.abs(field.value((ends * grid.side - EXTENT).astype(np.float32))))
-    return np.asarray(least > ROUNDING)
+    first, second = (np.abs(field.value((ends * grid.side - EXTENT).astype(np.float32))) for ends in (low, high))
+    return first, second
