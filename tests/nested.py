@@ -50,7 +50,7 @@ def same_vertices(model: Model, resolution: int) -> Comparison:
 
 def _alone(field: ModelField, grid: Grid, here: Array, there: Array) -> int:
     """How many vertices of `here` (N, 3) are not among those of `there` (M, 3)."""
-    apart = cKDTree(there).query(here)[0] / grid.side
+    apart = np.asarray(cKDTree(there).query(here)[0]) / grid.side
     far = apart > TOLERANCE
     low, high = _ends(field, grid, here[far])
     decided = np.minimum(low, high) > ROUNDING
