@@ -65,13 +65,14 @@ def test_networks_are_those_of_the_reference(model: Model, tmp_path: Path) -> No
     points[:, 3] = points[0, 3] if program.moving else 1.0
     found = evaluate(build(model, tmp_path, probe=True), points)
     rows = len(model.levels) + (program.texture is not None)
-    fused, simple = found[:rows], found[rows:]
+    fused, together, simple = found[:rows], found[rows:2 * rows], found[2 * rows:]
     if program.texture is not None:
         raw = np.concatenate(reference.run(program, program.texture, points), axis=1)
         assert np.abs(fused[0, :, :3] - raw).max() < 0.01 * np.abs(raw).max()
+        assert np.abs(together[0, :, :3] - fused[0, :, :3]).max() < 1e-5 * np.abs(raw).max()
         colour = reference.colour(program, points[:, :3], float(points[0, 3]))
         assert np.abs(simple[-1, :, :3] - colour).max() < 1e-4
-        fused = fused[1:]
+        fused, together = fused[1:], together[1:]
     total = np.zeros((256, 4), np.float32)
     for level, function in enumerate(program.gradients):
         gradient, value = reference.run(program, function, points)
@@ -79,6 +80,8 @@ def test_networks_are_those_of_the_reference(model: Model, tmp_path: Path) -> No
         scale = np.abs(wanted).max(axis=0)
         split = level == 0 and len(model.levels[0].network[0].weight) <= 128
         assert np.abs(fused[level] - wanted)[:, 3].max() < (1e-5 if split else 5e-3) * scale[3]
+        assert np.abs(together[level, :, 0] - fused[level, :, 3]).max() < 1e-5 * scale[3]
+        assert np.abs(together[level, :, 3] - wanted[:, 3]).max() < 5e-3 * scale[3]
         assert (np.abs(fused[level] - wanted)[:, :3].max(axis=0) < 0.02 * scale[:3]).all()
         total += wanted
         assert (np.abs(simple[level] - total).max(axis=0) < 1e-4 * np.abs(total).max(axis=0)).all()

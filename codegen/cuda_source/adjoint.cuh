@@ -18,7 +18,7 @@ __device__ inline void descend(const Packed &net, int n, float (&d)[T][2][4], co
             d[m][part / 2][part % 2 * 2] *= c0;
             d[m][part / 2][part % 2 * 2 + 1] *= c1;
         }
-        if constexpr (!FIRST) scratch()[32 * (m * K + n)] = as_input(d[m]);
+        if constexpr (!FIRST) Alone::scratch()[32 * (m * K + n)] = as_input(d[m]);
     }
     if constexpr (FIRST) {
 #pragma unroll
@@ -59,11 +59,13 @@ template <class Net, bool FIRST, int T>
 __device__ inline void layer_back(const Packed &net, int layer, const uint4 *slopes, float (&sums)[3][T][2]) {
     constexpr int K = Tile<Net>::K;
     unsigned g[T][K][4];
-    load_inputs(0, g);
+    load_inputs<Alone>(0, g);
 #pragma unroll 1
     for (int n = 0; n < K; ++n) {
         float d[T][2][4] = {};
-        multiply(net.backward + ((layer - 1) * K + n) * K * 32, g, d);
+        const uint4 *fragments = net.backward + ((layer - 1) * K + n) * K * 32 + lane();
+#pragma unroll
+        for (int k = 0; k < K; ++k) multiply(__ldg(fragments + 32 * k), g, k, d);
         descend<Net, FIRST>(net, n, d, slopes, sums);
     }
 }
@@ -78,7 +80,7 @@ template <class Net> __device__ inline vec3 evaluate_gradient(const Packed &net,
         spread(p, base, points);
         uint4 slopes[Net::LAYERS * SIZE];
         float value[Net::OUTPUTS][T][2] = {}, sums[3][T][2] = {};
-        forward<Net>(net, points, slopes, value);
+        forward<Net, Alone>(net, points, slopes, value);
         output_row<Net>(net, slopes + LAST * SIZE, sums);
 #pragma unroll 1
         for (int layer = LAST; layer > 1; --layer)

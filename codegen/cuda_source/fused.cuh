@@ -2,8 +2,8 @@
 #include "shade.cuh"
 #include "adjoint.cuh"
 #include "queues.cuh"
-// Variant `fused`: the same march, but a warp holds 32 rays of one level and evaluates them together on the tensor
-// cores. Kernels in order: enter; then per round and level trace; paint; shade_hits.
+// Variant `fused`: the same march, but a team holds 32 rays and evaluates them together on the tensor cores. Kernels in
+// order: enter; then trace per level, for a round or two; finish; paint; shade_hits.
 
 constexpr int REFILL = 8;  // lanes without a ray at which a warp takes new ones
 
@@ -22,33 +22,66 @@ __global__ void enter(Settings s, Rays rays) {
     append(inside && ray.level > 0, pixel, rays.list(0, 1), rays.length(0, 1));
 }
 
-// The values of levels LEVEL up to PHASE on top of f, for lanes whose point lies in the bands (Eq. 3).
-// evaluated, asked: counts of lanes per network.
-template <int LEVEL, int PHASE>
-__device__ inline void finer(const PackedNetworks &networks, bool live, vec4 p, float &f, int &reached,
-                             unsigned (&evaluated)[PHASE], unsigned (&asked)[PHASE]) {
-    if constexpr (LEVEL <= PHASE) {
-        bool inside = live && reached == LEVEL - 1 && abs(f) < delta[LEVEL - 2];
+// Points evaluated by each network, and lanes that were asked for.
+struct Work {
+    unsigned evaluated[LEVELS] = {}, asked[LEVELS] = {};
+
+    __device__ void count(int level, unsigned lanes) {
+        evaluated[level - 1] += static_cast<unsigned>(__popc(lanes));
+        asked[level - 1] += 32;
+    }
+    __device__ void write(unsigned long long *work) const {
+#pragma unroll
+        for (int i = 0; i < LEVELS; ++i) {
+            if (asked[i] == 0) continue;
+            atomicAdd(work + i, static_cast<unsigned long long>(evaluated[i]));
+            atomicAdd(work + LEVELS + i, static_cast<unsigned long long>(asked[i]));
+        }
+    }
+};
+
+// The values of levels LEVEL up to LAST on top of f, for lanes whose point lies in the bands (Eq. 3), up to each ray's
+// own level.
+template <int LEVEL, int LAST, class Team>
+__device__ inline void finer(const PackedNetworks &networks, int own, vec4 p, float &f, int &reached, Work &work) {
+    if constexpr (LEVEL <= LAST) {
+        bool inside = own >= LEVEL && reached == LEVEL - 1 && abs(f) < delta[LEVEL - 2];
         unsigned voters = __ballot_sync(WARP, inside);
         if (voters == 0) return;
-        evaluated[LEVEL - 1] += static_cast<unsigned>(__popc(voters));
-        asked[LEVEL - 1] += 32;
+        work.count(LEVEL, voters);
         float residual[1];
-        evaluate<NetworkOf<LEVEL>>(networks.of[LEVEL], p, residual);
+        evaluate<NetworkOf<LEVEL>, Team>(networks.of[LEVEL], p, residual);
         if (inside) {
             f += residual[0];
             reached = LEVEL;
         }
-        finer<LEVEL + 1, PHASE>(networks, live, p, f, reached, evaluated, asked);
+        finer<LEVEL + 1, LAST, Team>(networks, own, p, f, reached, work);
     }
 }
 
-// Up to iterations[PHASE - 1] steps of each ray that is at level PHASE. A warp keeps its lanes filled from the queue.
-template <int PHASE>
+// The field at p for rays of levels up to LAST; own: this lane's, 0 where it has no ray.
+// Away from the surface, where level 1 only says how far its band is, it need not be exact.
+template <int LAST, class Team>
+__device__ inline float value_of(const PackedNetworks &networks, const Settings &s, int own, vec4 p, int &reached,
+                                 Work &work) {
+    float value[1];
+    if (LAST == 1 && s.level > 1) {
+        evaluate<Rough<NetworkOf<1>>, Team>(networks.of[1], p, value);
+    } else {
+        evaluate<NetworkOf<1>, Team>(networks.of[1], p, value);
+    }
+    work.count(1, __ballot_sync(WARP, own > 0));
+    reached = 1;
+    finer<2, LAST, Team>(networks, own, p, value[0], reached, work);
+    return value[0];
+}
+
+// Up to iterations[PHASE - 1] steps of each ray that is at level PHASE. A team keeps its lanes filled from the queue.
+template <int PHASE, class Team>
 __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks networks, Rays rays, int round) {
     const int count = *rays.length(round, PHASE);
     const int *queue = rays.list(round, PHASE);
-    unsigned evaluated[PHASE] = {}, asked[PHASE] = {};
+    Work work;
     vec3 eye = s.camera.d.xyz, direction = vec3(0.0f, 0.0f, 1.0f);
     Hit ray = {};
     int pixel = 0, step = 0;
@@ -57,9 +90,7 @@ __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks netw
     while (true) {
         unsigned idle = __ballot_sync(WARP, !live);
         if (more && __popc(idle) >= REFILL) {
-            int first = 0;
-            if (lane() == 0) first = atomicAdd(rays.taken + round * LEVELS + PHASE - 1, __popc(idle));
-            first = __shfl_sync(WARP, first, 0);
+            int first = Team::take(rays.taken + round * LEVELS + PHASE - 1, __popc(idle));
             int mine = first + __popc(idle & ((1u << lane()) - 1u));
             if (!live && mine < count) {
                 pixel = queue[mine];
@@ -76,30 +107,57 @@ __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks netw
             if (more) continue;
             break;
         }
+        int reached;
         vec4 p = vec4(eye + ray.t * direction, fourth());
-        float value[1];
-        evaluate<NetworkOf<1>>(networks.of[1], p, value);
-        evaluated[0] += static_cast<unsigned>(__popc(~idle));
-        asked[0] += 32;
-        int reached = 1;
-        finer<2, PHASE>(networks, live, p, value[0], reached, evaluated, asked);
+        float f = value_of<PHASE, Team>(networks, s, live ? PHASE : 0, p, reached, work);
         bool leaves = false;
         if (live) {
-            advance(ray, value[0], reached, s, far);
+            advance(ray, f, reached, s, far);
             leaves = ray.level != PHASE || ++step == iterations[PHASE - 1];
-            if (leaves) rays.state[pixel] = ray;
+            if (leaves && Team::leads()) rays.state[pixel] = ray;
             live = !leaves;
         }
-        if (__any_sync(WARP, leaves)) hand_over(rays, leaves, ray, pixel, round, PHASE, round + 1 == s.rounds);
+        if (Team::leads() && __any_sync(WARP, leaves))
+            hand_over(rays, leaves, ray, pixel, round, PHASE, round + 1 == s.rounds);
     }
-    if (lane() == 0) {
-#pragma unroll
-        for (int i = 0; i < PHASE; ++i) {
-            if (asked[i] == 0) continue;
-            atomicAdd(rays.work + i, static_cast<unsigned long long>(evaluated[i]));
-            atomicAdd(rays.work + LEVELS + i, static_cast<unsigned long long>(asked[i]));
+    if (Team::leads() && lane() == 0) work.write(rays.work);
+}
+
+// All steps of the rays that wait for `round`, whatever their level, each as march() goes through the rounds: few are
+// left, and every kernel of their own would take as long as its slowest ray.
+__global__ void __launch_bounds__(THREADS) finish(Settings s, PackedNetworks networks, Rays rays, int round) {
+    const int count = rays.waiting_in(round), blocks = static_cast<int>(gridDim.x);
+    const int each = min(32, (count + blocks - 1) / blocks);  // the fewer share a tile, the fewer wait for one another
+    Work work;
+    vec3 eye = s.camera.d.xyz;
+    for (int first = each * static_cast<int>(blockIdx.x); first < count; first += each * blocks) {
+        int pixel = lane() < each ? rays.waiting_at(round, first + lane()) : -1;
+        bool live = pixel >= 0;
+        Hit ray = live ? rays.state[pixel] : Hit{};
+        vec3 direction = camera_ray(s, live ? pixel : 0);
+        float far = ball(eye, direction, 1.0f + delta[s.level - 1]).exit;
+        int now = round, phase = ray.level, step = 0;
+        while (__any_sync(WARP, live)) {
+            int reached;
+            vec4 p = vec4(eye + ray.t * direction, fourth());
+            float f = value_of<LEVELS, Together>(networks, s, live ? phase : 0, p, reached, work);
+            bool done = false;
+            if (live) {
+                advance(ray, f, reached, s, far);
+                if (ray.level != phase || ++step == iterations[phase - 1]) {
+                    now += ray.level <= phase;
+                    phase = ray.level;
+                    step = 0;
+                }
+                done = ray.level == 0 || now == s.rounds;
+                live = !done;
+            }
+            if (!Together::leads() || !__any_sync(WARP, done)) continue;
+            if (done) rays.state[pixel] = ray;
+            append(done && ray.hit, pixel, rays.hits, rays.hit_count);
         }
     }
+    if (Together::leads() && lane() == 0) work.write(rays.work);
 }
 
 // Every pixel without its surface.
@@ -120,7 +178,7 @@ template <int LEVEL> __device__ inline vec3 gradient_to(const PackedNetworks &ne
 __device__ inline vec3 tile_albedo(const PackedNetworks &networks, vec4 p) {
 #if TEXTURED
     float c[3];
-    evaluate<NetworkOf<0>>(networks.of[0], p, c);
+    evaluate<NetworkOf<0>, Alone>(networks.of[0], p, c);
     return clamp(vec3(c[0], c[1], c[2]), 0.0f, 1.0f);
 #else
     (void)networks;

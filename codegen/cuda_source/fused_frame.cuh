@@ -1,9 +1,9 @@
 #include "fused.cuh"
 // The host's side of `fused`.
-constexpr int ROUNDS_AT_ONCE = 4;  // rounds launched before the host looks whether any ray is left
+constexpr int ROUNDS_ALONE = 1, ROUNDS_TOGETHER = 3;  // traced by warps, then by blocks; the rest is finish()'s
 
 struct Statistics {
-    std::vector<std::vector<int>> waiting;  // [round][level]: rays traced
+    std::vector<std::vector<int>> waiting;  // [round][level]: rays traced; the last row: those of finish()
     unsigned long long evaluated[LEVELS] = {}, asked[LEVELS] = {};
     int hits = 0;
 };
@@ -18,7 +18,8 @@ public:
             networks_.of[i] = packings_.back().upload();
         }
         set_grids(std::integral_constant<int, 1>());
-        shade_grid_ = resident(shade_hits);
+        finish_grid_ = resident<Together>(finish);
+        shade_grid_ = resident<Alone>(shade_hits);
     }
 
     // mark(name): called after each stage.
@@ -31,13 +32,13 @@ public:
         work_.clear();
         launch(enter, blocks_for(s.pixels()), s, rays);
         mark("enter");
-        done_ = 0;
-        while (done_ < s.rounds) {
-            int end = std::min(s.rounds, done_ + ROUNDS_AT_ONCE);
-            for (; done_ < end; ++done_) phase(std::integral_constant<int, 1>(), s, rays);
-            if (done_ == s.rounds || !left(done_)) break;
-        }
+        for (round_ = 0; round_ < std::min(s.rounds, ROUNDS_ALONE); ++round_)
+            phase<Alone>(std::integral_constant<int, 1>(), s, rays);
+        for (; round_ < std::min(s.rounds, ROUNDS_ALONE + ROUNDS_TOGETHER); ++round_)
+            phase<Together>(std::integral_constant<int, 1>(), s, rays);
         mark("trace");
+        if (round_ < s.rounds) launch(finish, finish_grid_, s, networks_, rays, round_);
+        mark("finish");
         launch(paint, blocks_for(s.pixels()), s, static_cast<const Hit *>(state_.get()), image);
         mark("paint");
         if (shades_hits(s)) launch(shade_hits, shade_grid_, s, networks_, rays, image);
@@ -47,7 +48,7 @@ public:
     Statistics statistics() const {
         Statistics found;
         std::vector<int> waiting = waiting_.read();
-        for (int round = 0; round < done_; ++round) {
+        for (int round = 0; round <= round_; ++round) {
             auto row = waiting.begin() + round * LEVELS;
             if (std::all_of(row, row + LEVELS, [](int count) { return count == 0; })) break;
             found.waiting.emplace_back(row, row + LEVELS);
@@ -64,33 +65,29 @@ private:
     static size_t counters(const Settings &s) { return static_cast<size_t>(s.rounds + 1) * LEVELS; }
 
     // Blocks that the device holds at once: the kernels take work until there is no more.
-    template <class Kernel> Grid resident(Kernel kernel) const {
+    template <class Team, class Kernel> Grid resident(Kernel kernel) const {
         int each = 0;
-        check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, SHARED), "shared memory");
-        check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&each, kernel, THREADS, SHARED), "occupancy");
-        return Grid(std::max(1, each) * processors_, SHARED);
+        check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, Team::SHARED), "shared memory");
+        check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&each, kernel, THREADS, Team::SHARED), "occupancy");
+        return Grid(std::max(1, each) * processors_, Team::SHARED);
     }
 
     template <int PHASE> void set_grids(std::integral_constant<int, PHASE>) {
-        grids_.push_back(resident(trace<PHASE>));
+        alone_.push_back(resident<Alone>(trace<PHASE, Alone>));
+        together_.push_back(resident<Together>(trace<PHASE, Together>));
         if constexpr (PHASE < LEVELS) set_grids(std::integral_constant<int, PHASE + 1>());
     }
 
-    template <int PHASE> void phase(std::integral_constant<int, PHASE>, const Settings &s, const Rays &rays) {
+    template <class Team, int PHASE> void phase(std::integral_constant<int, PHASE>, const Settings &s, const Rays &rays) {
         if (PHASE > s.level) return;
-        launch(trace<PHASE>, grids_[PHASE - 1], s, networks_, rays, done_);
-        if constexpr (PHASE < LEVELS) phase(std::integral_constant<int, PHASE + 1>(), s, rays);
+        const std::vector<Grid> &grids = Team::WARPS == 1 ? alone_ : together_;
+        launch(trace<PHASE, Team>, grids[PHASE - 1], s, networks_, rays, round_);
+        if constexpr (PHASE < LEVELS) phase<Team>(std::integral_constant<int, PHASE + 1>(), s, rays);
     }
 
-    bool left(int round) const {
-        int counts[LEVELS];
-        check(cudaMemcpy(counts, waiting_.get() + round * LEVELS, sizeof counts, cudaMemcpyDeviceToHost), "trace");
-        return std::any_of(counts, counts + LEVELS, [](int count) { return count > 0; });
-    }
-
-    int processors_, done_ = 0;
-    std::vector<Grid> grids_;  // of trace, by level
-    Grid shade_grid_ = 1;
+    int processors_, round_ = 0;
+    std::vector<Grid> alone_, together_;  // of trace, by level
+    Grid finish_grid_ = 1, shade_grid_ = 1;
     Buffer<Hit> state_;
     Buffer<int> even_, odd_, hits_, waiting_, taken_, hit_count_;
     Buffer<unsigned long long> work_;

@@ -13,6 +13,21 @@ struct Rays {
 
     __device__ int *list(int round, int level) const { return queue[round % 2] + (level - 1) * pixels; }
     __device__ int *length(int round, int level) const { return waiting + round * LEVELS + level - 1; }
+
+    // How many rays wait for a round, and the pixel of one of them, level after level; -1 beyond the last.
+    __device__ int waiting_in(int round) const {
+        int all = 0;
+        for (int level = 1; level <= LEVELS; ++level) all += *length(round, level);
+        return all;
+    }
+    __device__ int waiting_at(int round, int place) const {
+        for (int level = 1; level <= LEVELS; ++level) {
+            int count = *length(round, level);
+            if (place < count) return list(round, level)[place];
+            place -= count;
+        }
+        return -1;
+    }
 };
 
 // Appends the pixels of the lanes that want it: one atomic for the warp, places by ballot.

@@ -1,31 +1,14 @@
-#include "packed.cuh"
-// tile.cuh: a network at 32 points by one warp, lane = point. Its matrices by the tensor cores, everything else in
+#include "team.cuh"
+// tile.cuh: a network at 32 points by one team, lane = point. Its matrices by the tensor cores, everything else in
 // float32. T tiles of 16 points are worked on at a time; there a lane holds points q and q + 8 of each tile, at columns
 // 2 r + {0, 1} of each 8 (mma.cuh). A layer's inputs are in registers; its outputs go to the lane's own words of shared
-// memory, so that the loop over them need not be unrolled. No lane reads what another wrote: there are no barriers.
-template <class Net> struct Tile {
-    static constexpr int K = Net::WIDTH / 16;
-    // Level 1, whose error is that of all others, is split where it is narrow: h and W as a sum of two halves each.
-    static constexpr bool SPLIT = Net::SPLIT;
-    static constexpr int T = (SPLIT ? 2 : 1) * Net::WIDTH <= 256 ? 2 : 1;
-    static constexpr int WORDS = (SPLIT ? 2 : 1) * T * K;  // uint4 of a lane
+// memory, so that the loop over them need not be unrolled. Lanes read words of their own number only: of one warp no
+// barrier is asked.
+
+// Without the split: for where a level's band is far wider than halves are coarse.
+template <class Net> struct Rough : Net {
+    static constexpr bool SPLIT = false;
 };
-
-template <int LEVEL> constexpr int most_words() {
-    int finer = 0;
-    if constexpr (LEVEL < LEVELS) finer = most_words<LEVEL + 1>();
-    return Tile<NetworkOf<LEVEL>>::WORDS > finer ? Tile<NetworkOf<LEVEL>>::WORDS : finer;
-}
-
-constexpr int WORDS = most_words<1 - TEXTURED>();
-constexpr int SHARED = WORDS * THREADS * static_cast<int>(sizeof(uint4));  // bytes of a block
-
-__device__ inline int lane() { return static_cast<int>(threadIdx.x % 32u); }
-
-// This lane's words of shared memory: 0, 32, 64, ...
-__device__ inline uint4 *scratch() {
-    return shared_memory() + threadIdx.x / 32u * static_cast<unsigned>(32 * WORDS) + threadIdx.x % 32u;
-}
 
 // The points of T tiles from `base` that this lane works on; p: of this lane.
 template <int T> __device__ inline void spread(vec4 p, int base, vec4 (&points)[T][2]) {
@@ -71,12 +54,12 @@ __device__ inline void subtract_rounded(float (&d)[2][4]) {
     }
 }
 
-template <int T, int K> __device__ inline void load_inputs(int from, unsigned (&h)[T][K][4]) {
+template <class Team, int T, int K> __device__ inline void load_inputs(int from, unsigned (&h)[T][K][4]) {
 #pragma unroll
     for (int m = 0; m < T; ++m) {
 #pragma unroll
         for (int k = 0; k < K; ++k) {
-            uint4 word = scratch()[32 * (from + m * K + k)];
+            uint4 word = Team::scratch()[32 * (from + m * K + k)];
             h[m][k][0] = word.x;
             h[m][k][1] = word.y;
             h[m][k][2] = word.z;
@@ -85,23 +68,19 @@ template <int T, int K> __device__ inline void load_inputs(int from, unsigned (&
     }
 }
 
-// d += h times 16 columns of a matrix.
+// d += 16 columns of h, from 16 k, times 16 x 16 of a matrix.
 template <int T, int K>
-__device__ inline void multiply(const uint4 *fragments, const unsigned (&h)[T][K][4], float (&d)[T][2][4]) {
+__device__ inline void multiply(uint4 b, const unsigned (&h)[T][K][4], int k, float (&d)[T][2][4]) {
 #pragma unroll
-    for (int k = 0; k < K; ++k) {
-        uint4 b = __ldg(fragments + 32 * k + lane());
-#pragma unroll
-        for (int m = 0; m < T; ++m) {
-            mma(d[m][0], h[m][k], b.x, b.y);
-            mma(d[m][1], h[m][k], b.z, b.w);
-        }
+    for (int m = 0; m < T; ++m) {
+        mma(d[m][0], h[m][k], b.x, b.y);
+        mma(d[m][1], h[m][k], b.z, b.w);
     }
 }
 
 // What follows 16 sums d of a layer, columns from 16 n: sines to scratch and, where a gradient is wanted, cosines to
 // slopes [T][K]; the last layer's sines to the output rows' sums.
-template <class Net, bool LAST, int T>
+template <class Net, class Team, bool LAST, int T>
 __device__ inline void activate(const Packed &net, int n, float (&d)[T][2][4], uint4 *slopes,
                                 float (&sums)[Net::OUTPUTS][T][2]) {
     constexpr int K = Tile<Net>::K;
@@ -116,10 +95,10 @@ __device__ inline void activate(const Packed &net, int n, float (&d)[T][2][4], u
 #pragma unroll
         for (int i = 0; i < 8; ++i) d[m][i / 4][i % 4] = __sinf(d[m][i / 4][i % 4]);
         if constexpr (!LAST) {
-            scratch()[32 * (m * K + n)] = as_input(d[m]);
+            Team::scratch()[32 * (m * K + n)] = as_input(d[m]);
             if constexpr (Net::SPLIT) {
                 subtract_rounded(d[m]);
-                scratch()[32 * ((T + m) * K + n)] = as_input(d[m]);
+                Team::scratch()[32 * ((T + m) * K + n)] = as_input(d[m]);
             }
         }
     }
@@ -140,11 +119,11 @@ __device__ inline void activate(const Packed &net, int n, float (&d)[T][2][4], u
     }
 }
 
-template <class Net, bool LAST, int T>
+template <class Net, class Team, bool LAST, int T>
 __device__ inline void first_layer(const Packed &net, const vec4 (&points)[T][2], uint4 *slopes,
                                    float (&sums)[Net::OUTPUTS][T][2]) {
 #pragma unroll 1
-    for (int n = 0; n < Tile<Net>::K; ++n) {
+    for (int n = Team::first(); n < Tile<Net>::K; n += Team::WARPS) {
         float d[T][2][4];
 #pragma unroll
         for (int half = 0; half < 2; ++half) {
@@ -160,18 +139,20 @@ __device__ inline void first_layer(const Packed &net, const vec4 (&points)[T][2]
                 }
             }
         }
-        activate<Net, LAST>(net, n, d, slopes, sums);
+        activate<Net, Team, LAST>(net, n, d, slopes, sums);
     }
 }
 
-template <class Net, bool LAST, int T>
+template <class Net, class Team, bool LAST, int T>
 __device__ inline void hidden_layer(const Packed &net, int layer, uint4 *slopes, float (&sums)[Net::OUTPUTS][T][2]) {
     constexpr int K = Tile<Net>::K;
     unsigned h[T][K][4], rest[Net::SPLIT ? T : 1][Net::SPLIT ? K : 1][4];
-    load_inputs(0, h);
-    if constexpr (Net::SPLIT) load_inputs(T * K, rest);
+    Team::meet();  // all have written them
+    load_inputs<Team>(0, h);
+    if constexpr (Net::SPLIT) load_inputs<Team>(T * K, rest);
+    Team::meet();  // all have read them
 #pragma unroll 1
-    for (int n = 0; n < K; ++n) {
+    for (int n = Team::first(); n < K; n += Team::WARPS) {
         float d[T][2][4];
 #pragma unroll
         for (int half = 0; half < 2; ++half) {
@@ -183,29 +164,36 @@ __device__ inline void hidden_layer(const Packed &net, int layer, uint4 *slopes,
                 d[m][half][1] = d[m][half][3] = b1;
             }
         }
-        int place = ((layer - 1) * K + n) * K * 32;
-        multiply(net.forward + place, h, d);
-        if constexpr (Net::SPLIT) {
-            multiply(net.forward + place, rest, d);
-            multiply(net.forward_rest + place, h, d);
+        int place = ((layer - 1) * K + n) * K * 32 + lane();
+#pragma unroll
+        for (int k = 0; k < K; ++k) {
+            uint4 b = __ldg(net.forward + place + 32 * k);
+            multiply(b, h, k, d);
+            if constexpr (Net::SPLIT) {
+                multiply(b, rest, k, d);
+                multiply(__ldg(net.forward_rest + place + 32 * k), h, k, d);
+            }
         }
-        activate<Net, LAST>(net, n, d, slopes, sums);
+        activate<Net, Team, LAST>(net, n, d, slopes, sums);
     }
 }
 
-// The network at T tiles: sums of its output rows; slopes [LAYERS][T][K], or null where no gradient is wanted.
-template <class Net, int T>
+// The network at T tiles: sums of its output rows, over this warp's columns; slopes [LAYERS][T][K], or null where no
+// gradient is wanted.
+template <class Net, class Team, int T>
 __device__ inline void forward(const Packed &net, const vec4 (&points)[T][2], uint4 *slopes,
                                float (&sums)[Net::OUTPUTS][T][2]) {
     auto of_layer = [=](int layer) { return slopes == nullptr ? nullptr : slopes + layer * T * Tile<Net>::K; };
-    first_layer<Net, Net::LAYERS == 1>(net, points, of_layer(0), sums);
+    constexpr int LAST = Net::LAYERS - 1;
+    first_layer<Net, Team, LAST == 0>(net, points, of_layer(0), sums);
 #pragma unroll 1
-    for (int layer = 1; layer < Net::LAYERS - 1; ++layer) hidden_layer<Net, false>(net, layer, of_layer(layer), sums);
-    if constexpr (Net::LAYERS > 1) hidden_layer<Net, true>(net, Net::LAYERS - 1, of_layer(Net::LAYERS - 1), sums);
+    for (int layer = 1; layer < LAST; ++layer) hidden_layer<Net, Team, false>(net, layer, of_layer(layer), sums);
+    if constexpr (LAST > 0) hidden_layer<Net, Team, true>(net, LAST, of_layer(LAST), sums);
 }
 
-// Outputs of the network at p, one point per lane.
-template <class Net> __device__ inline void evaluate(const Packed &net, vec4 p, float (&outputs)[Net::OUTPUTS]) {
+// Outputs of the network at p, one point per lane, the same in all warps of the team.
+template <class Net, class Team>
+__device__ inline void evaluate(const Packed &net, vec4 p, float (&outputs)[Net::OUTPUTS]) {
     constexpr int T = Tile<Net>::T;
 #pragma unroll
     for (int c = 0; c < Net::OUTPUTS; ++c) outputs[c] = 0.0f;
@@ -214,10 +202,11 @@ template <class Net> __device__ inline void evaluate(const Packed &net, vec4 p, 
         vec4 points[T][2];
         spread(p, base, points);
         float sums[Net::OUTPUTS][T][2] = {};
-        forward<Net>(net, points, nullptr, sums);
+        forward<Net, Team>(net, points, nullptr, sums);
 #pragma unroll
         for (int c = 0; c < Net::OUTPUTS; ++c) gather(sums[c], base, outputs[c]);
     }
+    Team::add(outputs);
 #pragma unroll
     for (int c = 0; c < Net::OUTPUTS; ++c) outputs[c] = Net::scale(c) * outputs[c] + Net::offset(c);
 }

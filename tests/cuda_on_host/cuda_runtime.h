@@ -1,5 +1,6 @@
 // CUDA on the host, for tests: every CUDA thread is a fiber, warps run in lockstep at their collectives, two blocks at
-// once, turn and turn about. A collective that a lane of the warp does not reach, or reaches at another one, aborts.
+// once. Some warps, by lot, sit out up to 255 collectives of the others, so that what misses a barrier shows. A
+// collective that a lane of the warp does not reach, or reaches at another one, aborts.
 // Device memory is filled with NaN and ends at a page that cannot be touched.
 // g++ -std=c++17 -DMPLICITS_HOST -I tests/cuda_on_host -x c++ model.cu
 #pragma once
@@ -40,7 +41,7 @@ inline dim3 blockDim, gridDim;
 namespace host {
 constexpr int RESIDENT = 2;
 constexpr size_t STACK = 512 * 1024;
-enum Operation { SHUFFLE = 1, SHUFFLE_XOR, BALLOT, MMA };
+enum Operation { SHUFFLE = 1, SHUFFLE_XOR, BALLOT, MMA, BARRIER };
 
 struct Deposit {
     Operation operation;
@@ -49,6 +50,12 @@ struct Deposit {
 
 struct Warp {
     Deposit deposits[2][32];
+    bool ended = true;
+    int asleep = 0;  // passes of the others that it sits out
+};
+
+struct Barrier {
+    unsigned arrived = 0, passed = 0;
 };
 
 struct Fiber {
@@ -58,6 +65,7 @@ struct Fiber {
     unsigned generation = 0;
     dim3 thread, block;
     Warp *warp = nullptr;
+    Barrier *barrier = nullptr;
     std::unique_ptr<char[]> stack{new char[STACK]};
 };
 
@@ -102,9 +110,19 @@ inline void resume(Fiber &fiber) {
     setcontext(&fiber.entry);
 }
 
+__attribute__((noinline)) inline void prepare(Fiber &fiber) {
+    getcontext(&fiber.entry);
+    fiber.entry.uc_stack.ss_sp = fiber.stack.get();
+    fiber.entry.uc_stack.ss_size = STACK;
+    fiber.entry.uc_link = nullptr;
+    makecontext(&fiber.entry, fiber_main, 0);
+}
+
 inline void run_grid(unsigned blocks, unsigned threads, size_t shared, const std::function<void()> &kernel) {
     static std::vector<Fiber> fibers(RESIDENT * 128);
     static std::vector<Warp> warps(RESIDENT * 4);
+    static unsigned lot = 1;
+    std::vector<Barrier> barriers(RESIDENT);
     shared_size = shared;
     shared_words.assign(RESIDENT * shared / sizeof(uint4), uint4{~0u, ~0u, ~0u, ~0u});
     if (threads != 128) fail("blocks have 128 threads here");
@@ -118,17 +136,23 @@ inline void run_grid(unsigned blocks, unsigned threads, size_t shared, const std
             fiber.thread = dim3(static_cast<unsigned>(i % threads), 0, 0);
             fiber.block = dim3(first + static_cast<unsigned>(i / threads), 0, 0);
             fiber.warp = &warps[i / 32];
+            fiber.warp->ended = false;
+            fiber.barrier = &barriers[i / threads];
             fiber.started = fiber.ended = false;
             fiber.generation = 0;
-            getcontext(&fiber.entry);
-            fiber.entry.uc_stack.ss_sp = fiber.stack.get();
-            fiber.entry.uc_stack.ss_size = STACK;
-            fiber.entry.uc_link = nullptr;
-            makecontext(&fiber.entry, fiber_main, 0);
+            prepare(fiber);
         }
         for (bool any = true; any;) {
             any = false;
             for (size_t warp = 0; warp < count / 32; ++warp) {
+                if (warps[warp].ended) continue;
+                any = true;
+                if (warps[warp].asleep > 0) {
+                    --warps[warp].asleep;
+                    continue;
+                }
+                lot = lot * 1664525u + 1013904223u;
+                if (lot >> 27 == 0) warps[warp].asleep = static_cast<int>(lot >> 19);
                 int ended = 0;
                 for (size_t lane = 0; lane < 32; ++lane) {
                     Fiber &fiber = fibers[32 * warp + lane];
@@ -136,7 +160,7 @@ inline void run_grid(unsigned blocks, unsigned threads, size_t shared, const std
                     ended += fiber.ended;
                 }
                 if (ended != 0 && ended != 32) fail("a lane ended where others of its warp met");
-                any = any || ended == 0;
+                warps[warp].ended = ended == 32;
             }
         }
     }
@@ -194,6 +218,7 @@ inline int c_column(int in_group, int i) { return in_group * 2 + (i & 1); }
 #define threadIdx (host::now->thread)
 #define blockIdx (host::now->block)
 
+using std::min;
 inline int __popc(unsigned word) { return __builtin_popcount(word); }
 inline float __sinf(float a) { return sinf(a); }
 inline float __cosf(float a) { return cosf(a); }
@@ -217,6 +242,16 @@ template <class T> T __shfl_sync(unsigned, T value, int from) {
     word = host::meet(host::SHUFFLE, {word})[from % 32].words[0];
     memcpy(&result, &word, sizeof word);
     return result;
+}
+inline void __syncthreads() {
+    host::Barrier &barrier = *host::now->barrier;
+    unsigned before = barrier.passed;
+    if (++barrier.arrived == blockDim.x) {
+        barrier.arrived = 0;
+        ++barrier.passed;
+    }
+    do host::meet(host::BARRIER, {});
+    while (barrier.passed == before);
 }
 inline float __shfl_xor_sync(unsigned, float value, int flip) {
     unsigned self = threadIdx.x % 32;

@@ -1,5 +1,6 @@
 // Evaluates a baked model's networks at points of stdin (float4) the way `fused` does: per level (gradient, value) and,
-// of a texture, (colour, 0); then `simple`: field_gradient() of each level, albedo(). All float32 on stdout.
+// of a texture, (colour, 0); the values by the warps of a block together, and in w without the split; then `simple`:
+// field_gradient() of each level, albedo(). All float32 on stdout.
 #define main model_main
 #include MODEL_FILE
 #undef main
@@ -7,26 +8,44 @@
 namespace mplicits {
 constexpr int FIRST = 1 - TEXTURED, ROWS = LEVELS + TEXTURED;
 
-template <int LEVEL> void at_level(const PackedNetworks &networks, vec4 p, vec4 *out, int count, int place) {
+// As all warps of the block hold the same points together, they take each warp's in turn.
+template <class Net> vec4 together(const Packed &net, const vec4 *points) {
+    vec4 mine(0.0f);
+    __syncthreads();
+    for (unsigned warp = 0; warp < THREADS / 32; ++warp) {
+        vec4 p = points[blockIdx.x * THREADS + 32 * warp + threadIdx.x % 32];
+        float values[Net::OUTPUTS], rough[Net::OUTPUTS];
+        evaluate<Net, Together>(net, p, values);
+        evaluate<Rough<Net>, Together>(net, p, rough);
+        constexpr int LAST = Net::OUTPUTS - 1;
+        if (threadIdx.x / 32 == warp) mine = vec4(values[0], values[LAST / 2], values[LAST], rough[0]);
+    }
+    __syncthreads();
+    return mine;
+}
+
+template <int LEVEL> void at_level(const PackedNetworks &networks, const vec4 *points, vec4 *out, int count, int place) {
     using Net = NetworkOf<LEVEL>;
+    vec4 p = points[place];
     float values[Net::OUTPUTS];
-    evaluate<Net>(networks.of[LEVEL], p, values);
+    evaluate<Net, Alone>(networks.of[LEVEL], p, values);
     if constexpr (LEVEL == 0) {
         out[place] = vec4(values[0], values[1], values[2], 0.0f);
     } else {
         out[place] = vec4(evaluate_gradient<Net>(networks.of[LEVEL], p), values[0]);
     }
-    if constexpr (LEVEL < LEVELS) at_level<LEVEL + 1>(networks, p, out + count, count, place);
+    out[ROWS * count + place] = together<Net>(networks.of[LEVEL], points);
+    if constexpr (LEVEL < LEVELS) at_level<LEVEL + 1>(networks, points, out + count, count, place);
 }
 
 void probe(PackedNetworks networks, const vec4 *points, vec4 *out, int count) {
     int place = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
     vec4 p = points[place];
-    at_level<FIRST>(networks, p, out, count, place);
+    at_level<FIRST>(networks, points, out, count, place);
     time = p.w;
     for (int level = 1; level <= LEVELS; ++level)
-        out[(ROWS + level - 1) * count + place] = field_gradient(p.xyz, level);
-    out[(ROWS + LEVELS) * count + place] = vec4(albedo(p.xyz), 0.0f);
+        out[(2 * ROWS + level - 1) * count + place] = field_gradient(p.xyz, level);
+    out[(2 * ROWS + LEVELS) * count + place] = vec4(albedo(p.xyz), 0.0f);
 }
 }  // namespace mplicits
 
@@ -42,8 +61,8 @@ int main() {
         packings.emplace_back(NETWORKS[i]);
         networks.of[i] = packings.back().upload();
     }
-    Buffer<vec4> in(points), out(static_cast<size_t>((ROWS + LEVELS + 1) * count));
-    launch(probe, Grid(count / THREADS, SHARED), networks, static_cast<const vec4 *>(in.get()), out.get(), count);
+    Buffer<vec4> in(points), out(static_cast<size_t>((2 * ROWS + LEVELS + 1) * count));
+    launch(probe, Grid(count / THREADS, std::max(Alone::SHARED, Together::SHARED)), networks, static_cast<const vec4 *>(in.get()), out.get(), count);
     std::vector<vec4> found = out.read();
     fwrite(found.data(), sizeof(vec4), found.size(), stdout);
 }
