@@ -6,11 +6,11 @@ from pathlib import Path
 
 from codegen.errors import UserError
 from codegen.files import show
+from codegen.mesh_file import SUFFIXES as SURFACES
 
 from .compile import ShaderError
 from .context import Context
 from .jobs import Cost, Job
-from .mesh_file import SUFFIXES as SURFACES
 from .overlay import SHOWN, MeshFile, Overlay
 from .picture import Picture
 from .renderer import Renderer
