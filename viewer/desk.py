@@ -93,13 +93,13 @@ class Desk:
             self.training, self.stale = None, True
 
     def begin(self, job: Job, draws: bool = False) -> None:
-        """Starts a job; another one that runs is dropped. draws: with `drawn` or `renderer`, and ends with them."""
+        """Starts a job; another one that runs is dropped. draws: with `drawn` or `renderer`, until its share is 1."""
         self.cancel()
-        self.job, self._draws = job, draws
+        self.job, self._draws, self.doing = job, draws, (0.0, "")
 
     def cancel(self, drawing: bool = False) -> None:
         """Ends the job. drawing: only one that draws, for what it draws with changes."""
-        if self.job is not None and (self._draws or not drawing):
+        if self.job is not None and ((self._draws and self.doing[0] < 1.0) or not drawing):
             self.job.close()
             self.job, self.stale = None, True
 
