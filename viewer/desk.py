@@ -39,8 +39,7 @@ class Desk:
     def __init__(self, context: Context, source: Source, view: View, *, storage: str = "auto", watch: bool = False,
                  mesh: MeshFile | None = None, wake: Callable[[], None] = lambda: None) -> None:
         self.context, self.source, self.view = context, source, view
-        self._storage, self._wake = storage, wake
-        self._watching = watch
+        self._storage, self._wake, self._watching = storage, wake, watch
         self.renderer = Renderer(context, source.shader)
         self.renderer.schedule(view.options)
         self.picture = Picture(context)
@@ -136,6 +135,7 @@ class Desk:
         except UserError as error:
             self.view.mesh = SHOWN[0]
             self.say(str(error))
+            self.log = error.log if isinstance(error, ShaderError) else self.log
             return self.renderer
 
     def _files(self, now: float) -> float | None:
