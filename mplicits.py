@@ -29,8 +29,8 @@ MESHING = ("mesh", "eval")
 PACKAGES = {"PIL": "pillow"}
 """Package of a module, where the names differ."""
 
-DEMO_MODEL, DEMO_CAMERA = "spot", "215,15"
-"""The gallery's model that the demo opens, and from where it shows its face."""
+DEMO_MODEL = "spot"
+"""The gallery's model that the demo opens."""
 DEMO_LEVELS, DEMO_SECONDS = "64x1,64x2", "90"
 """What the demo trains: two levels, so that the picture is there within three minutes on two cores."""
 
@@ -57,16 +57,15 @@ def demo_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run_demo(args: argparse.Namespace) -> None:
     """`mplicits demo`: view, or where there is no display render and bake; with --train, train before."""
-    trains = args.train or args.seconds or args.retrain
-    model, camera = (demo_model(args), ()) if trains else (DEMO_MODEL, ("--camera", DEMO_CAMERA))
+    model = demo_model(args) if args.train or args.seconds or args.retrain else DEMO_MODEL
     if not args.no_window and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         try:
-            return announce("view", model, *camera)
+            return announce("view", model)
         except UserError as error:
             print(f"mplicits: no window: {show(str(error))}", file=sys.stderr)
     make_folder(args.out_dir)
     picture, shader, page = (str(args.out_dir / f"demo.{end}") for end in ("png", "glsl", "html"))
-    announce("render", model, *camera, "-o", picture)
+    announce("render", model, "-o", picture)
     announce("bake", model, "--target", "glsl330", "-o", shader)
     announce("bake", model, "--target", "html", "-o", page)
     print("picture, shader and web page:", *map(show, (picture, shader, page)), sep="\n  ", flush=True)

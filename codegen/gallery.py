@@ -4,6 +4,8 @@ from pathlib import Path
 
 FOLDER = "models"
 SUFFIX = ".safetensors"
+FRONTS = {"spot": (215.0, 15.0), "bob": (235.0, 15.0)}
+"""Azimuth and elevation, degrees, from which a shape shows its face, by its models' names up to the first dash."""
 
 
 def names() -> list[str]:
@@ -20,6 +22,11 @@ def model_path(text: str) -> Path:
     if path.is_file() or "/" in text or text not in names():
         return path
     return _folder() / (text + SUFFIX)
+
+
+def front(path: Path) -> tuple[float, float] | None:
+    """Azimuth and elevation to look from at a model that `model_path` found by its name; None for other files."""
+    return FRONTS.get(path.stem.partition("-")[0]) if path.parent == _folder() else None
 
 
 def _folder() -> Path:

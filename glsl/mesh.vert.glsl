@@ -1,4 +1,3 @@
-#version 330 core
 // The vertex of a mesh: the camera of main.glsl as a projection, onto one tile of the picture.
 // position, normal: model space; viewport: x, y, width, height, pixels; planes: near and far, along the view, model units.
 uniform vec2 resolution, origin, jitter, planes = vec2(1.0, 8.0);

@@ -79,10 +79,11 @@ def _meshes(args: Namespace, progress: "Progress") -> "tuple[Mesh, Mesh, dict[st
 
     from codegen.errors import UserError
     from codegen.files import show
+    from codegen.mesh_file import SUFFIXES
     from codegen.model import load
 
     from .extract import check_resolution, extract_model, up_to
-    from .truth import SUFFIXES, in_model_space, normalisation, read_mesh
+    from .truth import in_model_space, normalisation, read_mesh
 
     if args.model.suffix.lower() in SUFFIXES:
         for option in ("resolution", "level"):

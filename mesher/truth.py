@@ -1,7 +1,6 @@
 """Mesh files, for comparison: the ground truth, or somebody else's reconstruction."""
 
 import math
-import os
 from pathlib import Path
 
 import numpy as np
@@ -10,43 +9,25 @@ from numpy.typing import NDArray
 
 from codegen.errors import UserError
 from codegen.files import show
+from codegen.mesh_file import load_mesh
 
 from .surface import Mesh
 
-SUFFIXES = (".ply", ".obj", ".stl", ".glb")
-LARGEST = 1e30
-"""Coordinate in a file whose powers are still numbers."""
 FARTHEST = 100.0
 """Coordinate in model space, where a shape fits the unit sphere, beyond which a mesh is none of that shape."""
 
 
 def read_mesh(path: Path) -> trimesh.Trimesh:
     """The triangles of a PLY, OBJ, STL or GLB file, faces outwards. Raises UserError, one line."""
-    label = show(path.name)
-    if not os.path.isfile(path):
-        raise UserError(f"{show(path)}: no such file")
-    if path.suffix.lower() not in SUFFIXES:
-        raise UserError(f"{label}: not a mesh by its ending; this program reads {' '.join(SUFFIXES)}")
-    try:
-        mesh = trimesh.load(path, process=False, force="mesh")
-    except Exception as error:  # trimesh's readers raise anything on damaged files
-        said = "" if isinstance(error, ImportError) else str(error)  # it misses a guesser of encodings: no text at all
-        reason = show(said.splitlines()[0] if said else "damaged")[:160]
-        raise UserError(f"{label}: not a readable {path.suffix[1:].upper()} file ({reason})") from None
-    if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
-        raise UserError(f"{label}: no triangles in it; a comparison needs two surfaces")
-    if mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices):
-        raise UserError(f"{label}: triangles of vertices that are not in it; repair the file")
+    mesh = load_mesh(path, "; a comparison needs two surfaces")
     mesh.remove_unreferenced_vertices()
     largest = float(np.abs(mesh.vertices).max())
-    if not largest <= LARGEST:
-        raise UserError(f"{label}: vertex coordinates that are not finite (NaN, infinity, huge); repair the file")
     # As many digits for a shape in millimetres as in metres: what differs by 1e-8 of its size is one vertex.
     digits = 8 - math.ceil(math.log10(largest)) if largest > 0 else 8
     mesh.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=digits)
     mesh.update_faces((mesh.faces != np.roll(mesh.faces, 1, axis=1)).all(axis=1))
     if not mesh.area > 0:
-        raise UserError(f"{label}: every triangle has zero area")
+        raise UserError(f"{show(path.name)}: every triangle has zero area")
     if mesh.volume < 0:
         mesh.invert()
     return mesh

@@ -36,7 +36,7 @@ class Verbs:
 
     def fill(self, parser: ArgumentParser) -> None:
         parser.add_argument("input")
-        for option in ("-o", "--target", "--levels", "--seconds", "--camera"):
+        for option in ("-o", "--target", "--levels", "--seconds"):
             parser.add_argument(option)
 
     def make(self, name: str) -> Verb:

@@ -3,14 +3,16 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from PIL import Image
 
 from codegen.model import load
 from codegen.targets import TARGETS
-from desk_fixture import AREA, TETRAHEDRON, settle
+from desk_fixture import AREA, TETRAHEDRON, settle, shown
 from fitted_model import fitted_model
 from viewer import jobs
 from viewer.camera import Camera
@@ -18,6 +20,7 @@ from viewer.desk import Desk
 from viewer.drop import drop
 from viewer.options import RenderOptions
 from viewer.picture import Scene
+from viewer.screenshot import to_png
 
 
 def test_exports(make: Callable[..., Desk], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -42,6 +45,35 @@ def test_exports(make: Callable[..., Desk], tmp_path: Path, monkeypatch: pytest.
     assert np.abs(np.asarray(Image.open(path)) / 255 - wanted).max() < 0.6 / 255
     assert jobs.free_path("export", ".png") == Path("export-2.png")
     assert jobs.free_path("../a b", ".png") == Path("a-b.png")
+
+
+def test_while_a_png_is_encoded_the_window_goes_on(
+    make: Callable[..., Desk], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    go = Event()
+
+    def slow(image: NDArray[np.float32], title: str) -> bytes:
+        assert go.wait(60.0)
+        return to_png(image, title)
+
+    monkeypatch.setattr("viewer.jobs.to_png", slow)
+    desk, path = make(), tmp_path / "p.png"
+    settle(desk)
+    for cancelled in (True, False):
+        go.clear()
+        desk.begin(jobs.picture(desk.renderer, path, Scene(AREA, desk.view.camera, desk.view.options), "two"),
+                   draws=True)
+        while not desk.doing[1].startswith("writing"):
+            desk.tick(AREA)
+        before = shown(desk)
+        desk.view.turn(0.2, 0.0)
+        for _ in range(50):
+            desk.tick(AREA)
+        assert np.abs(shown(desk) - before).max() > 0.1
+        desk.cancel(drawing=not cancelled)
+        go.set()
+        settle(desk)
+        assert path.exists() is not cancelled
 
 
 def test_a_turntable_video(make: Callable[..., Desk], tmp_path: Path) -> None:

@@ -14,6 +14,8 @@ from codegen import gallery
 from codegen.lower import lower
 from codegen.model import load
 from codegen.reference import colour, nested_field
+from viewer.arguments import camera_from
+from viewer.camera import Camera
 
 DATA = Path(os.environ.get("MPLICITS_DATA", Path(__file__).parents[2] / "shared" / "data"))
 FOLDER = Path(__file__).parent.parent / "models"
@@ -78,6 +80,30 @@ def test_every_verb_that_takes_a_model_takes_a_name(verb: str) -> None:
     parser = argparse.ArgumentParser()
     mplicits.verbs()[verb].arguments(parser)
     assert parser.parse_args(["spot"]).model == FOLDER / "spot.safetensors"
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("verb", ["render", "view"])
+def test_a_name_is_looked_at_from_its_front(
+    name: str, verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Spot faces -z, azimuth 180, Bob -x, azimuth 270, as their meshes do."""
+    monkeypatch.chdir(tmp_path)
+    parser = argparse.ArgumentParser()
+    mplicits.verbs()[verb].arguments(parser)
+
+    def camera(*argv: str) -> Camera:
+        found = camera_from(parser.parse_args(argv))
+        assert isinstance(found, Camera)
+        return found
+
+    seen, size = camera(name), parser.parse_args([name]).size
+    assert 0 < abs(seen.azimuth - (180 if name.startswith("spot") else 270)) <= 60
+    assert seen.distance is None
+    assert camera(name, "--camera", "1,2,3") == Camera(1, 2, 3, aspect=size[0] / size[1])
+    Path(f"{name}.safetensors").write_bytes(b"")
+    for path in (f"{name}.safetensors", f"./{name}.safetensors", f"./{name}"):
+        assert camera(path) == Camera(aspect=size[0] / size[1]), "a file's is as ever"
 
 
 def test_a_name_from_the_command_line(

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import glsl
 from desk_fixture import AREA, settle, shown
 from viewer.camera import Camera
 from viewer.desk import Desk
@@ -78,6 +79,31 @@ def test_a_mesh_that_is_none_is_told(make: Callable[..., Desk], tmp_path: Path) 
     desk.view.key("M")
     settle(desk, lambda: "bad.ply" in desk.message)
     assert desk.view.mesh == "hidden"
+
+
+@pytest.mark.parametrize(("name", "right", "shown_of_it"), [
+    ("mesh.glsl", "vec3 eye = ", "faces"), ("backdrop.glsl", "vec2 pixel = ", "faces"),
+    ("mesh.vert.glsl", "vec3 view = ", "faces"), ("mesh.vert.glsl", "vec3 view = ", "edges"),
+    ("background.glsl", "return ", "faces"),
+])
+def test_an_error_in_a_mesh_s_glsl_is_placed_there(
+    make: Callable[..., Desk], cube: MeshFile, monkeypatch: pytest.MonkeyPatch, name: str, right: str, shown_of_it: str
+) -> None:
+    desk, read = make(), glsl.read
+    desk.overlay = Overlay(desk.context, cube, "auto")
+    lines = read(name).splitlines()
+    line = next(k for k, text in enumerate(lines, start=1) if right in text)
+    wrong = "\n".join([*lines[:line - 1], lines[line - 1].replace(right, right + "steeps + "), *lines[line:], ""])
+    monkeypatch.setattr(glsl, "read", lambda file: wrong if file == name else read(file))
+    desk.view.mesh, desk.view.changed = shown_of_it, True
+    settle(desk, lambda: bool(desk.log))
+    assert f"{name}:{line}" in desk.log[0]
+    assert "steeps" in desk.log[0].partition("; ")[2], "the line itself"
+    assert desk.view.mesh == "hidden"
+    monkeypatch.setattr(glsl, "read", read)
+    desk.view.mesh, desk.view.changed = shown_of_it, True
+    settle(desk)
+    assert desk.view.mesh == shown_of_it, "read again, not kept"
 
 
 def test_the_planes_hold_the_mesh_wherever_the_camera_looks() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.errors import UserError
-from codegen.gallery import model_path
+from codegen.gallery import front, model_path
 
 SHADES = ("phong", "normal", "texture", "depth", "steps")
 
@@ -20,7 +20,8 @@ def model_arguments(parser: ArgumentParser, model: str, mesh: str) -> None:
     parser.add_argument("--size", type=_size, default="512", metavar="WxH",
                         help="pixels, WxH or N (default %(default)s)")
     parser.add_argument("--camera", type=_numbers(2, 3), metavar="AZ,EL,DIST",
-                        help="degrees around, degrees above, distance in radii of the shape (default: it fits)")
+                        help="degrees around, degrees above, distance in radii of the shape "
+                             "(default: 30,20, a gallery's model from its front; it fits)")
     parser.add_argument("--fov", type=float, default=35.0, help="vertical field of view, degrees (default 35)")
     parser.add_argument("--level", type=int, metavar="L", help="last level traced (default: all)")
     parser.add_argument("--normal-level", type=int, metavar="L", help="level of the normals (default: that of --level)")
@@ -51,7 +52,7 @@ def camera_from(args: Namespace) -> Any:
     """The `Camera` asked for."""
     from .camera import AZIMUTH, ELEVATION, Camera
 
-    azimuth, elevation, *distance = args.camera or (AZIMUTH, ELEVATION)
+    azimuth, elevation, *distance = args.camera or front(args.model) or (AZIMUTH, ELEVATION)
     width, height = args.size
     return Camera(azimuth, elevation, distance[0] if distance else None, fov=args.fov, aspect=width / height)
 

@@ -1,6 +1,7 @@
 """A shader -> a program and the texture of its weights; where the driver refuses, its log with files and lines."""
 
 import re
+from dataclasses import replace
 
 import moderngl
 import numpy as np
@@ -8,8 +9,12 @@ from numpy.typing import NDArray
 
 import glsl
 from codegen.errors import UserError
+from codegen.glsl330 import bake
+from codegen.model import Model
 from codegen.shader import Shader
 
+Numbered = tuple[str, tuple[str, ...]]
+"""A shader's text, and the names of the files in glsl/ that its `#line` directives tell apart (glsl.load_numbered)."""
 VERTEX_SHADER = """#version 330
 void main() {  // one triangle that covers the picture
     gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0);
@@ -25,14 +30,21 @@ class ShaderError(UserError):
         self.log = log
 
 
-def compiled(gl: moderngl.Context, vertex_shader: str, shader: Shader, driver: str) -> moderngl.Program:
+def baked(model: Model, storage: str, main: str) -> Shader:
+    """glsl330.bake, of a file in glsl/, such that `compiled` places errors in the files there."""
+    text, files = glsl.load_numbered(main)
+    return replace(bake(model, storage, main=text), files=files)
+
+
+def compiled(gl: moderngl.Context, vertex: Numbered, fragment: Numbered, driver: str) -> moderngl.Program:
     """Raises ShaderError. driver: what it calls itself."""
     try:
-        return gl.program(vertex_shader=vertex_shader, fragment_shader=shader.text)
+        return gl.program(vertex_shader=vertex[0], fragment_shader=fragment[0])
     except moderngl.Error as error:
         log = [line.strip() for line in str(error).splitlines() if line.strip()]
         found = [line for line in log if "error" in line.lower() and re.search(r"\d", line)] or log[-1:]
-        raise ShaderError(f"{driver} refuses the shader", [_placed(line[:300], shader) for line in found]) from None
+        shader = vertex if "vertex_shader" in log else fragment  # moderngl names the one that does not compile
+        raise ShaderError(f"{driver} refuses the shader", [_placed(line[:300], *shader) for line in found]) from None
 
 
 def weight_texture(gl: moderngl.Context, weights: NDArray[np.float32]) -> moderngl.Texture:
@@ -46,14 +58,14 @@ def weight_texture(gl: moderngl.Context, weights: NDArray[np.float32]) -> modern
     return texture
 
 
-def _placed(line: str, shader: Shader) -> str:
+def _placed(line: str, text: str, files: tuple[str, ...]) -> str:
     """A line of the driver's log with the file's name and the line itself, where it says `source:line` or so."""
     place = re.search(r"\d+[:(](\d+)\)?(?:\(\d+\))?", line)
     if place is None:
         return line
     file, number = divmod(int(place[1]), glsl.FILE)
-    name = shader.files[file - 1] if 1 <= file <= len(shader.files) else ""
-    lines = (glsl.read(name) if name else shader.text).splitlines()
+    name = files[file - 1] if 1 <= file <= len(files) else ""
+    lines = (glsl.read(name) if name else text).splitlines()
     if not 1 <= number <= len(lines):
         return line
     where = f"{name}:{number}" if name else f"line {number}"

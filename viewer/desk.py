@@ -6,11 +6,11 @@ from pathlib import Path
 
 from codegen.errors import UserError
 from codegen.files import show
+from codegen.mesh_file import SUFFIXES as SURFACES
 
 from .compile import ShaderError
 from .context import Context
 from .jobs import Cost, Job
-from .mesh_file import SUFFIXES as SURFACES
 from .overlay import SHOWN, MeshFile, Overlay
 from .picture import Picture
 from .renderer import Renderer
@@ -39,8 +39,7 @@ class Desk:
     def __init__(self, context: Context, source: Source, view: View, *, storage: str = "auto", watch: bool = False,
                  mesh: MeshFile | None = None, wake: Callable[[], None] = lambda: None) -> None:
         self.context, self.source, self.view = context, source, view
-        self._storage, self._wake = storage, wake
-        self._watching = watch
+        self._storage, self._wake, self._watching = storage, wake, watch
         self.renderer = Renderer(context, source.shader)
         self.renderer.schedule(view.options)
         self.picture = Picture(context)
@@ -93,13 +92,13 @@ class Desk:
             self.training, self.stale = None, True
 
     def begin(self, job: Job, draws: bool = False) -> None:
-        """Starts a job; another one that runs is dropped. draws: with `drawn` or `renderer`, and ends with them."""
+        """Starts a job; another one that runs is dropped. draws: with `drawn` or `renderer`, until its share is 1."""
         self.cancel()
-        self.job, self._draws = job, draws
+        self.job, self._draws, self.doing = job, draws, (0.0, "")
 
     def cancel(self, drawing: bool = False) -> None:
         """Ends the job. drawing: only one that draws, for what it draws with changes."""
-        if self.job is not None and (self._draws or not drawing):
+        if self.job is not None and ((self._draws and self.doing[0] < 1.0) or not drawing):
             self.job.close()
             self.job, self.stale = None, True
 
@@ -136,6 +135,7 @@ class Desk:
         except UserError as error:
             self.view.mesh = SHOWN[0]
             self.say(str(error))
+            self.log = error.log if isinstance(error, ShaderError) else self.log
             return self.renderer
 
     def _files(self, now: float) -> float | None:

@@ -6,11 +6,11 @@ import numpy as np
 import glsl
 
 from .camera import Camera
+from .compile import Numbered, compiled
 from .context import Context
 from .framebuffer import set_color_mask
 from .mesh_file import Triangles
 
-VERTEX_SHADER = glsl.load("mesh.vert.glsl")
 DEPTH_SHADER = """#version 330 core
 void main() {}
 """
@@ -24,6 +24,12 @@ NEARER = -1.0, -4.0
 """Factor and units by which edges are moved towards the eye, so that their own faces do not hide them."""
 
 
+def vertex_shader() -> Numbered:
+    """Of every program that draws a mesh."""
+    text, files = glsl.load_numbered("mesh.vert.glsl")
+    return "#version 330 core\n" + text, files
+
+
 def planes(camera: Camera, reach: float) -> tuple[float, float]:
     """Of near and far along the view, for a mesh whose vertices are at most `reach` from the origin."""
     back, eye = camera.matrix().T[2:, :3]
@@ -32,13 +38,13 @@ def planes(camera: Camera, reach: float) -> tuple[float, float]:
 
 
 class Edges:
-    """In `context`, for any picture of the model that the mesh belongs to."""
+    """In `context`, for any picture of the model that the mesh belongs to. Raises ShaderError."""
 
     def __init__(self, context: Context, mesh: Triangles) -> None:
         self._context = context
         self._reach = mesh.reach
         with context as gl:
-            self._programs = [gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=text)
+            self._programs = [compiled(gl, vertex_shader(), (text, ()), context.renderer)
                               for text in (DEPTH_SHADER, LINE_SHADER)]
             self._buffers = gl.buffer(mesh.vertices.tobytes()), gl.buffer(mesh.faces.tobytes())
             corners, faces = self._buffers

@@ -8,6 +8,7 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -20,12 +21,13 @@ from .camera import Camera
 from .options import RenderOptions
 from .picture import Scene
 from .renderer import Part, Renderer, check_size, tiles
-from .screenshot import save_png
+from .screenshot import to_png
 from .supersampling import Image
 
 LONGEST = 100
 """Characters of a model's name that a file's name begins with."""
 Job = Generator[tuple[float, str], None, str]
+Made = TypeVar("Made")
 
 
 def free_path(stem: str, suffix: str) -> Path:
@@ -46,7 +48,7 @@ def picture(renderer: Renderer, path: Path, scene: Scene, title: str) -> Job:
     for k, part in enumerate(parts):
         yield k / len(parts), f"drawing {width}x{height}"
         _draw(renderer, scene, part, image)
-    save_png(path, image[::-1], title)
+    write_whole(path, (yield from _aside(lambda: to_png(image[::-1], title), (1.0, "writing PNG"))))
     return f"saved {show(path)}"
 
 
@@ -64,15 +66,23 @@ def _draw(renderer: Renderer, scene: Scene, part: tuple[Part, RenderOptions], im
 
 def target(name: str, model: Model, path: Path) -> Job:
     """What `mplicits bake --target name` writes; "model": the model file."""
-    with ThreadPoolExecutor(1) as pool:
-        if name == "model":
-            done = pool.submit(save, model, path)
-        else:
-            done = pool.submit(lambda: write_whole(path, TARGETS[name](model)))
-        while not done.done():
-            yield 0.0, f"writing {name}"
-        done.result()
+    if name == "model":
+        save(model, path)
+    else:
+        write_whole(path, (yield from _aside(lambda: TARGETS[name](model), (0.0, f"writing {name}"))))
     return f"saved {show(path)}"
+
+
+def _aside(work: Callable[[], Made], doing: tuple[float, str]) -> Generator[tuple[float, str], None, Made]:
+    """What `work` makes, in a thread, so that the window goes on. Who closes this does not wait for it."""
+    pool = ThreadPoolExecutor(1)
+    try:
+        made = pool.submit(work)
+        while not made.done():
+            yield doing
+        return made.result()
+    finally:
+        pool.shutdown(wait=False)
 
 
 @dataclass(frozen=True)

@@ -1,21 +1,16 @@
 """A mesh file as triangles in a model's space, for the rasteriser."""
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codegen.errors import UserError
 from codegen.files import show
+from codegen.mesh_file import load_mesh
 from codegen.model import Model
 
-if TYPE_CHECKING:
-    import trimesh
-
-SUFFIXES = (".ply", ".obj", ".stl", ".glb")
 FARTHEST, SMALLEST = 100.0, 0.01
 """Largest distance from the centre, in radii of the shape, of a mesh that can be one of the model's shape."""
 
@@ -40,7 +35,12 @@ def read_triangles(path: Path, centre: tuple[float, float, float], scale: float)
     Normals are those of a PLY or OBJ, where it has any, else means of the faces' around each vertex; those of a closed
     mesh point outwards. Raises UserError, one line.
     """
-    mesh = _load(path)
+    try:
+        mesh = load_mesh(path)
+    except ModuleNotFoundError as error:
+        raise UserError(f"--mesh needs the package '{error.name}'; run: pip install 'mplicits[mesh]'") from None
+    if path.suffix.lower() == ".stl":
+        mesh.merge_vertices()  # an STL repeats each corner in each triangle
     with np.errstate(all="ignore"):  # what is not finite is refused below
         vertices = (np.asarray(mesh.vertices, np.float64) - centre) / scale
         normals = np.array(mesh.vertex_normals, np.float64)
@@ -61,35 +61,6 @@ def read_triangles(path: Path, centre: tuple[float, float, float], scale: float)
 def read_mesh_of(model: Model, path: Path, space: str) -> Triangles:
     """`read_triangles` in the space "input", of the shape that the model was trained on, or "model"."""
     return read_triangles(path, *(((0.0, 0.0, 0.0), 1.0) if space == "model" else (model.centre, model.scale)))
-
-
-def _load(path: Path) -> "trimesh.Trimesh":
-    label = show(path.name)
-    if not os.path.isfile(path):
-        raise UserError(f"{show(path)}: no such file")
-    if path.suffix.lower() not in SUFFIXES:
-        raise UserError(f"{label}: not a mesh by its ending; this program reads {' '.join(SUFFIXES)}")
-    try:
-        import trimesh
-    except ModuleNotFoundError as error:
-        raise UserError(f"--mesh needs the package '{error.name}'; run: pip install 'mplicits[mesh]'") from None
-    try:
-        mesh = trimesh.load(path, process=False)
-        if not isinstance(mesh, trimesh.Trimesh):  # a scene, or points; `force` drops the file's normals
-            mesh = trimesh.load(path, process=False, force="mesh")
-    except Exception as error:  # trimesh's readers raise anything on damaged files
-        said = "" if isinstance(error, ImportError) else str(error)
-        reason = show(said.splitlines()[0] if said else "damaged")[:160]
-        raise UserError(f"{label}: not a readable {path.suffix[1:].upper()} file ({reason})") from None
-    if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
-        raise UserError(f"{label}: no triangles in it")
-    if mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices):
-        raise UserError(f"{label}: triangles of vertices that are not in it; repair the file")
-    if not np.isfinite(mesh.vertices[mesh.faces]).all():
-        raise UserError(f"{label}: vertex coordinates that are not finite (NaN, infinity); repair the file")
-    if path.suffix.lower() == ".stl":
-        mesh.merge_vertices()  # an STL repeats each corner in each triangle
-    return mesh
 
 
 def _flux(corners: NDArray[np.float64], normals: NDArray[np.float64]) -> float:

@@ -6,12 +6,12 @@ import moderngl
 import numpy as np
 
 from codegen.errors import UserError
-from codegen.glsl330 import bake
 from codegen.model import Model
 
 from .camera import Camera
+from .compile import baked
 from .context import Context
-from .edges import DEPTH_SHADER, VERTEX_SHADER, planes
+from .edges import DEPTH_SHADER, planes, vertex_shader
 from .framebuffer import set_color_mask
 from .mesh_file import Triangles
 from .options import RenderOptions
@@ -25,14 +25,12 @@ class Rasteriser(Renderer):
     Raises what `Renderer` and `bake` raise.
     """
 
-    vertex_shader = VERTEX_SHADER
-
     def __init__(self, context: Context, model: Model, mesh: Triangles, storage: str = "auto") -> None:
-        self._mesh = mesh
+        self._mesh, self.vertex_shader = mesh, vertex_shader()
         self._freed: list[moderngl.Buffer | moderngl.VertexArray | moderngl.Program] = []
-        self._backdrop = Renderer(context, bake(model, storage, main="backdrop.glsl"))
+        self._backdrop = Renderer(context, baked(model, storage, "backdrop.glsl"))
         try:
-            super().__init__(context, bake(model, storage, main="mesh.glsl"))
+            super().__init__(context, baked(model, storage, "mesh.glsl"))
         except UserError:
             self._backdrop.release()
             raise
@@ -55,7 +53,7 @@ class Rasteriser(Renderer):
         vertices = np.concatenate([self._mesh.vertices, self._mesh.normals], axis=1)
         corners, faces = gl.buffer(vertices.tobytes()), gl.buffer(self._mesh.faces.tobytes())
         # A program of its own: software GL would compile the network again for a draw without colours.
-        depth = gl.program(vertex_shader=self.vertex_shader, fragment_shader=DEPTH_SHADER)
+        depth = gl.program(vertex_shader=self.vertex_shader[0], fragment_shader=DEPTH_SHADER)
         self._depths = gl.vertex_array(depth, [(corners, "3f 12x", "position")], faces)
         self._freed = [self._depths, depth, corners, faces]
         return gl.vertex_array(self._program, [(corners, "3f 3f", "position", "normal")], faces)

@@ -12,7 +12,7 @@ from codegen.errors import UserError
 from codegen.shader import Shader
 
 from .camera import Camera
-from .compile import VERTEX_SHADER, compiled, weight_texture
+from .compile import VERTEX_SHADER, Numbered, compiled, weight_texture
 from .context import Context
 from .edges import Edges
 from .framebuffer import check_drawn, free, read
@@ -35,7 +35,7 @@ class Renderer:
     Raises UserError where the driver refuses the shader or the weights.
     """
 
-    vertex_shader = VERTEX_SHADER
+    vertex_shader: Numbered = (VERTEX_SHADER, ())
 
     def __init__(self, context: Context, shader: Shader) -> None:
         self.context, self.shader = context, shader
@@ -45,7 +45,7 @@ class Renderer:
         self._edged = False
         start = time.perf_counter()
         with context as gl:
-            self._program = compiled(gl, self.vertex_shader, shader, context.renderer)
+            self._program = compiled(gl, self.vertex_shader, (shader.text, shader.files), context.renderer)
             self._vertices = self._vertex_array(gl)
             self._defaults = {name: uniform.read() for name in self._program
                               if isinstance(uniform := self._program[name], moderngl.Uniform)}

@@ -13,12 +13,13 @@ from codegen.files import show, write_whole
 
 
 def save_png(path: Path, image: NDArray[np.float32], title: str = "", transparent: bool = False) -> None:
-    """Writes (H, W, 4) sRGB floats as an 8-bit PNG, whole or not at all.
-
-    title: kept in the file as text. transparent: keeps alpha. Raises UserError where `path` cannot be written
-    or is not named .png.
-    """
+    """Writes `to_png` whole or not at all. Raises UserError where `path` cannot be written or is not named .png."""
     check_name(path)
+    write_whole(path, to_png(image, title, transparent))
+
+
+def to_png(image: NDArray[np.float32], title: str = "", transparent: bool = False) -> bytes:
+    """(H, W, 4) sRGB floats as an 8-bit PNG file. title: kept in the file as text. transparent: keeps alpha."""
     channels = image if transparent else image[..., :3]
     pixels = np.empty(channels.shape, np.uint8)
     for row, out in zip(channels, pixels, strict=True):  # row by row: an 8K picture fits the memory only once
@@ -29,7 +30,7 @@ def save_png(path: Path, image: NDArray[np.float32], title: str = "", transparen
     info.add_text("Software", "mplicits")
     data = io.BytesIO()
     Image.fromarray(pixels).save(data, "png", pnginfo=info)
-    write_whole(path, data.getvalue())
+    return data.getvalue()
 
 
 def check_name(path: Path) -> None:

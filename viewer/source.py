@@ -1,17 +1,18 @@
 """What a window shows comes from a file: a model, or a shader that `bake --target glsl330` wrote."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
 import glsl
 from codegen.errors import UserError
 from codegen.files import show
-from codegen.glsl330 import bake
 from codegen.model import Model, load
 from codegen.read_shader import read_shader
 from codegen.shader import Shader
+
+from .compile import baked
 
 SHADERS = (".glsl", ".frag", ".fs")
 MESHES = (".ply", ".obj", ".stl", ".glb", ".xyz", ".npz")
@@ -35,9 +36,7 @@ def open_source(path: Path, storage: str = "auto") -> Source:
     """Reads a model or shader file. Raises UserError, one line that names the file."""
     if path.suffix.lower() not in SHADERS:
         model = load(path)
-        text, names = glsl.load_numbered("main.glsl")
-        shader = replace(bake(model, storage, main=text), files=names)
-        return Source(path, show(model.name), shader, model, model.texture is not None)
+        return Source(path, show(model.name), baked(model, storage, "main.glsl"), model, model.texture is not None)
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
