@@ -6,7 +6,7 @@
 // Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores; layered, a
 // product by cuBLAS per layer, over all pixels. cuBLAS is part of the CUDA toolkit; it is opened at run time
 // by the variant that needs it: nothing is to be linked. In order: vectors, uniforms, the field, camera_ray,
-// ball, march, shade, simple, mma, packed, tile, adjoint, queues, fused, layered, benchmark, main.
+// ball, march, shade, simple, mma, packed, team, tile, adjoint, queues, fused, layered, benchmark, main.
 
 #include <cuda_runtime.h>
 #include <dlfcn.h>
