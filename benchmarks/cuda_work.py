@@ -67,8 +67,8 @@ def main() -> None:
         options.output, f"# What a frame of {options.size} x {options.size} has to compute, CUDA", "",
         f"Printed by `PYTHONPATH=. python benchmarks/cuda_work.py MODELS --seconds {options.seconds:g} --size "
         f"{options.size}`.", "",
-        f"Counted, not timed, without a GPU: {machine()}. Armadillo, {options.seconds:g} s of training a model; default "
-        "camera. Evaluations: of the networks, level by level. Rays left: after one round, from where `fused` traces "
+        f"Counted, not timed, without a GPU: {machine()}. Armadillo, {options.seconds:g} s of training a model. "
+        "Evaluations: of the networks, level by level. Rays left: after one round, from where `fused` traces "
         "by blocks, and after four, where one kernel takes the rest. Multiply-adds in thousand millions: of what "
         "the frame needs, gradients included; of what `fused` makes of that (halves where level 1 is split; lanes "
         "without a ray left out); of `layered`, until its last ray is done and in one round. The last two columns are "
