@@ -2,7 +2,7 @@ import {HOME, fromHash, orbited, panned, toHash, zoomed} from "./camera.js";
 import {choose, copyText, fillChoices, lightBall, listenToDrops} from "./controls.js";
 import {DeviceError} from "./device.js";
 import {listenToHands, listenToKeys} from "./gestures.js";
-import {printField} from "./program.js";
+import {printField} from "./field.js";
 import {probes} from "./reference.js";
 import {Renderer} from "./renderer.js";
 import {ModelError, parseModel} from "./safetensors.js";

@@ -1,6 +1,6 @@
 import {FOCAL, matrix} from "./camera.js";
 import {ContextLost, Device, nextFrame, pause} from "./device.js";
-import {TEXTURE_WIDTH} from "./program.js";
+import {TEXTURE_WIDTH} from "./texture.js";
 
 // Draws a model's shader in tiles, a few milliseconds of them at a time, so that the page never freezes: coarse pixels
 // while something moves, then all of them, then more samples of each. Draws only when something changed.
