@@ -8,7 +8,7 @@ import pytest
 
 from browser import visit
 from codegen import glsl330
-from codegen.webpage import PRINTER, script
+from codegen.webpage import script
 from page_pictures import MODEL, differ
 from random_model import random_model
 from viewer.options import schedule_that_fits
@@ -52,8 +52,7 @@ def test_the_faster_variant_is_kept_and_remembered(browser: "Browser", page_file
 
 
 FIT = """
-window.fit = ([loops, level, normal, steps, rounds]) =>
-    Renderer.prototype.fitting.call({software: true, current: {loops}}, level, normal, steps, rounds);
+window.fit = (given) => fitting(...given);
 null;
 """
 
@@ -65,7 +64,7 @@ def test_llvmpipe_is_asked_for_what_it_draws_whole(browser: "Browser", iteration
     loops = {"value": shader.value_loops, "gradient": shader.gradient_loops, "texture": shader.texture_loops}
     page = browser.new_page()
     page.set_content("<!doctype html>")
-    page.evaluate(script((*PRINTER, "camera.js", "device.js", "renderer.js")) + FIT)
+    page.evaluate(script(("camera.js", "uniforms.js")) + FIT)
     found = page.evaluate("given => window.fit(given)", [loops, level, 2, iterations, 32])
     page.close()
     steps, rounds = schedule_that_fits(shader, level, 2, iterations, 32)
