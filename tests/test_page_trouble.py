@@ -8,6 +8,7 @@ import pytest
 
 from browser import visit
 from codegen import glsl330
+from codegen.model import save
 from codegen.webpage import script
 from page_pictures import MODEL, differ
 from random_model import random_model
@@ -49,6 +50,27 @@ def test_the_faster_variant_is_kept_and_remembered(browser: "Browser", page_file
                 visited.until("document.documentElement.dataset.storage === 'literal'")
             visited.still()
             assert visited.root("storage") == expected
+
+
+UNFINISHED = """const ask = WebGL2RenderingContext.prototype.getProgramParameter, COMPLETION_STATUS_KHR = 0x91B1;
+WebGL2RenderingContext.prototype.getProgramParameter = function (program, name) {
+    const held = name === COMPLETION_STATUS_KHR && localStorage.getItem("%s") === "trying";
+    return !held && ask.call(this, program, name);
+};"""
+
+
+def test_a_model_opened_while_the_literals_compile_is_no_failure_of_theirs(
+    browser: "Browser", page_file: Path, tmp_path: Path
+) -> None:
+    key = f"mplicits {MODEL.sha256()}"
+    save(random_model((4, 0), name="other"), tmp_path / "other.safetensors")
+    with visit(browser, page_file, script=UNFINISHED % key) as visited:
+        visited.until(f"localStorage.getItem('{key}') === 'trying'")
+        visited.page.set_input_files("#file", tmp_path / "other.safetensors")
+        visited.until("document.title === 'other'")
+        assert visited.page.evaluate("key => localStorage.getItem(key)", key) is None
+        visited.still()
+        assert visited.said == []
 
 
 FIT = """

@@ -60,6 +60,7 @@ export async function take(file) {
         const model = parseModel(await file.arrayBuffer());
         renderer.device.check(printField(model, "texture").height, model.levels.length);
         say("");
+        leave();
         await start({model, probes: probes(model), storage: "texture", shadertoy: null, memory: memoryOf("")});
     } catch (error) {
         if (isExpected(error)) say(`${file.name}: ${error.message}`);
@@ -99,7 +100,7 @@ export async function copy() {
     say("Copied. On shadertoy.com: New, paste over the text in the Image tab, press play.");
 }
 
-// Whoever leaves while the literals compile has not seen them fail; a lost context has.
+// Whoever leaves a model while its literals compile has not seen them fail; a lost context has.
 export function leave() {
     shown.memory.interrupted(null);
 }
