@@ -5,8 +5,8 @@ import {asked, uniforms} from "./uniforms.js";
 // The model's shader in two variants: with its weights in a texture, which is there at once, and, compiled beside the
 // drawing, with literals, which is kept where it proves the faster one.
 // A variant: {storage, program, names, weights, loops, cost, start}. names: uniform -> location; weights: a texture or
-// null; loops: of the field's functions where the driver limits them, else null; cost: milliseconds a pixel, 0
-// before it is known; start: when its compiler was called.
+// null; loops: of the field's functions where the driver limits them, else null; cost: milliseconds a pixel, 0 while
+// unknown; start: when its compiler was called.
 const LITERAL_LIMIT = 60000; // milliseconds that compiling the literals may take
 
 export class Variants {
@@ -17,8 +17,8 @@ export class Variants {
     }
 
     // Shows a model; resolves when its texture variant is there. literal: the other variant's field, or null.
-    // probes: {points, values} of the field. memory: what earlier visits found,
-    // {read(), write(storage)}. A later call, or a lost context, supersedes this one.
+    // probes: {points, values} of the field. memory: what earlier visits found (memory.js). A later call, or a lost
+    // context, supersedes this one.
     async load(model, field, literal, probes, memory) {
         const {device} = this.painter, generation = ++this.generation;
         const wanted = () => generation === this.generation && !device.lost;
