@@ -21,13 +21,17 @@ from .model import Model, level_numbers, to_bytes
 from .program import Array, Program
 from .rounding import in_decimals, is_float16
 
-SCRIPTS = ("safetensors.js", "program.js", "reference.js", "camera.js", "device.js", "renderer.js", "gestures.js",
-           "controls.js", "page.js")
-"""Modules in web/, in the order in which the page's one script holds them."""
+PRINTER = ("safetensors.js", "lower.js", "cstyle.js", "literal.js", "texture.js", "field.js")
+"""Modules in web/ that read a model and print its field."""
+SCRIPTS = (
+    *PRINTER, "reference.js", "camera.js", "uniforms.js", "device.js", "painter.js", "variants.js", "renderer.js",
+    "memory.js", "messages.js", "gestures.js", "controls.js", "view.js", "shown.js", "page.js",
+)
+"""All modules in web/, in the order in which the page's one script holds them."""
 PROBES = 32
 """Points at which the page compares its field with the reference's."""
 
-_MODULE_LINE = re.compile(r"^import .*\n|^export (?=\w)", re.MULTILINE)
+_MODULE_LINE = re.compile(r"^import [^;]*;\n|^export (?=\w)", re.MULTILINE)
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
 

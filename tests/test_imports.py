@@ -1,11 +1,16 @@
-"""The house rules, checked on the source: which room may import which, what an __init__ holds, how long a file is."""
+"""The house rules, checked on the source: which room and which of the page's modules may import which, what an __init__
+holds, how long a file is.
+"""
 
 import ast
 import itertools
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+from codegen.webpage import SCRIPTS
 
 ROOT = Path(__file__).parent.parent
 MAY_IMPORT = {
@@ -97,10 +102,54 @@ def test_an_init_holds_a_docstring_and_nothing_else(room: str) -> None:
         assert (public == ["read", "load", "load_numbered"]) if room == "glsl" else (len(body) == 1), path
 
 
+def declared(source: str) -> Iterator[str]:
+    """Names that a JavaScript module declares outside of functions; the first line of a declaration holds its names."""
+    yield from re.findall(r"^(?:export )?(?:async )?(?:function|class) (\w+)", source, re.MULTILINE)
+    for text in re.findall(r"^(?:export )?(?:const|let) (.*)", source, re.MULTILINE):
+        taken_apart = re.match(r"\{(.*?)\}", text)
+        yield from re.findall(r"\w+", taken_apart[1]) if taken_apart else re.findall(r"(\w+) = ", text)
+
+
+def script_violations(modules: dict[str, str]) -> list[str]:
+    """What keeps JavaScript modules, name -> source, from being one script in this order."""
+    wrong, exported, owner = [], dict[str, set[str]](), dict[str, str]()
+    for module, source in modules.items():
+        imported = re.findall(r'^import \{([^}]*)\} from "\./([\w.]+)";$', source, re.MULTILINE)
+        if len(imported) != len(re.findall("^import", source, re.MULTILINE)):
+            wrong.append(f'{module}: an import that is not {{names}} from "./module"')
+        for names, path in imported:
+            missing = set(re.findall(r"\w+", names)) - exported.get(path, set())
+            wrong += [f"{module}: {name} is no export of {path}, or {path} comes later" for name in sorted(missing)]
+        lines = [line for line in source.splitlines() if line.startswith("export ")]
+        exported[module] = set(declared("\n".join(lines)))
+        for name in declared(source):
+            if owner.setdefault(name, module) != module:
+                wrong.append(f"{module}: {name} is {owner[name]}'s")
+    return wrong
+
+
+def test_the_page_s_modules_make_one_script() -> None:
+    folder = ROOT / "codegen" / "web"
+    assert sorted(SCRIPTS) == sorted(path.name for path in folder.glob("*.js"))
+    assert not script_violations({name: (folder / name).read_text(encoding="utf-8") for name in SCRIPTS})
+
+
+@pytest.mark.parametrize("source", [
+    'import "./a.js";', 'import {fourth} from "./c.js";', 'import {second} from "./a.js";',
+    "const third = 1, first = 2;", "let first = 3;", "const {third, first} = second;", "class first {\n}",
+    "function first() {\n}", "export async function first() {\n}",
+])
+def test_a_wrong_module_is_found(source: str) -> None:
+    before, after = "export const first = 1;\nconst second = first;\n", "export const fourth = 1;\n"
+    assert not script_violations({"a.js": before, "b.js": 'import {first} from "./a.js";', "c.js": after})
+    assert len(script_violations({"a.js": before, "b.js": source, "c.js": after})) == 1
+
+
 def test_files_are_short_and_have_a_purpose() -> None:
     folders = [*(room for room in MAY_IMPORT if room != "mplicits"), "benchmarks", "tests"]
     found = itertools.chain([ROOT / "mplicits.py"], *((ROOT / folder).rglob("*.*") for folder in folders))
-    code = [path for path in found if path.suffix == ".py" or (path.suffix == ".glsl" and path.parent.name == "glsl")]
+    shaders = (ROOT / "glsl").glob("*.glsl")
+    code = [*(path for path in found if path.suffix in {".py", ".js"}), *shaders]
     assert len(code) > 20
     assert not [path for path in code if path.stem in {"utils", "util", "helpers", "misc", "common"}]
     lines = {str(path.relative_to(ROOT)): path.read_text(encoding="utf-8").count("\n") for path in code}

@@ -18,7 +18,7 @@ from codegen.lower import lower
 from codegen.model import Layer, Model, save
 from codegen.rounding import in_float16
 from codegen.targets import TARGETS
-from codegen.webpage import script
+from codegen.webpage import PRINTER, script
 from fitted_model import fitted_model
 from page_pictures import MODEL, desktop, differ
 from random_model import random_model
@@ -149,7 +149,7 @@ def test_the_page_prints_what_codegen_prints(
 ) -> None:
     page = browser.new_page()
     page.set_content("<!doctype html>")
-    page.evaluate(script(("safetensors.js", "program.js")) + PRINT)
+    page.evaluate(script(PRINTER) + PRINT)
     printed = page.evaluate("given => window.print(given)", [list(model_bytes(tmp_path, model)), storage])
     page.close()
     field = print_field(lower(model), DIALECT.language, storage)

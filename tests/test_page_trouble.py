@@ -8,6 +8,7 @@ import pytest
 
 from browser import visit
 from codegen import glsl330
+from codegen.model import save
 from codegen.webpage import script
 from page_pictures import MODEL, differ
 from random_model import random_model
@@ -51,9 +52,29 @@ def test_the_faster_variant_is_kept_and_remembered(browser: "Browser", page_file
             assert visited.root("storage") == expected
 
 
+UNFINISHED = """const ask = WebGL2RenderingContext.prototype.getProgramParameter, COMPLETION_STATUS_KHR = 0x91B1;
+WebGL2RenderingContext.prototype.getProgramParameter = function (program, name) {
+    const held = name === COMPLETION_STATUS_KHR && localStorage.getItem("%s") === "trying";
+    return !held && ask.call(this, program, name);
+};"""
+
+
+def test_a_model_opened_while_the_literals_compile_is_no_failure_of_theirs(
+    browser: "Browser", page_file: Path, tmp_path: Path
+) -> None:
+    key = f"mplicits {MODEL.sha256()}"
+    save(random_model((4, 0), name="other"), tmp_path / "other.safetensors")
+    with visit(browser, page_file, script=UNFINISHED % key) as visited:
+        visited.until(f"localStorage.getItem('{key}') === 'trying'")
+        visited.page.set_input_files("#file", tmp_path / "other.safetensors")
+        visited.until("document.title === 'other'")
+        assert visited.page.evaluate("key => localStorage.getItem(key)", key) is None
+        visited.still()
+        assert visited.said == []
+
+
 FIT = """
-window.fit = ([loops, level, normal, steps, rounds]) =>
-    Renderer.prototype.fitting.call({software: true, current: {loops}}, level, normal, steps, rounds);
+window.fit = (given) => fitting(...given);
 null;
 """
 
@@ -65,7 +86,7 @@ def test_llvmpipe_is_asked_for_what_it_draws_whole(browser: "Browser", iteration
     loops = {"value": shader.value_loops, "gradient": shader.gradient_loops, "texture": shader.texture_loops}
     page = browser.new_page()
     page.set_content("<!doctype html>")
-    page.evaluate(script(("program.js", "camera.js", "device.js", "renderer.js")) + FIT)
+    page.evaluate(script(("camera.js", "uniforms.js")) + FIT)
     found = page.evaluate("given => window.fit(given)", [loops, level, 2, iterations, 32])
     page.close()
     steps, rounds = schedule_that_fits(shader, level, 2, iterations, 32)

@@ -4,7 +4,7 @@ export const HOME = Object.freeze({azimuth: 30, elevation: 20, distance: null, t
 const FOV = 35, MARGIN = 1.06;
 export const FOCAL = 1 / Math.tan(FOV * Math.PI / 360);
 
-export function away(camera, aspect) {
+function away(camera, aspect) {
     return camera.distance ?? MARGIN / Math.sin(Math.atan(Math.min(1, aspect) / FOCAL));
 }
 

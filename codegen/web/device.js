@@ -1,5 +1,6 @@
 // WebGL2 as the renderer uses it. What a device cannot do is a DeviceError: one line for the person who looks.
 export class DeviceError extends Error {}
+class ContextLost extends Error {}
 
 const VERTEX = `#version 300 es
 void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }
@@ -33,6 +34,11 @@ export class Device {
         if (plain !== "WebKit WebGL") return plain;
         const info = gl.getExtension("WEBGL_debug_renderer_info");
         return info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : plain;
+    }
+
+    // Whether the driver stops a fragment after so many iterations of its loops (see uniforms.js).
+    get limitsLoops() {
+        return /llvmpipe/i.test(this.name);
     }
 
     // Throws DeviceError where the weights or the uniforms of a model do not fit.
@@ -122,10 +128,16 @@ export class Device {
         gl.deleteSync(sync);
         if (this.lost) throw new ContextLost();
     }
-}
 
-// Work is given up: the context is gone. Its own event says so to the person.
-export class ContextLost extends Error {}
+    // As `work` ends; where it failed because the context is gone, quietly: that event says so to the person.
+    async unlessLost(work) {
+        try {
+            return await work;
+        } catch (error) {
+            if (!(error instanceof ContextLost) && !this.lost) throw error;
+        }
+    }
+}
 
 export const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 export const nextFrame = () => new Promise((resolve) => requestAnimationFrame(resolve));

@@ -14,7 +14,7 @@ function networkValue(network, point) {
 }
 
 // [value, level] of the finest level that is defined at a point [x, y, z] (Eq. 3).
-export function fieldValue(model, point) {
+function fieldValue(model, point) {
     const input = model.inputs === "xyzt" ? [...point, 0] : point;
     let value = 0, level = 0;
     do value += networkValue(model.levels[level++].network, input);

@@ -1,0 +1,121 @@
+import {pause} from "./device.js";
+import {TEXTURE_WIDTH} from "./texture.js";
+import {asked, uniforms} from "./uniforms.js";
+
+// The model's shader in two variants: with its weights in a texture, which is there at once, and, compiled beside the
+// drawing, with literals, which is kept where it proves the faster one.
+// A variant: {storage, program, names, weights, loops, cost, start}. names: uniform -> location; weights: a texture or
+// null; loops: of the field's functions where the driver limits them, else null; cost: milliseconds a pixel, 0 while
+// unknown; start: when its compiler was called.
+const LITERAL_LIMIT = 60000; // milliseconds that compiling the literals may take
+
+export class Variants {
+    // current: the variant to draw with, null before there is one. scene: as uniforms.js has it; its model is set here.
+    // listener: {loaded(), stored(storage, error), failed(error)}
+    constructor(painter, scene, listener) {
+        Object.assign(this, {painter, scene, listener, current: null, generation: 0});
+    }
+
+    // Shows a model; resolves when its texture variant is there. literal: the other variant's field, or null.
+    // probes: {points, values} of the field. memory: what earlier visits found (memory.js). A later call, or a lost
+    // context, supersedes this one.
+    async load(model, field, literal, probes, memory) {
+        const {device} = this.painter, generation = ++this.generation;
+        const wanted = () => generation === this.generation && !device.lost;
+        device.check(field.height, model.levels.length);
+        const variant = await this.compile("texture", field, model, wanted);
+        await this.painter.exclusively(async () => {
+            if (!wanted()) return this.drop(variant);
+            this.drop(this.current);
+            this.scene.model = model;
+            this.probes = probes;
+            await this.warm(variant);
+            await this.keep(variant);
+            this.listener.loaded();
+        });
+        if (wanted() && literal && device.patient && !["texture", "trying"].includes(memory.read()))
+            device.unlessLost(this.race(literal, wanted, memory)).catch(this.listener.failed);
+    }
+
+    // Compiles the literals beside the drawing, times both variants on what is seen, and keeps the faster.
+    async race(literal, wanted, memory) {
+        const {painter, scene} = this, remembered = memory.read();
+        memory.write("trying");
+        const variant = await this.compile("literal", literal, scene.model, wanted, LITERAL_LIMIT).catch(() => null);
+        await painter.exclusively(async () => {
+            if (!wanted()) return this.drop(variant);
+            if (!variant) return memory.write("texture");
+            await this.warm(variant);
+            const values = uniforms(scene, this.current.loops, [256, 256]);
+            const faster = remembered === "literal"
+                || await this.time(variant, values) < await this.time(this.current, values);
+            this.drop(faster ? this.current : variant);
+            memory.write(faster ? "literal" : "texture");
+            if (faster) await this.keep(variant);
+        });
+    }
+
+    // Null where it is no longer wanted, or takes longer than `limit` milliseconds.
+    async compile(storage, {text, texels, height, loops}, model, wanted, limit = Infinity) {
+        const {device, sources: {prologue, main}} = this.painter, {gl} = device, start = performance.now();
+        const opening = prologue.replace(/const int LEVELS = \d+;/, `const int LEVELS = ${model.levels.length};`);
+        const begun = device.begin(`${opening}\n${text}\n${main}`);
+        while (!device.isReady(begun)) {
+            await pause(15);
+            if (wanted() && performance.now() - start < limit) continue;
+            gl.deleteProgram(begun.program);
+            return null;
+        }
+        const {program, names} = device.finish(begun);
+        const weights = height ? device.texture(gl.RGBA32F, TEXTURE_WIDTH, height, gl.NEAREST, texels) : null;
+        return {storage, program, names, weights, loops: device.limitsLoops ? loops : null, cost: 0, start};
+    }
+
+    drop(variant) {
+        const {gl} = this.painter.device;
+        gl.deleteProgram(variant?.program ?? null);
+        gl.deleteTexture(variant?.weights ?? null);
+    }
+
+    async keep(variant) {
+        this.current = variant;
+        this.listener.stored(variant.storage, await this.error(variant));
+    }
+
+    // A first draw of one pixel, where drivers do most of their compiling; notes the time since it began.
+    async warm(variant) {
+        const {painter, scene} = this, coarse = asked(scene, {level: 1, normalLevel: 1});
+        painter.draw(variant, uniforms(coarse, variant.loops, [1, 1]), [0, 0], [1, 1]);
+        await painter.device.done();
+        performance.measure(`${variant.storage}: compiled and first drawn`, {start: variant.start});
+    }
+
+    // Milliseconds of a draw of the middle of a picture of 256 x 256.
+    async time(variant, values) {
+        for (let count = 1; ; count *= 4) {
+            const start = performance.now();
+            for (let k = 0; k < count; ++k) this.painter.draw(variant, values, [96, 96], [64, 64]);
+            await this.painter.device.done();
+            const milliseconds = performance.now() - start;
+            if (milliseconds > 60 || count > 100) return milliseconds / count;
+        }
+    }
+
+    // Largest difference of the shader's field to the probes' values; null where the device cannot say.
+    // A ray that begins at a point and makes one step of scale 1 ends at t = f.
+    async error(variant) {
+        const {painter, scene, probes: {points, values: expected}} = this, levels = scene.model.levels.length;
+        if (!painter.device.float || !expected.length) return null;
+        const values = {
+            ...uniforms(asked(scene, {level: levels, normalLevel: levels, shading: "data"}), null, [1, 1]),
+            rounds: 1, iterations: Array(levels).fill(1), step_scale: [1],
+        };
+        expected.forEach((_, k) => {
+            const camera = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, ...points.slice(3 * k, 3 * k + 3), 1];
+            painter.draw(variant, {...values, camera}, [0, 0], [1, 1], [k, 0]);
+        });
+        await painter.device.done();
+        const found = painter.reds(expected.length);
+        return Math.max(...expected.map((value, k) => Math.abs(found[k] - value)));
+    }
+}
