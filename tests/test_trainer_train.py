@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 import torch
 
-from ball_training import SMALL, load_ball, train
+from ball_training import SMALL, Log, load_ball, train
+from codegen.errors import UserError
 from codegen.model import Model, load, save, shape_of
 from trainer import bands, machine, pools
 from trainer.load import load_shape
 from trainer.network import from_model
 from trainer.settings import Settings
 from trainer.shape import Doubles, Shape
+from trainer.train import Training
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -125,6 +127,11 @@ def test_seconds_are_kept(ball: Shape) -> None:
     began = time.perf_counter()
     train(ball, dataclasses.replace(SMALL, seconds=8.0))
     assert time.perf_counter() - began == pytest.approx(8, rel=0.05)
+
+
+def test_seconds_that_are_over_before_the_first_step_are_refused(ball: Shape) -> None:
+    with pytest.raises(UserError, match="--seconds 5: no time was left"):
+        Training(ball, dataclasses.replace(SMALL, seconds=5.0), Log(), began=time.perf_counter() - 10).run()
 
 
 def test_a_cloud_is_learnt(tmp_path: Path) -> None:

@@ -98,10 +98,8 @@ class Training:
 
     def _train_level(self, index: int, budget: Budget, begun: tuple[Weights, float] | None) -> None:
         settings, (width, depth) = self._settings, self._settings.networks[index]
-        began = time.perf_counter()
-        seed = settings.seed * 1000 + index
-        name = f"level {index + 1} ({width}x{depth})"
-        self._progress.begin(name)
+        began, seed = time.perf_counter(), settings.seed * 1000 + index
+        self._progress.begin(f"level {index + 1} ({width}x{depth})")
         frozen = [trained.weights for trained in self._levels]
         band = self._levels[-1].delta if frozen else None
         deltas = [trained.delta for trained in self._levels]
@@ -127,6 +125,8 @@ class Training:
         self._progress.end()
         if outcome.failed and not frozen:
             raise UserError(f"level 1 ({width}x{depth}) learnt nothing of the shape; try another --omega or --weights")
+        if not (frozen or outcome.steps or outcome.interrupted):
+            raise UserError(f"--seconds {settings.seconds:g}: no time was left for a step of level 1; give more")
         self.interrupted = outcome.interrupted
         weights = self._final(outcome.weights)
         levels = [*frozen, weights]
