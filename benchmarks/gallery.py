@@ -26,12 +26,10 @@ from viewer.renderer import Renderer
 from viewer.screenshot import save_png
 
 SIDE, FRONT_SIDE = 192, 320
-CAMERA = Camera(215, 15)
-"""Both look at it; it is the demo's."""
 PAPER = (1.0, 1.0, 1.0), (1.0, 1.0, 1.0)
 PAGE_MOST = 300_000
 COMMANDS = (
-    "view spot", "render spot --camera 215,15 -o spot.png", "render spot --shade texture --level 1 -o coarse.png",
+    "view spot", "render spot -o spot.png", "render spot --shade texture --level 1 -o coarse.png",
     "render bob --level 1 --normal-level 2 -o bob.png", "bake spot --target html -o spot.html",
     "bake spot-small --target shadertoy -o spot.frag",
 )
@@ -50,13 +48,15 @@ def panels(levels: int) -> dict[str, RenderOptions]:
     }
 
 
-def strip(model: Model, context: Context, front: dict[str, NDArray[np.float32]]) -> NDArray[np.float32]:
+def strip(
+    model: Model, camera: Camera, context: Context, front: dict[str, NDArray[np.float32]]
+) -> NDArray[np.float32]:
     """All panels of a model side by side; its pictures for FRONT go into `front`, by shading."""
     renderer = Renderer(context, bake(model))
-    drawn = [renderer.render((SIDE, SIDE), CAMERA, options) for options in panels(len(model.levels)).values()]
+    drawn = [renderer.render((SIDE, SIDE), camera, options) for options in panels(len(model.levels)).values()]
     for shading in front:
         options = RenderOptions(samples=4, shading=shading)
-        front[shading] = renderer.render((FRONT_SIDE, FRONT_SIDE), CAMERA, options)
+        front[shading] = renderer.render((FRONT_SIDE, FRONT_SIDE), camera, options)
     renderer.release()
     return np.concatenate(drawn, axis=1)
 
@@ -86,7 +86,8 @@ def main() -> None:
         "| name | levels + texture | parameters | model file, bytes | web page | Shadertoy | trained, s | mean abs f | "
         "mean normal angle, degrees |", "| --- | --- |" + " ---: |" * 7,
     )
-    models = {name: load(gallery.model_path(name)) for name in gallery.names()}
+    paths = {name: gallery.model_path(name) for name in gallery.names()}
+    models = {name: load(path) for name, path in paths.items()}
     pages = []
     for name, model in models.items():
         assert model.texture is not None
@@ -96,9 +97,10 @@ def main() -> None:
             pages.append(name)
         levels, record = ",".join(shape_of(level.network) for level in model.levels), model.provenance["levels"][-1]
         page.add(f"| {name} | {levels} + {shape_of(model.texture)} | {model.parameters():,} | "
-                 f"{gallery.model_path(name).stat().st_size:,} | {len(text.encode()):,} | {shadertoy(model)} | "
+                 f"{paths[name].stat().st_size:,} | {len(text.encode()):,} | {shadertoy(model)} | "
                  f"{model.provenance['seconds']:.0f} | {record['mean_f']:.1e} | {record['angle']:.1f} |")
-    page.add("", "Seconds are those of a busy machine. Web page and Shadertoy: bytes of what `bake` writes.", "",
+    page.add("", "Seconds are those of the training that made the file. Web page and Shadertoy: bytes of what `bake` "
+             "writes.", "",
              "Pages to save and to open in a browser, without a network: "
              + ", ".join(f"[{name}.html]({folder.name}/{name}.html)" for name in pages) + ".", "",
              f"From left to right: {'; '.join(panels(1))}. A coarse level wears the texture of the finest (the paper's "
@@ -106,7 +108,8 @@ def main() -> None:
     context = open_osmesa()
     fronts = {name: {shading: np.empty(0, np.float32) for of, shading in FRONT if of == name} for name in models}
     for name, model in models.items():
-        save_png(folder / f"{name}.png", strip(model, context, fronts[name]), name)
+        camera = Camera(*(gallery.front(paths[name]) or ()))
+        save_png(folder / f"{name}.png", strip(model, camera, context, fronts[name]), name)
         page.add(f"![{name}]({folder.name}/{name}.png)", "", f"{name}", "")
     row = np.concatenate([fronts[name][shading] for name, shading in FRONT], axis=1)
     save_png(options.output.with_name("demo.png"), row, "Spot and Bob")

@@ -1,14 +1,13 @@
-"""Multiscale sphere tracing against dense marching of the last level: holes and silhouettes; prints a markdown table.
+"""Multiscale sphere tracing against dense marching of the last level: holes and silhouettes; writes
+docs/results/holes.md.
 
-    python benchmarks/holes.py demo.safetensors armadillo.safetensors [--side 128] [--views 10]
+    PYTHONPATH=. python benchmarks/holes.py demo.safetensors armadillo.safetensors [--side 128] [--views 10] [-o FILE]
 
 One round is the paper's single pass (20 steps of level 1, then 5 of each residual), with steps of 0.8 of the field;
 more rounds let a ray that left a band go back to the coarser level.
 """
 
 import argparse
-import platform
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +17,7 @@ from codegen.dense import dense_march
 from codegen.glsl330 import bake
 from codegen.lower import lower
 from codegen.model import Model, load
+from protocol import Page, machine
 from viewer.camera import Camera
 from viewer.context import open_osmesa
 from viewer.options import RenderOptions
@@ -37,8 +37,8 @@ def outline(hit: NDArray[np.bool_]) -> int:
     return int(edge.sum())
 
 
-def measure(model: Model, side: int, views: int) -> None:
-    """Prints one table row per number of rounds."""
+def measure(page: Page, model: Model, side: int, views: int) -> None:
+    """Adds one table row per number of rounds."""
     program, renderer = lower(model), Renderer(open_osmesa(), bake(model))
     cameras = [Camera(azimuth=360 * i / views + 10, elevation=(-30, 0, 25, 50)[i % 4]) for i in range(views)]
     expected = []
@@ -55,27 +55,32 @@ def measure(model: Model, side: int, views: int) -> None:
         holes = sum(int(((closest == 0) & ~hit).sum()) for closest, hit in zip(expected, hits, strict=True))
         extra = sum(int(((closest > STOP) & hit).sum()) for closest, hit in zip(expected, hits, strict=True))
         steps = np.concatenate([picture[..., 1].ravel() for picture in pictures])
-        print(
+        page.add(
             f"| {model.name} | {rounds} | {holes} ({100 * holes / covered:.2f} %) | "
-            f"{extra} ({100 * (holes + extra) / edge:.2f} %) | {steps[steps > 0].mean():.1f} |",
-            flush=True,
+            f"{extra} ({100 * (holes + extra) / edge:.2f} %) | {steps[steps > 0].mean():.1f} |"
         )
 
 
 def main() -> None:
-    """Prints the table for the models named on the command line."""
+    """Writes the table for the models named on the command line."""
     parser = argparse.ArgumentParser(description="holes of multiscale sphere tracing")
     parser.add_argument("models", type=Path, nargs="+", metavar="M.safetensors")
     parser.add_argument("--side", type=int, default=128, help="pixels per side (default 128)")
     parser.add_argument("--views", type=int, default=10, help="cameras around the shape (default 10)")
-    arguments = parser.parse_args()
-    print(f"{arguments.views} views of {arguments.side} x {arguments.side}, OSMesa, {platform.machine()}, "
-          f"{datetime.now(UTC):%Y-%m-%d}. Holes: dense marching meets the surface and we miss it. "
-          "Extra: we hit, and the ray passes at over 1/20 pixel.")
-    print("\n| model | rounds | holes, of pixels hit | extra (holes and extra, of silhouette pixels) | mean steps |")
-    print("|---|---:|---:|---:|---:|")
-    for path in arguments.models:
-        measure(load(path), arguments.side, arguments.views)
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/holes.md"))
+    options = parser.parse_args()
+    page = Page(
+        options.output, "# Holes of multiscale sphere tracing", "",
+        f"Printed by `PYTHONPATH=. python benchmarks/holes.py {' '.join(path.name for path in options.models)}`: the "
+        "models of `./run demo --train` and of `mplicits train armadillo.ply --levels 64x1,64x2 --seconds 150`. One "
+        "round is the paper's single pass of 20 and 5 steps, here with steps of 0.8.", "",
+        f"{options.views} views of {options.side} x {options.side}, OSMesa, {machine()}. Holes: dense marching meets "
+        "the surface and we miss it. Extra: we hit, and the ray passes at over 1/20 pixel.", "",
+        "| model | rounds | holes, of pixels hit | extra (holes and extra, of silhouette pixels) | mean steps |",
+        "|---|---:|---:|---:|---:|",
+    )
+    for path in options.models:
+        measure(page, load(path), options.side, options.views)
 
 
 if __name__ == "__main__":

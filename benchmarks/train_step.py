@@ -1,6 +1,6 @@
-"""One training step of a residual, three ways, in turn; prints a markdown table.
+"""One training step of a residual, three ways, in turn; writes docs/results/train_step.md.
 
-    python benchmarks/train_step.py [--points 8192] [--rounds 8]
+    PYTHONPATH=. python benchmarks/train_step.py [--points 8192] [--rounds 8] [-o FILE]
 
 ours: `trainer.level`: hand-written adjoint and derivatives, earlier levels from the pool, `mplicits train`'s settings.
 autograd: the same step and settings, the gradient by torch.autograd.grad(create_graph=True).
@@ -13,11 +13,9 @@ come. The faster one counts.
 import argparse
 import multiprocessing
 import os
-import platform
 import statistics
 import time
 from collections.abc import Callable, Sequence
-from datetime import UTC, datetime
 from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -34,6 +32,8 @@ os.environ.pop("GOMP_SPINCOUNT", None)  # the other process goes without
 from torch import Tensor
 from torch.nn import functional
 
+import protocol
+from protocol import Page
 from trainer import level, machine, pools
 from trainer.network import Weights, initial, value
 from trainer.optimiser import Optimiser
@@ -198,32 +198,31 @@ def medians(index: int, rounds: int) -> list[float]:
     return [statistics.median(kept) for kept in times]
 
 
-def processor() -> str:
-    """The processor's name, as far as the system tells."""
-    information = Path("/proc/cpuinfo")
-    lines = information.read_text().splitlines() if information.exists() else []
-    return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.machine())
-
-
 def main() -> None:
-    """Prints the table."""
+    """Writes the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--points", type=int, default=8192, help="samples of a step")
     parser.add_argument("--rounds", type=int, default=8)
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/train_step.md"))
     options = parser.parse_args()
     level.BATCH = options.points
     our_settings()
-    print(f"{processor()}, {THREADS} threads, torch {torch.__version__}, {datetime.now(UTC):%Y-%m-%d}; "
-          f"{options.points} points a step, medians of {options.rounds * TIMED} steps in turn\n")
-    print("| residual | after | ours, ms | autograd, ms | authors' way, ms | the same, own process, ms "
-          "| autograd / ours | authors' / ours |")
-    print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |")
+    page = Page(
+        options.output, "# One training step", "",
+        "Printed by `PYTHONPATH=. python benchmarks/train_step.py`. \"The same, own process\": the authors' way with "
+        "PyTorch's default settings in a process of its own; the faster of the two counts.", "",
+        f"{protocol.machine()}, {THREADS} threads; {options.points} points a step, medians of "
+        f"{options.rounds * TIMED} steps in turn", "",
+        "| residual | after | ours, ms | autograd, ms | authors' way, ms | the same, own process, ms "
+        "| autograd / ours | authors' / ours |",
+        "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |",
+    )
     for index, (sizes, size) in enumerate(CASES):
         ours, autograd, authors, alone = medians(index, options.rounds)
         names = [f"{width}x{depth}" for width, depth in (size, *sizes)]
         figures = " | ".join(f"{each * 1e3:.1f}" for each in (ours, autograd, authors, alone))
-        print(f"| {names[0]} | {' + '.join(names[1:])} | {figures} | {autograd / ours:.2f} "
-              f"| {min(authors, alone) / ours:.2f} |", flush=True)
+        page.add(f"| {names[0]} | {' + '.join(names[1:])} | {figures} | {autograd / ours:.2f} "
+                 f"| {min(authors, alone) / ours:.2f} |")
 
 
 if __name__ == "__main__":
