@@ -7,6 +7,7 @@ to the end of a first draw of one pixel, and the milliseconds of one sample of e
 """
 
 import argparse
+import os
 import re
 import tempfile
 from pathlib import Path
@@ -29,13 +30,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("models", nargs="+", type=Path, metavar="MODEL")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/page.md"), metavar="FILE")
+    parser.add_argument("--note", default="", help="what the models are, for the head of the table")
     arguments = parser.parse_args()
+    os.environ["MESA_SHADER_CACHE_DISABLE"] = "true"  # llvmpipe would bring what it compiled in the last run
     table = Page(
         arguments.output, "# The page on software GL", "", machine(), "",
         f"`python benchmarks/page.py {' '.join(path.name for path in arguments.models)}`. "
         f"Canvas {SIDE}x{SIDE}, default view, Phong, all levels. Compile: from handing over the text to the end "
         "of a first draw of one pixel, 60 s at most. Frame: the fastest of the samples that refine the picture; inf: "
-        "it came to rest before a whole sample was seen.", "",
+        f"it came to rest before a whole sample was seen. {arguments.note}".rstrip(), "",
         "| model | levels | bytes of HTML | of Shadertoy text | driver | weights | compile + first draw, s | frame, ms "
         "| field error |", "|---|---|---:|---:|---|---|---:|---:|---:|",
     )
