@@ -33,7 +33,6 @@ from torch import Tensor
 from torch.nn import functional
 
 import protocol
-from protocol import Page
 from trainer import level, machine, pools
 from trainer.network import Weights, initial, value
 from trainer.optimiser import Optimiser
@@ -207,7 +206,7 @@ def main() -> None:
     options = parser.parse_args()
     level.BATCH = options.points
     our_settings()
-    page = Page(
+    page = protocol.Page(
         options.output, "# One training step", "",
         "Printed by `PYTHONPATH=. python benchmarks/train_step.py`. \"The same, own process\": the authors' way with "
         "PyTorch's default settings in a process of its own; the faster of the two counts.", "",

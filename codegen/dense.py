@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from .march import ball
 from .program import Array, Program
 from .reference import nested_field
 
@@ -19,14 +20,10 @@ def dense_march(
     A ray that meets the surface comes as close as 0 and stops there. Steps are 0.3 of the distance that the finest
     defined level gives: no trust in its gradient's length.
     """
-    radius = 1.0 + program.bands[level - 1].delta
-    b = directions @ origin
-    discriminant = b * b - origin @ origin + radius * radius
-    half = np.sqrt(np.maximum(discriminant, 0))
-    t, far = np.maximum(-b - half, 0), half - b
+    t, far, meets = ball(origin, directions, 1.0 + program.bands[level - 1].delta)
     offsets = np.array([*(band.delta for band in program.bands[: level - 1]), 0.0])
     closest = np.full(len(directions), np.inf)
-    active = np.flatnonzero((discriminant > 0) & (far > 0))
+    active = np.flatnonzero(meets)
     while len(active):
         points = (origin + t[active, None] * directions[active]).astype(np.float32)
         value, reached = nested_field(program, points, level)

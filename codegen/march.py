@@ -9,7 +9,20 @@ from .program import Array, Program
 from .reference import nested_field
 
 OFFSET = 1.3
-"""A band's offset surface is traced at delta over this."""
+"""A band's offset surface is traced at delta over this (glsl/march.glsl)."""
+
+
+def ball(
+    origin: NDArray[np.float64], directions: NDArray[np.float64], radius: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    """Where rays enter and leave the ball of a radius around 0, and whether they meet it at all: (N,) each.
+
+    origin: (3,), directions: (N, 3) of length 1, model space.
+    """
+    b = directions @ origin
+    discriminant = b * b - origin @ origin + radius * radius
+    half = np.sqrt(np.maximum(discriminant, 0))
+    return np.maximum(-b - half, 0), half - b, (discriminant > 0) & (half - b > 0)
 
 
 @dataclass(eq=False)
@@ -26,8 +39,8 @@ class Rays:
     at: NDArray[np.int64]
     steps: NDArray[np.int64]
     hit: NDArray[np.bool_]
+    evaluations: list[int]
     traced: list[list[int]] = field(default_factory=list)
-    evaluations: list[int] = field(default_factory=list)
     away: int = 0
 
     def step(self, which: NDArray[np.intp], f: Array, reached: NDArray[np.int64], target: "Target") -> None:
@@ -59,8 +72,8 @@ def march(
 ) -> Rays:
     """Traces f_level. origin: (3,), directions: (N, 3) of length 1, model space; pixel: its width at distance 1."""
     target = Target(level, np.array([band.delta for band in program.bands]), pixel, step_scale)
-    rays = _entering(origin, directions, 1.0 + target.deltas[level - 1])
-    rays.evaluations = [0] * level
+    t, far, meets = ball(origin, directions, 1.0 + target.deltas[level - 1])
+    rays = Rays(t, far, np.where(meets, 1, 0), np.zeros(len(t), np.int64), np.zeros(len(t), np.bool_), [0] * level)
     while (rays.at > 0).any() and len(rays.traced) < rounds:
         rays.traced.append([])
         for phase in range(1, level + 1):
@@ -77,13 +90,3 @@ def march(
                 rays.step(active, f, reached, target)
                 active = active[rays.at[active] == phase]
     return rays
-
-
-def _entering(origin: NDArray[np.float64], directions: NDArray[np.float64], radius: float) -> Rays:
-    """Rays before their first step: where they meet the ball, or done."""
-    b = directions @ origin
-    discriminant = b * b - origin @ origin + radius * radius
-    half = np.sqrt(np.maximum(discriminant, 0))
-    t, far = np.maximum(-b - half, 0), half - b
-    at = np.where((discriminant > 0) & (far > 0), 1, 0)
-    return Rays(t, far, at, np.zeros(len(t), np.int64), np.zeros(len(t), np.bool_))

@@ -12,14 +12,13 @@ from .errors import UserError
 from .grid import on_grid, rounded_model
 from .literal import Literal
 from .lower import lower
+from .march import OFFSET
 from .model import Model, shape_of
 from .packed import Packed
 from .program import Program
 
 WIDEST = 64
 """Above, browsers take minutes to compile the text, or crash."""
-OUTSIDE = 1.3
-"""A band's offset surface is traced at delta / 1.3 (glsl/march.glsl)."""
 PLAIN = "vec3(.6, .5, .39)"
 """Linear light, of a model without a texture (PLAIN of field.py)."""
 LANGUAGE = Language(function="{type} {name}(vec4 p)")
@@ -71,7 +70,7 @@ def _field(program: Program) -> list[str]:
         return []
     lines = ["float field(vec4 p) {", f"    float f = {program.values[0].name}(p);"]
     for function, band in zip(program.values[1:], program.bands, strict=False):
-        lines.append(f"    if (abs(f) > {_short(band.delta)}) return f - {_short(band.delta / OUTSIDE)};")
+        lines.append(f"    if (abs(f) > {_short(band.delta)}) return f - {_short(band.delta / OFFSET)};")
         lines.append(f"    f += {function.name}(p);")
     return [*lines, "    return f;", "}"]
 

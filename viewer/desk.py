@@ -47,14 +47,13 @@ class Desk:
         self._watch = Watch(source.path) if watch else None
         self.message, self.log, self.costs = "", list[str](), list[Cost]()
         self.job: Job | None = None
-        self._draws, self._mesh_shown = False, view.mesh
+        self._draws, self._refined, self._mesh_shown = False, True, view.mesh
         self._trained: Path | None = None
         self.doing = (0.0, "")
         self.training: Training | None = None
         self.stale, self.timing = True, ""
         self._pending: tuple[Path, bool] | None = None
         self._until = self._look = self._rest = 0.0
-        self._refined = True
         self._last, self._spent = time.perf_counter(), 0.0
 
     @property
@@ -134,9 +133,13 @@ class Desk:
             return self.overlay.over(self.renderer, self.source, self.view.mesh)
         except UserError as error:
             self.view.mesh = SHOWN[0]
-            self.say(str(error))
-            self.log = error.log if isinstance(error, ShaderError) else self.log
+            self._refuse(error, str(error))
             return self.renderer
+
+    def _refuse(self, error: UserError, shader: str) -> None:
+        """Says why something is not shown; of a shader that does not compile says `shader` and keeps the log."""
+        self.say(shader if isinstance(error, ShaderError) else str(error))
+        self.log = error.log if isinstance(error, ShaderError) else self.log
 
     def _files(self, now: float) -> float | None:
         if self._pending is not None:
@@ -169,10 +172,7 @@ class Desk:
                 renderer.release()
                 raise
         except UserError as error:
-            self.say(str(error))
-            if isinstance(error, ShaderError):
-                self.say(f"{show(path.name)}: the shader does not compile; the last good picture stays")
-                self.log = error.log
+            self._refuse(error, f"{show(path.name)}: the shader does not compile; the last good picture stays")
             return
         self.cancel(drawing=True)
         self.renderer.release()

@@ -8,6 +8,7 @@ from pathlib import Path
 import glsl
 from codegen.errors import UserError
 from codegen.files import show
+from codegen.mesh_file import SUFFIXES as SURFACES
 from codegen.model import Model, load
 from codegen.read_shader import read_shader
 from codegen.shader import Shader
@@ -15,7 +16,7 @@ from codegen.shader import Shader
 from .compile import baked
 
 SHADERS = (".glsl", ".frag", ".fs")
-MESHES = (".ply", ".obj", ".stl", ".glb", ".xyz", ".npz")
+MESHES = (*SURFACES, ".xyz", ".npz")
 """Files that are trained first."""
 CHECKPOINTS = (".pth",)
 """Files that are imported first, all levels of one shape: the smallest is level 1."""

@@ -28,7 +28,7 @@ public:
             if (!weights_fit_halves())
                 refuse("--variant %s: weights beyond float16's range; use --variant simple", variant.c_str());
         }
-        if (variant == "fused" && std::max(Alone::SHARED, Together::SHARED) > static_cast<int>(device.sharedMemPerBlockOptin)) {
+        if (variant == "fused" && Alone::SHARED > static_cast<int>(device.sharedMemPerBlockOptin)) {
             refuse("--variant fused: networks too wide for this GPU's shared memory; use --variant simple");
         }
         if (variant == "fused") fused_ = std::make_unique<Fused>(settings_, device.multiProcessorCount);

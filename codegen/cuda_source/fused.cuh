@@ -3,9 +3,9 @@
 #include "adjoint.cuh"
 #include "queues.cuh"
 // Variant `fused`: the same march, but a team holds 32 rays and evaluates them together on the tensor cores. Kernels in
-// order: enter; then trace per level, for a round or two; finish; paint; shade_hits.
+// order: enter; then, in the first rounds, trace per level; finish; paint; shade_hits.
 
-constexpr int REFILL = 8;  // lanes without a ray at which a warp takes new ones
+constexpr int REFILL = 8;  // lanes without a ray at which a team takes new ones
 
 // The field's fourth coordinate.
 __device__ inline float fourth() { return MOVING ? time : 1.0f; }

@@ -78,7 +78,8 @@ private:
         if constexpr (PHASE < LEVELS) set_grids(std::integral_constant<int, PHASE + 1>());
     }
 
-    template <class Team, int PHASE> void phase(std::integral_constant<int, PHASE>, const Settings &s, const Rays &rays) {
+    template <class Team, int PHASE>
+    void phase(std::integral_constant<int, PHASE>, const Settings &s, const Rays &rays) {
         if (PHASE > s.level) return;
         const std::vector<Grid> &grids = Team::WARPS == 1 ? alone_ : together_;
         launch(trace<PHASE, Team>, grids[PHASE - 1], s, networks_, rays, round_);

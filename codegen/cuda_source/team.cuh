@@ -77,3 +77,4 @@ private:
 
 using Alone = TeamOf<1>;
 using Together = TeamOf<THREADS / 32>;
+static_assert(Together::SHARED <= Alone::SHARED, "what holds the warps' words holds the block's");

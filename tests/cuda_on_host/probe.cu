@@ -24,7 +24,8 @@ template <class Net> vec4 together(const Packed &net, const vec4 *points) {
     return mine;
 }
 
-template <int LEVEL> void at_level(const PackedNetworks &networks, const vec4 *points, vec4 *out, int count, int place) {
+template <int LEVEL>
+void at_level(const PackedNetworks &networks, const vec4 *points, vec4 *out, int count, int place) {
     using Net = NetworkOf<LEVEL>;
     vec4 p = points[place];
     float values[Net::OUTPUTS];
@@ -62,7 +63,7 @@ int main() {
         networks.of[i] = packings.back().upload();
     }
     Buffer<vec4> in(points), out(static_cast<size_t>((2 * ROWS + LEVELS + 1) * count));
-    launch(probe, Grid(count / THREADS, std::max(Alone::SHARED, Together::SHARED)), networks, static_cast<const vec4 *>(in.get()), out.get(), count);
+    launch(probe, Grid(count / THREADS, Alone::SHARED), networks, static_cast<const vec4 *>(in.get()), out.get(), count);
     std::vector<vec4> found = out.read();
     fwrite(found.data(), sizeof(vec4), found.size(), stdout);
 }
