@@ -1,6 +1,6 @@
 """What loss weights and band widths do to a residual, on Lucy (the paper's Tables 5 to 8): docs/results/ablations.md.
 
-    PYTHONPATH=. python benchmarks/ablations.py [--levels 32x1,32x2,64x2] [--steps 1500] [--multiples 0,0.1,1,10,100]
+    python benchmarks/ablations.py [--levels 32x1,32x2,64x2] [--steps 1500] [--multiples 0,0.1,1,10,100]
         [--factors 1.01,1.3,2,5] [--data FOLDER] [-o docs/results/ablations.md]
 
 A row changes one number and trains two networks: medium, level 2 on the level 1 that all rows share; fine, level 3 on
@@ -14,39 +14,54 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference.interpret import nested_field
+from mplicits.model.model import Model
+from mplicits.trainer import sampling, settings
+from mplicits.trainer.bands import EPSILON
+from mplicits.trainer.machine import prepare
+from mplicits.trainer.session import Bar
+from mplicits.trainer.settings import RESIDUAL, Settings
+from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.shapes.shape import Doubles, Shape
+from mplicits.trainer.train import Training, device
 from numpy.typing import NDArray
 
-from codegen.lower import lower
-from codegen.model import Model
-from codegen.reference import nested_field
 from protocol import DATA, Page, machine
-from trainer import sampling, settings
-from trainer.bands import EPSILON
-from trainer.load import load_shape
-from trainer.machine import prepare
-from trainer.session import Bar
-from trainer.settings import RESIDUAL, Settings
-from trainer.shape import Doubles, Shape
-from trainer.train import Training, device
 
 POINTS = 100_000
 USUAL = 1 + EPSILON
 """Our delta / max |f|."""
 SEEDS = 3
-TABLES = {5: ("Eikonal (gradient) constraint", ("eikonal",)), 6: ("normal constraint", ("normal",)),
-          7: ("SDF constraint", ("value", "distance"))}
+TABLES = {
+    5: ("Eikonal (gradient) constraint", ("eikonal",)),
+    6: ("normal constraint", ("normal",)),
+    7: ("SDF constraint", ("value", "distance")),
+}
 """Table -> what it varies, and its names in LossWeights. The SDF term is on the surface and off it, as the paper's."""
 WEIGHTS = ("0", "10", "30", "100", "300", "1000", "3000", "10000", "30000")
 FACTORS = ("1.01", "1.05", "1.10", "1.20", "1.30", "1.50", "2.00", "5.00")
 AS_PRINTED = {
-    5: (WEIGHTS, (".0086", ".0084", ".0082", ".0078", ".0074", ".0069", ".0073", ".0087", ".0116"),
-        (".0013", ".0013", ".0013", ".0012", ".0013", ".0014", ".0017", ".0022", ".0030")),
-    6: (WEIGHTS, (".0073", ".0074", ".0077", ".0081", ".0083", ".0085", ".0086", ".0087", ".0087"),
-        (".0017", *(".0013",) * 8)),
-    7: (WEIGHTS, (".0490", ".0080", ".0079", ".0079", ".0080", ".0081", ".0080", ".0082", ".0082"),
-        (".0076", *(".0013",) * 4, ".0012", *(".0013",) * 3)),
-    8: (FACTORS, (".0098", ".0098", ".0100", ".0101", ".0103", ".0106", ".0113", ".0139"),
-        (".0048", ".0048", ".0049", ".0049", ".0050", ".0051", ".0053", ".0066")),
+    5: (
+        WEIGHTS,
+        (".0086", ".0084", ".0082", ".0078", ".0074", ".0069", ".0073", ".0087", ".0116"),
+        (".0013", ".0013", ".0013", ".0012", ".0013", ".0014", ".0017", ".0022", ".0030"),
+    ),
+    6: (
+        WEIGHTS,
+        (".0073", ".0074", ".0077", ".0081", ".0083", ".0085", ".0086", ".0087", ".0087"),
+        (".0017", *(".0013",) * 8),
+    ),
+    7: (
+        WEIGHTS,
+        (".0490", ".0080", ".0079", ".0079", ".0080", ".0081", ".0080", ".0082", ".0082"),
+        (".0076", *(".0013",) * 4, ".0012", *(".0013",) * 3),
+    ),
+    8: (
+        FACTORS,
+        (".0098", ".0098", ".0100", ".0101", ".0103", ".0106", ".0113", ".0139"),
+        (".0048", ".0048", ".0049", ".0049", ".0050", ".0051", ".0053", ".0066"),
+    ),
 }
 """The paper's (first column, medium error, fine error)."""
 
@@ -67,8 +82,11 @@ class Study:
     def row(self, weights: dict[str, float], seed: int | None = None) -> list[str]:
         """The cells of both residuals, trained with these weights of the loss."""
         seed = self._seed if seed is None else seed
-        return [cell for before in (self._coarse, self._medium)
-                for cell in self._cells(self._refined(before, weights, seed))]
+        return [
+            cell
+            for before in (self._coarse, self._medium)
+            for cell in self._cells(self._refined(before, weights, seed))
+        ]
 
     def banded_row(self, factor: float) -> list[str]:
         """The same in bands of half width factor * max |f|."""
@@ -78,8 +96,9 @@ class Study:
     def _refined(self, before: Model | None, weights: dict[str, float], seed: int) -> Model:
         """`before` and one more level."""
         count = 1 + (len(before.levels) if before else 0)
-        chosen = Settings(self._sizes[:count], self._omegas[:count], (self._steps,) * count, None, False, seed, "cpu",
-                          weights)
+        chosen = Settings(
+            self._sizes[:count], self._omegas[:count], (self._steps,) * count, None, False, seed, "cpu", weights
+        )
         return Training(self._shape, chosen, Bar(quiet=True)).run(before)
 
     def _points(self, model: Model) -> tuple[tuple[Doubles, Doubles], ...]:
@@ -122,9 +141,15 @@ def _head(title: str, first: str) -> list[str]:
 def _as_printed(table: int) -> list[str]:
     values, medium, fine = AS_PRINTED[table]
     first = "factor" if table == 8 else "weight"
-    return ["", "As printed in the paper (other hardware, other weights of the other terms):", "",
-            f"| {first} | {' | '.join(values)} |", "| ---" + " | ---:" * len(values) + " |",
-            f"| medium | {' | '.join(medium)} |", f"| fine | {' | '.join(fine)} |"]
+    return [
+        "",
+        "As printed in the paper (other hardware, other weights of the other terms):",
+        "",
+        f"| {first} | {' | '.join(values)} |",
+        "| ---" + " | ---:" * len(values) + " |",
+        f"| medium | {' | '.join(medium)} |",
+        f"| fine | {' | '.join(fine)} |",
+    ]
 
 
 def _line(first: str, cells: Sequence[str]) -> str:
@@ -151,9 +176,12 @@ def main() -> None:
     prepare(device("cpu"))
     shape, _ = load_shape(str(options.data / "meshes" / "lucy.ply"))
     page = Page(
-        options.output, "# Tables 5 to 8: the loss and the bands", "",
-        f"Printed by `PYTHONPATH=. python benchmarks/ablations.py --levels {options.levels} --steps {options.steps} "
-        f"--seed {options.seed}` on meshes/lucy.ply.", "",
+        options.output,
+        "# Tables 5 to 8: the loss and the bands",
+        "",
+        f"Printed by `python benchmarks/ablations.py --levels {options.levels} --steps {options.steps} "
+        f"--seed {options.seed}` on meshes/lucy.ply.",
+        "",
         f"{machine()}. {options.levels}, {options.steps} steps a level. Medium is level 2, fine level 3. A figure is "
         f"the mean of abs(f - exact distance) at {POINTS:,} points, the shape's largest radius being 1: on the "
         "surface, and in the band in which the level is defined at factor 1, the same points for all rows. (n): "

@@ -1,9 +1,9 @@
 """Quality of emitted weights against bytes of Shadertoy text, one network and levels; writes docs/results/bytes.md.
 
-    PYTHONPATH=. python benchmarks/bytes.py [--shapes armadillo,spot] [--steps 4000,6000] [--keep FOLDER] [-o FILE]
+    python benchmarks/bytes.py [--shapes armadillo,spot] [--steps 4000,6000] [--keep FOLDER] [-o FILE]
 
 Decimals: trained as always, then rounded to so many decimals, as others bake it. Packed: on the grids of
-codegen/grid.py from the first step of training on, as the presets `tiny` and `small`.
+model/quantise.py from the first step of training on, as the presets `tiny` and `small`.
 """
 
 import argparse
@@ -11,19 +11,19 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.targets.registry import TARGETS
+from mplicits.mesher.extract import extract_model
+from mplicits.mesher.metrics import Surface, chamfer
+from mplicits.model.model import Layer, Model, Network, save
+from mplicits.trainer import settings
+from mplicits.trainer.machine import prepare
+from mplicits.trainer.session import Bar
+from mplicits.trainer.settings import PRESETS, Settings
+from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.train import Training, device
 
-from codegen.lower import lower
-from codegen.model import Layer, Model, Network, save
-from codegen.targets import TARGETS
-from mesher.extract import extract_model
-from mesher.metrics import Surface, chamfer
 from protocol import DATA, Page, Truth, machine
-from trainer import settings
-from trainer.load import load_shape
-from trainer.machine import prepare
-from trainer.session import Bar
-from trainer.settings import PRESETS, Settings
-from trainer.train import Training, device
 
 SHAPES = {"armadillo": "meshes/armadillo.ply", "spot": "textured/spot.obj"}
 PLAIN = (("16x2", 2), ("32x2", 2), ("64x1", 2), ("64x2", 2))
@@ -51,8 +51,12 @@ def emitted(model: Model, digits: int) -> Model:
         weight = constants[f"o{key}_0"][None, : row.shape[1]] * scale
         return *layers, Layer(weight, old[-1].bias.round(digits + 2))
 
-    return replace(model, levels=tuple(
-        replace(level, network=network(f"{i}", level.network)) for i, level in enumerate(model.levels, start=1)))
+    return replace(
+        model,
+        levels=tuple(
+            replace(level, network=network(f"{i}", level.network)) for i, level in enumerate(model.levels, start=1)
+        ),
+    )
 
 
 def main() -> None:
@@ -68,24 +72,39 @@ def main() -> None:
     options = parser.parse_args()
     prepare(device("cpu"))
     page = Page(
-        options.output, "# Bytes of Shadertoy text against quality", "",
-        "Printed by `PYTHONPATH=. python benchmarks/bytes.py`. Bytes: of the whole text, ready to paste. Chamfer: of "
+        options.output,
+        "# Bytes of Shadertoy text against quality",
+        "",
+        "Printed by `python benchmarks/bytes.py`. Bytes: of the whole text, ready to paste. Chamfer: of "
         "the weights as emitted, squared L2, both directions summed, unit sphere, "
         f"{options.samples:,} samples on each side, marching cubes at {options.resolution}^3; floor: that of two "
         "samplings of the mesh. Pieces: components of that surface; the shapes have one. "
-        f"{options.steps} steps for the first level and each finer one.", "", f"{machine()}.", "", TO_BEAT,
+        f"{options.steps} steps for the first level and each finer one.",
+        "",
+        f"{machine()}.",
+        "",
+        TO_BEAT,
     )
     for name in options.shapes.split(","):
         path = options.data / SHAPES[name]
         shape, _ = load_shape(str(path))
         truth = Truth(path, shape, options.samples, 0)
-        page.add("", f"## {name}, floor {truth.floor:.2e}", "",
-                 "| levels | weights | bytes | Chamfer | of the floor | pieces |",
-                 "| --- | --- | ---: | ---: | ---: | ---: |")
+        page.add(
+            "",
+            f"## {name}, floor {truth.floor:.2e}",
+            "",
+            "| levels | weights | bytes | Chamfer | of the floor | pieces |",
+            "| --- | --- | ---: | ---: | ---: | ---: |",
+        )
         for levels, digits in (*PLAIN, *((levels, None) for levels in PACKED)):
             sizes = settings.networks(levels)
-            chosen = Settings(sizes, settings.omegas(None, sizes), settings.steps(options.steps, len(sizes)),
-                              texture=False, packed=digits is None)
+            chosen = Settings(
+                sizes,
+                settings.omegas(None, sizes),
+                settings.steps(options.steps, len(sizes)),
+                texture=False,
+                packed=digits is None,
+            )
             model = Training(shape, chosen, Bar(quiet=True)).run()
             if options.keep:
                 save(model, options.keep / f"{name}-{levels.replace(',', '-')}-{digits or 'packed'}.safetensors")
@@ -94,8 +113,10 @@ def main() -> None:
             distance = chamfer(Surface(found.mesh).sample(options.samples, np.random.default_rng(1))[0], truth.points)
             preset = next((f", `{key}`" for key, each in PRESETS.items() if each.packed and each.levels == levels), "")
             kind = f"packed{preset}" if digits is None else f"{digits} decimals"
-            page.add(f"| {levels.replace(',', ', ')} | {kind} | {size:,} | {distance:.2e} "
-                     f"| {distance / truth.floor:.2f} | {found.components} |")
+            page.add(
+                f"| {levels.replace(',', ', ')} | {kind} | {size:,} | {distance:.2e} "
+                f"| {distance / truth.floor:.2f} | {found.components} |"
+            )
 
 
 if __name__ == "__main__":

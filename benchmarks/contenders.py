@@ -10,21 +10,20 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
+from mplicits.mesher.field import Field, ModelField
+from mplicits.model.model import DEFAULT_ITERATIONS, Level, Model
+from mplicits.trainer import quality, sampling, settings
+from mplicits.trainer.bands import delta
+from mplicits.trainer.networks.network import Weights, initial, to_model
+from mplicits.trainer.pools import values
+from mplicits.trainer.session import Bar
+from mplicits.trainer.settings import Settings
+from mplicits.trainer.shapes.shape import Doubles, Shape, Surface, unit
+from mplicits.trainer.train import Training
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from torch import Tensor
 from torch.nn import functional
-
-from codegen.model import DEFAULT_ITERATIONS, Level, Model
-from mesher.field import Field, ModelField
-from trainer import quality, sampling, settings
-from trainer.bands import delta
-from trainer.network import Weights, initial, to_model
-from trainer.pools import values
-from trainer.session import Bar
-from trainer.settings import Settings
-from trainer.shape import Doubles, Shape, Surface, unit
-from trainer.train import Training
 
 BATCH = 8192
 RATE = 1e-4
@@ -107,9 +106,7 @@ def siren_loss(f: Tensor, wanted: Tensor, cosine: Tensor, norms: Tensor) -> Tens
     return 3000 * on.abs().mean() + 100 * away + 100 * (1 - cosine).mean() + 50 * (norms - 1).abs().mean()
 
 
-def paper(
-    shape: Shape, networks: str, omegas: tuple[float, ...], seconds: float, seed: int
-) -> tuple[Model, list[int]]:
+def paper(shape: Shape, networks: str, omegas: tuple[float, ...], seconds: float, seed: int) -> tuple[Model, list[int]]:
     """The paper's recipe: vertices and normals, Eq. 4, adaptive nested bands, autograd, every level at every step.
 
     Level 1 learns the distance to the nearest vertex all over the domain, too: by Eq. 4 alone, whose Eikonal term does

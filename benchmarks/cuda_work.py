@@ -1,22 +1,24 @@
 """What a frame of the CUDA target has to compute, counted without a GPU; writes docs/results/cuda_work.md.
 
-    PYTHONPATH=. python benchmarks/cuda_work.py MODELS [--seconds 150] [--size 512] [-o FILE]
+    python benchmarks/cuda_work.py MODELS [--seconds 150] [--size 512] [-o FILE]
 
-MODELS, --seconds: as of benchmarks/table2.py, whose rows these are. Rays are marched in numpy (codegen/march.py).
+MODELS, --seconds: as of benchmarks/table2.py, whose rows these are.
+Rays are marched in numpy (codegen/reference/march.py).
 """
 
 import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
-from codegen.cuda import WIDEST_SPLIT
-from codegen.lower import lower
-from codegen.march import Rays, march
-from codegen.model import load
-from codegen.program import Affine, Function, Program
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.ir.program import Affine, Function, Program
+from mplicits.codegen.reference.march import Rays, march
+from mplicits.codegen.targets.cuda import WIDEST_SPLIT
+from mplicits.model.model import load
+from mplicits.viewer.draw.camera import Camera
+
 from protocol import Page, machine
 from table2 import MODELS_OF, ROWS, train
-from viewer.camera import Camera
 
 SPLIT_COSTS = 3
 """Products that `fused` makes of one, where level 1 is split into halves."""
@@ -44,7 +46,8 @@ def work(program: Program, rays: Rays, level: int, normal_level: int) -> Work:
     exact = rays.evaluations[0] - (rays.away if level > 1 else 0)
     rest = (SPLIT_COSTS - 1) * exact * _inner(program, program.values[0]) if split else 0
     a_round = len(rays.t) * sum(
-        program.bands[phase - 1].iterations * sum(costs[:phase]) for phase in range(1, level + 1))
+        program.bands[phase - 1].iterations * sum(costs[:phase]) for phase in range(1, level + 1)
+    )
     everywhere = shading * len(rays.t) / max(1, hits)
     return Work(trace + shading, trace + shading + rest, a_round * len(rays.traced) + everywhere, a_round + everywhere)
 
@@ -64,15 +67,18 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/cuda_work.md"))
     options = parser.parse_args()
     page = Page(
-        options.output, f"# What a frame of {options.size} x {options.size} has to compute, CUDA", "",
-        f"Printed by `PYTHONPATH=. python benchmarks/cuda_work.py MODELS --seconds {options.seconds:g} --size "
-        f"{options.size}`.", "",
+        options.output,
+        f"# What a frame of {options.size} x {options.size} has to compute, CUDA",
+        "",
+        f"Printed by `python benchmarks/cuda_work.py MODELS --seconds {options.seconds:g} --size {options.size}`.",
+        "",
         f"Counted, not timed, without a GPU: {machine()}. Armadillo, {options.seconds:g} s of training a model. "
         "Evaluations: of the networks, level by level. Rays left: after one round, from where `fused` traces "
         "by blocks, and after four, where one kernel takes the rest. Multiply-adds in thousand millions: of what "
         "the frame needs, gradients included; of what `fused` makes of that (halves where level 1 is split; lanes "
         "without a ray left out); of `layered`, until its last ray is done and in one round. The last two columns are "
-        "the needed work of (256, 4) over this row's, and what 1,000 frames per second ask of the GPU.", "",
+        "the needed work of (256, 4) over this row's, and what 1,000 frames per second ask of the GPU.",
+        "",
         "| model | evaluations, millions | steps, mean | most | rays | left | left | needed | fused | layered "
         "| one round | (256, 4) / this | TFLOP/s |",
         "| --- | ---: |" + " ---: |" * 11,
@@ -93,7 +99,8 @@ def main() -> None:
         page.add(
             f"| {title} | {evaluations} | {traced.mean():.1f} | {traced.max()} | {len(traced):,} | {left[0]:,} | "
             f"{left[1]:,} | {' | '.join(f'{figure / 1e9:,.0f}' for figure in figures)} | {first / found.needed:.1f} | "
-            f"{2 * found.fused * 1e3 / 1e12:.0f} |")
+            f"{2 * found.fused * 1e3 / 1e12:.0f} |"
+        )
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Too small and too large deltas (the paper's Figure 4): writes docs/results/figure4.md and its pictures.
 
-    PYTHONPATH=. python benchmarks/figure4.py armadillo.safetensors [--azimuth 210] [-o docs/results/figure4.md]
+    python benchmarks/figure4.py armadillo.safetensors [--azimuth 210] [-o docs/results/figure4.md]
 
 Every band is scaled by one factor at rendering. A hole is a pixel that is drawn as background, though its ray meets the
 last level's surface by dense marching with the model's own deltas; holes are red. Single: the paper's one pass of 20
@@ -12,18 +12,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference.dense import dense_march
+from mplicits.codegen.targets.glsl330 import bake
+from mplicits.model.model import DEFAULT_ITERATIONS, Model, load, shape_of
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import open_osmesa
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.renderer import Renderer
+from mplicits.viewer.draw.screenshot import save_png
 from numpy.typing import NDArray
 
-from codegen.dense import dense_march
-from codegen.glsl330 import bake
-from codegen.lower import lower
-from codegen.model import DEFAULT_ITERATIONS, Model, load, shape_of
 from protocol import Page, machine
-from viewer.camera import Camera
-from viewer.context import open_osmesa
-from viewer.options import RenderOptions
-from viewer.renderer import Renderer
-from viewer.screenshot import save_png
 
 SIDE = 320
 STOP = 0.05
@@ -60,8 +60,9 @@ class Scene:
         """Counts."""
         data = self._renderer.render((SIDE, SIDE), self._camera, replace(options, shading="data"))
         hit, steps = data[..., 3] > 0.5, data[..., 1]
-        return Drawn((self._closest == 0) & ~hit, int((hit & (self._closest > STOP)).sum()),
-                     float(steps[steps > 0].mean()))
+        return Drawn(
+            (self._closest == 0) & ~hit, int((hit & (self._closest > STOP)).sum()), float(steps[steps > 0].mean())
+        )
 
     def picture(self, options: RenderOptions, holes: NDArray[np.bool_], path: Path) -> None:
         """Writes the shaded picture, its holes painted."""
@@ -80,16 +81,21 @@ def main() -> None:
     model = load(options.model)
     scene = Scene(model, Camera(azimuth=options.azimuth))
     page = Page(
-        options.output, "# Figure 4: deltas that are too small and too large", "",
-        f"Printed by `PYTHONPATH=. python benchmarks/figure4.py {options.model.name} --azimuth {options.azimuth:g}`.",
-        "", f"{machine()}. Levels {', '.join(shape_of(level.network) for level in model.levels)}, deltas "
+        options.output,
+        "# Figure 4: deltas that are too small and too large",
+        "",
+        f"Printed by `python benchmarks/figure4.py {options.model.name} --azimuth {options.azimuth:g}`.",
+        "",
+        f"{machine()}. Levels {', '.join(shape_of(level.network) for level in model.levels)}, deltas "
         f"{', '.join(f'{level.delta:.4f}' for level in model.levels)} by Eq. 5, all scaled by one factor at rendering; "
-        f"{SIDE} x {SIDE}, OSMesa.", "",
+        f"{SIDE} x {SIDE}, OSMesa.",
+        "",
         "Holes, red in the pictures: dense marching of the last level with the model's own deltas meets the surface "
         f"({scene.covered:,} pixels), and the picture shows background. Extra: the reverse, where the ray passes at "
         "over 1/20 pixel. Single: the paper's one pass of 20 steps of level 1, then 5 of each finer level, steps as "
         "long as the field; in our shader, which traces the offset at delta / 1.3, and where a ray out of steps hits "
-        "within 1/2 pixel. Ours: the default rounds and steps of `mplicits render`.", "",
+        "within 1/2 pixel. Ours: the default rounds and steps of `mplicits render`.",
+        "",
         "| deltas times | single: holes | extra | mean steps | ours: holes | extra | mean steps |",
         "| ---: |" + " ---: |" * 6,
     )
@@ -107,8 +113,12 @@ def main() -> None:
                 rows[march].append(f"![{march}, deltas times {scale:g}: {holes} holes]({name})<br>{holes} holes")
         page.add(f"| {' | '.join(cells)} |")
     heads = [f"{text} (x {scale:g})" for scale, text in PICTURED.items()]
-    page.add("", f"| | {' | '.join(heads)} |", "| --- |" + " :---: |" * len(heads),
-             *(f"| {march} | {' | '.join(row)} |" for march, row in rows.items()))
+    page.add(
+        "",
+        f"| | {' | '.join(heads)} |",
+        "| --- |" + " :---: |" * len(heads),
+        *(f"| {march} | {' | '.join(row)} |" for march, row in rows.items()),
+    )
 
 
 if __name__ == "__main__":

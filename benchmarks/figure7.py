@@ -1,6 +1,6 @@
 """Neural normal mapping (the paper's Figure 7): writes docs/results/figure7.md and its pictures.
 
-    PYTHONPATH=. python benchmarks/figure7.py armadillo.safetensors lucy.safetensors --z-up lucy
+    python benchmarks/figure7.py armadillo.safetensors lucy.safetensors --z-up lucy
 
 The reference is the finest level's mesh by marching cubes, rasterised with its own normals, which are that level's
 gradients at the vertices. MSE: mean over pixels and channels of the squared difference of the sRGB pictures, in [0, 1].
@@ -12,20 +12,20 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from mplicits.codegen.targets.glsl330 import bake
+from mplicits.mesher.extract import extract_model, up_to
+from mplicits.model.files import show
+from mplicits.model.model import Layer, Model, Network, load, shape_of
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import Context, open_osmesa
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.rasteriser import Rasteriser
+from mplicits.viewer.draw.renderer import Renderer
+from mplicits.viewer.draw.screenshot import save_png
+from mplicits.viewer.draw.triangles import Triangles
 from numpy.typing import NDArray
 
-from codegen.files import show
-from codegen.glsl330 import bake
-from codegen.model import Layer, Model, Network, load, shape_of
-from mesher.extract import extract_model, up_to
 from protocol import Page, machine
-from viewer.camera import Camera
-from viewer.context import Context, open_osmesa
-from viewer.mesh_file import Triangles
-from viewer.options import RenderOptions
-from viewer.rasteriser import Rasteriser
-from viewer.renderer import Renderer
-from viewer.screenshot import save_png
 
 Image = NDArray[np.float32]
 PAPER = 0.00262, 0.00087
@@ -65,6 +65,7 @@ class Pictures:
 
 def upright(model: Model) -> Model:
     """The model of a shape that stands along z, turned to stand along y: the first layers' weights are turned."""
+
     def turned(network: Network) -> Network:
         return Layer(network[0].weight @ UPRIGHT, network[0].bias), *network[1:]
 
@@ -80,7 +81,8 @@ def errors(images: list[Image], truth: list[Image]) -> tuple[float, float, float
         return float(np.concatenate(chosen).mean())
 
     return (
-        mean(lambda ours, theirs: theirs[..., 3] >= 0), mean(lambda ours, theirs: theirs[..., 3] > 0),
+        mean(lambda ours, theirs: theirs[..., 3] >= 0),
+        mean(lambda ours, theirs: theirs[..., 3] > 0),
         mean(lambda ours, theirs: (theirs[..., 3] == 1) & (ours[..., 3] == 1)),
     )
 
@@ -91,15 +93,22 @@ def measure(model: Model, pictures: Pictures, resolution: int, page: Page, where
     truth = pictures.of_mesh(model, last, resolution, own=True)
     pairs = [(1, 1), (1, last), (2, last)]
     drawn = dict(zip(PICTURED, pictures.of_levels(model, pairs), strict=True))
-    drawn |= {"mesh of level 1": pictures.of_mesh(model, 1, resolution, own=True),
-              "mesh of level 1 + normals": pictures.of_mesh(model, 1, resolution, own=False)}
+    drawn |= {
+        "mesh of level 1": pictures.of_mesh(model, 1, resolution, own=True),
+        "mesh of level 1 + normals": pictures.of_mesh(model, 1, resolution, own=False),
+    }
     shapes, made = ", ".join(shape_of(level.network) for level in model.levels), model.provenance
     steps, omegas = (", ".join(f"{record[key]:g}" for record in made["levels"]) for key in ("steps", "omega"))
-    page.add("", f"## {where.name.removeprefix('figure7-')}: levels {shapes}", "",
-             f"{model.parameters():,} parameters, trained on {show(made['source']['file'])} for "
-             f"{made['seconds']:.0f} s of a busy machine: {steps} steps, omega {omegas}.", "",
-             "| | MSE, background included | x | excluded | x | covered by both | x |",
-             "| --- |" + " ---: |" * 6)
+    page.add(
+        "",
+        f"## {where.name.removeprefix('figure7-')}: levels {shapes}",
+        "",
+        f"{model.parameters():,} parameters, trained on {show(made['source']['file'])} for "
+        f"{made['seconds']:.0f} s of a busy machine: {steps} steps, omega {omegas}.",
+        "",
+        "| | MSE, background included | x | excluded | x | covered by both | x |",
+        "| --- |" + " ---: |" * 6,
+    )
     for name, images in drawn.items():
         coarse = errors(drawn["mesh of level 1" if name.startswith("mesh") else "level 1"], truth)
         cells = [f"{error:.5f} | {base / error:.1f}" for error, base in zip(errors(images, truth), coarse, strict=True)]
@@ -128,14 +137,18 @@ def main() -> None:
     names = " ".join(path.name for path in options.models)
     standing = f" --z-up {options.z_up}" if options.z_up else ""
     page = Page(
-        options.output, "# Figure 7: neural normal mapping", "",
-        f"Printed by `PYTHONPATH=. python benchmarks/figure7.py {names}{standing} --side {options.side}`.", "",
+        options.output,
+        "# Figure 7: neural normal mapping",
+        "",
+        f"Printed by `python benchmarks/figure7.py {names}{standing} --side {options.side}`.",
+        "",
         f"{machine()}. {options.side} x {options.side}, {options.samples} samples a pixel, OSMesa; Phong, the defaults "
         f"of `mplicits render`; means over views from azimuths {options.azimuths} degrees, {cameras[0].elevation:g} "
         f"degrees above. The reference is the last level's marching cubes at {options.resolution}^3 with its own "
         "normals. MSE: of sRGB in [0, 1], pixels and channels. Excluded: over the pixels that the reference covers. "
         "Covered by both: what is left when silhouettes do not count. x: the improvement over the coarse row, level 1 "
-        "traced with its own normals, or its mesh.", "",
+        "traced with its own normals, or its mesh.",
+        "",
         f"The paper's Figure 7, of other networks: coarse {PAPER[0]}, normal-mapped {PAPER[1]}, "
         f"{PAPER[0] / PAPER[1]:.1f} times less; it does not say whether the background counts.",
     )

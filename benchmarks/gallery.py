@@ -1,6 +1,6 @@
 """The gallery's pictures, web pages and tables: writes docs/gallery.md, docs/gallery/ and docs/demo.png.
 
-    PYTHONPATH=. python benchmarks/gallery.py [-o docs/gallery.md]
+    python benchmarks/gallery.py [-o docs/gallery.md]
 
 Web pages of up to PAGE_MOST bytes are written, of the others the size alone.
 """
@@ -10,27 +10,30 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from mplicits.codegen.targets.glsl330 import bake
+from mplicits.codegen.targets.registry import TARGETS
+from mplicits.model import gallery
+from mplicits.model.errors import UserError
+from mplicits.model.files import write_whole
+from mplicits.model.model import Model, load, shape_of
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import Context, open_osmesa
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.renderer import Renderer
+from mplicits.viewer.draw.screenshot import save_png
 from numpy.typing import NDArray
 
-from codegen import gallery
-from codegen.errors import UserError
-from codegen.files import write_whole
-from codegen.glsl330 import bake
-from codegen.model import Model, load, shape_of
-from codegen.targets import TARGETS
 from protocol import Page
-from viewer.camera import Camera
-from viewer.context import Context, open_osmesa
-from viewer.options import RenderOptions
-from viewer.renderer import Renderer
-from viewer.screenshot import save_png
 
 SIDE, FRONT_SIDE = 192, 320
 PAPER = (1.0, 1.0, 1.0), (1.0, 1.0, 1.0)
 PAGE_MOST = 300_000
 COMMANDS = (
-    "view spot", "render spot -o spot.png", "render spot --shade texture --level 1 -o coarse.png",
-    "render bob --level 1 --normal-level 2 -o bob.png", "bake spot --target html -o spot.html",
+    "view spot",
+    "render spot -o spot.png",
+    "render spot --shade texture --level 1 -o coarse.png",
+    "render bob --level 1 --normal-level 2 -o bob.png",
+    "bake spot --target html -o spot.html",
     "bake spot-small --target shadertoy -o spot.frag",
 )
 FRONT = (("spot", "phong"), ("spot", "normal"), ("bob", "phong"))
@@ -48,9 +51,7 @@ def panels(levels: int) -> dict[str, RenderOptions]:
     }
 
 
-def strip(
-    model: Model, camera: Camera, context: Context, front: dict[str, NDArray[np.float32]]
-) -> NDArray[np.float32]:
+def strip(model: Model, camera: Camera, context: Context, front: dict[str, NDArray[np.float32]]) -> NDArray[np.float32]:
     """All panels of a model side by side; its pictures for FRONT go into `front`, by shading."""
     renderer = Renderer(context, bake(model))
     drawn = [renderer.render((SIDE, SIDE), camera, options) for options in panels(len(model.levels)).values()]
@@ -77,14 +78,20 @@ def main() -> None:
     folder = options.output.with_suffix("")
     folder.mkdir(exist_ok=True)
     page = Page(
-        options.output, "# Gallery", "",
-        "Printed by `PYTHONPATH=. python benchmarks/gallery.py`. `view`, `render`, `bake`, `mesh` and `info` take "
-        "these names where a file is expected:", "",
-        *(f"    mplicits {command}" for command in COMMANDS), "",
+        options.output,
+        "# Gallery",
+        "",
+        "Printed by `python benchmarks/gallery.py`. `view`, `render`, `bake`, `mesh` and `info` take "
+        "these names where a file is expected:",
+        "",
+        *(f"    mplicits {command}" for command in COMMANDS),
+        "",
         "Spot and Bob are by Keenan Crane, CC0. The commands that made the models, and the meshes' hashes: "
-        "[models/README.md](../models/README.md).", "",
+        "[model/gallery/README.md](../model/gallery/README.md).",
+        "",
         "| name | levels + texture | parameters | model file, bytes | web page | Shadertoy | trained, s | mean abs f | "
-        "mean normal angle, degrees |", "| --- | --- |" + " ---: |" * 7,
+        "mean normal angle, degrees |",
+        "| --- | --- |" + " ---: |" * 7,
     )
     paths = {name: gallery.model_path(name) for name in gallery.names()}
     models = {name: load(path) for name, path in paths.items()}
@@ -96,15 +103,23 @@ def main() -> None:
             write_whole(folder / f"{name}.html", text)
             pages.append(name)
         levels, record = ",".join(shape_of(level.network) for level in model.levels), model.provenance["levels"][-1]
-        page.add(f"| {name} | {levels} + {shape_of(model.texture)} | {model.parameters():,} | "
-                 f"{paths[name].stat().st_size:,} | {len(text.encode()):,} | {shadertoy(model)} | "
-                 f"{model.provenance['seconds']:.0f} | {record['mean_f']:.1e} | {record['angle']:.1f} |")
-    page.add("", "Seconds are those of the training that made the file. Web page and Shadertoy: bytes of what `bake` "
-             "writes.", "",
-             "Pages to save and to open in a browser, without a network: "
-             + ", ".join(f"[{name}.html]({folder.name}/{name}.html)" for name in pages) + ".", "",
-             f"From left to right: {'; '.join(panels(1))}. A coarse level wears the texture of the finest (the paper's "
-             "Fig. 9): colours stay where they are from the second picture to the third.", "")
+        page.add(
+            f"| {name} | {levels} + {shape_of(model.texture)} | {model.parameters():,} | "
+            f"{paths[name].stat().st_size:,} | {len(text.encode()):,} | {shadertoy(model)} | "
+            f"{model.provenance['seconds']:.0f} | {record['mean_f']:.1e} | {record['angle']:.1f} |"
+        )
+    page.add(
+        "",
+        "Seconds are those of the training that made the file. Web page and Shadertoy: bytes of what `bake` writes.",
+        "",
+        "Pages to save and to open in a browser, without a network: "
+        + ", ".join(f"[{name}.html]({folder.name}/{name}.html)" for name in pages)
+        + ".",
+        "",
+        f"From left to right: {'; '.join(panels(1))}. A coarse level wears the texture of the finest (the paper's "
+        "Fig. 9): colours stay where they are from the second picture to the third.",
+        "",
+    )
     context = open_osmesa()
     fronts = {name: {shading: np.empty(0, np.float32) for of, shading in FRONT if of == name} for name in models}
     for name, model in models.items():

@@ -1,6 +1,6 @@
 """The GLSL shader on a GPU beside CUDA: literal and texture storage, widths 32 to 256; writes docs/results/glsl_gpu.md.
 
-    PYTHONPATH=. python benchmarks/glsl_gpu.py [--size 512] [-o FILE]
+    python benchmarks/glsl_gpu.py [--size 512] [-o FILE]
 
 EGL, headless. Models are SIRENs of (width, 1) with random hidden weights around a fixed ball: time depends on the
 steps that rays take, the same in every column. Compile: shader to first pixel, or nvcc. Without a GPU the cells say so.
@@ -12,16 +12,16 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+from mplicits.codegen.targets.glsl330 import bake
+from mplicits.model.errors import UserError
+from mplicits.model.model import Layer, Level, Model
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import open_context
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.renderer import Renderer
 
-from codegen.errors import UserError
-from codegen.glsl330 import bake
-from codegen.model import Layer, Level, Model
 from nvcc import NOT_RUN, build, gpu
 from protocol import Page, machine
-from viewer.camera import Camera
-from viewer.context import open_context
-from viewer.options import RenderOptions
-from viewer.renderer import Renderer
 
 WIDTHS = (32, 64, 128, 256)
 FRAMES = 200
@@ -65,8 +65,10 @@ def cuda(model: Model, size: int) -> list[str]:
         return [NOT_RUN] * 3
     with tempfile.TemporaryDirectory() as folder:
         built = build(model, Path(folder))
-        rates = [built.benchmark("--size", str(size), "--variant", variant)["sizes"][0]["variants"][0]["fps"]
-                 for variant in ("simple", "fused")]
+        rates = [
+            built.benchmark("--size", str(size), "--variant", variant)["sizes"][0]["variants"][0]["fps"]
+            for variant in ("simple", "fused")
+        ]
     return [*(f"{rate:.0f}" for rate in rates), f"{built.seconds:.1f}"]
 
 
@@ -77,10 +79,14 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/glsl_gpu.md"))
     options = parser.parse_args()
     page = Page(
-        options.output, f"# GLSL on a GPU, beside CUDA, {options.size} x {options.size}", "",
-        f"Printed by `PYTHONPATH=. python benchmarks/glsl_gpu.py --size {options.size}`.", "",
+        options.output,
+        f"# GLSL on a GPU, beside CUDA, {options.size} x {options.size}",
+        "",
+        f"Printed by `python benchmarks/glsl_gpu.py --size {options.size}`.",
+        "",
         f"GPU and driver: {gpu() or NOT_RUN}. Host: {machine()}. Frames per second, medians of {FRAMES}; compiling in "
-        "seconds.", "",
+        "seconds.",
+        "",
         "| network | literal | compiling | texture | compiling | CUDA simple | CUDA fused | nvcc |",
         "| --- |" + " ---: |" * 7,
     )

@@ -1,7 +1,7 @@
 """Multiscale sphere tracing against dense marching of the last level: holes and silhouettes; writes
 docs/results/holes.md.
 
-    PYTHONPATH=. python benchmarks/holes.py demo.safetensors armadillo.safetensors [--side 128] [--views 10] [-o FILE]
+    python benchmarks/holes.py demo.safetensors armadillo.safetensors [--side 128] [--views 10] [-o FILE]
 
 One round is the paper's single pass (20 steps of level 1, then 5 of each residual), with steps of 0.8 of the field;
 more rounds let a ray that left a band go back to the coarser level.
@@ -11,17 +11,17 @@ import argparse
 from pathlib import Path
 
 import numpy as np
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference.dense import dense_march
+from mplicits.codegen.targets.glsl330 import bake
+from mplicits.model.model import Model, load
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import open_osmesa
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.renderer import Renderer
 from numpy.typing import NDArray
 
-from codegen.dense import dense_march
-from codegen.glsl330 import bake
-from codegen.lower import lower
-from codegen.model import Model, load
 from protocol import Page, machine
-from viewer.camera import Camera
-from viewer.context import open_osmesa
-from viewer.options import RenderOptions
-from viewer.renderer import Renderer
 
 STOP = 0.05
 """Pixels: a ray that passes the surface this close may count as a hit or not (glsl/march.glsl)."""
@@ -70,12 +70,16 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/holes.md"))
     options = parser.parse_args()
     page = Page(
-        options.output, "# Holes of multiscale sphere tracing", "",
-        f"Printed by `PYTHONPATH=. python benchmarks/holes.py {' '.join(path.name for path in options.models)}`: the "
+        options.output,
+        "# Holes of multiscale sphere tracing",
+        "",
+        f"Printed by `python benchmarks/holes.py {' '.join(path.name for path in options.models)}`: the "
         "models of `./run demo --train` and of `mplicits train armadillo.ply --levels 64x1,64x2 --seconds 150`. One "
-        "round is the paper's single pass of 20 and 5 steps, here with steps of 0.8.", "",
+        "round is the paper's single pass of 20 and 5 steps, here with steps of 0.8.",
+        "",
         f"{options.views} views of {options.side} x {options.side}, OSMesa, {machine()}. Holes: dense marching meets "
-        "the surface and we miss it. Extra: we hit, and the ray passes at over 1/20 pixel.", "",
+        "the surface and we miss it. Extra: we hit, and the ray passes at over 1/20 pixel.",
+        "",
         "| model | rounds | holes, of pixels hit | extra (holes and extra, of silhouette pixels) | mean steps |",
         "|---|---:|---:|---:|---:|",
     )

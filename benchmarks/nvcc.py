@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from codegen.cuda import standalone
-from codegen.model import Model
+from mplicits.codegen.targets.cuda import standalone
+from mplicits.model.model import Model
 
 NOT_RUN = "not run on a GPU"
 
@@ -23,8 +23,13 @@ class Built:
 
     def benchmark(self, *arguments: str) -> dict[str, Any]:
         """What `--benchmark` prints; frames lie beside the program."""
-        done = subprocess.run([str(self.program), "--benchmark", *arguments], cwd=self.program.parent, text=True,
-                              stdout=subprocess.PIPE, check=True)
+        done = subprocess.run(
+            [str(self.program), "--benchmark", *arguments],
+            cwd=self.program.parent,
+            text=True,
+            stdout=subprocess.PIPE,
+            check=True,
+        )
         found: dict[str, Any] = json.loads(done.stdout)
         return found
 

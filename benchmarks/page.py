@@ -1,6 +1,6 @@
 """Bytes of the html page and of the Shadertoy text, and the page's times in Chromium; writes docs/results/page.md.
 
-    PYTHONPATH=.:tests python benchmarks/page.py MODEL... [-o docs/results/page.md]
+    PYTHONPATH=tests python benchmarks/page.py MODEL... [-o docs/results/page.md]
 
 Both variants of each page are measured as the page itself measures them: the seconds from handing the driver the text
 to the end of a first draw of one pixel, and the milliseconds of one sample of every pixel of a canvas of 256x256.
@@ -13,10 +13,11 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from browser import DRIVERS, Visit, chromium, visit
-from codegen.model import Model, load, shape_of
-from codegen.targets import TARGETS
+from mplicits.codegen.targets.registry import TARGETS
+from mplicits.model.model import Model, load, shape_of
+
 from protocol import Page, machine
+from support.browser import DRIVERS, Visit, chromium, visit
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -34,13 +35,19 @@ def main() -> None:
     arguments = parser.parse_args()
     os.environ["MESA_SHADER_CACHE_DISABLE"] = "true"  # llvmpipe would bring what it compiled in the last run
     table = Page(
-        arguments.output, "# The page on software GL", "", machine(), "",
+        arguments.output,
+        "# The page on software GL",
+        "",
+        machine(),
+        "",
         f"`python benchmarks/page.py {' '.join(path.name for path in arguments.models)}`. "
         f"Canvas {SIDE}x{SIDE}, default view, Phong, all levels. Compile: from handing over the text to the end "
         "of a first draw of one pixel, 60 s at most. Frame: the fastest of the samples that refine the picture; inf: "
-        f"it came to rest before a whole sample was seen. {arguments.note}".rstrip(), "",
+        f"it came to rest before a whole sample was seen. {arguments.note}".rstrip(),
+        "",
         "| model | levels | bytes of HTML | of Shadertoy text | driver | weights | compile + first draw, s | frame, ms "
-        "| field error |", "|---|---|---:|---:|---|---|---:|---:|---:|",
+        "| field error |",
+        "|---|---|---:|---:|---|---|---:|---:|---:|",
     )
     for driver in DRIVERS:
         with chromium(driver) as browser, tempfile.TemporaryDirectory() as folder:

@@ -12,13 +12,13 @@ import time
 from datetime import UTC, datetime
 from pathlib import Path
 
-from codegen.model import save
-from trainer import settings
-from trainer.load import load_shape
-from trainer.machine import prepare
-from trainer.session import Bar
-from trainer.settings import Settings
-from trainer.train import Training, device
+from mplicits.model.model import save
+from mplicits.trainer import settings
+from mplicits.trainer.machine import prepare
+from mplicits.trainer.session import Bar
+from mplicits.trainer.settings import Settings
+from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.train import Training, device
 
 
 def main() -> None:

@@ -1,6 +1,6 @@
 """Surface reconstruction on the Stanford meshes (the paper's Table 1); writes docs/results/table1.md.
 
-    PYTHONPATH=. python benchmarks/table1.py [--levels 64x1,128x2] [--seconds 90] [--data FOLDER] [--keep FOLDER]
+    python benchmarks/table1.py [--levels 64x1,128x2] [--seconds 90] [--data FOLDER] [--keep FOLDER]
 
 ours: `mplicits train`; one training gives both rows, coarse is its level 1 alone. recipe: the paper's, in the same
 process for the same seconds with the same networks: vertices and normals only, Eq. 4 with its release's weights, its
@@ -13,17 +13,20 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from codegen.model import Model, save
+from mplicits.model.model import Model, save
+from mplicits.trainer.machine import prepare
+from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.train import device
+
 from contenders import Trained, of_model, ours, paper
 from protocol import DATA, Page, Truth, machine
-from trainer.load import load_shape
-from trainer.machine import prepare
-from trainer.train import device
 
 SHAPES = {
-    "armadillo": "Armadillo", "lucy": "Lucy, decimated to 100k faces",
+    "armadillo": "Armadillo",
+    "lucy": "Lucy, decimated to 100k faces",
     "xyzrgb_dragon": "Asian dragon, decimated to 28k faces",
-    "happy_buddha": "Happy Buddha, closed, decimated to 100k faces", "bunny": "bunny",
+    "happy_buddha": "Happy Buddha, closed, decimated to 100k faces",
+    "bunny": "bunny",
 }
 OMEGAS = (40.0, 80.0, 100.0)
 """The paper's, of coarse, medium and fine (Section 4, implementation details)."""
@@ -45,8 +48,10 @@ def row(shape: str, trained: Trained, truth: Truth, resolution: int) -> str:
     """One measured row."""
     distance, sampling = truth.evaluate(trained, resolution)
     steps = ", ".join(f"{count:,}" for count in trained.steps)
-    return (f"| {shape} | {trained.name} | {distance:.2e} | {distance / truth.floor:.2f} | {trained.parameters:,} "
-            f"| {trained.seconds:.0f} | {steps} | {sampling:.1f} |")
+    return (
+        f"| {shape} | {trained.name} | {distance:.2e} | {distance / truth.floor:.2f} | {trained.parameters:,} "
+        f"| {trained.seconds:.0f} | {steps} | {sampling:.1f} |"
+    )
 
 
 def coarse(model: Model) -> Model:
@@ -67,21 +72,27 @@ def compare(name: str, options: argparse.Namespace, page: Page) -> None:
     if options.keep:
         save(model, options.keep / f"{name}.safetensors")
     records = model.provenance["levels"]
-    own = (of_model("ours, coarse", coarse(model), records[0]["seconds"], [records[0]["steps"]]),
-           of_model("ours, fine", model, model.provenance["seconds"]))
+    own = (
+        of_model("ours, coarse", coarse(model), records[0]["seconds"], [records[0]["steps"]]),
+        of_model("ours, fine", model, model.provenance["seconds"]),
+    )
     for trained in own:
         page.add(row(SHAPES[name], trained, truth, options.resolution))
     began = time.perf_counter()
     print(f"{name}: recipe", file=sys.stderr)
     model, steps = paper(shape, options.levels, OMEGAS[: len(model.levels)], options.seconds, options.seed)
     seconds = time.perf_counter() - began
-    theirs = (of_model("recipe, coarse", coarse(model), seconds / len(steps), steps[:1]),
-              of_model("recipe, fine", model, seconds, steps))
+    theirs = (
+        of_model("recipe, coarse", coarse(model), seconds / len(steps), steps[:1]),
+        of_model("recipe, fine", model, seconds, steps),
+    )
     for trained in theirs:
         page.add(row(SHAPES[name], trained, truth, options.resolution))
     for which, distance, parameters, minutes, sampling in PRINTED.get(name, ()):
-        page.add(f"| {SHAPES[name]} | as printed, {which} | {distance:.2e} | | {parameters:,} | {minutes * 60:.0f} | "
-                 f"| {sampling:.2f} |")
+        page.add(
+            f"| {SHAPES[name]} | as printed, {which} | {distance:.2e} | | {parameters:,} | {minutes * 60:.0f} | "
+            f"| {sampling:.2f} |"
+        )
 
 
 def main() -> None:
@@ -100,16 +111,22 @@ def main() -> None:
     prepare(device("cpu"))
     omegas = ", ".join(f"{omega:g}" for omega in OMEGAS[: options.levels.count(",") + 1])
     page = Page(
-        options.output, "# Table 1: surface reconstruction", "",
-        "Printed by `PYTHONPATH=. python benchmarks/table1.py`. Chamfer: squared L2, both directions summed, unit "
+        options.output,
+        "# Table 1: surface reconstruction",
+        "",
+        "Printed by `python benchmarks/table1.py`. Chamfer: squared L2, both directions summed, unit "
         f"sphere, {options.samples:,} samples on each side, marching cubes at {options.resolution}^3. Floor: two "
-        "samplings of the ground truth.", "",
+        "samplings of the ground truth.",
+        "",
         f"Levels {options.levels}; {options.seconds:g} s of training for each row `fine`, of which `coarse` is the "
         f"first level; goal: {GOAL} of the floor at most. `recipe`: the paper's, trained here for the same seconds: "
         "vertices and normals only, Eq. 4 (at level 1 with the distance to the vertices), weights 3000, 100, 50, "
         f"omega_0 {omegas}, Adam at 1e-4, batches of 8,192. `as printed`: the paper's table; an RTX 5090, the authors' "
-        "copies of the meshes, and point clouds as ground truth.", "",
-        f"{machine()}.", "", *HEAD,
+        "copies of the meshes, and point clouds as ground truth.",
+        "",
+        f"{machine()}.",
+        "",
+        *HEAD,
     )
     for name in options.shapes.split(","):
         compare(name, options, page)

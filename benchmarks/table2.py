@@ -1,6 +1,6 @@
 """Frames per second of the CUDA target (the paper's Table 2); writes docs/results/table2.md.
 
-    PYTHONPATH=. python benchmarks/table2.py MODELS [--seconds 150] [--size 512] [-o FILE]
+    python benchmarks/table2.py MODELS [--seconds 150] [--size 512] [-o FILE]
 
 MODELS: a folder for the models of MODELS_OF below; those that are missing are trained there first, on Armadillo
 (`meshes/armadillo.ply` of the data), for --seconds each. NM: the last level gives normals alone, it is not traced.
@@ -15,14 +15,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from mplicits.model.model import load
 from PIL import Image
 
-from codegen.model import load
 from nvcc import NOT_RUN, build, gpu
 from protocol import DATA, Page, machine
 
 MODELS_OF = {
-    "siren": "256x4", "coarse": "64x2", "two-128": "64x2,128x2", "two-256": "64x2,256x2", "three": "64x2,128x2,256x2",
+    "siren": "256x4",
+    "coarse": "64x2",
+    "two-128": "64x2,128x2",
+    "two-256": "64x2,256x2",
+    "three": "64x2,128x2,256x2",
 }
 ROWS: tuple[tuple[str, str, tuple[int, int], int], ...] = (
     ("(256, 4), SIREN", "siren", (1, 1), 37),
@@ -44,8 +48,22 @@ def train(path: Path, levels: str, seconds: float) -> None:
         return
     path.parent.mkdir(parents=True, exist_ok=True)
     shape = DATA / "meshes" / "armadillo.ply"
-    subprocess.run([sys.executable, "-m", "mplicits", "train", str(shape), "--levels", levels,
-                    "--seconds", f"{seconds:g}", "-o", str(path)], check=True)
+    subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "mplicits",
+            "train",
+            str(shape),
+            "--levels",
+            levels,
+            "--seconds",
+            f"{seconds:g}",
+            "-o",
+            str(path),
+        ],
+        check=True,
+    )
 
 
 def psnr(ours: Path, theirs: Path) -> float:
@@ -73,15 +91,18 @@ def main() -> None:
     options = parser.parse_args()
     card = gpu()
     page = Page(
-        options.output, f"# Table 2: frames per second at {options.size} x {options.size}, CUDA", "",
-        f"Printed by `PYTHONPATH=. python benchmarks/table2.py MODELS --seconds {options.seconds:g} --size "
-        f"{options.size}`.", "",
+        options.output,
+        f"# Table 2: frames per second at {options.size} x {options.size}, CUDA",
+        "",
+        f"Printed by `python benchmarks/table2.py MODELS --seconds {options.seconds:g} --size {options.size}`.",
+        "",
         f"GPU and driver: {card or NOT_RUN}. Host: {machine()}. Armadillo, {options.seconds:g} s of training a model. "
         "Medians of 200 frames by CUDA events. layered: cuBLAS, a product per layer over all pixels; one round: the "
         "paper's schedule, 20 steps of level 1 and 5 of each finer level, which leaves holes; the others go on until "
         "every ray is done. "
         "Useful TFLOP/s and share of the measured matrix peak, and PSNR against simple (float32): of fused. "
-        "The paper's column: RTX 5090, its own renderer and networks.", "",
+        "The paper's column: RTX 5090, its own renderer and networks.",
+        "",
         "| model | paper | simple | fused | layered | layered, one round | TFLOP/s | of peak | PSNR, dB |",
         "| --- |" + " ---: |" * 8,
     )
@@ -91,8 +112,9 @@ def main() -> None:
         if card is not None:
             train(path, MODELS_OF[name], options.seconds)
             built = build(load(path), options.models / name)
-            found = built.benchmark("--size", str(options.size), "--level", str(level), "--normal-level",
-                                    str(normal_level))
+            found = built.benchmark(
+                "--size", str(options.size), "--level", str(level), "--normal-level", str(normal_level)
+            )
             cells = measured(found, built.program.parent, options.size)
         page.add(f"| {title} | {printed} | {' | '.join(cells)} |")
 

@@ -1,6 +1,6 @@
 """Marching cubes with and without culling (the paper's Table 3), and how its cost grows; writes docs/results/table3.md.
 
-    PYTHONPATH=. python benchmarks/table3.py armadillo.safetensors lucy.safetensors dragon.safetensors
+    python benchmarks/table3.py armadillo.safetensors lucy.safetensors dragon.safetensors
         [--resolution 512] [-o FILE]
 
 SIREN: (256, 4) evaluated at every vertex of the grid; its weights are random, since time does not depend on them.
@@ -20,13 +20,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from mplicits.mesher.bar import Bar
+from mplicits.mesher.extract import extract
+from mplicits.mesher.field import ModelField
+from mplicits.mesher.grid import Grid
+from mplicits.mesher.surface import Mesh
+from mplicits.model.model import Layer, Level, Model, load, shape_of
 
-from codegen.model import Layer, Level, Model, load, shape_of
-from mesher.bar import Bar
-from mesher.extract import extract
-from mesher.field import ModelField
-from mesher.grid import Grid
-from mesher.surface import Mesh
 from protocol import Page, machine
 
 WIDTH, DEPTH, OMEGA = 256, 4, 30.0
@@ -41,10 +41,10 @@ PRINTED = (
 ALONE = """
 import resource, sys, time
 from pathlib import Path
-from codegen.model import load
-from mesher.extract import extract
-from mesher.field import ModelField
-from mesher.grid import Grid
+from mplicits.model.model import load
+from mplicits.mesher.extract import extract
+from mplicits.mesher.field import ModelField
+from mplicits.mesher.grid import Grid
 model, resolution = load(Path(sys.argv[1])), int(sys.argv[2])
 began = time.perf_counter()
 extract(ModelField(model, Grid(resolution).diagonal), resolution)
@@ -85,11 +85,16 @@ def alone(path: Path, resolution: int) -> tuple[float, float]:
 
 def growth(paths: Sequence[Path], page: Page) -> None:
     """The second table."""
-    page.add("", "## Growth", "",
-             "Culled, medians of 3, each in a process of its own; the exponent of time in the resolution is by least "
-             "squares. Memory: the process's peak, Python and its libraries included.", "",
-             f"| model | {' | '.join(f'{size}^3, s' for size in SIZES)} | exponent | memory at {SIZES[-1]}^3, GiB |",
-             "| --- |" + " ---: |" * (len(SIZES) + 2))
+    page.add(
+        "",
+        "## Growth",
+        "",
+        "Culled, medians of 3, each in a process of its own; the exponent of time in the resolution is by least "
+        "squares. Memory: the process's peak, Python and its libraries included.",
+        "",
+        f"| model | {' | '.join(f'{size}^3, s' for size in SIZES)} | exponent | memory at {SIZES[-1]}^3, GiB |",
+        "| --- |" + " ---: |" * (len(SIZES) + 2),
+    )
     for path in paths:
         runs = [[alone(path, size) for _ in range(3)] for size in SIZES]
         taken = [statistics.median(first for first, _ in each) for each in runs]
@@ -100,8 +105,11 @@ def growth(paths: Sequence[Path], page: Page) -> None:
 
 def speed(paths: Sequence[Path], resolution: int, page: Page) -> None:
     """The first table."""
-    page.add("| model | levels | faces | SIREN (256, 4), dense, s | dense, s | culled, s | SIREN / culled "
-             "| dense / culled |", "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |")
+    page.add(
+        "| model | levels | faces | SIREN (256, 4), dense, s | dense, s | culled, s | SIREN / culled "
+        "| dense / culled |",
+        "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |",
+    )
     slow = seconds(siren(), resolution // 2, cull=False)[0] * 8
     for path in paths:
         model = load(path)
@@ -109,8 +117,10 @@ def speed(paths: Sequence[Path], resolution: int, page: Page) -> None:
         culled = statistics.median(taken for taken, _ in runs)
         dense, _ = seconds(model, resolution, cull=False)
         levels = ", ".join(shape_of(level.network) for level in model.levels)
-        page.add(f"| {path.stem} | {levels} | {len(runs[0][1].faces):,} | {slow:.0f} | {dense:.1f} | {culled:.2f} "
-                 f"| {slow / culled:.0f} | {dense / culled:.1f} |")
+        page.add(
+            f"| {path.stem} | {levels} | {len(runs[0][1].faces):,} | {slow:.0f} | {dense:.1f} | {culled:.2f} "
+            f"| {slow / culled:.0f} | {dense / culled:.1f} |"
+        )
 
 
 def main() -> None:
@@ -122,10 +132,16 @@ def main() -> None:
     options = parser.parse_args()
     size = options.resolution
     page = Page(
-        options.output, f"# Table 3: marching cubes at {size}^3", "",
-        f"Printed by `PYTHONPATH=. python benchmarks/table3.py {' '.join(path.name for path in options.models)}`.", "",
+        options.output,
+        f"# Table 3: marching cubes at {size}^3",
+        "",
+        f"Printed by `python benchmarks/table3.py {' '.join(path.name for path in options.models)}`.",
+        "",
         f"{machine()}. Dense: all levels at every vertex, one run. Culled: `mplicits mesh`, medians of {ROUNDS}. The "
-        f"SIREN's time is that at {size // 2}^3, times 8.", "", PRINTED, "",
+        f"SIREN's time is that at {size // 2}^3, times 8.",
+        "",
+        PRINTED,
+        "",
     )
     speed(options.models, size, page)
     growth(options.models, page)

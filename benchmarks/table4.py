@@ -1,6 +1,6 @@
 """Ten meshes of Thingi32 with one set-up for all (the paper's Table 4); writes docs/results/table4.md.
 
-    PYTHONPATH=. python benchmarks/table4.py [--levels 64x1,64x2] [--seconds 20] [--data FOLDER]
+    python benchmarks/table4.py [--levels 64x1,64x2] [--seconds 20] [--data FOLDER]
 
 Every contender trains in the same process for the same seconds: ours; one SIREN of as many parameters, by our loss; the
 residual without nested bands (Section 4.2's baseline: SIREN's loss, the whole domain); a hash grid with a small MLP.
@@ -13,14 +13,15 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from codegen.errors import UserError
+from mplicits.model.errors import UserError
+from mplicits.trainer.machine import prepare
+from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.shapes.shape import Shape
+from mplicits.trainer.train import device
+
 from contenders import Trained, of_model, one_siren, ours, unnested
 from hash_grid import hash_grid
 from protocol import DATA, Page, Truth, machine
-from trainer.load import load_shape
-from trainer.machine import prepare
-from trainer.shape import Shape
-from trainer.train import device
 
 OMEGAS = (30.0, 45.0, 128.0)
 """Of the baseline without bands (Section 4.2)."""
@@ -44,8 +45,12 @@ def contenders(options: argparse.Namespace) -> dict[str, Callable[[Shape], Train
 
     sizes = [part.split("x") for part in levels.split(",")]
     parameters = sum(4 * int(n) + int(d) * int(n) * (int(n) + 1) + int(n) + 1 for n, d in sizes)
-    return {"ours": own, "one SIREN": single, "residual without bands": plain,
-            "hash grid": lambda shape: hash_grid(shape, 16, seconds, seed)}
+    return {
+        "ours": own,
+        "one SIREN": single,
+        "residual without bands": plain,
+        "hash grid": lambda shape: hash_grid(shape, 16, seconds, seed),
+    }
 
 
 def main() -> None:
@@ -65,16 +70,23 @@ def main() -> None:
     columns = contenders(options)
     omegas = ", ".join(f"{omega:g}" for omega in OMEGAS[: options.levels.count(",") + 1])
     page = Page(
-        options.output, "# Table 4: one set-up for ten meshes of Thingi32", "",
-        "Printed by `PYTHONPATH=. python benchmarks/table4.py`. Chamfer: squared L2, both directions summed, unit "
+        options.output,
+        "# Table 4: one set-up for ten meshes of Thingi32",
+        "",
+        "Printed by `python benchmarks/table4.py`. Chamfer: squared L2, both directions summed, unit "
         f"sphere, {options.samples:,} samples on each side, marching cubes at {options.resolution}^3; in brackets, of "
         "the floor, which is that of two samplings of the ground truth. `none`: the training failed, or "
-        "its field has no surface.", "",
+        "its field has no surface.",
+        "",
         f"Levels {options.levels}; {options.seconds:g} s of training each, in turn. One SIREN: as many parameters, "
         f"omega_0 60, our loss and schedule. Residual without bands: omega_0 {omegas}, SIREN's loss on vertices and "
         "normals. Hash grids: tables of 32,768 entries, 16 to 512 cells along a side over sixteen levels, two hidden "
-        "layers of 64, exact distances.", "", f"{machine()}.", "",
-        "| mesh | floor | " + " | ".join(columns) + " |", "| --- | ---: |" + " ---: |" * len(columns),
+        "layers of 64, exact distances.",
+        "",
+        f"{machine()}.",
+        "",
+        "| mesh | floor | " + " | ".join(columns) + " |",
+        "| --- | ---: |" + " ---: |" * len(columns),
     )
     ratios: dict[str, list[float]] = {name: [] for name in columns}
     distances: dict[str, list[float]] = {name: [] for name in columns}

@@ -1,6 +1,6 @@
 """Normals three ways (the paper's Table 9); writes docs/results/table9.md.
 
-    PYTHONPATH=. python benchmarks/table9.py [--nets 256x2,256x3] [--side 512] [--rounds 3] [--device cuda] [-o FILE]
+    python benchmarks/table9.py [--nets 256x2,256x3] [--side 512] [--rounds 3] [--device cuda] [-o FILE]
 
 Value and gradient of one network with random weights, omega_0 = 30, at side x side points. autograd:
 torch.autograd.grad as the authors' renderer calls it. Algorithm 1: the paper's Appendix E, one forward pass with three
@@ -19,25 +19,26 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from trainer import cli
+from mplicits.trainer import cli
 
 if __name__ == "__main__":
     cli.before_torch()
 
 import numpy as np
 import torch
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference import interpret
+from mplicits.codegen.reference.tangents import with_tangents
+from mplicits.model.files import write_whole
+from mplicits.model.model import Level, Model
+from mplicits.trainer import machine
+from mplicits.trainer.networks import network, tangents
+from mplicits.trainer.networks.network import Weights
 from threadpoolctl import threadpool_limits
 from torch import Tensor
 from torch.nn import functional
 
-from codegen import reference
-from codegen.files import write_whole
-from codegen.lower import lower
-from codegen.model import Level, Model
-from codegen.tangents import with_tangents
 from protocol import machine as described
-from trainer import machine, network, tangents
-from trainer.network import Weights
 
 Contender = Callable[[Tensor], tuple[Tensor, Tensor]]
 """Points (n, 3) -> value (n,), gradient (n, 3)."""
@@ -88,11 +89,11 @@ def in_numpy(weights: Weights) -> dict[str, Contender]:
 
     def algorithm_1(points: Tensor) -> tuple[Tensor, Tensor]:
         inputs = np.concatenate([points.numpy(), np.ones((len(points), 1), np.float32)], axis=1)
-        *gradient, f = reference.run(extended, function, inputs)
+        *gradient, f = interpret.run(extended, function, inputs)
         return torch.from_numpy(f)[:, 0], torch.from_numpy(np.concatenate(gradient, axis=1))
 
     def adjoint(points: Tensor) -> tuple[Tensor, Tensor]:
-        gradient, f = reference.field_gradient(program, points.numpy(), 1)
+        gradient, f = interpret.field_gradient(program, points.numpy(), 1)
         return torch.from_numpy(f), torch.from_numpy(gradient)
 
     return {"Algorithm 1": algorithm_1, "adjoint": adjoint}
@@ -155,8 +156,9 @@ class Bench:
         count = TRIAL[self.kind]
         exact = by_autograd([weight.double() for weight in weights], self.points[:count].double())
         found = (self.run(contender, plan, count)[:2] for contender, plan in contenders)
-        return [max(float((a - b).abs().max() / b.abs().max()) for a, b in zip(each, exact, strict=True))
-                for each in found]
+        return [
+            max(float((a - b).abs().max() / b.abs().max()) for a, b in zip(each, exact, strict=True)) for each in found
+        ]
 
     def turns(self, contenders: Sequence[tuple[Contender, Plan]], rounds: int) -> list[list[float]]:
         """Seconds of each contender in each round."""
@@ -176,7 +178,8 @@ def table(bench: Bench, size: tuple[int, int], rounds: int) -> tuple[list[str], 
     groups["each at its best"] = {name: (way, bench.best(way)) for name, way in ours.items()}
     if bench.kind == "cpu":
         groups["NumPy reference, at its best"] = {
-            name: (way, bench.best(way)) for name, way in in_numpy(weights).items()}
+            name: (way, bench.best(way)) for name, way in in_numpy(weights).items()
+        }
     keys = [(settings, name) for settings, group in groups.items() for name in group]
     running = [groups[settings][name] for settings, name in keys]
     worst = max(bench.errors(weights, running))
@@ -185,13 +188,17 @@ def table(bench: Bench, size: tuple[int, int], rounds: int) -> tuple[list[str], 
     plan = groups["each at its best"]["adjoint"][1]
     parts = [(partial(way, weights), plan) for way in (products_alone, sines_alone)]
     times = bench.turns([*running, *parts], rounds)
-    products, sines = (statistics.median(each) for each in times[len(keys):])
+    products, sines = (statistics.median(each) for each in times[len(keys) :])
     seconds = dict(zip(keys, times, strict=False))
 
     def line(settings: str, cells: dict[str, list[float]]) -> str:
         shown = [f"{statistics.median(cells[name]):.3f}" if name in cells else "" for name in COLUMNS]
-        ratios = [f"{statistics.median(a / b for a, b in zip(cells[name], cells['adjoint'], strict=True)):.2f}"
-                  if name in cells else "" for name in COLUMNS[:2]]
+        ratios = [
+            f"{statistics.median(a / b for a, b in zip(cells[name], cells['adjoint'], strict=True)):.2f}"
+            if name in cells
+            else ""
+            for name in COLUMNS[:2]
+        ]
         return f"| {' | '.join([net, settings, *shown, *ratios])} |"
 
     mixed = {name: seconds["as they come", name] for name in COLUMNS[:2]}
@@ -200,7 +207,8 @@ def table(bench: Bench, size: tuple[int, int], rounds: int) -> tuple[list[str], 
     lines.insert(2, line("the adjoint at its best, the others as they come", mixed))
     plans = "; ".join(
         f"{settings}: " + ", ".join(f"{name} {plan.chunk} x {plan.workers}" for name, (_, plan) in group.items())
-        for settings, group in list(groups.items())[1:])
+        for settings, group in list(groups.items())[1:]
+    )
     return lines, [
         f"- {net}: points a chunk x chunks at a time, {plans}. Largest difference from double precision, relative to "
         f"the largest value or gradient: {worst:.1e}. By the adjoint's plan, its {2 * size[1]} products in hidden "
@@ -224,9 +232,12 @@ def main() -> None:
     on = "" if device.type == "cpu" else f"{torch.cuda.get_device_name()}; "
     remarks = [SETTINGS.format(precision=bench.precision, plans=len(bench.plans))]
     lines = [
-        "# Normals: autograd, the paper's Algorithm 1, the adjoint (Table 9)", "",
-        "Written by `PYTHONPATH=. python benchmarks/table9.py`.", "",
-        f"{on}{described()}; {options.side} x {options.side} points, medians of {options.rounds} rounds in turn", "",
+        "# Normals: autograd, the paper's Algorithm 1, the adjoint (Table 9)",
+        "",
+        "Written by `python benchmarks/table9.py`.",
+        "",
+        f"{on}{described()}; {options.side} x {options.side} points, medians of {options.rounds} rounds in turn",
+        "",
         f"| net | settings | {' | '.join(f'{name}, s' for name in COLUMNS)} | autograd / adjoint "
         "| Algorithm 1 / adjoint |",
         "| --- | --- | ---: | ---: | ---: | ---: | ---: |",
@@ -238,7 +249,7 @@ def main() -> None:
         lines += rows
         remarks += said
     before = output.read_text(encoding="utf-8") if output.exists() else ""
-    notes = before[before.find("\n## "):] if "\n## " in before else ""
+    notes = before[before.find("\n## ") :] if "\n## " in before else ""
     write_whole(output, "\n".join([*lines, *remarks]) + "\n" + notes)
 
 

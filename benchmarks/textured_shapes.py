@@ -50,7 +50,8 @@ def egg(folder: Path) -> Path:
     """Blunt below, pointed above."""
     v, u = np.meshgrid(1 - (np.arange(IMAGE) + 0.5) / IMAGE, (np.arange(IMAGE) + 0.5) / IMAGE, indexing="ij")
     return _revolved(
-        folder / "egg.obj", lambda y: 0.72 * np.sqrt(np.maximum(1 - y * y, 0)) * (1 - 0.18 * y),
+        folder / "egg.obj",
+        lambda y: 0.72 * np.sqrt(np.maximum(1 - y * y, 0)) * (1 - 0.18 * y),
         Image.fromarray(_bytes(_painted(u, v))),
     )
 

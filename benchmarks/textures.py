@@ -1,6 +1,6 @@
 """Neural textures against UV-textured meshes (the paper's Section 4, Textures): writes docs/results/textures.md.
 
-    PYTHONPATH=.:tests python benchmarks/textures.py [--shapes Spot,Bob] [--models FOLDER] [-o docs/results/textures.md]
+    PYTHONPATH=tests python benchmarks/textures.py [--shapes Spot,Bob] [--models FOLDER] [-o docs/results/textures.md]
 
 With --models, FOLDER/spot.safetensors and so on are taken where they are there; others are trained and put there.
 
@@ -19,25 +19,25 @@ from pathlib import Path
 import numpy as np
 import torch
 import trimesh
+from mplicits.codegen.targets.glsl330 import bake
+from mplicits.model.model import Model, load, save, shape_of
+from mplicits.trainer import settings
+from mplicits.trainer.cli import before_torch
+from mplicits.trainer.machine import prepare
+from mplicits.trainer.session import Bar
+from mplicits.trainer.settings import Settings
+from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.train import Training, device
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import Context, open_osmesa
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.renderer import Renderer
+from mplicits.viewer.draw.screenshot import save_png
 from numpy.typing import NDArray
 
-from codegen.glsl330 import bake
-from codegen.model import Model, load, save, shape_of
 from protocol import Page, machine
-from rasterised import BACKGROUND, Rasterised
+from support.rasterised import BACKGROUND, Rasterised
 from textured_shapes import SHAPES
-from trainer import settings
-from trainer.cli import before_torch
-from trainer.load import load_shape
-from trainer.machine import prepare
-from trainer.session import Bar
-from trainer.settings import Settings
-from trainer.train import Training, device
-from viewer.camera import Camera
-from viewer.context import Context, open_osmesa
-from viewer.options import RenderOptions
-from viewer.renderer import Renderer
-from viewer.screenshot import save_png
 
 SIDE, PICTURE = 512, 128
 VIEWS = [Camera(azimuth=30 * i, elevation=(20, -15, 50)[i % 3]) for i in range(12)]
@@ -85,7 +85,9 @@ def train(name: str, path: Path) -> Model:
     recipe, began = RECIPES[name], time.perf_counter()
     networks = settings.networks(recipe.levels)
     chosen = Settings(
-        networks, (*settings.omegas(None, networks), recipe.omega), settings.steps(recipe.steps, len(networks)),
+        networks,
+        (*settings.omegas(None, networks), recipe.omega),
+        settings.steps(recipe.steps, len(networks)),
         texture_network=settings.networks(recipe.texture)[0],
     )
     return Training(load_shape(str(path))[0], chosen, Bar(False), began).run()
@@ -144,19 +146,25 @@ def main() -> None:
     before_torch()
     prepare(device("cpu"))
     page = Page(
-        options.output, "# Neural textures against UV-textured meshes", "",
-        "Printed by `PYTHONPATH=.:tests python benchmarks/textures.py`.", "",
+        options.output,
+        "# Neural textures against UV-textured meshes",
+        "",
+        "Printed by `PYTHONPATH=tests python benchmarks/textures.py`.",
+        "",
         f"{machine()}; trained on {torch.get_num_threads()} of the cores; load average at the start "
-        f"{os.getloadavg()[0]:.1f}.", "",
+        f"{os.getloadavg()[0]:.1f}.",
+        "",
         f"{len(VIEWS)} views, {SIDE} x {SIDE}, unlit. The mesh: pyrender on OSMesa, four samples a pixel. The model: "
         "sphere tracing of all levels, one sample. Mean squared error, sRGB in [0, 1]: inside, over the mesh's pixels "
         "(background excluded; a pixel that the model misses is white); whole, over the picture (background included, "
         "white in both). Level 1: inside, level 1 alone traced, wearing the same texture. Outline: pixels of both over "
         "pixels of either. The paper gives one number and does not say which. Egg and Earth are surfaces of "
         "revolution; the images of Egg and Bunny are ours (`benchmarks/textured_shapes.py`): these two rows cannot be "
-        "compared with the paper's.", "",
+        "compared with the paper's.",
+        "",
         "| shape | levels + texture | parameters | steps | seconds | inside | whole | level 1 | outline IoU | paper | "
-        "goal |", "| --- | --- |" + " ---: |" * 9,
+        "goal |",
+        "| --- | --- |" + " ---: |" * 9,
     )
     context = open_osmesa()
     names = options.shapes.split(",")
@@ -169,11 +177,17 @@ def main() -> None:
             levels, made = ",".join(shape_of(level.network) for level in model.levels), model.provenance
             steps = ",".join(str(record["steps"]) for record in (*made["levels"], made["texture"]))
             goal = "" if recipe.goal is None else f"{recipe.goal:.5f}"
-            page.add(f"| {name} | {levels} + {shape_of(model.texture)} | {model.parameters():,} | {steps} | "
-                     f"{made['seconds']:.0f} | {found.inside:.5f} | {found.whole:.5f} | {found.coarse:.5f} | "
-                     f"{found.both / found.either:.4f} | {recipe.paper:.4f} | {goal} |")
-    page.add("", "From left to right: the mesh, the model, its level 1, eight times the error (white: none).", "",
-             *(f"![{name}](textures-{name.lower()}.png)\n" for name in names))
+            page.add(
+                f"| {name} | {levels} + {shape_of(model.texture)} | {model.parameters():,} | {steps} | "
+                f"{made['seconds']:.0f} | {found.inside:.5f} | {found.whole:.5f} | {found.coarse:.5f} | "
+                f"{found.both / found.either:.4f} | {recipe.paper:.4f} | {goal} |"
+            )
+    page.add(
+        "",
+        "From left to right: the mesh, the model, its level 1, eight times the error (white: none).",
+        "",
+        *(f"![{name}](textures-{name.lower()}.png)\n" for name in names),
+    )
 
 
 if __name__ == "__main__":

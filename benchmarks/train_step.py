@@ -1,6 +1,6 @@
 """One training step of a residual, three ways, in turn; writes docs/results/train_step.md.
 
-    PYTHONPATH=. python benchmarks/train_step.py [--points 8192] [--rounds 8] [-o FILE]
+    python benchmarks/train_step.py [--points 8192] [--rounds 8] [-o FILE]
 
 ours: `trainer.level`: hand-written adjoint and derivatives, earlier levels from the pool, `mplicits train`'s settings.
 autograd: the same step and settings, the gradient by torch.autograd.grad(create_graph=True).
@@ -20,7 +20,7 @@ from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from trainer import cli
+from mplicits.trainer import cli
 
 if __name__ == "__main__":
     cli.before_torch()
@@ -29,14 +29,14 @@ import torch
 
 os.environ.pop("GOMP_SPINCOUNT", None)  # the other process goes without
 
+from mplicits.trainer import level, machine, pools
+from mplicits.trainer.networks.network import Weights, initial, value
+from mplicits.trainer.networks.optimiser import Optimiser
+from mplicits.trainer.settings import RESIDUAL
 from torch import Tensor
 from torch.nn import functional
 
 import protocol
-from trainer import level, machine, pools
-from trainer.network import Weights, initial, value
-from trainer.optimiser import Optimiser
-from trainer.settings import RESIDUAL
 
 CASES = (((64, 1),), (64, 2)), (((64, 2),), (128, 2)), (((64, 2), (128, 2)), (256, 2))
 """Sizes of the earlier levels, and of the residual that is trained."""
@@ -207,11 +207,15 @@ def main() -> None:
     level.BATCH = options.points
     our_settings()
     page = protocol.Page(
-        options.output, "# One training step", "",
-        "Printed by `PYTHONPATH=. python benchmarks/train_step.py`. \"The same, own process\": the authors' way with "
-        "PyTorch's default settings in a process of its own; the faster of the two counts.", "",
+        options.output,
+        "# One training step",
+        "",
+        'Printed by `python benchmarks/train_step.py`. "The same, own process": the authors\' way with '
+        "PyTorch's default settings in a process of its own; the faster of the two counts.",
+        "",
         f"{protocol.machine()}, {THREADS} threads; {options.points} points a step, medians of "
-        f"{options.rounds * TIMED} steps in turn", "",
+        f"{options.rounds * TIMED} steps in turn",
+        "",
         "| residual | after | ours, ms | autograd, ms | authors' way, ms | the same, own process, ms "
         "| autograd / ours | authors' / ours |",
         "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |",
@@ -220,8 +224,10 @@ def main() -> None:
         ours, autograd, authors, alone = medians(index, options.rounds)
         names = [f"{width}x{depth}" for width, depth in (size, *sizes)]
         figures = " | ".join(f"{each * 1e3:.1f}" for each in (ours, autograd, authors, alone))
-        page.add(f"| {names[0]} | {' + '.join(names[1:])} | {figures} | {autograd / ours:.2f} "
-                 f"| {min(authors, alone) / ours:.2f} |")
+        page.add(
+            f"| {names[0]} | {' + '.join(names[1:])} | {figures} | {autograd / ours:.2f} "
+            f"| {min(authors, alone) / ours:.2f} |"
+        )
 
 
 if __name__ == "__main__":

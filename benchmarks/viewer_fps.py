@@ -1,6 +1,6 @@
 """Frames per second of the viewer's renderer while the camera turns; writes docs/results/viewer.md.
 
-    PYTHONPATH=. python benchmarks/viewer_fps.py spot-small spot spot-large [--size 640x480] [--frames 24] [-o FILE]
+    python benchmarks/viewer_fps.py spot-small spot spot-large [--size 640x480] [--frames 24] [-o FILE]
 
 A frame is one ray per pixel, all levels, Phong shading, off screen: what the window draws while nothing limits its
 pixels. What showing it costs (one textured triangle, the panel) is left out. `moving` is what the window does with it.
@@ -11,16 +11,17 @@ import os
 import time
 from pathlib import Path
 
-from codegen.gallery import model_path
-from codegen.glsl330 import bake
-from codegen.model import load, shape_of
+from mplicits.codegen.targets.glsl330 import bake
+from mplicits.model.gallery import model_path
+from mplicits.model.model import load, shape_of
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import Context, open_context
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.renderer import Renderer
+from mplicits.viewer.state.picture import Picture, Scene
+from mplicits.viewer.state.view import View
+
 from protocol import Page, machine
-from viewer.camera import Camera
-from viewer.context import Context, open_context
-from viewer.options import RenderOptions
-from viewer.picture import Picture, Scene
-from viewer.renderer import Renderer
-from viewer.view import View
 
 HEAD = "| model | levels | parameters | compiled in | frames per second | moving: pixels | moving: frames per second |"
 
@@ -50,8 +51,10 @@ def row(context: Context, path: Path, size: tuple[int, int], frames: int) -> str
     picture.release()
     renderer.release()
     levels = " > ".join(shape_of(level.network) for level in model.levels)
-    return (f"| {path.stem} | {levels} | {model.parameters():,} | {renderer.compile_seconds:.1f} s | {full:.2f} | "
-            f"{pixels} | {moving:.1f} |")
+    return (
+        f"| {path.stem} | {levels} | {model.parameters():,} | {renderer.compile_seconds:.1f} s | {full:.2f} | "
+        f"{pixels} | {moving:.1f} |"
+    )
 
 
 def main() -> None:
@@ -67,13 +70,17 @@ def main() -> None:
     context = open_context(arguments.context)
     names = " ".join(path.stem for path in arguments.models)
     page = Page(
-        arguments.output, "# The viewer's frames per second", "",
-        f"Printed by `PYTHONPATH=. python benchmarks/viewer_fps.py {names} --size {arguments.size} "
-        f"--frames {arguments.frames}`.", "",
+        arguments.output,
+        "# The viewer's frames per second",
+        "",
+        f"Printed by `python benchmarks/viewer_fps.py {names} --size {arguments.size} --frames {arguments.frames}`.",
+        "",
         f"{machine()}; {context.kind} on {context.renderer}; load average at the start {os.getloadavg()[0]:.1f}. "
         f"{width} x {height}, {arguments.frames} frames of a turn, one ray per pixel, all levels, Phong shading. "
-        "Moving: with the pixels that the window takes while the camera moves, to stay above 12 frames per second.", "",
-        HEAD, "| --- | --- |" + " ---: |" * 5,
+        "Moving: with the pixels that the window takes while the camera moves, to stay above 12 frames per second.",
+        "",
+        HEAD,
+        "| --- | --- |" + " ---: |" * 5,
     )
     for path in arguments.models:
         page.add(row(context, path, (width, height), arguments.frames))

@@ -6,12 +6,12 @@ from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .gallery import model_path
-from .verb import MODEL_HELP, Verb
+from ..model.gallery import model_path
+from ..model.verb import MODEL_HELP, Verb
 
 if TYPE_CHECKING:
-    from .model import Model
-    from .targets import Target
+    from ..model.model import Model
+    from .targets.registry import Target
 
 
 def _info_arguments(parser: ArgumentParser) -> None:
@@ -20,8 +20,8 @@ def _info_arguments(parser: ArgumentParser) -> None:
 
 
 def _info(arguments: Namespace) -> None:
-    from .files import show
-    from .model import load
+    from ..model.files import show
+    from ..model.model import load
 
     facts = _facts(load(arguments.model))
     if arguments.json:
@@ -44,33 +44,43 @@ def _info(arguments: Namespace) -> None:
 
 
 def _facts(model: "Model") -> dict[str, Any]:
-    from .lower import lower
-    from .model import shape_of
-    from .program import Cost
-    from .targets import TARGETS
+    from ..model.model import shape_of
+    from .ir.lower import lower
+    from .ir.program import Cost
+    from .targets.registry import TARGETS
 
     program = lower(model)
     levels = []
     total = Cost(0, 0)
     for level, function in zip(model.levels, program.values, strict=True):
         total += program.cost(function)
-        levels.append({
-            "network": shape_of(level.network),
-            "parameters": sum(layer.weight.size + layer.bias.size for layer in level.network),
-            "multiply_adds": total.multiply_adds, "sines": total.sines,
-            "delta": level.delta, "iterations": level.iterations, "lipschitz": level.lipschitz,
-        })
+        levels.append(
+            {
+                "network": shape_of(level.network),
+                "parameters": sum(layer.weight.size + layer.bias.size for layer in level.network),
+                "multiply_adds": total.multiply_adds,
+                "sines": total.sines,
+                "delta": level.delta,
+                "iterations": level.iterations,
+                "lipschitz": level.lipschitz,
+            }
+        )
     return {
-        "name": model.name, "sha256": program.sha256, "parameters": model.parameters(), "levels": levels,
+        "name": model.name,
+        "sha256": program.sha256,
+        "parameters": model.parameters(),
+        "levels": levels,
         "texture": None if model.texture is None else shape_of(model.texture),
-        "inputs": model.inputs, "centre": model.centre, "scale": model.scale,
+        "inputs": model.inputs,
+        "centre": model.centre,
+        "scale": model.scale,
         "bytes": {name: _size(model, target) for name, target in TARGETS.items()},
         "provenance": model.provenance,
     }
 
 
 def _size(model: "Model", target: "Target") -> int | None:
-    from .errors import UserError
+    from ..model.errors import UserError
 
     try:
         return len(target(model).encode())
@@ -80,17 +90,27 @@ def _size(model: "Model", target: "Target") -> int | None:
 
 def _bake_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("model", type=model_path, metavar="M", help=MODEL_HELP)
-    parser.add_argument("--target", default="glsl330",
-                        help="what to write: glsl330 (default), glsl300es, html, shadertoy, cuda")
-    parser.add_argument("-o", "--output", type=Path, metavar="FILE",
-                        help="file to write (default: M's name and the target's ending)")
-    parser.add_argument("--storage", default="auto", choices=("auto", "literal", "texture", "packed"),
-                        help="how weights are stored (auto: literals up to 64 wide, a texture above; "
-                        "shadertoy: packed where training kept weights to a few bits)")
+    parser.add_argument(
+        "--target", default="glsl330", help="what to write: glsl330 (default), glsl300es, html, shadertoy, cuda"
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="file to write (default: M's name and the target's ending)"
+    )
+    parser.add_argument(
+        "--storage",
+        default="auto",
+        choices=("auto", "literal", "texture", "packed"),
+        help="how weights are stored (auto: literals up to 64 wide, a texture above; "
+        "shadertoy: packed where training kept weights to a few bits)",
+    )
     rounding = parser.add_mutually_exclusive_group()
     rounding.add_argument("--digits", type=_digits, metavar="N", help="decimals of the weights (default: all)")
-    rounding.add_argument("--precision", default="float32", choices=("float32", "float16"),
-                          help="float16 halves the weights of an html page, and prints what that costs")
+    rounding.add_argument(
+        "--precision",
+        default="float32",
+        choices=("float32", "float16"),
+        help="float16 halves the weights of an html page, and prints what that costs",
+    )
 
 
 def _digits(text: str) -> int:
@@ -100,11 +120,11 @@ def _digits(text: str) -> int:
 
 
 def _bake(arguments: Namespace) -> None:
-    from .errors import UserError
-    from .files import check_writable, show, write_whole
-    from .model import load
-    from .rounding import cost, in_float16
-    from .targets import SUFFIXES, TARGETS
+    from ..model.errors import UserError
+    from ..model.files import check_writable, show, write_whole
+    from ..model.model import load
+    from .reference.rounding import cost, in_float16
+    from .targets.registry import SUFFIXES, TARGETS
 
     if arguments.target not in TARGETS:
         raise UserError(f"--target {show(arguments.target)}: there is {', '.join(TARGETS)}")
@@ -114,8 +134,11 @@ def _bake(arguments: Namespace) -> None:
     if arguments.precision == "float16":
         exact, model = model, in_float16(model)
         largest, mean = cost(exact, model)
-        print(f"float16: the distance near the surface is off by {largest:.1e} at most, {mean:.1e} on average "
-              "(the shape has radius 1)", file=sys.stderr)
+        print(
+            f"float16: the distance near the surface is off by {largest:.1e} at most, {mean:.1e} on average "
+            "(the shape has radius 1)",
+            file=sys.stderr,
+        )
     text = TARGETS[arguments.target](model, storage=arguments.storage, digits=arguments.digits)
     write_whole(output, text)
     print(f"{show(output)}: {arguments.target}, {len(text.encode()):,} bytes", file=sys.stderr)

@@ -18,8 +18,15 @@ class Bar:
         self.end()
         form = "{desc} |{bar}| {percentage:3.0f}% {remaining} left"
         every = 0.1 if sys.stderr.isatty() else 10.0
-        self._bar = tqdm(total=total, desc=stage, bar_format=form, disable=self._quiet, leave=False,
-                         file=sys.stderr, mininterval=every)
+        self._bar = tqdm(
+            total=total,
+            desc=stage,
+            bar_format=form,
+            disable=self._quiet,
+            leave=False,
+            file=sys.stderr,
+            mininterval=every,
+        )
 
     def advance(self, points: int) -> None:
         """Moves the bar."""

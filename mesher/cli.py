@@ -3,9 +3,8 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from codegen.gallery import model_path
-from codegen.verb import MODEL_HELP, Verb
-
+from ..model.gallery import model_path
+from ..model.verb import MODEL_HELP, Verb
 from .eval_cli import EVAL
 
 DEFAULT_RESOLUTION = 512
@@ -14,15 +13,32 @@ DEFAULT_RESOLUTION = 512
 def mesh_arguments(parser: ArgumentParser) -> None:
     """Fills the parser of `mesh`."""
     parser.add_argument("model", type=model_path, metavar="M", help=MODEL_HELP)
-    parser.add_argument("-o", "--output", type=Path, metavar="OUT",
-                        help="mesh file: .ply .obj .stl .glb (default: the model's name, .ply)")
-    parser.add_argument("--resolution", type=int, default=DEFAULT_RESOLUTION, metavar="N",
-                        help=f"cells along each side of the grid (default {DEFAULT_RESOLUTION})")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="OUT",
+        help="mesh file: .ply .obj .stl .glb (default: the model's name, .ply)",
+    )
+    parser.add_argument(
+        "--resolution",
+        type=int,
+        default=DEFAULT_RESOLUTION,
+        metavar="N",
+        help=f"cells along each side of the grid (default {DEFAULT_RESOLUTION})",
+    )
     parser.add_argument("--level", type=int, metavar="L", help="level whose surface is taken (default: the last)")
-    parser.add_argument("--no-cull", action="store_true",
-                        help="evaluate the last level at every vertex of the grid, keep what lies outside bands")
-    parser.add_argument("--space", choices=("input", "model"), default="input",
-                        help="coordinates of the shape trained on, or of the unit sphere (default: input)")
+    parser.add_argument(
+        "--no-cull",
+        action="store_true",
+        help="evaluate the last level at every vertex of the grid, keep what lies outside bands",
+    )
+    parser.add_argument(
+        "--space",
+        choices=("input", "model"),
+        default="input",
+        help="coordinates of the shape trained on, or of the unit sphere (default: input)",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 
@@ -32,9 +48,8 @@ def run_mesh(args: Namespace) -> None:
     import json
     import time
 
-    from codegen.files import check_writable, show, write_whole
-    from codegen.model import load
-
+    from ..model.files import check_writable, show, write_whole
+    from ..model.model import load
     from .bar import Bar
     from .extract import check_resolution, extract_model, up_to
     from .write import check_suffix, to_bytes
@@ -55,14 +70,25 @@ def run_mesh(args: Namespace) -> None:
     write_whole(output, to_bytes(found.mesh, output.suffix.lower(), centre, scale))
     vertices, faces = len(found.mesh.vertices), len(found.mesh.faces)
     if args.json:
-        print(json.dumps({
-            "output": str(output), "resolution": args.resolution, "vertices": vertices, "faces": faces,
-            "components": found.components, "spurious": found.spurious, "culled": not args.no_cull,
-            "seconds": round(seconds, 3),
-        }))
+        print(
+            json.dumps(
+                {
+                    "output": str(output),
+                    "resolution": args.resolution,
+                    "vertices": vertices,
+                    "faces": faces,
+                    "components": found.components,
+                    "spurious": found.spurious,
+                    "culled": not args.no_cull,
+                    "seconds": round(seconds, 3),
+                }
+            )
+        )
         return
-    print(f"{show(output)}: {vertices:,} vertices, {faces:,} faces, {found.components} "
-          f"component{'s' * (found.components != 1)}, {seconds:.1f} s")
+    print(
+        f"{show(output)}: {vertices:,} vertices, {faces:,} faces, {found.components} "
+        f"component{'s' * (found.components != 1)}, {seconds:.1f} s"
+    )
     if found.spurious:
         fate = "kept (--no-cull)" if args.no_cull else "removed"
         print(f"{found.spurious} spurious component{'s' * (found.spurious != 1)} outside the bands: {fate}")

@@ -4,7 +4,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from codegen.verb import Verb
+from ..model.verb import Verb
 
 if TYPE_CHECKING:
     from .evaluate import Figures
@@ -20,11 +20,13 @@ def eval_arguments(parser: ArgumentParser) -> None:
     """Fills the parser of `eval`."""
     parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors), or a mesh to compare")
     parser.add_argument("shape", type=Path, metavar="SHAPE", help="ground truth: a mesh, PLY OBJ STL GLB")
-    parser.add_argument("--resolution", type=int, metavar="N",
-                        help="cells along each side of the marching cubes' grid (default 512)")
+    parser.add_argument(
+        "--resolution", type=int, metavar="N", help="cells along each side of the marching cubes' grid (default 512)"
+    )
     parser.add_argument("--level", type=int, metavar="L", help="level that is evaluated (default: the last)")
-    parser.add_argument("--samples", type=int, default=500_000, metavar="N",
-                        help="points sampled on each surface (default 500000)")
+    parser.add_argument(
+        "--samples", type=int, default=500_000, metavar="N", help="points sampled on each surface (default 500000)"
+    )
     parser.add_argument("--seed", type=int, default=0, metavar="K", help="of the samples (default 0)")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
@@ -35,9 +37,8 @@ def run_eval(args: Namespace) -> None:
     import json
     from dataclasses import asdict
 
-    from codegen.errors import UserError
-    from codegen.files import show
-
+    from ..model.errors import UserError
+    from ..model.files import show
     from .bar import Bar
     from .evaluate import compare
 
@@ -68,8 +69,11 @@ def _warn(ours: "Mesh", truth: "Mesh") -> None:
     boxes = [np.stack((mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))) for mesh in (ours, truth)]
     apart = np.abs(boxes[0] - boxes[1]).max()
     if apart > ALIKE:
-        print(f"warning: the bounding boxes of the two differ by {apart:.2g} radii of the unit sphere; are they of one "
-              "shape, in the same place?", file=sys.stderr)
+        print(
+            f"warning: the bounding boxes of the two differ by {apart:.2g} radii of the unit sphere; are they of one "
+            "shape, in the same place?",
+            file=sys.stderr,
+        )
 
 
 def _meshes(args: Namespace, progress: "Progress") -> "tuple[Mesh, Mesh, dict[str, float]]":
@@ -77,11 +81,10 @@ def _meshes(args: Namespace, progress: "Progress") -> "tuple[Mesh, Mesh, dict[st
     import time
     from dataclasses import replace
 
-    from codegen.errors import UserError
-    from codegen.files import show
-    from codegen.mesh_file import SUFFIXES
-    from codegen.model import load
-
+    from ..model.errors import UserError
+    from ..model.files import show
+    from ..model.mesh_file import SUFFIXES
+    from ..model.model import load
     from .extract import check_resolution, extract_model, up_to
     from .truth import in_model_space, normalisation, read_mesh
 
@@ -98,8 +101,12 @@ def _meshes(args: Namespace, progress: "Progress") -> "tuple[Mesh, Mesh, dict[st
     truth = read_mesh(args.shape)
     began = time.perf_counter()
     found = extract_model(replace(model, texture=None), resolution, progress)
-    about = {"resolution": resolution, "parameters": model.parameters(), "spurious": found.spurious,
-             "extraction_seconds": round(time.perf_counter() - began, 3)}
+    about = {
+        "resolution": resolution,
+        "parameters": model.parameters(),
+        "spurious": found.spurious,
+        "extraction_seconds": round(time.perf_counter() - began, 3),
+    }
     return found.mesh, in_model_space(truth, model.centre, model.scale), about
 
 

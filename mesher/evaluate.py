@@ -60,13 +60,22 @@ def compare(
     iou = shell_iou(ours, true, np.concatenate((on_ours, on_true)))
     progress.advance(1)
     return Figures(
-        samples=samples, seed=seed, chamfer=summed, floor=floor, hausdorff=float(max(distance.max(), missing.max())),
-        distance_mean=float(distance.mean()), distance_99=float(np.quantile(distance, 0.99)),
-        missing_mean=float(missing.mean()), missing_99=float(np.quantile(missing, 0.99)),
-        normal_angle=float(angles(ours.normals[faces], true.normals[closest]).mean()), iou=iou,
-        components=reconstruction.components()[0], truth_components=truth.components()[0],
+        samples=samples,
+        seed=seed,
+        chamfer=summed,
+        floor=floor,
+        hausdorff=float(max(distance.max(), missing.max())),
+        distance_mean=float(distance.mean()),
+        distance_99=float(np.quantile(distance, 0.99)),
+        missing_mean=float(missing.mean()),
+        missing_99=float(np.quantile(missing, 0.99)),
+        normal_angle=float(angles(ours.normals[faces], true.normals[closest]).mean()),
+        iou=iou,
+        components=reconstruction.components()[0],
+        truth_components=truth.components()[0],
         watertight=is_watertight(reconstruction.faces),
-        vertices=len(reconstruction.vertices), faces=len(reconstruction.faces),
+        vertices=len(reconstruction.vertices),
+        faces=len(reconstruction.faces),
     )
 
 

@@ -7,9 +7,8 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.errors import UserError
-from codegen.model import Model
-
+from ..model.errors import UserError
+from ..model.model import Model
 from .cull import culled, dense
 from .field import Field, ModelField
 from .grid import Grid

@@ -5,11 +5,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen import reference
-from codegen.lower import lower
-from codegen.model import Model
-from codegen.program import Function
-
+from ..codegen.ir.lower import lower
+from ..codegen.ir.program import Function
+from ..codegen.reference import interpret
+from ..model.model import Model
 from .surface import Array
 
 
@@ -82,18 +81,18 @@ class ModelField:
         value, gradient = np.zeros(len(points), np.float32), np.zeros((len(points), 3), np.float32)
         inside = np.ones(len(points), bool)
         for function, delta in zip(self.program.gradients, [*self._deltas, np.inf], strict=True):
-            part, f = reference.run(self.program, function, inputs)
+            part, f = interpret.run(self.program, function, inputs)
             value, gradient = value + f[:, 0], gradient + part[:, :3]
             inside &= np.abs(value) < delta
         return gradient / np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), 1e-12), inside
 
     def colour(self, points: Array) -> Array:
         """Colour (N, 3), sRGB in [0, 1], at points (N, 3). Raises ValueError where the model has no texture."""
-        return reference.colour(self.program, points, self._time)
+        return interpret.colour(self.program, points, self._time)
 
     def _inputs(self, points: Array) -> Array:
         fourth = self._time if self.program.moving else 1.0
         return np.pad(points, ((0, 0), (0, 1)), constant_values=np.float32(fourth))
 
     def _run(self, function: Function, inputs: Array) -> Array:
-        return reference.run(self.program, function, inputs)[0][:, 0]
+        return interpret.run(self.program, function, inputs)[0][:, 0]

@@ -7,10 +7,9 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from codegen.errors import UserError
-from codegen.files import show
-from codegen.mesh_file import load_mesh
-
+from ..model.errors import UserError
+from ..model.files import show
+from ..model.mesh_file import load_mesh
 from .surface import Mesh
 
 FARTHEST = 100.0

@@ -7,9 +7,8 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from codegen.errors import UserError
-from codegen.files import show
-
+from ..model.errors import UserError
+from ..model.files import show
 from .surface import Array, Mesh
 
 OPTIONS: dict[str, dict[str, Any]] = {
@@ -36,8 +35,11 @@ def to_bytes(mesh: Mesh, suffix: str, centre: tuple[float, float, float], scale:
     if mesh.colours is not None:
         colours = _bytes(_linear(mesh.colours) if suffix == ".glb" else mesh.colours)
     written = trimesh.Trimesh(
-        mesh.vertices.astype(np.float64) * scale + centre, mesh.faces, vertex_normals=mesh.normals,
-        vertex_colors=colours, process=False,
+        mesh.vertices.astype(np.float64) * scale + centre,
+        mesh.faces,
+        vertex_normals=mesh.normals,
+        vertex_colors=colours,
+        process=False,
     )
     data = written.export(file_type=suffix[1:], **OPTIONS[suffix])
     return data.encode() if isinstance(data, str) else bytes(data)

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from mplicits.codegen.targets.registry import TARGETS
+from mplicits.model.errors import UserError
+from mplicits.viewer.draw.context import Context, open_osmesa
 
-from browser import Visit, chromium, visit
-from codegen.errors import UserError
-from codegen.targets import TARGETS
-from desk_fixture import make  # noqa: F401 (a fixture)
-from page_pictures import MODEL
-from viewer.context import Context, open_osmesa
+from support.browser import Visit, chromium, visit
+from support.desk_fixture import make  # noqa: F401 (a fixture)
+from support.page_pictures import MODEL
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser

@@ -8,16 +8,20 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from mplicits import cli
+from mplicits.model.errors import UserError
+from mplicits.model.model import save
+from mplicits.model.verb import Verb
 
-import mplicits
-from codegen.errors import UserError
-from codegen.model import save
-from codegen.verb import Verb
-from random_model import random_model
+from support.paths import ROOT
+from support.random_model import random_model
 
-ROOT = Path(__file__).parent.parent
 HEAVY = {"numpy", "safetensors", "PIL", "moderngl", "glfw", "tqdm", "scipy", "trimesh", "igl", "torch"}
-LOADED = "import json, sys, mplicits\ncode = mplicits.main(sys.argv[1:])\nprint(json.dumps([code, *sys.modules]))"
+LOADED = """
+import json, sys
+from mplicits import cli
+print(json.dumps([cli.main(sys.argv[1:]), *sys.modules]))
+"""
 
 
 def loaded(*argv: str) -> set[str]:
@@ -35,7 +39,7 @@ def model(tmp_path: Path) -> str:
     return str(tmp_path / "m.safetensors")
 
 
-@pytest.mark.parametrize("argv", [(), ("--help",), ("--version",), *((verb, "--help") for verb in mplicits.verbs())])
+@pytest.mark.parametrize("argv", [(), ("--help",), ("--version",), *((verb, "--help") for verb in cli.verbs())])
 def test_help_loads_nothing_heavy(argv: tuple[str, ...]) -> None:
     assert not loaded(*argv)
 
@@ -48,41 +52,44 @@ def test_bake_and_info_load_neither_torch_nor_opengl(model: str, tmp_path: Path)
 @pytest.mark.usefixtures("osmesa")
 def test_render_loads_nothing_of_training(model: str, tmp_path: Path) -> None:
     argv = ("render", model, "-o", str(tmp_path / "m.png"), "--size", "8x8", "--samples", "1", "--context", "osmesa")
-    assert not loaded(*argv) & set().union(*mplicits.EXTRAS.values())
+    assert not loaded(*argv) & set().union(*cli.EXTRAS.values())
 
 
 def test_the_help_lists_every_verb_and_an_example(capsys: pytest.CaptureFixture[str]) -> None:
-    assert mplicits.main([]) == 0
+    assert cli.main([]) == 0
     out = capsys.readouterr().out
-    assert mplicits.main(["--help"]) == 0
+    assert cli.main(["--help"]) == 0
     assert out == capsys.readouterr().out
-    assert mplicits.EXAMPLE in out
+    assert cli.EXAMPLE in out
     listed = [line.split()[0] for line in out.splitlines() if line.startswith("    ")]
-    assert [verb for verb in listed if verb in mplicits.verbs()] == list(mplicits.verbs())
+    assert [verb for verb in listed if verb in cli.verbs()] == list(cli.verbs())
     assert {"demo", "train", "info", "bake", "render", "view"} <= set(listed)
 
 
-@pytest.mark.parametrize("command", [["mplicits.py"], ["-m", "mplicits"]])
-def test_it_runs_as_a_script_and_as_a_module(command: list[str]) -> None:
-    done = subprocess.run([sys.executable, *command, "--version"], capture_output=True, text=True, cwd=ROOT, check=True)
+def test_it_runs_as_a_module() -> None:
+    command = [sys.executable, "-m", "mplicits", "--version"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=True)
     assert done.stdout.startswith("mplicits ")
 
 
-@pytest.mark.parametrize(("argv", "said"), [
-    (["trian", "x.ply"], "no verb 'trian'; did you mean 'train'?"),
-    (["xyz"], "no verb 'xyz'; see mplicits --help"),
-    (["a\nb"], "no verb 'a\\nb'"),
-    (["--nonsense"], "--nonsense (see mplicits --help)"),
-    (["info"], "(see mplicits info --help)"),
-    (["info", "a", "b\nc"], "unrecognized arguments: b\\nc"),
-    (["render", "m", "--size", "b\ni\ng"], "--size"),
-    (["bake", "m", "--digits", "many"], "--digits"),
-    (["info", "no\nsuch.safetensors"], "no\\nsuch.safetensors: no such file"),
-    (["info", "\udcff.safetensors"], "\\udcff.safetensors: no such file"),
-    (["demo", "--out-dir", "/dev/null/a\nb"], "/dev/null/a\\nb: Not a directory"),
-])
+@pytest.mark.parametrize(
+    ("argv", "said"),
+    [
+        (["trian", "x.ply"], "no verb 'trian'; did you mean 'train'?"),
+        (["xyz"], "no verb 'xyz'; see mplicits --help"),
+        (["a\nb"], "no verb 'a\\nb'"),
+        (["--nonsense"], "--nonsense (see mplicits --help)"),
+        (["info"], "(see mplicits info --help)"),
+        (["info", "a", "b\nc"], "unrecognized arguments: b\\nc"),
+        (["render", "m", "--size", "b\ni\ng"], "--size"),
+        (["bake", "m", "--digits", "many"], "--digits"),
+        (["info", "no\nsuch.safetensors"], "no\\nsuch.safetensors: no such file"),
+        (["info", "\udcff.safetensors"], "\\udcff.safetensors: no such file"),
+        (["demo", "--out-dir", "/dev/null/a\nb"], "/dev/null/a\\nb: Not a directory"),
+    ],
+)
 def test_what_the_user_can_mend_is_one_line(argv: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert mplicits.main(argv) == 2
+    assert cli.main(argv) == 2
     out, err = capsys.readouterr()
     assert out == ""
     assert err.startswith("mplicits: ")
@@ -93,55 +100,75 @@ def test_what_the_user_can_mend_is_one_line(argv: list[str], said: str, capsys: 
 @pytest.fixture
 def failing(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
     """Makes a verb, `fail` by default, raise an exception."""
+
     def prepare(error: BaseException, verb: str = "fail") -> None:
         def run(_: Namespace) -> None:
             raise error
 
-        monkeypatch.setattr("mplicits.verbs", lambda: {verb: Verb(verb, "fails", lambda _: None, run)})
+        monkeypatch.setattr("mplicits.cli.verbs", lambda: {verb: Verb(verb, "fails", lambda _: None, run)})
 
     return prepare
 
 
-@pytest.mark.parametrize(("error", "code", "said"), [
-    (UserError("two\nlines"), 2, "two\\nlines"),
-    (KeyboardInterrupt(), 130, "interrupted"),
-    (ModuleNotFoundError(name="no_such_package.inside"), 2,
-     "the package 'no_such_package' is missing; run: pip install no_such_package"),
-])
+@pytest.mark.parametrize(
+    ("error", "code", "said"),
+    [
+        (UserError("two\nlines"), 2, "two\\nlines"),
+        (KeyboardInterrupt(), 130, "interrupted"),
+        (
+            ModuleNotFoundError(name="no_such_package.inside"),
+            2,
+            "the package 'no_such_package' is missing; run: pip install no_such_package",
+        ),
+    ],
+)
 def test_exit_codes(
-    error: BaseException, code: int, said: str, failing: Callable[[BaseException], None],
+    error: BaseException,
+    code: int,
+    said: str,
+    failing: Callable[[BaseException], None],
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     failing(error)
-    assert mplicits.main(["fail"]) == code
+    assert cli.main(["fail"]) == code
     assert capsys.readouterr().err == f"mplicits: {said}\n"
 
 
-@pytest.mark.parametrize(("extra", "module"), [
-    (extra, module) for extra, modules in mplicits.EXTRAS.items() for module in sorted(modules)
-])
+@pytest.mark.parametrize(
+    ("extra", "module"), [(extra, module) for extra, modules in cli.EXTRAS.items() for module in sorted(modules)]
+)
 def test_a_missing_package_names_the_extra_that_brings_it(
-    extra: str, module: str, failing: Callable[..., None], capsys: pytest.CaptureFixture[str],
+    extra: str,
+    module: str,
+    failing: Callable[..., None],
+    capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
     failing(ModuleNotFoundError(name=module), extra)
-    assert mplicits.main([extra]) == 2
+    assert cli.main([extra]) == 2
     line = f"mplicits: {extra}ing needs the package '{module}'; run: pip install 'mplicits[{extra}]'\n"
     assert capsys.readouterr().err == line
 
 
-@pytest.mark.parametrize("error", [ValueError("a bug"), ModuleNotFoundError(name="codegen.nothing"),
-                                   ModuleNotFoundError(name="json.nothing"), ModuleNotFoundError(name="numpy.nothing")])
+@pytest.mark.parametrize(
+    "error",
+    [
+        ValueError("a bug"),
+        ModuleNotFoundError(name="mplicits.codegen.nothing"),
+        ModuleNotFoundError(name="json.nothing"),
+        ModuleNotFoundError(name="numpy.nothing"),
+    ],
+)
 def test_a_bug_keeps_its_traceback(error: Exception, failing: Callable[[BaseException], None]) -> None:
     failing(error)
     with pytest.raises(type(error)) as caught:
-        mplicits.main(["fail"])
+        cli.main(["fail"])
     assert caught.value is error
 
 
 def test_a_reader_that_leaves_is_no_error(model: str) -> None:
-    command = [sys.executable, "mplicits.py", "info", model]
+    command = [sys.executable, "-m", "mplicits", "info", model]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT) as process:
         assert process.stdout
         assert process.stderr

@@ -8,16 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mplicits import cli
+from mplicits.model import gallery
+from mplicits.model.errors import UserError
+from mplicits.model.model import save
+from mplicits.model.verb import Verb
 from PIL import Image
 
-import mplicits
-from codegen import gallery
-from codegen.errors import UserError
-from codegen.model import save
-from codegen.verb import Verb
-from random_model import random_model
+from support.random_model import random_model
 
-ROOT = Path(__file__).parent.parent
 FILES = ["render", "bake", "bake"]
 
 
@@ -53,14 +52,14 @@ class Verbs:
         return Verb(name, "", self.fill, run)
 
     def all(self) -> dict[str, Verb]:
-        return {"demo": mplicits.DEMO} | {name: self.make(name) for name in ("train", "bake", "render", "view")}
+        return {"demo": cli.DEMO} | {name: self.make(name) for name in ("train", "bake", "render", "view")}
 
 
 @pytest.fixture
 def demo(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> tuple[Verbs, list[str]]:
     """Stand-ins, and the arguments of the demo."""
     stand_ins = Verbs()
-    monkeypatch.setattr("mplicits.verbs", stand_ins.all)
+    monkeypatch.setattr("mplicits.cli.verbs", stand_ins.all)
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     return stand_ins, ["demo", "--out-dir", str(tmp_path / "a b" / "out")]
@@ -70,7 +69,7 @@ def test_the_demo_writes_spot_s_picture_and_what_is_baked(
     demo: tuple[Verbs, list[str]], capsys: pytest.CaptureFixture[str]
 ) -> None:
     verbs, argv = demo
-    assert mplicits.main(argv) == 0
+    assert cli.main(argv) == 0
     assert (verbs.called, verbs.inputs) == (FILES, {"spot"})
     assert "spot" in gallery.names()
     out = capsys.readouterr().out
@@ -81,7 +80,7 @@ def test_the_demo_trains_once(demo: tuple[Verbs, list[str]]) -> None:
     verbs, argv = demo
     for more, trained in ((["--train"], True), (["--train"], False), (["--retrain"], True), (["--seconds", "9"], True)):
         verbs.called.clear()
-        assert mplicits.main([*argv, *more]) == 0
+        assert cli.main([*argv, *more]) == 0
         assert verbs.called == ["train"] * trained + FILES
     assert verbs.seconds == "9"
     assert verbs.inputs == {"demo", f"{argv[-1]}/demo.safetensors"}
@@ -90,7 +89,7 @@ def test_the_demo_trains_once(demo: tuple[Verbs, list[str]]) -> None:
 def test_the_demo_trains_anew_where_training_was_cut_short(demo: tuple[Verbs, list[str]]) -> None:
     verbs, argv = demo
     verbs.interrupted = True
-    assert mplicits.main([*argv, "--train"]) == mplicits.main([*argv, "--train"]) == 0
+    assert cli.main([*argv, "--train"]) == cli.main([*argv, "--train"]) == 0
     assert verbs.called == ["train", *FILES] * 2
 
 
@@ -100,15 +99,15 @@ def test_the_demo_opens_a_window_where_there_is_a_display(
 ) -> None:
     verbs, argv = demo
     monkeypatch.setenv(variable, ":0")
-    assert mplicits.main(argv) == 0
+    assert cli.main(argv) == 0
     assert (verbs.called, verbs.inputs) == (["view"], {"spot"})
     assert not Path(argv[-1]).exists(), "a window writes no files"
     verbs.called.clear()
-    assert mplicits.main([*argv, "--no-window"]) == mplicits.main([*argv, "--train"]) == 0
+    assert cli.main([*argv, "--no-window"]) == cli.main([*argv, "--train"]) == 0
     assert verbs.called == [*FILES, "train", "view"]
     verbs.called.clear()
     verbs.refusing = "view"
-    assert mplicits.main(argv) == 0
+    assert cli.main(argv) == 0
     assert verbs.called == ["view", *FILES]
     assert "no window: refused" in capsys.readouterr().err
 
@@ -117,7 +116,7 @@ def test_the_demo_opens_a_window_where_there_is_a_display(
 def test_the_demo_stops_where_a_verb_fails(verb: str, demo: tuple[Verbs, list[str]]) -> None:
     verbs, argv = demo
     verbs.refusing = verb
-    assert mplicits.main([*argv, "--train"]) == 2
+    assert cli.main([*argv, "--train"]) == 2
     assert verbs.called[-1] == verb
 
 
@@ -129,7 +128,7 @@ def colourful(path: Path) -> bool:
 @pytest.mark.slow
 @pytest.mark.usefixtures("osmesa")
 def test_the_demo_makes_a_picture_and_keeps_its_model(tmp_path: Path) -> None:
-    command, out = [sys.executable, str(ROOT / "mplicits.py"), "demo", "--no-window"], tmp_path / "out"
+    command, out = [sys.executable, "-m", "mplicits", "demo", "--no-window"], tmp_path / "out"
     subprocess.run(command, cwd=tmp_path, check=True)
     assert {path.name for path in out.iterdir()} == {"demo.glsl", "demo.html", "demo.png"}
     assert Image.open(out / "demo.png").info["Title"] == "spot.obj"

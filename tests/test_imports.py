@@ -1,98 +1,140 @@
-"""The house rules, checked on the source: which room and which of the page's modules may import which, what an __init__
-holds, how long a file is.
+"""The house rules, checked on the source: which folder may import from which, which of the page's modules, and what an
+__init__ holds.
 """
 
 import ast
-import itertools
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from mplicits.codegen.targets.webpage import SCRIPTS
 
-from codegen.webpage import SCRIPTS
+from support.paths import ROOT
 
-ROOT = Path(__file__).parent.parent
-MAY_IMPORT = {
-    "glsl": set[str](),
-    "models": set[str](),
-    "codegen": {"glsl"},
-    "trainer": {"glsl", "codegen"},
-    "mesher": {"glsl", "codegen"},
-    "viewer": {"glsl", "codegen"},
-    "mplicits": {"glsl", "codegen", "trainer", "mesher", "viewer"},
+UNITS: dict[str, set[str]] = {
+    "glsl": set(),
+    "model": set(),
+    "codegen.ir": {"model"},
+    "codegen.reference": {"model", "codegen.ir"},
+    "codegen.printers": {"model", "codegen.ir"},
+    "codegen.targets": {"glsl", "model", "codegen.ir", "codegen.reference", "codegen.printers"},
+    "codegen": {"model", "codegen.ir", "codegen.reference", "codegen.targets"},
+    "trainer.shapes": {"model"},
+    "trainer.networks": {"model"},
+    "trainer": {"model", "trainer.shapes", "trainer.networks"},
+    "mesher": {"model", "codegen.ir", "codegen.reference"},
+    "viewer.draw": {"glsl", "model", "codegen.targets"},
+    "viewer.state": {"glsl", "model", "codegen.targets", "viewer.draw"},
+    "viewer.window": {"model", "codegen.targets", "viewer.draw", "viewer.state"},
+    "viewer": {"model", "codegen.targets", "viewer.draw", "viewer.window"},
+    "": {"model", "codegen", "trainer", "mesher", "viewer"},
 }
-OF_THE_HOUSE = {*MAY_IMPORT, "tests", "benchmarks"}
-LONGEST = 250
+"""Folder, as a dotted name -> folders that its files may import from. A folder does not stand for those inside it; the
+root is the front door."""
+ROOMS = ("glsl", "model", "codegen", "trainer", "mesher", "viewer")
 
 
-def sources(room: str) -> list[Path]:
-    """The Python files of a room, or the one of the front door."""
-    return [ROOT / "mplicits.py"] if room == "mplicits" else sorted((ROOT / room).rglob("*.py"))
+def unit_of(dotted: str) -> str:
+    """The folder of UNITS that a dotted name below the package lies in: 'codegen.ir.lower.lower' -> 'codegen.ir'."""
+    parts = dotted.split(".")
+    return next(name for k in range(len(parts), -1, -1) if (name := ".".join(parts[:k])) in UNITS)
+
+
+def sources(unit: str) -> list[Path]:
+    """The Python files of a folder, without those of folders inside it."""
+    return sorted((ROOT / unit.replace(".", "/")).glob("*.py"))
 
 
 def imports(source: str) -> Iterator[tuple[int, str]]:
-    """(dots, module) of each import, those inside functions and importlib.import_module("...") included."""
+    """(dots, dotted name) of each name that is imported, inside functions and by import_module("...") too."""
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
             yield from ((0, alias.name) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
-            yield node.level, node.module or ""
+            yield from ((node.level, f"{node.module or ''}.{alias.name}".strip(".")) for alias in node.names)
         elif isinstance(node, ast.Call) and isinstance(node.func, (ast.Name, ast.Attribute)):
             called = node.func.id if isinstance(node.func, ast.Name) else node.func.attr
             first = node.args[0] if node.args else None
             if called in {"import_module", "__import__"} and isinstance(first, ast.Constant):
-                yield 0, str(first.value)
+                name = str(first.value)
+                yield len(name) - len(name.lstrip(".")), name.lstrip(".")
 
 
-def violations(room: str, source: str) -> list[str]:
-    """What is wrong with the imports of a file of `room` that holds `source`."""
+def violations(unit: str, source: str) -> list[str]:
+    """What is wrong with the imports of a file of the folder `unit` that holds `source`."""
     wrong = []
-    for dots, module in imports(source):
-        top = module.partition(".")[0]
-        if dots > 1:
-            wrong.append(f"{'.' * dots}{module}: leaves the room; import it absolutely")
-        elif dots == 0 and top == room and room != "mplicits":
-            wrong.append(f"{module}: relative inside a room")
-        elif dots == 0 and top in OF_THE_HOUSE - MAY_IMPORT[room] - {room}:
-            wrong.append(f"{module}: {room} must not import it")
-        elif dots == 0 and top == "torch" and room != "trainer":
-            wrong.append("torch: only trainer imports it")
+    folder = unit.split(".") if unit else []
+    for dots, name in imports(source):
+        top = name.partition(".")[0]
+        if dots == 0:
+            if top in {"mplicits", "tests", "benchmarks", *ROOMS}:
+                wrong.append(f"{name}: the package imports itself relatively, and neither tests nor benchmarks")
+            elif top == "torch" and not unit.startswith("trainer"):
+                wrong.append("torch: only trainer imports it")
+        elif dots > len(folder) + 1:
+            wrong.append(f"{'.' * dots}{name}: leaves the package")
+        else:
+            target = unit_of(".".join([*folder[: len(folder) - dots + 1], name]))
+            if target != unit and target not in UNITS[unit]:
+                wrong.append(f"{'.' * dots}{name}: {unit or 'the front door'} must not import from {target or 'it'}")
     return wrong
 
 
-@pytest.mark.parametrize("room", MAY_IMPORT)
-def test_imports_run_one_way(room: str) -> None:
-    found = [f"{path.relative_to(ROOT)}: {wrong}" for path in sources(room)
-             for wrong in violations(room, path.read_text(encoding="utf-8"))]
+@pytest.mark.parametrize("unit", UNITS)
+def test_imports_run_one_way(unit: str) -> None:
+    found = [
+        f"{path.relative_to(ROOT)}: {wrong}"
+        for path in sources(unit)
+        for wrong in violations(unit, path.read_text(encoding="utf-8"))
+    ]
     assert not found
 
 
-@pytest.mark.parametrize(("room", "source"), [
-    ("codegen", "from viewer import camera"),
-    ("codegen", "import viewer.camera"),
-    ("codegen", "def f():\n    from trainer.train import fit"),
-    ("codegen", "import importlib\nimportlib.import_module('trainer.cli')"),
-    ("viewer", "from trainer.shape import Shape"),
-    ("viewer", "import mplicits"),
-    ("viewer", "import torch"),
-    ("viewer", "from viewer.camera import Camera"),
-    ("viewer", "from ..codegen import model"),
-    ("trainer", "import benchmarks.train_step"),
-    ("glsl", "from codegen.errors import UserError"),
-    ("mplicits", "import torch.nn"),
-])
-def test_a_wrong_import_is_found(room: str, source: str) -> None:
-    assert len(violations(room, source)) == 1
+@pytest.mark.parametrize(
+    ("unit", "source"),
+    [
+        ("codegen", "from ..viewer.draw import camera"),
+        ("codegen", "import mplicits.viewer.draw.camera"),
+        ("codegen", "from .printers.cstyle import Language"),
+        ("codegen", "import importlib\nimportlib.import_module('..trainer.cli', __package__)"),
+        ("codegen.ir", "from ..reference.interpret import field"),
+        ("codegen.ir", "def f():\n    from ...trainer.train import fit"),
+        ("codegen.printers", "from ..reference import interpret"),
+        ("codegen.reference", "from ..targets.registry import TARGETS"),
+        ("trainer.networks", "from ..level import level_loss"),
+        ("trainer", "from ..codegen.ir.lower import lower"),
+        ("trainer", "import benchmarks.train_step"),
+        ("mesher", "from ..codegen.targets import glsl330"),
+        ("viewer", "from ..trainer.shapes.shape import Shape"),
+        ("viewer", "from .. import cli"),
+        ("viewer", "import torch"),
+        ("viewer", "from viewer.draw.camera import Camera"),
+        ("viewer.draw", "from ..state.view import View"),
+        ("viewer.state", "from ..window.panel import Panel"),
+        ("glsl", "from ..model.errors import UserError"),
+        ("glsl", "from ...codegen import cli"),
+        ("", "import torch.nn"),
+        ("", "from .glsl import load"),
+    ],
+)
+def test_a_wrong_import_is_found(unit: str, source: str) -> None:
+    assert len(violations(unit, source)) == 1
+
+
+def test_every_folder_with_code_is_known() -> None:
+    found = {path.parent for room in ROOMS for path in (ROOT / room).rglob("*.py")}
+    assert {str(path.relative_to(ROOT)).replace("/", ".") for path in found} == set(UNITS) - {""}
 
 
 def test_nothing_imports_the_benchmarks_and_the_tests_import_no_test() -> None:
+    benchmarks = {path.stem for path in (ROOT / "benchmarks").glob("*.py")}
     for path in (ROOT / "tests").rglob("*.py"):
-        tops = {module.partition(".")[0] for _, module in imports(path.read_text(encoding="utf-8"))}
-        assert not {top for top in tops if top == "benchmarks" or top.startswith("test_")}, path
+        tops = {name.partition(".")[0] for dots, name in imports(path.read_text(encoding="utf-8")) if not dots}
+        assert not {top for top in tops if top in benchmarks or top.startswith("test_")}, path
 
 
-@pytest.mark.parametrize("room", [room for room in MAY_IMPORT if room != "mplicits"])
+@pytest.mark.parametrize("room", ROOMS)
 def test_an_init_holds_a_docstring_and_nothing_else(room: str) -> None:
     for path in (ROOT / room).rglob("__init__.py"):
         body = ast.parse(path.read_text(encoding="utf-8")).body
@@ -129,28 +171,31 @@ def script_violations(modules: dict[str, str]) -> list[str]:
 
 
 def test_the_page_s_modules_make_one_script() -> None:
-    folder = ROOT / "codegen" / "web"
+    folder = ROOT / "codegen" / "targets" / "web"
     assert sorted(SCRIPTS) == sorted(path.name for path in folder.glob("*.js"))
     assert not script_violations({name: (folder / name).read_text(encoding="utf-8") for name in SCRIPTS})
 
 
-@pytest.mark.parametrize("source", [
-    'import "./a.js";', 'import {fourth} from "./c.js";', 'import {second} from "./a.js";',
-    "const third = 1, first = 2;", "let first = 3;", "const {third, first} = second;", "class first {\n}",
-    "function first() {\n}", "export async function first() {\n}",
-])
+@pytest.mark.parametrize(
+    "source",
+    [
+        'import "./a.js";',
+        'import {fourth} from "./c.js";',
+        'import {second} from "./a.js";',
+        "const third = 1, first = 2;",
+        "let first = 3;",
+        "const {third, first} = second;",
+        "class first {\n}",
+        "function first() {\n}",
+        "export async function first() {\n}",
+    ],
+)
 def test_a_wrong_module_is_found(source: str) -> None:
     before, after = "export const first = 1;\nconst second = first;\n", "export const fourth = 1;\n"
     assert not script_violations({"a.js": before, "b.js": 'import {first} from "./a.js";', "c.js": after})
     assert len(script_violations({"a.js": before, "b.js": source, "c.js": after})) == 1
 
 
-def test_files_are_short_and_have_a_purpose() -> None:
-    folders = [*(room for room in MAY_IMPORT if room != "mplicits"), "benchmarks", "tests"]
-    found = itertools.chain([ROOT / "mplicits.py"], *((ROOT / folder).rglob("*.*") for folder in folders))
-    shaders = (ROOT / "glsl").glob("*.glsl")
-    code = [*(path for path in found if path.suffix in {".py", ".js"}), *shaders]
-    assert len(code) > 20
+def test_no_file_is_a_drawer() -> None:
+    code = [path for folder in (*ROOMS, "benchmarks", "tests") for path in (ROOT / folder).rglob("*.*")]
     assert not [path for path in code if path.stem in {"utils", "util", "helpers", "misc", "common"}]
-    lines = {str(path.relative_to(ROOT)): path.read_text(encoding="utf-8").count("\n") for path in code}
-    assert not {name: count for name, count in lines.items() if count > LONGEST}

@@ -10,19 +10,25 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from mplicits.model.model import save
 
-from codegen.model import save
-from fitted_model import fitted_model
-from random_model import random_model
+from support.fitted_model import fitted_model
+from support.paths import ROOT
+from support.random_model import random_model
 
-ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-ROOMS = PROJECT["tool"]["setuptools"]["packages"]
+PACKAGES = PROJECT["tool"]["setuptools"]["packages"]
+NOT_PACKED = {"tests", "benchmarks", "docs", "build", "dist", "out"}
 
 
-def test_every_room_with_code_is_packed() -> None:
-    rooms = {path.parent.name for path in ROOT.glob("*/__init__.py")}
-    assert rooms - {"tests", "benchmarks"} == set(ROOMS)
+def packed_folders() -> list[Path]:
+    """The checkout's folders that are packages, their root the first, as paths below it."""
+    folders = (path.parent.relative_to(ROOT) for path in ROOT.rglob("__init__.py"))
+    return sorted(path for path in folders if path.parts[:1] not in {(name,) for name in NOT_PACKED | {".venv"}})
+
+
+def test_every_folder_with_code_is_packed() -> None:
+    assert sorted(PACKAGES) == sorted(".".join(("mplicits", *path.parts)) for path in packed_folders())
 
 
 def test_every_dependency_is_pinned() -> None:
@@ -48,8 +54,9 @@ class Installed:
 
     def run(self, *argv: str, cwd: Path) -> subprocess.CompletedProcess[str]:
         """Runs `mplicits ARGV` as installed."""
-        return subprocess.run([self.venv / "bin" / "mplicits", *argv], capture_output=True, text=True, check=False,
-                              cwd=cwd, env=bare())
+        return subprocess.run(
+            [self.venv / "bin" / "mplicits", *argv], capture_output=True, text=True, check=False, cwd=cwd, env=bare()
+        )
 
 
 def pip_into(venv: Path) -> list[str]:
@@ -86,13 +93,27 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
 @pytest.mark.slow
 def test_the_wheel_holds_the_rooms_and_nothing_else(installed: Installed) -> None:
     names = set(zipfile.ZipFile(installed.wheel).namelist())
-    tops = {name.split("/")[0] for name in names if ".dist-info/" not in name}
-    assert tops == {"mplicits.py", *ROOMS}
-    for room in ROOMS:
-        kinds = {".py", ".glsl", ".cuh", ".html", ".css", ".js", ".md", ".safetensors"}
-        sources = [path for path in (ROOT / room).rglob("*") if path.suffix in kinds]
-        assert {name for name in names if name.startswith(f"{room}/")} == {str(p.relative_to(ROOT)) for p in sources}
+    packed = {name for name in names if ".dist-info/" not in name}
+    kinds = {".py", ".glsl", ".cuh", ".html", ".css", ".js", ".md", ".safetensors"}
+    rooms = {path.parts[0] for path in packed_folders() if path.parts}
+    sources = {path for room in rooms for path in (ROOT / room).rglob("*") if path.suffix in kinds}
+    sources |= {*ROOT.glob("*.py"), ROOT / "py.typed"}
+    assert packed == {f"mplicits/{path.relative_to(ROOT)}" for path in sources}
     assert any(name.endswith("/LICENSE") for name in names)
+
+
+@pytest.mark.slow
+def test_modules_of_the_user_s_own_are_not_taken_for_ours(installed: Installed, tmp_path: Path) -> None:
+    for name in ("model", "trainer", "viewer", "codegen", "glsl", "mesher", "cli"):
+        (tmp_path / f"{name}.py").write_text(f"raise SystemExit('{name}.py of the user was imported')\n")
+    save(random_model((16, 1)), tmp_path / "m.safetensors")
+    assert installed.run("info", "m.safetensors", cwd=tmp_path).returncode == 0
+    assert installed.run("bake", "m.safetensors", "-o", "m.glsl", cwd=tmp_path).returncode == 0
+    code = "import mplicits, mplicits.cli, mplicits.codegen.targets.registry; print(mplicits.__file__)"
+    command = [installed.venv / "bin" / "python", "-c", code]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path, env=bare())
+    assert (done.returncode, done.stderr) == (0, "")
+    assert Path(done.stdout.strip()).is_relative_to(installed.venv)
 
 
 @pytest.mark.slow

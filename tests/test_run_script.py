@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
+from support.paths import ROOT
 
 PYTHON = """#!/bin/sh
 here=$(dirname "$0")
@@ -27,13 +27,14 @@ esac
 """
 STAND_INS = {
     "python3": PYTHON,
-    "dpkg-query": "#!/bin/sh\nfor name; do :; done\ngrep -q \"$name\" \"$FAKE/lacking\" || echo 'ii '\n",
-    "apt-get": "#!/bin/sh\necho \"apt-get $*\" >>\"$FAKE/log\"\nfor name; do :; done\n"
-               "test -e \"$FAKE/broken\" || sed -i \"/$name/d\" \"$FAKE/lacking\"\n",
-    "id": "#!/bin/sh\ncat \"$FAKE/user\"\n",
+    "dpkg-query": '#!/bin/sh\nfor name; do :; done\ngrep -q "$name" "$FAKE/lacking" || echo \'ii \'\n',
+    "apt-get": '#!/bin/sh\necho "apt-get $*" >>"$FAKE/log"\nfor name; do :; done\n'
+    'test -e "$FAKE/broken" || sed -i "/$name/d" "$FAKE/lacking"\n',
+    "id": '#!/bin/sh\ncat "$FAKE/user"\n',
     "sudo": "#!/bin/sh\nexit 1\n",
 }
 VENV, SETUPTOOLS, PROJECT = "-m venv", "-m pip install -q -c constraints.txt setuptools", "-e .[train,mesh,view,dev]"
+CHECKS = ["-m ruff check", "-m ruff format --check", "-m mypy -p mplicits", "-m mypy tests benchmarks"]
 
 
 class Checkout:
@@ -45,7 +46,7 @@ class Checkout:
         self.folder.mkdir()
         self.fake.mkdir()
         shutil.copy(ROOT / "run", self.folder)
-        for name in ("constraints.txt", "pyproject.toml", "mplicits.py"):
+        for name in ("constraints.txt", "pyproject.toml"):
             (self.folder / name).write_text("")
         for name, text in STAND_INS.items():
             (self.fake / name).write_text(text)
@@ -61,8 +62,15 @@ class Checkout:
         """Exit code of `./run ARGV`, what it called, what it said."""
         (self.fake / "log").write_text("")
         environment = {**os.environ, "PATH": f"{self.fake}:{os.environ['PATH']}", "FAKE": str(self.fake), "PYTHON": ""}
-        done = subprocess.run([self.folder / "run", *argv], capture_output=True, text=True, check=False, cwd="/",
-                              env=environment, stdin=subprocess.DEVNULL)
+        done = subprocess.run(
+            [self.folder / "run", *argv],
+            capture_output=True,
+            text=True,
+            check=False,
+            cwd="/",
+            env=environment,
+            stdin=subprocess.DEVNULL,
+        )
         assert not done.stdout or not argv
         return done.returncode, (self.fake / "log").read_text().splitlines(), done.stdout + done.stderr
 
@@ -81,7 +89,7 @@ def test_alone_it_prints_its_usage(checkout: Checkout) -> None:
 
 def test_the_second_call_does_no_set_up(checkout: Checkout) -> None:
     code, called, _ = checkout.run("render", "a b", "*")
-    verb = f"{checkout.folder}/mplicits.py render a b *"
+    verb = "-P -m mplicits render a b *"
     assert code == 0
     assert called[0] == f"{VENV} {checkout.folder}/.venv"
     assert called[1] == SETUPTOOLS
@@ -118,9 +126,9 @@ def test_a_set_up_cut_short_begins_anew(failing: str, checkout: Checkout) -> Non
 
 def test_the_tests_stop_at_the_first_failure(checkout: Checkout) -> None:
     checkout.run("info")
-    assert checkout.run("test", "-k", "a b")[:2] == (0, ["-m ruff check", "-m mypy", "-m pytest -k a b"])
-    checkout.set("failing", "mypy")
-    assert checkout.run("test")[:2] == (3, ["-m ruff check", "-m mypy"])
+    assert checkout.run("test", "-k", "a b")[:2] == (0, [*CHECKS, "-m pytest -k a b"])
+    checkout.set("failing", "mypy -p")
+    assert checkout.run("test")[:2] == (3, CHECKS[:3])
     checkout.set("failing", "pytest")
     assert checkout.run("test")[0] == 3
 

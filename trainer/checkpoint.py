@@ -13,15 +13,14 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from codegen.errors import UserError
-from codegen.files import show
-from codegen.model import DEFAULT_ITERATIONS, Layer, Level, Model, Network
-
+from ..model.errors import UserError
+from ..model.files import show
+from ..model.model import DEFAULT_ITERATIONS, Layer, Level, Model, Network
 from .bands import delta
-from .load import load_shape
-from .network import Weights, from_model
+from .networks.network import Weights, from_model
 from .pools import evaluate, values
 from .quality import lipschitz
+from .shapes.load import load_shape
 
 UNSCALED = "_with_w0"
 """In the name of a file whose weights lack omega_0."""
@@ -55,8 +54,10 @@ def read_network(path: Path, omega: float | None) -> Network:
         raise UserError(f"{label}: its weights lack omega_0; give it with --omega (it stands in config.yaml beside it)")
     factor = np.float32(1.0 if omega is None else omega)
     pairs = [found[index] for index in sorted(found)]
-    return (*(Layer(factor * pair["weight"], factor * pair["bias"]) for pair in pairs[:-1]),
-            Layer(pairs[-1]["weight"], pairs[-1]["bias"]))
+    return (
+        *(Layer(factor * pair["weight"], factor * pair["bias"]) for pair in pairs[:-1]),
+        Layer(pairs[-1]["weight"], pairs[-1]["bias"]),
+    )
 
 
 def to_model(paths: Sequence[Path], omegas: Sequence[float | None], shape: str | None) -> Model:
@@ -79,14 +80,24 @@ def to_model(paths: Sequence[Path], omegas: Sequence[float | None], shape: str |
     made: list[Level] = []
     for i, network in enumerate(networks):
         around = _around(levels[:i], points, made[-1].delta if made else None)
-        made.append(Level(network, delta(values(levels[: i + 1], there)), finer if i else first,
-                          lipschitz(levels[: i + 1], torch.cat((points, around)))))
+        made.append(
+            Level(
+                network,
+                delta(values(levels[: i + 1], there)),
+                finer if i else first,
+                lipschitz(levels[: i + 1], torch.cat((points, around))),
+            )
+        )
     return Model(
-        name=paths[-1].stem if loaded is None else loaded.name, levels=tuple(made),
-        centre=(0.0, 0.0, 0.0) if loaded is None else loaded.centre, scale=1.0 if loaded is None else loaded.scale,
+        name=paths[-1].stem if loaded is None else loaded.name,
+        levels=tuple(made),
+        centre=(0.0, 0.0, 0.0) if loaded is None else loaded.centre,
+        scale=1.0 if loaded is None else loaded.scale,
         provenance={
-            "checkpoints": [{"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest(), "omega": omega}
-                            for path, omega in zip(paths, omegas, strict=True)],
+            "checkpoints": [
+                {"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest(), "omega": omega}
+                for path, omega in zip(paths, omegas, strict=True)
+            ],
             "source": None if loaded is None else loaded.source,
         },
     )
@@ -106,8 +117,10 @@ def zero_set(levels: Sequence[Weights]) -> Tensor:
         f, _ = evaluate(levels[: i + 1], points)
         points = points[(f.abs() < NEAR) & (torch.linalg.vector_norm(points, dim=1) < 1.02)]
         if len(points) < FEWEST:
-            raise UserError(f"level {i + 1} has no surface near that of the level before: are the checkpoints of one "
-                            "shape, coarse to fine, and is --omega right?")
+            raise UserError(
+                f"level {i + 1} has no surface near that of the level before: are the checkpoints of one "
+                "shape, coarse to fine, and is --omega right?"
+            )
     return points
 
 

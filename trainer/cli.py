@@ -5,10 +5,9 @@ import time
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from codegen.errors import UserError
-from codegen.files import check_writable, show
-from codegen.verb import Verb
-
+from ..model.errors import UserError
+from ..model.files import check_writable, show
+from ..model.verb import Verb
 from .settings import DEFAULT_PRESET, PRESETS, Settings, loss_weights, networks, omegas, steps
 
 SUFFIX = ".safetensors"
@@ -17,34 +16,62 @@ SUFFIX = ".safetensors"
 def arguments(parser: ArgumentParser) -> None:
     """The options of `train`."""
     add = parser.add_argument
-    add("shape", metavar="SHAPE", help="a mesh (PLY OBJ STL GLB), an oriented point cloud (PLY XYZ NPZ), "
-        "or the word `demo`")
+    add(
+        "shape",
+        metavar="SHAPE",
+        help="a mesh (PLY OBJ STL GLB), an oriented point cloud (PLY XYZ NPZ), or the word `demo`",
+    )
     add("-o", "--output", metavar="M.safetensors", help="the model file (default: the shape's name, in this folder)")
     add("--levels", metavar="NxD,..", help="width and hidden layers of each level, coarse to fine: 64x1,64x2,128x2")
     presets = "; ".join(f"{name} = {preset.levels}{' --packed' * preset.packed}" for name, preset in PRESETS.items())
-    add("--preset", choices=PRESETS, default=DEFAULT_PRESET,
-        help=f"levels by name: {presets} (default: {DEFAULT_PRESET})")
+    add(
+        "--preset",
+        choices=PRESETS,
+        default=DEFAULT_PRESET,
+        help=f"levels by name: {presets} (default: {DEFAULT_PRESET})",
+    )
     add("--packed", action="store_true", help="weights of a few bits, for short shader texts (bake --target shadertoy)")
-    add("--omega", metavar="W,..", help="omega_0 of each level (default: 40,80,120; less below 64 wide), then of the "
-        "texture (default: 50)")
+    add(
+        "--omega",
+        metavar="W,..",
+        help="omega_0 of each level (default: 40,80,120; less below 64 wide), then of the texture (default: 50)",
+    )
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--seconds", metavar="S", type=float, help="wall time of the whole training")
-    length.add_argument("--steps", metavar="N,..", help="optimiser steps of each level, then of the texture "
-                        "(the same seed and steps give the same weights)")
-    add("--texture", metavar="auto|none|FILE", default="auto", help="auto: learn colours where the shape has them, "
-        "of a material's image, of vertices or points; none: geometry alone; FILE: an image, by texture coordinates")
-    add("--texture-network", metavar="NxD", help="width and hidden layers of the texture (default: those of the last "
-        "level, 64x2 at most)")
+    length.add_argument(
+        "--steps",
+        metavar="N,..",
+        help="optimiser steps of each level, then of the texture (the same seed and steps give the same weights)",
+    )
+    add(
+        "--texture",
+        metavar="auto|none|FILE",
+        default="auto",
+        help="auto: learn colours where the shape has them, "
+        "of a material's image, of vertices or points; none: geometry alone; FILE: an image, by texture coordinates",
+    )
+    add(
+        "--texture-network",
+        metavar="NxD",
+        help="width and hidden layers of the texture (default: those of the last level, 64x2 at most)",
+    )
     add("--seed", metavar="K", type=int, default=0, help="of all random numbers (default: 0)")
-    add("--resume", action="store_true", help="go on with the output file: finish an interrupted level, "
-        "add missing ones")
+    add(
+        "--resume",
+        action="store_true",
+        help="go on with the output file: finish an interrupted level, add missing ones",
+    )
     add("--device", choices=("auto", "cpu", "cuda"), default="auto")
-    add("--weights", metavar="NAME=X,..", help="of the loss: value, normal, eikonal (Eq. 4), "
-        "distance (off the surface)")
+    add(
+        "--weights", metavar="NAME=X,..", help="of the loss: value, normal, eikonal (Eq. 4), distance (off the surface)"
+    )
     shown = parser.add_mutually_exclusive_group()
     shown.add_argument("--quiet", action="store_true", help="no progress bar")
-    shown.add_argument("--live", action="store_true", help="for programs: progress as lines of JSON on stdout, and the "
-                       "model file is written after every level")
+    shown.add_argument(
+        "--live",
+        action="store_true",
+        help="for programs: progress as lines of JSON on stdout, and the model file is written after every level",
+    )
 
 
 def before_torch() -> None:
@@ -64,9 +91,16 @@ def run(options: Namespace) -> None:
         raise UserError(f"--seed: {options.seed}: a whole number from 0 is needed")
     texture = networks(options.texture_network, "--texture-network")[0] if options.texture_network else None
     settings = Settings(
-        chosen, omegas(options.omega, chosen), steps(options.steps, len(chosen)), options.seconds,
-        options.texture != "none", options.seed, options.device, loss_weights(options.weights),
-        options.packed or (preset.packed and not options.levels), texture,
+        chosen,
+        omegas(options.omega, chosen),
+        steps(options.steps, len(chosen)),
+        options.seconds,
+        options.texture != "none",
+        options.seed,
+        options.device,
+        loss_weights(options.weights),
+        options.packed or (preset.packed and not options.levels),
+        texture,
     )
     output = Path(options.output or Path(options.shape).stem + SUFFIX)
     check_writable(output)
@@ -75,7 +109,13 @@ def run(options: Namespace) -> None:
 
     image = None if options.texture in ("auto", "none") else Path(options.texture)
     session.run(
-        options.shape, output, settings, image=image, resume=options.resume, quiet=options.quiet, live=options.live,
+        options.shape,
+        output,
+        settings,
+        image=image,
+        resume=options.resume,
+        quiet=options.quiet,
+        live=options.live,
         began=time.perf_counter(),
     )
 
@@ -83,13 +123,23 @@ def run(options: Namespace) -> None:
 def import_arguments(parser: ArgumentParser) -> None:
     """The options of `import`."""
     add = parser.add_argument
-    add("checkpoints", metavar="FILE.pth", nargs="+", type=Path,
-        help="networks of the authors' release, coarse to fine")
-    add("-o", "--output", metavar="M.safetensors", type=Path,
-        help="the model file (default: the last checkpoint's name, in this folder)")
+    add(
+        "checkpoints", metavar="FILE.pth", nargs="+", type=Path, help="networks of the authors' release, coarse to fine"
+    )
+    add(
+        "-o",
+        "--output",
+        metavar="M.safetensors",
+        type=Path,
+        help="the model file (default: the last checkpoint's name, in this folder)",
+    )
     add("--omega", metavar="W,..", help="omega_0 of each, for files that lack it (*_with_w0.pth)")
-    add("--shape", metavar="SHAPE", help="what they were trained on: its points give the bands, its coordinates the "
-        "model's; else the last level's surface gives the bands")
+    add(
+        "--shape",
+        metavar="SHAPE",
+        help="what they were trained on: its points give the bands, its coordinates the "
+        "model's; else the last level's surface gives the bands",
+    )
 
 
 def run_import(options: Namespace) -> None:
@@ -105,8 +155,7 @@ def run_import(options: Namespace) -> None:
     output = options.output or Path(options.checkpoints[-1].stem + SUFFIX)
     check_writable(output)
     before_torch()
-    from codegen.model import save, shape_of
-
+    from ..model.model import save, shape_of
     from .checkpoint import to_model
 
     model = to_model(options.checkpoints, given, options.shape)

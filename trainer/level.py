@@ -5,9 +5,9 @@ from collections.abc import Callable
 import torch
 from torch import Tensor
 
-from . import losses
-from .fit import Step
-from .network import Weights, add_derivative, adjoint_pass, initial
+from .networks import losses
+from .networks.fit import Step
+from .networks.network import Weights, add_derivative, adjoint_pass, initial
 from .pools import Pool
 from .settings import LossWeights
 

@@ -6,12 +6,11 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-from codegen.model import Model
-
-from .fit import Budget, Progress
-from .network import Weights
+from ..model.model import Model
+from .networks.fit import Budget, Progress
+from .networks.network import Weights
 from .settings import Settings
-from .shape import Shape
+from .shapes.shape import Shape
 from .train import Training
 
 EVERY = 0.25

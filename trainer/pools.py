@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from . import sampling
-from .network import Weights, value, value_and_gradient
-from .shape import Doubles, Shape
+from .networks.network import Weights, value, value_and_gradient
+from .shapes.shape import Doubles, Shape
 
 CHUNK = 8192
 FIRST_BAND = 0.1
@@ -85,7 +85,11 @@ class Sampler:
     """Draws the pools of a level: `frozen` are the levels before it, `deltas` their bands."""
 
     def __init__(
-        self, shape: Shape, frozen: Sequence[Weights], deltas: Sequence[float], device: torch.device,
+        self,
+        shape: Shape,
+        frozen: Sequence[Weights],
+        deltas: Sequence[float],
+        device: torch.device,
         rng: np.random.Generator,
     ) -> None:
         self._shape, self._frozen, self._deltas, self._device, self._rng = shape, frozen, deltas, device, rng
@@ -174,7 +178,10 @@ class Sampler:
         return torch.from_numpy(array.astype(np.float32)).to(self._device)
 
     def _pool(
-        self, points: Doubles, distance: Doubles | None = None, normals: Doubles | None = None,
+        self,
+        points: Doubles,
+        distance: Doubles | None = None,
+        normals: Doubles | None = None,
         colours: Doubles | None = None,
     ) -> Pool:
         positions = self._tensor(points)

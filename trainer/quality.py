@@ -9,9 +9,9 @@ import torch
 from torch import Tensor
 
 from .bands import delta
-from .network import Weights
+from .networks.network import Weights
 from .pools import evaluate, values
-from .shape import Doubles, Shape
+from .shapes.shape import Doubles, Shape
 
 POINTS = 100_000
 BAND_POINTS = 200_000

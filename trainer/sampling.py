@@ -5,9 +5,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.errors import UserError
-
-from .shape import Doubles
+from ..model.errors import UserError
+from .shapes.shape import Doubles
 
 Distance = Callable[[Doubles], Doubles]
 Mask = Callable[[Doubles], NDArray[np.bool_]]
@@ -51,8 +50,10 @@ def dithered(points: Doubles, delta: float, inside: Mask, count: int, rng: np.ra
         missing -= len(kept[-1])
         if not missing:
             return np.concatenate(kept)
-    raise UserError(f"the band of half width {delta:.2g} is hit too rarely: the level before it missed the surface; "
-                    "train it longer or change --omega")
+    raise UserError(
+        f"the band of half width {delta:.2g} is hit too rarely: the level before it missed the surface; "
+        "train it longer or change --omega"
+    )
 
 
 def domain(count: int, rng: np.random.Generator) -> Doubles:

@@ -8,14 +8,13 @@ from typing import NoReturn
 
 from tqdm import tqdm
 
-from codegen.errors import UserError
-from codegen.files import show
-from codegen.model import Model, load, save
-
+from ..model.errors import UserError
+from ..model.files import show
+from ..model.model import Model, load, save
 from .live import Lines, LiveTraining
-from .load import load_shape
 from .machine import prepare
 from .settings import Settings
+from .shapes.load import load_shape
 from .train import Training, device
 
 
@@ -51,7 +50,14 @@ class Bar:
 
 
 def run(
-    name: str, output: Path, settings: Settings, *, image: Path | None, resume: bool, quiet: bool, began: float,
+    name: str,
+    output: Path,
+    settings: Settings,
+    *,
+    image: Path | None,
+    resume: bool,
+    quiet: bool,
+    began: float,
     live: bool = False,
 ) -> None:
     """See `trainer.cli`. image: of the texture, if not the mesh's own. began: time.perf_counter() of --seconds' start.

@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass, field, replace
 
-from codegen.errors import UserError
+from ..model.errors import UserError
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class Settings:
 
     def texture_omega(self) -> float:
         """omega_0 of the texture network."""
-        given = self.omegas[len(self.networks):]
+        given = self.omegas[len(self.networks) :]
         return given[0] if given else TEXTURE_OMEGA
 
     def loss_weights(self, first: bool) -> LossWeights:
@@ -108,8 +108,9 @@ def omegas(text: str | None, sizes: tuple[tuple[int, int], ...]) -> tuple[float,
         )
     found = _numbers("--omega", text)
     if len(found) not in (count, count + 1) or min(found) <= 0:
-        raise UserError(f"--omega: {text!r}: {count} positive numbers are needed, one for each level (and one more for "
-                        "the texture)")
+        raise UserError(
+            f"--omega: {text!r}: {count} positive numbers are needed, one for each level (and one more for the texture)"
+        )
     return tuple(found)
 
 

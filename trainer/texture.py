@@ -5,9 +5,9 @@ from collections.abc import Callable
 import torch
 from torch import Tensor
 
-from . import losses
-from .fit import Step
-from .network import Weights, add_derivative_along, initial, value_along
+from .networks import losses
+from .networks.fit import Step
+from .networks.network import Weights, add_derivative_along, initial, value_along
 from .pools import Pool
 
 RATE, LAST = 3e-2, 0.1

@@ -9,16 +9,15 @@ from typing import Any
 import numpy as np
 import torch
 
-from codegen.errors import UserError
-from codegen.model import DEFAULT_ITERATIONS, Level, Model, shape_of
-
+from ..model.errors import UserError
+from ..model.model import DEFAULT_ITERATIONS, Level, Model, shape_of
 from . import level, quality, texture
-from .fit import Budget, Outcome, Progress, Step, Task, fit
-from .network import Weights, clone, from_model, to_model
+from .networks.fit import Budget, Outcome, Progress, Step, Task, fit
+from .networks.network import Weights, clone, from_model, to_model
+from .networks.rounding import rounded, rounding
 from .pools import Sampler
-from .rounding import rounded, rounding
 from .settings import Settings
-from .shape import Shape
+from .shapes.shape import Shape
 
 POOL = 200_000
 """Most samples of a pool."""
@@ -106,9 +105,7 @@ class Training:
         sampler = Sampler(self._shape, frozen, deltas, self._device, np.random.default_rng(seed))
         count = self._pool_size(budget)
         surface, volume = sampler.surface(count), sampler.volume(count)
-        start = level.start(
-            (width, depth), settings.omegas[index], first=index == 0, seed=seed, device=self._device
-        )
+        start = level.start((width, depth), settings.omegas[index], first=index == 0, seed=seed, device=self._device)
         if begun:
             weights, done = begun
             budget = replace(budget, done=done)
@@ -118,8 +115,10 @@ class Training:
             budget = replace(budget, deadline=budget.deadline - last)
         weight = settings.loss_weights(first=index == 0)
         task = Task(
-            start, self._step(level.step(surface, volume, weight, torch.Generator().manual_seed(seed))),
-            level.idle_loss(surface, volume, weight), *level.rates(width, band),
+            start,
+            self._step(level.step(surface, volume, weight, torch.Generator().manual_seed(seed))),
+            level.idle_loss(surface, volume, weight),
+            *level.rates(width, band),
         )
         outcome = fit(task, budget, self._progress)
         self._progress.end()
@@ -131,24 +130,35 @@ class Training:
         weights = self._final(outcome.weights)
         levels = [*frozen, weights]
         record = {"network": f"{width}x{depth}", "omega": settings.omegas[index]} | _record(outcome, began)
-        self._levels.append(_Trained(
-            weights, self._probe.delta(levels),
-            quality.lipschitz(levels, torch.cat((surface.points, volume.points))), record,
-        ))
+        self._levels.append(
+            _Trained(
+                weights,
+                self._probe.delta(levels),
+                quality.lipschitz(levels, torch.cat((surface.points, volume.points))),
+                record,
+            )
+        )
 
     def _train_texture(self, budget: Budget) -> None:
         began, settings = time.perf_counter(), self._settings
         seed = settings.seed * 1000 + 999
         network, omega = settings.texture_size(), settings.texture_omega()
         self._progress.begin(f"texture ({network[0]}x{network[1]})")
-        sampler = Sampler(self._shape, [trained.weights for trained in self._levels],
-                          [trained.delta for trained in self._levels], self._device, np.random.default_rng(seed))
+        sampler = Sampler(
+            self._shape,
+            [trained.weights for trained in self._levels],
+            [trained.delta for trained in self._levels],
+            self._device,
+            np.random.default_rng(seed),
+        )
         count = self._pool_size(budget)
         surface, around = sampler.coloured(COLOURS * count), sampler.band(count)
         task = Task(
             texture.start(network, omega, seed, self._device),
             self._step(texture.step(surface, around, torch.Generator().manual_seed(seed))),
-            texture.idle_loss(surface), texture.RATE, texture.LAST,
+            texture.idle_loss(surface),
+            texture.RATE,
+            texture.LAST,
         )
         outcome = fit(task, budget, self._progress)
         self._progress.end()
@@ -245,6 +255,10 @@ def _cost(network: tuple[int, int]) -> float:
 
 def _record(outcome: Outcome, began: float) -> dict[str, Any]:
     return {
-        "steps": outcome.steps, "fraction": outcome.fraction, "restarts": outcome.restarts, "rate": outcome.rate,
-        "loss": outcome.loss, "seconds": round(time.perf_counter() - began, 3),
+        "steps": outcome.steps,
+        "fraction": outcome.fraction,
+        "restarts": outcome.restarts,
+        "rate": outcome.rate,
+        "loss": outcome.loss,
+        "seconds": round(time.perf_counter() - began, 3),
     }

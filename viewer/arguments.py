@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from codegen.errors import UserError
-from codegen.gallery import front, model_path
+from ..model.errors import UserError
+from ..model.gallery import front, model_path
 
 SHADES = ("phong", "normal", "texture", "depth", "steps")
 
@@ -17,11 +17,16 @@ def model_arguments(parser: ArgumentParser, model: str, mesh: str) -> None:
     # -30,20 is a value, not an option: Python 3.14's rule, for the versions before it.
     parser._negative_number_matcher = re.compile(r"-\.?\d")
     parser.add_argument("model", type=model_path, metavar="M", help=model)
-    parser.add_argument("--size", type=_size, default="512", metavar="WxH",
-                        help="pixels, WxH or N (default %(default)s)")
-    parser.add_argument("--camera", type=_numbers(2, 3), metavar="AZ,EL,DIST",
-                        help="degrees around, degrees above, distance in radii of the shape "
-                             "(default: 30,20, a gallery's model from its front; it fits)")
+    parser.add_argument(
+        "--size", type=_size, default="512", metavar="WxH", help="pixels, WxH or N (default %(default)s)"
+    )
+    parser.add_argument(
+        "--camera",
+        type=_numbers(2, 3),
+        metavar="AZ,EL,DIST",
+        help="degrees around, degrees above, distance in radii of the shape "
+        "(default: 30,20, a gallery's model from its front; it fits)",
+    )
     parser.add_argument("--fov", type=float, default=35.0, help="vertical field of view, degrees (default 35)")
     parser.add_argument("--level", type=int, metavar="L", help="last level traced (default: all)")
     parser.add_argument("--normal-level", type=int, metavar="L", help="level of the normals (default: that of --level)")
@@ -31,15 +36,23 @@ def model_arguments(parser: ArgumentParser, model: str, mesh: str) -> None:
     parser.add_argument("--delta-scale", type=float, default=1.0, metavar="X", help="factor on the bands' widths")
     parser.add_argument("--step-scale", type=float, metavar="X", help="factor on the steps; below 1: safer, slower")
     parser.add_argument("--plain", action="store_true", help="without the model's colours")
-    parser.add_argument("--light", type=_numbers(3, 3), metavar="X,Y,Z",
-                        help="direction towards the light: right, up, towards the viewer")
+    parser.add_argument(
+        "--light",
+        type=_numbers(3, 3),
+        metavar="X,Y,Z",
+        help="direction towards the light: right, up, towards the viewer",
+    )
     parser.add_argument("--background", type=_colours, metavar="#RRGGBB[,#RRGGBB]", help="one colour, or top,bottom")
     parser.add_argument("--samples", type=count, default=4, metavar="N", help="rays per pixel (default 4)")
     parser.add_argument("--mesh", type=Path, metavar="LOW.ply", help=mesh)
-    parser.add_argument("--space", choices=("input", "model"),
-                        help="of the mesh: coordinates of the shape trained on, or of the unit sphere (default: input)")
-    parser.add_argument("--storage", choices=("auto", "literal", "texture"), default="auto",
-                        help="how the shader holds the weights")
+    parser.add_argument(
+        "--space",
+        choices=("input", "model"),
+        help="of the mesh: coordinates of the shape trained on, or of the unit sphere (default: input)",
+    )
+    parser.add_argument(
+        "--storage", choices=("auto", "literal", "texture"), default="auto", help="how the shader holds the weights"
+    )
 
 
 def check_space(args: Namespace) -> None:
@@ -50,7 +63,7 @@ def check_space(args: Namespace) -> None:
 
 def camera_from(args: Namespace) -> Any:
     """The `Camera` asked for."""
-    from .camera import AZIMUTH, ELEVATION, Camera
+    from .draw.camera import AZIMUTH, ELEVATION, Camera
 
     azimuth, elevation, *distance = args.camera or front(args.model) or (AZIMUTH, ELEVATION)
     width, height = args.size
@@ -59,12 +72,21 @@ def camera_from(args: Namespace) -> Any:
 
 def options_from(args: Namespace, **more: Any) -> Any:
     """The `RenderOptions` asked for; more: those that one verb has."""
-    from .options import RenderOptions
+    from .draw.options import RenderOptions
 
     return RenderOptions(
-        level=args.level, normal_level=args.normal_level, shading=args.shade, iterations=args.iterations,
-        rounds=args.rounds, delta_scale=args.delta_scale, step_scale=args.step_scale, light=args.light,
-        background=args.background, plain=args.plain, samples=args.samples, **more,
+        level=args.level,
+        normal_level=args.normal_level,
+        shading=args.shade,
+        iterations=args.iterations,
+        rounds=args.rounds,
+        delta_scale=args.delta_scale,
+        step_scale=args.step_scale,
+        light=args.light,
+        background=args.background,
+        plain=args.plain,
+        samples=args.samples,
+        **more,
     )
 
 

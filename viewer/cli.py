@@ -4,9 +4,8 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
 
-from codegen.errors import UserError
-from codegen.verb import MODEL_HELP, Verb
-
+from ..model.errors import UserError
+from ..model.verb import MODEL_HELP, Verb
 from .arguments import camera_from, check_space, count, model_arguments, options_from
 
 CONTEXTS = ("auto", "osmesa", "egl", "window")
@@ -14,23 +13,36 @@ CONTEXTS = ("auto", "osmesa", "egl", "window")
 
 def render_arguments(parser: ArgumentParser) -> None:
     """Fills the parser of `render`."""
-    model_arguments(parser, MODEL_HELP,
-                    "draw this mesh (PLY OBJ STL GLB) instead, with the normals of --normal-level")
+    model_arguments(parser, MODEL_HELP, "draw this mesh (PLY OBJ STL GLB) instead, with the normals of --normal-level")
     parser.add_argument("-o", "--output", type=Path, metavar="P.png", help="picture (default: the model's name, .png)")
-    parser.add_argument("--context", choices=CONTEXTS, default="auto",
-                        help="egl (a GPU, else software), osmesa (software), window (hidden); auto: what works")
+    parser.add_argument(
+        "--context",
+        choices=CONTEXTS,
+        default="auto",
+        help="egl (a GPU, else software), osmesa (software), window (hidden); auto: what works",
+    )
     parser.add_argument("--transparent", action="store_true", help="no background: alpha is coverage")
-    parser.add_argument("--split", action="store_true",
-                        help="left half: own normals, of --level or the mesh; right half: those of --normal-level")
-    parser.add_argument("--benchmark", type=count, metavar="N", help="then draw N more frames of one ray per pixel, "
-                        "and print the median of frames per second")
+    parser.add_argument(
+        "--split",
+        action="store_true",
+        help="left half: own normals, of --level or the mesh; right half: those of --normal-level",
+    )
+    parser.add_argument(
+        "--benchmark",
+        type=count,
+        metavar="N",
+        help="then draw N more frames of one ray per pixel, and print the median of frames per second",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
 def view_arguments(parser: ArgumentParser) -> None:
     """Fills the parser of `view`."""
-    model_arguments(parser, MODEL_HELP + "; or a shader that `bake --target glsl330` wrote (.glsl)",
-                    "a mesh (PLY OBJ STL GLB) whose edges and faces the panel can show")
+    model_arguments(
+        parser,
+        MODEL_HELP + "; or a shader that `bake --target glsl330` wrote (.glsl)",
+        "a mesh (PLY OBJ STL GLB) whose edges and faces the panel can show",
+    )
     parser.set_defaults(size="1120x720")
     parser.add_argument("--watch", action="store_true", help="load the file again when it changes")
 
@@ -41,15 +53,14 @@ def run_render(args: Namespace) -> None:
     import sys
     import time
 
-    from codegen.files import check_writable, show
-    from codegen.glsl330 import bake
-    from codegen.model import load
-
-    from .context import open_context
-    from .mesh_file import read_mesh_of
-    from .rasteriser import Rasteriser
-    from .renderer import Renderer, check_size
-    from .screenshot import check_name, save_png
+    from ..codegen.targets.glsl330 import bake
+    from ..model.files import check_writable, show
+    from ..model.model import load
+    from .draw.context import open_context
+    from .draw.rasteriser import Rasteriser
+    from .draw.renderer import Renderer, check_size
+    from .draw.screenshot import check_name, save_png
+    from .draw.triangles import read_mesh_of
 
     output = args.output or Path(args.model.stem + ".png")
     check_size(args.size)
@@ -70,14 +81,20 @@ def run_render(args: Namespace) -> None:
     try:
         if sys.stderr.isatty():
             print(f"compiling the shader on {context.renderer}", end="\r", file=sys.stderr, flush=True)
-        renderer = (Renderer(context, bake(model, args.storage)) if mesh is None
-                    else Rasteriser(context, model, mesh, args.storage))
+        renderer = (
+            Renderer(context, bake(model, args.storage))
+            if mesh is None
+            else Rasteriser(context, model, mesh, args.storage)
+        )
         if sys.stderr.isatty():
             print("\x1b[K", end="", file=sys.stderr, flush=True)
         steps, rounds = renderer.schedule(options)
         if mesh is None and rounds < (wanted := renderer.wanted_rounds(options)):
-            print(f"mplicits: note: {rounds} rounds of {','.join(map(str, steps[:level]))} steps, not {wanted} rounds: "
-                  "software OpenGL's loop limit allows no more", file=sys.stderr)
+            print(
+                f"mplicits: note: {rounds} rounds of {','.join(map(str, steps[:level]))} steps, not {wanted} rounds: "
+                "software OpenGL's loop limit allows no more",
+                file=sys.stderr,
+            )
         start = time.perf_counter()
         image = renderer.render(args.size, camera, options)
         seconds = time.perf_counter() - start
@@ -89,29 +106,52 @@ def run_render(args: Namespace) -> None:
         context.release()
     width, height = args.size
     if args.json:
-        print(json.dumps({
-            "output": str(output), "width": width, "height": height, "samples": args.samples, "shade": args.shade,
-            "mesh": None if mesh is None else str(args.mesh), "level": level if mesh is None else None,
-            "normal_level": normal_level, "split": args.split, "rounds": rounds if mesh is None else 0,
-            "context": context.kind, "renderer": context.renderer, "coverage": round(float(image[..., 3].mean()), 6),
-            "compile_seconds": round(compile_seconds, 3), "frame_seconds": round(seconds, 3),
-            "frames_per_second": rate,
-        }))
+        print(
+            json.dumps(
+                {
+                    "output": str(output),
+                    "width": width,
+                    "height": height,
+                    "samples": args.samples,
+                    "shade": args.shade,
+                    "mesh": None if mesh is None else str(args.mesh),
+                    "level": level if mesh is None else None,
+                    "normal_level": normal_level,
+                    "split": args.split,
+                    "rounds": rounds if mesh is None else 0,
+                    "context": context.kind,
+                    "renderer": context.renderer,
+                    "coverage": round(float(image[..., 3].mean()), 6),
+                    "compile_seconds": round(compile_seconds, 3),
+                    "frame_seconds": round(seconds, 3),
+                    "frames_per_second": rate,
+                }
+            )
+        )
     else:
-        print(f"{show(output)}: {width}x{height}, {args.samples} samples, {context.kind} on {context.renderer}; "
-              f"compiled in {compile_seconds:.2f} s, drawn in {seconds:.2f} s"
-              + ("" if rate is None else f"; {rate:.4g} frames per second, median of {args.benchmark}"))
+        print(
+            f"{show(output)}: {width}x{height}, {args.samples} samples, {context.kind} on {context.renderer}; "
+            f"compiled in {compile_seconds:.2f} s, drawn in {seconds:.2f} s"
+            + ("" if rate is None else f"; {rate:.4g} frames per second, median of {args.benchmark}")
+        )
 
 
 def run_view(args: Namespace) -> None:
     """`mplicits view`: the desktop window."""
-    from .renderer import check_size
-    from .show_window import show_window
+    from .draw.renderer import check_size
+    from .window.show_window import show_window
 
     check_size(args.size)
     check_space(args)
-    show_window(args.model, camera_from(args), options_from(args), args.size, args.storage, args.watch,
-                None if args.mesh is None else (args.mesh, args.space or "input"))
+    show_window(
+        args.model,
+        camera_from(args),
+        options_from(args),
+        args.size,
+        args.storage,
+        args.watch,
+        None if args.mesh is None else (args.mesh, args.space or "input"),
+    )
 
 
 def _frames_per_second(renderer: Any, args: Namespace, camera: Any, options: Any) -> float:
@@ -131,7 +171,9 @@ def _check_mesh_options(args: Namespace) -> None:
     if args.mesh is None:
         return
     tracing = {
-        "--level": args.level, "--iterations": args.iterations, "--rounds": args.rounds,
+        "--level": args.level,
+        "--iterations": args.iterations,
+        "--rounds": args.rounds,
         "--step-scale": args.step_scale,
         "--delta-scale": None if args.delta_scale == 1.0 else args.delta_scale,
         "--shade steps": args.shade if args.shade == "steps" else None,

@@ -1,0 +1,7 @@
+"""`python -m mplicits`."""
+
+import sys
+
+from .cli import main
+
+sys.exit(main())

@@ -1,0 +1,102 @@
+"""Model -> program: pads to vec4, folds the first bias into the input's 1, writes the adjoint."""
+
+import math
+
+import numpy as np
+
+from ...model.model import Model, Network
+from .program import INPUT, Affine, Array, Band, Cosine, Dot, Function, Op, Product, Program, Scale, Sine, Transposed
+
+
+def lower(model: Model, digits: int | None = None) -> Program:
+    """The program of `model`; with `digits`, weights rounded to that many decimals first.
+
+    An output row is divided by a power of ten before rounding and multiplied back by Dot's scale: it is
+    small, and rounding it is what breaks short literals.
+    """
+    moving = model.inputs == "xyzt"
+    constants: dict[str, Array] = {}
+    values, gradients, texture = [], [], None
+    for i, level in enumerate(model.levels, start=1):
+        network = _Lowered(f"{i}", level.network, moving, digits)
+        constants |= network.constants
+        values.append(Function(f"network{i}", tuple(network.forward()), ("f",)))
+        gradients.append(Function(f"network{i}_gradient", tuple(network.with_gradient()), ("gradient", "f")))
+    if model.texture is not None:
+        network = _Lowered("t", model.texture, moving, digits)
+        constants |= network.constants
+        texture = Function("network_texture", tuple(network.forward("r", "g", "b")), ("r", "g", "b"))
+    program = Program(
+        name=model.name,
+        sha256=model.sha256(),
+        constants=constants,
+        moving=moving,
+        bands=tuple(Band(level.delta, level.iterations) for level in model.levels),
+        values=tuple(values),
+        gradients=tuple(gradients),
+        texture=texture,
+    )
+    program.check()
+    return program
+
+
+class _Lowered:
+    """One network's constants, and the ops that evaluate it."""
+
+    def __init__(self, key: str, network: Network, moving: bool, digits: int | None) -> None:
+        self.key = key
+        self.last = len(network) - 2
+        self.constants: dict[str, Array] = {}
+        for j, layer in enumerate(network[:-1]):
+            weight, bias = layer.weight, layer.bias
+            if j == 0 and not moving:
+                weight = np.concatenate([weight, bias[:, None]], axis=1)
+            else:
+                self.constants[f"b{key}_{j}"] = _rounded(_padded(bias), digits)
+            self.constants[f"w{key}_{j}"] = _rounded(_padded(weight), digits)
+        self.outputs = []
+        for c, (row, bias) in enumerate(zip(network[-1].weight, network[-1].bias.tolist(), strict=True)):
+            scale = 1.0 if digits is None else output_scale(row)
+            self.constants[f"o{key}_{c}"] = _rounded(_padded((row / scale).astype(np.float32)), digits)
+            self.outputs.append((f"o{key}_{c}", scale, bias if digits is None else round(bias, digits + 2)))
+
+    def forward(self, *names: str) -> list[Op]:
+        """Values f (or one per name): sin after every layer but the last (Eq. 2)."""
+        ops: list[Op] = []
+        source = INPUT
+        for j in range(self.last + 1):
+            bias = f"b{self.key}_{j}"
+            ops.append(Affine(f"a{j}", source, f"w{self.key}_{j}", bias if bias in self.constants else None))
+            ops.append(Sine(f"h{j}", f"a{j}"))
+            source = f"h{j}"
+        for name, (row, scale, bias) in zip(names or ("f",), self.outputs, strict=True):
+            ops.append(Dot(name, source, row, scale, bias))
+        return ops
+
+    def with_gradient(self) -> list[Op]:
+        """Value and gradient by the adjoint: g = (g * cos a_j) W_j, from the output back (2 products a layer)."""
+        ops = self.forward()
+        row, scale, _ = self.outputs[0]
+        adjoint = row
+        for j in range(self.last, -1, -1):
+            ops.append(Cosine(f"c{j}", f"a{j}"))
+            ops.append(Product(f"g{j}", adjoint, f"c{j}"))
+            adjoint = f"e{j}" if j or scale != 1.0 else "gradient"
+            ops.append(Transposed(adjoint, f"g{j}", f"w{self.key}_{j}"))
+        if scale != 1.0:
+            ops.append(Scale("gradient", adjoint, scale))
+        return ops
+
+
+def output_scale(row: Array) -> float:
+    """The power of ten by which an output row is divided before it is rounded."""
+    largest = float(np.abs(row).max())
+    return 10.0 ** math.floor(math.log10(largest)) if largest > 0 else 1.0
+
+
+def _padded(array: Array) -> Array:
+    return np.pad(array, [(0, -size % 4) for size in array.shape])
+
+
+def _rounded(array: Array, digits: int | None) -> Array:
+    return array if digits is None else np.round(array.astype(np.float64), digits).astype(np.float32)

@@ -1,0 +1,1 @@
+"""How ops and weights become text in C-like languages."""

@@ -1,0 +1,1 @@
+"""What a program computes, in numpy: the oracle of every target."""

@@ -1,0 +1,40 @@
+"""How few decimals the weights of a model need as text."""
+
+import numpy as np
+
+from ...model.model import Model
+from ..ir.lower import lower
+from ..ir.program import Array, Program
+from . import interpret
+
+SHARE = 0.05
+"""Of the last level's delta, the finest detail that the model claims to know: the error that rounding may make."""
+MOST = 7
+POINTS = 4000
+
+
+def fewest_digits(model: Model) -> int:
+    """The fewest decimals whose root mean square error near the surface stays under SHARE of the last delta."""
+    exact = lower(model)
+    points = near_surface(exact)
+    allowed = SHARE * model.levels[-1].delta
+    return next((digits for digits in range(1, MOST) if error(exact, lower(model, digits), points) < allowed), MOST)
+
+
+def error(exact: Program, rounded: Program, points: Array) -> float:
+    """Root mean square difference of the last level's values at points (N, 3), model units."""
+    level = len(exact.bands)
+    difference = interpret.field(exact, points, level) - interpret.field(rounded, points, level)
+    return float(np.sqrt(np.mean(np.square(difference, dtype=np.float64))))
+
+
+def near_surface(program: Program) -> Array:
+    """Points (N, 3) float32 in the last level's band: random ones, moved to the surface by Newton's steps."""
+    level = len(program.bands)
+    points = np.random.default_rng(0).uniform(-0.7, 0.7, (POINTS, 3)).astype(np.float32)
+    for _ in range(4):
+        gradient, value = interpret.field_gradient(program, points, level)
+        points -= (value / np.maximum(np.square(gradient).sum(axis=1), 0.25))[:, None] * gradient
+    arrived = np.abs(interpret.field(program, points, level)) < program.bands[-1].delta
+    found: Array = points[arrived & (np.abs(points).max(axis=1) < 1)]
+    return found

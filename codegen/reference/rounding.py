@@ -1,0 +1,60 @@
+"""Models with coarser weights, and what that does to the field."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from ...model.errors import UserError
+from ...model.model import Array, Layer, Model, Network
+from ..ir.lower import lower, output_scale
+from . import interpret
+from .digits import near_surface
+
+
+def in_decimals(model: Model, digits: int) -> Model:
+    """`model` with the weights that `lower(model, digits)` prints: output rows are scaled before they are rounded."""
+
+    def rounded(network: Network) -> Network:
+        layers = [Layer(_round(layer.weight, digits), _round(layer.bias, digits)) for layer in network[:-1]]
+        rows = [_round(row / output_scale(row), digits) * output_scale(row) for row in network[-1].weight]
+        return (*layers, Layer(np.stack(rows).astype(np.float32), _round(network[-1].bias, digits + 2)))
+
+    return _with_networks(model, rounded)
+
+
+def in_float16(model: Model) -> Model:
+    """`model` with every weight rounded to 16-bit floats. Raises UserError that names the tensor with one too large."""
+    for name, tensor in model.tensors().items():
+        if np.abs(tensor).max() > np.finfo(np.float16).max:
+            raise UserError(f"--precision float16: {name} has values above 65,504; use --precision float32")
+    return _with_networks(
+        model,
+        lambda network: tuple(
+            Layer(layer.weight.astype(np.float16).astype(np.float32), layer.bias.astype(np.float16).astype(np.float32))
+            for layer in network
+        ),
+    )
+
+
+def is_float16(model: Model) -> bool:
+    """Whether 16-bit floats hold every weight exactly."""
+    with np.errstate(over="ignore"):
+        return all((tensor.astype(np.float16) == tensor).all() for tensor in model.tensors().values())
+
+
+def cost(model: Model, coarse: Model) -> tuple[float, float]:
+    """Largest and mean |f - f_coarse| of the last level near the surface of `model`, model units."""
+    program, levels = lower(model), len(model.levels)
+    points = near_surface(program)
+    difference = np.abs(interpret.field(program, points, levels) - interpret.field(lower(coarse), points, levels))
+    return float(difference.max(initial=0)), float(difference.mean()) if len(points) else 0.0
+
+
+def _with_networks(model: Model, change: Callable[[Network], Network]) -> Model:
+    levels = tuple(replace(level, network=change(level.network)) for level in model.levels)
+    return replace(model, levels=levels, texture=None if model.texture is None else change(model.texture))
+
+
+def _round(array: Array, digits: int) -> Array:
+    return np.round(array.astype(np.float64), digits).astype(np.float32)

@@ -1,0 +1,215 @@
+"""Target cuda: one CUDA C++ file, a program that renders, checks and benchmarks (docs/cuda.md).
+
+The field is the program as every C-like target prints it. Around it stands what a person wrote, in cuda_source/.
+"""
+
+import json
+import re
+from importlib.resources import files
+
+from ...model.errors import UserError
+from ...model.model import Model, shape_of
+from ..ir.lower import lower
+from ..ir.program import Affine, Dot, Function, Program
+from ..printers.cstyle import Language, constants_of
+from ..printers.field import print_field
+from .fragment import installed_version
+
+LANGUAGE = Language(
+    function="__device__ inline {type} {name}({parameters})",
+    out="int &{name}",
+    suffix="f",
+    texel="as_vec4(__ldg(weights + {k}))",
+)
+FRAGMENT = 16
+"""Columns that mma.sync takes at a time: widths are padded to a multiple of it."""
+WIDEST_SPLIT = 128
+"""Up to this width, level 1 is evaluated by pairs of halves: its rounding is the whole error (docs/cuda.md)."""
+
+_INCLUDE = re.compile(r'^#include "([\w.]+)"\n', re.MULTILINE)
+
+HEADERS = (
+    "cuda_runtime.h",
+    "dlfcn.h",
+    "algorithm",
+    "cerrno",
+    "cmath",
+    "cstdarg",
+    "cstdio",
+    "cstdlib",
+    "cstring",
+    "list",
+    "map",
+    "memory",
+    "set",
+    "sstream",
+    "string",
+    "type_traits",
+    "utility",
+    "vector",
+)
+
+
+def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
+    """The file. Raises UserError for a storage that it does not have.
+
+    storage: "auto" or "texture": weights in one array, which all variants lay out as they need; digits: decimals of the
+    weights, None for all.
+    """
+    if storage not in ("auto", "texture"):
+        raise UserError(f"--storage {storage}: cuda keeps its weights in one array; leave --storage out")
+    program = lower(model, digits)
+    field = print_field(program, LANGUAGE, "texture")
+    assert field.weights is not None
+    offsets, size = _offsets(program)
+    texels = field.weights.reshape(-1, 4)[:size]
+    seen: set[str] = set()
+    return "\n".join(
+        [
+            *_head(model, program),
+            "",
+            *(f"#include <{header}>" for header in HEADERS),
+            "",
+            "namespace mplicits {",
+            "",
+            *_facts(program),
+            "",
+            f"const float WEIGHTS[{len(texels)}][4] = {{",
+            *(f"    {{{', '.join(LANGUAGE.number(value) for value in texel)}}}," for texel in texels),
+            "};",
+            f"__device__ float4 weights[{len(texels)}];",
+            "",
+            _load("check.cuh", seen) + _load("vectors.cuh", seen) + _load("uniforms.cuh", seen),
+            "// The field, as every target has it: p in model space, levels counted from 1.",
+            "__device__ inline vec4 as_vec4(float4 v) { return vec4(v.x, v.y, v.z, v.w); }",
+            field.text,
+            _load("networks.cuh", seen),
+            *_networks(program, offsets),
+            "",
+            _load("main.cuh", seen),
+            "}  // namespace mplicits",
+            "",
+            "int main(int count, char **values) { return mplicits::run(count, values); }",
+            "",
+        ]
+    )
+
+
+def _load(name: str, seen: set[str]) -> str:
+    """Text of a file in cuda_source/, each `#include "other.cuh"` replaced, once in the whole output, by that file."""
+    if name in seen:
+        return ""
+    seen.add(name)
+    text = files(__package__).joinpath("cuda_source", name).read_text(encoding="utf-8")
+    return _INCLUDE.sub(lambda match: _load(match[1], seen), text)
+
+
+def _head(model: Model, program: Program) -> list[str]:
+    levels = " > ".join(shape_of(level.network) for level in model.levels)
+    return [
+        f"// Multiscale neural signed distance function {json.dumps(program.name)}, levels {levels}",
+        f"// model {program.sha256[:12]}, target cuda, mplicits {installed_version()}",
+        "//",
+        "//     nvcc -O3 -arch=native model.cu -o model && ./model --help",
+        "//",
+        "// Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores; layered, a",
+        "// product by cuBLAS per layer, over all pixels. cuBLAS is part of the CUDA toolkit; it is opened at run time",
+        "// by the variant that needs it: nothing is to be linked. In order: vectors, uniforms, the field, camera_ray,",
+        "// ball, march, shade, simple, mma, packed, team, tile, adjoint, queues, fused, layered, benchmark, main.",
+    ]
+
+
+def _facts(program: Program) -> list[str]:
+    textured = int(program.texture is not None)
+    depths = [len(_affines(function)) for function in _all(program).values()]
+    return [
+        f"const char *const MODEL = {c_string(program.name)};",
+        f"const char *const SHA256 = {c_string(program.sha256)};",
+        f"constexpr int LEVELS = {len(program.bands)};",
+        f"constexpr int MOST_LAYERS = {max(depths)};",
+        f"constexpr bool MOVING = {str(program.moving).lower()};  // a field of (x, y, z, t)",
+        f"#define TEXTURED {textured}",
+        f"constexpr int ITERATIONS[LEVELS] = {{{', '.join(str(band.iterations) for band in program.bands)}}};",
+        f"constexpr float DELTAS[LEVELS] = {{{', '.join(LANGUAGE.number(band.delta) for band in program.bands)}}};",
+    ]
+
+
+def _offsets(program: Program) -> tuple[dict[str, int], int]:
+    """Constant -> its first texel, as Texture lays them out, and the number of texels."""
+    offsets, size = {}, 0
+    for name in constants_of(program.functions()):
+        offsets[name] = size
+        size += program.constants[name].size // 4
+    return offsets, size
+
+
+def _all(program: Program) -> dict[int, Function]:
+    """Index in NETWORKS -> value of the network: levels from 1, 0 for the texture."""
+    texture = {} if program.texture is None else {0: program.texture}
+    return texture | dict(enumerate(program.values, start=1))
+
+
+def _affines(function: Function) -> list[Affine]:
+    return [op for op in function.ops if isinstance(op, Affine)]
+
+
+def _dots(function: Function) -> list[Dot]:
+    return [op for op in function.ops if isinstance(op, Dot)]
+
+
+def _networks(program: Program, offsets: dict[str, int]) -> list[str]:
+    rows = []
+    types = [
+        "// A level's network at compile time, index: level; 0: the texture.",
+        "template <int LEVEL> struct NetworkOf;",
+    ]
+    for i in range(len(program.bands) + 1):
+        function = _all(program).get(i)
+        if function is None:
+            rows.append("    {},")
+            continue
+        affines, dots = _affines(function), _dots(function)
+        widest = max(int(program.constants[op.matrix].shape[0]) for op in affines)
+        width = -(-widest // FRAGMENT) * FRAGMENT
+        layers = ", ".join(_layer(program, op, offsets) for op in affines)
+        output_rows = ", ".join(str(offsets[op.row]) for op in dots)
+        rows.append(
+            f"    {{{width}, {len(affines)}, {len(dots)}, {{{layers}}}, {{{output_rows}}}, "
+            f"{_numbers(dots, 'scale')}, {_numbers(dots, 'bias')}, {program.cost(function).multiply_adds}}},"
+        )
+        types += [
+            f"template <> struct NetworkOf<{i}> {{",
+            f"    static constexpr int WIDTH = {width}, LAYERS = {len(affines)}, OUTPUTS = {len(dots)};",
+            f"    static constexpr bool SPLIT = {str(i == 1 and width <= WIDEST_SPLIT).lower()};",
+            _by_index("scale", [op.scale for op in dots]),
+            _by_index("offset", [op.bias for op in dots]),
+            "};",
+        ]
+    return [*types, f"const Network NETWORKS[{len(rows)}] = {{", *rows, "};"]
+
+
+def _layer(program: Program, op: Affine, offsets: dict[str, int]) -> str:
+    rows, columns = program.constants[op.matrix].shape
+    return f"{{{rows}, {columns}, {offsets[op.matrix]}, {-1 if op.bias is None else offsets[op.bias]}}}"
+
+
+def _numbers(dots: list[Dot], name: str) -> str:
+    return f"{{{', '.join(LANGUAGE.number(getattr(op, name)) for op in dots)}}}"
+
+
+def _by_index(name: str, values: list[float]) -> str:
+    texts = [LANGUAGE.number(value) for value in values]
+    choice = texts[-1]
+    for c in range(len(texts) - 2, -1, -1):
+        choice = f"c == {c} ? {texts[c]} : {choice}"
+    parameter = "int c" if len(texts) > 1 else "int"
+    return f"    __device__ static constexpr float {name}({parameter}) {{ return {choice}; }}"
+
+
+def c_string(text: str) -> str:
+    """A C++ string literal of any text: every byte but letters, digits and spaces is an octal escape."""
+    plain = (
+        chr(byte) if (chr(byte).isalnum() and byte < 128) or byte == 32 else f"\\{byte:03o}"
+        for byte in text.encode(errors="backslashreplace")
+    )
+    return f'"{"".join(plain)}"'

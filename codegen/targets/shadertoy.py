@@ -1,0 +1,85 @@
+"""Target shadertoy: text for Shadertoy's Image tab."""
+
+import json
+import re
+from dataclasses import replace
+
+from ... import glsl
+from ...model.errors import UserError
+from ...model.model import Model, shape_of
+from ...model.quantise import on_grid, rounded_model
+from ..ir.lower import lower
+from ..ir.program import Program
+from ..printers.cstyle import Language, Storage
+from ..printers.literal import Literal
+from ..printers.packed import Packed
+from ..reference.digits import fewest_digits
+from ..reference.march import OFFSET
+
+WIDEST = 64
+"""Above, browsers take minutes to compile the text, or crash."""
+PLAIN = "vec3(.6, .5, .39)"
+"""Linear light, of a model without a texture (PLAIN of field.py)."""
+LANGUAGE = Language(function="{type} {name}(vec4 p)")
+
+
+def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
+    """The text. Raises UserError where the model is too wide.
+
+    storage: "packed", "literal", or "auto": packed where the weights are on grids (model/quantise.py).
+    digits: decimals of literal weights, None for the fewest that keep the surface (codegen/reference/digits.py).
+    """
+    networks = [level.network for level in model.levels] + ([] if model.texture is None else [model.texture])
+    widest = max(layer.weight.shape[0] for network in networks for layer in network)
+    if widest > WIDEST:
+        raise UserError(
+            f"shadertoy: a layer is {widest} wide, and browsers compile {WIDEST} at most; "
+            "train a smaller model (--preset small), or bake --target html"
+        )
+    if storage not in ("auto", "packed", "literal"):
+        raise UserError(f"--storage {storage}: shadertoy has no textures of its own; there is packed, literal")
+    if storage == "packed" and model.inputs != "xyz":
+        raise UserError("--storage packed: this model moves; take literal")
+    if storage == "packed" or (storage == "auto" and model.inputs == "xyz" and all(map(on_grid, networks))):
+        return _text(lower(rounded_model(model)), model, Packed)
+    return _text(lower(model, fewest_digits(model) if digits is None else digits), model, Literal)
+
+
+def _text(program: Program, model: Model, storage: type[Storage]) -> str:
+    time = "iTime" if program.moving else "1"
+    values = program.values if len(program.values) > 1 else (replace(program.values[0], name="field"),)
+    functions = values + (() if program.texture is None else (program.texture,))
+    store = storage(program, LANGUAGE)
+    lines = store.declarations(functions)
+    for function in functions:
+        lines += store.function(function)
+    albedo = PLAIN
+    if program.texture is not None:
+        albedo = f"pow(clamp({program.texture.name}(vec4(3.52 * m[2] + t * v, {time})), 0., 1.), vec3(2.2))"
+    shell = re.sub(r"(?m)^//.*\n", "", glsl.load("shadertoy.glsl")).replace(", 1));", f", {time}));")
+    text = "\n".join([*lines, *_field(program), shell.replace("ALBEDO", albedo)])
+    if storage is Packed:
+        text = _squeezed(text)
+    levels = " > ".join(shape_of(level.network) for level in model.levels)
+    return f"// {json.dumps(program.name)} {levels}, mplicits\n{text}"
+
+
+def _field(program: Program) -> list[str]:
+    """The nested levels (Eq. 3); outside a band, the distance to its offset surface."""
+    if len(program.values) == 1:
+        return []
+    lines = ["float field(vec4 p) {", f"    float f = {program.values[0].name}(p);"]
+    for function, band in zip(program.values[1:], program.bands, strict=False):
+        lines.append(f"    if (abs(f) > {_short(band.delta)}) return f - {_short(band.delta / OFFSET)};")
+        lines.append(f"    f += {function.name}(p);")
+    return [*lines, "    return f;", "}"]
+
+
+def _short(value: float) -> str:
+    return LANGUAGE.number(float(f"{value:.3g}"))
+
+
+def _squeezed(text: str) -> str:
+    """Without indentation, and without spaces around operators; lines stay."""
+    text = re.sub(r"(?m)^\s+|\s*//.*$", "", text)
+    return re.sub(r" *([-+*/=<>,;(){}?:&|]) *", r"\1", text)

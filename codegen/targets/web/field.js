@@ -1,0 +1,56 @@
+import {declareLiterals, straight} from "./literal.js";
+import {lowered, widest} from "./lower.js";
+import {READERS, countLoops, layOut, looped} from "./texture.js";
+
+// The field's GLSL of any model: what codegen/printers/field.py prints, to the byte (tests/codegen/test_page_models.py compares them).
+// printField(model, storage) -> {text, texels, height, loops}: the text of field(), field_gradient() and albedo(); its
+// weight texture, TEXTURE_WIDTH texels wide, height 0 where there is none; and the loop iterations that a call costs,
+// at each level, as llvmpipe counts them.
+// storage: "texture", "literal", or "auto": literals up to 64 wide, the texture above.
+const WIDEST_LITERAL = 64;
+
+export function printField(model, storage) {
+    const {constants, values, gradients, texture} = lowered(model);
+    const functions = [...values, ...gradients, ...(texture ? [texture] : [])];
+    const isLiteral = (each) => storage === "literal" || storage === "auto" && widest(each) <= WIDEST_LITERAL;
+    const inTexture = functions.filter((each) => !isLiteral(each));
+    const {offsets, texels, height} = layOut(inTexture, constants);
+    const parts = [[...declareLiterals(functions.filter(isLiteral), constants), ...(inTexture.length ? READERS : [])]];
+    for (const each of functions)
+        parts.push(printFunction(each, isLiteral(each) ? straight(each) : looped(each, offsets)));
+    const input = `vec4(p, ${model.inputs === "xyzt" ? "time" : "1."})`;
+    parts.push(printValue(values, input), printGradient(gradients, input), printAlbedo(texture, input));
+    const upTo = (list) => {
+        let total = 0;
+        return list.map((each) => (total += isLiteral(each) ? 0 : countLoops(each)));
+    };
+    const loops = {value: upTo(values), gradient: upTo(gradients), texture: texture ? upTo([texture])[0] : 0};
+    return {text: parts.map((lines) => `${lines.join("\n")}\n`).join("\n"), texels, height, loops};
+}
+
+function printFunction({name, outputs}, body) {
+    const [type, result] = {
+        1: ["float", outputs[0]], 2: ["vec4", `vec4(${outputs[0]}.xyz, ${outputs[1]})`],
+        3: ["vec3", `vec3(${outputs.join(", ")})`],
+    }[outputs.length];
+    return [`${type} ${name}(vec4 p) {`, ...body.map((line) => `    ${line}`), `    return ${result};`, "}"];
+}
+
+function printValue([first, ...others], input) {
+    const deeper = others.flatMap(({name}, k) => [
+        `    if (reached == ${k + 1} && level > ${k + 1} && abs(f) < delta[${k}]) {`,
+        `        f += ${name}(q);`, `        reached = ${k + 2};`, "    }",
+    ]);
+    return ["float field(vec3 p, int level, out int reached) {", `    vec4 q = ${input};`,
+        `    float f = ${first.name}(q);`, "    reached = 1;", ...deeper, "    return f;", "}"];
+}
+
+function printGradient([first, ...others], input) {
+    return ["vec4 field_gradient(vec3 p, int level) {", `    vec4 q = ${input};`, `    vec4 g = ${first.name}(q);`,
+        ...others.map(({name}, k) => `    if (level > ${k + 1}) g += ${name}(q);`), "    return g;", "}"];
+}
+
+function printAlbedo(texture, input) {
+    const colour = texture ? `clamp(${texture.name}(${input}), 0., 1.)` : "vec3(0.80, 0.74, 0.66)";
+    return ["vec3 albedo(vec3 p) {", `    return ${colour};`, "}"];
+}

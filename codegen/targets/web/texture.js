@@ -1,0 +1,97 @@
+import {constantsOf, elementwise, number} from "./cstyle.js";
+import {isProduct} from "./lower.js";
+
+// Weights in a texture of four floats a texel, read in loops, as codegen/printers/texels.py prints them.
+export const TEXTURE_WIDTH = 1024;
+const UNROLL = 32;
+
+// Readers of one texel and of one 4 x 4 block.
+export const READERS = [
+    "vec4 texel(int k) { return texelFetch(weights, ivec2((k) & 1023, (k) >> 10), 0); }",
+    "mat4 block(int k) { return mat4(texel(k), texel(k + 1), texel(k + 2), texel(k + 3)); }",
+];
+
+// A constant is a run of texels, which begins at its offset; a matrix block is four of them, its columns.
+export function layOut(functions, constants) {
+    const offsets = new Map(), texels = [];
+    for (const name of constantsOf(functions)) {
+        const {rows, columns, values} = constants.get(name);
+        offsets.set(name, texels.length / 4);
+        if (!columns) texels.push(...values);
+        for (let o = 0; columns && o < rows; o += 4)
+            for (let i = 0; i < columns; ++i)
+                for (let k = 0; k < 4; ++k) texels.push(values[(o + k) * columns + i]);
+    }
+    const height = Math.ceil(texels.length / 4 / TEXTURE_WIDTH);
+    const image = new Float32Array(4 * TEXTURE_WIDTH * height);
+    image.set(texels);
+    return {offsets, texels: image, height};
+}
+
+// A function's statements: one loop for each run of ops over the same blocks.
+export function looped({ops, blocks}, offsets) {
+    const at = (value, k = "k") => offsets.has(value) ? `texel(${offsets.get(value)} + ${k})`
+        : blocks.get(value) === 1 ? value : `${value}[${k}]`;
+    const lines = [];
+    for (const group of fused(ops, blocks)) {
+        const before = [], body = [], after = [];
+        for (const op of group) {
+            if (op.kind === "dot") {
+                before.push(`float ${op.result} = 0.;`);
+                body.push(`${op.result} += dot(${at(op.row)}, ${at(op.source)});`);
+                after.push(`${op.result} = 1. * ${op.result} + ${number(op.offset)};`);
+                continue;
+            }
+            const n = blocks.get(op.result);
+            before.push(`vec4 ${op.result}${n === 1 ? "" : `[${n}]`};`);
+            if (isProduct(op)) body.push(...product(op, n, blocks.get(op.source), offsets.get(op.matrix), at));
+            else body.push(`${at(op.result)} = ${elementwise(op, at)};`);
+        }
+        lines.push(...before, ...loop("k", span(group[0], blocks), body), ...after);
+    }
+    return lines;
+}
+
+// The loop iterations that a call costs, as llvmpipe counts them: with the one that finds the end of its loop.
+export function countLoops({ops, blocks}) {
+    let total = 0;
+    for (const group of fused(ops, blocks)) {
+        const sources = group.filter(isProduct).map(({source}) => blocks.get(source)).filter((m) => m > 1);
+        const inner = sources.reduce((sum, m) => sum + m / unroll(m) + 1, 0);
+        total += span(group[0], blocks) * (1 + inner) + 1;
+    }
+    return total;
+}
+
+// Block k, of n, of the matrix at texel `base` times a source of m blocks.
+function product(op, n, m, base, at) {
+    const term = (j) => op.kind === "transposed"
+        ? `s += ${at(op.source, j)} * block(${base} + 4 * k + ${4 * n} * (${j}));`
+        : `s += block(${base} + ${4 * m} * k + 4 * (${j})) * ${at(op.source, j)};`;
+    const step = unroll(m), terms = Array.from({length: step}, (_, u) => term(u ? `j + ${u}` : "j"));
+    return [`vec4 s = ${op.bias ? at(op.bias) : "vec4(0)"};`,
+        ...(m === 1 ? [term("0")] : loop("j", m, terms, step)), `${at(op.result)} = s;`];
+}
+
+const span = (op, blocks) => blocks.get(op.kind === "dot" ? op.source : op.result);
+
+// Runs of ops over equally many blocks, none of which needs a whole vector that its own run makes.
+function fused(ops, blocks) {
+    const groups = [];
+    for (const op of ops) {
+        if (isProduct(op) || !groups.length || span(op, blocks) !== span(groups.at(-1)[0], blocks)) groups.push([]);
+        groups.at(-1).push(op);
+    }
+    return groups;
+}
+
+function unroll(count) {
+    for (let u = Math.min(UNROLL, count - 1); u > 1; --u) if (count % u === 0) return u;
+    return 1;
+}
+
+function loop(variable, count, body, step = 1) {
+    const advance = step === 1 ? `++${variable}` : `${variable} += ${step}`;
+    const head = `for (int ${variable} = 0; ${variable} < ${count}; ${advance}) {`;
+    return [head, ...body.map((line) => `    ${line}`), "}"];
+}

@@ -1,0 +1,98 @@
+"""The CUDA file's text, and nvcc's opinion of it."""
+
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from mplicits.codegen.targets import cuda
+from mplicits.codegen.targets.cuda import c_string, standalone
+from mplicits.model.errors import UserError
+
+from support.paths import GOLDEN
+from support.random_model import random_model
+
+GOLDEN_TEXT = GOLDEN / "tiny.cuda.cu"
+NAME = 'tiny "*/??/\n\\u000a</script>\\'
+
+
+def compile_for(architecture: str, source: Path) -> None:
+    """Compiles, all warnings errors; skips where there is no nvcc or it does not know the architecture."""
+    if shutil.which("nvcc") is None:
+        pytest.skip("nvcc is not installed (CUDA toolkit)")
+    known = subprocess.run(["nvcc", "--list-gpu-code"], capture_output=True, text=True, check=True).stdout.split()
+    if architecture != "native" and architecture not in known:
+        pytest.skip(f"this nvcc does not know {architecture}")
+    flags = ["-O3", f"-arch={architecture}", "-Werror", "all-warnings"]
+    command = ["nvcc", *flags, "-o", str(source.with_suffix("")), str(source)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_generated_text_is_golden(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without the hand-written files, which stand in codegen/targets/cuda_source/."""
+    monkeypatch.setattr(cuda, "_load", lambda name, _seen: f"// {name}\n")
+    text = standalone(random_model((4, 1), (8, 0), texture=(4, 0), name=NAME), digits=3)
+    text = re.sub(r"(?m)(target cuda, mplicits ).*$", r"\1VERSION", text)
+    if request.config.getoption("--update-golden"):
+        GOLDEN_TEXT.write_text(text, encoding="utf-8")
+    assert text == GOLDEN_TEXT.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", [NAME, "\x00\x7f\ud800é漢", "%s%n"])
+def test_a_name_stays_in_its_comment_and_its_string(name: str) -> None:
+    texts = [standalone(random_model((4, 0), name=each)).splitlines() for each in (name, "plain")]
+    different = [pair for pair in zip(*texts, strict=True) if pair[0] != pair[1]]
+    assert len(different) == 2
+    assert json.dumps(name) in different[0][0]
+    assert all(line.isascii() and not line.endswith("\\") for line, _ in different)
+
+
+def test_a_string_is_escaped_byte_by_byte() -> None:
+    assert c_string('a"1\\\n?é') == r'"a\0421\134\012\077\303\251"'
+
+
+def test_a_storage_that_is_not_there_is_refused() -> None:
+    with pytest.raises(UserError, match="one array"):
+        standalone(random_model((4, 0)), storage="literal")
+
+
+def test_every_hand_written_file_is_used() -> None:
+    folder = Path(cuda.__file__).parent / "cuda_source"
+    text = standalone(random_model((4, 0)))
+    for path in folder.glob("*.cuh"):
+        last = path.read_text(encoding="utf-8").strip().splitlines()[-3:]
+        assert text.count("\n".join(last)) >= 1, path.name
+    assert '#include "' not in text
+
+
+def test_nvcc_compiles_a_tiny_model(tmp_path: Path) -> None:
+    source = tmp_path / "model.cu"
+    source.write_text(standalone(random_model((4, 0), name=NAME)), encoding="utf-8")
+    compile_for("sm_90", source)
+    if Path("/dev/nvidia0").exists():
+        return
+    done = subprocess.run([source.with_suffix("")], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), "no device: one line"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("architecture", ["sm_80", "sm_90", "sm_100"])
+def test_nvcc_compiles_every_variant(architecture: str, tmp_path: Path) -> None:
+    source = tmp_path / "model.cu"
+    model = random_model((64, 2), (128, 2), (256, 2), texture=(64, 1), name=NAME)
+    source.write_text(standalone(model), encoding="utf-8")
+    compile_for(architecture, source)
+
+
+@pytest.mark.gpu
+@pytest.mark.parametrize("variant", ["fused", "layered"])
+def test_a_gpu_draws_what_simple_draws(variant: str, tmp_path: Path) -> None:
+    source = tmp_path / "model.cu"
+    source.write_text(standalone(random_model((32, 0), (64, 0), texture=(16, 0))), encoding="utf-8")
+    compile_for("native", source)
+    program = str(source.with_suffix(""))
+    subprocess.run([program, "--variant", "simple", "-o", "want.ppm"], cwd=tmp_path, check=True)
+    subprocess.run([program, "--variant", variant, "--check", "want.ppm"], cwd=tmp_path, check=True)

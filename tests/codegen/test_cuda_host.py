@@ -1,0 +1,205 @@
+"""The CUDA file's own source on the host: fields, march, compaction, tiles, errors (tests/support/cuda_on_host/)."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference import interpret
+from mplicits.codegen.reference.dense import dense_march
+from mplicits.codegen.targets.glsl330 import bake
+from mplicits.model.model import Model, load
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import Context
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.renderer import Renderer
+from numpy.typing import NDArray
+from PIL import Image
+
+from support.cuda_host import build, data, evaluate, run
+from support.fitted_model import fitted_model
+from support.paths import DEMO
+from support.random_model import random_model
+
+pytestmark = pytest.mark.slow
+
+SIDE = 40
+
+
+@pytest.fixture(scope="module")
+def fitted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Networks without hidden products; bands, a texture."""
+    return build(fitted_model(), tmp_path_factory.mktemp("fitted"))
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A trained model: products, two levels, a texture."""
+    return build(load(DEMO), tmp_path_factory.mktemp("demo"))
+
+
+def picture(path: Path) -> NDArray[np.float64]:
+    return np.asarray(Image.open(path), float)
+
+
+def psnr(ours: NDArray[np.float64], theirs: NDArray[np.float64]) -> float:
+    return float(10 * np.log10(255**2 / max(1e-9, ((ours - theirs) ** 2).mean())))
+
+
+def drawn(program: Path, *arguments: str) -> NDArray[np.float64]:
+    done = run(program, "--size", str(SIDE), "-o", "picture.ppm", *arguments)
+    assert done.returncode == 0, done.stderr
+    return picture(program.parent / "picture.ppm")
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        random_model((20, 1), (24, 0), (136, 2), (264, 1), texture=(12, 1)),
+        random_model((144, 1), (8, 0)),
+        random_model((12, 2), (36, 1), texture=(8, 0), inputs="xyzt"),
+    ],
+    ids=["wide", "first level not split", "moving"],
+)
+def test_networks_are_those_of_the_reference(model: Model, tmp_path: Path) -> None:
+    """Padded and narrow layers, one and two tiles at a time, split and not; every fragment index counts here."""
+    program, rng = lower(model), np.random.default_rng(3)
+    points = rng.uniform(-1, 1, (256, 4)).astype(np.float32)
+    points[:, 3] = points[0, 3] if program.moving else 1.0
+    found = evaluate(build(model, tmp_path, probe=True), points)
+    rows = len(model.levels) + (program.texture is not None)
+    fused, together, simple = found[:rows], found[rows : 2 * rows], found[2 * rows :]
+    if program.texture is not None:
+        raw = np.concatenate(interpret.run(program, program.texture, points), axis=1)
+        assert np.abs(fused[0, :, :3] - raw).max() < 0.01 * np.abs(raw).max()
+        assert np.abs(together[0, :, :3] - fused[0, :, :3]).max() < 1e-5 * np.abs(raw).max()
+        colour = interpret.colour(program, points[:, :3], float(points[0, 3]))
+        assert np.abs(simple[-1, :, :3] - colour).max() < 1e-4
+        fused, together = fused[1:], together[1:]
+    total = np.zeros((256, 4), np.float32)
+    for level, function in enumerate(program.gradients):
+        gradient, value = interpret.run(program, function, points)
+        wanted = np.concatenate([gradient[:, :3], value], axis=1)
+        scale = np.abs(wanted).max(axis=0)
+        split = level == 0 and len(model.levels[0].network[0].weight) <= 128
+        assert np.abs(fused[level] - wanted)[:, 3].max() < (1e-5 if split else 5e-3) * scale[3]
+        assert np.abs(together[level, :, 0] - fused[level, :, 3]).max() < 1e-5 * scale[3]
+        assert np.abs(together[level, :, 3] - wanted[:, 3]).max() < 5e-3 * scale[3]
+        assert (np.abs(fused[level] - wanted)[:, :3].max(axis=0) < 0.02 * scale[:3]).all()
+        total += wanted
+        assert (np.abs(simple[level] - total).max(axis=0) < 1e-4 * np.abs(total).max(axis=0)).all()
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        (),
+        ("--level", "1", "--normal-level", "2"),
+        ("--shade", "texture", "--camera", "-120,-10,2.5"),
+        ("--shade", "steps"),
+        ("--shade", "depth", "--fov", "50"),
+        ("--shade", "normal", "--delta-scale", "0.8"),
+        ("--light", "1,0,0.2", "--background", "#ff8000,203040", "--step-scale", "0.9"),
+    ],
+    ids=["plain", "normal mapping", "camera", "steps", "depth", "normal", "light"],
+)
+def test_simple_draws_what_glsl_draws(fitted: Path, fitted_shader: Renderer, arguments: tuple[str, ...]) -> None:
+    given = dict(zip(arguments[::2], arguments[1::2], strict=True))
+    azimuth, elevation, *distance = map(float, given.get("--camera", "30,20").split(","))
+    camera = Camera(azimuth, elevation, distance[0] if distance else None, fov=float(given.get("--fov", "35")))
+    top, bottom = (tuple(int(c[i : i + 2], 16) / 255 for i in (0, 2, 4)) for c in ("ff8000", "203040"))
+    options = RenderOptions(
+        level=int(given["--level"]) if "--level" in given else None,
+        normal_level=int(given["--normal-level"]) if "--normal-level" in given else None,
+        shading=given.get("--shade", "phong"),
+        delta_scale=float(given.get("--delta-scale", "1")),
+        step_scale=float(given["--step-scale"]) if "--step-scale" in given else None,
+        light=(1, 0, 0.2) if "--light" in given else None,
+        background=(top, bottom) if "--background" in given else None,  # type: ignore[arg-type]
+    )
+    theirs = 255 * fitted_shader.render((SIDE, SIDE), camera, options)[..., :3].clip(0, 1)
+    assert psnr(drawn(fitted, "--variant", "simple", *arguments), theirs) > 50
+
+
+@pytest.fixture(scope="module")
+def fitted_shader(osmesa: Context) -> Renderer:
+    return Renderer(osmesa, bake(fitted_model()))
+
+
+def test_simple_hits_what_dense_marching_of_the_reference_hits(demo: Path) -> None:
+    program = lower(load(DEMO))
+    eye, directions, pixel = Camera(30, 20).rays(SIDE, SIDE)
+    found = data(demo, "simple", SIDE)
+    closest, _ = dense_march(program, eye, directions.reshape(-1, 3), 2, pixel)
+    hit = found[..., 3].ravel() > 0.5
+    assert not (hit & (closest > 0.5)).any()
+    assert not (~hit & (closest == 0)).any()
+    points = (eye + found[..., :1] * directions)[found[..., 3] > 0.5].astype(np.float32)
+    assert np.abs(interpret.field(program, points, 2)).max() < 0.5 * pixel * found[..., 0].max()
+
+
+def test_fused_and_layered_draw_what_simple_draws(demo: Path) -> None:
+    simple = drawn(demo, "--variant", "simple")
+    assert psnr(drawn(demo, "--variant", "fused"), simple) > 45
+    small = run(demo, "--variant", "simple", "--size", "20", "-o", "small.ppm")
+    assert small.returncode == 0
+    assert run(demo, "--variant", "layered", "--size", "20", "--check", "small.ppm", "--psnr", "30").returncode == 0
+
+
+def test_no_ray_is_lost_or_counted_twice(fitted: Path) -> None:
+    """Compaction: as many evaluations as steps, as many rays at the start as meet the ball, as many hits as pixels."""
+    for rounds in ("32", "1"):
+        settings = ("--rounds", rounds, "--iterations", "3,2")
+        raw, simple = (data(fitted, variant, SIDE, *settings) for variant in ("fused", "simple"))
+        done = run(
+            fitted, "--benchmark", "--variant", "fused", "--frames", "1", "--size", str(SIDE), *settings, "-o", "x.ppm"
+        )
+        (found,) = json.loads(done.stdout)["sizes"][0]["variants"]
+        assert found["evaluations"][0] == raw[..., 1].sum()
+        assert found["hits"] == (raw[..., 3] > 0.5).sum() > 0
+        assert found["rays_per_round"][0][0] == (raw[..., 1] > 0).sum()
+        assert found["rays_per_round"][0][1] > 0
+        assert (raw[..., 3] == simple[..., 3]).mean() > 0.995
+        assert 0.3 < found["lanes_in_use"][0] <= 1
+        assert picture(fitted.parent / f"x-fused-{SIDE}.ppm").shape == (SIDE, SIDE, 3)
+
+
+def test_benchmark_is_json_of_every_variant(fitted: Path) -> None:
+    done = run(fitted, "--benchmark", "--frames", "2", "--size", "9x5", "-o", "b.ppm", NO_CUBLAS="1")
+    (size,) = json.loads(done.stdout)["sizes"]
+    assert [row["variant"] for row in size["variants"]] == ["simple", "fused"]
+    assert {"fps", "milliseconds", "stages", "memory_mib", "useful_tflops", "useful_share"} <= set(size["variants"][1])
+
+
+def test_check_says_yes_and_no(fitted: Path) -> None:
+    run(fitted, "--variant", "simple", "--size", "16", "-o", "want.ppm")
+    good = run(fitted, "--variant", "fused", "--size", "16", "--check", "want.ppm")
+    assert (good.returncode, good.stdout[:6]) == (0, "agrees")
+    bad = run(fitted, "--variant", "fused", "--size", "16", "--check", "want.ppm", "--camera", "90,0")
+    assert (bad.returncode, bad.stdout[:9]) == (1, "DISAGREES")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "environment", "said"),
+    [
+        ((), {"DEVICES": "0"}, "no CUDA device"),
+        (("--variant", "fused"), {"MAJOR": "7"}, "compute capability 8.0"),
+        (("--size", "4096"), {"MEMORY": "100000000"}, "out of memory"),
+        (("--variant", "layered"), {"NO_CUBLAS": "1"}, "libcublas"),
+        (("--level", "3"), {}, "--level 3: from 1 to 2"),
+        (("--size", "12x"), {}, "--size"),
+        (("--check", "nowhere.ppm", "--size", "8"), {}, "cannot read nowhere.ppm"),
+        (("-o", "no/where.ppm", "--size", "8"), {}, "cannot write no/where.ppm"),
+        (("--wrong",), {}, "--wrong: no such option"),
+    ],
+    ids=["device", "old", "memory", "cublas", "level", "size", "reference", "output", "option"],
+)
+def test_errors_are_one_line(fitted: Path, arguments: tuple[str, ...], environment: dict[str, str], said: str) -> None:
+    done = run(fitted, *arguments, **environment)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    assert said in done.stderr
+
+
+def test_an_old_gpu_draws_by_simple(fitted: Path) -> None:
+    assert run(fitted, "--size", "8", "-o", "old.ppm", MAJOR="7").returncode == 0

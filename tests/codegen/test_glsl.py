@@ -1,0 +1,163 @@
+"""GLSL = the numpy reference, in a float framebuffer on OSMesa; and the shader as text: golden, compiled, escaped."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import moderngl
+import numpy as np
+import pytest
+from mplicits import glsl
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference import interpret
+from mplicits.codegen.targets import glsl330
+from mplicits.codegen.targets.registry import TARGETS
+from mplicits.model.model import Model
+from mplicits.viewer.draw.compile import VERTEX_SHADER
+from mplicits.viewer.draw.context import Context
+from numpy.typing import NDArray
+
+from support.paths import GOLDEN
+from support.random_model import random_model
+
+SIDE = 64
+PROBE = """
+uniform sampler2D points;
+uniform int output_kind;
+void main() {
+    if (resolution.x < 0.0) discard;
+    vec3 p = texelFetch(points, ivec2(gl_FragCoord.xy), 0).xyz;
+    int reached;
+    float f = field(p, level, reached);
+    color = output_kind == 0 ? field_gradient(p, level) : output_kind == 1 ? vec4(f, float(reached), 0, 0)
+        : vec4(albedo(p), 0);
+}
+"""
+GOLDEN_TEXT = GOLDEN / "tiny.glsl330.frag"
+
+
+def points() -> NDArray[np.float32]:
+    return np.random.default_rng(2).uniform(-1, 1, (SIDE * SIDE, 3)).astype(np.float32)
+
+
+class Probe:
+    """A model's GLSL, evaluated at points()."""
+
+    def __init__(self, osmesa: Context, model: Model, storage: str) -> None:
+        self.context, shader = osmesa, glsl330.bake(model, storage, main=PROBE)
+        with osmesa as gl:
+            self.program = gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=shader.text)
+            texels = np.concatenate([points(), points()[:, :1]], axis=1)
+            self.textures = {"points": gl.texture((SIDE, SIDE), 4, texels.tobytes(), dtype="f4")}
+            if shader.weights is not None:
+                height, width, _ = shader.weights.shape
+                self.textures["weights"] = gl.texture((width, height), 4, shader.weights.tobytes(), dtype="f4")
+            self.target = gl.framebuffer([gl.texture((SIDE, SIDE), 4, dtype="f4")])
+            self.triangle = gl.vertex_array(self.program, [])
+
+    def __call__(self, level: int, kind: int) -> NDArray[np.float32]:
+        """(N, 4). kind: 0 gradient and value, 1 nested value and the level reached, 2 colour."""
+        with self.context:
+            for unit, (name, texture) in enumerate(self.textures.items()):
+                texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+                texture.use(unit)
+                self.program[name] = unit
+            self.program["level"] = level
+            self.program["output_kind"] = kind
+            self.target.use()
+            self.triangle.render(moderngl.TRIANGLES, vertices=3)
+            data = self.target.read(components=4, dtype="f4")
+        return np.frombuffer(data, np.float32).reshape(-1, 4)
+
+
+def assert_close(ours: NDArray[np.float32], expected: NDArray[np.float32]) -> None:
+    np.testing.assert_allclose(ours, expected, rtol=0, atol=1e-5 * float(np.abs(expected).max()))
+
+
+@pytest.mark.parametrize("storage", ["literal", "texture"])
+def test_glsl_equals_the_reference(osmesa: Context, storage: str) -> None:
+    model = random_model((16, 1), (18, 2), (64, 1), texture=(10, 1))
+    program, probe = lower(model), Probe(osmesa, model, storage)
+    for level in (1, 3):
+        gradient, value = interpret.field_gradient(program, points(), level)
+        result = probe(level, kind=0)
+        assert_close(result[:, :3], gradient)
+        assert_close(result[:, 3], value)
+    nested, reached = interpret.nested_field(program, points(), 3)
+    result = probe(3, kind=1)
+    np.testing.assert_array_equal(result[:, 1], reached)
+    assert_close(result[:, 0], nested)
+    assert_close(probe(1, kind=2)[:, :3], interpret.colour(program, points()))
+
+
+def test_auto_storage_puts_wide_networks_in_the_texture(osmesa: Context) -> None:
+    model = random_model((16, 1), (68, 1))
+    shader = glsl330.bake(model)
+    assert shader.weights is not None
+    assert "const mat4 w1_1_0_0" in shader.text
+    assert "const mat4 w2" not in shader.text
+    assert shader.value_loops[0] == 0 < shader.value_loops[1]
+    gradient, value = interpret.field_gradient(lower(model), points(), 2)
+    result = Probe(osmesa, model, "auto")(2, kind=0)
+    assert_close(result[:, :3], gradient)
+    assert_close(result[:, 3], value)
+
+
+def test_the_paper_s_three_levels_from_the_texture(osmesa: Context) -> None:
+    model = random_model((64, 2), (128, 2), (256, 2))
+    gradient, value = interpret.field_gradient(lower(model), points(), 3)
+    result = Probe(osmesa, model, "texture")(3, kind=0)
+    assert_close(result[:, :3], gradient)
+    assert_close(result[:, 3], value)
+
+
+def test_one_copy_of_the_weights() -> None:
+    text = glsl330.bake(random_model((16, 1)), "literal").text
+    assert text.count("const mat4 ") == 4 + 16, "one constant per block, value and adjoint together"
+    assert text.count(" w1_1_0_0 ") == 3, "declared once; value and adjoint refer to it"
+
+
+def test_golden_text(request: pytest.FixtureRequest) -> None:
+    text = TARGETS["glsl330"](random_model((4, 1), (8, 0), texture=(4, 0), name='tiny "/*\n</script>\\'), digits=3)
+    text = "\n".join(line for line in text.splitlines() if "mplicits " not in line) + "\n"
+    if request.config.getoption("--update-golden"):
+        GOLDEN_TEXT.write_text(text)
+    assert text == GOLDEN_TEXT.read_text(), "run pytest --update-golden after reading the difference"
+
+
+@pytest.mark.parametrize("storage", ["literal", "texture"])
+def test_the_file_compiles_by_itself(osmesa: Context, tmp_path: Path, storage: str) -> None:
+    text = TARGETS["glsl330"](random_model((8, 1), (12, 1), texture=(4, 0), name="a\nb\\"), storage=storage)
+    with osmesa as gl:
+        gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=text)
+    if shutil.which("glslangValidator") is None:
+        pytest.skip("glslangValidator is not installed (Debian: glslang-tools); compiled by Mesa only")
+    file = tmp_path / "shader.frag"
+    file.write_text(text)
+    done = subprocess.run(["glslangValidator", str(file)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize("name", ['"/*', "*/", "</script>", "a\nvoid main() {}", "back\\", "é\u2028\x00", "??/"])
+def test_names_cannot_leave_their_comment(name: str) -> None:
+    with_name, plain = (TARGETS["glsl330"](random_model((4, 0), name=each)) for each in (name, "plain"))
+    difference = [line for line in with_name.split("\n") if line not in plain.split("\n")]
+    assert len(difference) == 1
+    assert difference[0].startswith("// ")
+    assert difference[0].isascii()
+    assert difference[0].isprintable()
+    assert not difference[0].endswith("\\")
+
+
+def test_weights_travel_in_the_file() -> None:
+    model = random_model((8, 1))
+    text = TARGETS["glsl330"](model, storage="texture")
+    weights = glsl330.bake(model, "texture").weights
+    assert weights is not None
+    np.testing.assert_array_equal(glsl330.read_weights(text), weights)
+
+
+def test_include_is_resolved_once() -> None:
+    text = glsl.load("main.glsl")
+    assert "#include" not in text
+    assert text.count("vec2 ball(") == 1

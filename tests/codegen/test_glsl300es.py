@@ -1,0 +1,140 @@
+"""The WebGL2 target as text: golden, escaped, compiled by glslang; its sines against numpy's; rounded weights."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import moderngl
+import numpy as np
+import pytest
+from mplicits import glsl
+from mplicits.cli import main
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference import interpret
+from mplicits.codegen.reference.digits import near_surface
+from mplicits.codegen.reference.rounding import cost, in_decimals, in_float16, is_float16
+from mplicits.codegen.targets import glsl300es
+from mplicits.codegen.targets.glsl330 import read_weights
+from mplicits.codegen.targets.registry import SUFFIXES, TARGETS
+from mplicits.model.errors import UserError
+from mplicits.model.model import Model, save
+from mplicits.viewer.draw.compile import VERTEX_SHADER
+from mplicits.viewer.draw.context import Context
+from numpy.typing import NDArray
+
+from support.fitted_model import fitted_model
+from support.paths import GOLDEN
+from support.random_model import random_model
+
+GOLDEN_TEXT = GOLDEN / "tiny.glsl300es.frag"
+SINES = (
+    """#version 330
+uniform sampler2D angles;
+out vec4 color;
+"""
+    + glsl.load("sine.glsl")
+    + """
+void main() {
+    vec4 x = texelFetch(angles, ivec2(gl_FragCoord.xy), 0);
+    color = vec4(sine(x).xy, cosine(x).zw);
+}
+"""
+)
+
+
+def test_golden_text(request: pytest.FixtureRequest) -> None:
+    model = random_model((4, 1), (8, 0), texture=(4, 0), name='tiny "/*\n</script>\\')
+    text = TARGETS["glsl300es"](model, digits=3)
+    text = "\n".join(line for line in text.splitlines() if "mplicits " not in line) + "\n"
+    if request.config.getoption("--update-golden"):
+        GOLDEN_TEXT.write_text(text)
+    assert text == GOLDEN_TEXT.read_text(), "run pytest --update-golden after reading the difference"
+
+
+@pytest.mark.parametrize("inputs", ["xyz", "xyzt"])
+@pytest.mark.parametrize("storage", ["literal", "texture", "auto"])
+def test_glslang_takes_it(tmp_path: Path, storage: str, inputs: str) -> None:
+    if shutil.which("glslangValidator") is None:
+        pytest.skip("glslangValidator is not installed (Debian: glslang-tools)")
+    model = random_model((8, 1), (68, 1), texture=(4, 0), name="a\nb\\", inputs=inputs)
+    file = tmp_path / "shader.frag"
+    file.write_text(TARGETS["glsl300es"](model, storage=storage))
+    done = subprocess.run(["glslangValidator", str(file)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+def test_weights_travel_in_the_file() -> None:
+    model = random_model((8, 1))
+    found = read_weights(TARGETS["glsl300es"](model, storage="texture"))
+    weights = glsl300es.bake(model, "texture").weights
+    assert found is not None
+    assert weights is not None
+    np.testing.assert_array_equal(found, weights)
+
+
+def test_sines_are_good_to_6e_7(osmesa: Context) -> None:
+    rng = np.random.default_rng(0)
+    angles = np.concatenate([np.linspace(-4, 4, 64 * 64 * 2), rng.uniform(-1e4, 1e4, 64 * 64 * 2)]).astype(np.float32)
+    rng.shuffle(angles)
+    angles = angles.reshape(-1, 4)
+    with osmesa as gl:
+        program = gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=SINES)
+        texture = gl.texture((64, 64), 4, angles.tobytes(), dtype="f4")
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        texture.use(0)
+        target = gl.framebuffer([gl.texture((64, 64), 4, dtype="f4")])
+        target.use()
+        gl.vertex_array(program, []).render(moderngl.TRIANGLES, vertices=3)
+        found = np.frombuffer(target.read(components=4, dtype="f4"), np.float32).reshape(-1, 4)
+    exact = angles.astype(np.float64)
+    expected = np.concatenate([np.sin(exact[:, :2]), np.cos(exact[:, 2:])], axis=1)
+    assert np.abs(found - expected).max() < 6e-7
+
+
+def field_of(model: Model, points: NDArray[np.float32]) -> NDArray[np.float32]:
+    return interpret.field(lower(model), points, len(model.levels))
+
+
+def test_in_decimals_is_what_lower_prints() -> None:
+    model = random_model((8, 1), (12, 0), texture=(4, 0))
+    rounded = in_decimals(model, 2)
+    points = np.random.default_rng(1).uniform(-1, 1, (500, 3)).astype(np.float32)
+    printed = interpret.field(lower(model, 2), points, 2)
+    np.testing.assert_allclose(field_of(rounded, points), printed, rtol=0, atol=2e-6)
+    assert np.abs(field_of(rounded, points) - field_of(model, points)).max() > 1e-3
+
+
+def test_float16() -> None:
+    model = fitted_model((16, 24))
+    half = in_float16(model)
+    assert is_float16(half)
+    assert not is_float16(model)
+    assert sorted(half.tensors()) == sorted(model.tensors())
+    points = near_surface(lower(model))
+    difference = np.abs(field_of(half, points) - field_of(model, points))
+    assert cost(model, half) == pytest.approx((difference.max(), difference.mean()))
+    assert difference.max() > 0
+    layer = model.levels[0].network[0]
+    layer.weight[0, 0] = 1e5
+    with pytest.raises(UserError, match=r"level1\.layer0\.weight"):
+        in_float16(model)
+
+
+def test_bake_names_files_and_says_what_float16_costs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert set(SUFFIXES) == set(TARGETS)
+    monkeypatch.chdir(tmp_path)
+    save(fitted_model((8, 8)), Path("ball.safetensors"))
+    sizes = {}
+    for precision in ("float32", "float16"):
+        argv = ["bake", "ball.safetensors", "--target", "html", "--storage", "texture", "--precision", precision]
+        assert main(argv) == 0
+        sizes[precision] = Path("ball.html").stat().st_size
+    assert sizes["float16"] < sizes["float32"]
+    err = capsys.readouterr().err.splitlines()
+    assert err[0].startswith("ball.html: html, ")
+    assert err[1].startswith("float16: the distance near the surface is off by ")
+    assert main(["bake", "ball.safetensors", "--target", "glsl300es"]) == 0
+    assert Path("ball.es.frag").read_text().startswith("#version 300 es\n")
+    assert main(["bake", "ball.safetensors", "--digits", "3", "--precision", "float16"]) == 2

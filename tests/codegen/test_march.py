@@ -1,0 +1,83 @@
+"""Multiscale sphere tracing, against dense marching of the last level alone and against the analytic shape."""
+
+import numpy as np
+import pytest
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference.march import march
+from mplicits.codegen.targets.glsl330 import bake
+from mplicits.model.model import Model, load
+from mplicits.trainer.shapes import demo
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import Context
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.renderer import Renderer
+from numpy.typing import NDArray
+
+from support.dense_views import VIEWS, compare
+from support.paths import DEMO
+
+SIDE = 96
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    return load(DEMO)
+
+
+@pytest.fixture(scope="module")
+def renderer(osmesa: Context, model: Model) -> Renderer:
+    return Renderer(osmesa, bake(model))
+
+
+def data(renderer: Renderer, camera: Camera, **options: int) -> NDArray[np.float32]:
+    return renderer.render((SIDE, SIDE), camera, RenderOptions(shading="data", **options))  # type: ignore[arg-type]
+
+
+def test_no_holes_and_the_same_silhouette_on_ten_views(osmesa: Context, model: Model) -> None:
+    found = compare(model, osmesa, SIDE)
+    assert found.holes == 0
+    assert found.extra <= 0.002 * found.outline
+    assert np.median(found.apart) < 0.002
+    assert np.quantile(found.apart, 0.9) < 0.01, "only grazing rays may stop early"
+
+
+def test_one_round_as_in_the_paper_leaves_holes(renderer: Renderer) -> None:
+    """What rounds are for; if this fails, they can go."""
+    full, once = (data(renderer, VIEWS[0], rounds=rounds)[..., 3] > 0.5 for rounds in (32, 1))
+    assert (full & ~once).sum() > 0.05 * full.sum()
+
+
+@pytest.mark.parametrize(("level", "rounds"), [(2, 32), (2, 1), (1, 32)])
+def test_the_march_in_numpy_takes_the_same_steps(renderer: Renderer, model: Model, level: int, rounds: int) -> None:
+    shader = data(renderer, VIEWS[0], level=level, rounds=rounds)[..., :4].reshape(-1, 4)
+    eye, directions, pixel = VIEWS[0].rays(SIDE, SIDE)
+    rays = march(lower(model), eye, directions.reshape(-1, 3), level, pixel, rounds)
+    assert (rays.hit == (shader[:, 3] > 0.5)).mean() > 0.999
+    assert (rays.steps == shader[:, 1]).mean() > 0.98, "where f is at a threshold but for rounding, they may differ"
+    assert np.abs(rays.t - shader[:, 0])[rays.hit].mean() < 1e-4
+    assert rays.evaluations[0] == rays.steps.sum()
+    assert rays.traced[0][0] == np.count_nonzero(rays.steps)
+    assert rays.away <= rays.evaluations[0]
+
+
+def test_depth_is_that_of_the_analytic_shape(renderer: Renderer) -> None:
+    for camera in VIEWS[:3]:
+        eye, directions, _ = camera.rays(SIDE, SIDE)
+        ours = data(renderer, camera)
+        seen = ours[..., 3] > 0.5
+        points = eye + ours[seen][:, :1] * directions[seen]
+        distance = np.abs(demo.signed_distance(points))
+        assert distance.mean() < 2e-3
+        assert np.quantile(distance, 0.99) < 0.012
+
+
+def test_a_ray_costs_few_steps_of_the_fine_level(renderer: Renderer) -> None:
+    steps = data(renderer, VIEWS[0])[..., 1]
+    assert 1 <= np.median(steps[steps > 0]) <= 20
+
+
+def test_a_camera_inside_the_ball_and_one_that_looks_away(renderer: Renderer) -> None:
+    inside = data(renderer, Camera(0, 0, distance=0.95))
+    assert 0.01 < (inside[..., 3] > 0.5).mean() < 1
+    away = data(renderer, Camera(0, 0, distance=3, target=(0, 0, -100)))
+    assert not away[..., 3].any()

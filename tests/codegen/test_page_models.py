@@ -1,0 +1,186 @@
+"""Models dropped on the html page, whole and broken, and the text that the page prints for them."""
+
+import json
+import struct
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.printers.field import print_field
+from mplicits.codegen.reference.rounding import in_float16
+from mplicits.codegen.targets import glsl330
+from mplicits.codegen.targets.glsl300es import DIALECT
+from mplicits.codegen.targets.registry import TARGETS
+from mplicits.codegen.targets.webpage import PRINTER, script
+from mplicits.model.model import Layer, Model, save
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import Context
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.renderer import Renderer
+
+from support.browser import Visit, visit
+from support.fitted_model import fitted_model
+from support.page_pictures import MODEL, desktop, differ
+from support.random_model import random_model
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+HOSTILE = "</script><script>alert(1)</script>"
+DROP = """([bytes, name]) => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([new Uint8Array(bytes)], name));
+    for (const kind of ["dragover", "drop"])
+        document.body.dispatchEvent(new DragEvent(kind, {dataTransfer: transfer, bubbles: true, cancelable: true}));
+}"""
+pytestmark = pytest.mark.slow
+
+
+def model_bytes(tmp_path: Path, model: Model) -> bytes:
+    save(model, tmp_path / "other.safetensors")
+    return (tmp_path / "other.safetensors").read_bytes()
+
+
+def changed(data: bytes, change: Callable[[dict[str, Any]], None]) -> bytes:
+    """A safetensors file with another header."""
+    (length,) = struct.unpack("<Q", data[:8])
+    header = json.loads(data[8 : 8 + length])
+    change(header)
+    text = json.dumps(header).encode()
+    return struct.pack("<Q", len(text)) + text + data[8 + length :]
+
+
+def describe(change: Callable[[dict[str, Any]], None]) -> Callable[[dict[str, Any]], None]:
+    def inside(header: dict[str, Any]) -> None:
+        description = json.loads(header["__metadata__"]["model"])
+        change(description)
+        header["__metadata__"]["model"] = json.dumps(description)
+
+    return inside
+
+
+BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
+    "empty": (lambda _: b"", "not a model file (.safetensors), or a damaged one"),
+    "a picture": (lambda _: b"\x89PNG\r\n\x1a\n" * 40, "not a model file (.safetensors), or a damaged one"),
+    "cut short": (lambda data: data[:-100], "the file is cut short or damaged"),
+    "other format": (lambda data: changed(data, lambda h: h["__metadata__"].pop("format")), "not an mplicits model"),
+    "future": (
+        lambda data: changed(data, lambda h: h["__metadata__"].update(version="2")),
+        "format version 2 is newer",
+    ),
+    "halves": (
+        lambda data: changed(data, lambda h: h["level1.layer0.bias"].update(dtype="F16")),
+        "level1.layer0.bias: must be float32",
+    ),
+    "no bias": (lambda data: changed(data, lambda h: h.pop("level2.layer1.bias")), "level2.layer1.bias: missing"),
+    "shape": (
+        lambda data: changed(data, lambda h: h["level1.layer0.weight"].update(shape=[3, 4])),
+        "level1.layer0.weight: shape (3, 4), expected (out, 3)",
+    ),
+    "stray": (
+        lambda data: changed(data, lambda h: h.update({"level9.layer0.bias": h.pop("texture.layer0.weight")})),
+        "not a tensor of a model with 2 levels",
+    ),
+    "delta": (
+        lambda data: changed(data, describe(lambda d: d["levels"][1].update(delta=-1))),
+        "levels[2].delta: must be a positive number",
+    ),
+    "not finite": (lambda data: data[:-4] + struct.pack("<f", float("nan")), "has values that are not finite"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_drop_is_one_line_and_changes_nothing(name: str, shown: Visit, tmp_path: Path) -> None:
+    spoil, said = BROKEN[name]
+    data = spoil(model_bytes(tmp_path, fitted_model((4, 4))))
+    shown.page.evaluate(DROP, [list(data), "other.safetensors"])
+    shown.page.wait_for_selector("#message:not([hidden])")
+    line = shown.message()
+    assert line.startswith("other.safetensors: ")
+    assert said in line
+    assert "\n" not in line
+    assert shown.page.inner_text("h1") == "fitted"
+    shown.page.click("#message button")
+    assert shown.message() == ""
+
+
+def test_a_dropped_model_is_shown(browser: "Browser", page_file: Path, osmesa: Context, tmp_path: Path) -> None:
+    model = fitted_model((20, 24))
+    hidden, last = model.levels[1].network
+    small = Layer(last.weight * np.float32(0.02), last.bias * np.float32(0.02))
+    three = Model(HOSTILE, (*model.levels, replace(model.levels[1], network=(hidden, small))), None)
+    with visit(browser, page_file, size=(640, 640)) as visited:
+        visited.page.evaluate(DROP, [list(model_bytes(tmp_path, three)), "other.safetensors"])
+        visited.until("document.title.includes('alert')")
+        visited.still()
+        assert visited.page.inner_text("h1") == HOSTILE
+        assert visited.page.inner_text("#level") == "Level\n1\n2\n3"
+        assert "Texture" not in visited.page.inner_text("#shading")
+        assert visited.root("storage") == "texture"
+        assert float(visited.root("error") or "nan") < 1e-5
+        theirs = desktop(Renderer(osmesa, glsl330.bake(three)), Camera(), RenderOptions())
+        assert not differ(visited.saved(), theirs)
+        save(MODEL, tmp_path / "chosen.safetensors")
+        visited.page.set_input_files("#file", tmp_path / "chosen.safetensors")
+        visited.until("document.title === 'fitted'")
+        visited.still()
+        assert visited.said == []
+
+
+def test_a_hostile_name_is_text(browser: "Browser", tmp_path: Path) -> None:
+    file = tmp_path / "hostile.html"
+    file.write_text(TARGETS["html"](random_model((4, 0), name=HOSTILE)))
+    with visit(browser, file) as visited:
+        visited.until("document.documentElement.dataset.storage")
+        assert (visited.page.title(), visited.page.inner_text("h1")) == (HOSTILE, HOSTILE)
+        assert visited.page.locator("script").count() == file.read_text().count("<script") == 7
+        assert visited.said == []
+
+
+PRINT = """
+window.print = ([bytes, storage]) => {
+    const {texels, ...rest} = printField(parseModel(new Uint8Array(bytes).buffer), storage);
+    return {...rest, texels: [...texels]};
+};
+null;
+"""
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        random_model((16, 1), (18, 2), (64, 1), texture=(10, 1)),
+        random_model((5, 0), inputs="xyzt"),
+        random_model((16, 1), (80, 1)),
+        random_model((8, 1), seed=7, texture=(3, 0), inputs="xyzt"),
+    ],
+    ids=["three levels", "moving", "wide level", "moving, texture"],
+)
+@pytest.mark.parametrize("storage", ["texture", "literal", "auto"])
+def test_the_page_prints_what_codegen_prints(browser: "Browser", storage: str, model: Model, tmp_path: Path) -> None:
+    page = browser.new_page()
+    page.set_content("<!doctype html>")
+    page.evaluate(script(PRINTER) + PRINT)
+    printed = page.evaluate("given => window.print(given)", [list(model_bytes(tmp_path, model)), storage])
+    page.close()
+    field = print_field(lower(model), DIALECT.language, storage)
+    assert printed["text"] == field.text
+    weights = np.zeros((0, 1024, 4), np.float32) if field.weights is None else field.weights
+    assert printed["height"] == len(weights)
+    np.testing.assert_array_equal(np.asarray(printed["texels"], np.float32), weights.ravel())
+    assert tuple(printed["loops"]["value"]) == field.value_loops
+    assert tuple(printed["loops"]["gradient"]) == field.gradient_loops
+    assert printed["loops"]["texture"] == field.texture_loops
+
+
+def test_float16_weights_arrive_exactly(browser: "Browser", tmp_path: Path) -> None:
+    file = tmp_path / "half.html"
+    file.write_text(TARGETS["html"](in_float16(MODEL), storage="texture"))
+    with visit(browser, file) as visited:
+        visited.until("document.documentElement.dataset.error")
+        assert float(visited.root("error") or "nan") < 5e-6
+        assert visited.said == []

@@ -1,0 +1,43 @@
+"""The paper's three-level model, (64, 2) > (128, 2) > (256, 2), on software GL."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mplicits import cli
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference.dense import dense_march
+from mplicits.codegen.targets.glsl330 import bake
+from mplicits.model.model import load
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import Context
+from mplicits.viewer.draw.options import LOOP_LIMIT, RenderOptions
+from mplicits.viewer.draw.renderer import Renderer
+
+SIDE = 64
+
+
+@pytest.mark.slow
+def test_it_renders_as_dense_marching_within_the_loop_limit(osmesa: Context, tmp_path: Path) -> None:
+    path = tmp_path / "paper.safetensors"
+    train = ["train", "demo", "-o", str(path), "--preset", "paper", "--steps", "800,300,150", "--texture", "none"]
+    assert cli.main([*train, "--quiet"]) == 0
+    model = load(path)
+    shader = bake(model)
+    assert shader.weights is not None
+    assert "const mat4 w1_2_15_15" in shader.text, "64 wide: literals"
+    renderer = Renderer(osmesa, shader)
+    options = RenderOptions(shading="data")
+    steps, rounds = renderer.schedule(options)
+    assert rounds < renderer.wanted_rounds(options)
+    assert shader.worst_loops(3, 3, steps, rounds) <= LOOP_LIMIT
+    camera = Camera(35, 25)
+    eye, directions, pixel = camera.rays(SIDE, SIDE)
+    closest, _ = dense_march(lower(model), eye, directions.reshape(-1, 3), 3, pixel)
+    expected = closest.reshape(SIDE, SIDE) == 0
+    picture = renderer.render((SIDE, SIDE), camera, options)
+    hit = picture[..., 3] > 0.5
+    assert expected.mean() > 0.1
+    assert (expected & ~hit).sum() <= 0.005 * expected.sum()
+    assert (hit & (closest.reshape(SIDE, SIDE) > 0.5)).sum() <= 0.005 * expected.sum()
+    assert np.median(picture[..., 1][hit]) < 40

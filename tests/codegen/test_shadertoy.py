@@ -1,0 +1,254 @@
+"""Shadertoy text: the field = the numpy reference, the picture = the renderer's and a player's that is not ours."""
+
+import importlib.util
+import io
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import moderngl
+import numpy as np
+import pytest
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.printers.packed import FIELDS, pack
+from mplicits.codegen.reference import digits, interpret
+from mplicits.codegen.targets.glsl330 import bake
+from mplicits.codegen.targets.registry import TARGETS
+from mplicits.model import quantise
+from mplicits.model.errors import UserError
+from mplicits.model.model import Layer, Model, load
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.compile import VERTEX_SHADER
+from mplicits.viewer.draw.context import Context
+from mplicits.viewer.draw.renderer import Renderer
+from numpy.typing import NDArray
+from PIL import Image
+
+from support.browser import visit
+from support.paths import DEMO, GOLDEN
+from support.random_model import random_model
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+SHADERTOY = TARGETS["shadertoy"]
+INPUTS = "uniform vec3 iResolution; uniform float iTime; uniform vec4 iMouse; uniform int iFrame;\n"
+MAIN = "out vec4 c; void main() { if (iResolution.x < 0.) discard; mainImage(c, gl_FragCoord.xy); }\n"
+PROBE = """uniform sampler2D points; out vec4 c;
+void main() { c = vec4(field(vec4(texelFetch(points, ivec2(gl_FragCoord.xy), 0).xyz, 1))); }
+"""
+GOLDEN_TEXT = GOLDEN / "tiny.shadertoy.frag"
+SIZE = (144, 96)
+WEBGL = f"""<body style="margin: 0"><canvas width={SIZE[0]} height={SIZE[1]}></canvas><script>
+const gl = document.querySelector("canvas").getContext("webgl2", {{preserveDrawingBuffer: true}});
+const program = gl.createProgram();
+const vertex = `#version 300 es
+void main() {{ gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }}`;
+for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, THE_TEXT]]) {{
+    const shader = gl.createShader(kind);
+    gl.shaderSource(shader, text);
+    gl.compileShader(shader);
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) console.log(gl.getShaderInfoLog(shader));
+    gl.attachShader(program, shader);
+}}
+gl.linkProgram(program);
+gl.useProgram(program);
+gl.uniform3f(gl.getUniformLocation(program, "iResolution"), {SIZE[0]}, {SIZE[1]}, 1);
+gl.drawArrays(gl.TRIANGLES, 0, 3);
+gl.finish();
+window.done = true;
+</script>"""
+PLAYER = """
+import sys
+from wgpu_shadertoy import Shadertoy
+from PIL import Image
+text, size, output = open(sys.argv[1]).read(), tuple(map(int, sys.argv[2].split("x"))), sys.argv[3]
+Image.frombytes("RGBA", size, bytes(Shadertoy(text, resolution=size).snapshot(0.0))).convert("RGB").save(output)
+"""
+
+
+def draw(
+    osmesa: Context,
+    text: str,
+    size: tuple[int, int],
+    inputs: dict[str, object],
+    points: NDArray[np.float32] | None = None,
+) -> NDArray[np.float32]:
+    """(H, W, 4), top row first, of desktop GLSL."""
+    with osmesa as gl:
+        program = gl.program(vertex_shader=VERTEX_SHADER, fragment_shader="#version 330\n" + text)
+        target = gl.framebuffer([gl.texture(size, 4, dtype="f4")])
+        for name, value in inputs.items():
+            if name in program:
+                program[name] = value
+        if points is not None:
+            texture = gl.texture(size, 4, np.pad(points, ((0, 0), (0, 1))).astype("f4").tobytes(), dtype="f4")
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+            texture.use(0)
+        target.use()
+        gl.vertex_array(program, []).render(moderngl.TRIANGLES, vertices=3)
+        data = target.read(components=4, dtype="f4")
+    return np.frombuffer(data, np.float32).reshape(size[1], size[0], 4)[::-1]
+
+
+def picture(osmesa: Context, text: str, mouse: tuple[float, float] = (0, 0)) -> NDArray[np.int16]:
+    inputs = {"iResolution": (*SIZE, 1), "iTime": 0.0, "iMouse": (*mouse, 0, 0), "iFrame": 0}
+    return (draw(osmesa, INPUTS + text + MAIN, SIZE, inputs)[..., :3].clip(0, 1) * 255).round().astype(np.int16)
+
+
+def on_grids(model: Model) -> Model:
+    return quantise.rounded_model(model)
+
+
+def test_sixteen_weights_in_three_integers() -> None:
+    for block in np.random.default_rng(0).integers(-32, 32, (200, 16)):
+        a = [int(number) for number in re.findall(r"-?\d+", pack(block.astype(np.float32)))]
+        assert all(-(2**31) <= number < 2**31 for number in a)
+        found = np.zeros(16, int)
+        for number, fields in zip(a, FIELDS, strict=True):
+            found[list(fields)] = [(number >> 6 * k & 63) - 64 * (number >> 6 * k + 5 & 1) for k in range(5)]
+        top = [number >> 30 & 3 for number in a]
+        found[3] = top[0] * 16 + top[1] * 4 + top[2] - 32
+        np.testing.assert_array_equal(found, block)
+    with pytest.raises(ValueError, match="grid"):
+        pack(np.full(16, 40, np.float32))
+
+
+@pytest.mark.parametrize("storage", ["packed", "literal"])
+def test_the_field_equals_the_reference(osmesa: Context, storage: str) -> None:
+    model = on_grids(random_model((16, 1), (18, 2), (8, 0)))
+    points = np.random.default_rng(2).uniform(-1, 1, (64 * 64, 3)).astype(np.float32)
+    text = INPUTS + SHADERTOY(model, storage, digits=None if storage == "packed" else 7)
+    found = draw(osmesa, text + PROBE, (64, 64), {}, points)[::-1, :, 0].ravel()
+    nested, reached = interpret.nested_field(lower(model), points, 3)
+    offsets = np.array([*(level.delta for level in model.levels[:2]), 0])
+    expected = nested - offsets[reached - 1] / 1.3
+    away = np.abs(np.abs(nested) - offsets[reached - 1]) > 2e-3  # of a band's edge, which the text gives to 3 digits
+    np.testing.assert_allclose(found[away], expected[away], rtol=0, atol=3e-3)
+    exact = away & (reached == 3)
+    assert exact.sum() > 300
+    np.testing.assert_allclose(found[exact], expected[exact], rtol=0, atol=2e-5 * np.abs(expected).max())
+
+
+def test_grids_are_kept() -> None:
+    model = random_model((16, 1), (18, 2), texture=(10, 1))
+    assert not quantise.on_grid(model.levels[0].network)
+    once = on_grids(model)
+    assert all(quantise.on_grid(level.network) for level in once.levels)
+    for before, after in zip(once.levels, on_grids(once).levels, strict=True):
+        assert before.network is after.network
+    for old, new in zip(model.levels[1].network, once.levels[1].network, strict=True):
+        assert float(np.abs(old.weight - new.weight).mean()) < 0.1 * float(np.abs(old.weight).mean())
+
+
+def test_a_step_that_was_rounded_down_holds_the_largest_weight() -> None:
+    first, last = random_model((20, 0)).levels[0].network
+    weight = first.weight * np.float32(127 * 0.010049 / np.abs(first.weight).max())
+    assert quantise.on_grid(quantise.rounded((Layer(weight, first.bias), last)))
+
+
+def test_the_text_agrees_with_the_renderer(osmesa: Context) -> None:
+    """Its normals are differences, its gamma 2.2, its background plain; its silhouette and its shading are the same."""
+    model = load(DEMO)
+    ours = picture(osmesa, SHADERTOY(model))
+    camera = Camera(np.degrees(0.52), np.degrees(0.35), 3.52)
+    theirs = Renderer(osmesa, bake(model)).render(SIZE, camera)
+    nothing = picture(osmesa, SHADERTOY(model).replace("k > 3", "k > 4"))
+    inside, expected = np.abs(ours - nothing).max(-1) > 0, theirs[..., 3] > 0
+    assert (inside & expected).sum() / (inside | expected).sum() > 0.99
+    both = inside & expected
+    difference = np.abs(ours - 255 * theirs[..., :3])[both]
+    assert np.median(difference) < 4
+    assert np.percentile(difference, 90) < 24  # at edges and stripes a pixel's centre decides
+
+
+def test_dragging_orbits(osmesa: Context) -> None:
+    text = SHADERTOY(load(DEMO))
+    assert np.abs(picture(osmesa, text) - picture(osmesa, text, (100, 40))).mean() > 2
+
+
+@pytest.mark.skipif(importlib.util.find_spec("wgpu_shadertoy") is None, reason="wgpu-shadertoy is not installed")
+def test_a_player_of_others_shows_the_same(osmesa: Context, tmp_path: Path) -> None:
+    for name, model in (("packed", on_grids(random_model((16, 1), (8, 0)))), ("literal", load(DEMO))):
+        text = SHADERTOY(model)
+        (tmp_path / "text.frag").write_text(text)
+        command = [sys.executable, "-c", PLAYER, "text.frag", "x".join(map(str, SIZE)), "player.png"]
+        done = subprocess.run(
+            command,
+            cwd=tmp_path,
+            env={**os.environ, "WGPU_FORCE_OFFSCREEN": "true"},
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=120,
+        )
+        if "adapter" in done.stderr.lower() and done.returncode:
+            pytest.skip("no Vulkan driver (Debian: mesa-vulkan-drivers)")
+        assert done.returncode == 0, done.stderr
+        theirs = np.asarray(Image.open(tmp_path / "player.png"), np.int16)
+        difference = np.abs(picture(osmesa, text) - theirs).max(-1)
+        assert (difference > 4).mean() < 0.005, name
+
+
+def test_chromium_draws_the_same(osmesa: Context, browser: "Browser", tmp_path: Path) -> None:
+    """WebGL2 on SwiftShader, whose sine is off by 2e-4."""
+    text = SHADERTOY(on_grids(random_model((16, 1), (8, 0))))
+    fragment = "#version 300 es\nprecision highp float; precision highp int;\n" + INPUTS + text + MAIN
+    (tmp_path / "player.html").write_text(WEBGL.replace("THE_TEXT", json.dumps(fragment)))
+    with visit(browser, tmp_path / "player.html", SIZE, share=1) as visited:
+        visited.until("window.done")
+        assert not visited.said
+        theirs = np.asarray(Image.open(io.BytesIO(visited.page.screenshot())).convert("RGB"), np.int16)
+    difference = np.abs(picture(osmesa, text) - theirs).max(-1)
+    assert (difference > 8).mean() < 0.01
+
+
+def test_the_fewest_digits_keep_the_surface() -> None:
+    model = load(DEMO)
+    exact = lower(model)
+    points = digits.near_surface(exact)
+    assert np.abs(interpret.field(exact, points, 2)).mean() < 1e-3
+    fewest = digits.fewest_digits(model)
+    errors = [digits.error(exact, lower(model, count), points) for count in (fewest - 1, fewest)]
+    assert errors[1] < digits.SHARE * model.levels[-1].delta < errors[0]
+    assert SHADERTOY(model) == SHADERTOY(model, digits=fewest)
+
+
+def test_golden_text(request: pytest.FixtureRequest) -> None:
+    text = SHADERTOY(on_grids(random_model((4, 1), (8, 0), texture=(4, 0), name='tiny "/*\n</script>\\')))
+    if request.config.getoption("--update-golden"):
+        GOLDEN_TEXT.write_text(text)
+    assert text == GOLDEN_TEXT.read_text(), "run pytest --update-golden after reading the difference"
+
+
+@pytest.mark.parametrize("storage", ["packed", "literal"])
+def test_the_text_is_what_shadertoy_takes(tmp_path: Path, storage: str) -> None:
+    text = SHADERTOY(on_grids(random_model((64, 1), (64, 2), texture=(8, 1), name="a\nb\\")), storage)
+    assert text.isascii()
+    assert len(re.findall(r"\bfield ?\(", text)) == 2, "one definition, one call"
+    assert "min(iFrame" in text
+    assert max(statement.count("+") for statement in re.split(r";|,\n", text)) < 200
+    if shutil.which("glslangValidator") is None:
+        pytest.skip("glslangValidator is not installed (Debian: glslang-tools)")
+    file = tmp_path / "text.frag"
+    file.write_text("#version 300 es\nprecision highp float; precision highp int;\n" + INPUTS + text + MAIN)
+    done = subprocess.run(["glslangValidator", str(file)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+def test_moving_fields_move() -> None:
+    text = SHADERTOY(random_model((8, 1), inputs="xyzt"))
+    assert "iTime));" in text
+    assert "M(" not in text
+
+
+def test_what_cannot_be_pasted_is_refused() -> None:
+    with pytest.raises(UserError, match=r"68 wide.*--preset small"):
+        SHADERTOY(random_model((68, 1)))
+    with pytest.raises(UserError, match="--storage texture"):
+        SHADERTOY(random_model((8, 1)), "texture")

@@ -1,0 +1,173 @@
+"""`mplicits eval`: each figure against an independent computation, and what it says."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from mplicits import cli
+from mplicits.mesher.evaluate import compare
+from mplicits.mesher.metrics import VOXEL, Surface, angles, chamfer, shell_iou
+from mplicits.mesher.surface import Mesh
+from mplicits.mesher.truth import in_model_space, normalisation, read_mesh
+from mplicits.model.model import load
+
+from support.paths import DEMO
+
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+def ball(radius: float, subdivisions: int = 5) -> Mesh:
+    return in_model_space(trimesh.creation.icosphere(subdivisions, radius), ORIGIN, 1.0)
+
+
+def test_chamfer_is_what_all_pairs_give() -> None:
+    rng = np.random.default_rng(0)
+    a, b = rng.normal(size=(300, 3)), rng.normal(size=(500, 3))
+    squared = ((a[:, None] - b) ** 2).sum(axis=2)
+    assert chamfer(a, b) == pytest.approx(squared.min(axis=0).mean() + squared.min(axis=1).mean(), rel=1e-12)
+
+
+def test_samples_are_uniform_by_area_and_on_their_faces() -> None:
+    box = trimesh.creation.box((1.0, 2.0, 4.0))
+    points, faces = Surface(in_model_space(box, ORIGIN, 1.0)).sample(40_000, np.random.default_rng(0))
+    share = np.bincount(faces, minlength=len(box.faces)) / len(faces)
+    np.testing.assert_allclose(share, box.area_faces / box.area, atol=0.01)
+    on_plane = np.einsum("ij,ij->i", box.face_normals[faces], points - box.triangles[faces, 0])
+    assert np.abs(on_plane).max() < 1e-6
+    assert (np.abs(points).max(axis=0) <= np.array([0.5, 1, 2]) + 1e-6).all()
+
+
+def test_distance_and_normal_agree_with_trimesh() -> None:
+    mesh = trimesh.creation.torus(0.6, 0.2)
+    surface = Surface(in_model_space(mesh, ORIGIN, 1.0))
+    points = np.random.default_rng(0).uniform(-0.9, 0.9, (500, 3))
+    distance, face = surface.distance(points)
+    _, expected, closest = trimesh.proximity.closest_point_naive(mesh, points)  # type: ignore[no-untyped-call]
+    np.testing.assert_allclose(distance, expected, atol=1e-6)
+    np.testing.assert_allclose(surface.normals, mesh.face_normals, atol=1e-5)
+    assert (face == closest).mean() > 0.5, "elsewhere the point is nearest to an edge, which two faces share"
+
+
+def test_concentric_balls_are_as_far_apart_as_their_radii() -> None:
+    gap = 0.04
+    figures = compare(ball(0.9), ball(0.9 - gap), samples=40_000)
+    assert figures.chamfer == pytest.approx(2 * gap**2 + figures.floor, rel=0.05)
+    assert figures.distance_mean == pytest.approx(gap, rel=0.02)
+    assert figures.missing_99 == pytest.approx(gap, rel=0.02)
+    assert figures.hausdorff == pytest.approx(gap, rel=0.03)
+    assert figures.normal_angle < 2
+    assert figures.iou == 0
+    assert (figures.components, figures.truth_components, figures.watertight) == (1, 1, True)
+
+
+def test_the_same_surface_is_at_the_floor() -> None:
+    figures = compare(ball(0.9), ball(0.9), samples=20_000)
+    assert figures.chamfer == pytest.approx(figures.floor, rel=0.03)
+    assert figures.hausdorff < 1e-6
+    assert figures.iou == 1
+    expected = 2 / (np.pi * 20_000 / (4 * np.pi * 0.9**2))
+    assert figures.floor == pytest.approx(expected, rel=0.05), "nearest of n points on area A: E d^2 = A / (pi n)"
+
+
+def test_shells_overlap_as_their_volumes_do() -> None:
+    one, other = Surface(ball(0.6)), Surface(ball(0.61))
+    samples = np.concatenate([surface.sample(100_000, np.random.default_rng(0))[0] for surface in (one, other)])
+    # Shells of radii (0.59, 0.61) and (0.60, 0.62): the common part over the union, by their volumes.
+    volumes = [high**3 - low**3 for low, high in ((0.60, 0.61), (0.59, 0.62))]
+    assert pytest.approx(0.01) == VOXEL
+    assert shell_iou(one, other, samples) == pytest.approx(volumes[0] / volumes[1], abs=0.03)
+
+
+def test_angles() -> None:
+    x, y = np.array([[1.0, 0, 0]] * 3), np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0]])
+    np.testing.assert_allclose(angles(x, y), [0, 90, 180])
+
+
+def test_pieces_and_holes_are_seen() -> None:
+    one = trimesh.creation.icosphere(3, 0.3)
+    two = trimesh.Trimesh(
+        np.concatenate((one.vertices, np.add(one.vertices, (0.7, 0, 0)))),
+        np.concatenate((one.faces, one.faces + len(one.vertices))),
+    )
+    open_ball = trimesh.creation.icosphere(3, 0.3)
+    open_ball.update_faces(np.arange(len(open_ball.faces)) > 4)
+    figures = compare(in_model_space(two, ORIGIN, 1.0), in_model_space(open_ball, ORIGIN, 1.0), samples=1000)
+    assert (figures.components, figures.truth_components, figures.watertight) == (2, 1, True)
+    assert not compare(in_model_space(open_ball, ORIGIN, 1.0), ball(0.3), samples=1000).watertight
+
+
+def test_the_seed_decides_the_samples() -> None:
+    first, again, other = (asdict(compare(ball(0.9, 3), ball(0.8, 3), 2000, seed)) for seed in (1, 1, 2))
+    assert first == again
+    assert first["chamfer"] != other["chamfer"]
+
+
+@pytest.fixture
+def truth(tmp_path: Path) -> Path:
+    """The demo model's own surface, in a space of its own."""
+    model = load(DEMO)
+    path = tmp_path / "truth.ply"
+    assert cli.main(["mesh", str(DEMO), "-o", str(path), "--resolution", "100", "--quiet"]) == 0
+    assert model.scale > 0
+    return path
+
+
+def test_a_model_against_its_own_mesh(truth: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    argv = ["eval", str(DEMO), str(truth), "--resolution", "80", "--samples", "20000", "--quiet"]
+    assert cli.main([*argv, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["chamfer"] == pytest.approx(found["floor"], rel=0.2)
+    assert found["distance_mean"] < 2e-3
+    assert found["iou"] > 0.85
+    assert found["resolution"] == 80
+    assert cli.main(argv) == 0
+    said = capsys.readouterr().out
+    assert f"{found['chamfer']:.3e}" in said
+    assert "times the floor" in said
+
+
+def test_a_mesh_against_a_mesh(truth: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    moved = read_mesh(truth)
+    moved.vertices = moved.vertices * 7.0 + (3.0, 2.0, 1.0)
+    centre, scale = normalisation(moved)
+    assert np.linalg.norm(np.asarray(moved.vertices) - centre, axis=1).max() == pytest.approx(scale)
+    moved.export(tmp_path / "moved.obj")
+    capsys.readouterr()
+    argv = ["eval", str(tmp_path / "moved.obj"), str(tmp_path / "moved.obj"), "--samples", "5000", "--quiet", "--json"]
+    assert cli.main(argv) == 0
+    assert json.loads(capsys.readouterr().out)["hausdorff"] < 1e-6
+    assert cli.main([*argv, "--resolution", "64"]) == 2
+    assert "is a mesh already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("content", "name", "said"),
+    [
+        (None, "none.ply", "no such file"),
+        (b"\x89PNG\r\n\x1a\n" + bytes(64), "picture.png", "not a mesh by its ending"),
+        (b"\x89PNG\r\n\x1a\n" + bytes(64), "picture.ply", "not a readable PLY file"),
+        (b"", "empty.obj", "empty.obj"),
+        (b"\x89PNG\r\n\x1a\n" + bytes(range(256)), "picture.obj", "no triangles in it"),
+        (b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "nan.obj", "not finite"),
+        (b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "flat.obj", "zero area"),
+    ],
+)
+def test_bad_input_is_one_line(
+    content: bytes | None, name: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    assert cli.main(["eval", str(DEMO), str(tmp_path / name), "--quiet"]) == 2
+    out, err = capsys.readouterr()
+    assert (out, len(err.splitlines())) == ("", 1)
+    assert said in err
+
+
+@pytest.mark.parametrize("argv", [["--samples", "5"], ["--seed", "-1"], ["--resolution", "2"], ["--level", "9"]])
+def test_numbers_out_of_range_are_one_line(argv: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["eval", str(DEMO), "nothing.ply", *argv]) == 2
+    assert argv[0] in capsys.readouterr().err

@@ -1,0 +1,117 @@
+"""All figures against trimesh and brute force on other samples; voxels and triangles one by one."""
+
+import numpy as np
+import pytest
+import trimesh
+from mplicits.mesher.evaluate import compare, is_watertight
+from mplicits.mesher.metrics import VOXEL, Surface, angles, shell_iou
+from mplicits.mesher.surface import Mesh
+from numpy.typing import NDArray
+
+SAMPLES = 1500
+BOX = trimesh.creation.box()
+
+
+def mesh(vertices: object, faces: object) -> Mesh:
+    return Mesh(np.asarray(vertices, np.float32), np.asarray(faces, np.int64))
+
+
+def sampled(of: trimesh.Trimesh, to: trimesh.Trimesh) -> tuple[NDArray[np.float64], ...]:
+    """Distance to the surface, squared distance to the nearest of as many samples, angle: of SAMPLES samples each."""
+    points, faces = trimesh.sample.sample_surface(of, SAMPLES, seed=1)
+    others, _ = trimesh.sample.sample_surface(to, SAMPLES, seed=2)
+    _, distance, nearest = trimesh.proximity.closest_point_naive(to, points)  # type: ignore[no-untyped-call]
+    squared = ((points[:, None] - others[None]) ** 2).sum(axis=2).min(axis=1)
+    cosine = np.einsum("ij,ij->i", of.face_normals[faces], to.face_normals[nearest])
+    return np.asarray(distance), squared, np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+
+
+def test_figures_agree_with_an_independent_computation() -> None:
+    """Of two shapes that differ; the samples are others, so the figures differ as much as samplings do."""
+    one = trimesh.creation.icosphere(subdivisions=2, radius=0.9)
+    one.vertices *= (1.0, 0.7, 0.5)
+    other = trimesh.creation.box((1.2, 0.9, 0.6))
+    found = compare(mesh(one.vertices, one.faces), mesh(other.vertices, other.faces), SAMPLES)
+    distance, there, angle = sampled(one, other)
+    missing, back, _ = sampled(other, one)
+    assert found.chamfer == pytest.approx(there.mean() + back.mean(), rel=0.08)
+    assert found.hausdorff == pytest.approx(max(distance.max(), missing.max()), rel=0.05)
+    assert found.distance_mean == pytest.approx(distance.mean(), rel=0.06)
+    assert found.distance_99 == pytest.approx(np.quantile(distance, 0.99), rel=0.06)
+    assert found.missing_mean == pytest.approx(missing.mean(), rel=0.06)
+    assert found.missing_99 == pytest.approx(np.quantile(missing, 0.99), rel=0.06)
+    assert found.normal_angle == pytest.approx(angle.mean(), rel=0.06)
+    assert found.distance_mean != pytest.approx(missing.mean(), rel=0.1)  # the two directions can be told apart
+    assert (found.vertices, found.faces) == (len(one.vertices), len(one.faces))
+
+
+def test_normals_have_a_side() -> None:
+    turned = compare(mesh(BOX.vertices, BOX.faces[:, ::-1]), mesh(BOX.vertices, BOX.faces), 500)
+    assert turned.normal_angle == pytest.approx(180)
+    slight = np.array([[np.cos(1e-3), np.sin(1e-3), 0.0]])
+    assert angles(slight, np.array([[1.0, 0, 0]])) == pytest.approx(np.degrees(1e-3), rel=1e-6)
+
+
+def test_the_floor_depends_on_the_truth_and_the_seed_alone() -> None:
+    truth, ball = mesh(BOX.vertices, BOX.faces), trimesh.creation.icosphere(1)
+    figures = [compare(given, truth, 1000, 3) for given in (truth, mesh(ball.vertices, ball.faces))]
+    assert figures[0].floor == figures[1].floor != compare(truth, truth, 1000, 4).floor
+    assert figures[0].chamfer != figures[1].chamfer
+
+
+def test_samples_are_uniform_in_a_triangle() -> None:
+    corners = np.array([[0.0, 0, 0], [3, 0, 0], [0, 1, 0]])
+    points, _ = Surface(mesh(corners, [[0, 1, 2]])).sample(40_000, np.random.default_rng(0))
+    assert points.mean(axis=0) == pytest.approx(corners.mean(axis=0), abs=0.015)
+    # Of the uniform distribution over a triangle: the corners' deviations d give the covariance d^T d / 12.
+    deviations = corners - corners.mean(axis=0)
+    np.testing.assert_allclose(np.cov(points.T), deviations.T @ deviations / 12, atol=0.015)
+
+
+def test_a_triangle_without_area_is_no_surface() -> None:
+    given = mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [9, 9, 9]], [[3, 3, 3], [0, 1, 2], [0, 3, 0]])
+    surface = Surface(given)
+    distance, face = surface.distance(np.array([[9.0, 9.0, 9.0], [0.2, 0.2, -3.0]]))
+    np.testing.assert_allclose(distance, [np.sqrt(8.5**2 + 8.5**2 + 9**2), 3])
+    assert (surface.normals[face] == (0, 0, 1)).all()
+    points, face = surface.sample(100, np.random.default_rng(0))
+    assert (surface.normals[face] == (0, 0, 1)).all()
+    assert (points[:, 2] == 0).all()
+
+
+def test_shells_are_what_loops_over_all_voxels_count() -> None:
+    one, other = BOX.copy().apply_scale((0.08, 0.06, 0.04)), trimesh.creation.icosphere(2, 0.043)
+    other.apply_translation((-0.013, 0.004, 0.002))  # voxels on both sides of zero
+    a, b = (Surface(mesh(shape.vertices, shape.faces)) for shape in (one, other))
+    axis = (np.arange(-10, 10) + 0.5) * VOXEL
+    centres = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
+    shells = []
+    for shape in (one, other):
+        _, distance, _ = trimesh.proximity.closest_point_naive(shape, centres)  # type: ignore[no-untyped-call]
+        shells.append(np.asarray(distance) <= VOXEL)
+    samples = np.concatenate([surface.sample(20_000, np.random.default_rng(0))[0] for surface in (a, b)])
+    wanted = (shells[0] & shells[1]).sum() / (shells[0] | shells[1]).sum()
+    assert 0.1 < wanted < 0.9
+    assert shell_iou(a, b, samples) == pytest.approx(wanted, abs=1e-3)
+
+
+def test_shells_far_apart_take_no_memory() -> None:
+    near, far = (Surface(mesh(BOX.vertices * 0.02 + shift, BOX.faces)) for shift in (0, 99))
+    samples = np.concatenate([surface.sample(1000, np.random.default_rng(0))[0] for surface in (near, far)])
+    assert shell_iou(near, far, samples) == 0
+    assert shell_iou(far, far, samples) == 1
+
+
+@pytest.mark.parametrize(
+    ("faces", "watertight"),
+    [
+        (BOX.faces, True),
+        (BOX.faces[1:], False),
+        ([*BOX.faces[1:], BOX.faces[0][::-1]], False),
+        ([*BOX.faces, *BOX.faces[:, ::-1]], False),
+        ([*BOX.faces, *(BOX.faces + 8)], True),
+    ],
+    ids=["box", "hole", "one face turned", "four faces at an edge", "two boxes"],
+)
+def test_watertight(faces: object, watertight: bool) -> None:
+    assert is_watertight(np.asarray(faces, np.int64)) == watertight

@@ -1,0 +1,100 @@
+"""Mesh files as they come: every format, loose triangles, damage, another shape's file."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from mplicits import cli
+from mplicits.mesher.evaluate import compare
+from mplicits.mesher.truth import in_model_space, normalisation, read_mesh
+from mplicits.model.errors import UserError
+
+BALL = trimesh.creation.icosphere(subdivisions=3)
+HEAD = (
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n"
+)
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".obj", ".stl", ".glb", ".STL"])
+@pytest.mark.parametrize("size", [1e-7, 1.0, 1e7])
+def test_every_format_and_size_gives_the_same_surface(suffix: str, size: float, tmp_path: Path) -> None:
+    path = tmp_path / f"ball{suffix}"
+    written = trimesh.Trimesh(BALL.vertices * size, BALL.faces, process=False)
+    if suffix == ".obj":  # with decimals enough
+        text = trimesh.exchange.obj.export_obj(written, digits=16)  # type: ignore[no-untyped-call]
+        path.write_text(str(text), encoding="utf-8")
+    else:
+        written.export(path, file_type=suffix[1:].lower())
+    read = read_mesh(path)
+    found = in_model_space(read, *normalisation(read))
+    assert (len(found.vertices), len(found.faces), found.components()[0]) == (642, 1280, 1)
+    figures = compare(found, found, 100)
+    assert figures.watertight
+    assert np.linalg.norm(found.vertices, axis=1) == pytest.approx(1, abs=1e-5)
+
+
+def test_loose_triangles_and_unused_vertices(tmp_path: Path) -> None:
+    """Vertices at one place are one; a triangle that is a point or a line then does not open the surface."""
+    box = trimesh.creation.box()
+    corners = np.concatenate((box.triangles.reshape(-1, 3), [[np.nan, 9, 9]]))
+    faces = [*np.arange(36).reshape(-1, 3), (0, 0, 1), (0, 0, 0)]
+    trimesh.Trimesh(corners, faces, process=False).export(tmp_path / "soup.ply")
+    found = in_model_space(read_mesh(tmp_path / "soup.ply"), (0.0, 0.0, 0.0), 2.0)
+    assert (len(found.vertices), len(found.faces), found.components()[0]) == (8, 12, 1)
+    assert np.abs(found.vertices).max() == 0.25
+    assert compare(found, found, 100).watertight
+
+
+def test_inside_out_is_turned(tmp_path: Path) -> None:
+    trimesh.Trimesh(BALL.vertices, BALL.faces[:, ::-1], process=False).export(tmp_path / "turned.ply")
+    space = (0.0, 0.0, 0.0), 1.0
+    assert (
+        compare(
+            in_model_space(read_mesh(tmp_path / "turned.ply"), *space), in_model_space(BALL, *space), 500
+        ).normal_angle
+        < 1e-3
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("index.ply", HEAD + "3 0 1 7\n", "triangles of vertices that are not in it"),
+        ("negative.ply", HEAD + "3 0 1 -1\n", "triangles of vertices that are not in it"),
+        ("huge.obj", "v 0 0 1e200\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "not finite"),
+        ("infinite.obj", "v 0 0 inf\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "not finite"),
+        ("line.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "zero area"),
+        ("point.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n", "zero area"),
+        ("points.ply", HEAD.replace("face 1", "face 0"), "no triangles"),
+    ],
+)
+def test_damage_is_one_line(name: str, text: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    with pytest.raises(UserError, match=said) as caught:
+        read_mesh(tmp_path / name)
+    assert str(caught.value).startswith(name)
+
+
+@pytest.mark.parametrize(("path", "said"), [("x" * 300, "no such file"), (".", "no such file")])
+def test_no_file(path: str, said: str) -> None:
+    with pytest.raises(UserError, match=said):
+        read_mesh(Path(path))
+
+
+def test_another_shape_s_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A warning where it is near; an error, soon, where it is far."""
+    for name, shift in (("ball", 0.0), ("aside", 0.3), ("away", 500.0)):
+        trimesh.Trimesh(BALL.vertices + shift, BALL.faces, process=False).export(tmp_path / f"{name}.ply")
+    outcomes = {}
+    for name in ("ball", "aside", "away"):
+        argv = ["eval", str(tmp_path / f"{name}.ply"), str(tmp_path / "ball.ply"), "--samples", "500", "--quiet"]
+        outcomes[name] = cli.main(argv), capsys.readouterr().err
+    assert outcomes["ball"] == (0, "")
+    assert outcomes["aside"][0] == 0
+    assert outcomes["aside"][1].startswith("warning: the bounding boxes of the two differ by 0.3 radii")
+    assert outcomes["away"] == (
+        2,
+        "mplicits: the two are not of one shape: one is 501 radii away, by the other's centre and scale\n",
+    )

@@ -1,0 +1,72 @@
+"""Output files appear whole or not at all, and what cannot be written is refused with one line."""
+
+import resource
+from pathlib import Path
+from typing import NoReturn
+
+import pytest
+from mplicits.model.errors import UserError
+from mplicits.model.files import check_writable, show, write_whole
+
+
+def test_an_output_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    for bad in (
+        tmp_path,
+        tmp_path / "no" / "folder",
+        tmp_path / "file" / "m",
+        tmp_path / ("x" * 300),
+        Path("/proc/m"),
+        tmp_path / "a\nb" / "m",
+    ):
+        with pytest.raises(UserError) as caught:
+            write_whole(bad, "text")
+        assert str(caught.value).startswith(f"cannot write {show(bad)}: ")
+        assert str(caught.value).isprintable()
+    for bad in (tmp_path, tmp_path / "no" / "folder"):
+        with pytest.raises(UserError):
+            check_writable(bad)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_full_disk_leaves_what_was_there(tmp_path: Path) -> None:
+    path = tmp_path / "out.txt"
+    path.write_text("before")
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (64, hard))
+        with pytest.raises(UserError, match="cannot write"):
+            write_whole(path, "x" * 1000)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert path.read_text() == "before"
+    assert list(tmp_path.iterdir()) == [path]
+    with pytest.raises(UserError, match="No space left"):
+        write_whole(Path("/dev/full"), "text")
+
+
+def test_ctrl_c_while_writing_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object) -> NoReturn:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("os.replace", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_whole(tmp_path / "m", b"x")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_link_stays_a_link_and_a_device_a_device(tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "folder" / "target")
+    write_whole(tmp_path / "link", "text")
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "folder" / "target").read_text() == "text"
+    write_whole(Path("/dev/null"), "text")
+    assert Path("/dev/null").is_char_device()
+
+
+def test_files_are_as_readable_as_others(tmp_path: Path) -> None:
+    (tmp_path / "plain").write_text("")
+    write_whole(tmp_path / "ours", "\udcff é")
+    assert (tmp_path / "ours").stat().st_mode == (tmp_path / "plain").stat().st_mode
+    assert (tmp_path / "ours").read_text(encoding="utf-8") == "\\udcff é"

@@ -1,0 +1,117 @@
+"""The gallery: models by name where a file is expected, small enough to travel with the package."""
+
+import argparse
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from mplicits import cli
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference.interpret import colour, nested_field
+from mplicits.model import gallery
+from mplicits.model.model import load
+from mplicits.viewer.arguments import camera_from
+from mplicits.viewer.draw.camera import Camera
+
+from support.paths import DATA
+
+FOLDER = gallery.FOLDER
+SIZES = ("-small", "", "-large")
+NAMES = [name + size for name in ("spot", "bob") for size in SIZES]
+MESHES = {"spot": "spot.obj", "bob": "bob_tri.obj"}
+MOST = 1_500_000
+
+
+def test_two_shapes_in_three_sizes() -> None:
+    assert gallery.names() == sorted(NAMES)
+    assert sum(path.stat().st_size for path in FOLDER.iterdir() if path.is_file()) <= MOST
+    for name in ("spot", "bob"):
+        small, middle, large = (load(gallery.model_path(name + size)).parameters() for size in SIZES)
+        assert small < middle < large
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_models_are_textured_and_say_where_they_come_from(name: str) -> None:
+    model = load(gallery.model_path(name))
+    assert model.texture is not None
+    assert model.provenance["source"]["file"] == MESHES[name.partition("-")[0]]
+    assert not model.provenance["interrupted"]
+    text = (FOLDER / "README.md").read_text(encoding="utf-8")
+    assert f"-o model/gallery/{name}.safetensors" in text
+    assert model.provenance["source"]["sha256"] in text
+    assert all(word in text for word in ("Keenan Crane", "CC0"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_models_are_the_meshes_and_their_colours(name: str) -> None:
+    path = DATA / "textured" / MESHES[name.partition("-")[0]]
+    if not path.exists():
+        pytest.skip(f"{path.name} is not in MPLICITS_DATA")
+    mesh: trimesh.Trimesh = trimesh.load_mesh(path, process=False)
+    points, _, colours = trimesh.sample.sample_surface(mesh, 4000, sample_color=True, seed=1)
+    model = load(gallery.model_path(name))
+    at = ((np.asarray(points) - model.centre) / model.scale).astype(np.float32)
+    program = lower(model)
+    value, reached = nested_field(program, at, len(model.levels))
+    small = name.endswith("small")
+    assert (reached == len(model.levels)).mean() > 0.999
+    assert np.abs(value).mean() < (3e-3 if small else 1e-3)
+    error = ((colour(program, at) - np.asarray(colours, float)[:, :3] / 255) ** 2).mean()
+    assert error < (0.02 if small else 0.003)
+
+
+def test_names_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert gallery.model_path("spot") == FOLDER / "spot.safetensors"
+    assert gallery.model_path("nobody") == Path("nobody")
+    assert gallery.model_path("./spot") == Path("spot")
+    Path("spot").mkdir()
+    assert gallery.model_path("spot") == FOLDER / "spot.safetensors", "a folder is no model"
+    Path("spot").rmdir()
+    Path("spot").write_bytes(b"")
+    assert gallery.model_path("spot") == Path("spot"), "a file of one's own is never hidden"
+
+
+@pytest.mark.parametrize("verb", ["info", "bake", "render", "view", "mesh"])
+def test_every_verb_that_takes_a_model_takes_a_name(verb: str) -> None:
+    parser = argparse.ArgumentParser()
+    cli.verbs()[verb].arguments(parser)
+    assert parser.parse_args(["spot"]).model == FOLDER / "spot.safetensors"
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("verb", ["render", "view"])
+def test_a_name_is_looked_at_from_its_front(
+    name: str, verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Spot faces -z, azimuth 180, Bob -x, azimuth 270, as their meshes do."""
+    monkeypatch.chdir(tmp_path)
+    parser = argparse.ArgumentParser()
+    cli.verbs()[verb].arguments(parser)
+
+    def camera(*argv: str) -> Camera:
+        found = camera_from(parser.parse_args(argv))
+        assert isinstance(found, Camera)
+        return found
+
+    seen, size = camera(name), parser.parse_args([name]).size
+    assert 0 < abs(seen.azimuth - (180 if name.startswith("spot") else 270)) <= 60
+    assert seen.distance is None
+    assert camera(name, "--camera", "1,2,3") == Camera(1, 2, 3, aspect=size[0] / size[1])
+    Path(f"{name}.safetensors").write_bytes(b"")
+    for path in (f"{name}.safetensors", f"./{name}.safetensors", f"./{name}"):
+        assert camera(path) == Camera(aspect=size[0] / size[1]), "a file's is as ever"
+
+
+def test_a_name_from_the_command_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["info", "spot", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["texture"]
+    assert cli.main(["bake", "spot-small"]) == 0
+    assert "albedo" in Path("spot-small.glsl").read_text(encoding="utf-8")
+    assert cli.main(["info", "spott"]) == 2
+    assert "no such file" in capsys.readouterr().err

@@ -1,0 +1,100 @@
+"""A model comes back from its file as it was saved, and is checked when it is made."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from mplicits.model.errors import UserError
+from mplicits.model.model import Model, load, save
+
+from support.random_model import random_model
+
+NASTY_NAMES = ['"/*', "</script>", "a\nb", "\r\n#version 100", "*/ }", "\u2028", "\udcff", "\\", "${x}", "é" * 300]
+
+
+def assert_same(a: Model, b: Model) -> None:
+    assert a.sha256() == b.sha256()
+    assert (a.name, a.inputs, a.centre, a.scale, a.provenance) == (b.name, b.inputs, b.centre, b.scale, b.provenance)
+    assert a.tensors().keys() == b.tensors().keys()
+    for key, tensor in a.tensors().items():
+        np.testing.assert_array_equal(tensor, b.tensors()[key])
+    for one, other in zip(a.levels, b.levels, strict=True):
+        assert (one.delta, one.iterations, one.lipschitz) == (other.delta, other.iterations, other.lipschitz)
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        random_model((8, 0)),
+        random_model((8, 1), (12, 2), (16, 2), texture=(8, 1)),
+        random_model((8, 1), inputs="xyzt"),
+        dataclasses.replace(random_model((8, 1)), centre=(1, -2.5, 3e-9), scale=17, provenance={"a": [None, "é"]}),
+    ],
+    ids=["one", "three-textured", "xyzt", "placed"],
+)
+def test_what_is_saved_comes_back(model: Model, tmp_path: Path) -> None:
+    save(model, tmp_path / "m.safetensors")
+    assert_same(load(tmp_path / "m.safetensors"), model)
+
+
+@pytest.mark.parametrize("name", NASTY_NAMES)
+def test_any_name_is_kept(name: str, tmp_path: Path) -> None:
+    save(random_model((8, 1), name=name), tmp_path / "m.safetensors")
+    assert load(tmp_path / "m.safetensors").name == name
+
+
+def test_the_hash_is_of_what_a_renderer_sees() -> None:
+    model = random_model((8, 1), (12, 1), texture=(8, 1))
+    same = dataclasses.replace(model, name="other", provenance={"a": 1}, scale=3.0, centre=(1.0, 0.0, 0.0))
+    assert same.sha256() == model.sha256()
+    finer = dataclasses.replace(model.levels[1], delta=0.25)
+    assert dataclasses.replace(model, levels=(model.levels[0], finer)).sha256() != model.sha256()
+    assert dataclasses.replace(model, texture=None).sha256() != model.sha256()
+    assert random_model((8, 1), (12, 1), texture=(8, 1), seed=1).sha256() != model.sha256()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"delta": float("nan")},
+        {"delta": 0.0},
+        {"iterations": 0},
+        {"iterations": True},
+        {"lipschitz": -1.0},
+        {"network": ()},
+        {"network": random_model((8, 1)).levels[0].network[:2]},
+    ],
+)
+def test_a_level_is_checked_when_a_model_is_made(change: dict[str, Any]) -> None:
+    model = random_model((8, 1))
+    with pytest.raises(UserError):
+        dataclasses.replace(model, levels=(dataclasses.replace(model.levels[0], **change),))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"name": ""},
+        {"levels": ()},
+        {"scale": 0.0},
+        {"centre": (0.0, 0.0)},
+        {"inputs": "xy"},
+        {"inputs": "xyzt"},
+        {"provenance": {"loss": float("nan")}},
+        {"provenance": {"path": Path()}},
+    ],
+)
+def test_a_model_is_checked_when_it_is_made(change: dict[str, Any]) -> None:
+    with pytest.raises(UserError):
+        dataclasses.replace(random_model((8, 1)), **change)
+
+
+def test_the_same_model_is_the_same_bytes(tmp_path: Path) -> None:
+    model = random_model((4, 0), (8, 0), texture=(4, 0))
+    written = []
+    for number in range(8):
+        save(model, tmp_path / f"{number}.safetensors")
+        written.append((tmp_path / f"{number}.safetensors").read_bytes())
+    assert len(set(written)) == 1

@@ -1,0 +1,103 @@
+"""Chromium as a person uses it: WebGL2 on the CPU, files only, and no word on the console."""
+
+import io
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+DRIVERS = {"SwiftShader": "swiftshader", "llvmpipe": "gl-egl"}
+"""Software GL -> ANGLE's name of the back end that reaches it."""
+PATIENCE = 300_000
+"""Milliseconds that a picture may take."""
+
+
+@contextmanager
+def chromium(driver: str = "SwiftShader") -> Iterator["Browser"]:
+    """Debian's Chromium, headless, over one of DRIVERS; skips where it or Playwright is missing."""
+    sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed (pip: playwright)")
+    path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if path is None:
+        pytest.skip("Chromium is not installed (Debian: chromium)")
+    with sync_api.sync_playwright() as playwright:
+        flags = ["--use-gl=angle", f"--use-angle={DRIVERS[driver]}"]
+        flags += ["--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+        environment = {**os.environ, "EGL_PLATFORM": "surfaceless"}
+        browser = playwright.chromium.launch(executable_path=path, args=flags, env=environment)
+        yield browser
+        browser.close()
+
+
+@dataclass
+class Visit:
+    """A page that was opened; `said` is what it wrote on the console, uncaught errors included."""
+
+    page: "Page"
+    said: list[str] = field(default_factory=list)
+
+    def until(self, condition: str) -> None:
+        """Waits until the JavaScript expression is true. A function: the page's policy forbids eval()."""
+        self.page.wait_for_function(f"() => {condition}", timeout=PATIENCE)
+
+    def still(self) -> None:
+        """Waits until the picture is refined."""
+        self.until("document.documentElement.dataset.state === 'still'")
+
+    def root(self, key: str) -> str | None:
+        """What the page says of itself: state, storage, error, tone."""
+        found = self.page.evaluate("key => document.documentElement.dataset[key] ?? null", key)
+        assert found is None or isinstance(found, str)
+        return found
+
+    def message(self) -> str:
+        """The message that is shown, or nothing."""
+        return self.page.inner_text("#message p") if self.page.is_visible("#message") else ""
+
+    def saved(self) -> NDArray[np.uint8]:
+        """The picture as "Save PNG" gives it, (H, W, 3)."""
+        with self.page.expect_download(timeout=PATIENCE) as download:
+            self.page.keyboard.press("s")
+        return np.asarray(Image.open(io.BytesIO(Path(download.value.path()).read_bytes())).convert("RGB"))
+
+    def camera(self) -> dict[str, str]:
+        """What the URL says of the camera."""
+        pairs = self.page.evaluate("() => location.hash.slice(1)").split("&")
+        return dict(pair.split("=") for pair in pairs if pair)
+
+
+@contextmanager
+def visit(
+    browser: "Browser",
+    path: Path,
+    size: tuple[int, int] = (640, 640),
+    share: float = 0.2,
+    script: str = "",
+    hash_: str = "",
+    **options: Any,
+) -> Iterator[Visit]:
+    """Opens the file `path` without a network, in a window of `size`, drawing `share` pixels per CSS pixel and axis.
+
+    script: runs before the page's own.
+    """
+    window: dict[str, Any] = {"viewport": {"width": size[0], "height": size[1]}, "color_scheme": "dark"}
+    context = browser.new_context(offline=True, device_scale_factor=share, **window | options)
+    page = context.new_page()
+    visited = Visit(page)
+    page.on("console", lambda message: visited.said.append(message.text))
+    page.on("pageerror", lambda error: visited.said.append(str(error)))
+    if script:
+        page.add_init_script(script)
+    page.goto(path.absolute().as_uri() + hash_)
+    yield visited
+    context.close()

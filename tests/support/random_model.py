@@ -1,0 +1,34 @@
+"""Small random models for tests: SIREN-like weights, no training."""
+
+import itertools
+
+import numpy as np
+from mplicits.model.model import Layer, Level, Model, Network
+
+
+def random_network(width: int, depth: int, rng: np.random.Generator, outputs: int = 1, inputs: int = 3) -> Network:
+    """(width, depth) in the paper's notation, SIREN initialisation with omega_0 = 10 folded in."""
+    sizes = [inputs, *[width] * (depth + 1), outputs]
+    layers = []
+    for j, (columns, rows) in enumerate(itertools.pairwise(sizes)):
+        bound = 10 / columns if j == 0 else np.sqrt(6 / columns)
+        weight = rng.uniform(-bound, bound, (rows, columns)).astype(np.float32)
+        layers.append(Layer(weight, rng.uniform(-1, 1, rows).astype(np.float32)))
+    return tuple(layers)
+
+
+def random_model(
+    *shapes: tuple[int, int],
+    texture: tuple[int, int] | None = None,
+    name: str = "random",
+    seed: int = 0,
+    inputs: str = "xyz",
+) -> Model:
+    """One level per shape (width, depth), bands wide enough that every level is reached somewhere."""
+    rng = np.random.default_rng(seed)
+    levels = [
+        Level(random_network(*shape, rng, inputs=len(inputs)), delta=1.0 / i, iterations=20 if i == 1 else 5)
+        for i, shape in enumerate(shapes, start=1)
+    ]
+    colours = None if texture is None else random_network(*texture, rng, outputs=3, inputs=len(inputs))
+    return Model(name, tuple(levels), colours, inputs=inputs)

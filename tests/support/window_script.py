@@ -1,0 +1,78 @@
+"""A script that drives a real window under Xvfb, in a process of its own, and reports as JSON."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+START = """
+import json, subprocess, sys, threading, time
+from pathlib import Path
+import glfw
+import numpy as np
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.window.window import Window
+
+window = Window(Path("m.safetensors"), Camera(), RenderOptions(samples=2), SIZE, watch=WATCH)
+desk, view, handle = window.desk, window.desk.view, window.handle
+report = {}
+
+def screen():
+    window.paint(swap=False)
+    width, height = glfw.get_framebuffer_size(handle)
+    with window.context as gl:
+        data = gl.screen.read(viewport=(0, 0, width, height), components=3)
+    return np.frombuffer(data, np.uint8).reshape(height, width, 3)[::-1] / 255.0
+
+def settle(seconds=40.0):
+    end = time.perf_counter() + seconds
+    while time.perf_counter() < end:
+        window.step()
+        glfw.poll_events()
+        if desk.resting and not (window.gui and window.gui.restless):
+            return
+        time.sleep(0.002)
+    raise SystemExit("it never comes to rest")
+
+def difference():
+    "Between the window's picture and what render draws, at every channel, at most."
+    x, y, width, height = window.area
+    wanted = desk.renderer.render((width, height), view.camera, view.options)[..., :3]
+    return float(np.abs(screen()[:, x:] - wanted).max())
+
+def user(*actions):
+    "Does something every 0.25 s beside the loop, then closes the window."
+    def run():
+        for action in (*actions, lambda: glfw.set_window_should_close(handle, True)):
+            time.sleep(0.25)
+            action()
+            glfw.post_empty_event()
+    threading.Thread(target=run, daemon=True).start()
+    window.loop()
+    glfw.set_window_should_close(handle, False)
+"""
+END = """
+window.close()
+print(json.dumps(report))
+"""
+
+
+def run(
+    script: str, size: tuple[int, int], folder: Path, environment: dict[str, str], watch: bool = False
+) -> dict[str, Any]:
+    """What the script reports."""
+    text = START.replace("SIZE", repr(size)).replace("WATCH", repr(watch)) + script + END
+    done = subprocess.run(
+        [sys.executable, "-c", text],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr + done.stdout
+    report: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    return report

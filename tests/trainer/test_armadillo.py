@@ -1,0 +1,54 @@
+"""The quality that the project promises, on the full-resolution Armadillo."""
+
+import time
+
+import numpy as np
+import pytest
+from mplicits.model.model import Model, load
+from mplicits.trainer import machine, settings
+from mplicits.trainer.session import run
+from mplicits.trainer.shapes.load import load_shape
+from mplicits.viewer.draw.context import Context
+
+from support.dense_views import compare
+from support.paths import DATA
+
+ARMADILLO = DATA / "meshes" / "armadillo.ply"
+needs_data = pytest.mark.skipif(not ARMADILLO.is_file(), reason=f"{ARMADILLO} is not there (MPLICITS_DATA)")
+
+
+@needs_data
+def test_armadillo_loads_clean() -> None:
+    shape, warnings = load_shape(str(ARMADILLO))
+    assert not warnings
+    assert len(shape.inputs()) == 172_974
+    assert np.linalg.norm(shape.inputs(), axis=1).max() == pytest.approx(1)
+    assert np.ptp(shape.inputs(), axis=0) * shape.scale == pytest.approx((127, 151.32, 115.42), abs=0.1)
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> Model:
+    """Two levels, in about 90 s on two cores; the promise allows 150. Steps, so that the weights are the same again."""
+    path = tmp_path_factory.mktemp("armadillo") / "m.safetensors"
+    sizes = settings.networks("64x1,64x2")
+    chosen = settings.Settings(sizes, settings.omegas(None, sizes), settings.steps("3000,9000", 2))
+    run(str(ARMADILLO), path, chosen, image=None, resume=False, quiet=True, began=time.perf_counter())
+    return load(path)
+
+
+@needs_data
+@pytest.mark.slow
+def test_two_levels_reach_the_promised_quality(model: Model) -> None:
+    """Mean |f| <= 5e-4 and a mean normal angle <= 8 degrees on held-out points, in 13,122 parameters."""
+    assert model.parameters() == 13_122
+    assert model.provenance["levels"][1]["mean_f"] <= 5e-4
+    assert model.provenance["levels"][1]["angle"] <= 8
+    assert machine.products_are_exact()
+
+
+@needs_data
+@pytest.mark.slow
+def test_no_holes_on_ten_views(model: Model, osmesa: Context) -> None:
+    found = compare(model, osmesa, 96)
+    assert found.holes <= 1e-4 * len(found.apart), "none where this was written; other arithmetic may lose a sliver"
+    assert found.extra <= 0.002 * found.outline

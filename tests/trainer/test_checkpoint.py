@@ -1,0 +1,120 @@
+"""Checkpoints as the authors' release writes them: the field comes back, bands hold the surface, bad files are told."""
+
+from collections import OrderedDict
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mplicits import cli
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference import interpret
+from mplicits.model.model import Model, Network, load
+
+from support.fitted_model import fitted_model
+
+torch = pytest.importorskip("torch", reason="PyTorch is not installed (extra train)")
+
+MODEL = fitted_model((24, 48))
+
+
+def write(network: Network, path: Path, omega: float = 1.0, prefix: str = "net") -> Path:
+    """omega: left out of all layers but the last, as in *_with_w0.pth."""
+    state = OrderedDict()
+    for i, layer in enumerate(network):
+        factor = 1.0 if i == len(network) - 1 else omega
+        state[f"{prefix}.{i}.0.weight"] = torch.from_numpy(layer.weight / np.float32(factor))
+        state[f"{prefix}.{i}.0.bias"] = torch.from_numpy(layer.bias / np.float32(factor))
+    torch.save(state, path)
+    return path
+
+
+def imported(tmp_path: Path, *argv: str) -> Model:
+    output = tmp_path / "m.safetensors"
+    assert cli.main(["import", *argv, "-o", str(output)]) == 0
+    return load(output)
+
+
+@pytest.mark.parametrize(
+    ("omegas", "names"),
+    [
+        ((1.0, 1.0), ("best", "weights")),
+        ((30.0, 60.0), ("a_with_w0", "b_with_w0")),
+    ],
+)
+def test_the_field_comes_back_and_the_bands_hold_the_surface(
+    tmp_path: Path, omegas: tuple[float, float], names: tuple[str, str]
+) -> None:
+    paths = [
+        write(each.network, tmp_path / f"{name}.pth", omega, prefix)
+        for each, name, omega, prefix in zip(MODEL.levels, names, omegas, ("net", "net.net"), strict=True)
+    ]
+    more = [] if omegas == (1.0, 1.0) else ["--omega", "30,60"]
+    model = imported(tmp_path, *map(str, paths), *more)
+    points = np.random.default_rng(1).normal(size=(500, 3)).astype(np.float32) * 0.4
+    for last in (1, 2):
+        np.testing.assert_allclose(
+            interpret.field(lower(model), points, last), interpret.field(lower(MODEL), points, last), atol=2e-6
+        )
+    program = lower(model)
+    rays = np.random.default_rng(2).normal(size=(2000, 3))
+    rays /= np.linalg.norm(rays, axis=1)[:, None]
+    low, high = np.full(2000, 0.4), np.full(2000, 1.0)
+    for _ in range(30):  # bisection, not the importer's Newton steps
+        middle = (low + high) / 2
+        inside = interpret.field(program, (rays * middle[:, None]).astype(np.float32), 2) < 0
+        low, high = np.where(inside, middle, low), np.where(inside, high, middle)
+    surface = (rays * low[:, None]).astype(np.float32)
+    most = np.abs(interpret.field(program, surface, 1)).max()
+    assert most < model.levels[0].delta < 1.6 * most
+    for number, level in enumerate(model.levels, start=1):
+        gradient, _ = interpret.field_gradient(program, surface, number)
+        assert np.linalg.norm(gradient, axis=1).max() <= level.lipschitz * 1.001
+    assert model.provenance["checkpoints"][0]["file"] == paths[0].name
+
+
+def test_with_the_shape_its_space_and_its_points_count(tmp_path: Path) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=3.0)
+    ball.apply_translation((1.0, 2.0, 3.0))
+    ball.export(tmp_path / "ball.ply")
+    path = write(MODEL.levels[0].network, tmp_path / "best.pth")
+    model = imported(tmp_path, str(path), "--shape", str(tmp_path / "ball.ply"))
+    assert model.scale == pytest.approx(3.0)
+    np.testing.assert_allclose(model.centre, (1.0, 2.0, 3.0), atol=1e-5)
+    vertices = ((ball.vertices - (1.0, 2.0, 3.0)) / 3.0).astype(np.float32)
+    wanted = 1.3 * np.abs(interpret.field(lower(model), vertices, 1)).max()
+    assert model.levels[0].delta == pytest.approx(wanted, rel=1e-4)
+
+
+def test_bad_files_are_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    good = str(write(MODEL.levels[0].network, tmp_path / "good.pth"))
+    (tmp_path / "noise.pth").write_bytes(b"\0" * 100)
+    torch.save({"net.0.0.weight": torch.zeros(4, 3)}, tmp_path / "half.pth")
+    torch.save({"model": torch.zeros(4, 3)}, tmp_path / "other.pth")
+    torch.save(
+        {
+            f"net.{i}.0.{kind}": torch.zeros((4, 4) if kind == "weight" else 4)
+            for i in (0, 1)
+            for kind in ("weight", "bias")
+        },
+        tmp_path / "wide.pth",
+    )
+    torch.save({"run": Path("x")}, tmp_path / "code.pth")
+    lacking = str(write(MODEL.levels[0].network, tmp_path / "best_with_w0.pth"))
+    cases = {
+        "no such file": [str(tmp_path / "none.pth")],
+        "noise.pth: not a checkpoint": [str(tmp_path / "noise.pth")],
+        "half.pth: no layers": [str(tmp_path / "half.pth")],
+        "other.pth: model": [str(tmp_path / "other.pth")],
+        "wide.pth: ": [str(tmp_path / "wide.pth")],
+        "code.pth: not a checkpoint": [str(tmp_path / "code.pth")],
+        "--omega": [lacking],
+        "--omega: 1 of 2": [good, good, "--omega", "30"],
+        "level 1 has no surface": [good, "--omega", "1e-6"],
+    }
+    for reason, argv in cases.items():
+        assert cli.main(["import", *argv, "-o", str(tmp_path / "m.safetensors")]) == 2, reason
+        error = capsys.readouterr().err
+        assert reason in error
+        assert len(error.splitlines()) == 1
+        assert not (tmp_path / "m.safetensors").exists()

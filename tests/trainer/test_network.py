@@ -1,0 +1,162 @@
+"""The hand-written adjoint against torch.autograd, and the exported network against torch."""
+
+import numpy as np
+import pytest
+import torch
+from mplicits.model.model import Network
+from mplicits.trainer import machine, texture
+from mplicits.trainer.level import level_loss
+from mplicits.trainer.networks import losses
+from mplicits.trainer.networks.network import (
+    add_derivative,
+    add_derivative_along,
+    adjoint_pass,
+    from_model,
+    initial,
+    to_model,
+    value,
+    value_along,
+    value_and_gradient,
+)
+from mplicits.trainer.pools import Pool
+from mplicits.trainer.settings import LossWeights
+from torch import Tensor
+
+SIZES = [(16, 0), (16, 1), (8, 2), (24, 3)]
+
+
+def network(size: tuple[int, int], outputs: int = 1, omega: float = 5.0) -> list[Tensor]:
+    weights = initial(size, omega, outputs, torch.Generator().manual_seed(3))
+    return [w.double().requires_grad_() for w in weights]
+
+
+def points(count: int = 40) -> Tensor:
+    return torch.rand(count, 3, generator=torch.Generator().manual_seed(4), dtype=torch.double) * 2 - 1
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_adjoint_is_autograd(size: tuple[int, int]) -> None:
+    weights, x = network(size), points()
+    f, gradient = value_and_gradient(weights, x)
+    x.requires_grad_()
+    expected = value(weights, x)[:, 0]
+    (slope,) = torch.autograd.grad(expected.sum(), x)
+    torch.testing.assert_close(f, expected, rtol=0, atol=1e-12)
+    torch.testing.assert_close(gradient, slope, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_weights_derivative_is_autograd(size: tuple[int, int]) -> None:
+    weights, x = network(size), points()
+
+    d_f, d_gradient = x[:, 0] ** 2, x.flip(1)
+    for weight in weights:
+        weight.grad = torch.zeros_like(weight)
+    add_derivative(weights, adjoint_pass(weights, x), d_f, d_gradient)
+    at = x.clone().requires_grad_()
+    f = value(weights, at)[:, 0]
+    (gradient,) = torch.autograd.grad(f.sum(), at, create_graph=True)
+    for weight, expected in zip(weights, torch.autograd.grad((f, gradient), weights, (d_f, d_gradient)), strict=True):
+        torch.testing.assert_close(weight.grad, expected, rtol=1e-10, atol=1e-12)
+
+
+def test_losses_derivatives_are_autograd() -> None:
+    gradient = (points() + 0.1).requires_grad_()
+    f = points(41)[:40, 0].clone().requires_grad_()
+    distance = torch.where(torch.arange(40) % 5 == 0, torch.nan, points()[:, 1])
+    normals = torch.nn.functional.normalize(points().flip(0), dim=1)
+    for at, (loss, slope) in (
+        (f, losses.value(f, distance)),
+        (gradient, losses.normal(gradient, normals)),
+        (gradient, losses.eikonal(gradient)),
+    ):
+        torch.testing.assert_close(slope, torch.autograd.grad(loss, at)[0], rtol=1e-10, atol=1e-12)
+
+
+def test_level_loss_is_equation_4() -> None:
+    f, gradient = points()[:, 0].clone().requires_grad_(), (points(40) + 0.2).requires_grad_()
+    normals, distance = torch.nn.functional.normalize(points(20), dim=1), points()[:, 2]
+    here, there = (Pool(points(20), part, normals, f, gradient) for part in (distance[:20], distance[20:]))
+    weight = LossWeights(value=5, normal=3, eikonal=2, distance=7)
+    loss, d_f, d_gradient = level_loss(f, gradient, here, there, weight)
+    squares = (f - distance).square()
+    cosine = torch.nn.functional.cosine_similarity(gradient[:20], normals, dim=1)
+    eikonal = (gradient.norm(dim=1) - 1).square().mean()
+    expected = 5 * squares[:20].mean() + 7 * squares[20:].mean() + 3 * (1 - cosine).mean() + 2 * eikonal
+    torch.testing.assert_close(loss, expected)
+    for found, slope in zip((d_f, d_gradient), torch.autograd.grad(expected, (f, gradient)), strict=True):
+        torch.testing.assert_close(found, slope)
+
+
+def test_float32_adjoint_is_autograd_to_1e_5() -> None:
+    weights = initial((64, 2), 60.0, 1, torch.Generator().manual_seed(0))
+    x = points(500).float().requires_grad_()
+    (slope,) = torch.autograd.grad(value(weights, x).sum(), x)
+    gradient = value_and_gradient(weights, x.detach())[1]
+    assert float((gradient - slope).abs().max() / slope.abs().max()) < 1e-5
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_value_along_and_its_derivative_are_autograd(size: tuple[int, int]) -> None:
+    weights, x = network(size, outputs=3), points()
+    directions = points(40).flip(0)
+    found = value_along(weights, x, directions)
+    expected, slope, *_ = torch.func.jvp(lambda at: value(weights, at), (x,), (directions,))
+    torch.testing.assert_close(found.value, expected, rtol=0, atol=1e-12)
+    torch.testing.assert_close(found.along, slope, rtol=0, atol=1e-12)
+
+    d_value, d_along = x**2, x.flip(1)
+    for weight in weights:
+        weight.grad = torch.zeros_like(weight)
+    add_derivative_along(weights, found, d_value, d_along)
+    at = x.clone().requires_grad_()
+    colours = value(weights, at)
+    # <grad g, direction> of each output, by one reverse pass each that is kept for the second derivative.
+    rows = [torch.autograd.grad(colours[:, k].sum(), at, create_graph=True)[0] for k in range(3)]
+    along = torch.stack([(row * directions).sum(1) for row in rows], dim=1)
+    slopes = torch.autograd.grad((colours, along), weights, (d_value, d_along))
+    for weight, expected_slope in zip(weights, slopes, strict=True):
+        torch.testing.assert_close(weight.grad, expected_slope, rtol=1e-10, atol=1e-12)
+
+
+def test_texture_loss_and_its_derivatives_are_autograd() -> None:
+    colours, along = points().requires_grad_(), (points(40) + 0.2).requires_grad_()
+    truth = points(15).abs()
+    loss, d_value, d_along = texture.texture_loss(colours, along, truth)
+    expected = (colours[:15] - truth).square().sum(1).mean() + texture.SMOOTHNESS * along.square().sum(1).mean()
+    torch.testing.assert_close(loss, expected)
+    for found, slope in zip((d_value, d_along), torch.autograd.grad(expected, (colours, along)), strict=True):
+        torch.testing.assert_close(found, slope)
+
+
+def forward(exported: Network, x: np.ndarray) -> np.ndarray:
+    for layer in exported[:-1]:
+        x = np.sin(x @ layer.weight.T + layer.bias)
+    return x @ exported[-1].weight.T + exported[-1].bias
+
+
+def test_exported_network_is_the_torch_network() -> None:
+    weights = initial((64, 2), 60.0, 1, torch.Generator().manual_seed(0))
+    x = points(1000).float()
+    assert np.abs(forward(to_model(weights), x.numpy()) - value(weights, x).numpy()).max() < 1e-5
+    for found, expected in zip(from_model(to_model(weights)), weights, strict=True):
+        assert torch.equal(found, expected)
+
+
+def test_residual_begins_near_zero() -> None:
+    first, residual = (initial((64, 2), 60.0, 1, torch.Generator().manual_seed(0), last) for last in (1.0, 0.1))
+    x = points(1000).float()
+    assert float(value(residual, x).abs().max()) < 0.11 * float(value(first, x).abs().max())
+
+
+def test_products_keep_float32(monkeypatch: pytest.MonkeyPatch) -> None:
+    before, threads = torch.get_float32_matmul_precision(), torch.get_num_threads()
+    try:
+        machine.prepare(torch.device("cpu"))
+        assert machine.products_are_exact()
+        monkeypatch.setattr(machine, "products_are_exact", lambda: False)
+        machine.prepare(torch.device("cpu"))
+        assert torch.get_float32_matmul_precision() == "highest"
+    finally:
+        torch.set_float32_matmul_precision(before)
+        torch.set_num_threads(threads)

@@ -1,0 +1,106 @@
+"""Training that does not go straight on: Ctrl-C, resuming, collapse."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import torch
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference import interpret
+from mplicits.model.errors import UserError
+from mplicits.model.model import Model
+from mplicits.trainer import level, machine, pools
+from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.shapes.shape import Shape
+from mplicits.trainer.train import Training
+
+from support.ball_training import SMALL, Log, load_ball, train
+
+
+@pytest.fixture(scope="module", autouse=True)
+def prepared() -> None:
+    machine.prepare(torch.device("cpu"))
+
+
+@pytest.fixture(scope="module")
+def ball(tmp_path_factory: pytest.TempPathFactory) -> Shape:
+    return load_ball(tmp_path_factory.mktemp("ball"))
+
+
+@pytest.fixture(scope="module")
+def model(ball: Shape) -> Model:
+    return train(ball)
+
+
+@pytest.fixture(scope="module")
+def first(ball: Shape) -> Model:
+    """Level 1 alone."""
+    return train(ball, dataclasses.replace(SMALL, networks=SMALL.networks[:1], omegas=SMALL.omegas[:1]))
+
+
+@pytest.mark.parametrize(("stage", "levels"), [("level 1", 1), ("level 2", 2)])
+def test_ctrl_c_keeps_what_is_trained_and_resume_ends_it(ball: Shape, model: Model, stage: str, levels: int) -> None:
+    training = Training(ball, SMALL, Log(stage, 0.5))
+    stopped = training.run()
+    assert training.interrupted
+    assert stopped.provenance["interrupted"]
+    assert len(stopped.levels) == levels
+    assert stopped.provenance["levels"][-1]["fraction"] == pytest.approx(0.5, abs=0.1)
+    on_surface = interpret.field(lower(stopped), ball.inputs().astype(np.float32), levels)
+    assert np.abs(on_surface).max() < stopped.levels[-1].delta
+    log = Log()
+    resumed = train(ball, log=log, resume=stopped)
+    assert log.stages[0].startswith(stage)
+    assert len(resumed.levels) == 2
+    assert not resumed.provenance["interrupted"]
+    assert resumed.provenance["levels"][-1]["fraction"] == 1
+    assert resumed.provenance["levels"][1]["mean_f"] < 2 * model.provenance["levels"][1]["mean_f"]
+
+
+def test_ctrl_c_before_the_first_step_is_passed_on(ball: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
+    def press(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(pools.Sampler, "surface", press)
+    with pytest.raises(KeyboardInterrupt):
+        train(ball)
+
+
+def test_resume_adds_missing_levels_alone(ball: Shape, model: Model) -> None:
+    three = dataclasses.replace(SMALL, networks=(*SMALL.networks, (16, 0)), omegas=(8.0, 16.0, 24.0), steps=(50,) * 4)
+    log = Log()
+    longer = train(ball, three, log, model)
+    assert [stage[:7] for stage in log.stages] == ["level 3"]
+    for old, new in zip(model.levels, longer.levels, strict=False):
+        assert all((a.weight == b.weight).all() for a, b in zip(old.network, new.network, strict=True))
+    assert longer.provenance["seconds"] > model.provenance["seconds"]
+
+
+def test_resume_refuses_another_shape_or_other_levels(ball: Shape, model: Model) -> None:
+    with pytest.raises(UserError, match="another shape"):
+        train(load_shape("demo")[0], resume=model)
+    with pytest.raises(UserError, match="16x1,16x1"):
+        train(ball, dataclasses.replace(SMALL, networks=((16, 2), (16, 1))), resume=model)
+    with pytest.raises(UserError, match="does not say"):
+        train(ball, resume=dataclasses.replace(model, provenance={}))
+
+
+def test_a_collapsed_residual_is_restarted(ball: Shape, first: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A rate a hundred times too high drives the residual to nothing good; the log says so and a lower one helps."""
+    monkeypatch.setattr(level, "RATE", 100 * level.RATE)
+    log = Log()
+    found = train(ball, dataclasses.replace(SMALL, steps=(150, 300, 60)), log, first)
+    assert any("restarted with rate" in line for line in log.lines)
+    second = found.provenance["levels"][1]
+    assert second["restarts"] == len([line for line in log.lines if "restarted" in line])
+    assert second["rate"] < level.RATE
+    assert second["mean_f"] < found.provenance["levels"][0]["mean_f"]
+
+
+def test_a_residual_that_never_helps_ends_as_zero(ball: Shape, first: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(level, "RATE", 1e6)
+    log = Log()
+    found = train(ball, dataclasses.replace(SMALL, steps=(60, 100, 60)), log, first)
+    assert any("adds nothing" in line for line in log.lines)
+    assert not found.levels[1].network[-1].weight.any()
+    assert found.provenance["levels"][1]["mean_f"] == found.provenance["levels"][0]["mean_f"]

@@ -1,0 +1,200 @@
+"""Meshes and clouds from files: formats, normalisation, distances, and every input that is refused."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from mplicits.model.errors import UserError
+from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.shapes.shape import Doubles, Shape, unit
+
+CENTRE = np.array((3.0, -2.0, 5.0))
+
+
+def ball(subdivisions: int = 4) -> trimesh.Trimesh:
+    mesh: trimesh.Trimesh = trimesh.creation.icosphere(subdivisions=subdivisions, radius=2.0)
+    mesh.apply_translation(CENTRE)
+    return mesh
+
+
+def on_ball(count: int = 4000) -> tuple[Doubles, Doubles]:
+    normals = unit(np.random.default_rng(0).normal(size=(count, 3)))
+    return CENTRE + 2 * normals, normals
+
+
+def check_is_ball(shape: Shape, tolerance: float = 3e-3) -> None:
+    np.testing.assert_allclose(shape.centre, CENTRE, atol=2 * tolerance)
+    assert shape.scale == pytest.approx(2.0, rel=tolerance)
+    points = np.random.default_rng(1).uniform(-1, 1, (2000, 3))
+    exact = np.linalg.norm(points, axis=1) - 1
+    error = np.abs(shape.distance(points) - exact)
+    assert error[np.abs(exact) > 0.1].max() < 5 * tolerance
+    np.testing.assert_array_equal(shape.clearance(points), np.abs(shape.distance(points)))
+    surface = shape.surface(500, np.random.default_rng(2))
+    assert np.abs(np.linalg.norm(surface.points, axis=1) - 1).max() < tolerance
+    assert np.einsum("ij,ij->i", surface.points, surface.normals).min() > 0.99
+    assert (np.linalg.norm(shape.inputs(), axis=1) < 1 + 1e-6).all()
+
+
+@pytest.mark.parametrize("ending", ["ply", "obj", "stl", "glb", "PLY"])
+def test_mesh_formats(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"ball.{ending}"
+    ball().export(path, file_type=ending.lower())
+    shape, warnings = load_shape(str(path))
+    assert not warnings
+    check_is_ball(shape)
+    assert shape.name == path.name
+    assert shape.source["file"] == path.name
+    assert len(shape.source["sha256"]) == 64
+
+
+def write_cloud(path: Path, points: Doubles, normals: Doubles, colours: Doubles | None = None) -> None:
+    columns = [points, normals] if colours is None else [points, normals, colours * 255]
+    if path.suffix == ".npz":
+        arrays: dict[str, Any] = {"points": points, "normals": normals}
+        np.savez(path, **(arrays if colours is None else arrays | {"colours": colours}))
+    elif path.suffix == ".xyz":
+        np.savetxt(path, np.concatenate(columns, axis=1))
+    else:
+        names = ("x", "y", "z", "nx", "ny", "nz")
+        kinds = [f"property float {name}" for name in names]
+        kinds += [] if colours is None else [f"property uchar {name}" for name in ("red", "green", "blue")]
+        header = ["ply", "format ascii 1.0", f"element vertex {len(points)}", *kinds, "end_header"]
+        rows = [" ".join(f"{x:.9g}" for x in (*p, *n)) for p, n in zip(points, normals, strict=True)]
+        if colours is not None:
+            rows = [f"{row} {' '.join(str(int(x)) for x in c * 255)}" for row, c in zip(rows, colours, strict=True)]
+        path.write_text("\n".join([*header, *rows, ""]))
+
+
+@pytest.mark.parametrize("ending", ["ply", "xyz", "npz"])
+@pytest.mark.parametrize("coloured", [False, True])
+def test_cloud_formats(tmp_path: Path, ending: str, coloured: bool) -> None:
+    points, normals = on_ball()
+    path = tmp_path / f"ball.{ending}"
+    write_cloud(path, points, normals, np.tile((1.0, 0.0, 1.0), (len(points), 1)) if coloured else None)
+    shape, _ = load_shape(str(path))
+    check_is_ball(shape, tolerance=2e-2)
+    assert 0 < shape.resolution < 0.3
+    assert shape.coloured == coloured
+    if coloured:
+        found = shape.surface(10, np.random.default_rng(0)).colours
+        assert found is not None
+        np.testing.assert_allclose(found, [(1, 0, 1)] * 10)
+
+
+def test_held_out_points_of_a_cloud_are_not_trained_on(tmp_path: Path) -> None:
+    points, normals = on_ball()
+    write_cloud(tmp_path / "ball.npz", points, normals)
+    shape, _ = load_shape(str(tmp_path / "ball.npz"))
+    kept = {tuple(p) for p in shape.surface(4000, np.random.default_rng(0)).points}
+    held = {tuple(p) for p in shape.surface(4000, np.random.default_rng(0), held_out=True).points}
+    assert len(kept) == 3800
+    assert len(held) == 200
+    assert not kept & held
+
+
+def test_vertex_colours_are_interpolated(tmp_path: Path) -> None:
+    mesh = ball()
+    # Red grows with x: a colour that is linear in the position stays so between vertices.
+    red = np.clip((mesh.vertices[:, 0] - CENTRE[0] + 2) / 4 * 255, 0, 255)
+    mesh.visual = trimesh.visual.ColorVisuals(mesh, vertex_colors=np.stack([red, 0 * red, 0 * red], 1).astype(np.uint8))
+    mesh.export(tmp_path / "ball.ply")
+    surface = load_shape(str(tmp_path / "ball.ply"))[0].surface(500, np.random.default_rng(0))
+    assert surface.colours is not None
+    assert np.abs(surface.colours[:, 0] - (surface.points[:, 0] + 1) / 2).max() < 0.01
+
+
+def test_a_hole_warns_and_keeps_the_sign(tmp_path: Path) -> None:
+    mesh = ball()
+    mesh.update_faces(np.arange(len(mesh.faces)) > 20)
+    mesh.export(tmp_path / "open.ply")
+    shape, warnings = load_shape(str(tmp_path / "open.ply"))
+    assert len(warnings) == 1
+    assert "not watertight" in warnings[0]
+    assert shape.distance(np.zeros((1, 3)))[0] < -0.9
+
+
+def test_faces_that_point_inwards_are_turned(tmp_path: Path) -> None:
+    mesh = ball()
+    mesh.invert()
+    mesh.export(tmp_path / "inside.stl")
+    shape, warnings = load_shape(str(tmp_path / "inside.stl"))
+    assert "point inwards" in warnings[0]
+    check_is_ball(shape)
+
+
+def test_mesh_samples_are_uniform_by_area(tmp_path: Path) -> None:
+    trimesh.creation.box((1, 2, 3)).export(tmp_path / "box.ply")
+    normals = load_shape(str(tmp_path / "box.ply"))[0].surface(40_000, np.random.default_rng(0)).normals
+    shares = np.abs(normals).round().mean(axis=0)
+    np.testing.assert_allclose(shares, np.array((6, 3, 2)) / 11, atol=0.01)
+
+
+def nan_mesh(path: Path) -> None:
+    mesh = ball(1)
+    text = ["ply", "format ascii 1.0", f"element vertex {len(mesh.vertices)}"]
+    text += [f"property float {c}" for c in "xyz"]
+    text += [f"element face {len(mesh.faces)}", "property list uchar int vertex_indices", "end_header"]
+    text += ["nan 0 0", *(" ".join(map(str, v)) for v in mesh.vertices[1:])]
+    path.write_text("\n".join([*text, *(f"3 {a} {b} {c}" for a, b, c in mesh.faces), ""]))
+
+
+def empty_ply(path: Path) -> None:
+    head = "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\nproperty float z\n"
+    path.write_text(head + "element face 0\nproperty list uchar int vertex_indices\nend_header\n")
+
+
+def flat(path: Path) -> None:
+    trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]).export(path)
+
+
+def bare_cloud(path: Path) -> None:
+    head = "ply\nformat ascii 1.0\nelement vertex 200\nproperty float x\nproperty float y\nproperty float z\n"
+    path.write_text(head + "end_header\n" + "".join(f"{x} {y} {z}\n" for x, y, z in on_ball(200)[0]))
+
+
+REFUSED = [
+    ("missing.ply", None, "no such file"),
+    ("shape.xyzw", lambda path: path.write_text("1 2 3"), "no shape format"),
+    ("picture.png", lambda path: path.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(64)), "no shape format"),
+    ("picture.ply", lambda path: path.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(64)), "not a readable PLY"),
+    ("picture.glb", lambda path: path.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(64)), "not a readable GLB"),
+    ("picture.stl", lambda path: path.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(64)), "picture.stl: "),
+    ("empty.ply", empty_ply, "empty"),
+    ("empty.obj", lambda path: path.write_text(""), "empty.obj: "),
+    ("nan.ply", nan_mesh, "not finite"),
+    ("triangle.ply", flat, "bounds no volume"),
+    ("triangle.stl", flat, "bounds no volume"),
+    ("bare.ply", bare_cloud, "without normals"),
+    ("bare.xyz", lambda path: np.savetxt(path, on_ball(200)[0]), "3 columns"),
+    ("bare.npz", lambda path: np.savez(path, points=on_ball(200)[0]), "without normals"),
+    ("few.npz", lambda path: write_cloud(path, *on_ball(5)), "at least 100"),
+    ("text.xyz", lambda path: path.write_text("hello world\n"), "not a readable XYZ"),
+    ("shape.npz", lambda path: np.savez(path, points=np.zeros((9, 2)), normals=np.zeros((9, 3))), "shape (9, 2)"),
+    ("nan.npz", lambda path: write_cloud(path, np.full((200, 3), np.nan), on_ball(200)[1]), "not finite"),
+    ("zero.npz", lambda path: write_cloud(path, on_ball(200)[0], np.zeros((200, 3))), "length zero"),
+    ("point.npz", lambda path: write_cloud(path, np.ones((200, 3)), on_ball(200)[1]), "one point"),
+]
+
+
+@pytest.mark.parametrize(("name", "write", "says"), REFUSED, ids=[name for name, _, _ in REFUSED])
+def test_refused_in_one_line(tmp_path: Path, name: str, write: object, says: str) -> None:
+    if callable(write):
+        write(tmp_path / name)
+    with pytest.raises(UserError) as refusal:
+        load_shape(str(tmp_path / name))
+    assert says in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+    assert Path(name).stem in str(refusal.value)
+
+
+def test_a_name_with_control_characters_is_escaped(tmp_path: Path) -> None:
+    path = tmp_path / 'a\n"*<script>.ply'
+    path.write_text("not a mesh")
+    with pytest.raises(UserError) as refusal:
+        load_shape(str(path))
+    assert "\n" not in str(refusal.value)
+    ball(1).export(path)
+    assert "\n" not in load_shape(str(path))[0].name

@@ -1,0 +1,153 @@
+"""Colour from images: read, learnt, constant along normals; and what cannot be used."""
+
+import struct
+import zlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from mplicits import cli
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference import interpret
+from mplicits.model import quantise
+from mplicits.model.errors import UserError
+from mplicits.trainer.shapes.image import ImageTexture
+from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.shapes.shape import Doubles
+from numpy.typing import NDArray
+from PIL import Image
+from scipy.ndimage import map_coordinates
+
+from support.ball_training import SMALL, train
+
+SIDE = 64
+
+
+def ramp() -> NDArray[np.uint8]:
+    """Red grows with u, green with v, blue is 40."""
+    at = np.round((np.arange(SIDE) + 0.5) / SIDE * 255)
+    red, green = np.meshgrid(at, at[::-1])
+    return np.stack([red, green, np.full_like(red, 40)], axis=-1).astype(np.uint8)
+
+
+def write_ball(folder: Path, name: str = "ball.obj", flipped: bool = False) -> Path:
+    """A ball whose colour is its position's x and y, by an image."""
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    uv = 0.5 + 0.4 * np.asarray(ball.vertices)[:, :2]
+    picture = Image.fromarray(ramp())
+    material = trimesh.visual.material.SimpleMaterial(image=picture)  # type: ignore[no-untyped-call]
+    ball.visual = trimesh.visual.TextureVisuals(uv=uv, material=material)  # type: ignore[no-untyped-call]
+    if flipped:
+        ball.invert()
+    ball.export(folder / name)
+    return folder / name
+
+
+def expected(points: Doubles) -> Doubles:
+    return np.stack([*(0.5 + 0.4 * points[:, :2]).T, np.full(len(points), 40 / 255)], axis=1)
+
+
+def test_images_are_filtered_as_in_gl() -> None:
+    rng = np.random.default_rng(0)
+    image = rng.integers(0, 256, (5, 7, 3)).astype(np.uint8)
+    uv = rng.uniform(-1.5, 2.5, (400, 2))
+    found = ImageTexture(uv[:, None].repeat(3, axis=1), image).colours(np.arange(400), np.full((400, 3, 1), 1 / 3))
+    at = np.stack([(1 - uv[:, 1]) * 5 - 0.5, uv[:, 0] * 7 - 0.5])
+    theirs = [map_coordinates(image[..., c].astype(float), at, order=1, mode="grid-wrap") for c in range(3)]
+    np.testing.assert_allclose(found, np.stack(theirs, axis=1) / 255, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["ball.obj", "ball.glb"])
+@pytest.mark.parametrize("flipped", [False, True])
+def test_the_material_s_image_is_the_colour(tmp_path: Path, name: str, flipped: bool) -> None:
+    shape, warnings = load_shape(str(write_ball(tmp_path, name, flipped)))
+    assert len(warnings) == flipped
+    assert shape.coloured
+    surface = shape.surface(2000, np.random.default_rng(0))
+    assert surface.colours is not None
+    assert np.abs(surface.colours - expected(surface.points)).max() < 0.01
+
+
+def test_an_image_by_name(tmp_path: Path) -> None:
+    path = write_ball(tmp_path)
+    (tmp_path / "material_0.png").unlink()
+    shape, warnings = load_shape(str(path))
+    assert not shape.coloured
+    assert "--texture FILE" in warnings[0]
+    Image.fromarray(ramp()).convert("RGBA").save(tmp_path / "named.png")
+    shape, warnings = load_shape(str(path), tmp_path / "named.png")
+    assert (shape.coloured, warnings) == (True, [])
+    assert shape.source["texture"]["file"] == "named.png"
+
+
+def test_a_damaged_image_of_the_material(tmp_path: Path) -> None:
+    path, image = write_ball(tmp_path), tmp_path / "material_0.png"
+    data = image.read_bytes()
+    image.write_bytes(b"no picture")
+    shape, warnings = load_shape(str(path))
+    assert not shape.coloured
+    assert len(warnings) == 1
+    assert "no readable image" in warnings[0]
+    image.write_bytes(data[: len(data) // 2])
+    with pytest.raises(UserError, match=r"ball\.obj: .*image file is truncated"):
+        load_shape(str(path))
+
+
+def header(width: int, height: int) -> bytes:
+    """A PNG file that claims this size."""
+    chunk = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + chunk + struct.pack(">I", zlib.crc32(chunk))
+
+
+@pytest.mark.parametrize(
+    ("shape", "image", "said"),
+    [
+        ("ball.obj", "none.png", "no such file"),
+        ("ball.obj", "text.png", "not a readable image"),
+        ("ball.obj", "short.png", "not a readable image"),
+        ("ball.obj", "flat.png", "not a readable image"),
+        ("ball.obj", "huge.png", "not a readable image"),
+        ("ball.obj", "deep.png", "8 bits a channel"),
+        ("ball.obj", "float.tiff", "8 bits a channel"),
+        ("plain.stl", "right.png", "no texture coordinates"),
+        ("points.npz", "right.png", "points have no texture coordinates"),
+        ("demo", "right.png", "has its own colours"),
+    ],
+)
+def test_images_that_cannot_be_used(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    shape: str,
+    image: str,
+    said: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_ball(tmp_path)
+    trimesh.creation.icosphere().export("plain.stl")
+    np.savez("points.npz", points=np.eye(3), normals=np.eye(3))
+    Path("text.png").write_text("no picture")
+    Image.fromarray(ramp()).save("right.png")
+    Path("short.png").write_bytes(Path("right.png").read_bytes()[:150])
+    Path("flat.png").write_bytes(header(8, 0))
+    Path("huge.png").write_bytes(header(2**20, 2**20))
+    Image.fromarray(np.full((8, 8), 40_000, np.uint16)).save("deep.png")
+    Image.fromarray(np.full((8, 8), 0.5, np.float32)).save("float.tiff")
+    assert cli.main(["train", shape, "--texture", image, "-o", "m.safetensors", "--quiet"]) == 2
+    out, err = capsys.readouterr()
+    assert (out, len(err.splitlines())) == ("", 1)
+    assert said in err
+    assert not Path("m.safetensors").exists()
+
+
+def test_packed_textures_are_on_their_grid(tmp_path: Path) -> None:
+    settings = replace(SMALL, steps=(60, 60, 150), packed=True, texture_network=(20, 1))
+    model = train(load_shape(str(write_ball(tmp_path)))[0], settings)
+    assert model.texture is not None
+    assert model.texture[0].weight.shape == (20, 3)
+    assert all(map(quantise.on_grid, [model.texture, *(level.network for level in model.levels)]))
+    points = load_shape(str(tmp_path / "ball.obj"))[0].surface(2000, np.random.default_rng(3)).points
+    found = interpret.colour(lower(model), points.astype(np.float32))
+    assert np.abs(found - expected(points)).mean() < 0.1, "rounding lets the gradient through"

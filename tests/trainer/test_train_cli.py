@@ -1,0 +1,154 @@
+"""`mplicits train`: options, outputs, exit codes, through the front door."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from mplicits import cli
+from mplicits.model.errors import UserError
+from mplicits.model.model import load, shape_of
+from mplicits.trainer import settings
+
+QUICK = ("--levels", "8x0,8x1", "--steps", "20", "--quiet")
+
+
+@pytest.fixture
+def ball(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    monkeypatch.chdir(tmp_path)
+    trimesh.creation.icosphere(subdivisions=3).export("ball.ply")
+    return "ball.ply"
+
+
+def refused(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
+    assert cli.main(["train", *argv]) == 2
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert len(lines) == 1
+    return lines[0]
+
+
+def test_the_default_output_is_the_shapes_name(ball: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["train", ball, *QUICK]) == 0
+    model = load(Path("ball.safetensors"))
+    assert [shape_of(level.network) for level in model.levels] == ["8x0", "8x1"]
+    printed = capsys.readouterr().out.splitlines()
+    assert len(printed) == 3
+    assert printed[0].startswith("level 1: 8x0, mean |f| ")
+    assert f"{model.provenance['levels'][1]['angle']:.2f} degrees" in printed[1]
+    assert printed[2].startswith("ball.safetensors: ")
+
+
+def test_omega_weights_and_seed_reach_the_training(ball: str) -> None:
+    options = ("--omega", "5,7", "--weights", "normal=7", "--seed", "3", "--texture", "none")
+    assert cli.main(["train", ball, "-o", "m.safetensors", *QUICK, *options]) == 0
+    provenance = load(Path("m.safetensors")).provenance
+    assert provenance["seed"] == 3
+    assert provenance["settings"]["omegas"] == [5.0, 7.0]
+    assert provenance["settings"]["weights"] == {"normal": 7.0}
+
+
+def test_resume_adds_a_level(ball: str) -> None:
+    assert cli.main(["train", ball, "--levels", "8x0", "--steps", "20", "--quiet"]) == 0
+    before = load(Path("ball.safetensors"))
+    assert cli.main(["train", ball, *QUICK, "--resume"]) == 0
+    after = load(Path("ball.safetensors"))
+    assert len(after.levels) == 2
+    assert (after.levels[0].network[0].weight == before.levels[0].network[0].weight).all()
+
+
+def test_resume_without_a_file_begins(ball: str) -> None:
+    assert cli.main(["train", ball, *QUICK, "--resume", "-o", "new.safetensors"]) == 0
+    assert Path("new.safetensors").exists()
+
+
+def test_the_bar_names_level_loss_and_time_left(ball: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["train", ball, "--levels", "8x0", "--steps", "200"]) == 0
+    shown = capsys.readouterr().err
+    assert "level 1 (8x0)" in shown
+    assert "loss " in shown
+    assert " left" in shown
+
+
+def test_ctrl_c_saves_and_says_so(
+    ball: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from mplicits.trainer.session import Bar
+
+    def press(self: Bar, fraction: float, loss: float) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Bar, "advance", press)
+    assert cli.main(["train", ball, *QUICK]) == 0
+    assert "saved" in capsys.readouterr().err
+    assert load(Path("ball.safetensors")).provenance["interrupted"]
+
+
+@pytest.mark.parametrize(
+    ("argv", "says"),
+    [
+        (("--levels", "64"), "--levels"),
+        (("--levels", "64x1,,64x2"), "--levels"),
+        (("--levels", "0x1"), "--levels"),
+        (("--levels", "99999x1"), "--levels"),
+        (("--levels", "8x0," * 9 + "8x0"), "at most 8"),
+        (("--omega", "30"), "--omega"),
+        (("--omega", "30,x,3"), "--omega"),
+        (("--omega", "30,-1,3"), "--omega"),
+        (("--steps", "0"), "--steps"),
+        (("--steps", "nan"), "--steps"),
+        (("--steps", "1,2,3,4,5"), "--steps"),
+        (("--seconds", "0"), "--seconds"),
+        (("--seconds", "nan"), "--seconds"),
+        (("--seconds", "soon"), "--seconds"),
+        (("--seconds", "9", "--steps", "9"), "not allowed with"),
+        (("--seed", "-1"), "--seed"),
+        (("--weights", "normals=3"), "--weights"),
+        (("--weights", "normal"), "--weights"),
+        (("--weights", "normal=-3"), "--weights"),
+        (("--preset", "huge"), "--preset"),
+        (("--texture", "picture.png"), "--texture"),
+    ],
+)
+def test_bad_options_are_one_line(
+    ball: str, capsys: pytest.CaptureFixture[str], argv: tuple[str, ...], says: str
+) -> None:
+    assert says in refused(capsys, ball, "--preset", "paper", *argv)
+
+
+@pytest.mark.parametrize("output", ["no/such/folder/m.safetensors", "."])
+def test_an_unwritable_output_is_found_before_the_shape_is_read(
+    ball: str, capsys: pytest.CaptureFixture[str], output: str
+) -> None:
+    assert "cannot write" in refused(capsys, "missing.ply", "-o", output)
+
+
+def test_bad_shapes_are_one_line(ball: str, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("picture.ply").write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(64))
+    np.savetxt("cloud.xyz", np.ones((200, 3)))
+    assert "no such file" in refused(capsys, "missing.ply")
+    assert "not a readable PLY" in refused(capsys, "picture.ply")
+    assert "normals" in refused(capsys, "cloud.xyz")
+    assert not list(Path().glob("*.safetensors"))
+
+
+def test_cuda_that_is_not_there_is_one_line(
+    ball: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("torch.cuda.is_available", lambda: False)
+    assert "--device" in refused(capsys, ball, "--device", "cuda")
+
+
+def test_presets_are_levels() -> None:
+    for text in (preset.levels for preset in settings.PRESETS.values()):
+        assert len(settings.networks(text)) >= 2
+    assert settings.DEFAULT_PRESET in settings.PRESETS
+
+
+def test_numbers_repeat_or_are_default() -> None:
+    assert settings.steps("5", 3) == (5, 5, 5, 5)
+    assert settings.steps("5,6", 3) == (5, 6, 6, 6)
+    wide, narrow = ((64, 1),) * 4, ((16, 1),) * 2
+    assert settings.omegas(None, wide) == (*settings.OMEGAS, settings.OMEGAS[-1])
+    assert settings.omegas(None, narrow) == (settings.OMEGAS[0] / 2, settings.OMEGAS[1] / 2)
+    with pytest.raises(UserError):
+        settings.steps("1.5", 2)

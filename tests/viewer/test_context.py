@@ -1,0 +1,151 @@
+"""Contexts: each kind draws, several live together, and a missing one is a line that names what to install."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mplicits.model.errors import UserError
+from mplicits.viewer.draw import context as contexts
+from mplicits.viewer.draw import osmesa as native
+from mplicits.viewer.draw.context import Context, open_context
+
+from support.paths import TESTS
+
+FRAGMENT = "#version 330\nuniform float shade;\nout vec4 color;\nvoid main() { color = vec4(shade, 0.5, 0.25, 1.0); }"
+VERTEX = """#version 330
+void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }"""
+
+
+class Square:
+    """A program and a framebuffer that keep living in their context."""
+
+    def __init__(self, context: Context) -> None:
+        self.context = context
+        with context as gl:
+            self.program = gl.program(vertex_shader=VERTEX, fragment_shader=FRAGMENT)
+            self.triangle = gl.vertex_array(self.program, [])
+            self.target = gl.framebuffer([gl.texture((4, 4), 4, dtype="f4")])
+
+    def draw(self, shade: float) -> float:
+        with self.context:
+            self.program["shade"] = shade
+            self.target.use()
+            self.triangle.render(vertices=3)
+            return float(np.frombuffer(self.target.read(components=4, dtype="f4"), np.float32)[0])
+
+
+def opened(kind: str) -> Context:
+    try:
+        return open_context(kind)
+    except UserError as error:
+        pytest.skip(str(error))
+
+
+@pytest.mark.parametrize("kind", ["osmesa", "egl", "auto"])
+def test_draws(kind: str) -> None:
+    context = opened(kind)
+    assert Square(context).draw(0.375) == 0.375
+    assert context.renderer
+    assert context.kind in ("osmesa", "egl")
+    context.release()
+
+
+def test_kinds_alternate_in_one_process() -> None:
+    squares = [Square(opened(kind)) for kind in ("osmesa", "egl", "osmesa")]
+    for i in range(6):
+        for j, square in enumerate(squares):
+            assert square.draw(i + 10 * j) == i + 10 * j
+    squares[0].context.release()
+    assert squares[1].draw(7) == 7
+    assert squares[2].draw(8) == 8
+    for square in squares[1:]:
+        square.context.release()
+
+
+def test_with_nests_and_leaves_nothing_current(osmesa: Context) -> None:
+    square = Square(osmesa)
+    with osmesa:
+        assert square.draw(1) == 1
+        assert square.draw(2) == 2
+    other = Square(opened("egl"))
+    assert (other.draw(3), square.draw(4)) == (3, 4)
+    other.context.release()
+
+
+def test_unknown_kind_is_refused() -> None:
+    with pytest.raises(UserError, match="none of auto, osmesa, egl, window"):
+        open_context("vulkan")
+
+
+@pytest.fixture
+def bare(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A machine with neither OSMesa nor EGL nor a display."""
+    monkeypatch.setattr(native, "OSMESA_LIBRARIES", ("libOSMesa-missing.so.8",))
+    monkeypatch.setattr(contexts, "EGL_LIBRARY", "libEGL-missing.so.1")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+
+
+@pytest.mark.usefixtures("bare")
+@pytest.mark.parametrize(
+    ("kind", "remedies"),
+    [
+        ("osmesa", ["libosmesa6"]),
+        ("egl", ["libegl1", "libgl1-mesa-dri"]),
+        ("window", ["display"]),
+        ("auto", ["libosmesa6", "libegl1", "display"]),
+    ],
+)
+def test_missing_is_one_line_with_the_remedy(kind: str, remedies: list[str]) -> None:
+    with pytest.raises(UserError) as raised:
+        open_context(kind)
+    assert "\n" not in str(raised.value)
+    for remedy in remedies:
+        assert remedy in str(raised.value)
+
+
+@pytest.mark.parametrize("missing", ["egl", "osmesa"])
+def test_auto_takes_what_is_there(missing: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened({"egl": "osmesa", "osmesa": "egl"}[missing]).release()
+    if missing == "egl":
+        monkeypatch.setattr(contexts, "EGL_LIBRARY", "libEGL-missing.so.1")
+    else:
+        monkeypatch.setattr(native, "OSMESA_LIBRARIES", ("libOSMesa-missing.so.8",))
+    context = open_context("auto")
+    assert Square(context).draw(0.5) == 0.5
+    assert context.kind != missing
+    context.release()
+
+
+def test_a_library_that_is_not_osmesa_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(native, "OSMESA_LIBRARIES", ("libc.so.6",))
+    with pytest.raises(UserError, match="libosmesa6"):
+        open_context("osmesa")
+
+
+def test_a_library_that_is_not_egl_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(contexts, "EGL_LIBRARY", "libc.so.6")
+    with pytest.raises(UserError, match="libegl1"):
+        open_context("egl")
+
+
+def test_a_refused_osmesa_context_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened("osmesa").release()
+    monkeypatch.setattr(native, "GL_VERSION", (9, 9))
+    with pytest.raises(UserError, match="no OpenGL"):
+        open_context("osmesa")
+
+
+def test_hidden_window_draws_beside_the_others(xvfb: dict[str, str]) -> None:
+    """In a process of its own: GLFW holds on to the display it was first started with."""
+    code = (
+        f"import sys; sys.path[:0] = [{str(Path(__file__).parent)!r}, {str(TESTS)!r}]\n"
+        "from test_context import Square; from mplicits.viewer.draw.context import open_context\n"
+        "squares = [Square(open_context(kind)) for kind in ('window', 'osmesa', 'window')]\n"
+        "print(all(square.draw(i) == i for i in range(4) for square in squares), squares[0].context.kind)"
+    )
+    arguments = [sys.executable, "-c", code]
+    done = subprocess.run(arguments, env=xvfb, capture_output=True, text=True, check=False, timeout=60)
+    assert done.stdout.split() == ["True", "window"], done.stderr

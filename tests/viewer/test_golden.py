@@ -1,0 +1,111 @@
+"""A few pictures of a small trained model, against committed ones: shading, tracing, supersampling."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mplicits.codegen.targets.glsl330 import bake
+from mplicits.mesher.extract import extract_model, up_to
+from mplicits.model.model import load
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import Context
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.rasteriser import Rasteriser
+from mplicits.viewer.draw.renderer import Renderer
+from mplicits.viewer.draw.screenshot import save_png
+from mplicits.viewer.draw.triangles import Triangles
+from numpy.typing import NDArray
+from PIL import Image
+
+from support.paths import DEMO, GOLDEN, ROOT
+
+FAILED = ROOT / "out" / "golden"
+CAMERA = Camera(35, 25)
+PICTURES = {
+    "phong": RenderOptions(samples=4),
+    "normal": RenderOptions(shading="normal"),
+    "depth": RenderOptions(shading="depth"),
+    "steps": RenderOptions(shading="steps"),
+    "texture": RenderOptions(shading="texture"),
+    "texture-on-level-1": RenderOptions(shading="texture", level=1),
+    "coarse": RenderOptions(level=1, normal_level=1),
+    "normal-mapping": RenderOptions(level=1, normal_level=2),
+}
+MESH_PICTURES = {
+    "mesh-own-normals": RenderOptions(samples=4, split=1.0),
+    "mesh-neural-normals": RenderOptions(samples=4),
+}
+OFF, FEW, MEAN = 16, 0.002, 0.2
+"""A channel is off beyond so many of 255; so few pixels may be; mean difference allowed. Other CPUs round otherwise."""
+
+
+@pytest.fixture(scope="module")
+def renderer(osmesa: Context) -> Renderer:
+    return Renderer(osmesa, bake(load(DEMO)))
+
+
+@pytest.fixture(scope="module")
+def low_poly(osmesa: Context) -> Rasteriser:
+    model = load(DEMO)
+    mesh = extract_model(up_to(model, 1), 32).mesh
+    assert mesh.normals is not None
+    return Rasteriser(osmesa, model, Triangles(mesh.vertices, mesh.normals, mesh.faces.astype(np.int32)), "texture")
+
+
+def pixels(path: Path) -> NDArray[np.int16]:
+    return np.asarray(Image.open(path), np.int16)
+
+
+def compare(name: str, got: Path, want: Path) -> None:
+    """Fails with three magnified pictures where `got` is not `want` within the tolerance."""
+    ours, theirs = pixels(got), pixels(want)
+    assert ours.shape == theirs.shape
+    difference = np.abs(ours - theirs)
+    share, mean = float((difference.max(axis=-1) > OFF).mean()), float(difference.mean())
+    if share <= FEW and mean <= MEAN:
+        return
+    FAILED.mkdir(parents=True, exist_ok=True)
+    pictures = {"got": ours, "want": theirs, "diff": np.minimum(difference * 8, 255)}
+    for kind, picture in pictures.items():
+        large = Image.fromarray(picture.astype(np.uint8))
+        large.resize((4 * large.width, 4 * large.height), Image.Resampling.NEAREST).save(FAILED / f"{name}-{kind}.png")
+    pytest.fail(
+        f"{name}: {share:.2%} of pixels are off by more than {OFF} (allowed {FEW:.2%}), mean difference {mean:.2f} "
+        f"(allowed {MEAN}); look at out/golden/{name}-got.png, -want.png and -diff.png (8 times the difference), "
+        "and run pytest --update-golden where the new picture is right"
+    )
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_golden_picture(name: str, renderer: Renderer, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    got, want = tmp_path / f"{name}.png", GOLDEN / f"{name}.png"
+    save_png(got, renderer.render((128, 128), CAMERA, PICTURES[name]))
+    if request.config.getoption("--update-golden"):
+        want.write_bytes(got.read_bytes())
+    compare(name, got, want)
+
+
+@pytest.mark.parametrize("name", MESH_PICTURES)
+def test_golden_picture_of_a_mesh(
+    name: str, low_poly: Rasteriser, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    got, want = tmp_path / f"{name}.png", GOLDEN / f"{name}.png"
+    save_png(got, low_poly.render((128, 128), CAMERA, MESH_PICTURES[name]))
+    if request.config.getoption("--update-golden"):
+        want.write_bytes(got.read_bytes())
+    compare(name, got, want)
+
+
+def test_a_difference_fails_and_leaves_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(globals(), "FAILED", tmp_path / "failed")
+    image = np.full((32, 32, 4), 0.5, np.float32)
+    save_png(tmp_path / "want.png", image)
+    image[:2, :8] = 0.8
+    save_png(tmp_path / "got.png", image)
+    with pytest.raises(pytest.fail.Exception, match=r"x-got\.png"):
+        compare("x", tmp_path / "got.png", tmp_path / "want.png")
+    assert sorted(path.name for path in (tmp_path / "failed").iterdir()) == ["x-diff.png", "x-got.png", "x-want.png"]
+    image[:2, :8] = 0.5
+    image[0, 0] = 0.8
+    save_png(tmp_path / "got.png", image)
+    compare("y", tmp_path / "got.png", tmp_path / "want.png")

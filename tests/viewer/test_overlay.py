@@ -1,0 +1,124 @@
+"""A mesh over the picture of its model: edges where the mesh has them, faces as `render --mesh` draws them."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mplicits import glsl
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.edges import planes
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.rasteriser import Rasteriser
+from mplicits.viewer.draw.triangles import read_triangles
+from mplicits.viewer.state.desk import Desk
+from mplicits.viewer.state.overlay import MeshFile, Overlay
+
+from support.desk_fixture import AREA, settle, shown
+
+CUBE = """v -.5 -.5 -.5\nv .5 -.5 -.5\nv .5 .5 -.5\nv -.5 .5 -.5\nv -.5 -.5 .5\nv .5 -.5 .5\nv .5 .5 .5\nv -.5 .5 .5
+f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 4 7 3\nf 4 8 7\nf 1 5 8\nf 1 8 4\nf 2 3 7\nf 2 7 6\n"""
+
+
+@pytest.fixture
+def cube(tmp_path: Path) -> MeshFile:
+    pytest.importorskip("trimesh", reason="trimesh is not installed (extra mesh)")
+    (tmp_path / "cube.obj").write_text(CUBE)
+    return MeshFile(tmp_path / "cube.obj", "model")
+
+
+def test_edges_lie_on_the_mesh_and_only_where_they_are_seen(make: Callable[..., Desk], cube: MeshFile) -> None:
+    desk = make()
+    size, camera = (200, 200), Camera(0, 0, 3.0)
+    plain = desk.renderer.render(size, camera)
+    overlay = Overlay(desk.context, cube, "auto")
+    edged = overlay.over(desk.renderer, desk.source, "edges").render(size, camera)
+    overlay.over(desk.renderer, desk.source, "hidden")
+    np.testing.assert_array_equal(edged[..., 3], plain[..., 3])
+    changed = np.abs(edged - plain).max(axis=-1) > 0.02
+    rows, columns = np.nonzero(changed)
+    near = camera.focal * 100 / (3.0 - 0.5) * 0.5
+    far = camera.focal * 100 / (3.0 + 0.5) * 0.5
+    assert abs(columns.min() - (100 - near)) < 2, "the front face's border, from the projection by hand"
+    assert abs(columns.max() - (100 + near)) < 2
+    inside = (abs(rows - 99.5) < near - 3) & (abs(columns - 99.5) < near - 3)
+    diagonal = abs(abs(rows - 99.5) - abs(columns - 99.5)) < 2
+    assert diagonal[inside].all(), "all that is seen inside the front face is its diagonal; the back face is hidden"
+    assert inside.sum() > near
+    assert far < near - 10
+    np.testing.assert_array_equal(desk.renderer.render(size, camera), plain)
+    overlay.release()
+
+
+def test_faces_are_what_render_draws_of_a_mesh(make: Callable[..., Desk], cube: MeshFile) -> None:
+    desk = make()
+    desk.overlay = Overlay(desk.context, cube, "auto")
+    settle(desk)
+    traced = shown(desk)
+    desk.view.key("M")
+    desk.view.key("M")
+    settle(desk)
+    assert desk.source.model is not None
+    rasteriser = Rasteriser(desk.context, desk.source.model, read_triangles(cube.path, (0.0, 0.0, 0.0), 1.0))
+    wanted = rasteriser.render(AREA, desk.view.camera, RenderOptions())[..., :3]
+    rasteriser.release()
+    assert np.abs(wanted - traced).max() > 0.1
+    np.testing.assert_allclose(shown(desk), wanted, atol=2e-5)
+    desk.view.split, desk.view.changed = 1, True
+    settle(desk)
+    half = shown(desk)
+    np.testing.assert_allclose(half[:, :12], wanted[:, :12], atol=2e-5)
+    assert np.abs(half[:, 12:] - wanted[:, 12:]).max() > 0.05, "the right half wears the normals of level 1"
+
+
+def test_a_mesh_that_is_none_is_told(make: Callable[..., Desk], tmp_path: Path) -> None:
+    pytest.importorskip("trimesh", reason="trimesh is not installed (extra mesh)")
+    (tmp_path / "bad.ply").write_bytes(b"ply\nnothing")
+    desk = make()
+    desk.overlay = Overlay(desk.context, MeshFile(tmp_path / "bad.ply"), "auto")
+    desk.view.key("M")
+    settle(desk, lambda: "bad.ply" in desk.message)
+    assert desk.view.mesh == "hidden"
+
+
+@pytest.mark.parametrize(
+    ("name", "right", "shown_of_it"),
+    [
+        ("mesh.glsl", "vec3 eye = ", "faces"),
+        ("backdrop.glsl", "vec2 pixel = ", "faces"),
+        ("mesh.vert.glsl", "vec3 view = ", "faces"),
+        ("mesh.vert.glsl", "vec3 view = ", "edges"),
+        ("background.glsl", "return ", "faces"),
+    ],
+)
+def test_an_error_in_a_mesh_s_glsl_is_placed_there(
+    make: Callable[..., Desk], cube: MeshFile, monkeypatch: pytest.MonkeyPatch, name: str, right: str, shown_of_it: str
+) -> None:
+    desk, read = make(), glsl.read
+    desk.overlay = Overlay(desk.context, cube, "auto")
+    lines = read(name).splitlines()
+    line = next(k for k, text in enumerate(lines, start=1) if right in text)
+    wrong = "\n".join([*lines[: line - 1], lines[line - 1].replace(right, right + "steeps + "), *lines[line:], ""])
+    monkeypatch.setattr(glsl, "read", lambda file: wrong if file == name else read(file))
+    desk.view.mesh, desk.view.changed = shown_of_it, True
+    settle(desk, lambda: bool(desk.log))
+    assert f"{name}:{line}" in desk.log[0]
+    assert "steeps" in desk.log[0].partition("; ")[2], "the line itself"
+    assert desk.view.mesh == "hidden"
+    monkeypatch.setattr(glsl, "read", read)
+    desk.view.mesh, desk.view.changed = shown_of_it, True
+    settle(desk)
+    assert desk.view.mesh == shown_of_it, "read again, not kept"
+
+
+def test_the_planes_hold_the_mesh_wherever_the_camera_looks() -> None:
+    rng = np.random.default_rng(0)
+    points = rng.normal(size=(500, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    for azimuth, right, up in ((0, 0.0, 0.0), (50, 0.7, 0.4), (200, -3.0, 2.0)):
+        camera = Camera(azimuth, 20, 3.5).panned(right, up)
+        matrix = camera.matrix().astype(float)
+        depth = -(points - matrix[:3, 3]) @ matrix[:3, 2]
+        near, far = planes(camera, 1.0)
+        assert near <= depth.min()
+        assert depth.max() <= far

@@ -1,0 +1,59 @@
+"""Sphere tracing against a rasterised mesh: silhouette, depth and colour of the gallery's Spot, and pyrender."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from mplicits.codegen.targets.glsl330 import bake
+from mplicits.model.gallery import model_path
+from mplicits.model.model import load
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import Context
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.renderer import Renderer
+
+from support.paths import DATA
+from support.rasterised import Rasterised
+
+pytest.importorskip("pyrender", reason="pyrender-maintained is not installed")
+SPOT = DATA / "textured" / "spot.obj"
+pytestmark = pytest.mark.skipif(not SPOT.is_file(), reason=f"{SPOT} is not there (MPLICITS_DATA)")
+SIZE = (512, 512)
+CAMERA = Camera(40, 20)
+
+
+@pytest.mark.slow
+def test_silhouette_depth_and_colour_are_the_mesh_s(osmesa: Context) -> None:
+    model = load(model_path("spot-large"))
+    assert len(model.levels) == 3
+    reference = Rasterised(trimesh.load_mesh(SPOT, process=False), model.centre, model.scale, SIZE)
+    theirs, depth = reference(CAMERA)
+    reference.release()
+    renderer = Renderer(osmesa, bake(model))
+    data = renderer.render(SIZE, CAMERA, RenderOptions(shading="data"))
+    ours = renderer.render(SIZE, CAMERA, RenderOptions(shading="texture"))[..., :3]
+    renderer.release()
+
+    hit, inside = data[..., 3] > 0.5, depth > 0
+    both = hit & inside
+    assert 0.1 < inside.mean() < 0.6
+    assert both.sum() / (hit | inside).sum() >= 0.995
+    back = CAMERA.matrix()[:3, 2].astype(np.float64)
+    along = data[..., 0] * -(CAMERA.rays(*SIZE)[1] @ back)
+    assert np.median(np.abs(along - depth)[both]) < 1e-3
+    assert np.quantile(np.abs(along - depth)[both], 0.98) < 0.01
+    assert ((ours - theirs) ** 2)[both].mean() < 0.0033, "a tenth of the paper's"
+
+
+def test_the_reference_draws_what_is_known(tmp_path: Path) -> None:
+    square = trimesh.Trimesh([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    square.visual = trimesh.visual.ColorVisuals(square, vertex_colors=[[51, 102, 204, 255]] * 4)
+    reference = Rasterised(square, (0.0, 0.0, 0.0), 2.0, (64, 32))
+    colour, depth = reference(Camera(0, 0, 4.0, fov=30.0))
+    reference.release()
+    pixels = 0.5 / (np.tan(np.radians(15)) * 4) * 16
+    assert (depth > 0).sum() == pytest.approx((2 * pixels) ** 2, rel=0.15)
+    np.testing.assert_allclose(depth[depth > 0], 4.0, rtol=1e-4)
+    np.testing.assert_allclose(colour[16, 32], np.array([51, 102, 204]) / 255, atol=1e-6)
+    np.testing.assert_array_equal(colour[0, 0], 1.0)

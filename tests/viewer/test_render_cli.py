@@ -1,0 +1,206 @@
+"""`mplicits render` as its user meets it: the picture, the one line, the refusals."""
+
+import argparse
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mplicits import cli
+from mplicits.model.errors import UserError
+from mplicits.model.model import save
+from mplicits.viewer.cli import VERBS
+from mplicits.viewer.draw.context import Context
+from mplicits.viewer.draw.screenshot import save_png
+from PIL import Image
+
+from support.fitted_model import fitted_model
+from support.paths import ROOT
+from support.random_model import random_model
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("models") / "ball.safetensors"
+    save(fitted_model(), path)
+    return path
+
+
+def parse(*arguments: object) -> argparse.Namespace:
+    verb = next(verb for verb in VERBS if verb.name == "render")
+    parser = argparse.ArgumentParser()
+    verb.arguments(parser)
+    return parser.parse_args([str(argument) for argument in arguments])
+
+
+def render(*arguments: object) -> None:
+    verb = next(verb for verb in VERBS if verb.name == "render")
+    verb.run(parse(*arguments))
+
+
+@pytest.mark.usefixtures("osmesa")
+def test_writes_the_picture_and_says_so(model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    picture = tmp_path / "a.png"
+    render(model, "-o", picture, "--size", "40x24", "--context", "osmesa")
+    image = Image.open(picture)
+    assert (image.size, image.mode) == ((40, 24), "RGB")
+    assert image.info["Title"] == "fitted"
+    pixels = np.asarray(image, float)
+    assert np.abs(pixels[12, 20] - pixels[0, 0]).max() > 30, "a shape in the middle, background in the corner"
+    line = capsys.readouterr().out
+    assert line.count("\n") == 1
+    assert all(word in line for word in (str(picture), "40x24", "osmesa", "compiled in", "drawn in"))
+
+
+@pytest.mark.usefixtures("osmesa")
+def test_json_and_transparent(model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    picture = tmp_path / "a.png"
+    render(model, "-o", picture, "--size", 24, "--context", "osmesa", "--transparent", "--json", "--level", 1)
+    report = json.loads(capsys.readouterr().out)
+    assert (report["output"], report["width"], report["level"], report["normal_level"]) == (str(picture), 24, 1, 1)
+    image = Image.open(picture)
+    assert image.mode == "RGBA"
+    alpha = np.asarray(image)[..., 3] / 255
+    assert alpha[0, 0] == 0
+    assert alpha[12, 12] == 1
+    assert abs(alpha.mean() - report["coverage"]) < 0.01
+
+
+@pytest.mark.usefixtures("osmesa")
+def test_default_output_is_named_after_the_model(model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    render(model, "--size", 8, "--context", "osmesa", "--samples", 1)
+    assert [path.name for path in tmp_path.iterdir()] == ["ball.png"]
+
+
+@pytest.mark.usefixtures("osmesa")
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("--camera", "10,80"),
+        ("--camera", "-30,-20,2.5"),
+        ("--shade", "steps"),
+        ("--iterations", "12,3"),
+        ("--background", "ffffff"),
+        ("--background", "#102030,#a0b0c0"),
+        ("--light", "-1,1,1"),
+        ("--storage", "texture"),
+    ],
+)
+def test_options_change_the_picture(model: Path, tmp_path: Path, arguments: tuple[str, ...]) -> None:
+    pictures = []
+    for i, more in enumerate(((), arguments)):
+        render(model, "-o", tmp_path / f"{i}.png", "--size", 32, "--context", "osmesa", "--samples", 1, *more)
+        pictures.append(np.asarray(Image.open(tmp_path / f"{i}.png"), float))
+    same = np.abs(pictures[0] - pictures[1]).max() <= 2
+    assert same == ("--storage" in arguments or "--iterations" in arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (("--size", "10x"), "WxH"),
+        (("--size", "axb"), "WxH"),
+        (("--size", "-5"), "WxH"),
+        (("--camera", "1"), "commas"),
+        (("--camera", "1,2,3,4"), "commas"),
+        (("--iterations", "5,x"), "whole"),
+        (("--background", "red"), "RRGGBB"),
+        (("--samples", "many"), "whole"),
+        (("--shade", "toon"), "choose from"),
+        (("--context", "x"), "choose from"),
+    ],
+)
+def test_bad_arguments_exit_2(arguments: tuple[str, ...], word: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        parse("m.safetensors", *arguments)
+    assert stopped.value.code == 2
+    assert word in capsys.readouterr().err.splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (("--size", "0x4"), "each side"),
+        (("--level", "3"), "levels 1 to 2"),
+        (("--fov", "0"), "field of view"),
+        (("--camera", "0,0,0"), "distance"),
+        (("--samples", "0"), "samples"),
+        (("-o", "no/such/folder.png"), "does not exist"),
+        (("-o", "a.jpg"), ".png"),
+        (("--iterations", "1,2,3"), "2 levels"),
+        (("--camera", "0,nan"), "finite"),
+    ],
+)
+def test_bad_numbers_are_refused_before_any_work(model: Path, arguments: tuple[str, ...], word: str) -> None:
+    with pytest.raises(UserError, match=word) as raised:
+        render(model, *arguments)
+    assert "\n" not in str(raised.value)
+
+
+def test_texture_without_one_is_refused(tmp_path: Path) -> None:
+    save(random_model((4, 0)), tmp_path / "m.safetensors")
+    with pytest.raises(UserError, match="no texture"):
+        render(tmp_path / "m.safetensors", "--shade", "texture")
+
+
+def test_a_missing_model_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="no such file"):
+        render(tmp_path / "m.safetensors")
+
+
+@pytest.mark.parametrize("name", ['"/*', "</script>", "a\nb", "é\u2028漢", "x" * 300])
+def test_names_survive_in_the_picture(tmp_path: Path, name: str) -> None:
+    save_png(tmp_path / "a.png", np.zeros((2, 3, 4), np.float32), name)
+    image = Image.open(tmp_path / "a.png")
+    assert image.size == (3, 2)
+    assert image.info["Title"] == name
+
+
+def test_pixels_are_rounded_and_clipped(tmp_path: Path) -> None:
+    values = np.array([-1.0, 0.0, 0.4 / 255, 0.6 / 255, 1.0, 7.0], np.float32)
+    save_png(tmp_path / "a.png", np.repeat(values[None, :, None], 4, axis=2))
+    np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "a.png"))[0, :, 0], [0, 0, 0, 1, 255, 255])
+
+
+def test_the_verbs_load_nothing_and_render_never_loads_torch(model: Path, tmp_path: Path, osmesa: Context) -> None:
+    assert osmesa.software
+    code = f"""
+import sys
+from mplicits.viewer.cli import VERBS
+print([name for name in ("numpy", "moderngl", "PIL", "glfw", "torch") if name in sys.modules])
+import argparse
+parser = argparse.ArgumentParser()
+VERBS[0].arguments(parser)
+arguments = [{str(model)!r}, "-o", {str(tmp_path / "a.png")!r}, "--size", "8", "--context", "osmesa", "--json"]
+VERBS[0].run(parser.parse_args(arguments))
+print([name for name in ("torch", "scipy", "trimesh", "glfw") if name in sys.modules])
+"""
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    lines = done.stdout.splitlines()
+    assert (lines[0], lines[-1]) == ("[]", "[]"), done.stderr
+
+
+@pytest.mark.usefixtures("osmesa")
+def test_benchmark_is_a_median_of_frames(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    save(random_model((4, 0)), tmp_path / "m.safetensors")
+    argv = [
+        "render",
+        str(tmp_path / "m.safetensors"),
+        "-o",
+        str(tmp_path / "m.png"),
+        "--size",
+        "16",
+        "--context",
+        "osmesa",
+        "--benchmark",
+        "3",
+    ]
+    assert cli.main([*argv, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["frames_per_second"] > 0
+    assert cli.main(argv) == 0
+    assert "frames per second, median of 3" in capsys.readouterr().out
+    assert cli.main([*argv[:-1], "0"]) == 2
+    assert "at least one frame" in capsys.readouterr().err

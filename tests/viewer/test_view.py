@@ -1,0 +1,103 @@
+"""What keys and the pointer make of a view."""
+
+import numpy as np
+import pytest
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.state.view import SCALES, SLOW, View
+
+
+@pytest.fixture
+def view() -> View:
+    view = View(Camera(10, 20, 3.0), RenderOptions(), levels=2, textured=True)
+    view.changed = False
+    return view
+
+
+def test_dragging_turns_and_pans(view: View) -> None:
+    view.turn(0.5, 0.1)
+    assert (view.camera.azimuth, view.camera.elevation) == (280.0, 2.0)
+    assert view.changed
+    assert view.moved
+    before = view.camera
+    view.pan(0.5, 0.0)
+    centre = np.array([*before.target, 1.0])
+    seen = np.linalg.inv(view.camera.matrix()) @ centre
+    assert abs(seen[0] / -seen[2] * view.camera.focal - 1.0) < 1e-5, "half a height to the right: where the pointer is"
+
+
+def test_the_wheel_zooms(view: View) -> None:
+    view.zoom(1)
+    assert view.camera.away < 3.0
+    view.zoom(-1)
+    assert abs(view.camera.away - 3.0) < 1e-9
+
+
+def test_keys(view: View) -> None:
+    for key, shading in (("N", "normal"), ("D", "depth"), ("X", "steps"), ("T", "texture"), ("P", "phong")):
+        view.key(key)
+        assert view.options.shading == shading
+    view.key("1")
+    assert (view.options.level, view.options.normal_level) == (1, 1)
+    view.key("3")
+    view.key("0")
+    assert view.options.level == 1, "the model has 2 levels"
+    view.key("B")
+    assert view.split == 2
+    right = view.scene((8, 8)).right
+    assert right is not None
+    assert (right.level, right.normal_level) == (2, 2)
+    view.key("B")
+    assert view.scene((8, 8)).right is None
+    view.key("LEFT")
+    view.turn(1, 1)
+    view.key("R")
+    assert view.camera == Camera(10, 20, 3.0)
+    view.key("+")
+    assert view.camera.away < 3.0
+
+
+def test_the_turntable_goes_on_until_space_again(view: View) -> None:
+    view.key("SPACE")
+    assert view.turntable
+    view.spin(2.0)
+    assert view.camera.azimuth == 70.0
+    view.key("SPACE")
+    assert not view.turntable
+
+
+def test_no_texture_no_texture_shading(view: View) -> None:
+    view.set(shading="texture", level=2)
+    view.adopt(levels=1, textured=False)
+    assert (view.options.shading, view.options.level) == ("phong", None)
+    view.key("T")
+    assert view.options.shading == "phong"
+
+
+def test_a_new_size_fits_the_shape_again() -> None:
+    view = View(Camera(), RenderOptions(), levels=1, textured=False)
+    wide = view.camera.away
+    view.resize((100, 400))
+    assert view.camera.away > 2 * wide
+    view.resize((0, 0))
+    assert view.scene((0, 0)).size == (1, 1)
+
+
+def test_slow_frames_get_fewer_pixels(view: View) -> None:
+    for _ in range(20):
+        view.timed(2 * SLOW)
+    assert view.scale == SCALES[-1]
+    for _ in range(20):
+        view.timed(SLOW / 100)
+    assert view.scale == 1.0
+    view.timed(SLOW / 2)
+    assert view.scale == 1.0, "fast enough"
+
+
+def test_m_goes_through_what_is_shown_of_a_mesh(view: View) -> None:
+    seen = []
+    for _ in range(5):
+        seen.append(view.mesh)
+        view.key("M")
+    assert seen == ["hidden", "edges", "faces", "faces and edges", "hidden"]
+    assert view.changed

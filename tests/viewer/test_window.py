@@ -1,0 +1,162 @@
+"""The window under Xvfb, with real events: what GLFW's callbacks do, what is on the screen, when it sleeps."""
+
+import shutil
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+from mplicits.model.errors import UserError
+from mplicits.model.model import save
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.window.show_window import show_window
+
+from support.fitted_model import fitted_model
+from support.random_model import random_model
+from support.window_script import run
+
+
+def test_without_a_display_it_names_render_and_the_page(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    save(random_model((4, 0)), tmp_path / "m.safetensors")
+    with pytest.raises(UserError, match=r"mplicits render.*page") as raised:
+        show_window(tmp_path / "m.safetensors", Camera(), RenderOptions(), (32, 32), "auto")
+    assert "\n" not in str(raised.value)
+
+
+def test_what_the_model_lacks_is_told_before_a_window_opens(tmp_path: Path) -> None:
+    save(random_model((4, 0)), tmp_path / "m.safetensors")
+    for options, reason in ((RenderOptions(shading="texture"), "no texture"), (RenderOptions(level=2), "level 2")):
+        with pytest.raises(UserError, match=reason):
+            show_window(tmp_path / "m.safetensors", Camera(), options, (32, 32), "auto")
+
+
+EVENTS = """
+settle()
+report["phong"] = difference()
+for name, key in (("N", glfw.KEY_N), ("1", glfw.KEY_1), ("D", glfw.KEY_D)):
+    window._on_key(handle, key, 0, glfw.PRESS, 0)
+    settle()
+    report[name] = difference()
+window._on_key(handle, glfw.KEY_S, 0, glfw.PRESS, 0)
+settle()
+report["saved"] = [str(path) for path in Path().glob("*.png")]
+for _ in range(10):  # the display server asks for the first pictures itself
+    glfw.wait_events_timeout(0.02)
+settle()
+paints, paint = [], window.paint
+window.paint = lambda swap=True: (paints.append(desk.timing), paint(swap))
+steps, step = [], window.step
+window.step = lambda: (steps.append(1), step())[1]
+before = time.process_time()
+user(lambda: None, lambda: None, lambda: None, lambda: None)
+report["idle"] = [len(paints), len(steps), time.process_time() - before]
+view.coarse = 2
+user(lambda: view.turn(0.1, 0.0), lambda: None, lambda: None)
+report["moved"] = paints
+window._on_drop(handle, ["nothing.safetensors"])
+settle()
+report["dropped"] = desk.message
+"""
+
+
+def test_keys_pictures_and_sleep(tmp_path: Path, xvfb: dict[str, str]) -> None:
+    save(fitted_model(), tmp_path / "m.safetensors")
+    report = run(EVENTS, (64, 48), tmp_path, xvfb)
+    for shading in ("phong", "N", "1", "D"):
+        assert float(str(report[shading])) < 1.1 / 255, shading
+    assert report["saved"] == ["fitted.png"]
+    idle, moved = report["idle"], report["moved"]
+    assert isinstance(idle, list)
+    assert isinstance(moved, list)
+    assert idle[0] == 0, "nothing is painted"
+    assert idle[1] <= 7, "it wakes for the five events, and no more"
+    assert idle[2] < 0.2, "seconds of the processor"
+    assert "32x24" in moved[0]
+    assert "64x48" in moved[-1]
+    assert "nothing.safetensors" in str(report["dropped"])
+
+
+MOUSE = """
+import os
+glfw.set_window_pos(handle, 0, 0)
+settle()
+def mouse(*arguments):
+    subprocess.run(["xdotool", *map(str, arguments)], check=True)
+    for _ in range(20):
+        glfw.wait_events_timeout(0.01)
+        window.step()
+home = view.camera
+mouse("mousemove", 500, 200)
+mouse("mousedown", 1)
+mouse("mousemove", 540, 200)
+mouse("mouseup", 1)
+report["turned"] = (view.camera.azimuth - home.azimuth) % 360
+azimuth = view.camera.azimuth
+mouse("mousedown", 3)
+mouse("mousemove", 560, 200)
+mouse("mouseup", 3)
+report["panned"] = view.camera.target != home.target
+mouse("click", 4)
+report["nearer"] = view.camera.away < home.away
+mouse("key", "h")
+report["help"] = view.help
+mouse("key", "h")
+report["level"] = view.options.level
+mouse("mousemove", 30, 75)
+mouse("mousedown", 1)
+mouse("mousemove", 32, 75)
+mouse("mouseup", 1)
+report["panel"] = [view.options.level, view.camera.azimuth == azimuth]
+width = window.area[2]
+mouse("key", "Tab")
+report["wider"] = window.area[2] - width
+mouse("key", "space")
+report["turntable"] = view.turntable
+mouse("key", "space")
+settle()
+report["picture"] = difference()
+"""
+
+
+@pytest.mark.skipif(shutil.which("xdotool") is None, reason="xdotool is not installed (Debian: xdotool)")
+@pytest.mark.skipif(find_spec("imgui_bundle") is None, reason="imgui-bundle is not installed (extra view)")
+def test_the_mouse_turns_the_picture_and_works_the_panel(tmp_path: Path, xvfb: dict[str, str]) -> None:
+    save(random_model((4, 0), (4, 0)), tmp_path / "m.safetensors")
+    report = run(MOUSE, (620, 400), tmp_path, xvfb)
+    assert report["turned"] == pytest.approx(342.0)
+    assert report["panned"]
+    assert report["nearer"]
+    assert report["help"]
+    assert report["level"] is None
+    assert report["panel"] == [1, True], "a click on the slider's left end is for the panel alone"
+    assert report["wider"] == 300
+    assert report["turntable"]
+    assert float(str(report["picture"])) < 1.1 / 255
+
+
+SIZES = """
+view.options = RenderOptions()
+for width, height in ((1, 1), (3840, 2160), (200, 10), (64, 48)):
+    glfw.set_window_size(handle, width, height)
+    for _ in range(10):
+        glfw.wait_events_timeout(0.02)
+    for _ in range(3):
+        window.step()
+    window.paint()
+    report[f"{width}x{height}"] = window.area[2:]
+settle()
+report["picture"] = difference()
+"""
+
+
+def test_sizes_from_one_pixel_to_4k(tmp_path: Path, xvfb: dict[str, str]) -> None:
+    save(random_model((4, 0)), tmp_path / "m.safetensors")
+    report = run(SIZES, (64, 48), tmp_path, xvfb)
+    assert report["1x1"] == [1, 1]
+    wide = report["3840x2160"]
+    assert isinstance(wide, list)
+    assert wide[1] == 2160
+    assert report["64x48"] == [64, 48]
+    assert float(str(report["picture"])) < 1.1 / 255

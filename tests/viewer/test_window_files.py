@@ -1,0 +1,74 @@
+"""The window under Xvfb: files that are dropped and watched, exports, closing while a shape is trained."""
+
+from pathlib import Path
+
+import pytest
+from mplicits.codegen.targets.glsl330 import standalone
+from mplicits.codegen.targets.registry import TARGETS
+from mplicits.model.model import save
+
+from support.desk_fixture import TETRAHEDRON
+from support.fitted_model import fitted_model
+from support.random_model import random_model
+from support.window_script import run
+
+FILES = """
+view.options = RenderOptions()
+drop = lambda name: window._on_drop(handle, [str(Path(name).absolute())])
+settle()
+drop("other.safetensors"); settle(); report["model"] = [desk.source.name, difference()]
+drop("bad.safetensors"); settle(); report["broken"] = [desk.source.name, desk.message]
+drop("shader.glsl"); settle(); report["shader"] = [desk.source.name, difference()]
+before = screen()
+text = Path("shader.glsl").read_text()
+Path("shader.glsl").write_text(text.replace("vec3 toward = normalize(", "vec3 toward = normalise("))
+end = time.perf_counter() + 20
+while not desk.log and time.perf_counter() < end:
+    window.step()
+    time.sleep(0.02)
+settle()
+x, y, width, height = window.area
+report["log"] = desk.log
+desk.log, desk.message = [], ""
+report["kept"] = float(np.abs(screen() - before)[:, x:].max())
+Path("shader.glsl").write_text(text)
+while desk._watch.changed():
+    pass
+drop("other.safetensors"); settle()
+for name in ("model", *TARGETS):
+    desk.begin(jobs.target(name, desk.source.model, jobs.free_path("export", "." + name)))
+    settle()
+window.save((40, 30)); settle()
+window.record(jobs.Turntable((32, 24), seconds=0.2, rate=10)); settle()
+report["exports"] = sorted(path.name for path in Path().iterdir() if path.stem in ("export", "fitted"))
+drop("shape.obj")
+for _ in range(20):
+    window.step()
+    time.sleep(0.02)
+report["training"] = [desk.training.running, str(desk.training.model.parent)]
+"""
+
+
+def test_drops_watch_exports_and_closing_while_training(tmp_path: Path, xvfb: dict[str, str]) -> None:
+    pytest.importorskip("av", reason="PyAV is not installed (extra view)")
+    save(random_model((4, 0), name="first"), tmp_path / "m.safetensors")
+    save(fitted_model((20, 32)), tmp_path / "other.safetensors")
+    (tmp_path / "bad.safetensors").write_bytes(b"\0" * 40)
+    (tmp_path / "shader.glsl").write_text(standalone(fitted_model((20, 32))), encoding="utf-8")
+    (tmp_path / "shape.obj").write_text(TETRAHEDRON)
+    imports = "from mplicits.codegen.targets.registry import TARGETS\nfrom mplicits.viewer.state import jobs\n"
+    report = run(imports + FILES, (64, 48), tmp_path, xvfb, watch=True)
+    for kind in ("model", "shader"):
+        name, off = report[kind]
+        assert name == "fitted"
+        assert off < 1.1 / 255, "what the window shows is what render draws"
+    name, message = report["broken"]
+    assert name == "fitted"
+    assert "bad.safetensors" in message
+    line = next(k for k, text in enumerate(standalone(fitted_model((20, 32))).splitlines(), 1) if "vec3 toward" in text)
+    assert f"line {line}" in report["log"][0]
+    assert report["kept"] == 0.0, "the last good picture stays"
+    assert report["exports"] == sorted(["fitted.png", "fitted.mp4", "export.model", *(f"export.{n}" for n in TARGETS)])
+    running, folder = report["training"]
+    assert running
+    assert not Path(folder).exists(), "closing the window ended the training"

@@ -1,0 +1,1 @@
+"""SIRENs in torch: value and gradient, losses, optimiser, weights on a grid."""

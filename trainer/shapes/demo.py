@@ -1,0 +1,232 @@
+"""The built-in shape: a rope tied into a trefoil knot, of two striped strands and a string of beads.
+
+Analytic, with an exact signed distance everywhere: the parts are disjoint solids, so the distance to their union is the
+smallest of their own; a tube's is the distance to its centre curve less its radius, outside and (the radius being less
+than the curve's reach) inside. Model space; needs numpy and scipy alone.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from .shape import Doubles, Surface, unit
+
+SAMPLES = 8192
+"""Samples of a centre curve; between them its Taylor polynomial of third order is exact to 1e-9."""
+RING, SECTION = 1.0, 0.5
+"""Radii of the torus that the knot lies on."""
+SPREAD, TWIST = 0.185, 9
+"""Distance of the strands from the rope's axis, and how often they turn about it."""
+STRAND = 0.147
+BEADS = 59
+BEAD = 0.147
+
+INK, GOLD, CORAL, CREAM = (np.array(c) / 255 for c in ((16, 74, 104), (238, 182, 62), (214, 69, 65), (250, 236, 214)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Curve:
+    """A closed curve at t_i = 2 pi i / SAMPLES.
+
+    derivatives: (4, SAMPLES, 3), of order 0 to 3. outward: (SAMPLES, 3), unit vectors away from the rope's axis.
+    """
+
+    derivatives: Doubles
+    outward: Doubles
+    tree: cKDTree
+
+
+@dataclass(frozen=True, eq=False)
+class _Rope:
+    tubes: tuple[_Curve, ...]
+    beads: cKDTree
+    radius: float
+    bead_radius: float
+
+
+def signed_distance(points: Doubles) -> Doubles:
+    """Exact signed distance at points (n, 3): (n,)."""
+    rope = _rope()
+    tubes = [np.linalg.norm(points - _nearest(curve, points)[0], axis=1) - rope.radius for curve in rope.tubes]
+    beads = rope.beads.query(points, workers=-1)[0] - rope.bead_radius
+    return np.asarray(np.min([*tubes, beads], axis=0))
+
+
+def sample_surface(count: int, rng: np.random.Generator) -> Surface:
+    """`count` points uniform by area, with exact normals and colours."""
+    rope = _rope()
+    # The area of a tube round a closed curve is its length times its girth (Pappus).
+    areas = [2 * np.pi * rope.radius * _speed(curve).mean() * 2 * np.pi for curve in rope.tubes]
+    areas.append(4 * np.pi * rope.bead_radius**2 * rope.beads.n)
+    counts = rng.multinomial(count, np.array(areas) / sum(areas))
+    parts = [_sample_tube(curve, rope.radius, n, rng) for curve, n in zip(rope.tubes, counts[:-1], strict=True)]
+    normals = unit(rng.normal(size=(counts[-1], 3)))
+    centres = rope.beads.data[rng.integers(rope.beads.n, size=counts[-1])]
+    parts.append((centres + rope.bead_radius * normals, normals))
+    order = rng.permutation(count)
+    points, directions = (np.concatenate(arrays)[order] for arrays in zip(*parts, strict=True))
+    return Surface(points, directions, colour(points))
+
+
+def colour(points: Doubles) -> Doubles:
+    """Colours, sRGB in [0, 1], at points (n, 3) on or near the surface: (n, 3)."""
+    rope = _rope()
+    near = [_nearest(curve, points) for curve in rope.tubes]
+    distances = [np.linalg.norm(points - foot, axis=1) - rope.radius for foot, _, _ in near]
+    to_bead, bead = (np.asarray(found) for found in rope.beads.query(points, workers=-1))
+    part = np.argmin([*distances, to_bead - rope.bead_radius], axis=0)
+    found = np.empty_like(points)
+    for k, (foot, t, index) in enumerate(near):
+        chosen = part == k
+        found[chosen] = _stripes(k, points[chosen] - foot[chosen], t[chosen], rope.tubes[k], index[chosen])
+    chosen = part == len(near)
+    found[chosen] = _bead_colour(bead[chosen])
+    return found
+
+
+class DemoShape:
+    """The built-in shape as `trainer.shape.Shape`."""
+
+    name = "demo"
+    centre = (0.0, 0.0, 0.0)
+    scale = 1.0
+    resolution = 0.0
+    coloured = True
+
+    def __init__(self) -> None:
+        self.source: dict[str, Any] = {"file": "demo", "sha256": None}
+
+    def surface(self, count: int, rng: np.random.Generator, held_out: bool = False) -> Surface:
+        """Uniform by area. Every call draws new points, so `held_out` asks nothing."""
+        return sample_surface(count, rng)
+
+    def inputs(self) -> Doubles:
+        """A dense sample: the shape has no points of its own."""
+        return sample_surface(100_000, np.random.default_rng(0)).points
+
+    def distance(self, points: Doubles) -> Doubles:
+        """`signed_distance`."""
+        return signed_distance(points)
+
+    def clearance(self, points: Doubles) -> Doubles:
+        """`signed_distance` without its sign."""
+        return np.abs(signed_distance(points))
+
+
+@cache
+def _rope() -> _Rope:
+    t = np.linspace(0, 2 * np.pi, SAMPLES, endpoint=False, dtype=np.float64)
+    axis = _knot(t)
+    around = np.stack((np.cos(3 * t) * np.cos(2 * t), np.cos(3 * t) * np.sin(2 * t), np.sin(3 * t)), axis=1)
+    across = np.cross(unit(_derivative(axis)), around)
+    angles = [TWIST * t + 2 * np.pi * k / 3 for k in range(3)]
+    outward = [np.cos(a)[:, None] * around + np.sin(a)[:, None] * across for a in angles]
+    strands = [axis + SPREAD * out for out in outward]
+    beads = _evenly(strands[2], BEADS)
+    # Parts are swept balls: their box and largest norm are those of the centres, grown by the radius.
+    everything = np.concatenate((*strands[:2], beads))
+    radii = np.repeat((STRAND, BEAD), (2 * SAMPLES, BEADS))[:, None]
+    centre = ((everything - radii).min(axis=0) + (everything + radii).max(axis=0)) / 2
+    scale = (np.linalg.norm(everything - centre, axis=1) + radii[:, 0]).max()
+    tubes = tuple(_curve((s - centre) / scale, out) for s, out in zip(strands[:2], outward[:2], strict=True))
+    return _Rope(tubes, cKDTree((beads - centre) / scale), STRAND / scale, BEAD / scale)
+
+
+def _knot(t: Doubles) -> Doubles:
+    """The (2, 3) torus knot."""
+    ring = RING + SECTION * np.cos(3 * t)
+    return np.stack((ring * np.cos(2 * t), ring * np.sin(2 * t), SECTION * np.sin(3 * t)), axis=1)
+
+
+def _derivative(curve: Doubles) -> Doubles:
+    """d/dt of a closed curve sampled at t_i, spectrally: exact for what the samples resolve."""
+    frequencies = np.arange(SAMPLES // 2 + 1) * 1j
+    return np.fft.irfft(np.fft.rfft(curve, axis=0) * frequencies[:, None], SAMPLES, axis=0)
+
+
+def _curve(points: Doubles, outward: Doubles) -> _Curve:
+    derivatives = [points]
+    for _ in range(3):
+        derivatives.append(_derivative(derivatives[-1]))
+    return _Curve(np.stack(derivatives), outward, cKDTree(points))
+
+
+def _speed(curve: _Curve) -> Doubles:
+    return np.asarray(np.linalg.norm(curve.derivatives[1], axis=1))
+
+
+def _evenly(curve: Doubles, count: int) -> Doubles:
+    """`count` points of a closed curve at equal arc lengths."""
+    closed = np.concatenate((curve, curve[:1]))
+    lengths = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))))
+    at = np.arange(count) * lengths[-1] / count
+    return np.stack([np.interp(at, lengths, closed[:, k]) for k in range(3)], axis=1)
+
+
+def _taylor(curve: _Curve, index: NDArray[np.int64], h: Doubles) -> tuple[Doubles, Doubles, Doubles]:
+    """The curve, its first and second derivative at t_index + h: (n, 3) each."""
+    p, d1, d2, d3 = curve.derivatives[:, index]
+    h = h[:, None]
+    return p + h * (d1 + h / 2 * (d2 + h / 3 * d3)), d1 + h * (d2 + h / 2 * d3), d2 + h * d3
+
+
+def _nearest(curve: _Curve, points: Doubles) -> tuple[Doubles, Doubles, NDArray[np.int64]]:
+    """Nearest point of the curve (n, 3), its parameter t and the index of the sample beside it: Newton from there."""
+    index = np.asarray(curve.tree.query(points, workers=-1)[1], dtype=np.int64)
+    step = 2 * np.pi / SAMPLES
+    h = np.zeros(len(points))
+    for _ in range(3):
+        foot, d1, d2 = _taylor(curve, index, h)
+        away = foot - points
+        bend = np.einsum("ij,ij->i", d1, d1) + np.einsum("ij,ij->i", away, d2)
+        h = np.clip(h - np.einsum("ij,ij->i", away, d1) / np.maximum(bend, 1e-9), -step, step)
+    return _taylor(curve, index, h)[0], index * step + h, index
+
+
+def _sample_tube(curve: _Curve, radius: float, count: int, rng: np.random.Generator) -> tuple[Doubles, Doubles]:
+    """Uniform by area: the element at t and angle is radius |c'| (1 - radius <curvature, normal>)."""
+    speed = _speed(curve)
+    tangent = curve.derivatives[1] / speed[:, None]
+    bend = curve.derivatives[2] - np.einsum("ij,ij->i", curve.derivatives[2], tangent)[:, None] * tangent
+    curvature = bend / speed[:, None] ** 2
+    most = (speed * (1 + radius * np.linalg.norm(curvature, axis=1))).max()
+    points, normals, missing = [], [], count
+    while missing:
+        index = rng.integers(SAMPLES, size=2 * missing + 16)
+        h = (rng.random(len(index)) - 0.5) * (2 * np.pi / SAMPLES)
+        centre, d1, _ = _taylor(curve, index, h)
+        along = unit(d1)
+        side = unit(curve.outward[index] - np.einsum("ij,ij->i", curve.outward[index], along)[:, None] * along)
+        angle = rng.random(len(index)) * 2 * np.pi
+        normal = np.cos(angle)[:, None] * side + np.sin(angle)[:, None] * np.cross(along, side)
+        element = speed[index] * (1 - radius * np.einsum("ij,ij->i", curvature[index], normal))
+        kept = np.flatnonzero(rng.random(len(index)) * most < element)[:missing]
+        points.append(centre[kept] + radius * normal[kept])
+        normals.append(normal[kept])
+        missing -= len(kept)
+    return np.concatenate(points), np.concatenate(normals)
+
+
+def _stripes(strand: int, away: Doubles, t: Doubles, curve: _Curve, index: NDArray[np.int64]) -> Doubles:
+    """Spiral stripes of a tube. away: from the centre curve to the points."""
+    along = unit(curve.derivatives[1][index])
+    side = unit(curve.outward[index] - np.einsum("ij,ij->i", curve.outward[index], along)[:, None] * along)
+    angle = np.arctan2(np.einsum("ij,ij->i", away, np.cross(along, side)), np.einsum("ij,ij->i", away, side))
+    ground, stripe, turns = ((INK, GOLD, 24), (CORAL, CREAM, -36))[strand]
+    wave = np.sin(turns * t + 2 * angle)
+    mix = _smooth((wave - 0.1) / 0.7)[:, None]
+    return ground * (1 - mix) + stripe * mix
+
+
+def _bead_colour(bead: NDArray[np.int64]) -> Doubles:
+    """Ivory, every third bead gold."""
+    return np.where((bead % 3 == 0)[:, None], GOLD, CREAM)
+
+
+def _smooth(x: Doubles) -> Doubles:
+    x = np.clip(x, 0, 1)
+    return x * x * (3 - 2 * x)

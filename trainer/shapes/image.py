@@ -1,0 +1,79 @@
+"""Colour on a mesh from an image and texture coordinates."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from PIL import Image
+
+from ...model.errors import UserError
+from ...model.files import show
+from .shape import Doubles
+
+Image.MAX_IMAGE_PIXELS = 2**30
+"""A texture of 32,768 pixels a side is large, not an attack."""
+
+
+class ImageTexture:
+    """uv: (F, 3, 2), of the faces' corners, v upwards. image: (H, W, 3) uint8, sRGB, top row first."""
+
+    def __init__(self, uv: Doubles, image: NDArray[np.uint8]) -> None:
+        self._uv, self._image = uv, image
+
+    def colours(self, face: NDArray[np.int64], weights: Doubles) -> Doubles:
+        """sRGB in [0, 1], (n, 3), at barycentric weights (n, 3, 1) of faces (n,): bilinear and repeating, as in GL."""
+        height, width, _ = self._image.shape
+        u, v = (self._uv[face] * weights).sum(axis=1).T
+        x, y = u * width - 0.5, (1 - v) * height - 0.5
+        left, top = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
+        right_share, low_share = (x - left)[:, None], (y - top)[:, None]
+
+        def pixel(row: NDArray[np.int64], column: NDArray[np.int64]) -> Doubles:
+            return np.asarray(self._image[row % height, column % width], np.float64)
+
+        upper = pixel(top, left) * (1 - right_share) + pixel(top, left + 1) * right_share
+        lower = pixel(top + 1, left) * (1 - right_share) + pixel(top + 1, left + 1) * right_share
+        return np.asarray((upper * (1 - low_share) + lower * low_share) / 255)
+
+    def reversed(self) -> "ImageTexture":
+        """For faces whose corners are in the opposite order."""
+        return ImageTexture(self._uv[:, ::-1], self._image)
+
+
+def image_texture(mesh: trimesh.Trimesh, file: Path | None) -> ImageTexture | None:
+    """The texture of a mesh as it was read (vertices not merged yet), from its material or from `file`.
+
+    None: it has none. Raises UserError where `file` cannot be used.
+    """
+    visual: Any = mesh.visual
+    uv = getattr(visual, "uv", None)
+    if uv is None or len(uv) != len(mesh.vertices):
+        if file is not None:
+            raise UserError(f"--texture {show(file)}: the mesh has no texture coordinates to put an image by")
+        return None
+    if not np.isfinite(uv).all():
+        raise UserError("texture coordinates that are not finite (NaN or infinity); repair the file, or --texture none")
+    image = _of_material(visual.material) if file is None else _read(file)
+    if image is None:
+        return None
+    if image.mode.startswith("I") or image.mode == "F":  # Pillow's conversion would clip them to white or black
+        raise UserError("an image of 16-bit grey or of floats; save it with 8 bits a channel, or --texture none")
+    return ImageTexture(np.asarray(uv, np.float64)[mesh.faces], np.asarray(image.convert("RGB"), np.uint8))
+
+
+def _of_material(material: Any) -> Image.Image | None:
+    image = getattr(material, "baseColorTexture", None)
+    image = getattr(material, "image", None) if image is None else image
+    return image if isinstance(image, Image.Image) else None
+
+
+def _read(file: Path) -> Image.Image:
+    try:
+        image = Image.open(file)
+        image.load()
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        reason = "no such file" if isinstance(error, FileNotFoundError) else "not a readable image"
+        raise UserError(f"--texture {show(file)}: {reason}") from None
+    return image

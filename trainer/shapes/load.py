@@ -1,0 +1,142 @@
+"""A path, or the word `demo`, -> a shape."""
+
+import hashlib
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+
+from ...model.errors import UserError
+from ...model.files import show
+from .cloud import CloudShape
+from .demo import DemoShape
+from .image import ImageTexture, image_texture
+from .mesh import MeshShape
+from .shape import Doubles, Shape
+
+Cloud = tuple[Doubles, Doubles, Doubles | None]
+
+
+@dataclass(frozen=True, eq=False)
+class Textured:
+    """A mesh as read, its image where it has one; unwrapped: it has texture coordinates."""
+
+    mesh: trimesh.Trimesh
+    texture: ImageTexture | None
+    unwrapped: bool
+
+
+def load_shape(name: str, image: Path | None = None) -> tuple[Shape, list[str]]:
+    """The shape and the warnings its reader has for the user. image: in place of that of the mesh's material.
+
+    Meshes: PLY, OBJ, STL, GLB. Oriented point clouds: PLY without faces (x y z nx ny nz [red green blue]), XYZ (the
+    same as text columns, colours 0 to 255), NPZ (arrays `points`, `normals` [, `colours` in 0 to 1]).
+    Raises UserError, one line, for everything that is none of these.
+    """
+    if name == "demo":
+        if image is not None:
+            raise UserError(f"--texture {show(image)}: the built-in shape has its own colours")
+        return DemoShape(), []
+    path, label = Path(name), show(Path(name).name)
+    if os.path.isdir(path):
+        raise UserError(f"{show(name)}: a folder, not a file")
+    if not os.path.isfile(path):
+        raise UserError(f"{show(name)}: no such file")
+    read = READERS.get(path.suffix.lower())
+    if read is None:
+        known = " ".join(suffix[1:].upper() for suffix in READERS)
+        raise UserError(f"{label}: no shape format by that ending; this program reads {known}")
+    try:
+        source: dict[str, Any] = {"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
+        found = read(path, image)
+    except UserError as error:
+        raise UserError(f"{label}: {error}") from None
+    except Exception as error:  # trimesh's and numpy's readers raise anything on damaged files
+        reason = show(str(error).splitlines()[0] if str(error) else type(error).__name__)[:160]
+        raise UserError(f"{label}: not a readable {path.suffix[1:].upper()} file ({reason})") from None
+    if image is not None:
+        source["texture"] = {"file": image.name, "sha256": hashlib.sha256(image.read_bytes()).hexdigest()}
+    if isinstance(found, Textured):
+        shape: MeshShape | CloudShape = MeshShape(found.mesh, label, source, found.texture)
+        if found.texture is None and found.unwrapped:
+            shape.warnings.append(f"{label}: texture coordinates, but no readable image; name it with --texture FILE")
+    else:
+        shape = CloudShape(*found, label, source)
+    return shape, shape.warnings
+
+
+def _read_mesh(path: Path, image: Path | None) -> Textured:
+    mesh = trimesh.load_mesh(path, process=False)
+    if not isinstance(mesh, trimesh.Trimesh):
+        raise UserError("the mesh is empty; a shape needs triangles, or points with normals")
+    return _textured(mesh, image)
+
+
+def _textured(mesh: trimesh.Trimesh, image: Path | None) -> Textured:
+    """Vertices at one place that differ by texture coordinates or normals are one vertex of the surface."""
+    if not np.isfinite(mesh.vertices).all():
+        raise UserError("vertex coordinates that are not finite (NaN or infinity); repair the file")
+    texture = image_texture(mesh, image)
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    return Textured(mesh, texture, isinstance(mesh.visual, trimesh.visual.TextureVisuals))
+
+
+def _read_ply(path: Path, image: Path | None) -> Textured | Cloud:
+    loaded: Any = trimesh.load(path, process=False)
+    if isinstance(loaded, trimesh.Trimesh) and len(loaded.faces):
+        return _textured(loaded, image)
+    _no_image(image)
+    columns = loaded.metadata.get("_ply_raw", {}).get("vertex", {}).get("data", {})
+    names = set(columns.dtype.names if isinstance(columns, np.ndarray) else columns)
+
+    def stack(*wanted: str) -> Doubles:
+        return np.stack([np.asarray(columns[name], dtype=np.float64).reshape(-1) for name in wanted], axis=1)
+
+    if not names or not len(columns["x"]):
+        raise UserError("the mesh is empty; a shape needs triangles, or points with normals")
+    if not {"nx", "ny", "nz"} <= names:
+        raise UserError("a point cloud without normals (nx ny nz); estimate and orient them first")
+    coloured = {"red", "green", "blue"} <= names
+    return stack("x", "y", "z"), stack("nx", "ny", "nz"), stack("red", "green", "blue") / 255 if coloured else None
+
+
+def _no_image(image: Path | None) -> None:
+    if image is not None:
+        raise UserError(f"--texture {show(image)}: points have no texture coordinates to put an image by")
+
+
+def _read_xyz(path: Path, image: Path | None) -> Cloud:
+    _no_image(image)
+    table = np.loadtxt(path, ndmin=2, dtype=np.float64)
+    if table.shape[1] not in (6, 9):
+        raise UserError(f"{table.shape[1]} columns; x y z nx ny nz [r g b] are needed (a cloud needs normals)")
+    return table[:, :3], table[:, 3:6], table[:, 6:] / 255 if table.shape[1] == 9 else None
+
+
+def _read_npz(path: Path, image: Path | None) -> Cloud:
+    _no_image(image)
+    with np.load(path, allow_pickle=False) as arrays:
+        if "points" not in arrays:
+            raise UserError("no array `points` in it")
+        if "normals" not in arrays:
+            raise UserError("a point cloud without normals (array `normals`); estimate and orient them first")
+        known = [key for key in ("points", "normals", "colours") if key in arrays]
+        columns = {key: np.asarray(arrays[key], dtype=np.float64) for key in known}
+    for key, array in columns.items():
+        if array.shape != (len(columns["points"]), 3):
+            raise UserError(f"array `{key}` has shape {array.shape}, expected ({len(columns['points'])}, 3)")
+    return columns["points"], columns["normals"], columns.get("colours")
+
+
+READERS: dict[str, Callable[[Path, Path | None], Textured | Cloud]] = {
+    ".ply": _read_ply,
+    ".obj": _read_mesh,
+    ".stl": _read_mesh,
+    ".glb": _read_mesh,
+    ".xyz": _read_xyz,
+    ".npz": _read_npz,
+}

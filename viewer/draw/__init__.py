@@ -1,0 +1,1 @@
+"""OpenGL contexts, and what draws a frame in one."""

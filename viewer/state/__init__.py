@@ -1,0 +1,1 @@
+"""What is shown, and the work that goes on beside it."""

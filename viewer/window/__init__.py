@@ -1,0 +1,1 @@
+"""The window: events, panel, what can be dropped on it."""
