@@ -3,17 +3,16 @@
 The field is the program as every C-like target prints it. Around it stands what a person wrote, in cuda_source/.
 """
 
-import json
 import re
 from importlib.resources import files
 
 from ...model.errors import UserError
-from ...model.model import Model, shape_of
+from ...model.model import Model
 from ..ir.lower import lower
 from ..ir.program import Affine, Dot, Function, Program
 from ..printers.cstyle import Language, constants_of
 from ..printers.field import print_field
-from .fragment import installed_version
+from .header import header_facts, header_line
 
 LANGUAGE = Language(
     function="__device__ inline {type} {name}({parameters})",
@@ -105,10 +104,9 @@ def _load(name: str, seen: set[str]) -> str:
 
 
 def _head(model: Model, program: Program) -> list[str]:
-    levels = " > ".join(shape_of(level.network) for level in model.levels)
     return [
-        f"// Multiscale neural signed distance function {json.dumps(program.name)}, levels {levels}",
-        f"// model {program.sha256[:12]}, target cuda, mplicits {installed_version()}",
+        header_line(header_facts(model, program, "cuda")),
+        "// Multiscale neural signed distance function.",
         "//",
         "//     nvcc -O3 -arch=native model.cu -o model && ./model --help",
         "//",

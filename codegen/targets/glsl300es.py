@@ -10,7 +10,7 @@ DIALECT = fragment.Dialect(
     target="glsl300es",
     language=Language(sine="sine", cosine="cosine"),
     opening=("#version 300 es", "precision highp float;", "precision highp int;", "precision highp sampler2D;"),
-    uniform="uniform {type} {name}; // {default}: {what}",
+    uniform="uniform {type} {name}; // {default}: {meaning}",
     advice="Set each uniform to the value that its comment begins with; draw a triangle over the image.",
     helpers="\n" + glsl.load("sine.glsl"),
 )

@@ -14,7 +14,7 @@ DIALECT = fragment.Dialect(
     target="glsl330",
     language=Language(),
     opening=("#version 330 core",),
-    uniform="uniform {type} {name} = {default}; // {what}",
+    uniform="uniform {type} {name} = {default}; // {meaning}",
     advice="Every uniform has a default; draw a triangle over the image.",
 )
 

@@ -1,39 +1,80 @@
 """What a GLSL target makes of a model: the text, the weight texture, and the loops that llvmpipe counts."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from ..ir.program import Array
+
+LISTS = {"value_loops": int, "gradient_loops": int, "iterations": int, "deltas": float}
+"""Keys of a shader's facts that are lists with a number for each level."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shader:
-    """A complete fragment shader.
-
-    weights: (H, W, 4) float32 for the sampler `weights`, or None where every weight is in the text.
-    value_loops, gradient_loops: loop iterations a fragment spends on one field(p, level) and
-    field_gradient(p, level), at index level - 1.
-    texture_loops: the same for the colour.
-    iterations, deltas: the defaults of the uniforms, one per level.
-    files: names of those in glsl/ that `#line` directives in the text tell apart (glsl.load_numbered).
-    """
+    """A complete fragment shader."""
 
     text: str
     weights: Array | None
+    """(H, W, 4) float32, for the sampler `weights`; None where every weight is in the text."""
     value_loops: tuple[int, ...]
+    """Loop iterations that a fragment spends on one field(p, level), at index level - 1."""
     gradient_loops: tuple[int, ...]
+    """Loop iterations that a fragment spends on one field_gradient(p, level), at index level - 1."""
     texture_loops: int
+    """Loop iterations that a fragment spends on the colour."""
     iterations: tuple[int, ...]
+    """Default of the uniform of this name: sphere tracing steps at each level, per round."""
     deltas: tuple[float, ...]
+    """Default of the uniform `delta`: half width of each level's band, model units."""
+    textured: bool = False
+    """Whether the colour is the model's own."""
     files: tuple[str, ...] = ()
+    """Names of the files in glsl/ that `#line` directives in the text tell apart (glsl.load_numbered)."""
 
     @property
     def levels(self) -> int:
         """Number of levels."""
         return len(self.value_loops)
 
+    def facts(self) -> dict[str, Any]:
+        """What the header line keeps of this, so that `of_facts` can make it again from the text."""
+        lists = {key: list(getattr(self, key)) for key in LISTS}
+        return {**lists, "texture_loops": self.texture_loops, "textured": self.textured}
+
+    @classmethod
+    def of_facts(cls, facts: Mapping[str, Any], text: str, weights: Array | None) -> "Shader":
+        """Make the shader of a text from the facts in its header line.
+
+        Raises ValueError where one is missing or is no such number.
+        """
+        lists = {key: tuple(_number(value, kind) for value in _list(facts.get(key))) for key, kind in LISTS.items()}
+        if len({len(values) for values in lists.values()}) != 1 or not lists["deltas"]:
+            raise ValueError("the lists are not of one length")
+        return cls(
+            text=text,
+            weights=weights,
+            texture_loops=_number(facts.get("texture_loops"), int),
+            textured=facts.get("textured") is True,
+            **lists,
+        )
+
     def worst_loops(self, level: int, normal_level: int, iterations: Sequence[int], rounds: int) -> int:
         """Upper bound of the loop iterations of one fragment; llvmpipe stops silently at 65,535."""
         phases = zip(iterations[:level], self.value_loops[:level], strict=True)
         one_round = sum(1 + steps * (1 + loops) + 1 for steps, loops in phases) + 2
         return rounds * one_round + 1 + self.gradient_loops[normal_level - 1] + self.texture_loops
+
+
+def _list(value: object) -> list[object]:
+    if not isinstance(value, list):
+        raise ValueError("not a list")
+    return value
+
+
+def _number(value: object, kind: type) -> Any:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value < float("inf"):
+        raise ValueError("not a number that counts or measures")
+    if kind(value) != value:
+        raise ValueError("not a whole number")
+    return kind(value)

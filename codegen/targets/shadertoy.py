@@ -1,12 +1,11 @@
 """Target shadertoy: text for Shadertoy's Image tab."""
 
-import json
 import re
 from dataclasses import replace
 
 from ... import glsl
 from ...model.errors import UserError
-from ...model.model import Model, shape_of
+from ...model.model import Model
 from ...model.quantise import on_grid, rounded_model
 from ..ir.lower import lower
 from ..ir.program import Program
@@ -15,6 +14,7 @@ from ..printers.literal import Literal
 from ..printers.packed import Packed
 from ..reference.digits import fewest_digits
 from ..reference.march import OFFSET
+from .header import header_facts, header_line
 
 WIDEST = 64
 """Above, browsers take minutes to compile the text, or crash."""
@@ -60,8 +60,7 @@ def _text(program: Program, model: Model, storage: type[Storage]) -> str:
     text = "\n".join([*lines, *_field(program), shell.replace("ALBEDO", albedo)])
     if storage is Packed:
         text = _squeezed(text)
-    levels = " > ".join(shape_of(level.network) for level in model.levels)
-    return f"// {json.dumps(program.name)} {levels}, mplicits\n{text}"
+    return header_line(header_facts(model, program, "shadertoy")) + "\n" + text
 
 
 def _field(program: Program) -> list[str]:

@@ -20,6 +20,8 @@ from ..reference.digits import near_surface
 from ..reference.rounding import in_decimals, is_float16
 from . import fragment
 from .glsl300es import DIALECT
+from .header import header_facts, installed_version
+from .uniforms import UNIFORMS
 
 PRINTER = ("safetensors.js", "lower.js", "cstyle.js", "literal.js", "texture.js", "field.js")
 """Modules in web/ that read a model and print its field."""
@@ -45,7 +47,6 @@ PROBES = 32
 """Points at which the page compares its field with the reference's."""
 
 _MODULE_LINE = re.compile(r"^import [^;]*;\n|^export (?=\w)", re.MULTILINE)
-_NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
 
 
@@ -62,7 +63,8 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
     program = lower(weights)
     field = print_field(program, DIALECT.language, "texture")
     # A model that is dropped on the page may move, even if this one does not.
-    prologue = fragment.prologue(model, replace(program, moving=True), DIALECT, field.weights)
+    facts = header_facts(model, program, "html")
+    prologue = fragment.prologue(facts, replace(program, moving=True), DIALECT, field.weights)
     parts = {
         "css": _read("page.css"),
         "js": script(),
@@ -84,12 +86,8 @@ def _facts(model: Model, program: Program, storage: str, digits: int | None) -> 
     narrow = any(program.widest(function) <= STORAGES[0][0] for function in program.functions())
     return {
         "sha256": program.sha256,
-        "version": fragment.installed_version(),
-        "defaults": {
-            name: [float(number) for number in _NUMBER.findall(text.partition("(")[2] or text)]
-            for _, name, text, _ in fragment.UNIFORMS
-            if text is not None
-        },
+        "version": installed_version(),
+        "defaults": {entry.name: list(entry.default) for entry in UNIFORMS if isinstance(entry.default, tuple)},
         "storage": storage if narrow or storage == "literal" else "texture",
         "points": _numbers(points),
         "values": _numbers(interpret.field(program, points, len(program.values))),

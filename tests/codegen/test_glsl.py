@@ -17,6 +17,7 @@ from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context
 from numpy.typing import NDArray
 
+from support.golden_text import check_golden
 from support.paths import GOLDEN
 from support.random_model import random_model
 
@@ -119,10 +120,7 @@ def test_one_copy_of_the_weights() -> None:
 
 def test_golden_text(request: pytest.FixtureRequest) -> None:
     text = TARGETS["glsl330"](random_model((4, 1), (8, 0), texture=(4, 0), name='tiny "/*\n</script>\\'), digits=3)
-    text = "\n".join(line for line in text.splitlines() if "mplicits " not in line) + "\n"
-    if request.config.getoption("--update-golden"):
-        GOLDEN_TEXT.write_text(text)
-    assert text == GOLDEN_TEXT.read_text(), "run pytest --update-golden after reading the difference"
+    check_golden(text, GOLDEN_TEXT, request)
 
 
 @pytest.mark.parametrize("storage", ["literal", "texture"])

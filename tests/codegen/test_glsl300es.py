@@ -23,6 +23,7 @@ from mplicits.viewer.draw.context import Context
 from numpy.typing import NDArray
 
 from support.fitted_model import fitted_model
+from support.golden_text import check_golden
 from support.paths import GOLDEN
 from support.random_model import random_model
 
@@ -45,10 +46,7 @@ void main() {
 def test_golden_text(request: pytest.FixtureRequest) -> None:
     model = random_model((4, 1), (8, 0), texture=(4, 0), name='tiny "/*\n</script>\\')
     text = TARGETS["glsl300es"](model, digits=3)
-    text = "\n".join(line for line in text.splitlines() if "mplicits " not in line) + "\n"
-    if request.config.getoption("--update-golden"):
-        GOLDEN_TEXT.write_text(text)
-    assert text == GOLDEN_TEXT.read_text(), "run pytest --update-golden after reading the difference"
+    check_golden(text, GOLDEN_TEXT, request)
 
 
 @pytest.mark.parametrize("inputs", ["xyz", "xyzt"])

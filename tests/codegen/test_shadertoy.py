@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from support.browser import visit
+from support.golden_text import check_golden
 from support.paths import DEMO, GOLDEN
 from support.random_model import random_model
 
@@ -221,9 +222,7 @@ def test_the_fewest_digits_keep_the_surface() -> None:
 
 def test_golden_text(request: pytest.FixtureRequest) -> None:
     text = SHADERTOY(on_grids(random_model((4, 1), (8, 0), texture=(4, 0), name='tiny "/*\n</script>\\')))
-    if request.config.getoption("--update-golden"):
-        GOLDEN_TEXT.write_text(text)
-    assert text == GOLDEN_TEXT.read_text(), "run pytest --update-golden after reading the difference"
+    check_golden(text, GOLDEN_TEXT, request)
 
 
 @pytest.mark.parametrize("storage", ["packed", "literal"])

@@ -1,5 +1,5 @@
-// Multiscale neural signed distance function "tiny \"*/??/\n\\u000a</script>\\", levels 4x1 > 8x0
-// model 6372a336b13b, target cuda, mplicits VERSION
+// {"mplicits": "VERSION", "target": "cuda", "name": "tiny \"*/??/\n\\u000a</script>\\", "sha256": "6372a336b13b", "levels": ["4x1", "8x0"]}
+// Multiscale neural signed distance function.
 //
 //     nvcc -O3 -arch=native model.cu -o model && ./model --help
 //

@@ -2,8 +2,8 @@
 precision highp float;
 precision highp int;
 precision highp sampler2D;
-// Multiscale neural signed distance function "tiny \"/*\n</script>\\", levels 4x1 > 8x0
-// Model space: the shape fits the unit sphere. Set each uniform to the value that its comment begins with; draw a triangle over the image.
+// {"mplicits": "VERSION", "target": "glsl300es", "name": "tiny \"/*\n</script>\\", "sha256": "6372a336b13b", "levels": ["4x1", "8x0"], "value_loops": [0, 0], "gradient_loops": [0, 0], "iterations": [20, 5], "deltas": [1.0, 0.5], "texture_loops": 0, "textured": true}
+// Multiscale neural signed distance function. Model space: the shape fits the unit sphere. Set each uniform to the value that its comment begins with; draw a triangle over the image.
 
 const int LEVELS = 2;
 uniform vec2 resolution; // vec2(512): size of the image, pixels; the one to set

@@ -1,6 +1,6 @@
 #version 330 core
-// Multiscale neural signed distance function "tiny \"/*\n</script>\\", levels 4x1 > 8x0
-// Model space: the shape fits the unit sphere. Every uniform has a default; draw a triangle over the image.
+// {"mplicits": "VERSION", "target": "glsl330", "name": "tiny \"/*\n</script>\\", "sha256": "6372a336b13b", "levels": ["4x1", "8x0"], "value_loops": [0, 0], "gradient_loops": [0, 0], "iterations": [20, 5], "deltas": [1.0, 0.5], "texture_loops": 0, "textured": true}
+// Multiscale neural signed distance function. Model space: the shape fits the unit sphere. Every uniform has a default; draw a triangle over the image.
 
 const int LEVELS = 2;
 uniform vec2 resolution = vec2(512); // size of the image, pixels; the one to set

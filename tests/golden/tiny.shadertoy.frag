@@ -1,4 +1,4 @@
-// "tiny \"/*\n</script>\\" 4x1 > 8x0, mplicits
+// {"mplicits": "VERSION", "target": "shadertoy", "name": "tiny \"/*\n</script>\\", "sha256": "e453f4b1682a", "levels": ["4x1", "8x0"]}
 mat4 M(int a,int b,int c){
 ivec3 v=ivec3(a,b,c),u=v>>30&3;
 return mat4(v<<26>>26,u.x*16+u.y*4+u.z-32,v<<20>>26,v<<14>>26,v<<8>>26,v<<2>>26);

@@ -46,7 +46,7 @@ def open_source(path: Path, storage: str = "auto") -> Source:
         shader, name = read_shader(text)
     except UserError as error:
         raise UserError(f"{show(path)}: {error}") from None
-    return Source(path, show(name), shader, None, "vec3 albedo(vec3 p) {\n    return vec3(" not in text)
+    return Source(path, show(name), shader, None, shader.textured)
 
 
 class Watch:

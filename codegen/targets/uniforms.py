@@ -1,0 +1,79 @@
+"""The one table of uniforms: GLSL's declarations, the page's settings, CUDA's arguments and the panel read it."""
+
+from dataclasses import dataclass
+
+SHADINGS = ("phong", "normal", "depth", "steps", "texture", "data")
+"""Shading modes; the index is the value of the uniform `shading` (glsl/shade.glsl names them SHADE_PHONG, ...)."""
+
+LEVELS = "LEVELS"
+"""A default that depends on the model: its number of levels."""
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """A value that a baked program takes from outside, the same by name in every target."""
+
+    type: str
+    """GLSL type: float, int, vec2, vec3 or mat4; of one element where `per_level` is set."""
+    name: str
+    default: tuple[float, ...] | str | None
+    """Numbers, one for all components or one for each (mat4: column by column); LEVELS; None: the model's own bands."""
+    meaning: str
+    """What it is, with its unit or space, on one line."""
+    per_level: bool = False
+    """Whether it is an array with one element for each level."""
+
+    @property
+    def declared(self) -> str:
+        """The name as GLSL declares it."""
+        return f"{self.name}[{LEVELS}]" if self.per_level else self.name
+
+    def glsl_default(self) -> str | None:
+        """The default as a GLSL expression, or None where it is the model's."""
+        if self.default is None or isinstance(self.default, str):
+            return self.default
+        numbers = ", ".join(f"{number:g}" for number in self.default)
+        if self.type == "float" and "." not in numbers:
+            numbers += "."
+        return numbers if self.type in ("float", "int") else f"{self.type}({numbers})"
+
+
+UNIFORMS = (
+    Uniform("vec2", "resolution", (512,), "size of the image, pixels; the one to set"),
+    Uniform("vec2", "origin", (0,), "of this tile inside the image, pixels"),
+    Uniform("vec2", "jitter", (0,), "of the sample inside its pixel, pixels, [-0.5, 0.5)"),
+    Uniform(
+        "mat4",
+        "camera",
+        (1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 3.4, 1),
+        "camera to model space: columns right, up, back, eye",
+    ),
+    Uniform("float", "focal", (2.75,), "1 / tan(fov / 2), vertical"),
+    Uniform("int", "level", LEVELS, "level that is traced"),
+    Uniform("int", "normal_level", LEVELS, "level whose gradient is the normal"),
+    Uniform("int", "iterations", None, "sphere tracing steps at each level, per round", per_level=True),
+    Uniform("int", "rounds", (32,), "how often the levels are gone through"),
+    Uniform("float", "delta", None, "half width of each level's band, model units", per_level=True),
+    Uniform("float", "step_scale", (0.8,), "factor on every step: a trained gradient is in places longer than 1"),
+    Uniform("int", "shading", (0,), "0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 data: (t, steps, level, hit)"),
+    Uniform("vec3", "light", (-0.5, 0.7, 0.8), "direction to the light, camera space"),
+    Uniform("vec3", "background_bottom", (0.13, 0.14, 0.17), "sRGB"),
+    Uniform("vec3", "background_top", (0.33, 0.36, 0.41), "sRGB"),
+)
+"""In the order in which a shader declares them."""
+
+TIME = Uniform("float", "time", (0,), "fourth input of the field")
+"""Declared where the field is one of (x, y, z, t)."""
+
+
+def uniform(name: str) -> Uniform:
+    """The uniform of this name. Raises KeyError where there is none."""
+    return {entry.name: entry for entry in (*UNIFORMS, TIME)}[name]
+
+
+def default(name: str) -> tuple[float, ...]:
+    """The default's numbers. Raises KeyError, or TypeError where the default depends on the model."""
+    numbers = uniform(name).default
+    if not isinstance(numbers, tuple):
+        raise TypeError(f"the default of {name} depends on the model")
+    return numbers

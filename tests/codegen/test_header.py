@@ -1,0 +1,97 @@
+"""The header line of generated text: what it says, and what a damaged one is answered with."""
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from mplicits.codegen.targets import glsl330
+from mplicits.codegen.targets.header import read_header
+from mplicits.codegen.targets.read_shader import read_shader
+from mplicits.codegen.targets.registry import TARGETS
+from mplicits.codegen.targets.uniforms import SHADINGS, UNIFORMS
+from mplicits.glsl import read
+from mplicits.model.errors import UserError
+
+from support.random_model import random_model
+
+NAME = 'a "name" */??/\n\u2028</script>\\'
+
+
+@pytest.mark.parametrize("target", ["glsl330", "glsl300es", "shadertoy", "cuda"])
+def test_every_text_opens_with_what_it_was_made_from(target: str) -> None:
+    text = TARGETS[target](random_model((16, 1), (12, 2), name=NAME))
+    facts = read_header(text)
+    assert (facts["target"], facts["name"], facts["levels"]) == (target, NAME, ["16x1", "12x2"])
+    assert len(facts["sha256"]) == 12
+    (line,) = (line for line in text.splitlines() if line.startswith("// {"))
+    assert line.isascii()
+    assert not line.endswith("\\")
+
+
+@pytest.mark.parametrize("storage", ["literal", "texture"])
+@pytest.mark.parametrize("textured", [False, True])
+def test_a_baked_shader_is_read_back_as_it_was_made(storage: str, textured: bool) -> None:
+    model = random_model((16, 1), (24, 2), texture=(8, 1) if textured else None, name=NAME)
+    shader, text = glsl330.bake(model, storage), glsl330.standalone(model, storage)
+    again, name = read_shader(text)
+    assert (name, again.text) == (NAME, text)
+    assert again.facts() == shader.facts()
+    assert again.textured == textured
+    if shader.weights is None:
+        assert again.weights is None
+    else:
+        np.testing.assert_array_equal(again.weights, shader.weights)
+
+
+def changed(change: Callable[[dict[str, Any]], object]) -> str:
+    """A baked shader whose header's facts went through `change`."""
+    text = glsl330.standalone(random_model((4, 1), (4, 0)))
+    line = next(line for line in text.splitlines() if line.startswith("// {"))
+    facts = json.loads(line[3:])
+    change(facts)
+    return text.replace(line, "// " + json.dumps(facts))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda facts: facts.pop("mplicits"), "no header line"),
+        (lambda facts: facts.update(target="glsl300es"), "another target"),
+        (lambda facts: facts.pop("deltas"), "damaged"),
+        (lambda facts: facts.update(deltas=[]), "damaged"),
+        (lambda facts: facts.update(deltas="0.1"), "damaged"),
+        (lambda facts: facts.update(iterations=[20]), "damaged"),
+        (lambda facts: facts.update(iterations=[20, 2.5]), "damaged"),
+        (lambda facts: facts.update(iterations=[20, True]), "damaged"),
+        (lambda facts: facts.update(value_loops=[0, -1]), "damaged"),
+        (lambda facts: facts.update(deltas=[0.1, float("nan")]), "damaged"),
+        (lambda facts: facts.update(texture_loops=None), "damaged"),
+    ],
+)
+def test_a_damaged_header_is_refused(change: Callable[[dict[str, Any]], object], said: str) -> None:
+    with pytest.raises(UserError, match=said):
+        read_shader(changed(change))
+
+
+@pytest.mark.parametrize("text", ["", "#version 330\nvoid main() {}\n", "// {not json\n", "// [1]\n", "// {}\n"])
+def test_a_shader_of_others_is_refused(text: str) -> None:
+    with pytest.raises(UserError, match="no header line"):
+        read_shader(text)
+
+
+def test_weights_that_are_missing_or_damaged_are_refused() -> None:
+    text = glsl330.standalone(random_model((4, 1)), "texture")
+    with pytest.raises(UserError, match="missing"):
+        read_shader(text[: text.index("\n// weights: ")])
+    with pytest.raises(UserError, match="damaged"):
+        read_shader(text[:-20])
+
+
+def test_the_table_of_uniforms_is_what_glsl_declares_and_names() -> None:
+    text = glsl330.standalone(random_model((4, 1), (4, 0)))
+    for uniform in UNIFORMS:
+        assert f"uniform {uniform.type} {uniform.declared} = " in text, uniform.name
+    for value, name in enumerate(SHADINGS):
+        assert f"const int SHADE_{name.upper()} = {value};\n" in read("shade.glsl")
