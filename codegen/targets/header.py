@@ -13,7 +13,7 @@ PREFIX = "// "
 
 
 def header_facts(model: Model, program: Program, target: str) -> dict[str, Any]:
-    """What every header says: mplicits' version, the target, and the model's name, start of its hash, levels (64x2, ...)."""
+    """What every header says: mplicits' version, the target, and the model's name, hash (its start) and levels."""
     return {
         "mplicits": installed_version(),
         "target": target,
