@@ -2,7 +2,7 @@
 
     python benchmarks/bytes.py [--shapes armadillo,spot] [--steps 4000,6000] [--keep FOLDER] [-o FILE]
 
-Decimals: trained as always, then rounded to so many decimals, as others bake it. Packed: on the grids of
+Decimals: trained as always, then rounded to so many decimals, as others bake it. Packed: quantised by
 model/quantise.py from the first step of training on, as the presets `tiny` and `small`.
 """
 

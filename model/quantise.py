@@ -1,8 +1,15 @@
-"""Weights on a grid: small whole multiples of a step, which take few characters as text (codegen/printers/packed.py).
+"""Quantised weights: small whole multiples of a step, which take few characters as text (codegen/printers/packed.py).
 
-A hidden layer has one step for its matrix, whose multiples are of 6 bits, and its bias. The first layer, whose matrix
-holds frequencies and whose bias phases, has one for each, and every output row has its own; these are of 8 bits.
-Training keeps to grids from its first step on (trainer/networks/rounding.py); `rounded` puts any network there.
+In a quantised network
+
+- a hidden layer has one step. The weights of its matrix are multiples of it of at most `MAX_HIDDEN`, which is 6 bits
+  with the sign; its biases are multiples of it of any size.
+- the first layer's matrix, which holds frequencies, and its bias, which holds phases, have a step each, and so has
+  every row of the last layer's matrix. Their multiples are at most `MAX_FINE`, which is 8 bits with the sign.
+- the last layer's bias may be any number.
+
+Training can keep its weights quantised from its first step on (trainer/networks/quantised.py); `quantised` quantises
+any network.
 """
 
 from dataclasses import replace
@@ -11,72 +18,82 @@ import numpy as np
 
 from .model import Array, Layer, Model, Network
 
-HIDDEN, FINE = 31, 127
-"""Largest multiples of a hidden layer's matrix, and of all else but hidden biases, which may have any."""
+MAX_HIDDEN = 31
+"""Largest multiple in the matrix of a hidden layer."""
+MAX_FINE = 127
+"""Largest multiple in the first layer, and in the matrix of the last."""
 CLIP = 2.0
-"""Largest weight of a hidden layer, in standard deviations: rounding all others more finely is worth it."""
+"""Largest weight that a hidden layer keeps, in standard deviations of its weights.
+
+Larger ones are clipped: the smaller step that this allows is worth more to all the others.
+"""
 TOLERANCE = 1e-3
-"""Of a step, from a whole multiple."""
+"""How far a weight may be from a whole multiple of its step, in steps."""
 
 
 def step_of(array: Array, largest: int) -> float | None:
-    """The largest step of which every entry is a multiple, `largest` at most; None where there is none."""
+    """Find the largest step of which every entry of an array is a multiple.
+
+    array: float32, any shape. largest: the largest multiple that is allowed. Returns None where there is no such step,
+    and 1 for an array of zeros.
+    """
     top = float(np.abs(array).max())
     counts = np.arange(1, largest + 1)
     for count in counts if top > 0 else ():
         step = float(f"{top / count:.6g}")
-        if multiples(array, step):
+        if are_multiples(array, step):
             return step
     return None if top > 0 else 1.0
 
 
-def multiples(array: Array, step: float) -> bool:
-    """Whether every entry is a multiple of `step`."""
+def are_multiples(array: Array, step: float) -> bool:
+    """Whether every entry of an array is a whole multiple of `step`, within `TOLERANCE`."""
     ratio = array.astype(np.float64) / step
     return bool(np.abs(ratio - np.rint(ratio)).max() < TOLERANCE)
 
 
-def on_grid(network: Network) -> bool:
-    """Whether every layer is on its grid."""
+def is_quantised(network: Network) -> bool:
+    """Whether every layer of a network is quantised as this file's docstring says."""
     first, *hidden = network[:-1]
     fine = (first.weight, first.bias, *network[-1].weight)
-    steps = [step_of(layer.weight, HIDDEN) for layer in hidden]
-    return all(step_of(array, FINE) is not None for array in fine) and all(
-        step is not None and multiples(layer.bias, step) for step, layer in zip(steps, hidden, strict=True)
+    steps = [step_of(layer.weight, MAX_HIDDEN) for layer in hidden]
+    return all(step_of(array, MAX_FINE) is not None for array in fine) and all(
+        step is not None and are_multiples(layer.bias, step) for step, layer in zip(steps, hidden, strict=True)
     )
 
 
-def rounded(network: Network) -> Network:
-    """The nearest network on a grid, its output's bias to five decimals."""
+def quantised(network: Network) -> Network:
+    """Return the nearest quantised network; the last layer's bias is rounded to five decimals."""
     first, *hidden = network[:-1]
-    layers = [Layer(_finely(first.weight), _finely(first.bias))]
+    layers = [Layer(_quantised_finely(first.weight), _quantised_finely(first.bias))]
     for layer in hidden:
-        most = min(CLIP * float(layer.weight.std()), float(np.abs(layer.weight).max()))
-        step = _short(most / HIDDEN)
-        weight = np.clip(layer.weight, -HIDDEN * step, HIDDEN * step)
-        layers.append(Layer(_nearest(weight, step), _nearest(layer.bias, step)))
-    rows = [_finely(row) for row in network[-1].weight]
+        top = min(CLIP * float(layer.weight.std()), float(np.abs(layer.weight).max()))
+        step = _three_digits(top / MAX_HIDDEN)
+        weight = np.clip(layer.weight, -MAX_HIDDEN * step, MAX_HIDDEN * step)
+        layers.append(Layer(_nearest_multiples(weight, step), _nearest_multiples(layer.bias, step)))
+    rows = [_quantised_finely(row) for row in network[-1].weight]
     return *layers, Layer(np.stack(rows), network[-1].bias.astype(np.float64).round(5).astype(np.float32))
 
 
-def rounded_model(model: Model) -> Model:
-    """The model with every network on its grid; those that are there already stay as they are."""
-    levels = tuple(replace(level, network=_settled(level.network)) for level in model.levels)
-    return replace(model, levels=levels, texture=None if model.texture is None else _settled(model.texture))
+def quantised_model(model: Model) -> Model:
+    """Return the model with all its networks quantised; those that are quantised already stay the same objects."""
+    levels = tuple(replace(level, network=_once_quantised(level.network)) for level in model.levels)
+    return replace(model, levels=levels, texture=None if model.texture is None else _once_quantised(model.texture))
 
 
-def _settled(network: Network) -> Network:
-    return network if on_grid(network) else rounded(network)
+def _once_quantised(network: Network) -> Network:
+    return network if is_quantised(network) else quantised(network)
 
 
-def _finely(array: Array) -> Array:
-    step = _short(float(np.abs(array).max()) / FINE)
-    return _nearest(np.clip(array, -FINE * step, FINE * step), step)
+def _quantised_finely(array: Array) -> Array:
+    step = _three_digits(float(np.abs(array).max()) / MAX_FINE)
+    return _nearest_multiples(np.clip(array, -MAX_FINE * step, MAX_FINE * step), step)
 
 
-def _short(step: float) -> float:
+def _three_digits(step: float) -> float:
+    """Round a step to three digits, which makes its text short; a step of 0 becomes 1."""
     return float(f"{step:.3g}") or 1.0
 
 
-def _nearest(array: Array, step: float) -> Array:
+def _nearest_multiples(array: Array, step: float) -> Array:
     return (np.rint(array.astype(np.float64) / step) * step).astype(np.float32)

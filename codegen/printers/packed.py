@@ -1,13 +1,13 @@
 """Weights as whole numbers, the hidden layers' sixteen to three integers: little text, and constants all the same.
 
-Only for values, and for weights on grids (model/quantise.py).
+Only for values, and for quantised weights (model/quantise.py).
 """
 
 from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from ...model.quantise import FINE, HIDDEN, multiples, step_of
+from ...model.quantise import MAX_FINE, MAX_HIDDEN, are_multiples, step_of
 from ..ir.program import INPUT, Affine, Array, Dot, Function, Op, Sine
 from .cstyle import Blocks, Storage
 
@@ -25,7 +25,7 @@ def pack(block: Array) -> str:
     """`M(...)` for 16 whole numbers from -32 to 31, column after column."""
     whole = [int(value) for value in np.rint(block)]
     if not all(-32 <= value < 32 for value in whole):
-        raise ValueError("a weight is not on the grid")
+        raise ValueError("a weight is not a multiple of its step that fits 6 bits")
     integers = []
     for position, fields in enumerate(FIELDS):
         packed = (whole[3] + 32 >> 4 - 2 * position & 3) << 30
@@ -65,7 +65,7 @@ class Packed(Storage):
 
     def _first(self, op: Affine, result: str, blocks: Blocks) -> Iterator[str]:
         matrix = self.program.constants[op.matrix]
-        steps = np.array([*[_step(matrix[:, :3], FINE)] * 3, _step(matrix[:, 3], FINE)])
+        steps = np.array([*[_step(matrix[:, :3], MAX_FINE)] * 3, _step(matrix[:, 3], MAX_FINE)])
         yield f"{INPUT}*=vec4({','.join(map(self.language.number, steps))});"
         rows = (
             f"{self.block(result, str(o), blocks)}=sin(mat4({_whole((block / steps).T.ravel())})*{INPUT})"
@@ -76,9 +76,9 @@ class Packed(Storage):
     def _hidden(self, op: Affine, result: str, blocks: Blocks) -> Iterator[str]:
         matrix = self.program.constants[op.matrix]
         bias = self.program.constants[op.bias] if op.bias else np.zeros(len(matrix), np.float32)
-        step = _step(matrix, HIDDEN)
-        if not multiples(bias, step):
-            raise ValueError(f"{op.bias} is not on the grid")
+        step = _step(matrix, MAX_HIDDEN)
+        if not are_multiples(bias, step):
+            raise ValueError(f"{op.bias} is not quantised with its layer's step")
         rows = []
         for o in range(blocks[result]):
             terms = [
@@ -92,7 +92,7 @@ class Packed(Storage):
 
     def _output(self, op: Dot, blocks: Blocks) -> str:
         row, number = self.program.constants[op.row], self.language.number
-        step = _step(row, FINE)
+        step = _step(row, MAX_FINE)
         parts = (row / step).reshape(-1, 4)
         terms = "+".join(
             f"dot(vec4({_whole(part)}),{self.block(op.source, str(k), blocks)})" for k, part in enumerate(parts)

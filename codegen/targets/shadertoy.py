@@ -6,7 +6,7 @@ from dataclasses import replace
 from ... import glsl
 from ...model.errors import UserError
 from ...model.model import Model
-from ...model.quantise import on_grid, rounded_model
+from ...model.quantise import is_quantised, quantised_model
 from ..ir.lower import lower
 from ..ir.program import Program
 from ..printers.cstyle import Language, Storage
@@ -26,7 +26,7 @@ LANGUAGE = Language(function="{type} {name}(vec4 p)")
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
     """The text. Raises UserError where the model is too wide.
 
-    storage: "packed", "literal", or "auto": packed where the weights are on grids (model/quantise.py).
+    storage: "packed", "literal", or "auto": packed where the weights are quantised (model/quantise.py).
     digits: decimals of literal weights, None for the fewest that keep the surface (codegen/reference/digits.py).
     """
     networks = [level.network for level in model.levels] + ([] if model.texture is None else [model.texture])
@@ -40,8 +40,8 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
         raise UserError(f"--storage {storage}: shadertoy has no textures of its own; there is packed, literal")
     if storage == "packed" and model.inputs != "xyz":
         raise UserError("--storage packed: this model moves; take literal")
-    if storage == "packed" or (storage == "auto" and model.inputs == "xyz" and all(map(on_grid, networks))):
-        return _text(lower(rounded_model(model)), model, Packed)
+    if storage == "packed" or (storage == "auto" and model.inputs == "xyz" and all(map(is_quantised, networks))):
+        return _text(lower(quantised_model(model)), model, Packed)
     return _text(lower(model, fewest_digits(model) if digits is None else digits), model, Literal)
 
 

@@ -102,8 +102,8 @@ def picture(osmesa: Context, text: str, mouse: tuple[float, float] = (0, 0)) -> 
     return (draw(osmesa, INPUTS + text + MAIN, SIZE, inputs)[..., :3].clip(0, 1) * 255).round().astype(np.int16)
 
 
-def on_grids(model: Model) -> Model:
-    return quantise.rounded_model(model)
+def quantised(model: Model) -> Model:
+    return quantise.quantised_model(model)
 
 
 def test_sixteen_weights_in_three_integers() -> None:
@@ -116,13 +116,13 @@ def test_sixteen_weights_in_three_integers() -> None:
         top = [number >> 30 & 3 for number in a]
         found[3] = top[0] * 16 + top[1] * 4 + top[2] - 32
         np.testing.assert_array_equal(found, block)
-    with pytest.raises(ValueError, match="grid"):
+    with pytest.raises(ValueError, match="multiple"):
         pack(np.full(16, 40, np.float32))
 
 
 @pytest.mark.parametrize("storage", ["packed", "literal"])
 def test_the_field_equals_the_reference(osmesa: Context, storage: str) -> None:
-    model = on_grids(random_model((16, 1), (18, 2), (8, 0)))
+    model = quantised(random_model((16, 1), (18, 2), (8, 0)))
     points = np.random.default_rng(2).uniform(-1, 1, (64 * 64, 3)).astype(np.float32)
     text = INPUTS + SHADERTOY(model, storage, digits=None if storage == "packed" else 7)
     found = draw(osmesa, text + PROBE, (64, 64), {}, points)[::-1, :, 0].ravel()
@@ -136,12 +136,12 @@ def test_the_field_equals_the_reference(osmesa: Context, storage: str) -> None:
     np.testing.assert_allclose(found[exact], expected[exact], rtol=0, atol=2e-5 * np.abs(expected).max())
 
 
-def test_grids_are_kept() -> None:
+def test_quantised_weights_are_kept() -> None:
     model = random_model((16, 1), (18, 2), texture=(10, 1))
-    assert not quantise.on_grid(model.levels[0].network)
-    once = on_grids(model)
-    assert all(quantise.on_grid(level.network) for level in once.levels)
-    for before, after in zip(once.levels, on_grids(once).levels, strict=True):
+    assert not quantise.is_quantised(model.levels[0].network)
+    once = quantised(model)
+    assert all(quantise.is_quantised(level.network) for level in once.levels)
+    for before, after in zip(once.levels, quantised(once).levels, strict=True):
         assert before.network is after.network
     for old, new in zip(model.levels[1].network, once.levels[1].network, strict=True):
         assert float(np.abs(old.weight - new.weight).mean()) < 0.1 * float(np.abs(old.weight).mean())
@@ -150,7 +150,7 @@ def test_grids_are_kept() -> None:
 def test_a_step_that_was_rounded_down_holds_the_largest_weight() -> None:
     first, last = random_model((20, 0)).levels[0].network
     weight = first.weight * np.float32(127 * 0.010049 / np.abs(first.weight).max())
-    assert quantise.on_grid(quantise.rounded((Layer(weight, first.bias), last)))
+    assert quantise.is_quantised(quantise.quantised((Layer(weight, first.bias), last)))
 
 
 def test_the_text_agrees_with_the_renderer(osmesa: Context) -> None:
@@ -175,7 +175,7 @@ def test_dragging_orbits(osmesa: Context) -> None:
 
 @pytest.mark.skipif(importlib.util.find_spec("wgpu_shadertoy") is None, reason="wgpu-shadertoy is not installed")
 def test_a_player_of_others_shows_the_same(osmesa: Context, tmp_path: Path) -> None:
-    for name, model in (("packed", on_grids(random_model((16, 1), (8, 0)))), ("literal", load(DEMO))):
+    for name, model in (("packed", quantised(random_model((16, 1), (8, 0)))), ("literal", load(DEMO))):
         text = SHADERTOY(model)
         (tmp_path / "text.frag").write_text(text)
         command = [sys.executable, "-c", PLAYER, "text.frag", "x".join(map(str, SIZE)), "player.png"]
@@ -198,7 +198,7 @@ def test_a_player_of_others_shows_the_same(osmesa: Context, tmp_path: Path) -> N
 
 def test_chromium_draws_the_same(osmesa: Context, browser: "Browser", tmp_path: Path) -> None:
     """WebGL2 on SwiftShader, whose sine is off by 2e-4."""
-    text = SHADERTOY(on_grids(random_model((16, 1), (8, 0))))
+    text = SHADERTOY(quantised(random_model((16, 1), (8, 0))))
     fragment = "#version 300 es\nprecision highp float; precision highp int;\n" + INPUTS + text + MAIN
     (tmp_path / "player.html").write_text(WEBGL.replace("THE_TEXT", json.dumps(fragment)))
     with visit(browser, tmp_path / "player.html", SIZE, share=1) as visited:
@@ -221,13 +221,13 @@ def test_the_fewest_digits_keep_the_surface() -> None:
 
 
 def test_golden_text(request: pytest.FixtureRequest) -> None:
-    text = SHADERTOY(on_grids(random_model((4, 1), (8, 0), texture=(4, 0), name='tiny "/*\n</script>\\')))
+    text = SHADERTOY(quantised(random_model((4, 1), (8, 0), texture=(4, 0), name='tiny "/*\n</script>\\')))
     check_golden(text, GOLDEN_TEXT, request)
 
 
 @pytest.mark.parametrize("storage", ["packed", "literal"])
 def test_the_text_is_what_shadertoy_takes(tmp_path: Path, storage: str) -> None:
-    text = SHADERTOY(on_grids(random_model((64, 1), (64, 2), texture=(8, 1), name="a\nb\\")), storage)
+    text = SHADERTOY(quantised(random_model((64, 1), (64, 2), texture=(8, 1), name="a\nb\\")), storage)
     assert text.isascii()
     assert len(re.findall(r"\bfield ?\(", text)) == 2, "one definition, one call"
     assert "min(iFrame" in text

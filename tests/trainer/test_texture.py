@@ -147,7 +147,7 @@ def test_packed_textures_are_on_their_grid(tmp_path: Path) -> None:
     model = train(load_shape(str(write_ball(tmp_path)))[0], settings)
     assert model.texture is not None
     assert model.texture[0].weight.shape == (20, 3)
-    assert all(map(quantise.on_grid, [model.texture, *(level.network for level in model.levels)]))
+    assert all(map(quantise.is_quantised, [model.texture, *(level.network for level in model.levels)]))
     points = load_shape(str(tmp_path / "ball.obj"))[0].surface(2000, np.random.default_rng(3)).points
     found = interpret.colour(lower(model), points.astype(np.float32))
     assert np.abs(found - expected(points)).mean() < 0.1, "rounding lets the gradient through"
