@@ -63,7 +63,8 @@ def check_space(args: Namespace) -> None:
 
 def camera_from(args: Namespace) -> Any:
     """The `Camera` asked for."""
-    from .draw.camera import AZIMUTH, ELEVATION, Camera
+    from ..codegen.targets.orbit import AZIMUTH, ELEVATION
+    from .draw.camera import Camera
 
     azimuth, elevation, *distance = args.camera or front(args.model) or (AZIMUTH, ELEVATION)
     width, height = args.size

@@ -6,6 +6,11 @@ from typing import Any
 
 from ..ir.program import Array
 
+LOOP_LIMIT = 65_535
+"""Loop iterations after which Mesa's llvmpipe stops a fragment, silently (LP_MAX_TGSI_LOOP_ITERATIONS)."""
+LEAST_STEPS = 3
+"""Sphere tracing steps per round of the last level, where LOOP_LIMIT forbids more."""
+
 LISTS = {"value_loops": int, "gradient_loops": int, "iterations": int, "deltas": float}
 """Keys of a shader's facts that are lists with a number for each level."""
 
@@ -60,7 +65,7 @@ class Shader:
         )
 
     def worst_loops(self, level: int, normal_level: int, iterations: Sequence[int], rounds: int) -> int:
-        """Upper bound of the loop iterations of one fragment; llvmpipe stops silently at 65,535."""
+        """Return an upper bound of the loop iterations of one fragment; LOOP_LIMIT is what llvmpipe allows."""
         phases = zip(iterations[:level], self.value_loops[:level], strict=True)
         one_round = sum(1 + steps * (1 + loops) + 1 for steps, loops in phases) + 2
         return rounds * one_round + 1 + self.gradient_loops[normal_level - 1] + self.texture_loops

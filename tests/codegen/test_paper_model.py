@@ -8,10 +8,11 @@ from mplicits import cli
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.targets.glsl330 import bake
+from mplicits.codegen.targets.shader import LOOP_LIMIT
 from mplicits.model.model import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
-from mplicits.viewer.draw.options import LOOP_LIMIT, RenderOptions
+from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 
 SIDE = 64

@@ -1,4 +1,4 @@
-"""An orbit camera around the unit sphere of model space."""
+"""A camera that orbits around the unit sphere of model space."""
 
 import math
 from dataclasses import dataclass, replace
@@ -6,29 +6,29 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...codegen.targets.orbit import AZIMUTH, ELEVATION, FOV, MARGIN, ZOOM
 from ...model.errors import UserError
 
-AZIMUTH, ELEVATION, FOV = 30.0, 20.0, 35.0
 FARTHEST = 1000.0
-MARGIN = 1.06
-"""The default distance shows a sphere of this radius (the unit sphere and some air)."""
+"""Largest distance from the target, in model units."""
 
 
 @dataclass(frozen=True)
 class Camera:
-    """Looks at `target` from `distance` (model units). The y axis is up.
-
-    azimuth: degrees around the y axis, 0 on +z, 90 on +x. elevation: degrees above the xz plane.
-    distance: None for one from which the unit sphere fits. fov: vertical field of view, degrees.
-    aspect: width / height of the picture that it must fit.
-    """
+    """Looks at a target point, with the y axis of model space upwards. Raises UserError where a number is unusable."""
 
     azimuth: float = AZIMUTH
+    """Degrees around the y axis: 0 on +z, 90 on +x."""
     elevation: float = ELEVATION
+    """Degrees above the xz plane."""
     distance: float | None = None
+    """From the target, in model units; None: one from which the unit sphere fits into the picture."""
     target: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """The point that it looks at, in model space."""
     fov: float = FOV
+    """Vertical field of view, in degrees."""
     aspect: float = 1.0
+    """Width / height of the picture, for the default distance."""
 
     def __post_init__(self) -> None:
         if not 1.0 <= self.fov <= 150.0:
@@ -40,18 +40,18 @@ class Camera:
 
     @property
     def away(self) -> float:
-        """Distance to the target."""
+        """Distance to the target, in model units, also where `distance` is None."""
         if self.distance is not None:
             return self.distance
         return min(FARTHEST, MARGIN / math.sin(math.atan(min(1.0, self.aspect) / self.focal)))
 
     @property
     def focal(self) -> float:
-        """1 / tan(fov / 2)."""
+        """Distance of the picture plane that reaches from -1 to 1 vertically: 1 / tan(fov / 2)."""
         return 1.0 / math.tan(math.radians(self.fov) / 2)
 
     def matrix(self) -> NDArray[np.float32]:
-        """(4, 4) camera to model space; columns right, up, back, eye."""
+        """Return the map (4, 4) from camera to model space; its columns are right, up, back and the eye."""
         azimuth, elevation = math.radians(self.azimuth), math.radians(self.elevation)
         sin_a, cos_a, sin_e, cos_e = math.sin(azimuth), math.cos(azimuth), math.sin(elevation), math.cos(elevation)
         matrix = np.eye(4)
@@ -62,8 +62,10 @@ class Camera:
         return matrix.astype(np.float32)
 
     def rays(self, width: int, height: int) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-        """The shader's rays in numpy, for checks: eye (3,), directions (height, width, 3) of length 1, top row first,
-        and the width of a pixel at distance 1.
+        """Compute the rays that the shader follows (glsl/camera_ray.glsl) through the pixels' centres.
+
+        Returns the eye (3,) and the directions (height, width, 3), top row first and of length 1, in model space, and
+        the footprint: the width of a pixel at distance 1, in model units.
         """
         x, y = np.meshgrid(2 * np.arange(width) + 1 - width, height - 1 - 2 * np.arange(height))
         plane = np.stack([x / height, y / height, np.full(x.shape, -self.focal)], axis=-1)
@@ -72,16 +74,16 @@ class Camera:
         return matrix[:3, 3], directions / np.linalg.norm(directions, axis=-1, keepdims=True), 2 / (self.focal * height)
 
     def orbited(self, azimuth: float, elevation: float) -> "Camera":
-        """Turned by so many degrees; elevation stays within the poles."""
+        """Return the camera turned by angles in degrees; the elevation stops at the poles."""
         return replace(
             self, azimuth=(self.azimuth + azimuth) % 360.0, elevation=min(90.0, max(-90.0, self.elevation + elevation))
         )
 
     def zoomed(self, factor: float) -> "Camera":
-        """`factor` times as far away."""
-        return replace(self, distance=min(100.0, max(0.05, self.away * factor)))
+        """Return the camera `factor` times as far away, within the bounds ZOOM."""
+        return replace(self, distance=min(ZOOM[1], max(ZOOM[0], self.away * factor)))
 
     def panned(self, right: float, up: float) -> "Camera":
-        """Target moved by model units along the picture's axes."""
+        """Return the camera with its target moved along the picture's axes, in model units."""
         moved = np.asarray(self.target) + self.matrix()[:3, :2].astype(float) @ (right, up)
         return replace(self, target=(float(moved[0]), float(moved[1]), float(moved[2])))
