@@ -1,4 +1,4 @@
-"""A trained model as a field to extract a surface from."""
+"""The scalar fields that a surface can be extracted from, and the one of a trained model."""
 
 from typing import Protocol
 
@@ -6,93 +6,86 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..codegen.ir.lower import lower
-from ..codegen.ir.program import Function
 from ..codegen.reference import interpret
 from ..model.model import Model
 from .surface import Array
 
 
 class Field(Protocol):
-    """What a surface is extracted from. chunk: how many points it likes to be asked for at a time."""
+    """A scalar field whose zero level set is extracted."""
 
     chunk: int
+    """How many points the field is best asked for at a time."""
 
     def value(self, points: Array) -> Array:
-        """Value (N,) float32 at points (N, 3) float32, model space; negative inside."""
+        """Evaluate the field: (N,) float32, negative inside, at points (N, 3) float32 in model space."""
         ...
 
     def clearance(self, points: Array) -> Array:
-        """A distance (N,) around each point within which the value keeps its sign; 0 where that is not known."""
+        """Bound the distance to the surface from below.
+
+        points: (N, 3) float32, model space. Returns distances (N,) within which the value keeps its sign; 0 where none
+        is known.
+        """
         ...
 
 
 CACHED = 2**17
-"""Numbers of one layer that stay in a core's cache."""
+"""How many values of one layer stay in a core's cache."""
 SHELL = 2.0
-"""How many half widths of its band a level tells about the surface: its sum goes on smoothly a little outside."""
+"""How many half widths of its band from the surface a level still says where the next level's surface is.
+
+Outside its band a level is not defined, but its sum with the levels before goes on smoothly for a little.
+"""
 
 
 class ModelField:
-    """The nested levels of a model (Section 3.2, Eq. 3), for a grid whose cells have the diagonal `cell`.
+    """The nested levels of a model (Section 3.2, Eq. 3) as a field for one grid.
 
-    A vertex takes the last level's value wherever a cell that meets every band can have it as a corner: there
-    |f_i| < delta_i + lipschitz_i * cell for every level i before the last. Elsewhere it keeps f_i, the finest level
-    that is defined. Cells with surface in them so have the last level's values at all corners, as if it were evaluated
-    everywhere; which it is with a `cell` of infinity. time: the fourth input of a model that moves.
+    Marching cubes needs the last level's value at all corners of a cell that the surface passes, also at those that lie
+    just outside a band. So `value` widens the band of level i by lipschitz_i times a cell's diagonal, which is the most
+    that f_i changes between two corners. Elsewhere a vertex has the value of the finest level that is defined there.
     """
 
     def __init__(self, model: Model, cell: float, time: float = 0.0) -> None:
+        """Prepare a model.
+
+        cell: the diagonal of the grid's cells, model units; with infinity the last level is evaluated everywhere.
+        time: the fourth input of a model that moves.
+        """
         self.program = lower(model)
         self._time = time
         width = max(len(layer.bias) for level in model.levels for layer in level.network)
         self.chunk = max(CACHED // width, 256)
+        self._levels = len(model.levels)
         self._slopes = [level.lipschitz for level in model.levels]
         self._deltas = [level.delta for level in model.levels[:-1]]
-        self._reach = [delta + slope * cell for delta, slope in zip(self._deltas, self._slopes[:-1], strict=True)]
+        self._margins = [slope * cell for slope in self._slopes[:-1]]
+        self._shells = [(SHELL - 1) * delta for delta in self._deltas]
 
     def value(self, points: Array) -> Array:
-        """The value (N,) at points (N, 3) float32, model space."""
-        inputs = self._inputs(points)
-        value = self._run(self.program.values[0], inputs)
-        inside = np.arange(len(points))
-        for function, reach in zip(self.program.values[1:], self._reach, strict=True):
-            inside = inside[np.abs(value[inside]) < reach]
-            value[inside] += self._run(function, inputs[inside])
+        """Evaluate the finest level that is defined, with widened bands: (N,) at points (N, 3) float32."""
+        value, _ = interpret.nested_field(self.program, points, self._levels, self._time, self._margins)
         return value
 
     def clearance(self, points: Array) -> Array:
-        """How far from points (N, 3) no surface is, by the Lipschitz factors: (N,).
+        """Bound the distance to the surface from below, by the levels' Lipschitz factors: (N,) for points (N, 3).
 
-        By f_i: how far it is to its band. By the last level, near every band: how far to its surface.
+        A level before the last says how far its band is. The last level, near every band, says how far its surface is.
         """
-        inputs = self._inputs(points)
-        value, clearance = np.zeros(len(points), np.float32), np.zeros(len(points), np.float32)
-        near = np.arange(len(points))
-        for function, delta, slope in zip(self.program.values, [*self._deltas, 0.0], self._slopes, strict=True):
-            value[near] += self._run(function, inputs[near])
-            f = np.abs(value[near])
-            clearance[near] = np.maximum(clearance[near], (f - np.float32(delta)) / np.float32(slope))
-            near = near[f < SHELL * delta]
+        clearance = np.zeros(len(points), np.float32)
+        levels = interpret.nested_levels(self.program, points, self._levels, self._time, self._shells)
+        for (near, value), delta, slope in zip(levels, [*self._deltas, 0.0], self._slopes, strict=True):
+            distance = (np.abs(value) - np.float32(delta)) / np.float32(slope)
+            clearance[near] = np.maximum(clearance[near], distance)
         return clearance
 
     def on_surface(self, points: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Unit gradient (N, 3) of the last level, and whether each point (N, 3) is inside every band."""
-        inputs = self._inputs(points)
-        value, gradient = np.zeros(len(points), np.float32), np.zeros((len(points), 3), np.float32)
-        inside = np.ones(len(points), bool)
-        for function, delta in zip(self.program.gradients, [*self._deltas, np.inf], strict=True):
-            part, f = interpret.run(self.program, function, inputs)
-            value, gradient = value + f[:, 0], gradient + part[:, :3]
-            inside &= np.abs(value) < delta
-        return gradient / np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), 1e-12), inside
+        """Return the last level's unit gradient (N, 3) at points (N, 3), and whether each is inside every band (N,)."""
+        gradient, _ = interpret.field_gradient(self.program, points, self._levels, self._time)
+        _, reached = interpret.nested_field(self.program, points, self._levels, self._time)
+        return gradient / np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), 1e-12), reached == self._levels
 
     def colour(self, points: Array) -> Array:
-        """Colour (N, 3), sRGB in [0, 1], at points (N, 3). Raises ValueError where the model has no texture."""
+        """Return the colour (N, 3), sRGB in [0, 1], at points (N, 3). Raises ValueError if the model has no texture."""
         return interpret.colour(self.program, points, self._time)
-
-    def _inputs(self, points: Array) -> Array:
-        fourth = self._time if self.program.moving else 1.0
-        return np.pad(points, ((0, 0), (0, 1)), constant_values=np.float32(fourth))
-
-    def _run(self, function: Function, inputs: Array) -> Array:
-        return interpret.run(self.program, function, inputs)[0][:, 0]

@@ -1,6 +1,6 @@
 """Runs a program in numpy, float32: the definition of every op. Targets are tested against it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -50,18 +50,40 @@ def field_gradient(program: Program, points: Array, level: int, time: float = 0.
     return gradient, value
 
 
-def nested_field(program: Program, points: Array, level: int, time: float = 0.0) -> tuple[Array, NDArray[np.int64]]:
-    """Value (N,) of the finest level that is defined at each point, and that level (N,), up to `level`.
+def nested_levels(
+    program: Program, points: Array, level: int, time: float = 0.0, margins: Sequence[float] | None = None
+) -> Iterator[tuple[NDArray[np.int64], Array]]:
+    """Evaluate the nested levels, each at the points where it is defined (Eq. 3).
 
-    Level i + 1 is defined where |f_i| < delta_i (Eq. 3); outside, f_i is the answer.
+    Level 1 is defined everywhere. Level i + 1 is defined where level i is and |f_i| < delta_i + margins[i - 1], and
+    f_{i+1} = f_i + r_i.
+
+    points: (N, 3) float32, model space. level: the last one that is evaluated. time: the fourth input of a model that
+    moves. margins: how far each band is widened, in the unit of f, for every level before the last; None for not at
+    all. Yields for each level, the coarsest first, the indices (M,) of the points where it is defined and f there (M,).
     """
     inputs = _inputs(program, points, time)
-    value = run(program, program.values[0], inputs)[0][:, 0]
-    reached = np.ones(len(points), np.int64)
-    for i in range(1, level):
-        inside = np.flatnonzero((reached == i) & (np.abs(value) < program.bands[i - 1].delta))
-        value[inside] += run(program, program.values[i], inputs[inside])[0][:, 0]
-        reached[inside] = i + 1
+    defined = np.arange(len(points))
+    value = np.zeros(len(points), np.float32)
+    for i, function in enumerate(program.values[:level]):
+        residual = run(program, function, inputs[defined])[0][:, 0]
+        value = residual if i == 0 else value + residual
+        yield defined, value
+        if i + 1 < level:
+            inside = np.abs(value) < program.bands[i].delta + (0.0 if margins is None else margins[i])
+            defined, value = defined[inside], value[inside]
+
+
+def nested_field(
+    program: Program, points: Array, level: int, time: float = 0.0, margins: Sequence[float] | None = None
+) -> tuple[Array, NDArray[np.int64]]:
+    """Evaluate the finest level that is defined at each point, up to `level`.
+
+    Takes what `nested_levels` takes. Returns the value (N,) float32 of that level at each point, and its number (N,).
+    """
+    value, reached = np.zeros(len(points), np.float32), np.zeros(len(points), np.int64)
+    for number, (defined, f) in enumerate(nested_levels(program, points, level, time, margins), start=1):
+        value[defined], reached[defined] = f, number
     return value, reached
 
 
