@@ -14,7 +14,7 @@ import numpy as np
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.targets.registry import TARGETS
 from mplicits.mesher.extract import extract_model
-from mplicits.mesher.metrics import Surface, chamfer
+from mplicits.mesher.metrics import SampledSurface, chamfer
 from mplicits.model.model import Layer, Model, Network, save
 from mplicits.trainer import settings
 from mplicits.trainer.machine import prepare
@@ -110,7 +110,8 @@ def main() -> None:
                 save(model, options.keep / f"{name}-{levels.replace(',', '-')}-{digits or 'packed'}.safetensors")
             size = len(TARGETS["shadertoy"](model, digits=digits).encode())
             found = extract_model(model if digits is None else emitted(model, digits), options.resolution)
-            distance = chamfer(Surface(found.mesh).sample(options.samples, np.random.default_rng(1))[0], truth.points)
+            points, _ = SampledSurface(found.mesh).sample(options.samples, np.random.default_rng(1))
+            distance = chamfer(points, truth.points)
             preset = next((f", `{key}`" for key, each in PRESETS.items() if each.packed and each.levels == levels), "")
             kind = f"packed{preset}" if digits is None else f"{digits} decimals"
             page.add(

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from mplicits.mesher.extract import extract
 from mplicits.mesher.grid import Grid
-from mplicits.mesher.metrics import Surface, chamfer
+from mplicits.mesher.metrics import SampledSurface, chamfer
 from mplicits.mesher.truth import in_model_space, read_mesh
 from mplicits.trainer.shapes.shape import Shape
 
@@ -23,7 +23,7 @@ class Truth:
 
     def __init__(self, path: Path, shape: Shape, samples: int, seed: int) -> None:
         self._rng, self._samples = np.random.default_rng(seed), samples
-        surface = Surface(in_model_space(read_mesh(path), shape.centre, shape.scale))
+        surface = SampledSurface(in_model_space(read_mesh(path), shape.centre, shape.scale))
         self.points, again = (surface.sample(samples, self._rng)[0] for _ in range(2))
         self.floor = chamfer(self.points, again)
 
@@ -34,7 +34,7 @@ class Truth:
         seconds = time.perf_counter() - began
         if not len(mesh.faces):
             return float("inf"), seconds
-        return chamfer(Surface(mesh).sample(self._samples, self._rng)[0], self.points), seconds
+        return chamfer(SampledSurface(mesh).sample(self._samples, self._rng)[0], self.points), seconds
 
 
 def machine() -> str:

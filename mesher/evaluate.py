@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .metrics import Surface, angles, chamfer, shell_iou
+from .metrics import SampledSurface, angles, chamfer, shell_iou
 from .parallel import Progress, Silent
 from .surface import Mesh, Whole
 
@@ -45,7 +45,7 @@ def compare(
     progress = progress or Silent()
     progress.begin("comparing", 6)
     rng = np.random.default_rng(seed)
-    ours, true = Surface(reconstruction), Surface(truth)
+    ours, true = SampledSurface(reconstruction), SampledSurface(truth)
     (on_true, _), (again, _) = true.sample(samples, rng), true.sample(samples, rng)
     on_ours, faces = ours.sample(samples, rng)
     progress.advance(1)

@@ -14,7 +14,7 @@ VOXEL = 0.01
 """Side of a shell's voxels, and half its thickness."""
 
 
-class Surface:
+class SampledSurface:
     """A mesh with what its metrics need, built once: areas, normals, a tree of its triangles.
 
     Faces without area have no normal: they do not count, and numbers of faces are those of the others, in order.
@@ -58,7 +58,7 @@ def angles(a: Doubles, b: Doubles) -> Doubles:
     return np.asarray(np.rad2deg(np.arccos(np.clip(np.einsum("ij,ij->i", a, b), -1, 1))))
 
 
-def shell_iou(a: Surface, b: Surface, samples: Doubles) -> float:
+def shell_iou(a: SampledSurface, b: SampledSurface, samples: Doubles) -> float:
     """Intersection over union of two shells: the voxels of side `VOXEL` whose centre is within `VOXEL` of the surface.
 
     samples: (N, 3), dense on both surfaces; they say only where to look.

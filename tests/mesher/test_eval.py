@@ -9,7 +9,7 @@ import pytest
 import trimesh
 from mplicits import cli
 from mplicits.mesher.evaluate import compare
-from mplicits.mesher.metrics import VOXEL, Surface, angles, chamfer, shell_iou
+from mplicits.mesher.metrics import VOXEL, SampledSurface, angles, chamfer, shell_iou
 from mplicits.mesher.surface import Mesh
 from mplicits.mesher.truth import in_model_space, normalisation, read_mesh
 from mplicits.model.model import load
@@ -32,7 +32,7 @@ def test_chamfer_is_what_all_pairs_give() -> None:
 
 def test_samples_are_uniform_by_area_and_on_their_faces() -> None:
     box = trimesh.creation.box((1.0, 2.0, 4.0))
-    points, faces = Surface(in_model_space(box, ORIGIN, 1.0)).sample(40_000, np.random.default_rng(0))
+    points, faces = SampledSurface(in_model_space(box, ORIGIN, 1.0)).sample(40_000, np.random.default_rng(0))
     share = np.bincount(faces, minlength=len(box.faces)) / len(faces)
     np.testing.assert_allclose(share, box.area_faces / box.area, atol=0.01)
     on_plane = np.einsum("ij,ij->i", box.face_normals[faces], points - box.triangles[faces, 0])
@@ -42,7 +42,7 @@ def test_samples_are_uniform_by_area_and_on_their_faces() -> None:
 
 def test_distance_and_normal_agree_with_trimesh() -> None:
     mesh = trimesh.creation.torus(0.6, 0.2)
-    surface = Surface(in_model_space(mesh, ORIGIN, 1.0))
+    surface = SampledSurface(in_model_space(mesh, ORIGIN, 1.0))
     points = np.random.default_rng(0).uniform(-0.9, 0.9, (500, 3))
     distance, face = surface.distance(points)
     _, expected, closest = trimesh.proximity.closest_point_naive(mesh, points)  # type: ignore[no-untyped-call]
@@ -73,7 +73,7 @@ def test_the_same_surface_is_at_the_floor() -> None:
 
 
 def test_shells_overlap_as_their_volumes_do() -> None:
-    one, other = Surface(ball(0.6)), Surface(ball(0.61))
+    one, other = SampledSurface(ball(0.6)), SampledSurface(ball(0.61))
     samples = np.concatenate([surface.sample(100_000, np.random.default_rng(0))[0] for surface in (one, other)])
     # Shells of radii (0.59, 0.61) and (0.60, 0.62): the common part over the union, by their volumes.
     volumes = [high**3 - low**3 for low, high in ((0.60, 0.61), (0.59, 0.62))]

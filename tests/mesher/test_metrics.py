@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 from mplicits.mesher.evaluate import compare, is_watertight
-from mplicits.mesher.metrics import VOXEL, Surface, angles, shell_iou
+from mplicits.mesher.metrics import VOXEL, SampledSurface, angles, shell_iou
 from mplicits.mesher.surface import Mesh
 from numpy.typing import NDArray
 
@@ -61,7 +61,7 @@ def test_the_floor_depends_on_the_truth_and_the_seed_alone() -> None:
 
 def test_samples_are_uniform_in_a_triangle() -> None:
     corners = np.array([[0.0, 0, 0], [3, 0, 0], [0, 1, 0]])
-    points, _ = Surface(mesh(corners, [[0, 1, 2]])).sample(40_000, np.random.default_rng(0))
+    points, _ = SampledSurface(mesh(corners, [[0, 1, 2]])).sample(40_000, np.random.default_rng(0))
     assert points.mean(axis=0) == pytest.approx(corners.mean(axis=0), abs=0.015)
     # Of the uniform distribution over a triangle: the corners' deviations d give the covariance d^T d / 12.
     deviations = corners - corners.mean(axis=0)
@@ -70,7 +70,7 @@ def test_samples_are_uniform_in_a_triangle() -> None:
 
 def test_a_triangle_without_area_is_no_surface() -> None:
     given = mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [9, 9, 9]], [[3, 3, 3], [0, 1, 2], [0, 3, 0]])
-    surface = Surface(given)
+    surface = SampledSurface(given)
     distance, face = surface.distance(np.array([[9.0, 9.0, 9.0], [0.2, 0.2, -3.0]]))
     np.testing.assert_allclose(distance, [np.sqrt(8.5**2 + 8.5**2 + 9**2), 3])
     assert (surface.normals[face] == (0, 0, 1)).all()
@@ -82,7 +82,7 @@ def test_a_triangle_without_area_is_no_surface() -> None:
 def test_shells_are_what_loops_over_all_voxels_count() -> None:
     one, other = BOX.copy().apply_scale((0.08, 0.06, 0.04)), trimesh.creation.icosphere(2, 0.043)
     other.apply_translation((-0.013, 0.004, 0.002))  # voxels on both sides of zero
-    a, b = (Surface(mesh(shape.vertices, shape.faces)) for shape in (one, other))
+    a, b = (SampledSurface(mesh(shape.vertices, shape.faces)) for shape in (one, other))
     axis = (np.arange(-10, 10) + 0.5) * VOXEL
     centres = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
     shells = []
@@ -96,7 +96,7 @@ def test_shells_are_what_loops_over_all_voxels_count() -> None:
 
 
 def test_shells_far_apart_take_no_memory() -> None:
-    near, far = (Surface(mesh(BOX.vertices * 0.02 + shift, BOX.faces)) for shift in (0, 99))
+    near, far = (SampledSurface(mesh(BOX.vertices * 0.02 + shift, BOX.faces)) for shift in (0, 99))
     samples = np.concatenate([surface.sample(1000, np.random.default_rng(0))[0] for surface in (near, far)])
     assert shell_iou(near, far, samples) == 0
     assert shell_iou(far, far, samples) == 1
