@@ -1,1 +1,1 @@
-"""Model file -> program (IR) -> one source file per target. Imports no torch and no GL."""
+"""From a model file to a program of a few ops, and from that to one source file per target. Loads no torch, no GL."""

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from ..model.gallery import model_path
 from ..model.verb import MODEL_HELP, Verb
+from .targets.registry import DEFAULT, TARGETS, Target
 
 if TYPE_CHECKING:
     from ..model.model import Model
-    from .targets.registry import Target
 
 
 def _info_arguments(parser: ArgumentParser) -> None:
@@ -47,7 +47,6 @@ def _facts(model: "Model") -> dict[str, Any]:
     from ..model.model import shape_of
     from .ir.lower import lower
     from .ir.program import Cost
-    from .targets.registry import TARGETS
 
     program = lower(model)
     levels = []
@@ -79,7 +78,7 @@ def _facts(model: "Model") -> dict[str, Any]:
     }
 
 
-def _size(model: "Model", target: "Target") -> int | None:
+def _size(model: "Model", target: Target) -> int | None:
     from ..model.errors import UserError
 
     try:
@@ -90,9 +89,8 @@ def _size(model: "Model", target: "Target") -> int | None:
 
 def _bake_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("model", type=model_path, metavar="M", help=MODEL_HELP)
-    parser.add_argument(
-        "--target", default="glsl330", help="what to write: glsl330 (default), glsl300es, html, shadertoy, cuda"
-    )
+    names = ", ".join(f"{name} (default)" if name == DEFAULT else name for name in TARGETS)
+    parser.add_argument("--target", default=DEFAULT, help=f"what to write: {names}")
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="file to write (default: M's name and the target's ending)"
     )
@@ -124,12 +122,11 @@ def _bake(arguments: Namespace) -> None:
     from ..model.files import check_writable, show, write_whole
     from ..model.model import load
     from .reference.rounding import cost, in_float16
-    from .targets.registry import SUFFIXES, TARGETS
 
     if arguments.target not in TARGETS:
         raise UserError(f"--target {show(arguments.target)}: there is {', '.join(TARGETS)}")
     model = load(arguments.model)
-    output = arguments.output or Path(arguments.model.stem + SUFFIXES[arguments.target])
+    output = arguments.output or Path(arguments.model.stem + TARGETS[arguments.target].suffix)
     check_writable(output)
     if arguments.precision == "float16":
         exact, model = model, in_float16(model)

@@ -1,1 +1,1 @@
-"""The program: what a model computes, as a handful of ops on packed vectors."""
+"""The program: what a model computes, as a handful of ops on vectors of vec4, and how a model becomes one."""

@@ -1,4 +1,8 @@
-"""Model -> program: pads to vec4, folds the first bias into the input's 1, writes the adjoint."""
+"""Lowering: the program of a model.
+
+Sizes are padded to multiples of 4, the first layer's bias becomes the matrix column that meets the input's 1, and each
+network's gradient is written out as an adjoint pass.
+"""
 
 import math
 
@@ -9,10 +13,11 @@ from .program import INPUT, Affine, Array, Band, Cosine, Dot, Function, Op, Prod
 
 
 def lower(model: Model, digits: int | None = None) -> Program:
-    """The program of `model`; with `digits`, weights rounded to that many decimals first.
+    """Return the program of a model.
 
-    An output row is divided by a power of ten before rounding and multiplied back by Dot's scale: it is
-    small, and rounding it is what breaks short literals.
+    digits: decimals that the weights are rounded to, None for all. A row of the last layer is divided by a power of
+    ten before it is rounded, and Dot's scale multiplies it back: these weights are small, and would lose most to
+    rounding.
     """
     moving = model.inputs == "xyzt"
     constants: dict[str, Array] = {}
@@ -25,7 +30,8 @@ def lower(model: Model, digits: int | None = None) -> Program:
     if model.texture is not None:
         network = _Lowered("t", model.texture, moving, digits)
         constants |= network.constants
-        texture = Function("network_texture", tuple(network.forward("r", "g", "b")), ("r", "g", "b"))
+        colours = ("r", "g", "b")
+        texture = Function("network_texture", tuple(network.forward(colours)), colours)
     program = Program(
         name=model.name,
         sha256=model.sha256(),
@@ -41,11 +47,15 @@ def lower(model: Model, digits: int | None = None) -> Program:
 
 
 class _Lowered:
-    """One network's constants, and the ops that evaluate it."""
+    """One network's constants, and the ops that evaluate it.
+
+    key: what tells its constants from other networks': the level's number, or "t" for the texture.
+    """
 
     def __init__(self, key: str, network: Network, moving: bool, digits: int | None) -> None:
         self.key = key
         self.last = len(network) - 2
+        """Index of the last hidden layer."""
         self.constants: dict[str, Array] = {}
         for j, layer in enumerate(network[:-1]):
             weight, bias = layer.weight, layer.bias
@@ -54,27 +64,32 @@ class _Lowered:
             else:
                 self.constants[f"b{key}_{j}"] = _rounded(_padded(bias), digits)
             self.constants[f"w{key}_{j}"] = _rounded(_padded(weight), digits)
-        self.outputs = []
+        self.outputs: list[tuple[str, float, float]] = []
+        """For each output: its row's name among the constants, and the scale and bias of its Dot."""
         for c, (row, bias) in enumerate(zip(network[-1].weight, network[-1].bias.tolist(), strict=True)):
             scale = 1.0 if digits is None else output_scale(row)
             self.constants[f"o{key}_{c}"] = _rounded(_padded((row / scale).astype(np.float32)), digits)
             self.outputs.append((f"o{key}_{c}", scale, bias if digits is None else round(bias, digits + 2)))
 
-    def forward(self, *names: str) -> list[Op]:
-        """Values f (or one per name): sin after every layer but the last (Eq. 2)."""
+    def forward(self, names: tuple[str, ...] = ("f",)) -> list[Op]:
+        """Return the ops of the network's outputs, called `names`: a sine after every layer but the last (Eq. 2)."""
         ops: list[Op] = []
         source = INPUT
         for j in range(self.last + 1):
-            bias = f"b{self.key}_{j}"
-            ops.append(Affine(f"a{j}", source, f"w{self.key}_{j}", bias if bias in self.constants else None))
+            name = f"b{self.key}_{j}"
+            bias = name if name in self.constants else None
+            ops.append(Affine(f"a{j}", source, f"w{self.key}_{j}", bias))
             ops.append(Sine(f"h{j}", f"a{j}"))
             source = f"h{j}"
-        for name, (row, scale, bias) in zip(names or ("f",), self.outputs, strict=True):
-            ops.append(Dot(name, source, row, scale, bias))
+        for name, (row, scale, offset) in zip(names, self.outputs, strict=True):
+            ops.append(Dot(name, source, row, scale, offset))
         return ops
 
     def with_gradient(self) -> list[Op]:
-        """Value and gradient by the adjoint: g = (g * cos a_j) W_j, from the output back (2 products a layer)."""
+        """Return the ops of value "f" and "gradient", by the adjoint: g = (g * cos a_j) W_j, from the output back.
+
+        That takes one product with a matrix per layer beyond the value's; compare codegen/reference/tangents.py.
+        """
         ops = self.forward()
         row, scale, _ = self.outputs[0]
         adjoint = row
@@ -89,12 +104,13 @@ class _Lowered:
 
 
 def output_scale(row: Array) -> float:
-    """The power of ten by which an output row is divided before it is rounded."""
+    """Return the power of ten by which a row of the last layer, (n,), is divided before it is rounded."""
     largest = float(np.abs(row).max())
     return 10.0 ** math.floor(math.log10(largest)) if largest > 0 else 1.0
 
 
 def _padded(array: Array) -> Array:
+    """Fill every side up with zeros to a multiple of 4."""
     return np.pad(array, [(0, -size % 4) for size in array.shape])
 
 

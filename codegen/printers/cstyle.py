@@ -1,94 +1,102 @@
-"""Program -> C-like text, driven by a table per language. How weights are stored is a Storage's business."""
+"""What all printers share: the table of how a C-like language writes things, and Storage, which prints functions."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..ir.program import INPUT, Affine, Cosine, Dot, Function, Op, Product, Program, Scale, Sine, Transposed
+from ..ir.program import INPUT, Affine, Cosine, Dot, Function, Product, Program, Scale, Sine, Transposed
 
 
 @dataclass(frozen=True)
 class Language:
-    """What differs between the C-like languages that know vec4 and column-major mat4."""
+    """What differs between the C-like languages that know vec4 and column-major mat4; the defaults are GLSL's.
+
+    Names in braces are places that `str.format` fills.
+    """
 
     constant: str = "const {type} {name} = {value};"
+    """A global constant."""
     function: str = "{type} {name}({parameters})"
+    """The head of a function's definition."""
     out: str = "out int {name}"
+    """A parameter through which a function returns a second result."""
     suffix: str = ""
+    """What a float literal ends with."""
     texel: str = "texelFetch(weights, ivec2(({k}) & 1023, ({k}) >> 10), 0)"
+    """The vec4 of index {k} in the weight texture, which is 1,024 texels wide (texels.py)."""
     sine: str = "sin"
+    """Name of the sine of a vec4."""
     cosine: str = "cos"
+    """Name of the cosine of a vec4."""
 
     def begin(self, kind: str, name: str, parameters: str) -> str:
-        """First line of a function's definition."""
+        """Return the first line of a function's definition. kind: type of the result; parameters: as text."""
         return self.function.format(type=kind, name=name, parameters=parameters) + " {"
 
     def number(self, value: float) -> str:
-        """Shortest literal that reads back as the same float32."""
+        """Return the shortest literal that reads back as the same float32, and not as an integer."""
         text = str(np.float32(value)).replace("e-0", "e-").replace("e+", "e")
         if text.startswith(("0.", "-0.")) and text not in ("0.0", "-0.0"):
             text = text.replace("0.", ".", 1)
         return text.removesuffix("0") + self.suffix if text.endswith(".0") else text + self.suffix
 
     def vector(self, values: np.ndarray) -> str:
-        """vec4 or, from 16 values in column-major order, mat4."""
+        """Return a vec4 of 4 values, or a mat4 of 16 in column-major order."""
         kind = {4: "vec4", 16: "mat4"}[len(values)]
         return f"{kind}({', '.join(self.number(value) for value in values)})"
 
 
 Blocks = dict[str, int]
-"""Value name -> number of vec4 in it."""
+"""Name of a value -> number of vec4 in it."""
 
 
 class Storage(ABC):
-    """Prints functions with their weights stored one way."""
+    """A way to store weights, for the functions of a program that are stored so: it prints these."""
 
-    def __init__(self, program: Program, language: Language) -> None:
+    def __init__(self, program: Program, language: Language, functions: tuple[Function, ...]) -> None:
         self.program = program
         self.language = language
+        self.functions = functions
 
     @abstractmethod
-    def declarations(self, functions: tuple[Function, ...]) -> list[str]:
-        """Global lines that the text of `functions` refers to."""
+    def declarations(self) -> list[str]:
+        """Return the global lines that the functions' text refers to; none where there are no functions."""
 
     @abstractmethod
-    def statements(self, ops: tuple[Op, ...], blocks: Blocks) -> Iterator[str]:
-        """Lines for a function's ops."""
+    def statements(self, function: Function) -> Iterator[str]:
+        """Yield the lines of one of the functions, which assign the values of its ops; its input is a vec4 `p`."""
 
-    @abstractmethod
     def loops(self, function: Function) -> int:
-        """Upper bound of the loop iterations that one call of `function` costs."""
+        """Return an upper bound of the loop iterations that one call of a function costs: 0 for unrolled code."""
+        return 0
 
-    def function(self, function: Function) -> list[str]:
-        """The function's text."""
+    def definition(self, function: Function) -> list[str]:
+        """Return the text of one of the functions, its head and its closing brace included."""
         kind, result = _result(function, self.program.widths(function))
-        lines = [f"    {line}" for line in self.statements(function.ops, self.blocks(function))]
+        lines = [f"    {line}" for line in self.statements(function)]
         return [self.language.begin(kind, function.name, "vec4 p"), *lines, f"    return {result};", "}"]
 
     def blocks(self, function: Function) -> Blocks:
-        """Value name -> number of vec4 in it."""
+        """Return the number of vec4 in each value of a function."""
         return {name: -(-width // 4) for name, width in self.program.widths(function).items()}
 
-    def elementwise(self, op: Sine | Cosine | Product | Scale, k: str, blocks: Blocks) -> str:
-        """Right-hand side of an elementwise op at block `k`, names resolved by `block`."""
+    def elementwise(self, op: Sine | Cosine | Product | Scale, at: Callable[[str], str]) -> str:
+        """Return the right-hand side of one block of an op. at: name of an operand -> the text of its block."""
         match op:
             case Sine(source=source):
-                return f"{self.language.sine}({self.block(source, k, blocks)})"
+                return f"{self.language.sine}({at(source)})"
             case Cosine(source=source):
-                return f"{self.language.cosine}({self.block(source, k, blocks)})"
+                return f"{self.language.cosine}({at(source)})"
             case Product(left=left, right=right):
-                return f"{self.block(left, k, blocks)} * {self.block(right, k, blocks)}"
+                return f"{at(left)} * {at(right)}"
             case Scale(source=source, factor=factor):
-                return f"{self.language.number(factor)} * {self.block(source, k, blocks)}"
-
-    @abstractmethod
-    def block(self, name: str, k: str, blocks: Blocks) -> str:
-        """Expression for vec4 block `k` of a value or constant."""
+                return f"{self.language.number(factor)} * {at(source)}"
 
 
 def _result(function: Function, widths: dict[str, int]) -> tuple[str, str]:
+    """Return the type of a function's result, and the expression that it returns: see Program for its outputs."""
     match [widths[name] for name in function.outputs]:
         case [1]:
             return "float", function.outputs[0]
@@ -101,7 +109,7 @@ def _result(function: Function, widths: dict[str, int]) -> tuple[str, str]:
 
 
 def constants_of(functions: tuple[Function, ...]) -> list[str]:
-    """Names of the constants that `functions` use, each once, in order of use."""
+    """Return the names of the constants that functions use, each once, in order of first use."""
     names: dict[str, None] = {}
     for function in functions:
         assigned = {INPUT} | {op.result for op in function.ops}

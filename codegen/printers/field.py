@@ -1,77 +1,94 @@
-"""Program -> the generated part of every GLSL shader: field(), field_gradient(), albedo()."""
+"""The generated part of every shader: the functions field(), field_gradient() and albedo() of a program."""
 
 from dataclasses import dataclass
+from itertools import accumulate
 
 from ...model.errors import UserError
 from ..ir.program import Array, Function, Program
-from .cstyle import Language, Storage
-from .literal import Literal
-from .texels import Texture
+from .cstyle import Language
+from .literal import LiteralStorage
+from .texels import TexelLayout, TexelStorage
 
 STORAGES = ((64, "literal"), (4096, "texture"))
-"""What `auto` takes up to which width. Literals up to 64 wide: 6 to 23 times faster than loops on software GL;
-wider, their first draw takes minutes, and at 256 they crash SwiftShader."""
+"""(width, storage): the first pair whose width a network does not exceed gives the storage that `auto` takes for it.
+
+Literals up to 64 wide are 6 to 23 times faster than loops on software GL. The first draw of wider ones takes minutes,
+and at 256 they crash SwiftShader.
+"""
 
 PLAIN = "0.80, 0.74, 0.66"
-"""Albedo, sRGB, of a model without a texture."""
+"""Colour, sRGB, of a model without a texture."""
 
 
 @dataclass(frozen=True, eq=False)
-class Field:
-    """Text of the field, its weight texture, and the loops of each call (see Shader)."""
+class FieldText:
+    """The field of a program as text, and what goes with it."""
 
     text: str
-    weights: Array | None
+    layout: TexelLayout
+    """The weights that the text reads from a texture."""
     value_loops: tuple[int, ...]
+    """Upper bound of the loop iterations of one call of field(p, level), at index level - 1."""
     gradient_loops: tuple[int, ...]
+    """Upper bound of the loop iterations of one call of field_gradient(p, level), at index level - 1."""
     texture_loops: int
+    """Upper bound of the loop iterations of one call of albedo(p)."""
+
+    @property
+    def weights(self) -> Array | None:
+        """The weight texture, (H, W, 4) float32, or None where every weight is in the text."""
+        return self.layout.image()
 
 
-def print_field(program: Program, language: Language, storage: str) -> Field:
-    """GLSL that defines, for p in model space and levels counted from 1:
+def print_field(program: Program, language: Language, storage: str) -> FieldText:
+    """Print three functions, for p in model space and levels counted from 1:
 
     float field(vec3 p, int level, out int reached): value of the finest level up to `level` that is defined at p
     (Eq. 3), and which one it is; reads delta[];
     vec4 field_gradient(vec3 p, int level): grad f_level, f_level;
     vec3 albedo(vec3 p): colour, sRGB.
 
-    Raises UserError where these cannot be stored so.
+    storage: "literal", "texture", or "auto", which decides by STORAGES for each network. Raises UserError where
+    there is no such storage here.
     """
     if storage == "packed":
         raise UserError("--storage packed: only shadertoy has it; there is literal, texture, auto")
-    texture = Texture(program, language)
-    stores: dict[str, Storage] = {"literal": Literal(program, language), "texture": texture}
-    used = {function.name: stores[_choose(program, function, storage)] for function in program.functions()}
-    lines: list[str] = []
-    for store in stores.values():
-        lines += store.declarations(tuple(f for f in program.functions() if used[f.name] is store))
-    for function in program.functions():
-        lines += ["", *used[function.name].function(function)]
+    functions = program.functions()
+    chosen = {f.name: _choose(program, f, storage) for f in functions}
+    literals = LiteralStorage(program, language, tuple(f for f in functions if chosen[f.name] == "literal"))
+    texels = TexelStorage(program, language, tuple(f for f in functions if chosen[f.name] == "texture"))
+    storage_of = {f.name: owner for owner in (literals, texels) for f in owner.functions}
+    lines = [*literals.declarations(), *texels.declarations()]
+    for function in functions:
+        lines += ["", *storage_of[function.name].definition(function)]
     lines += ["", *_field(program, language), "", *_field_gradient(program, language), "", *_albedo(program, language)]
 
-    def loops(functions: tuple[Function, ...]) -> tuple[int, ...]:
-        each = [used[function.name].loops(function) for function in functions]
-        return tuple(sum(each[:level]) for level in range(1, len(each) + 1))
+    def loops(of_levels: tuple[Function, ...]) -> tuple[int, ...]:
+        """Return the loop iterations that each level costs, with the levels before it."""
+        return tuple(accumulate(storage_of[function.name].loops(function) for function in of_levels))
 
-    return Field(
+    return FieldText(
         text="\n".join(lines) + "\n",
-        weights=texture.image(),
+        layout=texels.layout,
         value_loops=loops(program.values),
         gradient_loops=loops(program.gradients),
-        texture_loops=0 if program.texture is None else loops((program.texture,))[0],
+        texture_loops=0 if program.texture is None else storage_of[program.texture.name].loops(program.texture),
     )
 
 
 def _choose(program: Program, function: Function, storage: str) -> str:
+    """Return the storage of a function's weights: `storage`, or STORAGES' where that is "auto"."""
     width = program.widest(function)
     return storage if storage != "auto" else next(name for limit, name in STORAGES if width <= limit)
 
 
 def _input(program: Program) -> str:
+    """Return the input of the program's functions at a point `p`."""
     return f"vec4(p, {'time' if program.moving else '1.'})"
 
 
 def _field(program: Program, language: Language) -> list[str]:
+    """Return field(), which evaluates a level where the one before it is inside its band (Eq. 3)."""
     lines = [
         language.begin("float", "field", f"vec3 p, int level, {language.out.format(name='reached')}"),
         f"    vec4 q = {_input(program)};",

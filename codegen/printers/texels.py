@@ -1,6 +1,7 @@
-"""Weights in an RGBA32F texture, read by texelFetch in loops: the portable store for wide layers."""
+"""Weights in an RGBA32F texture, which loops read by texelFetch: the storage that works for layers of any width."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -8,30 +9,63 @@ from ..ir.program import Affine, Array, Dot, Function, Op, Program, Transposed
 from .cstyle import Blocks, Language, Storage, constants_of
 
 TEXTURE_WIDTH = 1024
+"""Texels in a row of the texture; Language.texel has it too."""
 UNROLL = 32
-"""mat4 products per loop iteration: fewer iterations, longer code."""
+"""Products with a mat4 in one iteration of a loop, at most: more make fewer iterations and longer code."""
 
 
-class Texture(Storage):
-    """Values are arrays of vec4; a constant is a run of texels, a matrix block four of them (its columns)."""
+@dataclass(frozen=True, eq=False)
+class TexelLayout:
+    """Where each constant lies in the texture: a run of texels of four floats.
 
-    def __init__(self, program: Program, language: Language) -> None:
-        super().__init__(program, language)
-        self.offsets: dict[str, int] = {}
-        self.texels: list[Array] = []
-        self.size = 0
+    A vector is stored block after block, one texel each. A matrix is stored mat4 after mat4, first along its rows, and
+    a mat4 is four texels, its columns.
+    """
 
-    def declarations(self, functions: tuple[Function, ...]) -> list[str]:
-        """Readers of one texel and of one block; lays the constants out in the texture."""
-        for name in constants_of(functions):
-            constant = self.program.constants[name]
-            if constant.ndim == 2:
-                rows, columns = constant.shape
-                constant = constant.reshape(rows // 4, 4, columns // 4, 4).transpose(0, 2, 3, 1)
-            self.offsets[name] = self.size
-            self.texels.append(constant.reshape(-1, 4))
-            self.size += len(self.texels[-1])
-        if not functions:
+    offsets: dict[str, int]
+    """Name of a constant -> index of its first texel."""
+    texels: Array
+    """(T, 4), one constant after another; T is 0 where nothing is stored."""
+
+    def image(self) -> Array | None:
+        """Return the texture, (H, 1024, 4) float32, filled up with zeros, or None where nothing is stored."""
+        if not len(self.texels):
+            return None
+        height = -(-len(self.texels) // TEXTURE_WIDTH)
+        image = np.zeros((height * TEXTURE_WIDTH, 4), np.float32)
+        image[: len(self.texels)] = self.texels
+        return image.reshape(height, TEXTURE_WIDTH, 4)
+
+
+def lay_out(program: Program, functions: tuple[Function, ...]) -> TexelLayout:
+    """Lay out the constants that functions of a program use, in order of first use."""
+    offsets: dict[str, int] = {}
+    runs = [np.empty((0, 4), np.float32)]
+    size = 0
+    for name in constants_of(functions):
+        constant = program.constants[name]
+        if constant.ndim == 2:
+            rows, columns = constant.shape
+            constant = constant.reshape(rows // 4, 4, columns // 4, 4).transpose(0, 2, 3, 1)
+        offsets[name] = size
+        runs.append(constant.reshape(-1, 4))
+        size += len(runs[-1])
+    return TexelLayout(offsets, np.concatenate(runs))
+
+
+class TexelStorage(Storage):
+    """Weights in texels, laid out as `layout` says.
+
+    A value of n blocks is an array of n vec4, or one vec4 where n is 1.
+    """
+
+    def __init__(self, program: Program, language: Language, functions: tuple[Function, ...]) -> None:
+        super().__init__(program, language, functions)
+        self.layout = lay_out(program, functions)
+
+    def declarations(self) -> list[str]:
+        """Return the functions texel(k) and block(k), which read one texel and a mat4 of four."""
+        if not self.functions:
             return []
         return [
             f"{self.language.begin('vec4', 'texel', 'int k')} return {self.language.texel.format(k='k')}; }}",
@@ -39,24 +73,16 @@ class Texture(Storage):
             + " return mat4(texel(k), texel(k + 1), texel(k + 2), texel(k + 3)); }",
         ]
 
-    def image(self) -> Array | None:
-        """The texture, (H, 1024, 4) float32, or None where nothing is stored in it."""
-        if not self.texels:
-            return None
-        height = -(-self.size // TEXTURE_WIDTH)
-        image = np.zeros((height * TEXTURE_WIDTH, 4), np.float32)
-        image[: self.size] = np.concatenate(self.texels)
-        return image.reshape(height, TEXTURE_WIDTH, 4)
-
-    def statements(self, ops: tuple[Op, ...], blocks: Blocks) -> Iterator[str]:
-        """One loop for each run of ops that go over the same blocks.
+    def statements(self, function: Function) -> Iterator[str]:
+        """Yield one loop over k for each run of ops on equally many blocks; see _runs.
 
         Few loops, and loops within loops, not only for speed: in a long row of plain ones, LLVM 15's analysis of the
         counter that llvmpipe adds takes exponential time (minutes for five layers of 32).
         """
-        for group in _fused(ops, blocks):
+        blocks = self.blocks(function)
+        for run in _runs(function.ops, blocks):
             before, body, after = [], [], []
-            for op in group:
+            for op in run:
                 if isinstance(op, Dot):
                     number = self.language.number
                     before.append(f"float {op.result} = 0.;")
@@ -68,29 +94,30 @@ class Texture(Storage):
                 if isinstance(op, Affine | Transposed):
                     body += self._product(op, blocks)
                 else:
-                    body.append(f"{self._at(op.result, blocks)} = {self.elementwise(op, 'k', blocks)};")
+                    right = self.elementwise(op, lambda name: self._at(name, blocks))
+                    body.append(f"{self._at(op.result, blocks)} = {right};")
             yield from before
-            yield from _loop("k", _length(group[0], blocks), body)
+            yield from _loop("k", _length(run[0], blocks), body)
             yield from after
 
     def loops(self, function: Function) -> int:
-        """Iterations as llvmpipe counts them, the one that finds the end of its loop included."""
+        """Return the loop iterations of one call as llvmpipe counts them: one more per loop, which finds its end."""
         blocks = self.blocks(function)
         total = 0
-        for group in _fused(function.ops, blocks):
-            sources = [blocks[op.source] for op in group if isinstance(op, Affine | Transposed)]
+        for run in _runs(function.ops, blocks):
+            sources = [blocks[op.source] for op in run if isinstance(op, Affine | Transposed)]
             inner = sum(m // _unroll(m) + 1 for m in sources if m > 1)
-            total += _length(group[0], blocks) * (1 + inner) + 1
+            total += _length(run[0], blocks) * (1 + inner) + 1
         return total
 
     def _product(self, op: Affine | Transposed, blocks: Blocks) -> Iterator[str]:
-        """The matrix times the source, for block k of the result."""
-        n, m, base = blocks[op.result], blocks[op.source], self.offsets[op.matrix]
+        """Yield the lines that compute block k of a matrix's product with the source."""
+        n, m, base = blocks[op.result], blocks[op.source], self.layout.offsets[op.matrix]
         start = "vec4(0)"
         if isinstance(op, Transposed):
-            term = f"s += {self.block(op.source, '{j}', blocks)} * block({base} + 4 * k + {4 * n} * ({{j}}));"
+            term = f"s += {self._at(op.source, blocks, '{j}')} * block({base} + 4 * k + {4 * n} * ({{j}}));"
         else:
-            term = f"s += block({base} + {4 * m} * k + 4 * ({{j}})) * {self.block(op.source, '{j}', blocks)};"
+            term = f"s += block({base} + {4 * m} * k + 4 * ({{j}})) * {self._at(op.source, blocks, '{j}')};"
             start = start if op.bias is None else self._at(op.bias, blocks)
         yield f"vec4 s = {start};"
         unroll = _unroll(m)
@@ -100,33 +127,35 @@ class Texture(Storage):
             yield from _loop("j", m, [term.format(j=f"j + {u}" if u else "j") for u in range(unroll)], unroll)
         yield f"{self._at(op.result, blocks)} = s;"
 
-    def _at(self, name: str, blocks: Blocks) -> str:
-        return self.block(name, "k", blocks)
-
-    def block(self, name: str, k: str, blocks: Blocks) -> str:
-        """An array element, or a texel of a constant."""
-        if name in self.offsets:
-            return f"texel({self.offsets[name]} + {k})"
+    def _at(self, name: str, blocks: Blocks, k: str = "k") -> str:
+        """Return the expression of block `k`: an element of a value's array, or a texel of a constant vector."""
+        if name in self.layout.offsets:
+            return f"texel({self.layout.offsets[name]} + {k})"
         return name if blocks[name] == 1 else f"{name}[{k}]"
 
 
 def _length(op: Op, blocks: Blocks) -> int:
+    """Return the number of blocks that an op goes over."""
     return blocks[op.source if isinstance(op, Dot) else op.result]
 
 
-def _fused(ops: tuple[Op, ...], blocks: Blocks) -> list[list[Op]]:
-    """Runs of ops over equally many blocks, none of which needs a whole vector that its own run makes."""
-    groups: list[list[Op]] = []
+def _runs(ops: tuple[Op, ...], blocks: Blocks) -> list[list[Op]]:
+    """Split ops into runs that go over equally many blocks, and that can do all their work on one block at a time.
+
+    A product with a matrix needs the whole of its source, so it begins a run.
+    """
+    runs: list[list[Op]] = []
     for op in ops:
-        whole = isinstance(op, Affine | Transposed)
-        if whole or not groups or _length(op, blocks) != _length(groups[-1][0], blocks):
-            groups.append([])
-        groups[-1].append(op)
-    return groups
+        needs_whole = isinstance(op, Affine | Transposed)
+        if needs_whole or not runs or _length(op, blocks) != _length(runs[-1][0], blocks):
+            runs.append([])
+        runs[-1].append(op)
+    return runs
 
 
 def _unroll(count: int) -> int:
-    # Never all of it: an inner loop keeps LLVM's analysis short (see Texture.statements).
+    """Return how many of a loop's `count` terms one iteration holds."""
+    # Never all of it: an inner loop keeps LLVM's analysis short (see TexelStorage.statements).
     return max(u for u in range(1, UNROLL + 1) if count % u == 0 and (u < count or u == 1))
 
 

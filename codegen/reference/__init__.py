@@ -1,1 +1,1 @@
-"""What a program computes, in numpy: the oracle of every target."""
+"""What a program computes, in numpy: every target is tested against it."""

@@ -1,26 +1,39 @@
-"""The targets of `mplicits bake`: a new one is one file and one line here."""
+"""The targets of `mplicits bake`: a new one is one file in this folder and one line here (docs/targets.md)."""
 
-from typing import Protocol
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, cast
 
-from ...model.model import Model
-from . import cuda, glsl300es, glsl330, shadertoy, webpage
-
-
-class Target(Protocol):
-    """Model -> the text of the whole output file."""
-
-    def __call__(self, model: Model, storage: str = "auto", digits: int | None = None) -> str:
-        """storage: how weights are stored; digits: decimals of the weights, None for all."""
+if TYPE_CHECKING:
+    from ...model.model import Model
 
 
-TARGETS: dict[str, Target] = {
-    "glsl330": glsl330.standalone,
-    "glsl300es": glsl300es.standalone,
-    "html": webpage.standalone,
-    "shadertoy": shadertoy.standalone,
-    "cuda": cuda.standalone,
+@dataclass(frozen=True)
+class Target:
+    """A module of this folder that turns a model into the text of one file."""
+
+    module: str
+    """Name of the module. It is loaded when the target is first called, so that the table alone loads nothing."""
+    suffix: str
+    """How the output file's name ends where the user gives none."""
+
+    def __call__(self, model: "Model", storage: str = "auto", digits: int | None = None) -> str:
+        """Return the text of the whole output file, by the module's function `standalone`.
+
+        storage: how weights are stored: "auto", or a way that the target has. digits: decimals that the weights are
+        rounded to, None for all. Raises UserError where the target does not take the model or the storage.
+        """
+        module = import_module(f".{self.module}", __package__)
+        return cast("str", module.standalone(model, storage=storage, digits=digits))
+
+
+TARGETS = {
+    "glsl330": Target("glsl330", suffix=".glsl"),
+    "glsl300es": Target("glsl300es", suffix=".es.frag"),
+    "html": Target("webpage", suffix=".html"),
+    "shadertoy": Target("shadertoy", suffix=".frag"),
+    "cuda": Target("cuda", suffix=".cu"),
 }
-"""Name -> target."""
-
-SUFFIXES = {"glsl330": ".glsl", "glsl300es": ".es.frag", "html": ".html", "shadertoy": ".frag", "cuda": ".cu"}
-"""How the output file's name ends where the user gives none."""
+"""Name, as `--target` takes it -> target."""
+DEFAULT = "glsl330"
+"""Name of the target that is baked where none is given."""

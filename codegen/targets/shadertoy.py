@@ -1,4 +1,4 @@
-"""Target shadertoy: text for Shadertoy's Image tab."""
+"""Target shadertoy: the text of Shadertoy's Image tab."""
 
 import re
 from dataclasses import replace
@@ -10,24 +10,25 @@ from ...model.quantise import is_quantised, quantised_model
 from ..ir.lower import lower
 from ..ir.program import Program
 from ..printers.cstyle import Language, Storage
-from ..printers.literal import Literal
-from ..printers.packed import Packed
+from ..printers.literal import LiteralStorage
+from ..printers.packed import PackedStorage
 from ..reference.digits import fewest_digits
 from ..reference.march import OFFSET
 from .header import header_facts, header_line
 
 WIDEST = 64
-"""Above, browsers take minutes to compile the text, or crash."""
+"""Width of the widest layer that is baked: with wider ones, browsers take minutes to compile the text, or crash."""
 PLAIN = "vec3(.6, .5, .39)"
-"""Linear light, of a model without a texture (PLAIN of field.py)."""
+"""Colour of a model without a texture: that of printers/field.py, in linear light."""
 LANGUAGE = Language(function="{type} {name}(vec4 p)")
 
 
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
-    """The text. Raises UserError where the model is too wide.
+    """Return the text of a model.
 
     storage: "packed", "literal", or "auto": packed where the weights are quantised (model/quantise.py).
     digits: decimals of literal weights, None for the fewest that keep the surface (codegen/reference/digits.py).
+    Raises UserError where the model is too wide, or the storage is none of these.
     """
     networks = [level.network for level in model.levels] + ([] if model.texture is None else [model.texture])
     widest = max(layer.weight.shape[0] for network in networks for layer in network)
@@ -41,30 +42,34 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
     if storage == "packed" and model.inputs != "xyz":
         raise UserError("--storage packed: this model moves; take literal")
     if storage == "packed" or (storage == "auto" and model.inputs == "xyz" and all(map(is_quantised, networks))):
-        return _text(lower(quantised_model(model)), model, Packed)
-    return _text(lower(model, fewest_digits(model) if digits is None else digits), model, Literal)
+        return _text(lower(quantised_model(model)), model, PackedStorage)
+    return _text(lower(model, fewest_digits(model) if digits is None else digits), model, LiteralStorage)
 
 
 def _text(program: Program, model: Model, storage: type[Storage]) -> str:
+    """Return the text: weights, networks, field() and the hand-written rest in glsl/shadertoy.glsl."""
     time = "iTime" if program.moving else "1"
     values = program.values if len(program.values) > 1 else (replace(program.values[0], name="field"),)
     functions = values + (() if program.texture is None else (program.texture,))
-    store = storage(program, LANGUAGE)
-    lines = store.declarations(functions)
+    printer = storage(program, LANGUAGE, functions)
+    lines = printer.declarations()
     for function in functions:
-        lines += store.function(function)
+        lines += printer.definition(function)
     albedo = PLAIN
     if program.texture is not None:
         albedo = f"pow(clamp({program.texture.name}(vec4(3.52 * m[2] + t * v, {time})), 0., 1.), vec3(2.2))"
     shell = re.sub(r"(?m)^//.*\n", "", glsl.load("shadertoy.glsl")).replace(", 1));", f", {time}));")
     text = "\n".join([*lines, *_field(program), shell.replace("ALBEDO", albedo)])
-    if storage is Packed:
+    if storage is PackedStorage:
         text = _squeezed(text)
     return header_line(header_facts(model, program, "shadertoy")) + "\n" + text
 
 
 def _field(program: Program) -> list[str]:
-    """The nested levels (Eq. 3); outside a band, the distance to its offset surface."""
+    """Return field(), which evaluates a level inside the band of the one before it (Eq. 3).
+
+    Outside the band it gives the distance to the band's offset surface. A single level is field() itself.
+    """
     if len(program.values) == 1:
         return []
     lines = ["float field(vec4 p) {", f"    float f = {program.values[0].name}(p);"]
@@ -75,10 +80,11 @@ def _field(program: Program) -> list[str]:
 
 
 def _short(value: float) -> str:
+    """Return a number as a literal of three digits."""
     return LANGUAGE.number(float(f"{value:.3g}"))
 
 
 def _squeezed(text: str) -> str:
-    """Without indentation, and without spaces around operators; lines stay."""
+    """Return GLSL without indentation, comments and spaces around operators; lines stay lines."""
     text = re.sub(r"(?m)^\s+|\s*//.*$", "", text)
     return re.sub(r" *([-+*/=<>,;(){}?:&|]) *", r"\1", text)

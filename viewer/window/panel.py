@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...codegen.targets.registry import SUFFIXES, TARGETS
+from ...codegen.targets.registry import TARGETS
 from ..draw.options import SHADINGS
 from ..state import jobs, overlay
 from .help import FAINT, bare, place, show_keys
@@ -201,7 +201,7 @@ class Panel:
                 if imgui.get_content_region_avail().x < imgui.calc_text_size(name).x + 20:
                     imgui.new_line()
                 if imgui.button(name):
-                    suffix = ".safetensors" if name == "model" else SUFFIXES[name]
+                    suffix = ".safetensors" if name == "model" else TARGETS[name].suffix
                     desk.begin(jobs.target(name, desk.source.model, jobs.free_path(desk.source.name, suffix)))
         imgui.push_style_color(imgui.Col_.text, FAINT)
         imgui.text_wrapped(f"into {Path.cwd()}")
