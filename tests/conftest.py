@@ -13,7 +13,7 @@ from mplicits.model.errors import UserError
 from mplicits.viewer.draw.context import Context, open_osmesa
 
 from support.browser import Visit, chromium, visit
-from support.desk_fixture import make  # noqa: F401 (a fixture)
+from support.desk_fixture import open_desk  # noqa: F401 (a fixture)
 from support.page_pictures import MODEL
 
 if TYPE_CHECKING:

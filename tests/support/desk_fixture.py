@@ -1,4 +1,4 @@
-"""A desk under OSMesa, shared by the tests of the desk."""
+"""Desks that draw under OSMesa, and what the tests of the desk do with them."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -18,11 +18,14 @@ from numpy.typing import NDArray
 from support.random_model import random_model
 
 AREA = (24, 16)
+"""(width, height) of the picture in pixels."""
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+"""An OBJ file."""
 
 
 @pytest.fixture
-def make(osmesa: Context, tmp_path: Path) -> Iterator[Callable[..., Desk]]:
+def open_desk(osmesa: Context, tmp_path: Path) -> Iterator[Callable[..., Desk]]:
+    """Give a function that opens a desk with a textured model of two levels, named "two"."""
     desks = []
 
     def opened(watch: bool = False, **options: object) -> Desk:
@@ -39,28 +42,28 @@ def make(osmesa: Context, tmp_path: Path) -> Iterator[Callable[..., Desk]]:
         desk.close()
 
 
-def settle(desk: Desk, until: Callable[[], bool] = lambda: True, seconds: float = 60.0) -> int:
-    """Ticks until nothing is due but a message's end; returns how many it took."""
-    end, count = time.perf_counter() + seconds, 0
+def settle(desk: Desk, until: Callable[[], bool] = lambda: True, seconds: float = 60.0) -> None:
+    """Call tick until the condition holds and the desk rests; fail after so many seconds."""
+    end = time.perf_counter() + seconds
     while time.perf_counter() < end:
         due = desk.tick(AREA)
-        count += 1
         if until() and desk.resting:
-            return count
+            return
         time.sleep(min(0.02, due or 0.0))
-    pytest.fail("it never comes to rest")
+    pytest.fail("the desk never comes to rest")
 
 
 def is_open(desk: Desk, path: Path) -> bool:
-    return desk.source.path == path
+    """Return whether the desk shows this file."""
+    return desk.shown.source.path == path
 
 
-def shown(desk: Desk) -> NDArray[np.float32]:
-    """(H, W, 3): the refined picture, top row first, in [0, 1]."""
+def picture_of(desk: Desk) -> NDArray[np.float32]:
+    """Return what the desk would put onto the screen: (H, W, 3) float32 in [0, 1], top row first."""
     width, height = AREA
-    with desk.context as gl:
+    with desk.shown.context as gl:
         screen = gl.framebuffer([gl.texture(AREA, 4, dtype="f4")])
-        desk.picture.show((0, 0), AREA, split=False, onto=screen)
+        desk.drawing.picture.show((0, 0), AREA, split=False, onto=screen)
         data = np.frombuffer(screen.read(components=3, dtype="f4"), np.float32)
         screen.color_attachments[0].release()
         screen.release()

@@ -1,4 +1,4 @@
-"""A script that drives a real window under Xvfb, in a process of its own, and reports as JSON."""
+"""Runs a script that drives a real window under Xvfb, in a process of its own, and reports as JSON."""
 
 import json
 import subprocess
@@ -16,10 +16,11 @@ from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.window.window import Window
 
 window = Window(Path("m.safetensors"), Camera(), RenderOptions(samples=2), SIZE, watch=WATCH)
-desk, view, handle = window.desk, window.desk.view, window.handle
+desk, view, handle = window.desk, window.desk.shown.view, window.handle
 report = {}
 
 def screen():
+    "The window's pixels (H, W, 3) in [0, 1], top row first."
     window.paint(swap=False)
     width, height = glfw.get_framebuffer_size(handle)
     with window.context as gl:
@@ -27,6 +28,7 @@ def screen():
     return np.frombuffer(data, np.uint8).reshape(height, width, 3)[::-1] / 255.0
 
 def settle(seconds=40.0):
+    "Runs the loop until nothing is left to do."
     end = time.perf_counter() + seconds
     while time.perf_counter() < end:
         window.step()
@@ -34,16 +36,16 @@ def settle(seconds=40.0):
         if desk.resting and not (window.gui and window.gui.restless):
             return
         time.sleep(0.002)
-    raise SystemExit("it never comes to rest")
+    raise SystemExit("the window never comes to rest")
 
 def difference():
-    "Between the window's picture and what render draws, at every channel, at most."
+    "The largest difference, over all pixels and channels, between the window's picture and what render draws."
     x, y, width, height = window.area
-    wanted = desk.renderer.render((width, height), view.camera, view.options)[..., :3]
-    return float(np.abs(screen()[:, x:] - wanted).max())
+    rendered = desk.shown.renderer.render((width, height), view.camera, view.options)[..., :3]
+    return float(np.abs(screen()[:, x:] - rendered).max())
 
 def user(*actions):
-    "Does something every 0.25 s beside the loop, then closes the window."
+    "Runs the loop, does one of the actions every 0.25 s beside it, and closes the window at the end."
     def run():
         for action in (*actions, lambda: glfw.set_window_should_close(handle, True)):
             time.sleep(0.25)
@@ -62,9 +64,13 @@ print(json.dumps(report))
 def run(
     script: str, size: tuple[int, int], folder: Path, environment: dict[str, str], watch: bool = False
 ) -> dict[str, Any]:
-    """What the script reports."""
+    """Return what the script puts into its `report`.
+
+    size: (width, height) of the window, as the system counts it. folder: the process's working folder, with the model
+    m.safetensors in it. environment: of the process. watch: as the viewer's option --watch.
+    """
     text = START.replace("SIZE", repr(size)).replace("WATCH", repr(watch)) + script + END
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", text],
         cwd=folder,
         env=environment,
@@ -73,6 +79,6 @@ def run(
         check=False,
         timeout=120,
     )
-    assert done.returncode == 0, done.stderr + done.stdout
-    report: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    assert process.returncode == 0, process.stderr + process.stdout
+    report: dict[str, Any] = json.loads(process.stdout.splitlines()[-1])
     return report

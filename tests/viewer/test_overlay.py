@@ -1,4 +1,4 @@
-"""A mesh over the picture of its model: edges where the mesh has them, faces as `render --mesh` draws them."""
+"""A mesh over the picture of its model: its edges are where the mesh has them, its faces as `render --mesh` draws."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -7,33 +7,36 @@ import numpy as np
 import pytest
 from mplicits import glsl
 from mplicits.viewer.draw.camera import Camera
-from mplicits.viewer.draw.edges import planes
+from mplicits.viewer.draw.mesh_program import clip_planes
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.rasteriser import Rasteriser
 from mplicits.viewer.draw.triangles import read_triangles
 from mplicits.viewer.state.desk import Desk
-from mplicits.viewer.state.overlay import MeshFile, Overlay
+from mplicits.viewer.state.overlay import MeshSource, Overlay
 
-from support.desk_fixture import AREA, settle, shown
+from support.desk_fixture import AREA, picture_of, settle
 
 CUBE = """v -.5 -.5 -.5\nv .5 -.5 -.5\nv .5 .5 -.5\nv -.5 .5 -.5\nv -.5 -.5 .5\nv .5 -.5 .5\nv .5 .5 .5\nv -.5 .5 .5
 f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 4 7 3\nf 4 8 7\nf 1 5 8\nf 1 8 4\nf 2 3 7\nf 2 7 6\n"""
 
 
 @pytest.fixture
-def cube(tmp_path: Path) -> MeshFile:
+def cube(tmp_path: Path) -> MeshSource:
+    """A cube in model space."""
     pytest.importorskip("trimesh", reason="trimesh is not installed (extra mesh)")
     (tmp_path / "cube.obj").write_text(CUBE)
-    return MeshFile(tmp_path / "cube.obj", "model")
+    return MeshSource(tmp_path / "cube.obj", "model")
 
 
-def test_edges_lie_on_the_mesh_and_only_where_they_are_seen(make: Callable[..., Desk], cube: MeshFile) -> None:
-    desk = make()
+def test_edges_are_drawn_where_the_mesh_has_them_and_only_where_they_are_seen(
+    open_desk: Callable[..., Desk], cube: MeshSource
+) -> None:
+    desk = open_desk()
     size, camera = (200, 200), Camera(0, 0, 3.0)
-    plain = desk.renderer.render(size, camera)
-    overlay = Overlay(desk.context, cube, "auto")
-    edged = overlay.over(desk.renderer, desk.source, "edges").render(size, camera)
-    overlay.over(desk.renderer, desk.source, "hidden")
+    plain = desk.shown.renderer.render(size, camera)
+    overlay = Overlay(desk.shown.context, cube, "auto")
+    edged = overlay.over(desk.shown.renderer, desk.shown.source, "edges").render(size, camera)
+    overlay.over(desk.shown.renderer, desk.shown.source, "hidden")
     np.testing.assert_array_equal(edged[..., 3], plain[..., 3])
     changed = np.abs(edged - plain).max(axis=-1) > 0.02
     rows, columns = np.nonzero(changed)
@@ -46,43 +49,44 @@ def test_edges_lie_on_the_mesh_and_only_where_they_are_seen(make: Callable[..., 
     assert diagonal[inside].all(), "all that is seen inside the front face is its diagonal; the back face is hidden"
     assert inside.sum() > near
     assert far < near - 10
-    np.testing.assert_array_equal(desk.renderer.render(size, camera), plain)
+    np.testing.assert_array_equal(desk.shown.renderer.render(size, camera), plain)
     overlay.release()
 
 
-def test_faces_are_what_render_draws_of_a_mesh(make: Callable[..., Desk], cube: MeshFile) -> None:
-    desk = make()
-    desk.overlay = Overlay(desk.context, cube, "auto")
+def test_faces_are_drawn_as_render_draws_a_mesh(open_desk: Callable[..., Desk], cube: MeshSource) -> None:
+    desk = open_desk()
+    desk.shown.overlay = Overlay(desk.shown.context, cube, "auto")
     settle(desk)
-    traced = shown(desk)
-    desk.view.key("M")
-    desk.view.key("M")
+    traced = picture_of(desk)
+    desk.shown.view.key("M")
+    desk.shown.view.key("M")
     settle(desk)
-    assert desk.source.model is not None
-    rasteriser = Rasteriser(desk.context, desk.source.model, read_triangles(cube.path, (0.0, 0.0, 0.0), 1.0))
-    wanted = rasteriser.render(AREA, desk.view.camera, RenderOptions())[..., :3]
+    assert desk.shown.source.model is not None
+    triangles = read_triangles(cube.path, (0.0, 0.0, 0.0), 1.0)
+    rasteriser = Rasteriser(desk.shown.context, desk.shown.source.model, triangles)
+    rendered = rasteriser.render(AREA, desk.shown.view.camera, RenderOptions())[..., :3]
     rasteriser.release()
-    assert np.abs(wanted - traced).max() > 0.1
-    np.testing.assert_allclose(shown(desk), wanted, atol=2e-5)
-    desk.view.split, desk.view.changed = 1, True
+    assert np.abs(rendered - traced).max() > 0.1
+    np.testing.assert_allclose(picture_of(desk), rendered, atol=2e-5)
+    desk.shown.view.split, desk.shown.view.changed = 1, True
     settle(desk)
-    half = shown(desk)
-    np.testing.assert_allclose(half[:, :12], wanted[:, :12], atol=2e-5)
-    assert np.abs(half[:, 12:] - wanted[:, 12:]).max() > 0.05, "the right half wears the normals of level 1"
+    half = picture_of(desk)
+    np.testing.assert_allclose(half[:, :12], rendered[:, :12], atol=2e-5)
+    assert np.abs(half[:, 12:] - rendered[:, 12:]).max() > 0.05, "the right half wears the normals of level 1"
 
 
-def test_a_mesh_that_is_none_is_told(make: Callable[..., Desk], tmp_path: Path) -> None:
+def test_the_user_is_told_why_a_broken_mesh_is_not_shown(open_desk: Callable[..., Desk], tmp_path: Path) -> None:
     pytest.importorskip("trimesh", reason="trimesh is not installed (extra mesh)")
     (tmp_path / "bad.ply").write_bytes(b"ply\nnothing")
-    desk = make()
-    desk.overlay = Overlay(desk.context, MeshFile(tmp_path / "bad.ply"), "auto")
-    desk.view.key("M")
+    desk = open_desk()
+    desk.shown.overlay = Overlay(desk.shown.context, MeshSource(tmp_path / "bad.ply"), "auto")
+    desk.shown.view.key("M")
     settle(desk, lambda: "bad.ply" in desk.message)
-    assert desk.view.mesh == "hidden"
+    assert desk.shown.view.mesh == "hidden"
 
 
 @pytest.mark.parametrize(
-    ("name", "right", "shown_of_it"),
+    ("name", "right", "mode"),
     [
         ("mesh.glsl", "vec3 eye = ", "faces"),
         ("backdrop.glsl", "vec2 pixel = ", "faces"),
@@ -91,27 +95,27 @@ def test_a_mesh_that_is_none_is_told(make: Callable[..., Desk], tmp_path: Path) 
         ("background.glsl", "return ", "faces"),
     ],
 )
-def test_an_error_in_a_mesh_s_glsl_is_placed_there(
-    make: Callable[..., Desk], cube: MeshFile, monkeypatch: pytest.MonkeyPatch, name: str, right: str, shown_of_it: str
+def test_an_error_in_the_glsl_of_a_mesh_is_told_with_its_file_and_line(
+    open_desk: Callable[..., Desk], cube: MeshSource, monkeypatch: pytest.MonkeyPatch, name: str, right: str, mode: str
 ) -> None:
-    desk, read = make(), glsl.read
-    desk.overlay = Overlay(desk.context, cube, "auto")
+    desk, read = open_desk(), glsl.read
+    desk.shown.overlay = Overlay(desk.shown.context, cube, "auto")
     lines = read(name).splitlines()
     line = next(k for k, text in enumerate(lines, start=1) if right in text)
     wrong = "\n".join([*lines[: line - 1], lines[line - 1].replace(right, right + "steeps + "), *lines[line:], ""])
     monkeypatch.setattr(glsl, "read", lambda file: wrong if file == name else read(file))
-    desk.view.mesh, desk.view.changed = shown_of_it, True
+    desk.shown.view.mesh, desk.shown.view.changed = mode, True
     settle(desk, lambda: bool(desk.log))
     assert f"{name}:{line}" in desk.log[0]
     assert "steeps" in desk.log[0].partition("; ")[2], "the line itself"
-    assert desk.view.mesh == "hidden"
+    assert desk.shown.view.mesh == "hidden"
     monkeypatch.setattr(glsl, "read", read)
-    desk.view.mesh, desk.view.changed = shown_of_it, True
+    desk.shown.view.mesh, desk.shown.view.changed = mode, True
     settle(desk)
-    assert desk.view.mesh == shown_of_it, "read again, not kept"
+    assert desk.shown.view.mesh == mode, "the file is read again, the broken text is not kept"
 
 
-def test_the_planes_hold_the_mesh_wherever_the_camera_looks() -> None:
+def test_the_clip_planes_enclose_the_mesh_wherever_the_camera_looks() -> None:
     rng = np.random.default_rng(0)
     points = rng.normal(size=(500, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
@@ -119,6 +123,6 @@ def test_the_planes_hold_the_mesh_wherever_the_camera_looks() -> None:
         camera = Camera(azimuth, 20, 3.5).panned(right, up)
         matrix = camera.matrix().astype(float)
         depth = -(points - matrix[:3, 3]) @ matrix[:3, 2]
-        near, far = planes(camera, 1.0)
+        near, far = clip_planes(camera, 1.0)
         assert near <= depth.min()
         assert depth.max() <= far

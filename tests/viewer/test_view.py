@@ -1,14 +1,15 @@
-"""What keys and the pointer make of a view."""
+"""How keys and the pointer change a view."""
 
 import numpy as np
 import pytest
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.options import RenderOptions
-from mplicits.viewer.state.view import SCALES, SLOW, View
+from mplicits.viewer.state.view import SCALES, SLOW_FRAME, View
 
 
 @pytest.fixture
 def view() -> View:
+    """A view of a textured model of two levels."""
     view = View(Camera(10, 20, 3.0), RenderOptions(), levels=2, textured=True)
     view.changed = False
     return view
@@ -23,7 +24,9 @@ def test_dragging_turns_and_pans(view: View) -> None:
     view.pan(0.5, 0.0)
     centre = np.array([*before.target, 1.0])
     seen = np.linalg.inv(view.camera.matrix()) @ centre
-    assert abs(seen[0] / -seen[2] * view.camera.focal - 1.0) < 1e-5, "half a height to the right: where the pointer is"
+    assert abs(seen[0] / -seen[2] * view.camera.focal - 1.0) < 1e-5, (
+        "the target has followed the pointer half a height to the right"
+    )
 
 
 def test_the_wheel_zooms(view: View) -> None:
@@ -33,7 +36,7 @@ def test_the_wheel_zooms(view: View) -> None:
     assert abs(view.camera.away - 3.0) < 1e-9
 
 
-def test_keys(view: View) -> None:
+def test_keys_change_the_shading_the_level_and_the_camera(view: View) -> None:
     for key, shading in (("N", "normal"), ("D", "depth"), ("X", "steps"), ("T", "texture"), ("P", "phong")):
         view.key(key)
         assert view.options.shading == shading
@@ -66,7 +69,7 @@ def test_the_turntable_goes_on_until_space_again(view: View) -> None:
     assert not view.turntable
 
 
-def test_no_texture_no_texture_shading(view: View) -> None:
+def test_a_model_without_a_texture_is_not_shaded_with_it(view: View) -> None:
     view.set(shading="texture", level=2)
     view.adopt(levels=1, textured=False)
     assert (view.options.shading, view.options.level) == ("phong", None)
@@ -74,7 +77,7 @@ def test_no_texture_no_texture_shading(view: View) -> None:
     assert view.options.shading == "phong"
 
 
-def test_a_new_size_fits_the_shape_again() -> None:
+def test_a_new_size_of_the_window_fits_the_shape_again() -> None:
     view = View(Camera(), RenderOptions(), levels=1, textured=False)
     wide = view.camera.away
     view.resize((100, 400))
@@ -83,18 +86,18 @@ def test_a_new_size_fits_the_shape_again() -> None:
     assert view.scene((0, 0)).size == (1, 1)
 
 
-def test_slow_frames_get_fewer_pixels(view: View) -> None:
+def test_slow_frames_get_fewer_pixels_and_fast_ones_more(view: View) -> None:
     for _ in range(20):
-        view.timed(2 * SLOW)
+        view.timed(2 * SLOW_FRAME)
     assert view.scale == SCALES[-1]
     for _ in range(20):
-        view.timed(SLOW / 100)
+        view.timed(SLOW_FRAME / 100)
     assert view.scale == 1.0
-    view.timed(SLOW / 2)
-    assert view.scale == 1.0, "fast enough"
+    view.timed(SLOW_FRAME / 2)
+    assert view.scale == 1.0, "such a frame is neither slow nor fast"
 
 
-def test_m_goes_through_what_is_shown_of_a_mesh(view: View) -> None:
+def test_the_key_m_goes_through_the_modes_of_a_mesh(view: View) -> None:
     seen = []
     for _ in range(5):
         seen.append(view.mesh)

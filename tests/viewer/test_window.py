@@ -1,4 +1,4 @@
-"""The window under Xvfb, with real events: what GLFW's callbacks do, what is on the screen, when it sleeps."""
+"""The window under Xvfb, with real events: what they do, what is on the screen, and when the window sleeps."""
 
 import shutil
 from importlib.util import find_spec
@@ -16,7 +16,9 @@ from support.random_model import random_model
 from support.window_script import run
 
 
-def test_without_a_display_it_names_render_and_the_page(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_without_a_display_the_error_names_render_and_the_web_page(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     save(random_model((4, 0)), tmp_path / "m.safetensors")
@@ -25,7 +27,7 @@ def test_without_a_display_it_names_render_and_the_page(monkeypatch: pytest.Monk
     assert "\n" not in str(raised.value)
 
 
-def test_what_the_model_lacks_is_told_before_a_window_opens(tmp_path: Path) -> None:
+def test_options_that_the_model_does_not_fit_are_refused_before_a_window_opens(tmp_path: Path) -> None:
     save(random_model((4, 0)), tmp_path / "m.safetensors")
     for options, reason in ((RenderOptions(shading="texture"), "no texture"), (RenderOptions(level=2), "level 2")):
         with pytest.raises(UserError, match=reason):
@@ -46,7 +48,7 @@ for _ in range(10):  # the display server asks for the first pictures itself
     glfw.wait_events_timeout(0.02)
 settle()
 paints, paint = [], window.paint
-window.paint = lambda swap=True: (paints.append(desk.timing), paint(swap))
+window.paint = lambda swap=True: (paints.append(desk.drawing.timing), paint(swap))
 steps, step = [], window.step
 window.step = lambda: (steps.append(1), step())[1]
 before = time.process_time()
@@ -61,7 +63,9 @@ report["dropped"] = desk.message
 """
 
 
-def test_keys_pictures_and_sleep(tmp_path: Path, xvfb: dict[str, str]) -> None:
+def test_keys_change_the_picture_and_the_window_sleeps_while_nothing_happens(
+    tmp_path: Path, xvfb: dict[str, str]
+) -> None:
     save(fitted_model(), tmp_path / "m.safetensors")
     report = run(EVENTS, (64, 48), tmp_path, xvfb)
     for shading in ("phong", "N", "1", "D"):
@@ -71,7 +75,7 @@ def test_keys_pictures_and_sleep(tmp_path: Path, xvfb: dict[str, str]) -> None:
     assert isinstance(idle, list)
     assert isinstance(moved, list)
     assert idle[0] == 0, "nothing is painted"
-    assert idle[1] <= 7, "it wakes for the five events, and no more"
+    assert idle[1] <= 7, "the window wakes for the five events, and no more"
     assert idle[2] < 0.2, "seconds of the processor"
     assert "32x24" in moved[0]
     assert "64x48" in moved[-1]
@@ -151,7 +155,7 @@ report["picture"] = difference()
 """
 
 
-def test_sizes_from_one_pixel_to_4k(tmp_path: Path, xvfb: dict[str, str]) -> None:
+def test_windows_from_one_pixel_to_4k_are_drawn(tmp_path: Path, xvfb: dict[str, str]) -> None:
     save(random_model((4, 0)), tmp_path / "m.safetensors")
     report = run(SIZES, (64, 48), tmp_path, xvfb)
     assert report["1x1"] == [1, 1]

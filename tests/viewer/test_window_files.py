@@ -1,4 +1,4 @@
-"""The window under Xvfb: files that are dropped and watched, exports, closing while a shape is trained."""
+"""The window under Xvfb: files that are dropped and watched, exports, and closing it while a shape is trained."""
 
 from pathlib import Path
 
@@ -13,12 +13,15 @@ from support.random_model import random_model
 from support.window_script import run
 
 FILES = """
+from mplicits.codegen.targets.registry import TARGETS
+from mplicits.viewer.state.exports import free_path, record_turntable, save_picture
+from mplicits.viewer.state.jobs import Turntable, write_target
 view.options = RenderOptions()
 drop = lambda name: window._on_drop(handle, [str(Path(name).absolute())])
 settle()
-drop("other.safetensors"); settle(); report["model"] = [desk.source.name, difference()]
-drop("bad.safetensors"); settle(); report["broken"] = [desk.source.name, desk.message]
-drop("shader.glsl"); settle(); report["shader"] = [desk.source.name, difference()]
+drop("other.safetensors"); settle(); report["model"] = [desk.shown.source.name, difference()]
+drop("bad.safetensors"); settle(); report["broken"] = [desk.shown.source.name, desk.message]
+drop("shader.glsl"); settle(); report["shader"] = [desk.shown.source.name, difference()]
 before = screen()
 text = Path("shader.glsl").read_text()
 Path("shader.glsl").write_text(text.replace("vec3 toward = normalize(", "vec3 toward = normalise("))
@@ -32,32 +35,33 @@ report["log"] = desk.log
 desk.log, desk.message = [], ""
 report["kept"] = float(np.abs(screen() - before)[:, x:].max())
 Path("shader.glsl").write_text(text)
-while desk._watch.changed():
+while desk.files._watch.changed():
     pass
 drop("other.safetensors"); settle()
 for name in ("model", *TARGETS):
-    desk.begin(jobs.target(name, desk.source.model, jobs.free_path("export", "." + name)))
+    desk.work.begin(write_target(name, desk.shown.source.model, free_path("export", "." + name)))
     settle()
-window.save((40, 30)); settle()
-window.record(jobs.Turntable((32, 24), seconds=0.2, rate=10)); settle()
+save_picture(desk, (40, 30)); settle()
+record_turntable(desk, window.area[2:], Turntable((32, 24), seconds=0.2, rate=10)); settle()
 report["exports"] = sorted(path.name for path in Path().iterdir() if path.stem in ("export", "fitted"))
 drop("shape.obj")
 for _ in range(20):
     window.step()
     time.sleep(0.02)
-report["training"] = [desk.training.running, str(desk.training.model.parent)]
+report["training"] = [desk.work.training.running, str(desk.work.training.model.parent)]
 """
 
 
-def test_drops_watch_exports_and_closing_while_training(tmp_path: Path, xvfb: dict[str, str]) -> None:
+def test_files_are_dropped_watched_and_exported_and_closing_ends_the_training(
+    tmp_path: Path, xvfb: dict[str, str]
+) -> None:
     pytest.importorskip("av", reason="PyAV is not installed (extra view)")
     save(random_model((4, 0), name="first"), tmp_path / "m.safetensors")
     save(fitted_model((20, 32)), tmp_path / "other.safetensors")
     (tmp_path / "bad.safetensors").write_bytes(b"\0" * 40)
     (tmp_path / "shader.glsl").write_text(standalone(fitted_model((20, 32))), encoding="utf-8")
     (tmp_path / "shape.obj").write_text(TETRAHEDRON)
-    imports = "from mplicits.codegen.targets.registry import TARGETS\nfrom mplicits.viewer.state import jobs\n"
-    report = run(imports + FILES, (64, 48), tmp_path, xvfb, watch=True)
+    report = run(FILES, (64, 48), tmp_path, xvfb, watch=True)
     for kind in ("model", "shader"):
         name, off = report[kind]
         assert name == "fitted"

@@ -1,1 +1,1 @@
-"""What is shown, and the work that goes on beside it."""
+"""What a window shows and the work that goes on beside it, without the window."""

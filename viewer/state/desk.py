@@ -1,4 +1,4 @@
-"""What is open in a window, and the work that is due: drawing, reloading, training, exporting. Knows no window."""
+"""All that a window shows and does, without the window: the picture, the files behind it, the work beside it."""
 
 import time
 from collections.abc import Callable
@@ -6,34 +6,27 @@ from pathlib import Path
 
 from ...model.errors import UserError
 from ...model.files import show
-from ...model.mesh_file import SUFFIXES as SURFACES
+from ...model.mesh_file import SUFFIXES as MESH_SUFFIXES
 from ..draw.compile import ShaderError
 from ..draw.context import Context
 from ..draw.renderer import Renderer
-from .jobs import Cost, Job
-from .overlay import SHOWN, MeshFile, Overlay
-from .picture import Picture
-from .source import Source, Watch, open_source
-from .training import Training
+from .drawing import Drawing
+from .files import WATCH_INTERVAL, Files
+from .overlay import MeshSource
+from .shown import Shown
+from .source import Source
+from .training_process import TrainingProcess
 from .view import View
+from .work import Work
 
-REST = 0.15
-"""Seconds without a move after which every pixel is drawn."""
-SPELL = 1 / 30
-"""Seconds of work between two looks at what the user does."""
-LOOK = 0.4
-"""Seconds between looks at a watched file."""
-STAYS = 8.0
+MESSAGE_SECONDS = 8.0
 """Seconds that a message stays."""
+JOB_INTERVAL = 0.01
+"""Seconds, at most, between two bits of a job."""
 
 
 class Desk:
-    """source, renderer: of the model that is shown. overlay: of a mesh beside it.
-    message, log: for the user; log: of a shader that does not compile.
-    stale: what is on the screen is no longer what is to be shown.
-
-    wake: ends a wait for events, from any thread. Raises what `Renderer` raises.
-    """
+    """Owns what is shown, its drawing, its files and the work; `tick` moves them on and passes results between them."""
 
     def __init__(
         self,
@@ -43,216 +36,136 @@ class Desk:
         *,
         storage: str = "auto",
         watch: bool = False,
-        mesh: MeshFile | None = None,
+        mesh: MeshSource | None = None,
         wake: Callable[[], None] = lambda: None,
     ) -> None:
-        self.context, self.source, self.view = context, source, view
-        self._storage, self._wake, self._watching = storage, wake, watch
-        self.renderer = Renderer(context, source.shader)
-        self.renderer.schedule(view.options)
-        self.picture = Picture(context)
-        self.overlay = None if mesh is None else Overlay(context, mesh, storage)
-        self._watch = Watch(source.path) if watch else None
-        self.message, self.log, self.costs = "", list[str](), list[Cost]()
-        self.job: Job | None = None
-        self._draws, self._refined, self._mesh_shown = False, True, view.mesh
-        self._trained: Path | None = None
-        self.doing = (0.0, "")
-        self.training: Training | None = None
-        self.stale, self.timing = True, ""
-        self._pending: tuple[Path, bool] | None = None
-        self._until = self._look = self._rest = 0.0
-        self._last, self._spent = time.perf_counter(), 0.0
+        """Show `source` as `view` has it. The context stays the caller's.
+
+        storage: how shaders hold the weights of models. watch: load the file again when it changes.
+        mesh: laid over the model. wake: ends a wait for events; it may be called from any thread.
+        Raises UserError if the driver refuses the shader, or its loop limit what `view` asks for.
+        """
+        self.shown = Shown(context, source, view, storage, mesh)
+        self.drawing = Drawing(context)
+        self.files = Files(source.path, watch)
+        self.work = Work(wake)
+        self.message = ""
+        """A line for the user."""
+        self._message_end = 0.0
+        self.log = list[str]()
+        """What the driver says of a shader that does not compile, line by line."""
+        self.stale = True
+        """Whether the screen has to be painted again; the window resets it."""
 
     @property
     def resting(self) -> bool:
-        """Nothing is left to draw, to load or to write."""
-        busy = self.view.changed or self.picture.refining or not self._refined
-        return not (busy or self.job or self.training or self._pending)
-
-    @property
-    def progress(self) -> str:
-        """Of the training, else of the job."""
-        if self.training is not None:
-            return f"{self.training.name}: {self.training.stage} {self.training.fraction:.0%}"
-        return f"{self.doing[1]} {self.doing[0]:.0%}" if self.job is not None else ""
+        """Whether nothing is left to draw, to load, to write or to train."""
+        work, pending = self.work, self.files.pending
+        return self.drawing.resting and not (self.shown.view.changed or work.job or work.training or pending)
 
     def say(self, message: str) -> None:
-        """A line for the user."""
-        self.message, self._until, self.stale = message, time.perf_counter() + STAYS, True
+        """Show a line to the user for MESSAGE_SECONDS."""
+        self.message, self._message_end, self.stale = message, time.perf_counter() + MESSAGE_SECONDS, True
 
     def open(self, path: Path) -> None:
-        """Shows another file, soon: compiling takes seconds, and the window says so first."""
-        self._pending, self.log = (path, False), []
+        """Show another model or shader file, soon: compiling takes seconds, and the user is told first."""
+        self.files.open(path)
+        self.log = []
         self.say(f"opening {show(path.name)}")
 
-    def train(self, paths: list[Path], more: tuple[str, ...] = ()) -> None:
-        """Trains a shape in the background, or imports the checkpoints of a model."""
-        self.stop_training()
-        self.training = Training(paths, self._wake, more)
-        self._trained, self.stale = paths[0], True
-
-    def stop_training(self) -> None:
-        """Ends a training; the model that is shown stays."""
-        if self.training is not None:
-            self.training.stop()
-            self.training, self.stale = None, True
-
-    def begin(self, job: Job, draws: bool = False) -> None:
-        """Starts a job; another one that runs is dropped. draws: with `drawn` or `renderer`, until its share is 1."""
-        self.cancel()
-        self.job, self._draws, self.doing = job, draws, (0.0, "")
-
-    def cancel(self, drawing: bool = False) -> None:
-        """Ends the job. drawing: only one that draws, for what it draws with changes."""
-        if self.job is not None and ((self._draws and self.doing[0] < 1.0) or not drawing):
-            self.job.close()
-            self.job, self.stale = None, True
+    def drawn_by(self) -> Renderer:
+        """Return what draws the picture; the user is told of a mesh that cannot be shown, and it is left out."""
+        if self.shown.mesh_mode_changed:
+            self.work.cancel_drawing()
+        try:
+            return self.shown.drawn_by()
+        except UserError as error:
+            self._refuse(error, str(error))
+            return self.shown.renderer
 
     def tick(self, area: tuple[int, int]) -> float | None:
-        """Does what is due for a picture of `area` pixels; returns the seconds until more is, None: nothing is."""
+        """Do what is due for a picture of `area` (width, height) pixels.
+
+        Returns the seconds until the next call is due, None if only an event makes one due.
+        """
         now = time.perf_counter()
-        waits = [self._files(now), self._train(), self._work(), self._draw(area, now)]
-        self._last = now
+        waits = [
+            self._tick_files(now),
+            self._tick_training(),
+            self._tick_job(),
+            self.drawing.tick(self.shown.view, area, self.drawn_by, now),
+        ]
+        self.stale |= self.work.changed or self.drawing.changed
+        self.work.changed = self.drawing.changed = False
         if self.message:
-            if now >= self._until and self._pending is None:
+            if now >= self._message_end and self.files.pending is None:
                 self.message, self.stale = "", True
-            waits.append(max(0.0, self._until - now))
+            waits.append(max(0.0, self._message_end - now))
         return min((wait for wait in waits if wait is not None), default=None)
 
     def close(self) -> None:
-        """Ends what runs and frees what is held in the context, which stays."""
-        self.cancel()
-        self.stop_training()
-        self.picture.release()
-        if self.overlay is not None:
-            self.overlay.release()
-        self.renderer.release()
+        """End the work and free what is held in the context."""
+        self.work.cancel()
+        self.work.stop_training()
+        self.drawing.release()
+        self.shown.release()
 
-    @property
-    def drawn(self) -> Renderer:
-        """What draws the picture: `renderer`, or the overlay's."""
-        if self.overlay is None:
-            return self.renderer
-        if self.view.mesh != self._mesh_shown:
-            self._mesh_shown = self.view.mesh
-            self.cancel(drawing=True)
-        try:
-            return self.overlay.over(self.renderer, self.source, self.view.mesh)
-        except UserError as error:
-            self.view.mesh = SHOWN[0]
-            self._refuse(error, str(error))
-            return self.renderer
-
-    def _refuse(self, error: UserError, shader: str) -> None:
-        """Says why something is not shown; of a shader that does not compile says `shader` and keeps the log."""
-        self.say(shader if isinstance(error, ShaderError) else str(error))
-        self.log = error.log if isinstance(error, ShaderError) else self.log
-
-    def _files(self, now: float) -> float | None:
-        if self._pending is not None:
-            path, announced = self._pending
-            if not announced:  # The message is drawn first.
-                self._pending = path, True
-                return 0.0
-            self._pending, self.message = None, ""
+    def _tick_files(self, now: float) -> float | None:
+        opening = self.files.pending is not None
+        path, wait = self.files.tick(now)
+        if path is not None:
+            if opening:
+                self.message = ""
             self._load(path)
-        if self._watch is None:
-            return None
-        if now >= self._look:
-            self._look = now + LOOK
-            if self._watch.changed():
-                self._load(self._watch.path)
-        return self._look - now
+        return wait
 
     def _load(self, path: Path) -> None:
-        if self._watching and (self._watch is None or path != self._watch.path):
-            self._watch = Watch(path)
-        self._show(path)
-
-    def _show(self, path: Path) -> None:
+        """Show a model or shader file, or say why it is not shown."""
         try:
-            source = open_source(path, self._storage)
-            renderer = Renderer(self.context, source.shader)
-            try:
-                renderer.schedule(self.view.fitting(source.shader.levels, source.textured))
-            except UserError:
-                renderer.release()
-                raise
+            source, renderer = self.shown.compiled(path)
         except UserError as error:
             self._refuse(error, f"{show(path.name)}: the shader does not compile; the last good picture stays")
             return
-        self.cancel(drawing=True)
-        self.renderer.release()
-        self.renderer, self.source, self.log, self.costs, self.stale = renderer, source, [], [], True
-        self.view.adopt(source.shader.levels, source.textured)
+        self.work.cancel_drawing()
+        self.shown.adopt(source, renderer)
+        self.log, self.stale = [], True
 
-    def _train(self) -> float | None:
-        if self.training is None:
+    def _refuse(self, error: UserError, shader_message: str) -> None:
+        """Say why something is not shown: `shader_message`, and the driver's log, if a shader does not compile."""
+        if isinstance(error, ShaderError):
+            self.say(shader_message)
+            self.log = error.log
+        else:
+            self.say(str(error))
+
+    def _tick_training(self) -> float | None:
+        training = self.work.training
+        if training is None:
             return None
-        self._follow()
         self.stale = True
-        if self.training.running:
-            return LOOK
-        outcome = self.training.outcome()
-        self._follow()
+        self._show_training(training)
+        if training.running:
+            return WATCH_INTERVAL
+        outcome = training.outcome()
+        self._show_training(training)
         self.say(outcome)
-        self.stop_training()
+        self.work.stop_training()
         return 0.0
 
-    def _follow(self) -> None:
-        """Shows what the training has written since the last call; its shape is then the mesh beside it."""
-        assert self.training is not None
-        if not self.training.news():
+    def _show_training(self, training: TrainingProcess) -> None:
+        """Show the model that the training has written since the last call, with the mesh that it trains on."""
+        if not training.has_new_model():
             return
-        if self._trained is not None:
-            if self.overlay is not None:
-                self.overlay.release()
-            mesh = self._trained.suffix.lower() in SURFACES
-            self.overlay = Overlay(self.context, MeshFile(self._trained), self._storage) if mesh else None
-            self.renderer.edges, self.view.mesh, self._trained, self._watch = None, SHOWN[0], None, None
-        self._show(self.training.model)
+        if training.versions == 1:
+            is_mesh = training.shape.suffix.lower() in MESH_SUFFIXES
+            self.work.cancel_drawing()
+            self.shown.lay_over(MeshSource(training.shape) if is_mesh else None)
+            self.files.unwatch()
+        self._load(training.model)
 
-    def _work(self) -> float | None:
-        if self.job is None:
+    def _tick_job(self) -> float | None:
+        if self.work.job is None:
             return None
-        try:
-            before, self.doing = self.doing, next(self.job)
-            self.stale |= before != self.doing
-        except StopIteration as end:
-            self.job = None
-            self.say(end.value)
-        except UserError as error:
-            self.job = None
-            self.say(str(error))
-        return 0.01
-
-    def _draw(self, area: tuple[int, int], now: float) -> float | None:
-        view = self.view
-        if view.turntable:
-            view.spin(min(0.25, now - self._last))
-        scene = view.scene(area)
-        if view.changed:
-            moved, view.changed, view.moved = view.moved, False, False
-            self.picture.sketch(self.drawn, scene, view.scale)
-            seconds = time.perf_counter() - now
-            width, height = scene.size
-            self._time(seconds, (round(width / view.scale), round(height / view.scale)))
-            self._refined = view.scale == 1.0 and view.options.samples == 1 and view.resolution == 1.0
-            view.timed(seconds)
-            self._rest, self._spent, self.stale = now + seconds + (REST if moved else 0.0), 0.0, True
-        elif self.picture.refining:
-            self.picture.more(SPELL)
-            self._spent += time.perf_counter() - now
-            self.stale = True
-            if not self.picture.refining:
-                self._time(self._spent / view.options.samples, scene.size)
-        elif not self._refined and now >= self._rest:
-            self.picture.refine(self.drawn, scene)
-            self._refined = True
-        if view.turntable or self.picture.refining:
-            return 0.0
-        return None if self._refined else max(0.0, self._rest - time.perf_counter())
-
-    def _time(self, seconds: float, size: tuple[int, int]) -> None:
-        self.timing = f"{size[0]}x{size[1]} in {1000 * seconds:.1f} ms"
+        if (outcome := self.work.advance()) is not None:
+            self.say(outcome)
+        return JOB_INTERVAL

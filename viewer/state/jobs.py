@@ -1,6 +1,4 @@
-"""Work that goes on while the window is used: each job is a generator that yields (share done, what it does) after a
-bit of work and returns one line for the user. Raises UserError.
-"""
+"""Work in small bits, so that the window goes on between them: pictures, videos, exports, timings of the levels."""
 
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -18,82 +16,81 @@ from ...model.files import show, write_whole
 from ...model.model import Model, save
 from ..draw.camera import Camera
 from ..draw.options import RenderOptions
-from ..draw.renderer import Part, Renderer, check_size, tiles
+from ..draw.renderer import Renderer
 from ..draw.screenshot import to_png
 from ..draw.supersampling import Image
+from ..draw.tiles import Tile, check_size, tiles
 from .picture import Scene
 
-LONGEST = 100
-"""Characters of a model's name that a file's name begins with."""
-Job = Generator[tuple[float, str], None, str]
-Made = TypeVar("Made")
+Progress = tuple[float, str]
+"""The share of a job that is done, from 0 to 1, and what it does now."""
+Job = Generator[Progress, None, str]
+"""Yields its progress after each bit of work, returns one line for the user, and raises UserError if it fails."""
+Result = TypeVar("Result")
 
 
-def free_path(stem: str, suffix: str) -> Path:
-    """The first of STEM.suffix, STEM-2.suffix, ... in the working folder that is not there."""
-    stem = "".join(c if c.isalnum() or c in "-_." else "-" for c in stem[:LONGEST]).strip("-.") or "mplicits"
-    path, number = Path(stem + suffix), 2
-    while path.exists():
-        path, number = Path(f"{stem}-{number}{suffix}"), number + 1
-    return path
-
-
-def picture(renderer: Renderer, path: Path, scene: Scene, title: str) -> Job:
-    """A PNG of the scene, tile by tile: what `mplicits render` draws."""
+def write_picture(renderer: Renderer, path: Path, scene: Scene, title: str) -> Job:
+    """Draw the scene tile by tile, as `mplicits render` does, and write it as a PNG file with `title` in it."""
     check_size(scene.size)
     width, height = scene.size
     image = np.empty((height, width, 4), np.float32)
-    parts = list(_parts(scene))
-    for k, part in enumerate(parts):
-        yield k / len(parts), f"drawing {width}x{height}"
-        _draw(renderer, scene, part, image)
-    write_whole(path, (yield from _aside(lambda: to_png(image[::-1], title), (1.0, "writing PNG"))))
+    scene_tiles = list(_tiles(scene))
+    for k, (tile, options) in enumerate(scene_tiles):
+        yield k / len(scene_tiles), f"drawing {width}x{height}"
+        _draw(renderer, scene, tile, options, image)
+    write_whole(path, (yield from _in_thread(lambda: to_png(image[::-1], title), (1.0, "writing PNG"))))
     return f"saved {show(path)}"
 
 
-def _parts(scene: Scene) -> Iterator[tuple[Part, RenderOptions]]:
+def _tiles(scene: Scene) -> Iterator[tuple[Tile, RenderOptions]]:
+    """Yield the tiles that make up the scene, each with the options of the half that it lies in."""
     for left, right, options in scene.panes(scene.size[0]):
         for x, y, width, height in tiles((right - left, scene.size[1])):
             yield (left + x, y, width, height), options
 
 
-def _draw(renderer: Renderer, scene: Scene, part: tuple[Part, RenderOptions], image: Image) -> None:
-    """Into its place of `image`, bottom row first."""
-    (x, y, width, height), options = part
-    image[y : y + height, x : x + width] = renderer.tile(part[0], scene.size, scene.camera, options)
+def _draw(renderer: Renderer, scene: Scene, tile: Tile, options: RenderOptions, image: Image) -> None:
+    """Draw a tile into its place of `image`, whose first row is the picture's bottom row."""
+    x, y, width, height = tile
+    image[y : y + height, x : x + width] = renderer.render_tile(tile, scene.size, scene.camera, options)
 
 
-def target(name: str, model: Model, path: Path) -> Job:
-    """What `mplicits bake --target name` writes; "model": the model file."""
+def write_target(name: str, model: Model, path: Path) -> Job:
+    """Write what `mplicits bake --target name` writes, or the model file if `name` is "model"."""
     if name == "model":
         save(model, path)
     else:
-        write_whole(path, (yield from _aside(lambda: TARGETS[name](model), (0.0, f"writing {name}"))))
+        write_whole(path, (yield from _in_thread(lambda: TARGETS[name](model), (0.0, f"writing {name}"))))
     return f"saved {show(path)}"
 
 
-def _aside(work: Callable[[], Made], doing: tuple[float, str]) -> Generator[tuple[float, str], None, Made]:
-    """What `work` makes, in a thread, so that the window goes on. Who closes this does not wait for it."""
+def _in_thread(work: Callable[[], Result], progress: Progress) -> Generator[Progress, None, Result]:
+    """Call `work` in a thread, yield `progress` until it is done, and return what it returns.
+
+    Closing the generator before that leaves the thread to itself, so that a cancelled job does not block the window.
+    """
     pool = ThreadPoolExecutor(1)
     try:
-        made = pool.submit(work)
-        while not made.done():
-            yield doing
-        return made.result()
+        future = pool.submit(work)
+        while not future.done():
+            yield progress
+        return future.result()
     finally:
         pool.shutdown(wait=False)
 
 
 @dataclass(frozen=True)
 class Turntable:
-    """A video of one turn around the target. size: even numbers of pixels."""
+    """A video of one turn around the camera's target."""
 
     size: tuple[int, int] = (640, 480)
+    """(width, height) in pixels, both even, as H.264 demands."""
     seconds: float = 6.0
     rate: int = 30
+    """Pictures per second."""
 
-    def job(self, renderer: Renderer, path: Path, scene: Scene) -> Job:
-        """Writes an MP4 (H.264) of the scene frame by frame, at the video's own size."""
+    def write(self, renderer: Renderer, path: Path, scene: Scene) -> Job:
+        """Write an MP4 file (H.264) of the scene, one frame after the other, in the video's size, not the scene's."""
         try:
             import av
         except ImportError:
@@ -111,8 +108,8 @@ class Turntable:
                     yield k / count, f"drawing {k + 1} of {count} pictures"
                     turned = replace(scene, camera=scene.camera.orbited(360.0 * k / count, 0.0))
                     image = np.empty((height, width, 4), np.float32)
-                    for part in _parts(turned):
-                        _draw(renderer, turned, part, image)
+                    for tile, options in _tiles(turned):
+                        _draw(renderer, turned, tile, options, image)
                     pixels = np.rint(np.clip(image[::-1, :, :3], 0, 1) * 255).astype(np.uint8)
                     container.mux(stream.encode(av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels))))
                 container.mux(stream.encode())
@@ -125,38 +122,37 @@ class Turntable:
 
 
 @dataclass(frozen=True)
-class Cost:
-    """Of tracing and shading up to one level. milliseconds: of a frame by the GPU's clock; steps: of a ray, mean;
-    ended: share of the rays that ended at this level when all are traced.
-    """
+class LevelTiming:
+    """What tracing and shading up to one level costs."""
 
     milliseconds: float
+    """Of a frame, by the GPU's clock."""
     steps: float
+    """Sphere tracing steps of a ray on average; a ray that never comes near the shape counts as 0."""
     ended: float
+    """Share of the rays that end at this level when all levels are traced; rays that pass the shape end at none."""
 
 
-def costs(
+def time_levels(
     renderer: Renderer,
     size: tuple[int, int],
     camera: Camera,
     options: RenderOptions,
-    done: Callable[[list[Cost]], None],
+    done: Callable[[list[LevelTiming]], None],
 ) -> Job:
-    """Measures each level at `size`; `done` is given the result. Rays that never come near the shape count as steps 0
-    and as ended in no level.
-    """
+    """Draw pictures of `size` (width, height) pixels up to each level; give `done` the timings, level 1 first."""
     levels = renderer.shader.levels
-    each = [replace(options, level=level, normal_level=level, samples=1) for level in range(1, levels + 1)]
     ended = np.zeros(levels)
-    found = []
-    for level, chosen in enumerate(each, start=1):
+    measured = []
+    for level in range(1, levels + 1):
+        up_to_level = replace(options, level=level, normal_level=level, samples=1)
         yield (level - 1) / levels, f"measuring level {level}"
-        data = renderer.render(size, camera, replace(chosen, shading="data"))
+        data = renderer.render(size, camera, replace(up_to_level, shading="data"))
         edges, renderer.edges = renderer.edges, None
-        milliseconds = 1000 * renderer.timed(size, camera, chosen)[1]
+        milliseconds = 1000 * renderer.timed(size, camera, up_to_level)[1]
         renderer.edges = edges
         if level == levels:
             ended = np.array([(data[..., 2] == k).mean() for k in range(1, levels + 1)])
-        found.append((milliseconds, float(data[..., 1].mean())))
-    done([Cost(*figures, float(share)) for figures, share in zip(found, ended, strict=True)])
+        measured.append((milliseconds, float(data[..., 1].mean())))
+    done([LevelTiming(*figures, float(share)) for figures, share in zip(measured, ended, strict=True)])
     return f"measured at {size[0]}x{size[1]}"

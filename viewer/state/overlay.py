@@ -1,4 +1,4 @@
-"""A mesh over the picture of its model, or in its place: its edges; its faces, which wear the model's normals."""
+"""A mesh over the picture of its model, or in its place: its edges, and its faces with the model's normals."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,55 +8,63 @@ from ..draw.context import Context
 from ..draw.edges import Edges
 from ..draw.rasteriser import Rasteriser
 from ..draw.renderer import Renderer
-from ..draw.triangles import Triangles, read_mesh_of
+from ..draw.triangles import Triangles, read_triangles_for
 from .source import Source
 
-SHOWN = ("hidden", "edges", "faces", "faces and edges")
+MESH_MODES = ("hidden", "edges", "faces", "faces and edges")
+"""What can be shown of a mesh; the first is how it begins."""
 
 
 @dataclass(frozen=True)
-class MeshFile:
-    """space: of its coordinates, "input" (of the shape that a model was trained on) or "model"."""
+class MeshSource:
+    """A mesh file and the space that its vertices are in."""
 
     path: Path
     space: str = "input"
+    """"input", the space of the shape that the model was trained on, or "model"."""
 
 
 class Overlay:
-    """What is compiled for a mesh and a model, as soon as it is shown."""
+    """A mesh with the edges and the rasteriser that draw it; each is made when it is first needed."""
 
-    def __init__(self, context: Context, mesh: MeshFile, storage: str) -> None:
-        self._context, self._file, self._storage = context, mesh, storage
+    def __init__(self, context: Context, mesh: MeshSource, storage: str) -> None:
+        """storage: how the rasteriser's shader holds the weights of the model."""
+        self.mode = MESH_MODES[0]
+        """What `over` was last asked to show of the mesh, one of MESH_MODES."""
+        self._context, self._mesh_source, self._storage = context, mesh, storage
         self._source: Source | None = None
         self._mesh: Triangles | None = None
         self._edges: Edges | None = None
         self._rasteriser: Rasteriser | None = None
 
-    def over(self, renderer: Renderer, source: Source, shown: str) -> Renderer:
-        """What draws the picture: `renderer`, of `source`, or a rasteriser in its place; shown: one of SHOWN.
+    def over(self, renderer: Renderer, source: Source, mode: str) -> Renderer:
+        """Return what draws the picture: `renderer`, which draws `source`, or a rasteriser in its place.
 
-        Raises UserError where the mesh cannot be read, or does not belong to the source.
+        mode: what is to be shown of the mesh, one of MESH_MODES.
+        Raises UserError if the mesh cannot be read, does not belong to the source, or its shader does not compile.
         """
+        self.mode = mode
         renderer.edges = None
-        if shown == "hidden":
+        if mode == "hidden":
             return renderer
         if source is not self._source or self._mesh is None:
             self.release()
             if source.model is None:
                 raise UserError("a mesh needs the model that it belongs to, not its shader alone; open the model file")
-            self._source, self._mesh = source, read_mesh_of(source.model, self._file.path, self._file.space)
-        drawn = renderer
-        if "faces" in shown:
+            mesh = read_triangles_for(source.model, self._mesh_source.path, self._mesh_source.space)
+            self._source, self._mesh = source, mesh
+        drawn_by = renderer
+        if "faces" in mode:
             assert source.model is not None
             self._rasteriser = self._rasteriser or Rasteriser(self._context, source.model, self._mesh, self._storage)
-            drawn = self._rasteriser
-        if "edges" in shown:
+            drawn_by = self._rasteriser
+        if "edges" in mode:
             self._edges = self._edges or Edges(self._context, self._mesh)
-        drawn.edges = self._edges if "edges" in shown else None
-        return drawn
+        drawn_by.edges = self._edges if "edges" in mode else None
+        return drawn_by
 
     def release(self) -> None:
-        """Frees what is held in the context."""
+        """Free what is held in the context; the next call of `over` makes it again."""
         for held in (self._edges, self._rasteriser):
             if held is not None:
                 held.release()

@@ -1,10 +1,10 @@
-"""What the window shows, and what keys and the pointer make of it."""
+"""How the user looks at what is shown, and how keys and the pointer change that."""
 
 from dataclasses import dataclass, field, replace
 
 from ..draw.camera import Camera
 from ..draw.options import RenderOptions
-from .overlay import SHOWN
+from .overlay import MESH_MODES
 from .picture import Scene
 
 KEYS = (
@@ -22,37 +22,44 @@ KEYS = (
     ("h", "these keys"),
     ("Esc", "quit"),
 )
+"""(key, what it does), as the help and the terminal show them."""
 SHADING_KEYS = {"N": "normal", "P": "phong", "D": "depth", "T": "texture", "X": "steps"}
 TURNS = {"LEFT": (-15.0, 0.0), "RIGHT": (15.0, 0.0), "UP": (0.0, 10.0), "DOWN": (0.0, -10.0)}
-"""Degrees of azimuth and elevation."""
-SLOW, FAST = 1 / 12, 1 / 50
-"""Seconds of a frame while the camera moves: beyond SLOW fewer pixels are drawn, below FAST more."""
+"""Degrees of azimuth and elevation by which an arrow key turns the camera."""
+SLOW_FRAME, FAST_FRAME = 1 / 12, 1 / 50
+"""Seconds of a frame while the camera moves: after a slower frame fewer pixels are drawn, after a faster one more."""
 SCALES = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0)
-"""Factors by which a moving picture's sides may be smaller."""
-TURNTABLE = 30.0
+"""Factors by which the sides of a picture are smaller while the camera moves."""
+TURNTABLE_SPEED = 30.0
 """Degrees per second."""
 
 
 @dataclass
 class View:
-    """levels, textured: of the model. split: level shown on the right half. resolution: pixels drawn per side, as a
-    share of the window's. mesh: what is shown of one, one of SHOWN.
-    changed: something else is to be drawn; moved: by the camera.
-    """
+    """The camera, the options of the picture and the state of the panel; tells what is to be drawn."""
 
     home: Camera
+    """Where the key R takes the camera."""
     options: RenderOptions
     levels: int
+    """Number of levels of the model that is shown."""
     textured: bool
+    """Whether the model has colours of its own."""
     split: int | None = None
+    """Level that the right half shows; None if the picture is not split."""
     resolution: float = 1.0
-    mesh: str = SHOWN[0]
+    """Pixels that are drawn per side at rest, as a share of the window's."""
+    mesh: str = MESH_MODES[0]
+    """What is shown of the mesh over the model, one of MESH_MODES."""
     turntable: bool = False
     panel: bool = True
     help: bool = False
     changed: bool = True
+    """Whether the picture has to be drawn again; who draws it resets this."""
     moved: bool = False
+    """Whether the camera's moves are a reason for `changed`."""
     coarse: int = len(SCALES) // 2
+    """Index into SCALES of the factor that the last frames suggest."""
     camera: Camera = field(init=False)
 
     def __post_init__(self) -> None:
@@ -60,68 +67,72 @@ class View:
 
     @property
     def scale(self) -> float:
-        """Factor by which the sides of a moving picture are smaller."""
+        """The factor by which the picture's sides are smaller while the camera moves."""
         return SCALES[self.coarse]
 
     @property
     def right(self) -> RenderOptions | None:
-        """Options of the right half, where the view is split."""
+        """The options of the right half; None if the picture is not split."""
         return None if self.split is None else replace(self.options, level=self.split, normal_level=self.split)
 
     def scene(self, area: tuple[int, int]) -> Scene:
-        """What is to be drawn onto so many pixels of the window."""
+        """Return what is to be drawn. area: (width, height) of the picture on the screen, in pixels."""
         width, height = (max(1, round(self.resolution * side)) for side in area)
         return Scene((width, height), self.camera, self.options, self.right)
 
     def resize(self, area: tuple[int, int]) -> None:
-        """The window's picture has a new size: a camera that is to fit the shape fits it again."""
-        aspect = max(0.01, max(1, area[0]) / max(1, area[1]))  # thinner windows show a part of the shape
+        """Adapt to a picture of `area` (width, height) pixels; a camera that is to fit the shape fits it again."""
+        aspect = max(0.01, max(1, area[0]) / max(1, area[1]))  # A thinner window shows only a part of the shape.
         self.home, self.camera = replace(self.home, aspect=aspect), replace(self.camera, aspect=aspect)
         self.changed = True
 
     def fitting(self, levels: int, textured: bool) -> RenderOptions:
-        """The options without what a model of so many levels lacks."""
+        """Return the options without those that a model of so many levels, with or without a texture, lacks."""
         options = self.options
         level, normal_level = (
-            None if wanted is None or wanted > levels else wanted for wanted in (options.level, options.normal_level)
+            None if number is None or number > levels else number for number in (options.level, options.normal_level)
         )
         shading = "phong" if options.shading == "texture" and not textured else options.shading
         iterations = options.iterations if levels == self.levels else None
         return replace(options, level=level, normal_level=normal_level, shading=shading, iterations=iterations)
 
     def adopt(self, levels: int, textured: bool) -> None:
-        """Another model: what it lacks is no longer asked for."""
+        """Look at another model: what it lacks is no longer asked for."""
         self.options = self.fitting(levels, textured)
         self.split = None if self.split is None or self.split > levels else self.split
         self.levels, self.textured, self.changed = levels, textured, True
 
     def set(self, **options: object) -> None:
-        """Changes options of the picture."""
+        """Change some of the RenderOptions."""
         self.options, self.changed = replace(self.options, **options), True  # type: ignore[arg-type]
 
     def move(self, camera: Camera) -> None:
-        """Takes a new camera."""
+        """Look through another camera."""
         self.camera, self.changed, self.moved = camera, True, True
 
     def turn(self, right: float, up: float) -> None:
-        """A drag, as shares of the window's height: half a turn from edge to edge."""
+        """Turn the camera by a drag, given in shares of the window's height: half a turn from edge to edge."""
         self.move(self.camera.orbited(-180.0 * right, -180.0 * up))
 
     def pan(self, right: float, up: float) -> None:
-        """A drag, as shares of the window's height: the target's plane follows the pointer."""
+        """Move the camera by a drag, given in shares of the window's height: the target's plane follows the pointer."""
         height = 2.0 * self.camera.away / self.camera.focal
         self.move(self.camera.panned(-height * right, -height * up))
 
     def zoom(self, notches: float) -> None:
-        """A wheel's notches; up is nearer."""
+        """Go nearer by so many notches of the wheel; farther if they are negative."""
         self.move(self.camera.zoomed(0.9**notches))
 
     def spin(self, seconds: float) -> None:
-        """The turntable goes on."""
-        self.move(self.camera.orbited(TURNTABLE * seconds, 0.0))
+        """Turn the camera by what the turntable turns in so many seconds."""
+        self.move(self.camera.orbited(TURNTABLE_SPEED * seconds, 0.0))
 
     def key(self, key: str) -> None:
-        """A key by its name: a shading's letter, a level's digit, R, B, M, H, SPACE, TAB, an arrow, + or -."""
+        """Do what a key does, given its name.
+
+        The name is a shading's letter, a level's digit, R, B, M, H, SPACE, TAB, LEFT, RIGHT, UP, DOWN, + or -; other
+        names do nothing.
+        """
         if key == "R":
             self.move(self.home)
         elif key in TURNS:
@@ -135,7 +146,7 @@ class View:
         elif key == "B":
             self.split, self.changed = None if self.split else self.levels, True
         elif key == "M":
-            self.mesh, self.changed = SHOWN[(SHOWN.index(self.mesh) + 1) % len(SHOWN)], True
+            self.mesh, self.changed = MESH_MODES[(MESH_MODES.index(self.mesh) + 1) % len(MESH_MODES)], True
         elif key == "SPACE":
             self.turntable, self.changed = not self.turntable, True
         elif key == "TAB":
@@ -144,14 +155,14 @@ class View:
             self.help = not self.help
 
     def timed(self, seconds: float) -> None:
-        """Adapts the pixels of a moving frame to what the last one took."""
-        if seconds > SLOW:
-            wanted = self.scale * (seconds / SLOW) ** 0.5
-            self.coarse = next((i for i, scale in enumerate(SCALES) if scale >= wanted), len(SCALES) - 1)
-        elif seconds < FAST:
+        """Choose the pixels of the next frame of a move by the seconds that the last one took."""
+        if seconds > SLOW_FRAME:
+            target = self.scale * (seconds / SLOW_FRAME) ** 0.5
+            self.coarse = next((i for i, scale in enumerate(SCALES) if scale >= target), len(SCALES) - 1)
+        elif seconds < FAST_FRAME:
             self.coarse = max(0, self.coarse - 1)
 
 
 def keys() -> str:
-    """The keys, a line each."""
-    return "\n".join(f"{key}: {what}" for key, what in KEYS)
+    """Return the help on the keys, one line for each."""
+    return "\n".join(f"{key}: {effect}" for key, effect in KEYS)

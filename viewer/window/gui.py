@@ -1,29 +1,28 @@
-"""Dear ImGui over the window's picture: its life, its input and its look. What it shows is in panel.py."""
+"""Dear ImGui over the window's picture: its setup, its input and its look. What it shows is in panel.py."""
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import glfw
 
 from ..draw.context import Context
+from ..state.desk import Desk
 from .panel import WIDTH, Panel
 
-if TYPE_CHECKING:
-    from ..state.desk import Desk
-    from .window import Window
-
-SETTLE = 3
+SETTLING_FRAMES = 3
 """Frames that ImGui takes until it shows what an event did."""
-FONT = 15.0
+FONT_SIZE = 15.0
+"""In window coordinates, before the display's scale."""
 CONTROLS = glfw.KEY_LEFT_CONTROL, glfw.KEY_RIGHT_CONTROL
 SHIFTS = glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT
-"""Asked for one by one: the modifiers of an event on X11 are those before it."""
+"""Each is asked for whether it is held, because an event on X11 comes with the modifiers from before it."""
 ACCENT, DARK, FRAME, TEXT = (0.36, 0.56, 0.86), (0.105, 0.11, 0.125), (0.19, 0.20, 0.225), (0.88, 0.89, 0.91)
+"""RGB of the panel's parts."""
 
 
 def open_gui(context: Context) -> "Gui | None":
-    """None where imgui-bundle, of the extra `view`, is not installed."""
+    """Return the GUI of a window's context, or None if imgui-bundle, of the extra `view`, is not installed."""
     try:
         return Gui(context)
     except ImportError:
@@ -31,23 +30,28 @@ def open_gui(context: Context) -> "Gui | None":
 
 
 class Gui:
-    """Lives in `context`, a window's, whose events it is given; each says whether the event was for the panel."""
+    """The panel of a window, which passes its events on: each method for one returns whether it was for the panel."""
 
     def __init__(self, context: Context) -> None:
+        """Begin in the context of a window. Raises ImportError if imgui-bundle is not installed."""
         import imgui_bundle
         from imgui_bundle import imgui
 
         self._context, self._imgui, self._panel = context, imgui, Panel()
         self._window: Any = context.handle
         self._keys = _keys(imgui)
-        self._frames, self._owned, self._popup = SETTLE, False, False
+        self._frames_left = SETTLING_FRAMES
+        self._owned = False
+        """Whether the mouse button that is held went down on the panel."""
+        self._popup = False
+        """Whether a list of choices is open, to which every click belongs."""
         self._pointer = (-1.0, -1.0)
         self._last = time.perf_counter()
         self._gui = imgui.create_context()
         imgui.get_io().set_ini_filename("")
         font = Path(imgui_bundle.__file__).parent / "assets" / "fonts" / "Roboto" / "Roboto-Regular.ttf"
         if font.exists():
-            imgui.get_io().fonts.add_font_from_file_ttf(str(font), FONT)
+            imgui.get_io().fonts.add_font_from_file_ttf(str(font), FONT_SIZE)
         self._scale = 1.0
         _dress(imgui)
         with context:
@@ -55,23 +59,29 @@ class Gui:
 
     @property
     def restless(self) -> bool:
-        """It has more frames to draw."""
-        return self._frames > 0
+        """Whether more frames are due until everything is seen that has happened."""
+        return self._frames_left > 0
 
     def stir(self) -> None:
-        """Something happened that it may show."""
-        self._frames = SETTLE
+        """Draw some frames more, because something has happened that the panel may show."""
+        self._frames_left = SETTLING_FRAMES
 
-    def panel_width(self, desk: "Desk") -> int:
-        """Framebuffer pixels that the panel takes from the picture; 0 where the window is narrow: it lies over it."""
-        return round(WIDTH * self._ui_scale() * self._ratio()) if desk.view.panel and self.roomy() else 0
+    def panel_width(self) -> int:
+        """Return how many framebuffer pixels an open panel takes from the picture.
+
+        In a narrow window it takes none and lies over the picture.
+        """
+        return round(WIDTH * self._ui_scale() * self._ratio()) if self.roomy() else 0
 
     def roomy(self) -> bool:
-        """The window is wide enough for a panel beside the picture."""
+        """Return whether the window is wide enough for a panel beside the picture."""
         return bool(glfw.get_window_size(self._window)[0] >= 2 * WIDTH * self._ui_scale())
 
-    def build(self, window: "Window") -> None:
-        """Makes the next frame; the context must be current."""
+    def build(self, desk: Desk, area: tuple[int, int]) -> None:
+        """Make the next frame, and let the desk do what the user has asked for; the context must be current.
+
+        area: (width, height) of the picture on the screen, in framebuffer pixels.
+        """
         imgui = self._imgui
         io = imgui.get_io()
         now = time.perf_counter()
@@ -85,17 +95,17 @@ class Gui:
             self._scale = scale
         imgui.backends.opengl3_new_frame()
         imgui.new_frame()
-        self._panel.draw(imgui, window, scale)
+        self._panel.draw(imgui, desk, area, scale)
         self._popup = imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
         imgui.render()
-        self._frames = max(0, self._frames - 1)
+        self._frames_left = max(0, self._frames_left - 1)
 
     def draw(self) -> None:
-        """Draws the frame onto the screen."""
+        """Draw the frame onto the screen; the context must be current."""
         self._imgui.backends.opengl3_render_draw_data(self._imgui.get_draw_data())
 
     def moved(self, x: float, y: float) -> bool:
-        """The pointer is at (x, y), window coordinates."""
+        """The pointer has moved to (x, y), window coordinates."""
         before, self._pointer = self._over(), (x, y)
         self._imgui.get_io().add_mouse_pos_event(x, y)
         held = any(glfw.get_mouse_button(self._window, button) for button in range(3))
@@ -104,7 +114,7 @@ class Gui:
         return self._owned if held else self._over()
 
     def pressed(self, button: int, down: bool) -> bool:
-        """A mouse button went down or up."""
+        """A mouse button has gone down or up."""
         if button < 3:
             self._imgui.get_io().add_mouse_button_event(button, down)
         self._owned = (
@@ -116,7 +126,7 @@ class Gui:
         return self._owned
 
     def scrolled(self, x: float, y: float) -> bool:
-        """The wheel turned."""
+        """The wheel has been turned by so many notches, sideways and up."""
         over = self._over()
         if over:
             self._imgui.get_io().add_mouse_wheel_event(x, y)
@@ -124,7 +134,7 @@ class Gui:
         return over
 
     def key(self, code: int, down: bool) -> bool:
-        """A key, by GLFW's code."""
+        """A key, given by GLFW's code, has gone down or up."""
         imgui = self._imgui
         io = imgui.get_io()
         for keys, modifier in ((CONTROLS, imgui.Key.mod_ctrl), (SHIFTS, imgui.Key.mod_shift)):
@@ -135,30 +145,31 @@ class Gui:
         return bool(io.want_text_input)
 
     def typed(self, code: int) -> None:
-        """A character."""
+        """A character, given by its Unicode code point, has been typed."""
         self._imgui.get_io().add_input_character(code)
 
     def release(self) -> None:
-        """Frees what is held in the context."""
+        """Free what is held in the context."""
         with self._context:
             self._imgui.backends.opengl3_shutdown()
         self._imgui.destroy_context(self._gui)
 
     def _over(self) -> bool:
+        """Return whether the pointer is on something that the panel drew last."""
         return self._popup or self._panel.covers(*self._pointer)
 
     def _ratio(self) -> float:
-        """Framebuffer pixels per window coordinate."""
+        """Return how many framebuffer pixels make one window coordinate."""
         width = glfw.get_window_size(self._window)[0]
         return float(glfw.get_framebuffer_size(self._window)[0] / width) if width else 1.0
 
     def _ui_scale(self) -> float:
-        """Size of the panel in window coordinates: the display's scale, less what the system does itself."""
+        """Return the panel's scale in window coordinates: the display's, less what the system scales itself."""
         return max(1.0, float(glfw.get_window_content_scale(self._window)[0]) / max(1e-3, self._ratio()))
 
 
 def _keys(imgui: Any) -> dict[int, Any]:
-    """What editing a number needs."""
+    """Return the keys that editing a number needs: GLFW's code and ImGui's."""
     key = imgui.Key
     return {
         glfw.KEY_TAB: key.tab,
@@ -179,7 +190,7 @@ def _keys(imgui: Any) -> dict[int, Any]:
 
 
 def _dress(imgui: Any) -> None:
-    """Quiet colours and rounded corners."""
+    """Set quiet colours and rounded corners."""
     imgui.style_colors_dark()
     style, col = imgui.get_style(), imgui.Col_
     style.window_padding, style.frame_padding = imgui.ImVec2(14, 12), imgui.ImVec2(8, 4)

@@ -1,23 +1,27 @@
-"""The keys over the picture, and what the windows of the panel have in common."""
+"""The keys over the picture, and what ImGui's windows of the panel have in common."""
 
 from typing import Any
 
 from ..state.view import KEYS
 
 FAINT = 0.60, 0.62, 0.66, 1.0
+"""RGBA of text that matters less."""
 
 
 def show_keys(imgui: Any, left: float, size: Any) -> tuple[float, float, float, float]:
-    """Draws them in the middle of the picture; returns their place."""
+    """Draw the help on the keys in the middle of the picture, and return its (left, top, right, bottom).
+
+    left: where the picture begins, and size: of the window; window coordinates, as what is returned.
+    """
     imgui.set_next_window_pos(((left + size.x) / 2, size.y / 2), imgui.Cond_.always, (0.5, 0.5))
     imgui.begin("keys", None, bare(imgui) | imgui.WindowFlags_.always_auto_resize)
     if imgui.begin_table("keys", 2, imgui.TableFlags_.sizing_fixed_fit):
-        for key, what in KEYS:
+        for key, effect in KEYS:
             imgui.table_next_column()
             imgui.text(key)
             imgui.table_next_column()
             imgui.push_style_color(imgui.Col_.text, FAINT)
-            imgui.text(what)
+            imgui.text(effect)
             imgui.pop_style_color()
         imgui.end_table()
     covered = place(imgui)
@@ -26,13 +30,13 @@ def show_keys(imgui: Any, left: float, size: Any) -> tuple[float, float, float, 
 
 
 def place(imgui: Any) -> tuple[float, float, float, float]:
-    """(left, top, right, bottom) of the window that is being made."""
+    """Return (left, top, right, bottom) of the ImGui window that is being made, window coordinates."""
     (x, y), (width, height) = imgui.get_window_pos(), imgui.get_window_size()
     return x, y, x + width, y + height
 
 
 def bare(imgui: Any) -> int:
-    """Flags of a window without decoration."""
+    """Return the flags of an ImGui window without decoration."""
     flags = imgui.WindowFlags_
     return int(
         flags.no_title_bar

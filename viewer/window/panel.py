@@ -2,74 +2,80 @@
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ...codegen.targets.registry import TARGETS
-from ..draw.options import SHADINGS
-from ..state import jobs, overlay
+from ...codegen.targets.uniforms import SHADINGS, default
+from ..state.desk import Desk
+from ..state.exports import record_turntable, save_picture, save_target
+from ..state.jobs import LevelTiming, Turntable, time_levels
+from ..state.overlay import MESH_MODES
 from .help import FAINT, bare, place, show_keys
 
-if TYPE_CHECKING:
-    from .window import Window
-
 WIDTH = 300
-"""Of the panel, before the display's scale."""
-SHOWN = tuple(name for name in SHADINGS if name != "data")
+"""Of the panel, in window coordinates before the display's scale."""
+PANEL_SHADINGS = tuple(name for name in SHADINGS if name != "data")
 SAMPLES = (1, 4, 16, 64)
-PICTURES = {
+PICTURE_SIZES = {
     "the window's size": None,
     "1920 x 1080": (1920, 1080),
     "3840 x 2160": (3840, 2160),
     "7680 x 4320": (7680, 4320),
 }
-MEASURED = 320
-"""Most pixels a side of a picture that costs are measured with."""
+TIMED_SIDE = 320
+"""Pixels per side, at most, of the pictures that levels are timed with."""
 WRONG = 0.98, 0.55, 0.48, 1.0
+"""RGBA of a driver's log."""
 
 
 class Panel:
-    """Draws with `imgui` what belongs to a window."""
+    """Draws the panel and what lies over the picture with `imgui`, and does what the user asks for there."""
 
     def __init__(self) -> None:
         self._covered: list[tuple[float, float, float, float]] = []
-        self._picture = 0
-        self._video = jobs.Turntable()
+        """(left, top, right, bottom) of each ImGui window that was drawn last, window coordinates."""
+        self._picture_size = 0
+        """Index into PICTURE_SIZES."""
 
     def covers(self, x: float, y: float) -> bool:
-        """Whether a point, window coordinates, is on what was drawn last."""
+        """Return whether a point, in window coordinates, is on what was drawn last."""
         return any(left <= x < right and top <= y < bottom for left, top, right, bottom in self._covered)
 
-    def draw(self, imgui: Any, window: "Window", scale: float) -> None:
-        """The panel and what lies over the picture. scale: of the display."""
+    def draw(self, imgui: Any, desk: Desk, area: tuple[int, int], scale: float) -> None:
+        """Draw the panel, if it is open, and what lies over the picture.
+
+        area: (width, height) of the picture, in framebuffer pixels. scale: of the display.
+        """
+        view = desk.shown.view
         self._covered = []
         size = imgui.get_io().display_size
         width = WIDTH * scale
-        left = width if window.desk.view.panel else 0.0
-        if window.desk.view.panel:
+        left = width if view.panel else 0.0
+        if view.panel:
             imgui.set_next_window_pos((0, 0))
             imgui.set_next_window_size((width, size.y))
             imgui.begin("panel", None, bare(imgui))
             imgui.push_item_width(0.52 * imgui.get_content_region_avail().x)
-            self._look(imgui, window)
-            self._march(imgui, window)
-            self._light(imgui, window)
-            self._levels(imgui, window)
-            self._export(imgui, window)
+            self._look(imgui, desk)
+            self._march(imgui, desk)
+            self._light(imgui, desk)
+            self._levels(imgui, desk, area)
+            self._export(imgui, desk, area)
             imgui.pop_item_width()
             self._cover(imgui)
             imgui.end()
-        self._news(imgui, window, left, size)
-        if window.desk.view.help:
+        self._news(imgui, desk, left, size)
+        if view.help:
             self._covered.append(show_keys(imgui, left, size))
 
-    def _look(self, imgui: Any, window: "Window") -> None:
-        clamp = imgui.SliderFlags_.always_clamp  # a number may be typed
-        desk, view = window.desk, window.desk.view
+    def _look(self, imgui: Any, desk: Desk) -> None:
+        clamp = imgui.SliderFlags_.always_clamp  # A number may be typed.
+        view, source = desk.shown.view, desk.shown.source
         options = view.options
-        level, normal_level = options.traced(view.levels)
-        imgui.text(desk.source.name)
+        level, normal_level = options.resolved_levels(view.levels)
+        imgui.text(source.name)
         imgui.push_style_color(imgui.Col_.text, FAINT)
-        imgui.text(desk.timing)
+        imgui.text(desk.drawing.timing)
         imgui.pop_style_color()
         imgui.separator()
         if view.levels > 1:
@@ -86,18 +92,18 @@ class Panel:
                 changed, right = imgui.slider_int("on the right", view.split, 1, view.levels, "level %d", clamp)
                 if changed:
                     view.split, view.changed = right, True
-        shown = SHOWN if view.textured else tuple(name for name in SHOWN if name != "texture")
-        changed, index = imgui.combo("shading", shown.index(options.shading), list(shown))
+        shadings = [name for name in PANEL_SHADINGS if view.textured or name != "texture"]
+        changed, index = imgui.combo("shading", shadings.index(options.shading), shadings)
         if changed:
-            view.set(shading=shown[index])
+            view.set(shading=shadings[index])
         if view.textured:
             changed, textured = imgui.checkbox("texture", not options.plain)
             if changed:
                 view.set(plain=not textured)
-        if desk.overlay is not None:
-            changed, index = imgui.combo("mesh", overlay.SHOWN.index(view.mesh), list(overlay.SHOWN))
+        if desk.shown.overlay is not None:
+            changed, index = imgui.combo("mesh", MESH_MODES.index(view.mesh), list(MESH_MODES))
             if changed:
-                view.mesh, view.changed = overlay.SHOWN[index], True
+                view.mesh, view.changed = MESH_MODES[index], True
         changed, index = imgui.combo("samples", _nearest(SAMPLES, options.samples), [str(n) for n in SAMPLES])
         if changed:
             view.set(samples=SAMPLES[index])
@@ -111,13 +117,13 @@ class Panel:
         if imgui.button("reset the camera"):
             view.key("R")
 
-    def _march(self, imgui: Any, window: "Window") -> None:
-        clamp = imgui.SliderFlags_.always_clamp  # a number may be typed
+    def _march(self, imgui: Any, desk: Desk) -> None:
+        clamp = imgui.SliderFlags_.always_clamp  # A number may be typed.
         if not imgui.collapsing_header("Sphere tracing"):
             return
-        desk, view = window.desk, window.desk.view
+        shown, view = desk.shown, desk.shown.view
         options = view.options
-        steps = list(options.steps(desk.source.shader.iterations))
+        steps = list(options.resolved_iterations(shown.source.shader.iterations))
         for i in range(view.levels):
             changed, value = imgui.slider_int(f"steps, level {i + 1}", steps[i], 1, 64, "%d", clamp)
             if changed:
@@ -127,18 +133,18 @@ class Panel:
         changed, value = imgui.slider_float("delta scale", options.delta_scale, 0.1, 10.0, "%.2f", logarithmic)
         if changed:
             view.set(delta_scale=min(10.0, max(0.1, value)))
-        default = (desk.renderer.default("step_scale") or (0.8,))[0]
-        changed, value = imgui.slider_float("step scale", options.step_scale or default, 0.1, 1.2, "%.2f", clamp)
+        step_scale = options.step_scale or (shown.renderer.default("step_scale") or default("step_scale"))[0]
+        changed, value = imgui.slider_float("step scale", step_scale, 0.1, 1.2, "%.2f", clamp)
         if changed:
             view.set(step_scale=min(1.2, max(0.1, value)))
         if imgui.button("defaults"):
             view.set(iterations=None, delta_scale=1.0, step_scale=None)
 
-    def _light(self, imgui: Any, window: "Window") -> None:
-        clamp = imgui.SliderFlags_.always_clamp  # a number may be typed
+    def _light(self, imgui: Any, desk: Desk) -> None:
+        clamp = imgui.SliderFlags_.always_clamp  # A number may be typed.
         if not imgui.collapsing_header("Light and background"):
             return
-        view, renderer = window.desk.view, window.desk.renderer
+        view, renderer = desk.shown.view, desk.shown.renderer
         light = view.options.light or renderer.default("light")
         if light:
             x, y, z = light
@@ -162,55 +168,55 @@ class Panel:
         if imgui.button("defaults##light"):
             view.set(light=None, background=None)
 
-    def _levels(self, imgui: Any, window: "Window") -> None:
+    def _levels(self, imgui: Any, desk: Desk, area: tuple[int, int]) -> None:
         if not imgui.collapsing_header("Cost of the levels"):
             return
-        desk, area = window.desk, window.area[2:]
-        if desk.costs and imgui.begin_table("costs", 4):
+        shown = desk.shown
+        if shown.level_timings and imgui.begin_table("costs", 4):
             for title in ("level", "ms", "steps", "ended"):
                 imgui.table_setup_column(title)
             imgui.table_headers_row()
-            for level, cost in enumerate(desk.costs, start=1):
-                for text in (f"{level}", f"{cost.milliseconds:.2f}", f"{cost.steps:.1f}", f"{100 * cost.ended:.1f} %"):
+            for level, timing in enumerate(shown.level_timings, start=1):
+                milliseconds, steps = f"{timing.milliseconds:.2f}", f"{timing.steps:.1f}"
+                for text in (f"{level}", milliseconds, steps, f"{100 * timing.ended:.1f} %"):
                     imgui.table_next_column()
                     imgui.text(text)
             imgui.end_table()
         if imgui.button("measure"):
-            shrink = min(1.0, MEASURED / max(area))
+            shrink = min(1.0, TIMED_SIDE / max(area))
             size = max(1, round(area[0] * shrink)), max(1, round(area[1] * shrink))
 
-            def done(costs: list[jobs.Cost]) -> None:
-                desk.costs = costs
+            def done(timings: list[LevelTiming]) -> None:
+                shown.level_timings = timings
 
-            desk.begin(jobs.costs(desk.renderer, size, desk.view.camera, desk.view.options, done), draws=True)
+            job = time_levels(shown.renderer, size, shown.view.camera, shown.view.options, done)
+            desk.work.begin(job, draws=True)
 
-    def _export(self, imgui: Any, window: "Window") -> None:
+    def _export(self, imgui: Any, desk: Desk, area: tuple[int, int]) -> None:
         if not imgui.collapsing_header("Export"):
             return
-        desk = window.desk
-        _, self._picture = imgui.combo("picture", self._picture, list(PICTURES))
+        _, self._picture_size = imgui.combo("picture", self._picture_size, list(PICTURE_SIZES))
         if imgui.button("save PNG"):
-            window.save(list(PICTURES.values())[self._picture])
+            save_picture(desk, list(PICTURE_SIZES.values())[self._picture_size] or area)
         imgui.same_line()
         if imgui.button("save turntable video"):
-            window.record(self._video)
-        if desk.source.model is not None:
+            record_turntable(desk, area, Turntable())
+        if desk.shown.source.model is not None:
             imgui.text("as")
             for name in ("model", *TARGETS):
                 imgui.same_line()
                 if imgui.get_content_region_avail().x < imgui.calc_text_size(name).x + 20:
                     imgui.new_line()
                 if imgui.button(name):
-                    suffix = ".safetensors" if name == "model" else TARGETS[name].suffix
-                    desk.begin(jobs.target(name, desk.source.model, jobs.free_path(desk.source.name, suffix)))
+                    save_target(desk, name)
         imgui.push_style_color(imgui.Col_.text, FAINT)
         imgui.text_wrapped(f"into {Path.cwd()}")
         imgui.pop_style_color()
 
-    def _news(self, imgui: Any, window: "Window", left: float, size: Any) -> None:
-        """Messages and progress, at the bottom left of the picture."""
-        desk = window.desk
-        if not (desk.message or desk.log or desk.job or desk.training):
+    def _news(self, imgui: Any, desk: Desk, left: float, size: Any) -> None:
+        """Draw the messages and the progress of the work at the bottom left of the picture."""
+        work = desk.work
+        if not (desk.message or desk.log or work.job or work.training):
             return
         imgui.set_next_window_pos((left + 12, size.y - 12), imgui.Cond_.always, (0, 1))
         imgui.set_next_window_size_constraints((0, 0), (max(80.0, size.x - left - 24), size.y - 24))
@@ -220,12 +226,12 @@ class Panel:
             imgui.push_style_color(imgui.Col_.text, WRONG)
             imgui.text_unformatted(line)
             imgui.pop_style_color()
-        if desk.training is not None:
-            stage = f"{desk.training.name}: {desk.training.stage}"
-            if _progress(imgui, desk.training.fraction, stage, "stop"):
-                desk.stop_training()
-        if desk.job is not None and _progress(imgui, *desk.doing, "cancel"):
-            desk.cancel()
+        if work.training is not None:
+            stage = f"{work.training.name}: {work.training.stage}"
+            if _progress(imgui, work.training.fraction, stage, "stop"):
+                work.stop_training()
+        if work.job is not None and _progress(imgui, *work.job_progress, "cancel"):
+            work.cancel()
         if desk.message:
             imgui.text_unformatted(desk.message)
         imgui.pop_text_wrap_pos()
@@ -233,16 +239,18 @@ class Panel:
         imgui.end()
 
     def _cover(self, imgui: Any) -> None:
+        """Remember the place of the ImGui window that is being made."""
         self._covered.append(place(imgui))
 
 
-def _progress(imgui: Any, fraction: float, what: str, button: str) -> bool:
-    """A bar, a line and a button that ends it; whether it was pressed."""
-    imgui.text_unformatted(what)
+def _progress(imgui: Any, fraction: float, line: str, button: str) -> bool:
+    """Draw a line, a bar and a button that ends the work; return whether the button was pressed."""
+    imgui.text_unformatted(line)
     imgui.progress_bar(fraction, (220, 0))
     imgui.same_line()
     return bool(imgui.button(f"{button}##{button}"))
 
 
 def _nearest(choices: tuple[int, ...], value: int) -> int:
+    """Return the index of the choice that is nearest to the value."""
     return min(range(len(choices)), key=lambda i: abs(choices[i] - value))

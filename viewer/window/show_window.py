@@ -1,4 +1,4 @@
-"""The window of `mplicits view`, from opening to closing."""
+"""The window of `mplicits view`, from its opening to its closing."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ from ...model.errors import UserError
 from ..draw.camera import Camera
 from ..draw.context import NoDisplayError
 from ..draw.options import RenderOptions
-from ..state.overlay import MeshFile
+from ..state.overlay import MeshSource
 from ..state.view import keys
 from .window import Window
 
@@ -20,10 +20,16 @@ def show_window(
     watch: bool = False,
     mesh: tuple[Path, str] | None = None,
 ) -> None:
-    """Opens the window and returns when it is closed. Raises UserError where there is no display."""
+    """Open a window that shows the model or shader file `path`, and return when the user closes it.
+
+    camera, options: how it is shown at first. size: (width, height) of the window, as the system counts it.
+    storage: how shaders hold the weights. watch: load the file again when it changes.
+    mesh: file laid over the model, and the space of its coordinates, "input" or "model".
+    Raises UserError if there is no display, if a file cannot be read, or if its shader cannot be drawn here.
+    """
     try:
         window = Window(
-            path, camera, options, size, storage=storage, watch=watch, mesh=None if mesh is None else MeshFile(*mesh)
+            path, camera, options, size, storage=storage, watch=watch, mesh=None if mesh is None else MeshSource(*mesh)
         )
     except NoDisplayError as error:
         raise UserError(

@@ -1,7 +1,6 @@
-"""The desktop window of `mplicits view`: GLFW's events on their way to the desk, and its picture on the screen."""
+"""The desktop window of `mplicits view`: passes GLFW's events to the desk and puts its picture on the screen."""
 
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,28 +9,21 @@ from ..draw.camera import Camera
 from ..draw.context import open_window
 from ..draw.options import RenderOptions
 from ..state.desk import Desk
-from ..state.jobs import Turntable, free_path, picture
-from ..state.overlay import MeshFile
-from ..state.picture import Scene
+from ..state.exports import save_picture
+from ..state.overlay import MeshSource
 from ..state.source import open_source
 from ..state.view import TURNS, View, keys
 from .drop import drop
 from .gui import Gui, open_gui
 
-SAVED_SAMPLES = 4
-"""Rays per pixel of a saved picture, at least."""
-PATIENCE = 1.0
+LONGEST_WAIT = 1.0
 """Seconds between two looks at Ctrl-C, which GLFW's wait does not notice."""
-RATE = 60
-"""Pictures per second of a display that does not say."""
+DEFAULT_RATE = 60
+"""Pictures per second of a display that does not tell its rate."""
 
 
 class Window:
-    """A visible GLFW window with a desk, and a panel where imgui-bundle is installed.
-
-    size: of the window, as the system counts it. Raises UserError where there is no display or no such file, and what
-    `Renderer` raises.
-    """
+    """A visible GLFW window with a desk, and with a panel if imgui-bundle is installed."""
 
     def __init__(
         self,
@@ -42,17 +34,24 @@ class Window:
         *,
         storage: str = "auto",
         watch: bool = False,
-        mesh: MeshFile | None = None,
+        mesh: MeshSource | None = None,
     ) -> None:
+        """Open the window; the arguments are those of show_window.
+
+        Raises UserError if there is no display, if a file cannot be read, or if its shader cannot be drawn here.
+        """
         import glfw
 
         source = open_source(path, storage)
         view = View(camera, options, source.shader.levels, source.textured)
-        options.traced(view.levels)
+        options.resolved_levels(view.levels)
         options.check_texture(source.textured)
         self.context = open_window(size, f"{source.name}   compiling", visible=True)
         self.handle = self.context.handle
-        self._pointer, self._title, self._said = (0.0, 0.0), "", ""
+        self._pointer = (0.0, 0.0)
+        self._title = ""
+        self._printed = ""
+        """The message that was printed last, where there is no panel."""
         try:
             self.desk = Desk(
                 self.context, source, view, storage=storage, watch=watch, mesh=mesh, wake=glfw.post_empty_event
@@ -62,7 +61,7 @@ class Window:
             raise
         self.gui: Gui | None = open_gui(self.context)
         view.panel = self.gui is not None and self.gui.roomy()
-        self._frame = 1 / _refresh_rate()
+        self._frame_seconds = 1 / _refresh_rate()
         with self.context:
             glfw.swap_interval(1)
         self._listen()
@@ -70,32 +69,32 @@ class Window:
 
     @property
     def area(self) -> tuple[int, int, int, int]:
-        """(x, y from the bottom, width, height) of the picture, framebuffer pixels: what the panel leaves free."""
+        """(x, y from the bottom, width, height) of the picture in framebuffer pixels: what the panel leaves free."""
         import glfw
 
         width, height = (max(1, side) for side in glfw.get_framebuffer_size(self.handle))
-        panel = self.gui.panel_width(self.desk) if self.gui is not None else 0
+        panel = self.gui.panel_width() if self.gui is not None and self.desk.shown.view.panel else 0
         return panel, 0, width - panel, height
 
     def loop(self) -> None:
-        """Until closed. Sleeps while nothing happens; draws only what has changed."""
+        """Run until the window is closed; sleep while nothing happens, and draw only what has changed."""
         import glfw
 
         while not glfw.window_should_close(self.handle):
             start = time.perf_counter()
             due = self.step()
-            if self.desk.view.turntable and due == 0.0:  # where drivers do not wait for the display
-                due = max(0.0, 0.9 * self._frame - (time.perf_counter() - start))
+            if self.desk.shown.view.turntable and due == 0.0:  # Some drivers do not wait for the display.
+                due = max(0.0, 0.9 * self._frame_seconds - (time.perf_counter() - start))
             try:
                 if due == 0.0:
                     glfw.poll_events()
                 else:
-                    glfw.wait_events_timeout(PATIENCE if due is None else min(due, PATIENCE))
+                    glfw.wait_events_timeout(LONGEST_WAIT if due is None else min(due, LONGEST_WAIT))
             except UnicodeDecodeError:
                 self.desk.say("a file whose name is not UTF-8; rename it")
 
     def step(self) -> float | None:
-        """One turn of the loop; returns the seconds until the next is due, None: when an event comes."""
+        """Do one turn of the loop; return the seconds until the next is due, None if only an event makes one due."""
         due = self.desk.tick(self.area[2:])
         if self.desk.stale or (self.gui is not None and self.gui.restless):
             self.paint()
@@ -103,53 +102,38 @@ class Window:
         return 0.0 if self.gui is not None and self.gui.restless else due
 
     def paint(self, swap: bool = True) -> None:
-        """The picture as far as it is drawn, and the panel over it, onto the screen."""
+        """Put the picture as far as it is drawn, and the panel, onto the screen. swap: show them to the user."""
         import glfw
 
         self.desk.stale = False
         with self.context as gl:
             if self.gui is not None:
-                self.gui.build(self)
+                self.gui.build(self.desk, self.area[2:])
             x, y, width, height = self.area
             gl.screen.use()
-            self.desk.picture.show((x, y), (width, height), self.desk.view.split is not None)
+            self.desk.drawing.picture.show((x, y), (width, height), self.desk.shown.view.split is not None)
             if self.gui is not None:
                 self.gui.draw()
             if swap:
                 glfw.swap_buffers(self.handle)
 
-    def save(self, size: tuple[int, int] | None = None) -> None:
-        """Writes the picture as a PNG, of the size that is shown or another, into the working folder."""
-        desk, view = self.desk, self.desk.view
-        size = size or self.area[2:]
-        options = replace(view.options, samples=max(SAVED_SAMPLES, view.options.samples))
-        camera, name = replace(view.camera, aspect=size[0] / size[1]), desk.source.name
-        right = None if view.right is None else replace(view.right, samples=options.samples)
-        desk.begin(picture(desk.drawn, free_path(name, ".png"), Scene(size, camera, options, right), name), draws=True)
-
-    def record(self, video: Turntable) -> None:
-        """Writes a video of one turn into the working folder."""
-        desk = self.desk
-        scene = desk.view.scene(self.area[2:])
-        desk.begin(video.job(desk.drawn, free_path(desk.source.name, ".mp4"), scene), draws=True)
-
     def close(self) -> None:
-        """Ends what runs and frees the window."""
+        """End the work and free the window."""
         self.desk.close()
         if self.gui is not None:
             self.gui.release()
         self.context.release()
 
     def key(self, name: str) -> None:
-        """A key that was pressed, by its name."""
+        """Do what a key does, given its name: ESCAPE, S or one of View.key."""
         import glfw
 
         if name == "ESCAPE":
             glfw.set_window_should_close(self.handle, True)
         elif name == "S":
-            self.save()
+            save_picture(self.desk, self.area[2:])
         else:
-            self.desk.view.key(name)
+            self.desk.shown.view.key(name)
             if name == "TAB":
                 self._fit()
             if name == "H" and self.gui is None:
@@ -157,29 +141,31 @@ class Window:
         self.desk.stale = True
 
     def _fit(self) -> None:
-        self.desk.view.resize(self.area[2:])
+        """Adapt the view to the picture's size."""
+        self.desk.shown.view.resize(self.area[2:])
 
     def _tell(self) -> None:
-        """The title; without a panel, messages on the terminal."""
+        """Set the window's title and, where there is no panel, print messages on the terminal."""
         import glfw
 
         desk = self.desk
-        title = "   ".join(part for part in (desk.source.name, desk.timing, desk.progress) if part)
+        title = "   ".join(part for part in (desk.shown.source.name, desk.drawing.timing, desk.work.progress) if part)
         if title != self._title:
             self._title = title
             glfw.set_window_title(self.handle, title)
-        if self.gui is None and desk.message != self._said:
-            self._said = desk.message
+        if self.gui is None and desk.message != self._printed:
+            self._printed = desk.message
             print(*[line for line in (desk.message, *desk.log) if line], sep="\n", flush=True)
 
     def _listen(self) -> None:
+        """Let GLFW call this window when something happens."""
         import glfw
 
         def resized(*_: Any) -> None:
             self._fit()
             self._wake()
 
-        def refreshed(*_: Any) -> None:  # some systems call nothing else while a window is being resized
+        def refreshed(*_: Any) -> None:  # Some systems call nothing else while a window is being resized.
             self.desk.stale = True
             self.step()
 
@@ -188,13 +174,14 @@ class Window:
         glfw.set_scroll_callback(self.handle, self._on_scroll)
         glfw.set_key_callback(self.handle, self._on_key)
         glfw.set_char_callback(self.handle, self._on_char)
-        listen_drop: Any = glfw.set_drop_callback  # which is annotated as GLFW calls it, not as it calls back
+        listen_drop: Any = glfw.set_drop_callback  # It is annotated as GLFW calls it, not as it calls back.
         listen_drop(self.handle, self._on_drop)
         glfw.set_window_refresh_callback(self.handle, refreshed)
         glfw.set_framebuffer_size_callback(self.handle, resized)
         glfw.set_window_content_scale_callback(self.handle, resized)
 
     def _wake(self) -> None:
+        """Let the panel be drawn again."""
         if self.gui is not None:
             self.gui.stir()
 
@@ -212,9 +199,9 @@ class Window:
         ]
         shift = glfw.PRESS in (glfw.get_key(window, key) for key in (glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT))
         if held[1] or held[2] or (held[0] and shift):
-            self.desk.view.pan(right, up)
+            self.desk.shown.view.pan(right, up)
         elif held[0]:
-            self.desk.view.turn(right, up)
+            self.desk.shown.view.turn(right, up)
 
     def _on_button(self, _window: Any, button: int, action: int, _mods: int) -> None:
         import glfw
@@ -224,7 +211,7 @@ class Window:
 
     def _on_scroll(self, _window: Any, x: float, y: float) -> None:
         if self.gui is None or not self.gui.scrolled(x, y):
-            self.desk.view.zoom(y)
+            self.desk.shown.view.zoom(y)
 
     def _on_key(self, _window: Any, code: int, _scan: int, action: int, mods: int) -> None:
         import glfw
@@ -261,8 +248,8 @@ class Window:
 
 
 def _refresh_rate() -> int:
-    """Pictures per second of the display."""
+    """Return how many pictures per second the display shows."""
     import glfw
 
     monitor = glfw.get_primary_monitor()
-    return (glfw.get_video_mode(monitor).refresh_rate if monitor else 0) or RATE
+    return (glfw.get_video_mode(monitor).refresh_rate if monitor else 0) or DEFAULT_RATE
