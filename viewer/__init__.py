@@ -1,1 +1,1 @@
-"""GL contexts, the renderer, the camera, the window. Imports no torch."""
+"""Shows models: `mplicits render` draws a picture, `mplicits view` opens a window. Nothing here imports torch."""

@@ -1,22 +1,28 @@
-"""The arguments that `render` and `view` share."""
+"""The arguments that `mplicits render` and `mplicits view` share, and what they make: a camera and options."""
 
 import re
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from ..codegen.targets.orbit import AZIMUTH, ELEVATION, FOV
 from ..model.errors import UserError
 from ..model.gallery import front, model_path
 
+if TYPE_CHECKING:
+    from .draw.camera import Camera
+    from .draw.options import RenderOptions
+
 SHADES = ("phong", "normal", "texture", "depth", "steps")
+"""Choices of --shade, in the order of `--help`: the SHADINGS of a picture; "data" is none."""
 
 
-def model_arguments(parser: ArgumentParser, model: str, mesh: str) -> None:
-    """model, mesh: what is said of M and of --mesh."""
+def model_arguments(parser: ArgumentParser, model_help: str, mesh_help: str) -> None:
+    """Add the arguments that both verbs have. model_help, mesh_help: what `--help` says of M and of --mesh."""
     # -30,20 is a value, not an option: Python 3.14's rule, for the versions before it.
     parser._negative_number_matcher = re.compile(r"-\.?\d")
-    parser.add_argument("model", type=model_path, metavar="M", help=model)
+    parser.add_argument("model", type=model_path, metavar="M", help=model_help)
     parser.add_argument(
         "--size", type=_size, default="512", metavar="WxH", help="pixels, WxH or N (default %(default)s)"
     )
@@ -25,9 +31,9 @@ def model_arguments(parser: ArgumentParser, model: str, mesh: str) -> None:
         type=_numbers(2, 3),
         metavar="AZ,EL,DIST",
         help="degrees around, degrees above, distance in radii of the shape "
-        "(default: 30,20, a gallery's model from its front; it fits)",
+        f"(default: {AZIMUTH:g},{ELEVATION:g}, a gallery's model from its front; it fits)",
     )
-    parser.add_argument("--fov", type=float, default=35.0, help="vertical field of view, degrees (default 35)")
+    parser.add_argument("--fov", type=float, default=FOV, help=f"vertical field of view, degrees (default {FOV:g})")
     parser.add_argument("--level", type=int, metavar="L", help="last level traced (default: all)")
     parser.add_argument("--normal-level", type=int, metavar="L", help="level of the normals (default: that of --level)")
     parser.add_argument("--shade", choices=SHADES, default="phong", help="default phong")
@@ -44,7 +50,7 @@ def model_arguments(parser: ArgumentParser, model: str, mesh: str) -> None:
     )
     parser.add_argument("--background", type=_colours, metavar="#RRGGBB[,#RRGGBB]", help="one colour, or top,bottom")
     parser.add_argument("--samples", type=count, default=4, metavar="N", help="rays per pixel (default 4)")
-    parser.add_argument("--mesh", type=Path, metavar="LOW.ply", help=mesh)
+    parser.add_argument("--mesh", type=Path, metavar="LOW.ply", help=mesh_help)
     parser.add_argument(
         "--space",
         choices=("input", "model"),
@@ -56,14 +62,13 @@ def model_arguments(parser: ArgumentParser, model: str, mesh: str) -> None:
 
 
 def check_space(args: Namespace) -> None:
-    """Raises UserError where --space stands alone."""
+    """Raise UserError where --space is given without --mesh."""
     if args.mesh is None and args.space is not None:
         raise UserError("--space: of the mesh's coordinates; it needs --mesh")
 
 
-def camera_from(args: Namespace) -> Any:
-    """The `Camera` asked for."""
-    from ..codegen.targets.orbit import AZIMUTH, ELEVATION
+def camera_from(args: Namespace) -> "Camera":
+    """Return the `Camera` that the arguments ask for."""
     from .draw.camera import Camera
 
     azimuth, elevation, *distance = args.camera or front(args.model) or (AZIMUTH, ELEVATION)
@@ -71,8 +76,8 @@ def camera_from(args: Namespace) -> Any:
     return Camera(azimuth, elevation, distance[0] if distance else None, fov=args.fov, aspect=width / height)
 
 
-def options_from(args: Namespace, **more: Any) -> Any:
-    """The `RenderOptions` asked for; more: those that one verb has."""
+def options_from(args: Namespace, **more: Any) -> "RenderOptions":
+    """Return the `RenderOptions` that the arguments ask for; `more` are options that only one verb has."""
     from .draw.options import RenderOptions
 
     return RenderOptions(
@@ -92,6 +97,7 @@ def options_from(args: Namespace, **more: Any) -> Any:
 
 
 def _size(text: str) -> tuple[int, int]:
+    """Parse WxH or N into (width, height)."""
     width, _, height = text.lower().partition("x")
     if not (width.isdecimal() and (height.isdecimal() or not height)) or len(text) > 20 or text.lower().endswith("x"):
         raise ArgumentTypeError(f"{text!r}: WxH in pixels, for example 640x480, or one number for a square")
@@ -99,13 +105,15 @@ def _size(text: str) -> tuple[int, int]:
 
 
 def count(text: str) -> int:
-    """A whole number."""
+    """Parse a whole number of at least 0."""
     if not text.isdecimal():
         raise ArgumentTypeError(f"{text!r}: a whole number is needed")
     return int(text)
 
 
 def _numbers(least: int, most: int, kind: type = float) -> Callable[[str], tuple[Any, ...]]:
+    """Return a parser of `least` to `most` numbers of a kind, float or int, joined by commas."""
+
     def parse(text: str) -> tuple[Any, ...]:
         try:
             numbers = tuple(kind(part) for part in text.split(","))
@@ -120,6 +128,7 @@ def _numbers(least: int, most: int, kind: type = float) -> Callable[[str], tuple
 
 
 def _colours(text: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Parse one colour, or two joined by a comma, into (top, bottom): red, green and blue in [0, 1]."""
     try:
         colours = [tuple(byte / 255 for byte in bytes.fromhex(part.removeprefix("#"))) for part in text.split(",")]
     except ValueError:

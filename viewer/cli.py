@@ -1,18 +1,27 @@
-"""The viewer's verbs: render, view."""
+"""The verbs of the viewer on the command line: `mplicits render` and `mplicits view`."""
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from ..model.errors import UserError
 from ..model.verb import MODEL_HELP, Verb
 from .arguments import camera_from, check_space, count, model_arguments, options_from
 
+if TYPE_CHECKING:
+    from ..model.model import Model
+    from .draw.camera import Camera
+    from .draw.context import Context
+    from .draw.options import RenderOptions
+    from .draw.renderer import Renderer
+    from .draw.triangles import Triangles
+
 CONTEXTS = ("auto", "osmesa", "egl", "window")
+"""Choices of --context: the kinds that `open_context` knows."""
 
 
 def render_arguments(parser: ArgumentParser) -> None:
-    """Fills the parser of `render`."""
+    """Add the arguments of `mplicits render`."""
     model_arguments(parser, MODEL_HELP, "draw this mesh (PLY OBJ STL GLB) instead, with the normals of --normal-level")
     parser.add_argument("-o", "--output", type=Path, metavar="P.png", help="picture (default: the model's name, .png)")
     parser.add_argument(
@@ -37,7 +46,7 @@ def render_arguments(parser: ArgumentParser) -> None:
 
 
 def view_arguments(parser: ArgumentParser) -> None:
-    """Fills the parser of `view`."""
+    """Add the arguments of `mplicits view`."""
     model_arguments(
         parser,
         MODEL_HELP + "; or a shader that `bake --target glsl330` wrote (.glsl)",
@@ -48,19 +57,17 @@ def view_arguments(parser: ArgumentParser) -> None:
 
 
 def run_render(args: Namespace) -> None:
-    """`mplicits render`: a model file to a PNG, without a window."""
+    """Run `mplicits render`: draw a model file to a PNG, without a window."""
     import json
     import sys
     import time
 
-    from ..codegen.targets.glsl330 import bake
     from ..model.files import check_writable, show
     from ..model.model import load
     from .draw.context import open_context
-    from .draw.rasteriser import Rasteriser
-    from .draw.renderer import Renderer, check_size
     from .draw.screenshot import check_name, save_png
-    from .draw.triangles import read_mesh_of
+    from .draw.tiles import check_size
+    from .draw.triangles import read_triangles_for
 
     output = args.output or Path(args.model.stem + ".png")
     check_size(args.size)
@@ -73,72 +80,63 @@ def run_render(args: Namespace) -> None:
     options = options_from(args, transparent=args.transparent, split=0.5 * args.split)
     model = load(args.model)
     options.check_texture(model.texture is not None)
-    level, normal_level = options.traced(len(model.levels))
+    level, normal_level = options.resolved_levels(len(model.levels))
     if args.split and args.mesh is None and level == normal_level:
         raise UserError(f"--split: both halves would have the normals of level {level}; lower --level")
-    mesh = None if args.mesh is None else read_mesh_of(model, args.mesh, args.space or "input")
+    mesh = None if args.mesh is None else read_triangles_for(model, args.mesh, args.space or "input")
     context = open_context(args.context)
     try:
-        if sys.stderr.isatty():
-            print(f"compiling the shader on {context.renderer}", end="\r", file=sys.stderr, flush=True)
-        renderer = (
-            Renderer(context, bake(model, args.storage))
-            if mesh is None
-            else Rasteriser(context, model, mesh, args.storage)
-        )
-        if sys.stderr.isatty():
-            print("\x1b[K", end="", file=sys.stderr, flush=True)
-        steps, rounds = renderer.schedule(options)
-        if mesh is None and rounds < (wanted := renderer.wanted_rounds(options)):
+        renderer = _compiled_renderer(context, model, mesh, args.storage)
+        iterations, rounds = renderer.schedule(options)
+        if mesh is None and rounds < (wanted_rounds := renderer.wanted_rounds(options)):
             print(
-                f"mplicits: note: {rounds} rounds of {','.join(map(str, steps[:level]))} steps, not {wanted} rounds: "
-                "software OpenGL's loop limit allows no more",
+                f"mplicits: note: {rounds} rounds of {','.join(map(str, iterations[:level]))} steps, "
+                f"not {wanted_rounds} rounds: software OpenGL's loop limit allows no more",
                 file=sys.stderr,
             )
         start = time.perf_counter()
         image = renderer.render(args.size, camera, options)
-        seconds = time.perf_counter() - start
+        frame_seconds = time.perf_counter() - start
         save_png(output, image, model.name, args.transparent)
-        rate = None if args.benchmark is None else _frames_per_second(renderer, args, camera, options)
+        frames_per_second = None if args.benchmark is None else _frames_per_second(renderer, args, camera, options)
         compile_seconds = renderer.compile_seconds
         renderer.release()
     finally:
         context.release()
     width, height = args.size
     if args.json:
-        print(
-            json.dumps(
-                {
-                    "output": str(output),
-                    "width": width,
-                    "height": height,
-                    "samples": args.samples,
-                    "shade": args.shade,
-                    "mesh": None if mesh is None else str(args.mesh),
-                    "level": level if mesh is None else None,
-                    "normal_level": normal_level,
-                    "split": args.split,
-                    "rounds": rounds if mesh is None else 0,
-                    "context": context.kind,
-                    "renderer": context.renderer,
-                    "coverage": round(float(image[..., 3].mean()), 6),
-                    "compile_seconds": round(compile_seconds, 3),
-                    "frame_seconds": round(seconds, 3),
-                    "frames_per_second": rate,
-                }
-            )
-        )
-    else:
-        print(
-            f"{show(output)}: {width}x{height}, {args.samples} samples, {context.kind} on {context.renderer}; "
-            f"compiled in {compile_seconds:.2f} s, drawn in {seconds:.2f} s"
-            + ("" if rate is None else f"; {rate:.4g} frames per second, median of {args.benchmark}")
-        )
+        report = {
+            "output": str(output),
+            "width": width,
+            "height": height,
+            "samples": args.samples,
+            "shade": args.shade,
+            "mesh": None if mesh is None else str(args.mesh),
+            "level": level if mesh is None else None,
+            "normal_level": normal_level,
+            "split": args.split,
+            "rounds": rounds if mesh is None else 0,
+            "context": context.kind,
+            "renderer": context.renderer,
+            "coverage": round(float(image[..., 3].mean()), 6),
+            "compile_seconds": round(compile_seconds, 3),
+            "frame_seconds": round(frame_seconds, 3),
+            "frames_per_second": frames_per_second,
+        }
+        print(json.dumps(report))
+        return
+    line = (
+        f"{show(output)}: {width}x{height}, {args.samples} samples, {context.kind} on {context.renderer}; "
+        f"compiled in {compile_seconds:.2f} s, drawn in {frame_seconds:.2f} s"
+    )
+    if frames_per_second is not None:
+        line += f"; {frames_per_second:.4g} frames per second, median of {args.benchmark}"
+    print(line)
 
 
 def run_view(args: Namespace) -> None:
-    """`mplicits view`: the desktop window."""
-    from .draw.renderer import check_size
+    """Run `mplicits view`: open the desktop window."""
+    from .draw.tiles import check_size
     from .window.show_window import show_window
 
     check_size(args.size)
@@ -154,8 +152,24 @@ def run_view(args: Namespace) -> None:
     )
 
 
-def _frames_per_second(renderer: Any, args: Namespace, camera: Any, options: Any) -> float:
-    """Median of --benchmark frames, after a tenth as many to warm up."""
+def _compiled_renderer(context: "Context", model: "Model", mesh: "Triangles | None", storage: str) -> "Renderer":
+    """Compile what draws the model, or the mesh where there is one; a terminal says so meanwhile."""
+    import sys
+
+    from ..codegen.targets.glsl330 import bake
+    from .draw.rasteriser import Rasteriser
+    from .draw.renderer import Renderer
+
+    if sys.stderr.isatty():
+        print(f"compiling the shader on {context.renderer}", end="\r", file=sys.stderr, flush=True)
+    renderer = Renderer(context, bake(model, storage)) if mesh is None else Rasteriser(context, model, mesh, storage)
+    if sys.stderr.isatty():
+        print("\x1b[K", end="", file=sys.stderr, flush=True)
+    return renderer
+
+
+def _frames_per_second(renderer: "Renderer", args: Namespace, camera: "Camera", options: "RenderOptions") -> float:
+    """Return the median rate of --benchmark frames, after a tenth as many to warm up."""
     import statistics
 
     from tqdm import tqdm
@@ -167,6 +181,7 @@ def _frames_per_second(renderer: Any, args: Namespace, camera: Any, options: Any
 
 
 def _check_mesh_options(args: Namespace) -> None:
+    """Raise UserError where --space lacks --mesh, or where --mesh has options that only tracing takes."""
     check_space(args)
     if args.mesh is None:
         return

@@ -1,11 +1,11 @@
-"""Where tests find what is not code."""
+"""Paths of the files that tests read."""
 
 import os
 from pathlib import Path
 
 TESTS = Path(__file__).parent.parent
 ROOT = TESTS.parent
-"""The checkout, which is the package."""
+"""The checkout, which is the package `mplicits`."""
 GOLDEN = TESTS / "golden"
 """Committed pictures and shader texts; only --update-golden writes there."""
 DEMO = TESTS / "data" / "demo.safetensors"

@@ -1,4 +1,4 @@
-"""Pictures of a textured mesh by pyrender on OSMesa, unlit: the oracle of ours. Our contexts survive it."""
+"""Pictures of a textured mesh by pyrender on OSMesa, unlit, to compare ours with; our own contexts survive it."""
 
 import os
 from typing import Any
@@ -11,12 +11,16 @@ from numpy.typing import NDArray
 os.environ.setdefault("PYOPENGL_PLATFORM", "osmesa")
 
 NEAR, FAR = 0.05, 100.0
+"""Clip planes, in model units."""
 BACKGROUND = (1.0, 1.0, 1.0)
-"""sRGB."""
+"""Colour where there is no surface, sRGB."""
 
 
 class Rasterised:
-    """A mesh in model space = (its own - centre) / scale, seen through the viewer's cameras."""
+    """Draws a mesh, moved into model space, through the viewer's cameras.
+
+    Model space is (the mesh's own - centre) / scale. size: (width, height) of the pictures, in pixels.
+    """
 
     def __init__(
         self, mesh: trimesh.Trimesh, centre: tuple[float, float, float], scale: float, size: tuple[int, int]
@@ -37,9 +41,10 @@ class Rasterised:
         self._renderer._platform.make_uncurrent()
 
     def __call__(self, camera: Camera) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """sRGB in [0, 1], (H, W, 3), and depth along the view axis, (H, W), 0 where there is no surface; top row first.
+        """Draw the mesh; pyrender takes four samples a pixel and averages them as they are stored.
 
-        Four samples a pixel, averaged as they are stored.
+        Returns colours (H, W, 3), sRGB in [0, 1], and depths along the view axis (H, W), in model units and 0 where
+        there is no surface; the top row comes first.
         """
         self._camera.camera.yfov = float(np.radians(camera.fov))
         self._camera.camera.aspectRatio = self._size[0] / self._size[1]
@@ -51,6 +56,6 @@ class Rasterised:
         return np.asarray(colour[..., :3], np.float64) / 255, np.asarray(depth, np.float64)
 
     def release(self) -> None:
-        """Frees the context."""
+        """Free the context."""
         self._renderer._platform.make_current()
         self._renderer.delete()

@@ -1,4 +1,4 @@
-"""The orbit camera's frame, its bounds and its moves."""
+"""The orbit camera: its axes, its default distance, the numbers that it refuses, and its moves."""
 
 import math
 
@@ -9,7 +9,7 @@ from mplicits.viewer.draw.camera import Camera
 
 
 @pytest.mark.parametrize(("azimuth", "elevation"), [(0, 0), (30, 20), (-170, -65), (90, 90), (400, -90)])
-def test_frame_is_orthonormal_and_looks_at_the_target(azimuth: float, elevation: float) -> None:
+def test_the_axes_are_orthonormal_and_look_at_the_target(azimuth: float, elevation: float) -> None:
     camera = Camera(azimuth, elevation, 3.0, target=(0.1, -0.2, 0.3))
     right, up, back, eye = camera.matrix()[:3].T
     np.testing.assert_allclose(np.array([right, up, back]) @ np.array([right, up, back]).T, np.eye(3), atol=1e-6)
@@ -27,7 +27,7 @@ def test_azimuth_and_elevation_start_at_z_and_turn_to_x_and_y() -> None:
 
 @pytest.mark.parametrize("aspect", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize("fov", [10.0, 35.0, 90.0])
-def test_the_unit_sphere_fits_by_default(fov: float, aspect: float) -> None:
+def test_the_unit_sphere_fits_into_the_picture_by_default(fov: float, aspect: float) -> None:
     camera = Camera(fov=fov, aspect=aspect)
     silhouette = math.tan(math.asin(1.0 / camera.away)) * camera.focal
     assert 0.85 < silhouette / min(1.0, aspect) < 1.0
@@ -45,17 +45,17 @@ def test_the_unit_sphere_fits_by_default(fov: float, aspect: float) -> None:
         {"elevation": math.inf},
     ],
 )
-def test_bad_numbers_are_refused(numbers: dict[str, float]) -> None:
+def test_unusable_numbers_are_refused(numbers: dict[str, float]) -> None:
     with pytest.raises(UserError):
         Camera(**numbers)  # type: ignore[arg-type]
 
 
-def test_moves() -> None:
+def test_moves_turn_zoom_and_pan_within_their_bounds() -> None:
     camera = Camera(10, 80, 3.0)
     assert camera.orbited(-30, 50).elevation == 90.0
     assert camera.orbited(-30, 50).azimuth == 340.0
     assert camera.zoomed(2.0).away == 6.0
     assert camera.zoomed(1e-9).away > 0
     moved = camera.panned(0.5, -0.25)
-    way = moved.matrix()[:3, 3] - camera.matrix()[:3, 3]
-    np.testing.assert_allclose(camera.matrix()[:3, :3].T @ way, (0.5, -0.25, 0), atol=1e-6)
+    displacement = moved.matrix()[:3, 3] - camera.matrix()[:3, 3]
+    np.testing.assert_allclose(camera.matrix()[:3, :3].T @ displacement, (0.5, -0.25, 0), atol=1e-6)

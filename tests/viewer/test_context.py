@@ -1,4 +1,4 @@
-"""Contexts: each kind draws, several live together, and a missing one is a line that names what to install."""
+"""Contexts: each kind draws, several live together, and the error of a missing one names what to install."""
 
 import subprocess
 import sys
@@ -8,27 +8,27 @@ import numpy as np
 import pytest
 from mplicits.model.errors import UserError
 from mplicits.viewer.draw import context as contexts
-from mplicits.viewer.draw import osmesa as native
+from mplicits.viewer.draw import osmesa as osmesa_module
+from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context, open_context
 
 from support.paths import TESTS
 
 FRAGMENT = "#version 330\nuniform float shade;\nout vec4 color;\nvoid main() { color = vec4(shade, 0.5, 0.25, 1.0); }"
-VERTEX = """#version 330
-void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }"""
 
 
 class Square:
-    """A program and a framebuffer that keep living in their context."""
+    """A program and a framebuffer of 4 x 4 pixels that live on in their context between draws."""
 
     def __init__(self, context: Context) -> None:
         self.context = context
         with context as gl:
-            self.program = gl.program(vertex_shader=VERTEX, fragment_shader=FRAGMENT)
+            self.program = gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=FRAGMENT)
             self.triangle = gl.vertex_array(self.program, [])
             self.target = gl.framebuffer([gl.texture((4, 4), 4, dtype="f4")])
 
     def draw(self, shade: float) -> float:
+        """Draw every pixel with this red, and return the red of the first one."""
         with self.context:
             self.program["shade"] = shade
             self.target.use()
@@ -37,6 +37,7 @@ class Square:
 
 
 def opened(kind: str) -> Context:
+    """Open a context, or skip the test where this machine has none of the kind."""
     try:
         return open_context(kind)
     except UserError as error:
@@ -44,7 +45,7 @@ def opened(kind: str) -> Context:
 
 
 @pytest.mark.parametrize("kind", ["osmesa", "egl", "auto"])
-def test_draws(kind: str) -> None:
+def test_a_context_of_each_kind_draws(kind: str) -> None:
     context = opened(kind)
     assert Square(context).draw(0.375) == 0.375
     assert context.renderer
@@ -52,7 +53,7 @@ def test_draws(kind: str) -> None:
     context.release()
 
 
-def test_kinds_alternate_in_one_process() -> None:
+def test_contexts_of_two_kinds_can_alternate_in_one_process() -> None:
     squares = [Square(opened(kind)) for kind in ("osmesa", "egl", "osmesa")]
     for i in range(6):
         for j, square in enumerate(squares):
@@ -64,7 +65,7 @@ def test_kinds_alternate_in_one_process() -> None:
         square.context.release()
 
 
-def test_with_nests_and_leaves_nothing_current(osmesa: Context) -> None:
+def test_with_may_nest_and_leaves_no_context_current(osmesa: Context) -> None:
     square = Square(osmesa)
     with osmesa:
         assert square.draw(1) == 1
@@ -74,7 +75,7 @@ def test_with_nests_and_leaves_nothing_current(osmesa: Context) -> None:
     other.context.release()
 
 
-def test_unknown_kind_is_refused() -> None:
+def test_an_unknown_kind_is_refused() -> None:
     with pytest.raises(UserError, match="none of auto, osmesa, egl, window"):
         open_context("vulkan")
 
@@ -82,7 +83,7 @@ def test_unknown_kind_is_refused() -> None:
 @pytest.fixture
 def bare(monkeypatch: pytest.MonkeyPatch) -> None:
     """A machine with neither OSMesa nor EGL nor a display."""
-    monkeypatch.setattr(native, "OSMESA_LIBRARIES", ("libOSMesa-missing.so.8",))
+    monkeypatch.setattr(osmesa_module, "OSMESA_LIBRARIES", ("libOSMesa-missing.so.8",))
     monkeypatch.setattr(contexts, "EGL_LIBRARY", "libEGL-missing.so.1")
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
@@ -98,7 +99,7 @@ def bare(monkeypatch: pytest.MonkeyPatch) -> None:
         ("auto", ["libosmesa6", "libegl1", "display"]),
     ],
 )
-def test_missing_is_one_line_with_the_remedy(kind: str, remedies: list[str]) -> None:
+def test_a_missing_kind_is_one_line_that_says_what_to_install(kind: str, remedies: list[str]) -> None:
     with pytest.raises(UserError) as raised:
         open_context(kind)
     assert "\n" not in str(raised.value)
@@ -107,12 +108,12 @@ def test_missing_is_one_line_with_the_remedy(kind: str, remedies: list[str]) -> 
 
 
 @pytest.mark.parametrize("missing", ["egl", "osmesa"])
-def test_auto_takes_what_is_there(missing: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_auto_takes_the_kind_that_is_there(missing: str, monkeypatch: pytest.MonkeyPatch) -> None:
     opened({"egl": "osmesa", "osmesa": "egl"}[missing]).release()
     if missing == "egl":
         monkeypatch.setattr(contexts, "EGL_LIBRARY", "libEGL-missing.so.1")
     else:
-        monkeypatch.setattr(native, "OSMESA_LIBRARIES", ("libOSMesa-missing.so.8",))
+        monkeypatch.setattr(osmesa_module, "OSMESA_LIBRARIES", ("libOSMesa-missing.so.8",))
     context = open_context("auto")
     assert Square(context).draw(0.5) == 0.5
     assert context.kind != missing
@@ -120,7 +121,7 @@ def test_auto_takes_what_is_there(missing: str, monkeypatch: pytest.MonkeyPatch)
 
 
 def test_a_library_that_is_not_osmesa_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(native, "OSMESA_LIBRARIES", ("libc.so.6",))
+    monkeypatch.setattr(osmesa_module, "OSMESA_LIBRARIES", ("libc.so.6",))
     with pytest.raises(UserError, match="libosmesa6"):
         open_context("osmesa")
 
@@ -133,13 +134,13 @@ def test_a_library_that_is_not_egl_is_refused(monkeypatch: pytest.MonkeyPatch) -
 
 def test_a_refused_osmesa_context_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     opened("osmesa").release()
-    monkeypatch.setattr(native, "GL_VERSION", (9, 9))
+    monkeypatch.setattr(osmesa_module, "GL_VERSION", (9, 9))
     with pytest.raises(UserError, match="no OpenGL"):
         open_context("osmesa")
 
 
-def test_hidden_window_draws_beside_the_others(xvfb: dict[str, str]) -> None:
-    """In a process of its own: GLFW holds on to the display it was first started with."""
+def test_a_hidden_window_draws_beside_other_contexts(xvfb: dict[str, str]) -> None:
+    """It runs in a process of its own: GLFW keeps the display that it was first started with."""
     code = (
         f"import sys; sys.path[:0] = [{str(Path(__file__).parent)!r}, {str(TESTS)!r}]\n"
         "from test_context import Square; from mplicits.viewer.draw.context import open_context\n"

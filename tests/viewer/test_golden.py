@@ -1,4 +1,4 @@
-"""A few pictures of a small trained model, against committed ones: shading, tracing, supersampling."""
+"""Pictures of a small trained model against committed ones: shading, tracing, supersampling, normal mapping."""
 
 from pathlib import Path
 
@@ -35,8 +35,12 @@ MESH_PICTURES = {
     "mesh-own-normals": RenderOptions(samples=4, split=1.0),
     "mesh-neural-normals": RenderOptions(samples=4),
 }
-OFF, FEW, MEAN = 16, 0.002, 0.2
-"""A channel is off beyond so many of 255; so few pixels may be; mean difference allowed. Other CPUs round otherwise."""
+OFF = 16
+"""Difference of a channel, of 255, beyond which a pixel is off: other CPUs round otherwise."""
+FEW = 0.002
+"""Share of the pixels that may be off."""
+MEAN = 0.2
+"""Mean difference, of 255, that is allowed."""
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +50,7 @@ def renderer(osmesa: Context) -> Renderer:
 
 @pytest.fixture(scope="module")
 def low_poly(osmesa: Context) -> Rasteriser:
+    """What draws the mesh of level 1 by marching cubes on a coarse grid."""
     model = load(DEMO)
     mesh = extract_model(up_to(model, 1), 32).mesh
     assert mesh.normals is not None
@@ -57,15 +62,15 @@ def pixels(path: Path) -> NDArray[np.int16]:
 
 
 def compare(name: str, got: Path, want: Path) -> None:
-    """Fails with three magnified pictures where `got` is not `want` within the tolerance."""
-    ours, theirs = pixels(got), pixels(want)
-    assert ours.shape == theirs.shape
-    difference = np.abs(ours - theirs)
+    """Fail where the picture `got` is not `want` within the tolerance; three magnified pictures show how."""
+    got_pixels, want_pixels = pixels(got), pixels(want)
+    assert got_pixels.shape == want_pixels.shape
+    difference = np.abs(got_pixels - want_pixels)
     share, mean = float((difference.max(axis=-1) > OFF).mean()), float(difference.mean())
     if share <= FEW and mean <= MEAN:
         return
     FAILED.mkdir(parents=True, exist_ok=True)
-    pictures = {"got": ours, "want": theirs, "diff": np.minimum(difference * 8, 255)}
+    pictures = {"got": got_pixels, "want": want_pixels, "diff": np.minimum(difference * 8, 255)}
     for kind, picture in pictures.items():
         large = Image.fromarray(picture.astype(np.uint8))
         large.resize((4 * large.width, 4 * large.height), Image.Resampling.NEAREST).save(FAILED / f"{name}-{kind}.png")
@@ -77,7 +82,9 @@ def compare(name: str, got: Path, want: Path) -> None:
 
 
 @pytest.mark.parametrize("name", PICTURES)
-def test_golden_picture(name: str, renderer: Renderer, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+def test_a_picture_is_its_golden_picture(
+    name: str, renderer: Renderer, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
     got, want = tmp_path / f"{name}.png", GOLDEN / f"{name}.png"
     save_png(got, renderer.render((128, 128), CAMERA, PICTURES[name]))
     if request.config.getoption("--update-golden"):
@@ -86,7 +93,7 @@ def test_golden_picture(name: str, renderer: Renderer, tmp_path: Path, request: 
 
 
 @pytest.mark.parametrize("name", MESH_PICTURES)
-def test_golden_picture_of_a_mesh(
+def test_a_picture_of_a_mesh_is_its_golden_picture(
     name: str, low_poly: Rasteriser, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     got, want = tmp_path / f"{name}.png", GOLDEN / f"{name}.png"
@@ -96,7 +103,7 @@ def test_golden_picture_of_a_mesh(
     compare(name, got, want)
 
 
-def test_a_difference_fails_and_leaves_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_difference_fails_and_leaves_magnified_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(globals(), "FAILED", tmp_path / "failed")
     image = np.full((32, 32, 4), 0.5, np.float32)
     save_png(tmp_path / "want.png", image)

@@ -1,4 +1,4 @@
-"""Sphere tracing against a rasterised mesh: silhouette, depth and colour of the gallery's Spot, and pyrender."""
+"""Sphere tracing of the gallery's Spot against pyrender's picture of its mesh: silhouette, depth and colour."""
 
 from pathlib import Path
 
@@ -24,29 +24,29 @@ CAMERA = Camera(40, 20)
 
 
 @pytest.mark.slow
-def test_silhouette_depth_and_colour_are_the_mesh_s(osmesa: Context) -> None:
+def test_silhouette_depth_and_colour_of_spot_are_those_of_its_mesh(osmesa: Context) -> None:
     model = load(model_path("spot-large"))
     assert len(model.levels) == 3
     reference = Rasterised(trimesh.load_mesh(SPOT, process=False), model.centre, model.scale, SIZE)
-    theirs, depth = reference(CAMERA)
+    mesh_colour, mesh_depth = reference(CAMERA)
     reference.release()
     renderer = Renderer(osmesa, bake(model))
     data = renderer.render(SIZE, CAMERA, RenderOptions(shading="data"))
-    ours = renderer.render(SIZE, CAMERA, RenderOptions(shading="texture"))[..., :3]
+    colour = renderer.render(SIZE, CAMERA, RenderOptions(shading="texture"))[..., :3]
     renderer.release()
 
-    hit, inside = data[..., 3] > 0.5, depth > 0
+    hit, inside = data[..., 3] > 0.5, mesh_depth > 0
     both = hit & inside
     assert 0.1 < inside.mean() < 0.6
     assert both.sum() / (hit | inside).sum() >= 0.995
     back = CAMERA.matrix()[:3, 2].astype(np.float64)
-    along = data[..., 0] * -(CAMERA.rays(*SIZE)[1] @ back)
-    assert np.median(np.abs(along - depth)[both]) < 1e-3
-    assert np.quantile(np.abs(along - depth)[both], 0.98) < 0.01
-    assert ((ours - theirs) ** 2)[both].mean() < 0.0033, "a tenth of the paper's"
+    depth = data[..., 0] * -(CAMERA.rays(*SIZE)[1] @ back)
+    assert np.median(np.abs(depth - mesh_depth)[both]) < 1e-3
+    assert np.quantile(np.abs(depth - mesh_depth)[both], 0.98) < 0.01
+    assert ((colour - mesh_colour) ** 2)[both].mean() < 0.0033, "a tenth of the paper's"
 
 
-def test_the_reference_draws_what_is_known(tmp_path: Path) -> None:
+def test_pyrender_draws_a_square_of_known_size_depth_and_colour(tmp_path: Path) -> None:
     square = trimesh.Trimesh([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     square.visual = trimesh.visual.ColorVisuals(square, vertex_colors=[[51, 102, 204, 255]] * 4)
     reference = Rasterised(square, (0.0, 0.0, 0.0), 2.0, (64, 32))

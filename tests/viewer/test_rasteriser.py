@@ -15,7 +15,7 @@ from mplicits.mesher.extract import extract_model
 from mplicits.mesher.write import to_bytes
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model, save
-from mplicits.viewer.draw import renderer as drawing
+from mplicits.viewer.draw import tiles
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
@@ -30,7 +30,7 @@ from support.fitted_model import fitted_model
 SIZE = (48, 40)
 CAMERA = Camera(40, -25, 3.0)
 DATA, NORMAL = RenderOptions(shading="data"), RenderOptions(shading="normal")
-PLANE = Triangles(
+SQUARE = Triangles(
     np.array([(-0.5, -0.5, 0), (0.5, -0.5, 0), (0.5, 0.5, 0), (-0.5, 0.5, 0)], np.float32),
     np.tile(np.array((0, 0, 2), np.float32), (4, 1)),
     np.array([(0, 1, 2), (0, 2, 3)], np.int32),
@@ -50,31 +50,33 @@ def traced(osmesa: Context, model: Model) -> Iterator[Renderer]:
 
 
 @pytest.fixture(scope="module")
-def low(model: Model) -> Triangles:
-    found = extract_model(model, 24).mesh
-    assert found.normals is not None
-    return Triangles(found.vertices, found.normals, found.faces.astype(np.int32))
+def low_poly(model: Model) -> Triangles:
+    """The model's surface by marching cubes on a coarse grid, with its own normals."""
+    mesh = extract_model(model, 24).mesh
+    assert mesh.normals is not None
+    return Triangles(mesh.vertices, mesh.normals, mesh.faces.astype(np.int32))
 
 
 @pytest.fixture(scope="module")
-def worn(osmesa: Context, model: Model, low: Triangles) -> Iterator[Rasteriser]:
-    rasteriser = Rasteriser(osmesa, model, low)
+def rasteriser(osmesa: Context, model: Model, low_poly: Triangles) -> Iterator[Rasteriser]:
+    rasteriser = Rasteriser(osmesa, model, low_poly)
     yield rasteriser
     rasteriser.release()
 
 
 def decoded(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the normals (H, W, 3) that a picture of the shading "normal" shows."""
     return 2 * image[..., :3] - 1
 
 
 def points(data: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Where the rays end, model space (H, W, 3), and which of them hit."""
+    """Return where the rays of a "data" picture end, model space (H, W, 3), and which of them hit, (H, W)."""
     eye, directions, _ = CAMERA.rays(data.shape[1], data.shape[0])
     return (eye + data[..., :1] * directions).astype(np.float32), data[..., 3] == 1
 
 
 @pytest.mark.parametrize(("level", "normal_level"), [(1, 1), (1, 2), (2, 1), (2, 2)])
-def test_normals_of_a_traced_level_are_the_reference_s(
+def test_the_normals_of_a_traced_level_are_the_reference_s(
     traced: Renderer, model: Model, level: int, normal_level: int
 ) -> None:
     options = RenderOptions(level=level, normal_level=normal_level, shading="normal")
@@ -90,7 +92,7 @@ def test_normal_mapping_takes_no_further_steps(traced: Renderer) -> None:
     np.testing.assert_array_equal(pictures[0], pictures[1])
 
 
-def test_split_is_both_pictures_side_by_side(traced: Renderer) -> None:
+def test_a_split_picture_is_both_pictures_side_by_side(traced: Renderer) -> None:
     options = RenderOptions(level=1, normal_level=2, shading="normal", split=0.5)
     half = traced.render(SIZE, CAMERA, options)
     own, neural = (traced.render(SIZE, CAMERA, replace(NORMAL, level=1, normal_level=level)) for level in (1, 2))
@@ -100,25 +102,27 @@ def test_split_is_both_pictures_side_by_side(traced: Renderer) -> None:
 
 
 @pytest.mark.parametrize("level", [1, 2])
-def test_a_mesh_s_normals_are_the_reference_s_at_each_fragment(worn: Rasteriser, model: Model, level: int) -> None:
-    p, hit = points(worn.render(SIZE, CAMERA, DATA))
+def test_a_mesh_s_normals_are_the_reference_s_at_each_fragment(
+    rasteriser: Rasteriser, model: Model, level: int
+) -> None:
+    p, hit = points(rasteriser.render(SIZE, CAMERA, DATA))
     gradient, _ = interpret.field_gradient(lower(model), p[hit], level)
     assert 500 < hit.sum() < 1500
     assert np.abs(interpret.field(lower(model), p[hit], 2)).max() < 0.05, "fragments lie where the mesh is"
-    image = decoded(worn.render(SIZE, CAMERA, replace(NORMAL, normal_level=level)))[hit]
+    image = decoded(rasteriser.render(SIZE, CAMERA, replace(NORMAL, normal_level=level)))[hit]
     np.testing.assert_allclose(image, gradient / np.linalg.norm(gradient, axis=1)[:, None], atol=2e-4)
 
 
-def test_the_mesh_is_where_the_traced_surface_is(worn: Rasteriser, traced: Renderer) -> None:
-    mesh, ray = (drawn.render((160, 160), CAMERA, DATA) for drawn in (worn, traced))
+def test_the_mesh_is_where_the_traced_surface_is(rasteriser: Rasteriser, traced: Renderer) -> None:
+    mesh, ray = (renderer.render((160, 160), CAMERA, DATA) for renderer in (rasteriser, traced))
     both, either = (mesh[..., 3] * ray[..., 3]).sum(), np.maximum(mesh[..., 3], ray[..., 3]).sum()
     assert both / either > 0.97
     inside = (mesh[..., 3] * ray[..., 3]) == 1
     assert np.quantile(np.abs(mesh - ray)[inside, 0], 0.95) < 0.02
 
 
-def test_split_shows_the_mesh_s_own_normals_on_the_left(osmesa: Context, model: Model) -> None:
-    rasteriser = Rasteriser(osmesa, model, PLANE)
+def test_a_split_picture_shows_the_mesh_s_own_normals_on_the_left(osmesa: Context, model: Model) -> None:
+    rasteriser = Rasteriser(osmesa, model, SQUARE)
     camera = Camera(0, 0)
     image = decoded(rasteriser.render(SIZE, camera, replace(NORMAL, split=0.5)))
     hit = rasteriser.render(SIZE, camera, DATA)[..., 3] == 1
@@ -129,10 +133,10 @@ def test_split_shows_the_mesh_s_own_normals_on_the_left(osmesa: Context, model: 
 
 
 def test_the_nearest_triangle_wins_in_either_order(osmesa: Context, model: Model) -> None:
-    behind = PLANE.vertices - np.array((0, 0, 0.3), np.float32)
-    far = Triangles(behind, np.tile(np.array((1, 0, 0), np.float32), (4, 1)), PLANE.faces)
+    behind = SQUARE.vertices - np.array((0, 0, 0.3), np.float32)
+    far = Triangles(behind, np.tile(np.array((1, 0, 0), np.float32), (4, 1)), SQUARE.faces)
     pictures = []
-    for one, other in ((PLANE, far), (far, PLANE)):
+    for one, other in ((SQUARE, far), (far, SQUARE)):
         both = Triangles(
             np.concatenate([one.vertices, other.vertices]),
             np.concatenate([one.normals, other.normals]),
@@ -146,36 +150,36 @@ def test_the_nearest_triangle_wins_in_either_order(osmesa: Context, model: Model
 
 
 def test_the_background_and_the_tiles_are_those_of_a_traced_picture(
-    worn: Rasteriser, traced: Renderer, monkeypatch: pytest.MonkeyPatch
+    rasteriser: Rasteriser, traced: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     options = RenderOptions(samples=2, background=((0.1, 0.2, 0.9), (0.8, 0.1, 0.1)))
-    mesh, ray = worn.render(SIZE, CAMERA, options), traced.render(SIZE, CAMERA, options)
+    mesh, ray = rasteriser.render(SIZE, CAMERA, options), traced.render(SIZE, CAMERA, options)
     empty = np.maximum(mesh[..., 3], ray[..., 3]) == 0
     assert empty.mean() > 0.3
     np.testing.assert_allclose(mesh[empty], ray[empty], atol=1e-6)
-    monkeypatch.setattr(drawing, "TILE", 17)
-    np.testing.assert_allclose(worn.render(SIZE, CAMERA, options), mesh, atol=1e-4)
+    monkeypatch.setattr(tiles, "TILE_SIDE", 17)
+    np.testing.assert_allclose(rasteriser.render(SIZE, CAMERA, options), mesh, atol=1e-4)
 
 
-def test_a_rasteriser_leaves_no_state_behind(worn: Rasteriser, traced: Renderer) -> None:
+def test_a_rasteriser_leaves_no_state_behind(rasteriser: Rasteriser, traced: Renderer) -> None:
     before = traced.render(SIZE, CAMERA)
-    worn.render(SIZE, CAMERA, RenderOptions(normal_level=1, split=0.5))
+    rasteriser.render(SIZE, CAMERA, RenderOptions(normal_level=1, split=0.5))
     np.testing.assert_array_equal(traced.render(SIZE, CAMERA), before)
     with pytest.raises(UserError, match="levels 1 to 2"):
-        worn.render(SIZE, CAMERA, RenderOptions(normal_level=3))
+        rasteriser.render(SIZE, CAMERA, RenderOptions(normal_level=3))
 
 
 @pytest.mark.usefixtures("osmesa")
 @pytest.mark.parametrize("space", ["input", "model"])
 def test_render_takes_a_mesh_of_either_space(
-    space: str, model: Model, low: Triangles, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    space: str, model: Model, low_poly: Triangles, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     moved = replace(model, centre=(7.0, -3.0, 2.0), scale=40.0)
     save(moved, tmp_path / "m.safetensors")
-    found = extract_model(model, 24).mesh
+    mesh = extract_model(model, 24).mesh
     place = ((0.0, 0.0, 0.0), 1.0) if space == "model" else (moved.centre, moved.scale)
-    (tmp_path / "low.ply").write_bytes(to_bytes(found, ".ply", *place))
-    np.testing.assert_allclose(read_triangles(tmp_path / "low.ply", *place).vertices, low.vertices, atol=1e-5)
+    (tmp_path / "low.ply").write_bytes(to_bytes(mesh, ".ply", *place))
+    np.testing.assert_allclose(read_triangles(tmp_path / "low.ply", *place).vertices, low_poly.vertices, atol=1e-5)
     argv = [
         "render",
         str(tmp_path / "m.safetensors"),

@@ -1,4 +1,4 @@
-"""`mplicits render` as its user meets it: the picture, the one line, the refusals."""
+"""`mplicits render` as its user meets it: the picture, the line that it prints, and what it refuses."""
 
 import argparse
 import json
@@ -9,10 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mplicits import cli
+from mplicits.codegen.targets.uniforms import SHADINGS
 from mplicits.model.errors import UserError
 from mplicits.model.model import save
-from mplicits.viewer.cli import VERBS
-from mplicits.viewer.draw.context import Context
+from mplicits.viewer.arguments import SHADES
+from mplicits.viewer.cli import CONTEXTS, VERBS
+from mplicits.viewer.draw.context import Context, open_context
 from mplicits.viewer.draw.screenshot import save_png
 from PIL import Image
 
@@ -29,6 +31,7 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def parse(*arguments: object) -> argparse.Namespace:
+    """Return the arguments of `mplicits render` as its parser understands them."""
     verb = next(verb for verb in VERBS if verb.name == "render")
     parser = argparse.ArgumentParser()
     verb.arguments(parser)
@@ -36,12 +39,15 @@ def parse(*arguments: object) -> argparse.Namespace:
 
 
 def render(*arguments: object) -> None:
+    """Run `mplicits render` with these arguments; errors are raised, not printed."""
     verb = next(verb for verb in VERBS if verb.name == "render")
     verb.run(parse(*arguments))
 
 
 @pytest.mark.usefixtures("osmesa")
-def test_writes_the_picture_and_says_so(model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_render_writes_the_picture_and_prints_one_line(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     picture = tmp_path / "a.png"
     render(model, "-o", picture, "--size", "40x24", "--context", "osmesa")
     image = Image.open(picture)
@@ -55,7 +61,9 @@ def test_writes_the_picture_and_says_so(model: Path, tmp_path: Path, capsys: pyt
 
 
 @pytest.mark.usefixtures("osmesa")
-def test_json_and_transparent(model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_reports_the_coverage_of_a_transparent_picture(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     picture = tmp_path / "a.png"
     render(model, "-o", picture, "--size", 24, "--context", "osmesa", "--transparent", "--json", "--level", 1)
     report = json.loads(capsys.readouterr().out)
@@ -69,7 +77,9 @@ def test_json_and_transparent(model: Path, tmp_path: Path, capsys: pytest.Captur
 
 
 @pytest.mark.usefixtures("osmesa")
-def test_default_output_is_named_after_the_model(model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_default_output_is_named_after_the_model(
+    model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     render(model, "--size", 8, "--context", "osmesa", "--samples", 1)
     assert [path.name for path in tmp_path.iterdir()] == ["ball.png"]
@@ -89,10 +99,10 @@ def test_default_output_is_named_after_the_model(model: Path, tmp_path: Path, mo
         ("--storage", "texture"),
     ],
 )
-def test_options_change_the_picture(model: Path, tmp_path: Path, arguments: tuple[str, ...]) -> None:
+def test_options_change_the_picture_where_they_should(model: Path, tmp_path: Path, arguments: tuple[str, ...]) -> None:
     pictures = []
-    for i, more in enumerate(((), arguments)):
-        render(model, "-o", tmp_path / f"{i}.png", "--size", 32, "--context", "osmesa", "--samples", 1, *more)
+    for i, added in enumerate(((), arguments)):
+        render(model, "-o", tmp_path / f"{i}.png", "--size", 32, "--context", "osmesa", "--samples", 1, *added)
         pictures.append(np.asarray(Image.open(tmp_path / f"{i}.png"), float))
     same = np.abs(pictures[0] - pictures[1]).max() <= 2
     assert same == ("--storage" in arguments or "--iterations" in arguments)
@@ -113,7 +123,9 @@ def test_options_change_the_picture(model: Path, tmp_path: Path, arguments: tupl
         (("--context", "x"), "choose from"),
     ],
 )
-def test_bad_arguments_exit_2(arguments: tuple[str, ...], word: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_arguments_that_cannot_be_parsed_exit_with_2(
+    arguments: tuple[str, ...], word: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(SystemExit) as stopped:
         parse("m.safetensors", *arguments)
     assert stopped.value.code == 2
@@ -140,10 +152,16 @@ def test_bad_numbers_are_refused_before_any_work(model: Path, arguments: tuple[s
     assert "\n" not in str(raised.value)
 
 
-def test_texture_without_one_is_refused(tmp_path: Path) -> None:
+def test_the_texture_of_a_model_without_one_is_refused(tmp_path: Path) -> None:
     save(random_model((4, 0)), tmp_path / "m.safetensors")
     with pytest.raises(UserError, match="no texture"):
         render(tmp_path / "m.safetensors", "--shade", "texture")
+
+
+def test_the_choices_are_those_of_the_shaders_and_of_the_contexts() -> None:
+    assert sorted([*SHADES, "data"]) == sorted(SHADINGS)
+    with pytest.raises(UserError, match=f"none of {', '.join(CONTEXTS)}$"):
+        open_context("vulkan")
 
 
 def test_a_missing_model_is_refused(tmp_path: Path) -> None:
@@ -152,7 +170,7 @@ def test_a_missing_model_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ['"/*', "</script>", "a\nb", "é\u2028漢", "x" * 300])
-def test_names_survive_in_the_picture(tmp_path: Path, name: str) -> None:
+def test_the_model_s_name_is_the_title_of_the_picture(tmp_path: Path, name: str) -> None:
     save_png(tmp_path / "a.png", np.zeros((2, 3, 4), np.float32), name)
     image = Image.open(tmp_path / "a.png")
     assert image.size == (3, 2)
@@ -165,7 +183,9 @@ def test_pixels_are_rounded_and_clipped(tmp_path: Path) -> None:
     np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "a.png"))[0, :, 0], [0, 0, 0, 1, 255, 255])
 
 
-def test_the_verbs_load_nothing_and_render_never_loads_torch(model: Path, tmp_path: Path, osmesa: Context) -> None:
+def test_declaring_the_verbs_imports_no_package_and_render_never_imports_torch(
+    model: Path, tmp_path: Path, osmesa: Context
+) -> None:
     assert osmesa.software
     code = f"""
 import sys
@@ -184,7 +204,7 @@ print([name for name in ("torch", "scipy", "trimesh", "glfw") if name in sys.mod
 
 
 @pytest.mark.usefixtures("osmesa")
-def test_benchmark_is_a_median_of_frames(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_benchmark_prints_the_median_rate_of_its_frames(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     save(random_model((4, 0)), tmp_path / "m.safetensors")
     argv = [
         "render",

@@ -1,4 +1,4 @@
-"""The renderer: what comes back, tiles, supersampling, options, and refusals."""
+"""The renderer: the pictures that it returns, tiles, supersampling, options, and what it refuses."""
 
 from collections.abc import Iterator
 
@@ -10,13 +10,12 @@ from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.shader import Shader
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model
-from mplicits.viewer.draw import renderer as drawing
+from mplicits.viewer.draw import tiles
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context, open_context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
-from mplicits.viewer.draw.supersampling import jitters
-from numpy.typing import NDArray
+from mplicits.viewer.draw.supersampling import Image, to_linear
 
 from support.fitted_model import fitted_model
 from support.random_model import random_model
@@ -37,45 +36,37 @@ def renderer(osmesa: Context, model: Model) -> Iterator[Renderer]:
     renderer.release()
 
 
-def linear(image: NDArray[np.float32]) -> NDArray[np.float32]:
-    return np.asarray(np.where(image <= 0.04045, image / 12.92, ((image + 0.055) / 1.055) ** 2.4), np.float32)
-
-
-def rays(size: tuple[int, int], camera: Camera) -> NDArray[np.float32]:
-    """(H, W, 3) unit directions through the pixels' centres, top row first."""
-    x, y = np.meshgrid(np.arange(size[0]) + 0.5, np.arange(size[1])[::-1] + 0.5)
-    plane = np.stack([2 * x - size[0], 2 * y - size[1]], axis=-1) / size[1]
-    view = np.concatenate([plane, np.full((*plane.shape[:2], 1), -camera.focal)], axis=-1)
-    view /= np.linalg.norm(view, axis=-1, keepdims=True)
-    return np.asarray(view @ camera.matrix()[:3, :3].T, np.float32)
+def linear(image: Image) -> Image:
+    return to_linear(image, transparent=False)
 
 
 def test_hits_lie_on_the_surface(renderer: Renderer, model: Model) -> None:
     camera = Camera(40, -25, 3.0)
     image = renderer.render(SIZE, camera, DATA)
     t, _steps, level, hit = np.moveaxis(image, -1, 0)
-    points = camera.matrix()[:3, 3] + t[..., None] * rays(SIZE, camera)
+    eye, directions, footprint = camera.rays(*SIZE)
+    points = (eye + t[..., None] * directions).astype(np.float32)
     inside = hit == 1
     assert 0.2 < inside.mean() < 0.6
     value = interpret.nested_field(lower(model), points[inside], 2)[0]
-    assert np.abs(value).max() < 2.0 / (camera.focal * SIZE[1]) * 3.0, "within a pixel's footprint"
+    assert np.abs(value).max() < 3.0 * footprint, "within a pixel at the camera's distance"
     assert set(np.unique(level)) <= {0, 1, 2}
 
 
-def test_top_row_comes_first(renderer: Renderer) -> None:
+def test_the_top_row_comes_first(renderer: Renderer) -> None:
     hit = renderer.render(SIZE, Camera(target=(0.0, 0.9, 0.0), elevation=0), DATA)[..., 3]
     assert hit[-1].any(), "the target is above the shape, which is in the lower half"
     assert not hit[: SIZE[1] // 3].any()
 
 
-def test_right_is_right(renderer: Renderer) -> None:
+def test_the_right_of_the_scene_is_on_the_right_of_the_picture(renderer: Renderer) -> None:
     hit = renderer.render(SIZE, Camera(0, 0, target=(-0.9, 0.0, 0.0)), DATA)[..., 3]
     assert hit[:, SIZE[0] // 2 :].sum() > 10 * hit[:, : SIZE[0] // 2].sum()
 
 
-def test_tiles_change_nothing(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_picture_of_many_tiles_is_the_same_picture(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = renderer.render(SIZE, Camera(), RenderOptions(samples=2))
-    monkeypatch.setattr(drawing, "TILE", 17)
+    monkeypatch.setattr(tiles, "TILE_SIDE", 17)
     np.testing.assert_array_equal(renderer.render(SIZE, Camera(), RenderOptions(samples=2)), whole)
 
 
@@ -99,15 +90,6 @@ def test_options_do_not_leak_into_the_next_picture(renderer: Renderer) -> None:
     np.testing.assert_array_equal(renderer.render(SIZE, Camera()), before)
 
 
-@pytest.mark.parametrize("samples", [1, 2, 3, 4, 5, 16, 64])
-def test_jitters_are_spread_over_the_pixel(samples: int) -> None:
-    offsets = jitters(samples)
-    assert offsets.shape == (samples, 2)
-    np.testing.assert_allclose(offsets.mean(axis=0), 0, atol=1e-6)
-    for axis in offsets.T:
-        np.testing.assert_array_equal(np.sort(np.floor((axis + 0.5) * samples)), np.arange(samples))
-
-
 def test_supersampling_averages_in_linear_light(osmesa: Context) -> None:
     disc = """#version 330
 uniform vec2 resolution, origin, jitter;
@@ -128,7 +110,7 @@ void main() {
     assert np.abs(jagged - boxes).max() > 0.2
 
 
-def test_transparent_leaves_the_background_out(renderer: Renderer) -> None:
+def test_a_transparent_picture_leaves_the_background_out(renderer: Renderer) -> None:
     red, blue = (
         renderer.render(SIZE, Camera(), RenderOptions(background=(colour, colour), samples=4, transparent=True))
         for colour in ((1, 0, 0), (0, 0, 1))
@@ -146,15 +128,15 @@ def test_data_is_never_averaged(renderer: Renderer) -> None:
 
 
 def test_a_tile_is_a_part_of_the_picture_bottom_row_first(renderer: Renderer) -> None:
-    tile = renderer.tile((3, 2, 9, 7), SIZE, Camera(), RenderOptions(samples=2))
+    tile = renderer.render_tile((3, 2, 9, 7), SIZE, Camera(), RenderOptions(samples=2))
     whole = renderer.render(SIZE, Camera(), RenderOptions(samples=2))[::-1]
     np.testing.assert_array_equal(tile, whole[2:9, 3:12])
 
 
-def test_storages_give_the_same_picture(osmesa: Context, renderer: Renderer, model: Model) -> None:
-    stored = Renderer(osmesa, bake(model, "texture"))
-    image = stored.render(SIZE, Camera())
-    stored.release()
+def test_both_storages_of_the_weights_give_the_same_picture(osmesa: Context, renderer: Renderer, model: Model) -> None:
+    textured = Renderer(osmesa, bake(model, "texture"))
+    image = textured.render(SIZE, Camera())
+    textured.release()
     assert np.quantile(np.abs(image - renderer.render(SIZE, Camera())), 0.99) < 1e-3
 
 
@@ -170,7 +152,7 @@ def test_egl_gives_the_same_picture(renderer: Renderer, model: Model) -> None:
     assert np.quantile(np.abs(image - renderer.render(SIZE, Camera())), 0.99) < 1e-3
 
 
-def test_two_renderers_share_a_context(osmesa: Context, renderer: Renderer) -> None:
+def test_two_renderers_can_share_a_context(osmesa: Context, renderer: Renderer) -> None:
     before = renderer.render(SIZE, Camera())
     other = Renderer(osmesa, bake(random_model((8, 0)), "texture"))
     other.render((8, 8), Camera())
@@ -178,7 +160,7 @@ def test_two_renderers_share_a_context(osmesa: Context, renderer: Renderer) -> N
     other.release()
 
 
-def test_a_released_renderer_leaves_a_context_that_draws(osmesa: Context, model: Model) -> None:
+def test_a_context_still_draws_after_a_renderer_was_released(osmesa: Context, model: Model) -> None:
     first = Renderer(osmesa, bake(model))
     before = first.render(SIZE, Camera())
     first.release()
@@ -207,7 +189,7 @@ def test_bad_options_are_refused(options: dict[str, object]) -> None:
 
 
 @pytest.mark.parametrize("options", [{"level": 3}, {"level": 0}, {"normal_level": 3}, {"iterations": (20, 5, 5)}])
-def test_options_the_model_has_not_are_refused(renderer: Renderer, options: dict[str, object]) -> None:
+def test_levels_that_the_model_lacks_are_refused(renderer: Renderer, options: dict[str, object]) -> None:
     with pytest.raises(UserError, match=r"levels|level"):
         renderer.render(SIZE, Camera(), RenderOptions(**options))  # type: ignore[arg-type]
 
@@ -218,7 +200,7 @@ def test_bad_sizes_are_refused(renderer: Renderer, size: tuple[int, int]) -> Non
         renderer.render(size, Camera())
 
 
-def test_a_refused_shader_is_one_line_with_its_source(osmesa: Context, model: Model) -> None:
+def test_a_shader_that_the_driver_refuses_is_one_line_with_the_source(osmesa: Context, model: Model) -> None:
     shader = bake(model)
     text = shader.text.replace("out vec4 color;", "out vec4 color;\nfloat broken = undefined_name;")
     broken = Shader(text, None, shader.value_loops, shader.gradient_loops, 0, shader.iterations, shader.deltas)

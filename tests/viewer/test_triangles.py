@@ -1,4 +1,4 @@
-"""Meshes for the rasteriser: the model's space, normals, and what is refused."""
+"""Mesh files as triangles: their place in model space, their normals, and what is refused."""
 
 import builtins
 from pathlib import Path
@@ -23,22 +23,26 @@ def ball() -> trimesh.Trimesh:
     return mesh
 
 
-def outwards(read: Triangles) -> float:
-    """Least cosine between a vertex's normal and the direction from the centre."""
-    normals = read.normals / np.linalg.norm(read.normals, axis=1)[:, None]
-    return float((normals * read.vertices).sum(axis=1).min() / np.linalg.norm(read.vertices, axis=1).max())
+def outwards(triangles: Triangles) -> float:
+    """Return the least cosine between a vertex's normal and the direction from the centre."""
+    normals = triangles.normals / np.linalg.norm(triangles.normals, axis=1)[:, None]
+    radii = np.linalg.norm(triangles.vertices, axis=1)
+    return float((normals * triangles.vertices).sum(axis=1).min() / radii.max())
 
 
 @pytest.mark.parametrize("suffix", [".ply", ".obj", ".stl", ".glb"])
-def test_vertices_come_in_model_space_with_normals_outwards(suffix: str, tmp_path: Path, ball: trimesh.Trimesh) -> None:
+def test_vertices_are_in_model_space_and_normals_point_outwards(
+    suffix: str, tmp_path: Path, ball: trimesh.Trimesh
+) -> None:
     centre, scale = (10.0, -20.0, 5.0), 3.0
     ball.vertices = ball.vertices * scale + centre
     ball.export(tmp_path / f"ball{suffix}")
-    read = read_triangles(tmp_path / f"ball{suffix}", centre, scale)
-    assert [str(array.dtype) for array in (read.vertices, read.normals, read.faces)] == ["float32", "float32", "int32"]
-    np.testing.assert_allclose(np.linalg.norm(read.vertices, axis=1), 1, atol=1e-5)
-    assert len(read.faces) == len(ball.faces)
-    assert outwards(read) > 0.99, "smooth, also from an STL, whose triangles share no vertices"
+    triangles = read_triangles(tmp_path / f"ball{suffix}", centre, scale)
+    arrays = (triangles.vertices, triangles.normals, triangles.faces)
+    assert [str(array.dtype) for array in arrays] == ["float32", "float32", "int32"]
+    np.testing.assert_allclose(np.linalg.norm(triangles.vertices, axis=1), 1, atol=1e-5)
+    assert len(triangles.faces) == len(ball.faces)
+    assert outwards(triangles) > 0.99, "smooth, also from an STL, whose triangles share no vertices"
 
 
 def test_a_closed_mesh_that_is_inside_out_is_turned(tmp_path: Path, ball: trimesh.Trimesh) -> None:
@@ -67,7 +71,7 @@ def test_the_normals_of_the_file_are_kept(tmp_path: Path, ball: trimesh.Trimesh)
         ("m.ply", PLY.format(3, 1) + "0 0 0\n.001 0 0\n0 .001 0\n3 0 1 2\n", "--space model"),
     ],
 )
-def test_a_bad_mesh_is_one_line(name: str, content: str | None, said: str, tmp_path: Path) -> None:
+def test_a_bad_mesh_is_refused_in_one_line(name: str, content: str | None, said: str, tmp_path: Path) -> None:
     if content is not None:
         (tmp_path / name).write_text(content, encoding="utf-8")
     with pytest.raises(UserError) as raised:
@@ -76,7 +80,7 @@ def test_a_bad_mesh_is_one_line(name: str, content: str | None, said: str, tmp_p
     assert "\n" not in str(raised.value)
 
 
-def test_without_trimesh_the_line_says_what_to_install(
+def test_without_trimesh_the_error_says_what_to_install(
     tmp_path: Path, ball: trimesh.Trimesh, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ball.export(tmp_path / "ball.ply")

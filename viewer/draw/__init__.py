@@ -1,1 +1,1 @@
-"""OpenGL contexts, and what draws a frame in one."""
+"""Draws pictures with OpenGL: contexts, the camera, the renderer of a baked shader, the rasteriser of a mesh."""

@@ -1,4 +1,4 @@
-"""A shader -> a program and the texture of its weights; where the driver refuses, its log with files and lines."""
+"""From a shader to a program and the texture of its weights; errors of the driver are placed in files and lines."""
 
 import re
 from dataclasses import replace
@@ -13,7 +13,7 @@ from ...codegen.targets.shader import Shader
 from ...model.errors import UserError
 from ...model.model import Model
 
-Numbered = tuple[str, tuple[str, ...]]
+NumberedText = tuple[str, tuple[str, ...]]
 """A shader's text, and the names of the files in glsl/ that its `#line` directives tell apart (glsl.load_numbered)."""
 VERTEX_SHADER = """#version 330
 void main() {  // one triangle that covers the picture
@@ -23,32 +23,42 @@ void main() {  // one triangle that covers the picture
 
 
 class ShaderError(UserError):
-    """The driver does not take a shader. log: its complaints, with file and line."""
+    """The driver refuses a shader; the message has the first of its complaints."""
 
-    def __init__(self, what: str, log: list[str]) -> None:
-        super().__init__(f"{what}: {log[0]}")
+    log: list[str]
+    """All complaints, with file and line."""
+
+    def __init__(self, summary: str, log: list[str]) -> None:
+        super().__init__(f"{summary}: {log[0]}")
         self.log = log
 
 
-def baked(model: Model, storage: str, main: str) -> Shader:
-    """glsl330.bake, of a file in glsl/, such that `compiled` places errors in the files there."""
+def bake_numbered(model: Model, storage: str, main: str) -> Shader:
+    """Bake a model as glsl330.bake does, in such a way that `compile_program` places errors in the files of glsl/.
+
+    main: name of the file in glsl/ that follows the field.
+    """
     text, files = glsl.load_numbered(main)
     return replace(bake(model, storage, main=text), files=files)
 
 
-def compiled(gl: moderngl.Context, vertex: Numbered, fragment: Numbered, driver: str) -> moderngl.Program:
-    """Raises ShaderError. driver: what it calls itself."""
+def compile_program(
+    gl: moderngl.Context, vertex: NumberedText, fragment: NumberedText, driver: str
+) -> moderngl.Program:
+    """Compile and link a program. Raises ShaderError, which names the `driver`, where that refuses a shader."""
     try:
         return gl.program(vertex_shader=vertex[0], fragment_shader=fragment[0])
     except moderngl.Error as error:
         log = [line.strip() for line in str(error).splitlines() if line.strip()]
-        found = [line for line in log if "error" in line.lower() and re.search(r"\d", line)] or log[-1:]
+        complaints = [line for line in log if "error" in line.lower() and re.search(r"\d", line)] or log[-1:]
         shader = vertex if "vertex_shader" in log else fragment  # moderngl names the one that does not compile
-        raise ShaderError(f"{driver} refuses the shader", [_placed(line[:300], *shader) for line in found]) from None
+        raise ShaderError(
+            f"{driver} refuses the shader", [_placed(complaint[:300], *shader) for complaint in complaints]
+        ) from None
 
 
 def weight_texture(gl: moderngl.Context, weights: NDArray[np.float32]) -> moderngl.Texture:
-    """Weights (H, W, 4), RGBA32F. Raises UserError where the driver's textures are too small."""
+    """Make the RGBA32F texture of weights (H, W, 4). Raises UserError where the driver's textures are too small."""
     height, width, _ = weights.shape
     largest = int(gl.info["GL_MAX_TEXTURE_SIZE"])
     if max(height, width) > largest:
@@ -58,15 +68,19 @@ def weight_texture(gl: moderngl.Context, weights: NDArray[np.float32]) -> modern
     return texture
 
 
-def _placed(line: str, text: str, files: tuple[str, ...]) -> str:
-    """A line of the driver's log with the file's name and the line itself, where it says `source:line` or so."""
-    place = re.search(r"\d+[:(](\d+)\)?(?:\(\d+\))?", line)
+def _placed(complaint: str, text: str, files: tuple[str, ...]) -> str:
+    """Return a line of the driver's log with the file's name and the source line in place of `source:line`.
+
+    text, files: the shader's (NumberedText). Drivers write a place as 0:17, 0(17) or 0:17(5); a complaint without a
+    place in the shader comes back as it is.
+    """
+    place = re.search(r"\d+[:(](\d+)\)?(?:\(\d+\))?", complaint)
     if place is None:
-        return line
+        return complaint
     file, number = divmod(int(place[1]), glsl.FILE)
     name = files[file - 1] if 1 <= file <= len(files) else ""
     lines = (glsl.read(name) if name else text).splitlines()
     if not 1 <= number <= len(lines):
-        return line
+        return complaint
     where = f"{name}:{number}" if name else f"line {number}"
-    return f"{line[: place.start()]}{where}{line[place.end() :]}; {lines[number - 1].strip()[:120]}"
+    return f"{complaint[: place.start()]}{where}{complaint[place.end() :]}; {lines[number - 1].strip()[:120]}"

@@ -1,7 +1,7 @@
-"""GL contexts: OSMesa (software, no display), EGL (headless, a GPU where there is one), a GLFW window.
+"""Opens OpenGL contexts: OSMesa (software, no display), EGL (headless, a GPU where there is one), a GLFW window.
 
-Every context is left not current after creation, so that several kinds can live in one process:
-work inside `with context:`.
+No context is current after it was opened, so that several kinds can live in one process: `with context:` makes one
+current.
 """
 
 import ctypes
@@ -15,10 +15,9 @@ import moderngl
 from ...model.errors import UserError
 from .osmesa import OSMesa, load_library
 
-KINDS = ("auto", "osmesa", "egl", "window")
 EGL_LIBRARY = "libEGL.so.1"
 EGL_DEVICES = 8
-"""EGL devices tried in turn: the first ones may be GPUs that this user has no right to open."""
+"""Number of EGL devices that are tried in turn: the first ones may be GPUs that this user has no right to open."""
 
 
 class NoDisplayError(UserError):
@@ -27,20 +26,22 @@ class NoDisplayError(UserError):
 
 @dataclass
 class Context:
-    """A GL >= 3.3 core context. `gl` is current only inside `with context:`, which may nest.
-
-    kind: osmesa, egl or window. renderer: what the driver calls itself. handle: the GLFW window of kind window.
-    """
+    """An OpenGL context of version 3.3 core or newer. It is current only inside `with context:`, which may nest."""
 
     kind: str
+    """osmesa, egl or window."""
     gl: moderngl.Context
+    """What `with context as gl:` gives."""
     renderer: str
+    """What the driver calls itself."""
     handle: Any = None
+    """The GLFW window, where the kind is window."""
     _depth: int = 0
+    """How many `with context:` are being run."""
 
     @property
     def software(self) -> bool:
-        """The driver is one of Mesa's software rasterisers, which bound the loop iterations of a fragment."""
+        """Whether the driver is one of Mesa's software rasterisers, which bound the loop iterations of a fragment."""
         return any(name in self.renderer.lower() for name in ("llvmpipe", "softpipe"))
 
     def __enter__(self) -> moderngl.Context:
@@ -57,38 +58,38 @@ class Context:
             self.gl.__exit__(kind, error, trace)  # type: ignore[no-untyped-call]
 
     def release(self) -> None:
-        """Destroys the context; it must not be current."""
+        """Destroy the context, which must not be current."""
         self.gl.release()
 
 
 def open_context(kind: str = "auto") -> Context:
-    """Opens a context of `kind`.
+    """Open a context of `kind`: osmesa, egl, window or auto.
 
-    `auto` takes EGL first (a GPU where there is one, and Mesa's software rasteriser otherwise; no display needed), then
+    auto takes EGL first (a GPU where there is one, and Mesa's software rasteriser otherwise; no display needed), then
     OSMesa (the same rasteriser, for machines whose EGL does not work), then a hidden window (where there is neither).
     Raises UserError, one line that names the package or display to add, where none can be had.
     """
-    openers: dict[str, Callable[[], Context]] = {"egl": open_egl, "osmesa": open_osmesa, "window": open_window}
+    openers: dict[str, Callable[[], Context]] = {"osmesa": open_osmesa, "egl": open_egl, "window": open_window}
     if kind in openers:
         return openers[kind]()
     if kind != "auto":
-        raise UserError(f"context {kind!r} is none of {', '.join(KINDS)}")
+        raise UserError(f"context {kind!r} is none of {', '.join(('auto', *openers))}")
     refusals = []
-    for opener in openers.values():
+    for choice in ("egl", "osmesa", "window"):
         try:
-            return opener()
+            return openers[choice]()
         except UserError as refusal:
             refusals.append(str(refusal))
     raise UserError(f"no way to draw with OpenGL here: {'; '.join(refusals)}")
 
 
 def open_osmesa() -> Context:
-    """Mesa's off-screen software rasteriser. Raises UserError where it is missing or refuses."""
+    """Open a context of Mesa's off-screen software rasteriser. Raises UserError where it is missing or refuses."""
     return _wrap("osmesa", OSMesa())
 
 
 def open_egl() -> Context:
-    """EGL without a surface. Raises UserError where it is missing or no device gives a context."""
+    """Open an EGL context without a surface. Raises UserError where EGL is missing or no device gives a context."""
     advice = "on Debian: apt install libegl1 libgl1-mesa-dri"
     load_library((EGL_LIBRARY,), "EGL", advice)
     refusal: Exception | None = None
@@ -105,7 +106,11 @@ def open_egl() -> Context:
 
 
 def open_window(size: tuple[int, int] = (16, 16), title: str = "mplicits", visible: bool = False) -> Context:
-    """A GLFW window's context; `handle` is the window. Raises UserError where there is no display."""
+    """Open a GLFW window and its context, whose `handle` is the window.
+
+    size: (width, height) in screen coordinates. Raises NoDisplayError where there is no display, and UserError where
+    GLFW or OpenGL 3.3 is missing.
+    """
     advice = "a display is needed (an X11 or Wayland session, or: xvfb-run COMMAND)"
     try:
         import glfw
@@ -137,11 +142,12 @@ def open_window(size: tuple[int, int] = (16, 16), title: str = "mplicits", visib
 
 
 def _collector(messages: list[str]) -> Callable[[int, Any], None]:
+    """Return an error callback for GLFW that appends each message to `messages`."""
     return lambda code, text: messages.append(text.decode(errors="replace") if isinstance(text, bytes) else str(text))
 
 
 class _Glfw:
-    """What moderngl asks of a context, over a GLFW window."""
+    """A GLFW window with the methods that moderngl expects of a native context."""
 
     def __init__(self, window: Any) -> None:
         self._window = window
@@ -171,6 +177,7 @@ class _Glfw:
 
 
 def _wrap(kind: str, native: OSMesa | _Glfw, handle: Any = None) -> Context:
+    """Make a Context of a native one. Raises UserError where that gives no OpenGL 3.3."""
     native.__enter__()
     try:
         # A loader that returns 0 would make moderngl jump to address 0.
@@ -188,6 +195,7 @@ def _wrap(kind: str, native: OSMesa | _Glfw, handle: Any = None) -> Context:
 
 
 def _described(kind: str, gl: moderngl.Context, handle: Any = None) -> Context:
+    """Make a Context of moderngl's, which is current now and not afterwards. Raises UserError where it is too old."""
     renderer, version = str(gl.info["GL_RENDERER"]), gl.version_code
     gl.__exit__(None, None, None)  # type: ignore[no-untyped-call]
     if version < 330:

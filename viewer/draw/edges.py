@@ -1,70 +1,55 @@
-"""The edges of a triangle mesh, drawn over a picture; hidden ones are left out."""
+"""The edges of a triangle mesh, drawn over a picture without those that the mesh itself hides."""
 
 import moderngl
-import numpy as np
 
-from ... import glsl
 from .camera import Camera
-from .compile import Numbered, compiled
+from .compile import compile_program
 from .context import Context
 from .framebuffer import set_color_mask
+from .mesh_program import DEPTH_SHADER, clip_planes, mesh_vertex_shader
+from .tiles import Tile
 from .triangles import Triangles
+from .uniforms import picture_uniforms, tile_uniforms, write_uniform
 
-DEPTH_SHADER = """#version 330 core
-void main() {}
-"""
 LINE_SHADER = """#version 330 core
 out vec4 color;
 void main() { color = vec4(0.05, 0.06, 0.08, 0.6); }
 """
-NEAREST = 1e-3
-"""Of the distance of the far plane: the near one, where the eye is inside the mesh."""
-NEARER = -1.0, -4.0
-"""Factor and units by which edges are moved towards the eye, so that their own faces do not hide them."""
-
-
-def vertex_shader() -> Numbered:
-    """Of every program that draws a mesh."""
-    text, files = glsl.load_numbered("mesh.vert.glsl")
-    return "#version 330 core\n" + text, files
-
-
-def planes(camera: Camera, reach: float) -> tuple[float, float]:
-    """Of near and far along the view, for a mesh whose vertices are at most `reach` from the origin."""
-    back, eye = camera.matrix().T[2:, :3]
-    far = 1.01 * (float(np.linalg.norm(eye)) + reach)
-    return max(0.99 * (float(eye @ back) - reach), NEAREST * far), far
+LINE_OFFSET = -1.0, -4.0
+"""Factor and units of the polygon offset that moves edges towards the eye, so that their own faces do not hide them."""
 
 
 class Edges:
-    """In `context`, for any picture of the model that the mesh belongs to. Raises ShaderError."""
+    """Draws the edges of one mesh over tiles that a Renderer in the same context has drawn.
+
+    The mesh is in the space of the model that the Renderer draws. Raises ShaderError where the driver refuses a shader.
+    """
 
     def __init__(self, context: Context, mesh: Triangles) -> None:
         self._context = context
         self._reach = mesh.reach
         with context as gl:
             self._programs = [
-                compiled(gl, vertex_shader(), (text, ()), context.renderer) for text in (DEPTH_SHADER, LINE_SHADER)
+                compile_program(gl, mesh_vertex_shader(), (text, ()), context.renderer)
+                for text in (DEPTH_SHADER, LINE_SHADER)
             ]
-            self._buffers = gl.buffer(mesh.vertices.tobytes()), gl.buffer(mesh.faces.tobytes())
-            corners, faces = self._buffers
+            self._vertices, self._indices = gl.buffer(mesh.vertices.tobytes()), gl.buffer(mesh.faces.tobytes())
             self._faces, self._lines = (
-                gl.vertex_array(program, [(corners, "3f", "position")], faces) for program in self._programs
+                gl.vertex_array(program, [(self._vertices, "3f", "position")], self._indices)
+                for program in self._programs
             )
 
     def prepare(self, size: tuple[int, int], camera: Camera, jitter: tuple[float, float]) -> None:
-        """Sets what `draw` needs, as `Renderer.prepare` does."""
-        self._set("resolution", (float(size[0]), float(size[1])))
-        self._set("camera", tuple(camera.matrix().T.ravel().tolist()))
-        self._set("focal", camera.focal)
-        self._set("jitter", jitter)
-        self._set("planes", planes(camera, self._reach))
+        """Set the uniforms that `draw` needs; the arguments are those of `Renderer.prepare`."""
+        self._write(picture_uniforms(size, camera, jitter))
+        self._write({"planes": clip_planes(camera, self._reach)})
 
-    def draw(self, target: moderngl.Framebuffer, part: tuple[int, int, int, int], at: tuple[int, int]) -> None:
-        """Over what the part shows: as `Renderer.draw`, which has set the viewport and cleared the depth."""
+    def draw(self, target: moderngl.Framebuffer, tile: Tile, corner: tuple[int, int]) -> None:
+        """Draw the edges over a tile, after `Renderer.draw` with the same arguments set the viewport, cleared the depth
+        and drew the tile.
+        """
         gl = self._context.gl
-        self._set("viewport", (float(at[0]), float(at[1]), float(part[2]), float(part[3])))
-        self._set("origin", (float(part[0] - at[0]), float(part[1] - at[1])))
+        self._write(tile_uniforms(tile, corner))
         gl.enable_only(moderngl.DEPTH_TEST)
         gl.depth_func = "<="
         try:
@@ -73,7 +58,7 @@ class Edges:
             set_color_mask(target, (True, True, True, False))
             gl.enable_only(moderngl.DEPTH_TEST | moderngl.BLEND)
             gl.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
-            gl.polygon_offset = NEARER
+            gl.polygon_offset = LINE_OFFSET
             gl.wireframe = True
             self._lines.render(moderngl.TRIANGLES)
         finally:
@@ -84,15 +69,16 @@ class Edges:
             gl.enable_only(moderngl.NOTHING)
 
     def release(self) -> None:
-        """Frees what is held in the context."""
+        """Free the buffers and programs in the context."""
         with self._context:
             for arrays in (self._faces, self._lines):
                 arrays.release()
-            for buffer in self._buffers:
+            for buffer in (self._vertices, self._indices):
                 buffer.release()
             for program in self._programs:
                 program.release()
 
-    def _set(self, name: str, value: object) -> None:
+    def _write(self, values: dict[str, object]) -> None:
         for program in self._programs:
-            program[name] = value
+            for name, value in values.items():
+                write_uniform(program, name, value)

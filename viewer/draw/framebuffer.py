@@ -1,4 +1,4 @@
-"""What moderngl leaves to do around framebuffers."""
+"""What moderngl leaves to do around framebuffers: to free, to read, to check and to mask them."""
 
 import moderngl
 import numpy as np
@@ -8,27 +8,27 @@ from .supersampling import Image
 
 
 def free(framebuffer: moderngl.Framebuffer) -> None:
-    """Releases a framebuffer and what is attached to it."""
+    """Release a framebuffer together with its attachments, which moderngl leaves alone."""
     for attachment in (*framebuffer.color_attachments, framebuffer.depth_attachment):
         if attachment is not None:
             attachment.release()
     framebuffer.release()
 
 
-def read(target: moderngl.Framebuffer, size: tuple[int, int]) -> Image:
-    """(H, W, 4) of the lower left corner, `size` (width, height), bottom row first."""
+def read_pixels(target: moderngl.Framebuffer, size: tuple[int, int]) -> Image:
+    """Return the lower left `size` (width, height) pixels as (H, W, 4) float32, bottom row first."""
     data = target.read(viewport=(0, 0, *size), components=4, dtype="f4")
     return np.frombuffer(data, np.float32).reshape(size[1], size[0], 4)
 
 
 def check_drawn(gl: moderngl.Context, driver: str) -> None:
-    """Waits for the driver. Raises UserError where it could not draw."""
+    """Wait until everything is drawn. Raises UserError where the driver (its name) reports an error."""
     gl.finish()
     if (problem := gl.error) != "GL_NO_ERROR":
         raise UserError(f"{driver} fails to draw ({problem}); try a smaller --size, or --context osmesa")
 
 
 def set_color_mask(framebuffer: moderngl.Framebuffer, mask: tuple[bool, bool, bool, bool]) -> None:
-    """Which channels are written; moderngl tells GL so only when a framebuffer is bound."""
+    """Choose which of the channels r, g, b, a are written; moderngl tells GL only when a framebuffer is bound."""
     framebuffer.color_mask = mask
     framebuffer.use()

@@ -1,15 +1,20 @@
-"""An OSMesa context as moderngl takes it: software OpenGL without a display, over libOSMesa."""
+"""OSMesa, which is software OpenGL without a display, as a native context for moderngl."""
 
 import ctypes
 
 from ...model.errors import UserError
 
 OSMESA_LIBRARIES = ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")
+"""Names of the library, the newest first."""
 GL_VERSION = (3, 3)
+"""Major and minor version of OpenGL that is asked for."""
 
 
 class OSMesa:
-    """What moderngl asks of a context, over libOSMesa; a 1 x 1 buffer stands in for the screen."""
+    """A context of libOSMesa with the methods that moderngl expects; a 1 x 1 buffer stands in for the screen.
+
+    Raises UserError where the library is missing or too old.
+    """
 
     def __init__(self) -> None:
         advice = "on Debian: apt install libosmesa6"
@@ -26,15 +31,17 @@ class OSMesa:
         self._destroy.restype, self._destroy.argtypes = None, [ctypes.c_void_p]
         rgba, core = 0x1908, 0x34
         # OSMESA_FORMAT, DEPTH_BITS, PROFILE, CONTEXT_MAJOR_VERSION, CONTEXT_MINOR_VERSION
-        wanted = {0x22: rgba, 0x30: 0, 0x33: core, 0x36: GL_VERSION[0], 0x37: GL_VERSION[1]}
-        attributes = (ctypes.c_int * (2 * len(wanted) + 2))(*(n for pair in wanted.items() for n in pair))
+        settings = {0x22: rgba, 0x30: 0, 0x33: core, 0x36: GL_VERSION[0], 0x37: GL_VERSION[1]}
+        # Names and values in turn, and zeros at the end.
+        attributes = (ctypes.c_int * (2 * len(settings) + 2))(*(n for pair in settings.items() for n in pair))
         self._buffer = (ctypes.c_ubyte * 4)()
         self._context = create(attributes, None)
-        if not self._context or not self._current():
+        if not self._context or not self._make_it_current():
             raise UserError(f"OSMesa gives no OpenGL 3.3 context; {advice}")
         self.__exit__()
 
-    def _current(self) -> bool:
+    def _make_it_current(self) -> bool:
+        """Make the context current, and return whether that went well."""
         unsigned_byte = 0x1401
         return bool(self._make_current(self._context, self._buffer, unsigned_byte, 1, 1))
 
@@ -42,7 +49,7 @@ class OSMesa:
         return self._address(name.encode()) or 0
 
     def __enter__(self) -> None:
-        if not self._context or not self._current():
+        if not self._context or not self._make_it_current():
             raise RuntimeError("the OSMesa context is gone")
 
     def __exit__(self) -> None:  # noqa: PLE0302 (moderngl calls it so)
@@ -55,11 +62,14 @@ class OSMesa:
         self._context = None
 
 
-def load_library(names: tuple[str, ...], what: str, advice: str) -> ctypes.CDLL:
-    """First of `names` that loads. Raises UserError that says what is missing and how to get it."""
+def load_library(names: tuple[str, ...], product: str, advice: str) -> ctypes.CDLL:
+    """Load the first of the libraries `names` that there is.
+
+    Raises UserError where there is none; it says that the `product` is missing, and as `advice` how to get it.
+    """
     for name in names:
         try:
             return ctypes.CDLL(name)
         except OSError:
             continue
-    raise UserError(f"{what} is not installed ({names[0]}); {advice}")
+    raise UserError(f"{product} is not installed ({names[0]}); {advice}")

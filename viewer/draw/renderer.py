@@ -1,7 +1,7 @@
-"""Draws a baked shader off screen: tiles, supersampling, and a refusal of what the driver would draw wrong."""
+"""Draws a baked shader off screen: tile by tile, with supersampling, refusing what the driver would draw wrong."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import moderngl
 import numpy as np
@@ -9,160 +9,181 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from ...codegen.targets.shader import Shader
+from ...codegen.targets.uniforms import SHADINGS
 from ...model.errors import UserError
 from .camera import Camera
-from .compile import VERTEX_SHADER, Numbered, compiled, weight_texture
+from .compile import VERTEX_SHADER, NumberedText, compile_program, weight_texture
 from .context import Context
 from .edges import Edges
-from .framebuffer import check_drawn, free, read
-from .options import SHADINGS, RenderOptions, schedule_that_fits
+from .framebuffer import check_drawn, free, read_pixels
+from .options import RenderOptions, schedule_that_fits
 from .supersampling import Image, from_linear, jitters, to_linear
-
-TILE = 512
-"""Pixels per side of one draw: bounds memory, a GPU watchdog's patience, and the wait for Ctrl-C."""
-MAX_SIDE = 16_384
-Part = tuple[int, int, int, int]
-WHOLE = ("level", "normal_level", "iterations", "rounds", "shading", "plain")
-FRAME = ("resolution", "origin", "jitter", "camera", "focal")
+from .tiles import Tile, check_size, largest_tile, tiles
+from .uniforms import picture_uniforms, tile_uniforms, write_uniform
 
 
 class Renderer:
-    """A compiled shader, its weight texture and one RGBA32F framebuffer in `context`.
+    """Draws pictures with one shader: holds its program, its weight texture and an RGBA32F framebuffer in a context.
 
-    compile_seconds: compiling, linking and a first draw of one pixel, where drivers do most of their compiling.
-    edges: drawn over every picture, but not over data.
     Raises UserError where the driver refuses the shader or the weights.
     """
 
-    vertex_shader: Numbered = (VERTEX_SHADER, ())
+    vertex_shader: NumberedText = (VERTEX_SHADER, ())
+    """Places what is drawn: one triangle that covers the tile."""
+    context: Context
+    shader: Shader
+    edges: Edges | None
+    """Edges of a mesh that are drawn over every picture, but not over data."""
+    compile_seconds: float
+    """Seconds of compiling, linking and a first draw of one pixel, where drivers do most of their compiling."""
 
     def __init__(self, context: Context, shader: Shader) -> None:
-        self.context, self.shader = context, shader
+        self.context = context
+        self.shader = shader
+        self.edges = None
+        self._edges_are_drawn = False
         self._framebuffer: moderngl.Framebuffer | None = None
         self._weights: moderngl.Texture | None = None
-        self.edges: Edges | None = None
-        self._edged = False
         start = time.perf_counter()
         with context as gl:
-            self._program = compiled(gl, self.vertex_shader, (shader.text, shader.files), context.renderer)
+            self._program = compile_program(gl, self.vertex_shader, (shader.text, shader.files), context.renderer)
             self._vertices = self._vertex_array(gl)
-            self._defaults = {
-                name: uniform.read()
-                for name in self._program
-                if isinstance(uniform := self._program[name], moderngl.Uniform)
-            }
+            members = {name: self._program[name] for name in self._program}
+            self._uniforms = {name: member for name, member in members.items() if isinstance(member, moderngl.Uniform)}
+            self._defaults = {name: uniform.read() for name, uniform in self._uniforms.items()}
             try:
                 if shader.weights is not None:
                     self._weights = weight_texture(gl, shader.weights)
                 self.draw(self._target(gl, (1, 1)), (0, 0, 1, 1))
                 check_drawn(gl, context.renderer)
             except UserError:
-                Renderer.release(self)
+                Renderer.release(self)  # a subclass frees what is its own
                 raise
         self.compile_seconds = time.perf_counter() - start
 
     def schedule(self, options: RenderOptions) -> tuple[tuple[int, ...], int]:
-        """Steps of each level and rounds that will be drawn: those asked for, or what software GL's loop limit allows.
+        """Return the iterations of each level, and the rounds, that will be drawn.
 
-        Raises UserError where the limit forbids even one round.
+        They are those of the options, or what software GL's loop limit allows. Raises UserError where the limit
+        forbids even one round.
         """
-        steps, rounds = options.steps(self.shader.iterations), self.wanted_rounds(options)
+        iterations = options.resolved_iterations(self.shader.iterations)
+        rounds = self.wanted_rounds(options)
         if not self.context.software:
-            return steps, rounds
-        level, normal_level = options.traced(self.shader.levels)
+            return iterations, rounds
+        level, normal_level = options.resolved_levels(self.shader.levels)
         shaded = max(level, normal_level) if options.split else normal_level
-        return schedule_that_fits(self.shader, level, shaded, steps, rounds)
+        return schedule_that_fits(self.shader, level, shaded, iterations, rounds)
 
     def wanted_rounds(self, options: RenderOptions) -> int:
-        """Rounds asked for, or the shader's default."""
-        default = self._defaults.get("rounds")  # a driver may leave out what the shader does not use
-        return options.rounds or (int(np.frombuffer(default, np.int32)[0]) if default else 1)
+        """Return the rounds of the options, or the shader's default."""
+        if options.rounds is not None:
+            return options.rounds
+        default = self._defaults.get("rounds")
+        if not default:  # the driver leaves out what the shader makes no use of
+            return 1
+        return int(np.frombuffer(default, np.int32)[0])
+
+    def default(self, name: str) -> tuple[float, ...]:
+        """Return the shader's default of a uniform of floats; () where the shader has no such uniform in use."""
+        return tuple(np.frombuffer(self._defaults.get(name, b""), np.float32).tolist())
 
     def render(self, size: tuple[int, int], camera: Camera, options: RenderOptions | None = None) -> Image:
-        """(H, W, 4) float32 for size (W, H), top row first.
+        """Draw a picture of `size` (width, height) pixels and return it: (H, W, 4) float32, top row first.
 
-        rgb is sRGB-encoded, alpha the share of samples that hit; shading "data" is raw, from the pixels' centres.
-        Supersampling averages in linear light. A progress bar shows on a terminal where it takes long.
+        rgb is sRGB, averaged over a pixel's samples in linear light; alpha is the share of the samples that hit. The
+        shading "data" is raw, from the pixels' centres. On a terminal, a progress bar shows where it takes long.
+        Raises UserError where the size or the options do not fit, or the driver fails.
         """
         options = options or RenderOptions()
         check_size(size)
         image = np.empty((size[1], size[0], 4), np.float32)
-        parts = list(tiles(size))
-        offsets = _offsets(options)
-        with tqdm(total=len(parts) * len(offsets), desc="render", delay=2, leave=False, disable=None) as bar:
-            for x, y, width, height in parts:
-                image[y : y + height, x : x + width] = self.tile(
-                    (x, y, width, height), size, camera, options, bar.update
-                )
+        all_tiles = list(tiles(size))
+        samples = len(all_tiles) * len(_sample_offsets(options))
+        with tqdm(total=samples, desc="render", delay=2, leave=False, disable=None) as bar:
+            for tile in all_tiles:
+                x, y, width, height = tile
+                image[y : y + height, x : x + width] = self.render_tile(tile, size, camera, options, bar.update)
         return image[::-1]
 
-    def tile(
+    def render_tile(
         self,
-        part: Part,
+        tile: Tile,
         size: tuple[int, int],
         camera: Camera,
         options: RenderOptions,
-        sampled: Callable[[], object] = lambda: None,
+        after_sample: Callable[[], object] = lambda: None,
     ) -> Image:
-        """The part (x, y from the bottom, width, height; at most TILE a side) of what `render` gives, bottom row first.
+        """Draw a tile, at most TILE_SIDE a side, of the picture that `render` gives, and return it, bottom row first.
 
-        sampled: called after each sample.
+        after_sample: called each time that one sample of every pixel is drawn.
         """
-        offsets = _offsets(options)
+        offsets = _sample_offsets(options)
+        averaged = len(offsets) > 1 or options.transparent
         total: Image | None = None
         with self.context as gl:
-            _ = gl.error  # forgets what others left
-            target = self._target(gl, (min(size[0], TILE), min(size[1], TILE)))
-            for offset in offsets:
-                self.prepare(size, camera, options, (float(offset[0]), float(offset[1])))
-                self.draw(target, part)
-                sample = read(target, part[2:])
-                if len(offsets) > 1 or options.transparent:
+            _ = gl.error  # forgets the errors that others left
+            target = self._target(gl, largest_tile(size))
+            for x, y in offsets.tolist():
+                self.prepare(size, camera, options, (x, y))
+                self.draw(target, tile)
+                sample = read_pixels(target, tile[2:])
+                if averaged:
                     sample = to_linear(sample, options.transparent)
                 total = sample if total is None else total + sample
-                sampled()
+                after_sample()
             check_drawn(gl, self.context.renderer)
         assert total is not None
-        if len(offsets) > 1 or options.transparent:
-            total = from_linear(total / len(offsets), options.transparent)
-        return total
+        return from_linear(total / len(offsets), options.transparent) if averaged else total
+
+    def timed(self, size: tuple[int, int], camera: Camera, options: RenderOptions) -> tuple[float, float]:
+        """Draw one sample of a picture that stays with the driver.
+
+        Returns the seconds that it took: by the clock on the wall, and by the GPU's own.
+        """
+        check_size(size)
+        gpu_seconds = 0.0
+        with self.context as gl:
+            query = gl.query(time=True)
+            target = self._target(gl, largest_tile(size))
+            gl.finish()
+            start = time.perf_counter()
+            self.prepare(size, camera, options)
+            for tile in tiles(size):
+                with query:
+                    self.draw(target, tile)
+                gpu_seconds += query.elapsed / 1e9
+            check_drawn(gl, self.context.renderer)
+            return time.perf_counter() - start, gpu_seconds
 
     def prepare(
         self, size: tuple[int, int], camera: Camera, options: RenderOptions, jitter: tuple[float, float] = (0.0, 0.0)
     ) -> None:
-        """Sets every uniform for `draw`; the context must be current."""
-        self._set_options(options)
-        self._set("resolution", (float(size[0]), float(size[1])))
-        self._set("camera", camera.matrix().T)  # GL reads column by column
-        self._set("focal", camera.focal)
-        self._set("jitter", jitter)
-        self._edged = options.shading != "data"
+        """Set the uniforms of a picture of `size` (width, height), for `draw`; the context must be current.
+
+        jitter: offset of the sample from the pixel's centre, in pixels.
+        """
+        self._reset_uniforms()
+        self._write(self._option_uniforms(options))
+        self._write(picture_uniforms(size, camera, jitter))
+        self._edges_are_drawn = options.shading != "data"
         if self.edges is not None:
             self.edges.prepare(size, camera, jitter)
 
-    def timed(self, size: tuple[int, int], camera: Camera, options: RenderOptions) -> tuple[float, float]:
-        """Seconds of one sample of a picture that stays with the driver: by the clock on the wall, by the GPU's own."""
-        check_size(size)
-        of_gpu = 0.0
-        with self.context as gl:
-            query = gl.query(time=True)
-            target = self._target(gl, (min(size[0], TILE), min(size[1], TILE)))
-            gl.finish()
-            start = time.perf_counter()
-            self.prepare(size, camera, options)
-            for part in tiles(size):
-                with query:
-                    self.draw(target, part)
-                of_gpu += query.elapsed / 1e9
-            check_drawn(gl, self.context.renderer)
-            return time.perf_counter() - start, of_gpu
+    def draw(self, target: moderngl.Framebuffer, tile: Tile, corner: tuple[int, int] = (0, 0)) -> None:
+        """Draw one sample of a tile's pixels, after `prepare` in the same `with context:`.
 
-    def default(self, name: str) -> tuple[float, ...]:
-        """The shader's default of a uniform; () where the shader has none of that name, or makes no use of it."""
-        return tuple(np.frombuffer(self._defaults.get(name) or b"", np.float32).tolist())
+        target: RGBA32F, with a depth buffer. corner: the target's pixel that the tile's lower left corner falls on.
+        """
+        target.use()
+        target.viewport = (*corner, *tile[2:])
+        target.clear(viewport=target.viewport)
+        self._draw_surface(target, tile, corner)
+        if self.edges is not None and self._edges_are_drawn:
+            self.edges.draw(target, tile, corner)
 
     def release(self) -> None:
-        """Frees what is held in the context."""
+        """Free the framebuffer, the textures and the program in the context."""
         with self.context:
             if self._framebuffer is not None:
                 free(self._framebuffer)
@@ -171,87 +192,62 @@ class Renderer:
             self._vertices.release()
             self._program.release()
 
-    def _set_options(self, options: RenderOptions) -> None:
-        for name, default in self._defaults.items():
-            if name not in FRAME and default is not None:
-                self._uniform(name).write(default)
-        level, normal_level = options.traced(self.shader.levels)
-        self._set("level", level)
-        self._set("normal_level", normal_level)
-        steps, rounds = self.schedule(options)
-        self._set("iterations", steps)
-        self._set("rounds", rounds)
-        self._set("delta", tuple(delta * options.delta_scale for delta in self.shader.deltas))
-        self._set("shading", SHADINGS.index(options.shading))
-        self._set("plain", options.plain)
-        self._set("split", options.split)
-        if options.step_scale is not None:
-            self._set("step_scale", options.step_scale)
-        if options.light is not None:
-            self._set("light", options.light)
-        if options.background is not None:
-            self._set("background_top", options.background[0])
-            self._set("background_bottom", options.background[1])
-
-    def _uniform(self, name: str) -> moderngl.Uniform:
-        uniform = self._program[name]
-        assert isinstance(uniform, moderngl.Uniform)
-        return uniform
-
-    def _set(self, name: str, value: object) -> None:
-        """Writes a uniform; one that the driver optimised away is skipped, an array's unused tail is cut."""
-        if name not in self._program:
-            return
-        kind = np.int32 if name in WHOLE else np.float32
-        data = np.ascontiguousarray(value, kind).tobytes()
-        self._uniform(name).write(data[: len(self._defaults[name])])
-
-    def _target(self, gl: moderngl.Context, size: tuple[int, int]) -> moderngl.Framebuffer:
-        # One format for every draw: software GL compiles the shader again for each new one.
-        old = self._framebuffer
-        if old is None or old.size != size:
-            self._framebuffer = gl.framebuffer([gl.texture(size, 4, dtype="f4")], gl.depth_renderbuffer(size))
-            _ = gl.error  # moderngl binds again what was bound before, which may be gone; a bad framebuffer raises
-            self._framebuffer.use()
-            if old is not None:
-                free(old)
-        assert self._framebuffer is not None
-        return self._framebuffer
-
-    def draw(self, target: moderngl.Framebuffer, part: Part, at: tuple[int, int] = (0, 0)) -> None:
-        """One sample of a part (x, y from the bottom, width, height) into a framebuffer, `at` a place of it.
-
-        After `prepare`, in the same `with context:`. target: RGBA32F, with a depth buffer.
-        """
-        target.use()
-        target.viewport = (*at, *part[2:])
-        target.clear(viewport=target.viewport)
-        self._draw(target, part, at)
-        if self.edges is not None and self._edged:
-            self.edges.draw(target, part, at)
-
-    def _draw(self, target: moderngl.Framebuffer, part: Part, at: tuple[int, int]) -> None:
-        if self._weights is not None:
-            self._weights.use(0)
-        self._set("origin", (float(part[0] - at[0]), float(part[1] - at[1])))
-        self._vertices.render(moderngl.TRIANGLES, vertices=3)
-
     def _vertex_array(self, gl: moderngl.Context) -> moderngl.VertexArray:
         return gl.vertex_array(self._program, [])
 
+    def _target(self, gl: moderngl.Context, size: tuple[int, int]) -> moderngl.Framebuffer:
+        """Return the framebuffer that tiles are drawn into, of `size` (width, height)."""
+        # One format for every draw: software GL compiles the shader again for each new one.
+        old = self._framebuffer
+        if old is not None and old.size == size:
+            return old
+        new = gl.framebuffer([gl.texture(size, 4, dtype="f4")], gl.depth_renderbuffer(size))
+        _ = gl.error  # moderngl binds again what was bound before, which may be gone; a bad framebuffer raises
+        new.use()
+        if old is not None:
+            free(old)
+        self._framebuffer = new
+        return new
 
-def check_size(size: tuple[int, int]) -> None:
-    """Raises UserError where a picture of `size` (width, height) cannot be drawn."""
-    if not all(1 <= side <= MAX_SIDE for side in size):
-        raise UserError(f"size {size[0]}x{size[1]}: each side from 1 to {MAX_SIDE} pixels")
+    def _reset_uniforms(self) -> None:
+        """Give every uniform the shader's default."""
+        for name, default in self._defaults.items():
+            self._uniforms[name].write(default)
+
+    def _write(self, values: dict[str, object]) -> None:
+        """Write uniforms, name -> value, of whatever this renderer draws with."""
+        for name, value in values.items():
+            write_uniform(self._program, name, value)
+
+    def _option_uniforms(self, options: RenderOptions) -> dict[str, object]:
+        """Return name -> value of the uniforms that differ from the shader's defaults by the options."""
+        level, normal_level = options.resolved_levels(self.shader.levels)
+        iterations, rounds = self.schedule(options)
+        top, bottom = options.background or (None, None)
+        values: dict[str, object] = {
+            "level": level,
+            "normal_level": normal_level,
+            "iterations": iterations,
+            "rounds": rounds,
+            "delta": tuple(delta * options.delta_scale for delta in self.shader.deltas),
+            "step_scale": options.step_scale,
+            "shading": SHADINGS.index(options.shading),
+            "plain": options.plain,
+            "split": options.split,
+            "light": options.light,
+            "background_top": top,
+            "background_bottom": bottom,
+        }
+        return {name: value for name, value in values.items() if value is not None}
+
+    def _draw_surface(self, target: moderngl.Framebuffer, tile: Tile, corner: tuple[int, int]) -> None:
+        """Draw a tile without edges into the `target`, which is bound and cleared."""
+        if self._weights is not None:
+            self._weights.use(0)
+        self._write(tile_uniforms(tile, corner))
+        self._vertices.render(moderngl.TRIANGLES, vertices=3)
 
 
-def tiles(size: tuple[int, int]) -> Iterator[Part]:
-    """Parts (x, y, width, height) of at most TILE a side that make up a picture (width, height)."""
-    for y in range(0, size[1], TILE):
-        for x in range(0, size[0], TILE):
-            yield x, y, min(TILE, size[0] - x), min(TILE, size[1] - y)
-
-
-def _offsets(options: RenderOptions) -> NDArray[np.float32]:
+def _sample_offsets(options: RenderOptions) -> NDArray[np.float32]:
+    """Return the offsets (N, 2) of a pixel's samples from its centre, in pixels; data has one, at the centre."""
     return jitters(1 if options.shading == "data" else options.samples)

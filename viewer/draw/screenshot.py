@@ -1,4 +1,4 @@
-"""A picture file from a float image."""
+"""Writes float images as PNG files."""
 
 import io
 from pathlib import Path
@@ -13,13 +13,20 @@ from ...model.files import show, write_whole
 
 
 def save_png(path: Path, image: NDArray[np.float32], title: str = "", transparent: bool = False) -> None:
-    """Writes `to_png` whole or not at all. Raises UserError where `path` cannot be written or is not named .png."""
+    """Write an image as a PNG file, whole or not at all; the arguments after `path` are those of `to_png`.
+
+    Raises UserError where `path` cannot be written or does not end in .png.
+    """
     check_name(path)
     write_whole(path, to_png(image, title, transparent))
 
 
 def to_png(image: NDArray[np.float32], title: str = "", transparent: bool = False) -> bytes:
-    """(H, W, 4) sRGB floats as an 8-bit PNG file. title: kept in the file as text. transparent: keeps alpha."""
+    """Encode an image as the bytes of an 8-bit PNG file.
+
+    image: (H, W, 4) float32, sRGB and alpha, [0, 1], top row first; what lies outside is clipped. title: a text that
+    the file holds, "" for none. transparent: keeps alpha.
+    """
     channels = image if transparent else image[..., :3]
     pixels = np.empty(channels.shape, np.uint8)
     for row, out in zip(channels, pixels, strict=True):  # row by row: an 8K picture fits the memory only once
@@ -34,6 +41,6 @@ def to_png(image: NDArray[np.float32], title: str = "", transparent: bool = Fals
 
 
 def check_name(path: Path) -> None:
-    """Raises UserError where `path` does not end in .png."""
+    """Raise UserError where `path` does not end in .png."""
     if path.suffix.lower() != ".png":
         raise UserError(f"{show(path)}: pictures are PNG; name it .png")

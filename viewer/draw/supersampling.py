@@ -1,27 +1,40 @@
-"""Several samples of a pixel: where they lie, and their mean in linear light."""
+"""Several samples of a pixel: where in the pixel they lie, and how their mean is taken in linear light."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 Image = NDArray[np.float32]
-"""(H, W, 4)."""
+"""A picture (H, W, 4): red, green, blue, alpha."""
+GOLDEN_RATIO = 0.6180339887498949
+
+
+def golden_order(count: int) -> NDArray[np.intp]:
+    """Return the indices 0 to count - 1, (count,), by the golden ratio: neighbours in this order are far apart."""
+    return np.argsort((0.5 + np.arange(count) * GOLDEN_RATIO) % 1.0)
 
 
 def jitters(samples: int) -> NDArray[np.float32]:
-    """(samples, 2) offsets from the pixel's centre, in pixels, mean 0: rooks' places, ordered by the golden ratio."""
-    rank = np.argsort(np.argsort((0.5 + np.arange(samples) * 0.6180339887498949) % 1.0))
-    return np.asarray((np.stack([np.arange(samples), rank], axis=1) + 0.5) / samples - 0.5, np.float32)
+    """Return the offsets (samples, 2) of a pixel's samples from its centre, in pixels, in [-0.5, 0.5), with mean 0.
+
+    They lie like rooks that do not attack each other: every row and every column of a samples x samples board has one.
+    """
+    column = np.arange(samples)
+    row = np.argsort(golden_order(samples))
+    return np.asarray((np.stack([column, row], axis=1) + 0.5) / samples - 0.5, np.float32)
 
 
 def to_linear(sample: Image, transparent: bool) -> Image:
-    """Decodes sRGB (IEC 61966-2-1); premultiplied by alpha where the background is to be left out."""
+    """Decode sRGB to linear light (IEC 61966-2-1), as glsl/linear.glsl does; alpha stays.
+
+    transparent: multiply colours by alpha, so that the background does not count in a mean.
+    """
     rgb, alpha = np.clip(sample[..., :3], 0, 1), sample[..., 3:]
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
     return np.concatenate([linear * alpha if transparent else linear, alpha], axis=-1, dtype=np.float32)
 
 
 def from_linear(mean: NDArray[np.floating], transparent: bool) -> Image:
-    """Encodes sRGB: undoes `to_linear`."""
+    """Encode linear light (H, W, 4) as sRGB, as glsl/srgb.glsl does; the inverse of `to_linear`."""
     linear, alpha = mean[..., :3], mean[..., 3:]
     if transparent:
         linear = np.clip(linear / np.maximum(alpha, 1e-6), 0, 1)

@@ -1,4 +1,4 @@
-"""A mesh file as triangles in a model's space, for the rasteriser."""
+"""Reads mesh files as triangles in the space of a model, for the rasteriser and for the edges over a picture."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,29 +11,33 @@ from ...model.files import show
 from ...model.mesh_file import load_mesh
 from ...model.model import Model
 
-FARTHEST, SMALLEST = 100.0, 0.01
-"""Largest distance from the centre, in radii of the shape, of a mesh that can be one of the model's shape."""
+LEAST_REACH, MOST_REACH = 0.01, 100.0
+"""Bounds of how far a mesh reaches from the shape's centre, in radii of the shape: others are not of the same shape."""
 
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """vertices, normals: (V, 3) float32, model space, normals of any length; faces: (F, 3) int32."""
+    """A triangle mesh in model space."""
 
     vertices: NDArray[np.float32]
+    """(V, 3), model units."""
     normals: NDArray[np.float32]
+    """(V, 3), one for each vertex, of any length; 0 where it has none."""
     faces: NDArray[np.int32]
+    """(F, 3), indices of the vertices of each triangle."""
 
     @property
     def reach(self) -> float:
-        """Largest distance of a corner from the origin."""
+        """Largest distance of a triangle's corner from the origin, in model units."""
         return float(np.linalg.norm(self.vertices[self.faces], axis=-1).max())
 
 
 def read_triangles(path: Path, centre: tuple[float, float, float], scale: float) -> Triangles:
-    """The triangles of a PLY, OBJ, STL or GLB file, where its space = model space * scale + centre.
+    """Read a PLY, OBJ, STL or GLB file whose space is model space * scale + centre.
 
-    Normals are those of a PLY or OBJ, where it has any, else means of the faces' around each vertex; those of a closed
-    mesh point outwards. Raises UserError, one line.
+    Normals are those of a PLY or OBJ, where it has any, else the means of the faces' normals around each vertex; those
+    of a closed mesh point outwards. Raises UserError, one line, where the file cannot be read, or where its size and
+    place do not fit the shape.
     """
     try:
         mesh = load_mesh(path)
@@ -47,7 +51,7 @@ def read_triangles(path: Path, centre: tuple[float, float, float], scale: float)
     faces = np.asarray(mesh.faces, np.int32)
     used = vertices[faces]
     reach = float(np.linalg.norm(used, axis=-1).max())
-    if not SMALLEST <= reach <= FARTHEST:
+    if not LEAST_REACH <= reach <= MOST_REACH:
         raise UserError(
             f"{show(path.name)}: it reaches {reach:.3g} radii of the model's shape from that one's centre, so the two "
             "are not in one space; --space model for a mesh in model space, else take one of the shape trained on"
@@ -58,13 +62,19 @@ def read_triangles(path: Path, centre: tuple[float, float, float], scale: float)
     return Triangles(vertices.astype(np.float32), normals.astype(np.float32), faces)
 
 
-def read_mesh_of(model: Model, path: Path, space: str) -> Triangles:
-    """`read_triangles` in the space "input", of the shape that the model was trained on, or "model"."""
+def read_triangles_for(model: Model, path: Path, space: str) -> Triangles:
+    """Read a mesh of the model's shape, as `read_triangles` does.
+
+    space: of the file's coordinates; "input", that of the shape which the model was trained on, or "model".
+    """
     return read_triangles(path, *(((0.0, 0.0, 0.0), 1.0) if space == "model" else (model.centre, model.scale)))
 
 
 def _flux(corners: NDArray[np.float64], normals: NDArray[np.float64]) -> float:
-    """Of the position through the surface, three times the volume where the normals, (F, 3, 3) as well, are exact."""
+    """Return the flux of the position through a surface; its sign says whether the normals point outwards.
+
+    corners, normals: (F, 3, 3), of each triangle and corner. With exact normals it is three times the volume.
+    """
     a, b, c = np.moveaxis(corners, 1, 0)
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
     return float((corners.mean(axis=1) * normals.mean(axis=1)).sum(axis=1) @ areas)
