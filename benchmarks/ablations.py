@@ -19,12 +19,12 @@ from mplicits.codegen.reference.interpret import nested_field
 from mplicits.model.model import Model
 from mplicits.trainer import sampling, settings
 from mplicits.trainer.bands import EPSILON
-from mplicits.trainer.machine import prepare
-from mplicits.trainer.session import Bar
+from mplicits.trainer.machine import device, prepare
+from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.settings import RESIDUAL, Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Doubles, Shape
-from mplicits.trainer.train import Training, device
+from mplicits.trainer.train import Training
 from numpy.typing import NDArray
 
 from protocol import DATA, Page, machine
@@ -99,7 +99,7 @@ class Study:
         chosen = Settings(
             self._sizes[:count], self._omegas[:count], (self._steps,) * count, None, False, seed, "cpu", weights
         )
-        return Training(self._shape, chosen, Bar(quiet=True)).run(before)
+        return Training(self._shape, chosen, TrainingBar(quiet=True)).run(before)
 
     def _points(self, model: Model) -> tuple[tuple[Doubles, Doubles], ...]:
         """Points and exact distances on the surface, and in the last level's band at factor 1, where every row has it.

@@ -17,11 +17,11 @@ from mplicits.mesher.extract import extract_model
 from mplicits.mesher.metrics import SampledSurface, chamfer
 from mplicits.model.model import Layer, Model, Network, save
 from mplicits.trainer import settings
-from mplicits.trainer.machine import prepare
-from mplicits.trainer.session import Bar
+from mplicits.trainer.machine import device, prepare
+from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.settings import PRESETS, Settings
 from mplicits.trainer.shapes.load import load_shape
-from mplicits.trainer.train import Training, device
+from mplicits.trainer.train import Training
 
 from protocol import DATA, Page, Truth, machine
 
@@ -105,7 +105,7 @@ def main() -> None:
                 texture=False,
                 packed=digits is None,
             )
-            model = Training(shape, chosen, Bar(quiet=True)).run()
+            model = Training(shape, chosen, TrainingBar(quiet=True)).run()
             if options.keep:
                 save(model, options.keep / f"{name}-{levels.replace(',', '-')}-{digits or 'packed'}.safetensors")
             size = len(TARGETS["shadertoy"](model, digits=digits).encode())

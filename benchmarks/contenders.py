@@ -1,7 +1,7 @@
-"""What the tables compare: ways to train a neural SDF of a mesh in so many seconds. Imported by scripts beside it.
+"""Ways to train a neural SDF of a mesh in a given number of seconds, which the tables of the scripts beside compare.
 
-All run on the CPU, in one process, with the settings of `trainer.machine`. `paper` and `unnested` see only the mesh's
-vertices with normals, as in the paper; the others see exact distances as well.
+All of them run on the CPU, in one process, with the settings of `trainer.machine`. `paper` and `unnested` see only the
+mesh's vertices with normals, as in the paper; the others see exact distances as well.
 """
 
 import time
@@ -14,11 +14,11 @@ from mplicits.mesher.field import Field, ModelField
 from mplicits.model.model import DEFAULT_ITERATIONS, Level, Model
 from mplicits.trainer import quality, sampling, settings
 from mplicits.trainer.bands import delta
+from mplicits.trainer.networks.nested import field, in_band
 from mplicits.trainer.networks.network import Weights, initial, to_model
-from mplicits.trainer.pools import values
-from mplicits.trainer.session import Bar
+from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.settings import Settings
-from mplicits.trainer.shapes.shape import Doubles, Shape, Surface, unit
+from mplicits.trainer.shapes.shape import Doubles, Shape, SurfacePoints, unit
 from mplicits.trainer.train import Training
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
@@ -26,48 +26,52 @@ from torch import Tensor
 from torch.nn import functional
 
 BATCH = 8192
+"""Samples of a step."""
 RATE = 1e-4
-"""Of Adam, as SIREN and the paper's release have it; ours has its own schedule."""
+"""Rate of Adam in SIREN and in the paper's release; our trainer has its own schedule."""
 EVERYWHERE = 1e3
 """A half width that makes the whole domain a band."""
 POOL = 200_000
+"""Samples on the surface, and as many off it."""
 AROUND = 8
-"""Samples that a vertex's normal is the mean of."""
+"""Samples of the surface that a vertex's normal is the mean of."""
 
 
 @dataclass(frozen=True)
 class Trained:
-    """name: of the contender. field: for a grid whose cells have this diagonal. steps: of each network."""
+    """The result of a contender."""
 
     name: str
     parameters: int
     seconds: float
     steps: tuple[int, ...]
+    """Optimiser steps of each network."""
     field: Callable[[float], Field]
+    """Makes the field for a grid whose cells have this diagonal, model units."""
 
 
 def of_model(name: str, model: Model, seconds: float, steps: Sequence[int] = ()) -> Trained:
-    """A contender whose result is a model; its records of training tell the steps where they are not given."""
+    """Describe a contender whose result is a model. steps: where they are not in the model's provenance."""
     recorded = tuple(record["steps"] for record in model.provenance.get("levels", []))
     return Trained(name, model.parameters(), seconds, tuple(steps) or recorded, lambda cell: ModelField(model, cell))
 
 
 def ours(shape: Shape, networks: str, seconds: float, seed: int) -> Model:
-    """`mplicits train SHAPE --levels NETWORKS --seconds S --texture none`."""
+    """Train as `mplicits train SHAPE --levels NETWORKS --seconds S --texture none` does."""
     sizes = settings.networks(networks)
     chosen = Settings(sizes, settings.omegas(None, sizes), settings.steps(None, len(sizes)), seconds, False, seed)
-    return Training(shape, chosen, Bar(quiet=True)).run()
+    return Training(shape, chosen, TrainingBar(quiet=True)).run()
 
 
 def one_siren(shape: Shape, parameters: int, seconds: float, seed: int, depth: int = 2, omega: float = 60.0) -> Model:
-    """One network with at most so many parameters, by our loss and schedule."""
+    """Train one network of at most `parameters` weights by our loss and schedule."""
     width = max(n for n in range(4, 1025) if 4 * n + depth * (n * n + n) + n + 1 <= parameters)
     chosen = Settings(((width, depth),), (omega,), (1,), seconds, False, seed)
-    return Training(shape, chosen, Bar(quiet=True)).run()
+    return Training(shape, chosen, TrainingBar(quiet=True)).run()
 
 
 class Siren:
-    """A SIREN as its authors have it: sin(omega_0 (W x + b)), omega_0 outside the weights."""
+    """A SIREN in its authors' form, sin(omega_0 (W x + b)), with omega_0 outside the weights."""
 
     def __init__(self, size: tuple[int, int], omega: float, generator: torch.Generator) -> None:
         folded = initial(size, omega, 1, generator)
@@ -80,37 +84,39 @@ class Siren:
         return functional.linear(points, self.weights[-2], self.weights[-1])[:, 0]
 
     def folded(self) -> Weights:
-        """The network's weights with omega_0 in them."""
+        """Return the weights with omega_0 folded in."""
         last = len(self.weights) - 2
         return [(w.detach() * self.omega if i < last else w.detach()).clone() for i, w in enumerate(self.weights)]
 
 
 Loss = Callable[[Tensor, Tensor, Tensor, Tensor], Tensor]
-"""(f, wanted value or NaN where none is known, cosine of gradient and normal on the surface, gradient norms) -> loss.
+"""(f, distance, cosine of gradient and normal, norms of the gradient) -> loss.
 
-f and the wanted value are those on the surface, then as many around it.
+f, distance and norms are those on the surface, then at as many points around it; the cosine is that on the surface.
+A distance of NaN is not known.
 """
 
 
-def eq4(f: Tensor, wanted: Tensor, cosine: Tensor, norms: Tensor) -> Tensor:
-    """Eq. 4 with the weights of the paper's release: SDF 3000, normal 100, gradient 50."""
-    known = ~wanted.isnan()
-    value = (f[known] - wanted[known]).square().mean()
+def eq4(f: Tensor, distance: Tensor, cosine: Tensor, norms: Tensor) -> Tensor:
+    """Compute Eq. 4 with the weights of the paper's release: SDF 3000, normal 100, gradient 50."""
+    known = ~distance.isnan()
+    value = (f[known] - distance[known]).square().mean()
     return 3000 * value + 100 * (1 - cosine).mean() + 50 * (norms - 1).square().mean()
 
 
-def siren_loss(f: Tensor, wanted: Tensor, cosine: Tensor, norms: Tensor) -> Tensor:
-    """SIREN's own (Sitzmann et al. 2020, section 4.2), which pushes the surface out of the domain's other points."""
+def siren_loss(f: Tensor, distance: Tensor, cosine: Tensor, norms: Tensor) -> Tensor:
+    """Compute SIREN's own loss (Sitzmann et al. 2020, section 4.2), which keeps the surface away from other points."""
     on, around = f.chunk(2)
     away = torch.exp(-100 * around.abs()).mean()
     return 3000 * on.abs().mean() + 100 * away + 100 * (1 - cosine).mean() + 50 * (norms - 1).abs().mean()
 
 
 def paper(shape: Shape, networks: str, omegas: tuple[float, ...], seconds: float, seed: int) -> tuple[Model, list[int]]:
-    """The paper's recipe: vertices and normals, Eq. 4, adaptive nested bands, autograd, every level at every step.
+    """Train by the paper's recipe: vertices and normals, Eq. 4, adaptive nested bands, autograd, all levels each step.
 
-    Level 1 learns the distance to the nearest vertex all over the domain, too: by Eq. 4 alone, whose Eikonal term does
-    not mind surfaces that are nowhere near the cloud, it ended with a Chamfer distance of 0.27.
+    Returns the model, and the steps of each network. Level 1 learns the distance to the nearest vertex all over the
+    domain, too: by Eq. 4 alone, whose Eikonal term does not mind surfaces that are nowhere near the cloud, it ended
+    with a Chamfer distance of 0.27.
     """
     return _trained(shape, networks, omegas, seconds, seed, eq4, nested=True)
 
@@ -118,14 +124,21 @@ def paper(shape: Shape, networks: str, omegas: tuple[float, ...], seconds: float
 def unnested(
     shape: Shape, networks: str, omegas: tuple[float, ...], seconds: float, seed: int
 ) -> tuple[Model, list[int]]:
-    """Section 4.2's baseline: the same sum, each network trained by SIREN's loss in the whole domain."""
+    """Train the baseline of Section 4.2: the same sum, each network by SIREN's loss in the whole domain.
+
+    Returns the model, and the steps of each network.
+    """
     return _trained(shape, networks, omegas, seconds, seed, siren_loss, nested=False)
 
 
 def _trained(
     shape: Shape, networks: str, omegas: tuple[float, ...], seconds: float, seed: int, loss: Loss, nested: bool
 ) -> tuple[Model, list[int]]:
-    """Seconds are shared equally among the networks. Returns the model and the steps of each."""
+    """Train the networks one after another, each for an equal share of the seconds.
+
+    nested: in the bands of the levels before, not in the whole domain. Returns the model, and the steps of each
+    network.
+    """
     began = time.perf_counter()
     sizes = settings.networks(networks)
     generator, rng = torch.Generator().manual_seed(seed), np.random.default_rng(seed)
@@ -141,13 +154,13 @@ def _trained(
         optimiser = torch.optim.Adam(sirens[-1].weights, RATE)
         count = 0
         while time.perf_counter() - began < seconds * (i + 1) / len(sizes):
-            points, normals, wanted = next(batches)
+            points, normals, distance = next(batches)
             points.requires_grad_()
             f = torch.stack([siren(points) for siren in sirens]).sum(dim=0)
             gradient = torch.autograd.grad(f.sum(), points, create_graph=True)[0]
             on = len(normals)
             cosine = functional.cosine_similarity(gradient[:on], normals, dim=1)
-            total = loss(f, wanted, cosine, torch.linalg.vector_norm(gradient, dim=1))
+            total = loss(f, distance, cosine, torch.linalg.vector_norm(gradient, dim=1))
             optimiser.zero_grad()
             total.backward()  # type: ignore[no-untyped-call]
             optimiser.step()
@@ -157,7 +170,7 @@ def _trained(
             weight.requires_grad_(False)
         done = [siren.folded() for siren in sirens]
         at = torch.from_numpy(cloud.points.astype(np.float32))
-        deltas.append(delta(values(done, at)) if nested else EVERYWHERE)
+        deltas.append(delta(field(done, at)) if nested else EVERYWHERE)
         spread = torch.rand(POOL, 3, generator=generator) * 2 - 1
         slopes.append(quality.lipschitz(done, torch.cat((at, spread if i == 0 or not nested else at))))
     levels = [
@@ -167,18 +180,21 @@ def _trained(
     return Model(shape.name, tuple(levels)), steps
 
 
-def _cloud(shape: Shape) -> Surface:
-    """The mesh's vertices, each with the mean normal of the faces around it, by `AROUND` samples close to it."""
+def _cloud(shape: Shape) -> SurfacePoints:
+    """Take the mesh's vertices, each with the mean normal of the `AROUND` samples of the surface closest to it."""
     points = shape.inputs()
     drawn = shape.surface(AROUND * len(points), np.random.default_rng(0))
     close = cKDTree(drawn.points).query(points, k=AROUND, workers=-1)[1]
-    return Surface(points, unit(drawn.normals[close].sum(axis=1)))
+    return SurfacePoints(points, unit(drawn.normals[close].sum(axis=1)))
 
 
 def _batches(
-    cloud: Surface, done: list[Weights], deltas: list[float], rng: np.random.Generator
+    cloud: SurfacePoints, done: list[Weights], deltas: list[float], rng: np.random.Generator
 ) -> Iterator[tuple[Tensor, Tensor, Tensor]]:
-    """Endless (points of the surface and then around it, normals of the first, wanted values or NaN)."""
+    """Draw batches without end: points on the surface, then as many around it; normals of the first; distances or NaN.
+
+    done: the levels before. deltas: the half widths of their bands; empty: the whole domain.
+    """
     half, tree = BATCH // 2, cKDTree(cloud.points)
     rounds = -(-POOL // len(cloud.points))  # each vertex as often as the others
     chosen = np.concatenate([rng.permutation(len(cloud.points)) for _ in range(rounds)])[:POOL]
@@ -187,12 +203,7 @@ def _batches(
     if deltas:
 
         def inside(points: Doubles) -> NDArray[np.bool_]:
-            at = torch.from_numpy(points.astype(np.float32))
-            f, kept = at.new_zeros(len(at)), torch.ones(len(at), dtype=torch.bool)
-            for weights, width in zip(done, deltas, strict=True):
-                f += values([weights], at)
-                kept &= f.abs() < width
-            return np.asarray(kept.numpy())
+            return np.asarray(in_band(done, deltas, torch.from_numpy(points.astype(np.float32))).numpy())
 
         def clearance(points: Doubles) -> Doubles:
             return np.asarray(tree.query(points, workers=-1)[0])

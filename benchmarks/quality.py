@@ -14,11 +14,11 @@ from pathlib import Path
 
 from mplicits.model.model import save
 from mplicits.trainer import settings
-from mplicits.trainer.machine import prepare
-from mplicits.trainer.session import Bar
+from mplicits.trainer.machine import device, prepare
+from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
-from mplicits.trainer.train import Training, device
+from mplicits.trainer.train import Training
 
 
 def main() -> None:
@@ -38,7 +38,7 @@ def main() -> None:
         began = time.perf_counter()
         shape, _ = load_shape(arguments.shape)
         omegas, steps = settings.omegas(None, networks), settings.steps(None, len(networks))
-        training = Training(shape, Settings(networks, omegas, steps, seconds, texture=False), Bar(True), began)
+        training = Training(shape, Settings(networks, omegas, steps, seconds, texture=False), TrainingBar(True), began)
         model = training.run()
         for i, (level, record) in enumerate(zip(model.levels, model.provenance["levels"], strict=True), start=1):
             print(

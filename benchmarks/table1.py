@@ -14,9 +14,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from mplicits.model.model import Model, save
-from mplicits.trainer.machine import prepare
+from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.shapes.load import load_shape
-from mplicits.trainer.train import device
 
 from contenders import Trained, of_model, ours, paper
 from protocol import DATA, Page, Truth, machine

@@ -14,10 +14,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from mplicits.model.errors import UserError
-from mplicits.trainer.machine import prepare
+from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
-from mplicits.trainer.train import device
 
 from contenders import Trained, of_model, one_siren, ours, unnested
 from hash_grid import hash_grid

@@ -23,11 +23,11 @@ from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.model import Model, load, save, shape_of
 from mplicits.trainer import settings
 from mplicits.trainer.cli import before_torch
-from mplicits.trainer.machine import prepare
-from mplicits.trainer.session import Bar
+from mplicits.trainer.machine import device, prepare
+from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
-from mplicits.trainer.train import Training, device
+from mplicits.trainer.train import Training
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context, open_osmesa
 from mplicits.viewer.draw.options import RenderOptions
@@ -90,7 +90,7 @@ def train(name: str, path: Path) -> Model:
         settings.steps(recipe.steps, len(networks)),
         texture_network=settings.networks(recipe.texture)[0],
     )
-    return Training(load_shape(str(path))[0], chosen, Bar(False), began).run()
+    return Training(load_shape(str(path))[0], chosen, TrainingBar(False), began).run()
 
 
 def trained(name: str, path: Path, folder: Path | None) -> Model:

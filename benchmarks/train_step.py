@@ -1,11 +1,12 @@
-"""One training step of a residual, three ways, in turn; writes docs/results/train_step.md.
+"""Measure one training step of a residual, done in three ways in turn; writes docs/results/train_step.md.
 
     python benchmarks/train_step.py [--points 8192] [--rounds 8] [-o FILE]
 
-ours: `trainer.level`: hand-written adjoint and derivatives, earlier levels from the pool, `mplicits train`'s settings.
-autograd: the same step and settings, the gradient by torch.autograd.grad(create_graph=True).
-authors' way: no pool: the earlier levels are evaluated, and differentiated by autograd, again at every step, and the
-loss runs back through everything, as the paper's released training loop does. It runs twice: in our process with
+ours: the step of `trainer.level`, with its hand-written adjoint and derivatives, the earlier levels taken from the
+pool, and the settings of `mplicits train`.
+autograd: the same step and settings, with the gradient by torch.autograd.grad(create_graph=True).
+authors' way: without a pool. The earlier levels are evaluated and differentiated by autograd again at every step, and
+the loss runs back through everything, as in the paper's released training loop. It runs twice: in our process with
 PyTorch's own precision and number of threads, and in a process of its own where PyTorch and the C library are as they
 come. The faster one counts.
 """
@@ -27,9 +28,10 @@ if __name__ == "__main__":
 
 import torch
 
-os.environ.pop("GOMP_SPINCOUNT", None)  # the other process goes without
+os.environ.pop("GOMP_SPINCOUNT", None)  # the other process must not inherit it
 
 from mplicits.trainer import level, machine, pools
+from mplicits.trainer.networks.nested import field_and_gradient
 from mplicits.trainer.networks.network import Weights, initial, value
 from mplicits.trainer.networks.optimiser import Optimiser
 from mplicits.trainer.settings import RESIDUAL
@@ -39,44 +41,47 @@ from torch.nn import functional
 import protocol
 
 CASES = (((64, 1),), (64, 2)), (((64, 2),), (128, 2)), (((64, 2), (128, 2)), (256, 2))
-"""Sizes of the earlier levels, and of the residual that is trained."""
+"""(width, depth) of the earlier levels, and of the residual that is trained."""
 REST = 0.05
-"""Seconds in which the threads of the step before stop waiting for more."""
+"""Seconds after which the threads of the step before no longer wait for more work."""
 WARM, TIMED = 2, 4
-"""Steps of a turn."""
+"""Steps of a turn that are not timed, and those that are."""
 CPU = torch.device("cpu")
 THREADS = torch.get_num_threads()
-"""PyTorch's own number."""
+"""PyTorch's own number of threads."""
 
 
 def by_autograd(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
-    """`trainer.network.value_and_gradient`, by autograd."""
+    """Evaluate a network's value (N,) and gradient (N, 3) by autograd, with a graph of both."""
     at = points.detach().requires_grad_()
     f = value(weights, at)[:, 0]
     return f, torch.autograd.grad(f.sum(), at, create_graph=True)[0]
 
 
 def make_pool(points: Tensor, frozen: Sequence[Weights], on_surface: bool) -> pools.Pool:
+    """Make a pool of `points` with distances of zero, and with normals where they are on the surface."""
     normals = functional.normalize(points, dim=1) if on_surface else None
-    return pools.Pool(points, torch.zeros(len(points)), normals, *pools.evaluate(frozen, points))
+    return pools.Pool(points, torch.zeros(len(points)), normals, *field_and_gradient(frozen, points))
 
 
 class Case:
-    """Networks and samples of one row; the same in every process."""
+    """The networks and samples of one row of the table, which are the same in every process."""
 
     def __init__(self, index: int) -> None:
         sizes, self.size = CASES[index]
         generator = torch.Generator().manual_seed(index)
-        self.earlier = [initial(each, 40.0, 1, generator) for each in sizes]
+        self.earlier = [initial(size, 40.0, 1, generator) for size in sizes]
         points = torch.rand(65536, 3, generator=generator) * 2 - 1
         self.surface = make_pool(points[:32768], self.earlier, True)
         self.volume = make_pool(points[32768:], self.earlier, False)
         self.start = initial(self.size, 80.0, 1, generator)
 
     def weights(self) -> Weights:
+        """Copy the residual as it is at the start."""
         return [w.clone().requires_grad_() for w in self.start]
 
     def ours(self) -> Callable[[], None]:
+        """Make a step of our trainer."""
         weights = self.weights()
         step = level.step(self.surface, self.volume, RESIDUAL, torch.Generator().manual_seed(0))
         optimiser = Optimiser(weights, 1e-4, 0.1)
@@ -88,33 +93,36 @@ class Case:
         return run
 
     def autograd(self) -> Callable[[], None]:
+        """Make the same step with the gradient by autograd."""
         weights, half = self.weights(), level.BATCH // 2
         generator = torch.Generator().manual_seed(0)
-        on, around = self.surface.batches(half, generator), self.volume.batches(half, generator)
+        surface, volume = self.surface.batches(half, generator), self.volume.batches(half, generator)
         optimiser = Optimiser(weights, 1e-4, 0.1)
 
         def run() -> None:
-            here, there = next(on), next(around)
-            f, gradient = by_autograd(weights, torch.cat((here.points, there.points)))
-            f = f + torch.cat((here.frozen, there.frozen))
-            assert here.normals is not None
-            loss(f, gradient + torch.cat((here.frozen_gradient, there.frozen_gradient)), here.normals).backward()  # type: ignore[no-untyped-call]
+            on, around = next(surface), next(volume)
+            f, gradient = by_autograd(weights, torch.cat((on.points, around.points)))
+            f = f + torch.cat((on.frozen, around.frozen))
+            gradient = gradient + torch.cat((on.frozen_gradient, around.frozen_gradient))
+            assert on.normals is not None
+            loss(f, gradient, on.normals).backward()  # type: ignore[no-untyped-call]
             optimiser.step(1)
 
         return run
 
     def authors(self) -> Callable[[], None]:
+        """Make a step the authors' way."""
         weights, half = self.weights(), level.BATCH // 2
         optimiser = torch.optim.Adam(weights, 1e-4)
-        earlier = [[w.clone().requires_grad_() for w in each] for each in self.earlier]
+        earlier = [[w.clone().requires_grad_() for w in network] for network in self.earlier]
 
         def run() -> None:
             on, around = (torch.randint(len(pool.points), (half,)) for pool in (self.surface, self.volume))
             points = torch.cat((self.surface.points[on], self.volume.points[around]))
             f, gradient = by_autograd(weights, points)
-            for each in earlier:
-                part = by_autograd(each, points)
-                f, gradient = f + part[0], gradient + part[1].detach()
+            for network in earlier:
+                value_part, gradient_part = by_autograd(network, points)
+                f, gradient = f + value_part, gradient + gradient_part.detach()
             assert self.surface.normals is not None
             total = loss(f, gradient, self.surface.normals[on])
             optimiser.zero_grad()
@@ -125,7 +133,7 @@ class Case:
 
 
 def loss(f: Tensor, gradient: Tensor, normals: Tensor) -> Tensor:
-    """Eq. 4 as `trainer.level` has it, for distances of zero."""
+    """Compute the loss of `trainer.level` (Eq. 4) for distances of zero; the first points have the normals."""
     half = len(normals)
     weight = RESIDUAL
     total: Tensor = (
@@ -138,24 +146,25 @@ def loss(f: Tensor, gradient: Tensor, normals: Tensor) -> Tensor:
 
 
 def our_settings() -> None:
-    """What `mplicits train` sets."""
+    """Set what `mplicits train` sets."""
     machine.prepare(CPU)
 
 
 def default_settings() -> None:
-    """PyTorch's own precision and number of threads."""
+    """Set PyTorch's own precision and number of threads."""
     torch.set_num_threads(THREADS)
     torch.set_float32_matmul_precision("highest")
 
 
 def seconds(step: Callable[[], None]) -> float:
+    """Measure how long a step takes."""
     began = time.perf_counter()
     step()
     return time.perf_counter() - began
 
 
 def apart(connection: Connection, index: int, points: int) -> None:
-    """The authors' way in this process: one step's seconds for every message."""
+    """Run the authors' way in this process: for every true message, send the seconds of one step."""
     level.BATCH = points
     step = Case(index).authors()
     connection.send(0.0)
@@ -164,9 +173,10 @@ def apart(connection: Connection, index: int, points: int) -> None:
 
 
 def medians(index: int, rounds: int) -> list[float]:
-    """Median seconds of a step of ours, autograd, authors' in this process and in another; they take turns.
+    """Measure the median seconds of a step: ours, autograd, the authors' way in this process, and in another.
 
-    In each turn, untimed: its settings, a rest, and `WARM` steps, as in training one follows the other.
+    They take turns, `rounds` of which count. Each turn begins with what is not timed: its settings, a rest, and `WARM`
+    steps, since in training one step follows another.
     """
     case = Case(index)
     near, far = multiprocessing.get_context("spawn").Pipe()
@@ -186,19 +196,19 @@ def medians(index: int, rounds: int) -> list[float]:
     )
     times: list[list[float]] = [[] for _ in steps]
     for done in range(rounds + 1):
-        for (prepare, step), kept in zip(steps, times, strict=True):
+        for (prepare, step), step_times in zip(steps, times, strict=True):
             prepare()
             time.sleep(REST)
-            taken = [step() for _ in range(WARM + TIMED)][WARM:]
+            turn = [step() for _ in range(WARM + TIMED)][WARM:]
             if done:
-                kept.extend(taken)
+                step_times.extend(turn)
     near.send(False)
     other.join()
-    return [statistics.median(kept) for kept in times]
+    return [statistics.median(step_times) for step_times in times]
 
 
 def main() -> None:
-    """Writes the table."""
+    """Measure all rows, and write the page."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--points", type=int, default=8192, help="samples of a step")
     parser.add_argument("--rounds", type=int, default=8)
@@ -223,7 +233,7 @@ def main() -> None:
     for index, (sizes, size) in enumerate(CASES):
         ours, autograd, authors, alone = medians(index, options.rounds)
         names = [f"{width}x{depth}" for width, depth in (size, *sizes)]
-        figures = " | ".join(f"{each * 1e3:.1f}" for each in (ours, autograd, authors, alone))
+        figures = " | ".join(f"{median * 1e3:.1f}" for median in (ours, autograd, authors, alone))
         page.add(
             f"| {names[0]} | {' + '.join(names[1:])} | {figures} | {autograd / ours:.2f} "
             f"| {min(authors, alone) / ours:.2f} |"

@@ -1,1 +1,1 @@
-"""Mesh or oriented point cloud -> model file. The only room that imports torch."""
+"""Training: a mesh or an oriented point cloud becomes a model. This is the only room that imports torch."""

@@ -3,8 +3,9 @@
 from torch import Tensor
 
 EPSILON = 0.3
+"""Share by which a band is wider than the surface needs."""
 
 
 def delta(f: Tensor) -> float:
-    """Eq. 5: (1 + epsilon) max_j |f_i(x_j)|. f: values of f_i at the points x_j of the surface."""
+    """Compute delta_i by Eq. 5, (1 + epsilon) max_j |f_i(x_j)|, from the values of f_i at points x_j of the surface."""
     return (1 + EPSILON) * max(float(f.abs().max()), 1e-6)

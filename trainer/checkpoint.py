@@ -1,7 +1,8 @@
-"""Checkpoints of the authors' release of the paper (github.com/dsilvavinicius/m-plicits) -> a model.
+"""Reading a model from checkpoints of the authors' release of the paper (github.com/dsilvavinicius/m-plicits).
 
-A file is an OrderedDict of float32 for one network, keys `net.{i}.0.weight` (out, in) and `net.{i}.0.bias`. In best.pth
-and weights.pth omega_0 is in the weights, as here; *_with_w0.pth are without it. Deltas are not stored.
+A file holds one network as an OrderedDict of float32 tensors with the keys `net.{i}.0.weight` (out, in) and
+`net.{i}.0.bias`. In best.pth and weights.pth omega_0 is part of the weights, as it is here; in *_with_w0.pth it is not.
+Deltas are not stored.
 """
 
 import hashlib
@@ -17,23 +18,29 @@ from ..model.errors import UserError
 from ..model.files import show
 from ..model.model import DEFAULT_ITERATIONS, Layer, Level, Model, Network
 from .bands import delta
+from .networks.nested import field, field_and_gradient
 from .networks.network import Weights, from_model
-from .pools import evaluate, values
 from .quality import lipschitz
 from .shapes.load import load_shape
 
 UNSCALED = "_with_w0"
 """In the name of a file whose weights lack omega_0."""
 POINTS = 100_000
+"""Points that set out for a zero level set."""
 NEWTON, NEAR, FEWEST = 8, 1e-3, 1000
-"""Steps towards a zero level set; |f| that counts as on it; points that must get there."""
+"""Newton steps towards a zero level set; |f| that counts as on it; fewest points that must get there."""
+FLATTEST = 1e-2
+"""A gradient whose squared length is below this makes no longer Newton steps than one at this."""
+LARGEST_NORM = 1.02
+"""Norm up to which a point counts as in the unit ball."""
 _KEY = re.compile(r"^net\.(?:net\.)?(\d+)\.(?:\d+\.)?(weight|bias)$")
 
 
 def read_network(path: Path, omega: float | None) -> Network:
-    """The network of a .pth file, read without pickle's code. omega: omega_0, for a file that lacks it.
+    """Read the network of a .pth file, without running code from it.
 
-    Raises UserError, one line.
+    omega: omega_0, which a file that lacks it needs; None: it is in the weights. Raises UserError, one line, where the
+    file is no such checkpoint.
     """
     label = show(path.name)
     if not path.is_file():
@@ -42,18 +49,18 @@ def read_network(path: Path, omega: float | None) -> Network:
         state = torch.load(path, map_location="cpu", weights_only=True)
     except Exception:  # torch raises anything on damaged files
         raise UserError(f"{label}: not a checkpoint that can be read without running code from it") from None
-    found: dict[int, dict[str, np.ndarray]] = {}
+    layers: dict[int, dict[str, np.ndarray]] = {}
     for key, tensor in state.items() if isinstance(state, dict) else ():
         match = _KEY.match(str(key))
         if match is None or not isinstance(tensor, Tensor) or not torch.isfinite(tensor).all():
             raise UserError(f"{label}: {show(str(key))[:60]}: not a weight of the authors' networks, or not finite")
-        found.setdefault(int(match[1]), {})[match[2]] = tensor.float().numpy()
-    if len(found) < 2 or any(len(pair) != 2 for pair in found.values()):
+        layers.setdefault(int(match[1]), {})[match[2]] = tensor.float().numpy()
+    if len(layers) < 2 or any(len(pair) != 2 for pair in layers.values()):
         raise UserError(f"{label}: no layers net.0.0.weight, net.0.0.bias, ... in it")
     if UNSCALED in path.stem and omega is None:
         raise UserError(f"{label}: its weights lack omega_0; give it with --omega (it stands in config.yaml beside it)")
     factor = np.float32(1.0 if omega is None else omega)
-    pairs = [found[index] for index in sorted(found)]
+    pairs = [layers[index] for index in sorted(layers)]
     return (
         *(Layer(factor * pair["weight"], factor * pair["bias"]) for pair in pairs[:-1]),
         Layer(pairs[-1]["weight"], pairs[-1]["bias"]),
@@ -61,12 +68,14 @@ def read_network(path: Path, omega: float | None) -> Network:
 
 
 def to_model(paths: Sequence[Path], omegas: Sequence[float | None], shape: str | None) -> Model:
-    """The levels of `paths`, coarse to fine. shape: what they were trained on; its points then give the deltas (Eq. 5).
+    """Make a model of the checkpoints `paths`, coarse to fine.
 
-    Without it the zero level set of the last level stands for the shape. Raises UserError, one line.
+    omegas: omega_0 of each, or None. shape: what they were trained on, as `load_shape` takes it; its points then give
+    the deltas (Eq. 5), and its normalisation becomes the model's. None: the zero level set of the last level stands for
+    the shape. Raises UserError, one line.
     """
     networks = [read_network(path, omega) for path, omega in zip(paths, omegas, strict=True)]
-    # Checked one by one: a complaint names the file.
+    # Each is checked on its own, so that a complaint names the file.
     for path, network in zip(paths, networks, strict=True):
         try:
             Model("checkpoint", (Level(network, 1.0, 1),))
@@ -75,22 +84,22 @@ def to_model(paths: Sequence[Path], omegas: Sequence[float | None], shape: str |
     levels = [from_model(network) for network in networks]
     points = zero_set(levels)
     loaded = None if shape is None else load_shape(shape)[0]
-    there = points if loaded is None else torch.from_numpy(loaded.inputs().astype(np.float32))
+    surface = points if loaded is None else torch.from_numpy(loaded.inputs().astype(np.float32))
     first, finer = DEFAULT_ITERATIONS
-    made: list[Level] = []
+    model_levels: list[Level] = []
     for i, network in enumerate(networks):
-        around = _around(levels[:i], points, made[-1].delta if made else None)
-        made.append(
+        around = _around(levels[:i], points, model_levels[-1].delta if model_levels else None)
+        model_levels.append(
             Level(
                 network,
-                delta(values(levels[: i + 1], there)),
-                finer if i else first,
-                lipschitz(levels[: i + 1], torch.cat((points, around))),
+                delta=delta(field(levels[: i + 1], surface)),
+                iterations=finer if i else first,
+                lipschitz=lipschitz(levels[: i + 1], torch.cat((points, around))),
             )
         )
     return Model(
         name=paths[-1].stem if loaded is None else loaded.name,
-        levels=tuple(made),
+        levels=tuple(model_levels),
         centre=(0.0, 0.0, 0.0) if loaded is None else loaded.centre,
         scale=1.0 if loaded is None else loaded.scale,
         provenance={
@@ -104,18 +113,18 @@ def to_model(paths: Sequence[Path], omegas: Sequence[float | None], shape: str |
 
 
 def zero_set(levels: Sequence[Weights]) -> Tensor:
-    """Points (N, 3) of the unit ball on f_n = 0: on f_1 = 0 first, from there to f_2 = 0, and so on.
+    """Find points of the unit ball where the last level is zero: where f_1 = 0, from there where f_2 = 0, and so on.
 
-    Raises UserError where the levels do not lead there.
+    Returns (N, 3) float32. Raises UserError where too few points get there.
     """
     directions = np.random.default_rng(0).normal(size=(POINTS, 4))
     points = torch.from_numpy((directions[:, :3] / np.linalg.norm(directions, axis=1)[:, None]).astype(np.float32))
     for i in range(len(levels)):
         for _ in range(NEWTON):
-            f, gradient = evaluate(levels[: i + 1], points)
-            points = points - (f / gradient.square().sum(dim=1).clamp_min(1e-2))[:, None] * gradient
-        f, _ = evaluate(levels[: i + 1], points)
-        points = points[(f.abs() < NEAR) & (torch.linalg.vector_norm(points, dim=1) < 1.02)]
+            f, gradient = field_and_gradient(levels[: i + 1], points)
+            points = points - (f / gradient.square().sum(dim=1).clamp_min(FLATTEST))[:, None] * gradient
+        f, _ = field_and_gradient(levels[: i + 1], points)
+        points = points[(f.abs() < NEAR) & (torch.linalg.vector_norm(points, dim=1) < LARGEST_NORM)]
         if len(points) < FEWEST:
             raise UserError(
                 f"level {i + 1} has no surface near that of the level before: are the checkpoints of one "
@@ -125,12 +134,15 @@ def zero_set(levels: Sequence[Weights]) -> Tensor:
 
 
 def _around(before: Sequence[Weights], points: Tensor, band: float | None) -> Tensor:
-    """Points where a level is defined: all over the unit ball, or in the band |f| < `band` of the levels before."""
+    """Draw points where a level is defined: all over the unit ball, or in the band |f| < `band` of the levels before.
+
+    before: these levels. points: (N, 3), on the surface. band: None for level 1. Returns (N, 3).
+    """
     generator = torch.Generator().manual_seed(0)
     share = 2 * torch.rand(len(points), 1, generator=generator) - 1
     if band is None:
         inside: Tensor = torch.nn.functional.normalize(points) * share.abs().pow(1 / 3)
         return inside
-    _, gradient = evaluate(before, points)
+    _, gradient = field_and_gradient(before, points)
     steps: Tensor = share * band * torch.nn.functional.normalize(gradient, dim=1)
     return points + steps

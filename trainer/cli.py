@@ -1,4 +1,4 @@
-"""The verb `train`."""
+"""The verbs `train` and `import` of the command line."""
 
 import os
 import time
@@ -14,7 +14,7 @@ SUFFIX = ".safetensors"
 
 
 def arguments(parser: ArgumentParser) -> None:
-    """The options of `train`."""
+    """Add the options of `train`."""
     add = parser.add_argument
     add(
         "shape",
@@ -30,14 +30,18 @@ def arguments(parser: ArgumentParser) -> None:
         default=DEFAULT_PRESET,
         help=f"levels by name: {presets} (default: {DEFAULT_PRESET})",
     )
-    add("--packed", action="store_true", help="weights of a few bits, for short shader texts (bake --target shadertoy)")
+    add(
+        "--packed",
+        action="store_true",
+        help="quantise the weights to a few bits, for short shader texts (bake --target shadertoy)",
+    )
     add(
         "--omega",
         metavar="W,..",
         help="omega_0 of each level (default: 40,80,120; less below 64 wide), then of the texture (default: 50)",
     )
     length = parser.add_mutually_exclusive_group()
-    length.add_argument("--seconds", metavar="S", type=float, help="wall time of the whole training")
+    length.add_argument("--seconds", metavar="S", type=float, help="seconds of wall time for the whole training")
     length.add_argument(
         "--steps",
         metavar="N,..",
@@ -55,18 +59,25 @@ def arguments(parser: ArgumentParser) -> None:
         metavar="NxD",
         help="width and hidden layers of the texture (default: those of the last level, 64x2 at most)",
     )
-    add("--seed", metavar="K", type=int, default=0, help="of all random numbers (default: 0)")
+    add("--seed", metavar="K", type=int, default=0, help="seed of all random numbers (default: 0)")
     add(
         "--resume",
         action="store_true",
         help="go on with the output file: finish an interrupted level, add missing ones",
     )
-    add("--device", choices=("auto", "cpu", "cuda"), default="auto")
     add(
-        "--weights", metavar="NAME=X,..", help="of the loss: value, normal, eikonal (Eq. 4), distance (off the surface)"
+        "--device",
+        choices=("auto", "cpu", "cuda"),
+        default="auto",
+        help="where to train (default: auto, a CUDA device if there is one)",
+    )
+    add(
+        "--weights",
+        metavar="NAME=X,..",
+        help="weights of the loss: value, normal, eikonal (Eq. 4), distance (off the surface)",
     )
     shown = parser.add_mutually_exclusive_group()
-    shown.add_argument("--quiet", action="store_true", help="no progress bar")
+    shown.add_argument("--quiet", action="store_true", help="show no progress bar")
     shown.add_argument(
         "--live",
         action="store_true",
@@ -75,32 +86,34 @@ def arguments(parser: ArgumentParser) -> None:
 
 
 def before_torch() -> None:
-    """Call before PyTorch is loaded: its threads (GNU OpenMP) then wait for one another in a loop for microseconds, not
-    milliseconds, in which they keep the very thread they wait for from its core wherever another program runs.
+    """Set up how PyTorch's threads wait; call it before PyTorch is loaded.
+
+    The threads (GNU OpenMP) then wait for one another in a busy loop for microseconds, not milliseconds. Where another
+    program runs, a thread that waits so keeps the very thread that it waits for from its core.
     """
     os.environ.setdefault("GOMP_SPINCOUNT", "1000")
 
 
 def run(options: Namespace) -> None:
-    """Trains, saves, prints the figures. Raises UserError."""
+    """Train, save the model, and print its figures. Raises UserError."""
     preset = PRESETS[options.preset]
-    chosen = networks(options.levels or preset.levels)
+    sizes = networks(options.levels or preset.levels)
     if options.seconds is not None and not 1 <= options.seconds < 1e7:
         raise UserError(f"--seconds: {options.seconds:g}: at least 1 is needed")
     if not 0 <= options.seed < 2**40:
         raise UserError(f"--seed: {options.seed}: a whole number from 0 is needed")
     texture = networks(options.texture_network, "--texture-network")[0] if options.texture_network else None
     settings = Settings(
-        chosen,
-        omegas(options.omega, chosen),
-        steps(options.steps, len(chosen)),
-        options.seconds,
-        options.texture != "none",
-        options.seed,
-        options.device,
-        loss_weights(options.weights),
-        options.packed or (preset.packed and not options.levels),
-        texture,
+        networks=sizes,
+        omegas=omegas(options.omega, sizes),
+        steps=steps(options.steps, len(sizes)),
+        seconds=options.seconds,
+        texture=options.texture != "none",
+        seed=options.seed,
+        device=options.device,
+        weights=loss_weights(options.weights),
+        packed=options.packed or (preset.packed and not options.levels),
+        texture_network=texture,
     )
     output = Path(options.output or Path(options.shape).stem + SUFFIX)
     check_writable(output)
@@ -121,7 +134,7 @@ def run(options: Namespace) -> None:
 
 
 def import_arguments(parser: ArgumentParser) -> None:
-    """The options of `import`."""
+    """Add the options of `import`."""
     add = parser.add_argument
     add(
         "checkpoints", metavar="FILE.pth", nargs="+", type=Path, help="networks of the authors' release, coarse to fine"
@@ -133,32 +146,32 @@ def import_arguments(parser: ArgumentParser) -> None:
         type=Path,
         help="the model file (default: the last checkpoint's name, in this folder)",
     )
-    add("--omega", metavar="W,..", help="omega_0 of each, for files that lack it (*_with_w0.pth)")
+    add("--omega", metavar="W,..", help="omega_0 of each file, for files that lack it (*_with_w0.pth)")
     add(
         "--shape",
         metavar="SHAPE",
-        help="what they were trained on: its points give the bands, its coordinates the "
-        "model's; else the last level's surface gives the bands",
+        help="the shape that they were trained on: its points give the bands, its coordinates the "
+        "model's; without it, the last level's surface gives the bands",
     )
 
 
 def run_import(options: Namespace) -> None:
-    """Reads checkpoints, measures bands and slopes, writes the model. Raises UserError."""
-    given: list[float | None] = [None] * len(options.checkpoints)
+    """Read checkpoints, measure bands and slopes, and write the model. Raises UserError."""
+    file_omegas: list[float | None] = [None] * len(options.checkpoints)
     if options.omega is not None:
         try:
-            given = [float(part) for part in options.omega.split(",")]
+            file_omegas = [float(part) for part in options.omega.split(",")]
         except ValueError:
             raise UserError(f"--omega {options.omega}: numbers joined by commas are needed") from None
-        if len(given) != len(options.checkpoints):
-            raise UserError(f"--omega: {len(given)} of {len(options.checkpoints)} numbers, one for each file")
+        if len(file_omegas) != len(options.checkpoints):
+            raise UserError(f"--omega: {len(file_omegas)} of {len(options.checkpoints)} numbers, one for each file")
     output = options.output or Path(options.checkpoints[-1].stem + SUFFIX)
     check_writable(output)
     before_torch()
     from ..model.model import save, shape_of
     from .checkpoint import to_model
 
-    model = to_model(options.checkpoints, given, options.shape)
+    model = to_model(options.checkpoints, file_omegas, options.shape)
     save(model, output)
     for number, level in enumerate(model.levels, start=1):
         print(f"level {number}: {shape_of(level.network)}, delta {level.delta:.4g}, slope up to {level.lipschitz:.3g}")

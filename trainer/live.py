@@ -1,4 +1,4 @@
-"""A training that another program follows: progress as JSON lines, and a model file that appears as levels finish."""
+"""A training that another program follows: progress as lines of JSON, and a model file after every level (`--live`)."""
 
 import json
 import math
@@ -7,50 +7,55 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from ..model.model import Model
-from .networks.fit import Budget, Progress
-from .networks.network import Weights
+from .networks.fit import TrainingProgress
 from .settings import Settings
 from .shapes.shape import Shape
 from .train import Training
 
-EVERY = 0.25
-"""Seconds between lines, at least."""
+INTERVAL = 0.25
+"""Shortest time between two lines of a stage, seconds."""
 
 
-class Lines:
-    """Progress on stdout, an object a line: {"stage", "fraction" of it that is done, "loss"}."""
+class JsonLines:
+    """A `TrainingProgress` that prints an object a line on stdout: "stage", its "fraction" that is done, "loss"."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
+        """say: receives the lines of the log, which must not go to stdout."""
         self.say = say
         self._stage, self._next = "", 0.0
 
     def begin(self, stage: str) -> None:
-        """A stage begins."""
+        """Print a line that the stage begins; its loss is null."""
         self._stage, self._next = stage, 0.0
         self.advance(0.0, math.nan)
 
     def advance(self, fraction: float, loss: float) -> None:
-        """Share of the stage that is done, and a recent mean of the loss."""
+        """Print a line, unless the last one is too recent."""
         now = time.perf_counter()
         if now >= self._next:
-            self._next = now + EVERY
+            self._next = now + INTERVAL
             news = {"stage": self._stage, "fraction": round(fraction, 4), "loss": loss if math.isfinite(loss) else None}
             print(json.dumps(news), flush=True)
 
     def end(self) -> None:
-        """The stage is over."""
+        """Print nothing: the next stage's first line says that this one is over."""
 
 
 class LiveTraining(Training):
-    """Gives `keep` the model after every level, marked as one that was interrupted."""
+    """A training that hands out the model after every level, marked as an interrupted one."""
 
     def __init__(
-        self, shape: Shape, settings: Settings, progress: Progress, began: float, keep: Callable[[Model], None]
+        self,
+        shape: Shape,
+        settings: Settings,
+        progress: TrainingProgress,
+        began: float,
+        keep: Callable[[Model], None],
     ) -> None:
+        """keep: receives each of these models. See `Training` for the rest."""
         super().__init__(shape, settings, progress, began)
         self._keep = keep
 
-    def _train_level(self, index: int, budget: Budget, begun: tuple[Weights, float] | None) -> None:
-        super()._train_level(index, budget, begun)
+    def _level_finished(self) -> None:
         model = self._model()
         self._keep(replace(model, provenance=model.provenance | {"interrupted": True}))

@@ -1,37 +1,49 @@
-"""Settings of the C library and of PyTorch that make steps on a CPU faster without changing what they compute."""
+"""The device that training runs on, and settings that make steps on a CPU faster without changing what they compute."""
 
 import contextlib
 import ctypes
 
 import torch
 
+from ..model.errors import UserError
+
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
-"""Of glibc's malloc.h."""
+"""Parameters of mallopt, by glibc's malloc.h."""
+BLOCK = 1 << 30
+"""Bytes up to which glibc is to keep a block of memory that is freed."""
 MOST_THREADS = 8
-"""A step's operations are too small for more."""
+"""The operations of a step are too small for more threads."""
+
+
+def device(name: str) -> torch.device:
+    """Return the device called "auto", "cpu" or "cuda". Raises UserError where there is no CUDA device."""
+    if name == "cuda" and not torch.cuda.is_available():
+        raise UserError("--device cuda: this PyTorch finds no CUDA device; use --device cpu")
+    return torch.device("cuda" if name == "cuda" or (name == "auto" and torch.cuda.is_available()) else "cpu")
 
 
 def prepare(device: torch.device) -> None:
-    """Call once before training on `device` and before other threads use PyTorch. A GPU needs none of it.
+    """Set up PyTorch and the C library for training on `device`; a GPU needs nothing.
 
-    glibc gives large blocks back to the system at every free, and each new one costs page faults: keep them. PyTorch's
-    "medium" precision sends float32 products to oneDNN, which on processors without bfloat16 matrix units is often
-    faster than the default library at the same precision; it is kept only where it loses none.
+    Call it once, before training and before other threads use PyTorch. glibc gives large blocks back to the system at
+    every free, and each new one costs page faults: it is told to keep them. PyTorch's "medium" precision sends float32
+    products to oneDNN, which on processors without bfloat16 matrix units is often faster than the default library at
+    the same precision; it is kept only where it loses none.
     """
     if device.type != "cpu":
         return
     torch.set_num_threads(min(torch.get_num_threads(), MOST_THREADS))
     with contextlib.suppress(OSError, AttributeError):
         libc = ctypes.CDLL("libc.so.6")
-        libc.mallopt(M_MMAP_THRESHOLD, 1 << 30)
-        libc.mallopt(M_TRIM_THRESHOLD, 1 << 30)
+        libc.mallopt(M_MMAP_THRESHOLD, BLOCK)
+        libc.mallopt(M_TRIM_THRESHOLD, BLOCK)
     torch.set_float32_matmul_precision("medium")
     if not products_are_exact():
         torch.set_float32_matmul_precision("highest")
 
 
 def products_are_exact() -> bool:
-    """Whether a float32 product has float32's error (bfloat16's is 2^16 times larger)."""
+    """Tell whether a float32 product has float32's error; one in bfloat16 has an error 2^16 times as large."""
     generator = torch.Generator().manual_seed(0)
     a, b = (torch.rand(256, 64, generator=generator) for _ in range(2))
     error = (a @ b.t()).double() - a.double() @ b.double().t()

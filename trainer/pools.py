@@ -1,4 +1,4 @@
-"""Training samples of one level, with the frozen levels evaluated on them once."""
+"""The training samples of one level: points, what is known at them, and the frozen levels before it, evaluated once."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -9,17 +9,18 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from . import sampling
-from .networks.network import Weights, value, value_and_gradient
+from .networks.nested import field, field_and_gradient, in_band, nested_field_and_gradient
+from .networks.network import Weights
 from .shapes.shape import Doubles, Shape
 
-CHUNK = 8192
 FIRST_BAND = 0.1
 """Half width of the shell around the surface that level 1 sees more of than of the rest of the domain."""
 STRAY_CANDIDATES = 400_000
-"""Points of the domain among which strays are looked for."""
+"""Points of the domain among which strays are searched for."""
 STRAYS = 4096
+"""Strays that are kept."""
 STRAY_ERROR = 0.5
-"""Error from which on a point is a stray, in half widths of the band."""
+"""Smallest error of a stray, in half widths of the band."""
 STRAY_REACH = 4.0
 """Largest distance, in half widths of the band, that a residual is taught; dithering reaches 3.5."""
 STRAY_SHARE = 0.15
@@ -30,21 +31,26 @@ OFFSET_SHARE = 0.25
 
 @dataclass(frozen=True, eq=False)
 class Pool:
-    """Samples and f_{i-1} at them; for the first level f_0 = 0.
-
-    points: (n, 3). distance: (n,), NaN where it is not known, or None. normals: (n, 3), or None.
-    frozen, frozen_gradient: (n,), (n, 3) of f_{i-1}. colours: (n, 3) sRGB, or None.
-    """
+    """Samples of the loss, with the field f_{i-1} of the levels that are trained already; f_0 = 0."""
 
     points: Tensor
+    """(N, 3), model space."""
     distance: Tensor | None
+    """Signed distance to the surface (N,), NaN where it is not known; None where the loss does not ask for it."""
     normals: Tensor | None
+    """Unit normals of the surface (N, 3), or None."""
     frozen: Tensor
+    """f_{i-1} at the points (N,)."""
     frozen_gradient: Tensor
+    """grad f_{i-1} at the points (N, 3)."""
     colours: Tensor | None = None
+    """sRGB in [0, 1], (N, 3), or None."""
 
     def batches(self, size: int, generator: torch.Generator) -> Iterator["Pool"]:
-        """Endless batches of `size` samples; every sample once before any comes again. `size` is at most n."""
+        """Draw batches of `size` samples without end; no sample comes again before all have come once.
+
+        size: at most the number of samples; what is left over at the end of a round is dropped.
+        """
         count = len(self.points)
         while True:
             mixed = self._take(torch.randperm(count, generator=generator).to(self.points.device))
@@ -55,34 +61,18 @@ class Pool:
         def take(column: Tensor | None) -> Tensor | None:
             return None if column is None else column[index]
 
-        known = take(self.distance), take(self.normals)
-        return Pool(self.points[index], *known, self.frozen[index], self.frozen_gradient[index], take(self.colours))
-
-
-def evaluate(levels: Sequence[Weights], points: Tensor) -> tuple[Tensor, Tensor]:
-    """f_i and grad f_i at points (n, 3): the sum of `levels`, without a graph. (n,), (n, 3)"""
-    f, gradient = points.new_zeros(len(points)), torch.zeros_like(points)
-    with torch.no_grad():
-        for k in range(0, len(points), CHUNK):
-            for weights in levels:
-                part = value_and_gradient(weights, points[k : k + CHUNK])
-                f[k : k + CHUNK] += part[0]
-                gradient[k : k + CHUNK] += part[1]
-    return f, gradient
-
-
-def values(levels: Sequence[Weights], points: Tensor) -> Tensor:
-    """f_i at points (n, 3), without a graph. (n,)"""
-    f = points.new_zeros(len(points))
-    with torch.no_grad():
-        for k in range(0, len(points), CHUNK):
-            for weights in levels:
-                f[k : k + CHUNK] += value(weights, points[k : k + CHUNK])[:, 0]
-    return f
+        return Pool(
+            points=self.points[index],
+            distance=take(self.distance),
+            normals=take(self.normals),
+            frozen=self.frozen[index],
+            frozen_gradient=self.frozen_gradient[index],
+            colours=take(self.colours),
+        )
 
 
 class Sampler:
-    """Draws the pools of a level: `frozen` are the levels before it, `deltas` their bands."""
+    """Draws the pools that one level, or the texture, is trained on."""
 
     def __init__(
         self,
@@ -92,12 +82,16 @@ class Sampler:
         device: torch.device,
         rng: np.random.Generator,
     ) -> None:
+        """frozen: the levels before. deltas: the half widths of their bands. device: where the pools are."""
         self._shape, self._frozen, self._deltas, self._device, self._rng = shape, frozen, deltas, device, rng
         self._delta = deltas[-1] if deltas else FIRST_BAND
         self._strays = self._find_strays() if frozen else np.empty((0, 3))
 
     def surface(self, count: int) -> Pool:
-        """Surface samples; of a cloud, a part moved along the normal: f_i(x + t N) = t, grad f_i(x + t N) = N."""
+        """Draw samples of the surface, with normals.
+
+        Of a cloud, a part is moved along the normal, where f_i(x + t N) = t and grad f_i(x + t N) = N.
+        """
         drawn = self._shape.surface(count, self._rng)
         moved = int(count * OFFSET_SHARE) if self._shape.resolution else 0
         sides = self._rng.choice((-1.0, 1.0), moved)
@@ -109,36 +103,33 @@ class Sampler:
         return self._pool(points, distance=distance, normals=drawn.normals)
 
     def volume(self, count: int) -> Pool:
-        """Samples of Omega_{i-1}: for level 1 half of the domain, half of a shell; then the band |f_{i-1}| < delta."""
-        points = self._volume(count)
+        """Draw samples of Omega_{i-1}, where the level is defined, with their distances.
+
+        For level 1, half of them are in the domain and half in a shell around the surface; for a residual, all are in
+        the band |f_{i-1}| < delta_{i-1}.
+        """
+        points = self._volume_points(count)
         distance = self._shape.distance(points)
         if self._frozen:  # A stray need not learn how far away the surface is, only that it is not here.
             distance = np.clip(distance, -STRAY_REACH * self._delta, STRAY_REACH * self._delta)
         return self._pool(points, distance=np.where(np.abs(distance) < self._shape.resolution, np.nan, distance))
 
     def coloured(self, count: int) -> Pool:
-        """Surface samples with their colours."""
+        """Draw samples of the surface, with colours."""
         drawn = self._shape.surface(count, self._rng)
         return self._pool(drawn.points, colours=drawn.colours)
 
     def band(self, count: int) -> Pool:
-        """Samples of level 1's band, which holds every level's surface, for colours that all of them can wear.
+        """Draw samples of the first level's band, which holds every level's surface, for colours that fit all of them.
 
-        frozen, frozen_gradient: of the finest level that is defined at each sample (Eq. 3).
+        `frozen` and `frozen_gradient` of the pool are those of the finest level defined at each sample (Eq. 3).
         """
-        delta = self._deltas[0]
         seeds = self._shape.surface(count, self._rng).points
-        points = self._tensor(sampling.dithered(seeds, delta, self._in_first_band, count, self._rng))
-        f, gradient = evaluate(self._frozen[:1], points)
-        inside = torch.ones_like(f, dtype=torch.bool)
-        for weights, width in zip(self._frozen[1:], self._deltas, strict=False):
-            inside &= f.abs() < width
-            part = evaluate([weights], points[inside])
-            f[inside] += part[0]
-            gradient[inside] += part[1]
+        points = self._tensor(sampling.dithered(seeds, self._deltas[0], self._in_first_band, count, self._rng))
+        f, gradient, _ = nested_field_and_gradient(self._frozen, self._deltas, points)
         return Pool(points, None, None, f, gradient)
 
-    def _volume(self, count: int) -> Doubles:
+    def _volume_points(self, count: int) -> Doubles:
         seeds = self._shape.surface(count, self._rng).points
         if self._frozen:
             if len(self._strays):
@@ -149,30 +140,25 @@ class Sampler:
         return np.concatenate((far, near))
 
     def _find_strays(self) -> Doubles:
-        """Points of the band where the levels before are wrong by half its width or more: new pieces may appear there.
+        """Find points of the band where the levels before are wrong by half its width or more. Returns (M, 3).
 
-        Dithering around the surface alone sees them rarely (within thin parts) or never (far away). Drawn again by the
-        squares of the errors.
+        New pieces of surface may appear there. Dithering around the surface alone sees such points rarely (within thin
+        parts) or never (far away). They are drawn with a probability in proportion to the squares of their errors.
         """
         points = sampling.domain(STRAY_CANDIDATES, self._rng)
         points = points[self._in_band(points)]
-        f = np.asarray(values(self._frozen, self._tensor(points)).cpu(), np.float64)
+        f = np.asarray(field(self._frozen, self._tensor(points)).cpu(), np.float64)
         error = np.abs(self._shape.distance(points) - f)
         wrong = error > STRAY_ERROR * self._delta
         points, weight = points[wrong], error[wrong] ** 2
         return self._rng.choice(points, STRAYS, p=weight / weight.sum()) if len(points) else points
 
     def _in_first_band(self, points: Doubles) -> NDArray[np.bool_]:
-        return np.asarray((values(self._frozen[:1], self._tensor(points)).abs() < self._deltas[0]).cpu())
+        return np.asarray(in_band(self._frozen[:1], self._deltas[:1], self._tensor(points)).cpu())
 
     def _in_band(self, points: Doubles) -> NDArray[np.bool_]:
-        """Eq. 3: |f_k| < delta_k for every level k before this one."""
-        at = self._tensor(points)
-        f, inside = at.new_zeros(len(at)), torch.ones(len(at), dtype=torch.bool, device=at.device)
-        for weights, delta in zip(self._frozen, self._deltas, strict=True):
-            f += values([weights], at)
-            inside &= f.abs() < delta
-        return np.asarray(inside.cpu())
+        """Tell at which points (N, 3) the level that is to be trained is defined: (N,)."""
+        return np.asarray(in_band(self._frozen, self._deltas, self._tensor(points)).cpu())
 
     def _tensor(self, array: Doubles) -> Tensor:
         return torch.from_numpy(array.astype(np.float32)).to(self._device)
@@ -185,6 +171,12 @@ class Sampler:
         colours: Doubles | None = None,
     ) -> Pool:
         positions = self._tensor(points)
-        known = [None if a is None else self._tensor(a) for a in (distance, normals, colours)]
-        frozen, frozen_gradient = evaluate(self._frozen, positions)
-        return Pool(positions, known[0], known[1], frozen, frozen_gradient, known[2])
+        frozen, frozen_gradient = field_and_gradient(self._frozen, positions)
+        return Pool(
+            points=positions,
+            distance=None if distance is None else self._tensor(distance),
+            normals=None if normals is None else self._tensor(normals),
+            frozen=frozen,
+            frozen_gradient=frozen_gradient,
+            colours=None if colours is None else self._tensor(colours),
+        )

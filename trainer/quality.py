@@ -1,4 +1,4 @@
-"""How good a trained sum of levels is, measured on surface points that training never saw."""
+"""How good trained levels are, measured at points of the surface that training never saw."""
 
 import time
 from collections.abc import Sequence
@@ -9,63 +9,70 @@ import torch
 from torch import Tensor
 
 from .bands import delta
+from .networks.nested import field, field_and_gradient
 from .networks.network import Weights
-from .pools import evaluate, values
 from .shapes.shape import Doubles, Shape
 
 POINTS = 100_000
+"""Held-out points of the surface that quality is measured at."""
 BAND_POINTS = 200_000
+"""Points of the surface that Eq. 5 uses beside the held-out ones and the input's own."""
 LIPSCHITZ_POINTS = 100_000
+"""Points that the largest gradient is measured at, or fewer than twice as many."""
+TRIAL_POINTS = 4096
+"""Points that the time of an evaluation is measured at."""
 SEED = 0x5EED
 
 
 @dataclass(frozen=True)
 class Quality:
-    """mean_f: mean |f_i|, model units; angle: mean angle between grad f_i and the normal, degrees."""
+    """How far a level is from the shape, on the shape's surface."""
 
     mean_f: float
+    """Mean |f_i|, model units."""
     angle: float
+    """Mean angle between grad f_i and the normal, degrees."""
 
 
-class Probe:
-    """Surface points to measure on, drawn once: `held_out` that training never sees, `everywhere` for Eq. 5."""
+class SurfaceProbe:
+    """Points of a shape's surface, drawn once, at which all levels of a training are measured."""
 
     def __init__(self, shape: Shape, device: torch.device) -> None:
         rng = np.random.default_rng(SEED)
         drawn = shape.surface(POINTS, rng, held_out=True)
-        self.held_out, self._normals = (_tensor(array, device) for array in (drawn.points, drawn.normals))
+        self._held_out, self._normals = (_tensor(array, device) for array in (drawn.points, drawn.normals))
         more = shape.surface(BAND_POINTS, rng).points
-        self.everywhere = torch.cat((self.held_out, _tensor(np.concatenate((shape.inputs(), more)), device)))
+        self._all = torch.cat((self._held_out, _tensor(np.concatenate((shape.inputs(), more)), device)))
 
     def measure(self, levels: Sequence[Weights]) -> list[Quality]:
-        """Quality of f_1, f_2, ..., one for each level."""
-        f, gradient = self.held_out.new_zeros(len(self.held_out)), torch.zeros_like(self.held_out)
-        found = []
+        """Measure f_1, f_2, ... at the held-out points. Returns one Quality for each level."""
+        f, gradient = self._held_out.new_zeros(len(self._held_out)), torch.zeros_like(self._held_out)
+        qualities = []
         for weights in levels:
-            part = evaluate([weights], self.held_out)
-            f, gradient = f + part[0], gradient + part[1]
+            value_part, gradient_part = field_and_gradient([weights], self._held_out)
+            f, gradient = f + value_part, gradient + gradient_part
             cosine = torch.nn.functional.cosine_similarity(gradient, self._normals, dim=1).clamp(-1, 1)
-            found.append(Quality(float(f.abs().mean()), float(torch.rad2deg(torch.acos(cosine)).mean())))
-        return found
+            qualities.append(Quality(float(f.abs().mean()), float(torch.rad2deg(torch.acos(cosine)).mean())))
+        return qualities
 
     def delta(self, levels: Sequence[Weights]) -> float:
-        """The band's half width by Eq. 5, x_j being the input's own points and as many more as the band needs."""
-        return delta(values(levels, self.everywhere))
+        """Compute the last level's delta by Eq. 5, at the input's own points and at 300,000 more of the surface."""
+        return delta(field(levels, self._all))
 
     def seconds(self, levels: Sequence[Weights]) -> float:
-        """How long `delta`, `lipschitz` and `measure` will take on networks like these."""
-        sample = self.held_out[:4096]
-        evaluate(levels, sample)
+        """Estimate how many seconds `delta`, `lipschitz` and `measure` will take on networks like these."""
+        sample = self._held_out[:TRIAL_POINTS]
+        field_and_gradient(levels, sample)
         began = time.perf_counter()
-        evaluate(levels, sample)
-        points = len(self.everywhere) / 2 + LIPSCHITZ_POINTS + len(self.held_out)  # a value costs half
+        field_and_gradient(levels, sample)
+        points = len(self._all) / 2 + LIPSCHITZ_POINTS + len(self._held_out)  # a value costs half as much
         return (time.perf_counter() - began) * points / len(sample)
 
 
 def lipschitz(levels: Sequence[Weights], points: Tensor) -> float:
-    """Largest |grad f_i| at points (n, 3), or at `LIPSCHITZ_POINTS` of them."""
+    """Measure the largest |grad f_i| at points (N, 3), or at every k-th where there are many."""
     thinned = points[:: max(1, len(points) // LIPSCHITZ_POINTS)]
-    return float(torch.linalg.vector_norm(evaluate(levels, thinned)[1], dim=1).max())
+    return float(torch.linalg.vector_norm(field_and_gradient(levels, thinned)[1], dim=1).max())
 
 
 def _tensor(array: Doubles, device: torch.device) -> Tensor:

@@ -1,4 +1,4 @@
-"""Where the loss is sampled: along the surface's normals (Fig. 3b), in the band around it (Fig. 3a), everywhere."""
+"""Where the loss is sampled: along the surface's normals (Fig. 3b), in the band around it (Fig. 3a), in the domain."""
 
 from collections.abc import Callable
 
@@ -9,37 +9,42 @@ from ..model.errors import UserError
 from .shapes.shape import Doubles
 
 Distance = Callable[[Doubles], Doubles]
+"""Points (N, 3) -> distances (N,)."""
 Mask = Callable[[Doubles], NDArray[np.bool_]]
+"""Points (N, 3) -> which of them to keep (N,)."""
 
 REDUCTIONS = 10
 """Small steps in which t_j goes from the band's half width down to zero."""
 TOLERANCE = 0.01
 """Share by which the distance to the surface may fall short of t_j: facets and sampled clouds are not smooth."""
 ROUNDS = 200
+"""Most rounds of dithering; each draws at least four times as many points as are still missing."""
 
 
 def offsets(points: Doubles, directions: Doubles, largest: float, clearance: Distance) -> Doubles:
-    """t_j of Fig. 3b: the largest t_j <= `largest` at which points_j + t_j directions_j is at distance t_j. (n,)
+    """Find how far each point of the surface may move along its normal and stay the nearest one (Fig. 3b).
 
-    directions: (n, 3) unit normals, or their opposites to go inside. clearance: unsigned distance to the surface at
-    (m, 3) points. Where no step down to zero fits, t_j is 0.
+    points: (N, 3). directions: (N, 3), unit normals, or their opposites to go inside. clearance: gives the unsigned
+    distance to the surface. Returns t (N,): the largest t_j <= `largest`, in steps of a tenth of it, at which
+    points_j + t_j directions_j is at distance t_j; 0 where no step fits.
     """
     t = np.full(len(points), largest)
-    left = np.arange(len(points))
+    short = np.arange(len(points))
     for k in range(REDUCTIONS - 1, -1, -1):
-        reached = clearance(points[left] + t[left, None] * directions[left])
-        left = left[reached < t[left] * (1 - TOLERANCE)]
-        if not len(left):
+        distance = clearance(points[short] + t[short, None] * directions[short])
+        short = short[distance < t[short] * (1 - TOLERANCE)]
+        if not len(short):
             break
-        t[left] = largest * k / REDUCTIONS
+        t[short] = largest * k / REDUCTIONS
     return t
 
 
 def dithered(points: Doubles, delta: float, inside: Mask, count: int, rng: np.random.Generator) -> Doubles:
-    """`count` points of the band by Fig. 3a: every coordinate perturbed within (-2 delta, 2 delta), rejected outside.
+    """Draw `count` points of the band around the surface, by dithering with rejection (Fig. 3a).
 
-    points: (n, 3) on the surface. inside: |f_{i-1}(x)| < delta at (m, 3) points. Raises UserError where the band is
-    (nearly) never hit.
+    Each coordinate of a point of the surface is perturbed within (-2 delta, 2 delta), and the result is rejected
+    outside the band. points: (N, 3), on the surface. inside: tells which points are in the band, |f_{i-1}| < delta.
+    Returns (count, 3). Raises UserError where the band is hit too rarely.
     """
     kept: list[Doubles] = []
     missing = count
@@ -57,5 +62,5 @@ def dithered(points: Doubles, delta: float, inside: Mask, count: int, rng: np.ra
 
 
 def domain(count: int, rng: np.random.Generator) -> Doubles:
-    """Uniform points of the domain Omega, the cube [-1, 1]^3. (count, 3)"""
+    """Draw `count` uniform points of the domain Omega, the cube [-1, 1]^3. Returns (count, 3)."""
     return rng.uniform(-1, 1, (count, 3))

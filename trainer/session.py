@@ -1,4 +1,4 @@
-"""One call of `mplicits train`: load, train with a progress bar, save, print the figures."""
+"""One run of `mplicits train`: load the shape, train with a progress bar, save the model, print the figures."""
 
 import sys
 import tempfile
@@ -11,41 +11,42 @@ from tqdm import tqdm
 from ..model.errors import UserError
 from ..model.files import show
 from ..model.model import Model, load, save
-from .live import Lines, LiveTraining
-from .machine import prepare
+from .live import JsonLines, LiveTraining
+from .machine import device, prepare
 from .settings import Settings
 from .shapes.load import load_shape
-from .train import Training, device
+from .train import Training
 
 
-class Bar:
-    """Progress on stderr: stage, share done, loss, time left."""
+class TrainingBar:
+    """A `TrainingProgress` that people see: a bar on stderr with the stage, the share done, the loss, the time left."""
 
     def __init__(self, quiet: bool) -> None:
+        """quiet: show no bar; lines of the log are printed all the same."""
         self._quiet = quiet
         self._bar: tqdm[NoReturn] | None = None
 
     def begin(self, stage: str) -> None:
-        """A new bar."""
-        form = "{desc} |{bar}| {percentage:3.0f}%{postfix} {remaining} left"
-        every = 0.1 if sys.stderr.isatty() else 10.0
+        """Show a new bar for the stage."""
+        layout = "{desc} |{bar}| {percentage:3.0f}%{postfix} {remaining} left"
+        interval = 0.1 if sys.stderr.isatty() else 10.0
         self._bar = tqdm(
-            total=1.0, desc=stage, bar_format=form, disable=self._quiet, file=sys.stderr, mininterval=every
+            total=1.0, desc=stage, bar_format=layout, disable=self._quiet, file=sys.stderr, mininterval=interval
         )
 
     def advance(self, fraction: float, loss: float) -> None:
-        """Moves the bar."""
+        """Move the bar to the share `fraction` of the stage, and show the loss."""
         if self._bar is not None:
             self._bar.set_postfix_str(f"loss {loss:.4g}", refresh=False)
             self._bar.update(fraction - self._bar.n)
 
     def end(self) -> None:
-        """Leaves the bar on the screen."""
+        """End the bar, and leave it on the screen."""
         if self._bar is not None:
             self._bar.close()
 
     def say(self, line: str) -> None:
-        """A line above the bar."""
+        """Print a line above the bar."""
         tqdm.write(line, file=sys.stderr)
 
 
@@ -60,18 +61,21 @@ def run(
     began: float,
     live: bool = False,
 ) -> None:
-    """See `trainer.cli`. image: of the texture, if not the mesh's own. began: time.perf_counter() of --seconds' start.
+    """Train the shape `name` as `mplicits train` does, and write the model to `output`.
 
-    Raises UserError, and KeyboardInterrupt where Ctrl-C came before there was anything to save.
+    image: the file of the texture, where it is not the mesh's own. resume: go on with what `output` holds. quiet: show
+    no progress bar. began: the value of time.perf_counter() from which on the user's seconds count. live: print
+    progress as JSON, and save after every level. Raises UserError, and KeyboardInterrupt where Ctrl-C came before there
+    was anything to save.
     """
     prepare(device(settings.device))
-    bar = Bar(quiet)
+    bar = TrainingBar(quiet)
     before = load(output) if resume and output.exists() else None
     shape, warnings = load_shape(name, image)
     for warning in warnings:
         bar.say(f"warning: {warning}")
     if live:
-        training: Training = LiveTraining(shape, settings, Lines(bar.say), began, partial(save, path=output))
+        training: Training = LiveTraining(shape, settings, JsonLines(bar.say), began, partial(save, path=output))
     else:
         training = Training(shape, settings, bar, began)
     model = training.run(before)
@@ -82,7 +86,10 @@ def run(
 
 
 def _save(model: Model, output: Path) -> None:
-    """Saves to `output`, or, where that fails after all (a full disk), to the system's folder for temporary files."""
+    """Save the model; where that fails after all (a full disk), save it in the system's folder for temporary files.
+
+    Raises UserError in that case, which names the file that was written.
+    """
     try:
         save(model, output)
     except UserError as error:
@@ -92,7 +99,7 @@ def _save(model: Model, output: Path) -> None:
 
 
 def report(model: Model, output: Path) -> str:
-    """The figures of a trained model, a line a level."""
+    """Describe a trained model for people: one line for each level, then one for the file."""
     lines = [
         f"level {i}: {record['network']}, mean |f| {record['mean_f']:.2e}, "
         f"mean normal angle {record['angle']:.2f} degrees, delta {level.delta:.4f}, {record['steps']} steps"

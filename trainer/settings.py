@@ -1,4 +1,4 @@
-"""What a user may choose, and the defaults; the texts of the command line parsed."""
+"""What a user may choose of a training, the defaults, and the parsing of the command line's texts."""
 
 import re
 from dataclasses import dataclass, field, replace
@@ -8,10 +8,12 @@ from ..model.errors import UserError
 
 @dataclass(frozen=True)
 class Preset:
-    """levels: as --levels takes them. packed: weights on the grids that Shadertoy texts are packed on."""
+    """A choice of levels that has a name."""
 
     levels: str
+    """As --levels takes them."""
     packed: bool = False
+    """Whether weights are quantised (model/quantise.py), for short Shadertoy texts."""
 
 
 PRESETS = {
@@ -28,17 +30,25 @@ STEPS = (4000, 10_000)
 TEXTURE_STEPS = 2000
 TEXTURE_OMEGA = 50.0
 TEXTURE_WIDEST, TEXTURE_DEEPEST = 64, 2
-WIDEST, DEEPEST, MOST = 1024, 8, 8
+"""Largest texture network that is chosen without --texture-network."""
+WIDEST, DEEPEST, MOST_LEVELS = 1024, 8, 8
+"""Limits of what the command line takes."""
+OMEGA_WIDTH = 64
+"""Width of a network below which the default omega_0 is lower."""
+LARGEST = 1e12
+"""Numbers on the command line are smaller than this."""
 
 
 @dataclass(frozen=True)
 class LossWeights:
-    """Factors of the loss: the three terms of Eq. 4, and `distance` of the values off the surface."""
+    """Factors of the terms of a level's loss (Eq. 4)."""
 
     value: float
+    """Of the values on the surface."""
     normal: float
     eikonal: float
     distance: float
+    """Of the values off the surface, where the exact distance is known."""
 
 
 FIRST_LEVEL = LossWeights(value=30_000.0, normal=100.0, eikonal=10.0, distance=3000.0)
@@ -49,83 +59,94 @@ RESIDUAL = LossWeights(value=300_000.0, normal=100.0, eikonal=3.0, distance=3000
 
 @dataclass(frozen=True)
 class Settings:
-    """networks: (width, depth) of each level. omegas: omega_0 of each, then of the texture, or its default.
-
-    steps: of each level, then of the texture. seconds: wall time of the whole training, in place of `steps`, or None.
-    weights: of the loss, where not default. packed: weights on grids of 6 bits (rounding.py). texture_network: its
-    (width, depth), or its default.
-    """
+    """The choices for one training; the model's provenance keeps them under these names."""
 
     networks: tuple[tuple[int, int], ...]
+    """(width, depth) of each level, coarse to fine."""
     omegas: tuple[float, ...]
+    """omega_0 of each level, and of the texture where it is not the default."""
     steps: tuple[int, ...]
+    """Optimiser steps of each level, then of the texture."""
     seconds: float | None = None
+    """Wall time of the whole training, in place of `steps`."""
     texture: bool = True
+    """Whether colours are learnt, where the shape has them."""
     seed: int = 0
     device: str = "auto"
+    """"auto", "cpu" or "cuda"."""
     weights: dict[str, float] = field(default_factory=dict)
+    """Those of `LossWeights` that are not the default, by name."""
     packed: bool = False
+    """Whether weights are quantised in every step (networks/quantised.py)."""
     texture_network: tuple[int, int] | None = None
+    """(width, depth) of the texture; None: chosen by the last level's."""
 
     def texture_size(self) -> tuple[int, int]:
-        """(width, depth) of the texture network: that of the last level, within limits."""
+        """Choose (width, depth) of the texture network: what was asked for, or that of the last level within limits."""
         width, depth = self.networks[-1]
         return self.texture_network or (min(width, TEXTURE_WIDEST), min(depth, TEXTURE_DEEPEST))
 
     def texture_omega(self) -> float:
-        """omega_0 of the texture network."""
+        """Choose omega_0 of the texture network."""
         given = self.omegas[len(self.networks) :]
         return given[0] if given else TEXTURE_OMEGA
 
     def loss_weights(self, first: bool) -> LossWeights:
-        """Those of level 1 or of a residual: the defaults, changed by `weights`."""
+        """Choose the loss weights of level 1, or of a residual: the defaults, changed by `weights`."""
         return replace(FIRST_LEVEL if first else RESIDUAL, **self.weights)
 
 
 def networks(text: str, option: str = "--levels") -> tuple[tuple[int, int], ...]:
-    """`64x1,64x2` -> ((64, 1), (64, 2)): (N, d) in the paper's notation. Raises UserError."""
-    found = []
+    """Parse the sizes of networks: `64x1,64x2` -> ((64, 1), (64, 2)), (N, d) in the paper's notation.
+
+    option: the option's name for error messages. Raises UserError.
+    """
+    sizes = []
     for part in text.split(","):
         match = re.fullmatch(r"\s*(\d{1,5})x(\d{1,3})\s*", part, re.ASCII)
         if not match or not 1 <= int(match[1]) <= WIDEST or int(match[2]) > DEEPEST:
             raise UserError(f"{option}: {part!r} is not NxD (64x1) with N up to {WIDEST}, D up to {DEEPEST}")
-        found.append((int(match[1]), int(match[2])))
-    if len(found) > MOST:
-        raise UserError(f"{option}: {len(found)} levels; at most {MOST}")
-    return tuple(found)
+        sizes.append((int(match[1]), int(match[2])))
+    if len(sizes) > MOST_LEVELS:
+        raise UserError(f"{option}: {len(sizes)} levels; at most {MOST_LEVELS}")
+    return tuple(sizes)
 
 
 def omegas(text: str | None, sizes: tuple[tuple[int, int], ...]) -> tuple[float, ...]:
-    """`30,60` -> one omega_0 a level, and that of the texture where it is given. Raises UserError.
+    """Parse omega_0 of each level, and of the texture where it is given: `30,60` -> (30.0, 60.0).
 
-    By default `OMEGAS`, less for narrow networks, which have too few sines to fill the spectrum: as the root of width.
+    text: None for the defaults: `OMEGAS`, lowered for narrow networks in proportion to the root of the width, since
+    they have too few sines to fill the spectrum. sizes: (width, depth) of each level. Raises UserError.
     """
     count = len(sizes)
     if text is None:
         return tuple(
-            round(OMEGAS[min(i, len(OMEGAS) - 1)] * min(1, (width / 64) ** 0.5), 1)
+            round(OMEGAS[min(i, len(OMEGAS) - 1)] * min(1, (width / OMEGA_WIDTH) ** 0.5), 1)
             for i, (width, _) in enumerate(sizes)
         )
-    found = _numbers("--omega", text)
-    if len(found) not in (count, count + 1) or min(found) <= 0:
+    values = _numbers("--omega", text)
+    if len(values) not in (count, count + 1) or min(values) <= 0:
         raise UserError(
             f"--omega: {text!r}: {count} positive numbers are needed, one for each level (and one more for the texture)"
         )
-    return tuple(found)
+    return tuple(values)
 
 
 def steps(text: str | None, count: int) -> tuple[int, ...]:
-    """`1500,6000` -> steps of `count` levels and the texture; the last number repeats. Raises UserError."""
+    """Parse the steps of `count` levels and of the texture: `1500,6000` -> (1500, 6000, 6000), the last one repeated.
+
+    text: None for the defaults. Raises UserError.
+    """
     if text is None:
         return (*(STEPS[min(i, 1)] for i in range(count)), TEXTURE_STEPS)
-    found = _numbers("--steps", text)
-    if len(found) > count + 1 or min(found) < 1 or any(n != int(n) for n in found):
+    numbers = _numbers("--steps", text)
+    if len(numbers) > count + 1 or min(numbers) < 1 or any(n != int(n) for n in numbers):
         raise UserError(f"--steps: {text!r}: whole numbers from 1 are needed, one a level and one for the texture")
-    return tuple(int(found[min(i, len(found) - 1)]) for i in range(count + 1))
+    return tuple(int(numbers[min(i, len(numbers) - 1)]) for i in range(count + 1))
 
 
 def loss_weights(text: str | None) -> dict[str, float]:
-    """`value=3000,normal=100` -> the weights it names. Raises UserError."""
+    """Parse weights of the loss: `value=3000,normal=100` -> {"value": 3000.0, "normal": 100.0}. Raises UserError."""
     known = LossWeights.__dataclass_fields__
     chosen: dict[str, float] = {}
     for part in text.split(",") if text else []:
@@ -139,10 +160,11 @@ def loss_weights(text: str | None) -> dict[str, float]:
 
 
 def _numbers(option: str, text: str) -> list[float]:
+    """Parse numbers joined by commas. option: its name for error messages. Raises UserError."""
     try:
-        found = [float(part) for part in text.split(",")]
+        numbers = [float(part) for part in text.split(",")]
     except ValueError:
         raise UserError(f"{option}: {text!r} is not a number, or numbers with commas between") from None
-    if not all(abs(number) < 1e12 for number in found):
+    if not all(abs(number) < LARGEST for number in numbers):
         raise UserError(f"{option}: {text!r}: too large, or not finite")
-    return found
+    return numbers

@@ -1,4 +1,7 @@
-"""The texture network g (Section 3.2, normal and texture mapping): model space -> sRGB, constant along normals."""
+"""The training step of the texture network g (Section 3.2, normal and texture mapping).
+
+g maps model space to sRGB; it is fitted to the colours on the surface and kept constant along normals in the band.
+"""
 
 from collections.abc import Callable
 
@@ -10,46 +13,53 @@ from .networks.fit import Step
 from .networks.network import Weights, add_derivative_along, initial, value_along
 from .pools import Pool
 
-RATE, LAST = 3e-2, 0.1
-"""Of the optimiser: see `trainer.fit.Task`."""
+RATE, OUTPUT_FACTOR = 3e-2, 0.1
+"""`Task.rate` and `Task.output_factor` of the texture."""
 SMOOTHNESS = 2e-4
 """Weight of the second term of the loss: derivatives of colour are larger than colours, by about omega."""
 BATCH = 4096
+"""Samples of a step."""
+GREY = 0.5
+"""Mid-grey, in every channel."""
 
 
 def start(network: tuple[int, int], omega: float, seed: int, device: torch.device) -> Callable[[], Weights]:
-    """Makes the network (width, depth) at its beginning, mid-grey within its noise."""
+    """Return a function that makes the texture network as it is before the first step: mid-grey, and some noise.
+
+    network: (width, depth). omega: omega_0.
+    """
 
     def make() -> Weights:
         weights = initial(network, omega, 3, torch.Generator().manual_seed(seed))
-        weights[-1] += 0.5
+        weights[-1] += GREY
         return [w.to(device) for w in weights]
 
     return make
 
 
 def step(surface: Pool, band: Pool, generator: torch.Generator) -> Step:
-    """One batch of the texture loss: colour on the surface, <grad g, grad f>^2 in the band."""
+    """Make the texture's training step: one batch of colours on the surface and of <grad g, grad f>^2 in the band."""
     half = min(BATCH // 2, len(surface.points), len(band.points))
-    on, around = surface.batches(half, generator), band.batches(half, generator)
+    surface_batches, band_batches = surface.batches(half, generator), band.batches(half, generator)
 
     def run(weights: Weights) -> float:
-        here, there = next(on), next(around)
-        assert here.colours is not None
-        points = torch.cat((here.points, there.points))
-        normals = torch.cat((here.frozen_gradient, there.frozen_gradient))
-        found = value_along(weights, points, normals)
-        loss, d_value, d_along = texture_loss(found.value, found.along, here.colours)
-        add_derivative_along(weights, found, d_value, d_along)
+        on, around = next(surface_batches), next(band_batches)
+        assert on.colours is not None
+        points = torch.cat((on.points, around.points))
+        normals = torch.cat((on.frozen_gradient, around.frozen_gradient))
+        forward = value_along(weights, points, normals)
+        loss, d_value, d_along = texture_loss(forward.value, forward.along, on.colours)
+        add_derivative_along(weights, forward, d_value, d_along)
         return loss.item()
 
     return run
 
 
 def texture_loss(colours: Tensor, along: Tensor, truth: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """T(phi) of Section 3.2 and its derivatives with respect to g and to <grad g, grad f>.
+    """Compute T(phi) of Section 3.2.
 
-    colours, along: (n, 3) at the surface's points, whose colours are `truth`, then at those of the band.
+    colours: (N, 3), values of g, and along: (N, 3), <grad g, grad f>, at points of the surface, whose colours are
+    truth: (M, 3), then at points of the band. Returns the loss, and its derivatives with respect to colours and along.
     """
     on = len(truth)
     colour, d_colour = losses.colour(colours[:on], truth)
@@ -60,6 +70,6 @@ def texture_loss(colours: Tensor, along: Tensor, truth: Tensor) -> tuple[Tensor,
 
 
 def idle_loss(surface: Pool) -> float:
-    """The loss of mid-grey."""
+    """Compute the loss of mid-grey, which is what a texture that has collapsed is left with."""
     assert surface.colours is not None
-    return losses.colour(torch.full_like(surface.colours, 0.5), surface.colours)[0].item()
+    return losses.colour(torch.full_like(surface.colours, GREY), surface.colours)[0].item()

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from mplicits.trainer.shapes import demo
 from mplicits.trainer.shapes.load import load_shape
-from mplicits.trainer.shapes.shape import Doubles, Surface
+from mplicits.trainer.shapes.shape import Doubles, SurfacePoints
 from scipy.spatial import cKDTree
 
 
 @pytest.fixture(scope="module")
-def surface() -> Surface:
+def surface() -> SurfacePoints:
     return demo.sample_surface(400_000, np.random.default_rng(0))
 
 
@@ -20,12 +20,12 @@ def slopes(points: Doubles, step: float = 1e-5) -> Doubles:
     )
 
 
-def test_surface_points_are_at_distance_zero(surface: Surface) -> None:
+def test_surface_points_are_at_distance_zero(surface: SurfacePoints) -> None:
     # Also shows that the parts are disjoint: a point inside another part would have a negative distance.
     assert np.abs(demo.signed_distance(surface.points)).max() < 1e-9
 
 
-def test_distance_is_that_to_a_dense_sample_of_the_surface(surface: Surface) -> None:
+def test_distance_is_that_to_a_dense_sample_of_the_surface(surface: SurfacePoints) -> None:
     points = np.random.default_rng(1).uniform(-1, 1, (4000, 3))
     inner = surface.points[:4000] - np.random.default_rng(2).uniform(0, 0.07, (4000, 1)) * surface.normals[:4000]
     distance = demo.signed_distance(np.concatenate((points, inner)))
@@ -37,25 +37,25 @@ def test_distance_is_that_to_a_dense_sample_of_the_surface(surface: Surface) -> 
     assert (distance[4000:] < 1e-9).all()
 
 
-def test_gradient_has_length_one(surface: Surface) -> None:
+def test_gradient_has_length_one(surface: SurfacePoints) -> None:
     points = np.random.default_rng(1).uniform(-1, 1, (3000, 3))
     lengths = np.linalg.norm(slopes(points), axis=1)
     assert (np.abs(lengths - 1) < 1e-4).mean() > 0.995  # all but the points beside the medial axis
 
 
-def test_normals_are_the_gradient(surface: Surface) -> None:
+def test_normals_are_the_gradient(surface: SurfacePoints) -> None:
     found = slopes(surface.points[:3000] + 1e-3 * surface.normals[:3000])
     assert np.median(np.abs(found - surface.normals[:3000])) < 1e-6
     assert (np.einsum("ij,ij->i", found, surface.normals[:3000]) > 0.999).mean() > 0.99  # less where parts nearly touch
 
 
-def test_it_fits_the_unit_sphere(surface: Surface) -> None:
+def test_it_fits_the_unit_sphere(surface: SurfacePoints) -> None:
     assert 0.998 < np.linalg.norm(surface.points, axis=1).max() <= 1 + 1e-9
     middle = (surface.points.min(axis=0) + surface.points.max(axis=0)) / 2
     assert np.abs(middle).max() < 2e-3
 
 
-def test_samples_are_uniform_by_area(surface: Surface) -> None:
+def test_samples_are_uniform_by_area(surface: SurfacePoints) -> None:
     """Divergence theorem: over a uniform sample the normals' mean is 0, and that of <x, n> is 3 volume / area."""
     tubes, beads, radius = demo._rope().tubes, demo._rope().beads, demo._rope().radius
     length = sum(np.linalg.norm(np.diff(tube.tree.data, axis=0), axis=1).sum() for tube in tubes)
@@ -66,7 +66,7 @@ def test_samples_are_uniform_by_area(surface: Surface) -> None:
     assert np.einsum("ij,ij->i", surface.points, surface.normals).mean() == pytest.approx(3 * volume / area, abs=0.003)
 
 
-def test_colours_are_srgb_and_many(surface: Surface) -> None:
+def test_colours_are_srgb_and_many(surface: SurfacePoints) -> None:
     assert surface.colours is not None
     assert surface.colours.min() >= 0
     assert surface.colours.max() <= 1

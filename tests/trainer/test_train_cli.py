@@ -72,12 +72,12 @@ def test_the_bar_names_level_loss_and_time_left(ball: str, capsys: pytest.Captur
 def test_ctrl_c_saves_and_says_so(
     ball: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from mplicits.trainer.session import Bar
+    from mplicits.trainer.session import TrainingBar
 
-    def press(self: Bar, fraction: float, loss: float) -> None:
+    def press(self: TrainingBar, fraction: float, loss: float) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(Bar, "advance", press)
+    monkeypatch.setattr(TrainingBar, "advance", press)
     assert cli.main(["train", ball, *QUICK]) == 0
     assert "saved" in capsys.readouterr().err
     assert load(Path("ball.safetensors")).provenance["interrupted"]

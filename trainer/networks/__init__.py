@@ -1,1 +1,1 @@
-"""SIRENs in torch: value and gradient, losses, optimiser, weights on a grid."""
+"""SIRENs in torch: their value and gradient, their losses, their optimisation, and how levels nest."""

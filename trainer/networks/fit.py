@@ -1,4 +1,4 @@
-"""One network's optimisation: schedule, clock, collapse and restart, Ctrl-C."""
+"""The optimisation of one network: its schedule, its clock, restarts after a collapse, and Ctrl-C."""
 
 import math
 import time
@@ -16,42 +16,49 @@ WARM_UP = 0.05
 WATCH_FROM = 0.25
 """Share of the schedule from which the loss is watched; earlier it is high at any rate."""
 IDLE = 0.97
-"""Collapsed: a mean loss above this share of the loss without the network."""
+"""A network has collapsed if its mean loss is above this share of the loss without it."""
 WINDOW = 50
-"""Steps that the mean loss reaches back, and the fewest that a verdict takes."""
+"""Steps that the mean loss reaches back, and the fewest steps after which a collapse is declared."""
 RESTARTS = 3
+"""Most restarts of one network."""
 SLOWER = 3.0
+"""Factor by which each restart lowers the rate."""
+REPORT_EVERY = 10
+"""Steps between two reports to the progress."""
 
 Step = Callable[[Weights], float]
-"""Adds the gradients of one batch to the weights' .grad; returns its loss."""
+"""Adds the gradients of the loss of one batch to the weights' .grad, and returns that loss."""
 
 
-class Progress(Protocol):
-    """What the user sees of a training."""
+class TrainingProgress(Protocol):
+    """Receives the progress of a training, for a person or for another program."""
 
     def begin(self, stage: str) -> None:
-        """A stage begins."""
+        """Announce that a stage begins: a level or the texture."""
 
     def advance(self, fraction: float, loss: float) -> None:
-        """Share of the stage that is done, and a recent mean of the loss."""
+        """Report the share of the stage that is done, in [0, 1], and a recent mean of the loss."""
 
     def end(self) -> None:
-        """The stage is over."""
+        """Announce that the stage is over."""
 
     def say(self, line: str) -> None:
-        """A line for the log."""
+        """Log one line."""
 
 
 @dataclass(frozen=True)
 class Budget:
-    """How long a stage runs: `steps`, or until `deadline` (time.perf_counter(), seconds). `done`: share done before."""
+    """How long one stage of a training may run: a number of steps, or until a point in time."""
 
     steps: int | None = None
+    """Optimiser steps of the whole stage; None: `deadline` counts."""
     deadline: float = 0.0
+    """Value of time.perf_counter(), in seconds, at which the stage ends."""
     done: float = 0.0
+    """Share of the schedule that an interrupted training has already done."""
 
     def clock(self) -> Callable[[int], float]:
-        """Steps since now -> share of the schedule done, in [0, 1]."""
+        """Start the clock: a function from the steps since now to the share of the schedule done, in [0, 1]."""
         begin, steps = time.perf_counter(), self.steps
 
         def progress(step: int) -> float:
@@ -66,20 +73,26 @@ class Budget:
 
 @dataclass(frozen=True)
 class Outcome:
-    """weights: the network. steps: optimiser steps. fraction: share of the schedule done. loss: its recent mean."""
+    """What became of the optimisation of one network."""
 
     weights: Weights
     steps: int
+    """Optimiser steps since the last restart."""
     fraction: float
+    """Share of the schedule done, in [0, 1]; less than 1 after Ctrl-C."""
     restarts: int
     rate: float
+    """Peak rate of the hidden layers after the last restart."""
     loss: float
+    """Recent mean of the loss."""
     interrupted: bool
+    """Whether Ctrl-C ended it."""
     failed: bool
+    """Whether it collapsed or diverged even after the last restart; the network is then zero."""
 
 
 def schedule(progress: float) -> float:
-    """Factor on the learning rate: a short linear rise, then half a cosine down to zero."""
+    """Return the factor on the learning rate: a short linear rise, then half a cosine down to zero."""
     if progress < WARM_UP:
         return progress / WARM_UP
     return 0.5 + 0.5 * math.cos(math.pi * (progress - WARM_UP) / (1 - WARM_UP))
@@ -87,72 +100,86 @@ def schedule(progress: float) -> float:
 
 @dataclass(frozen=True)
 class Task:
-    """What `fit` needs to know of a network.
-
-    start: makes it as it begins. step: see `Step`. idle: the loss without it. rate, last: of `Optimiser`.
-    """
+    """What `fit` needs to know of a network that it trains."""
 
     start: Callable[[], Weights]
+    """Makes the network as it is before the first step."""
     step: Step
     idle: float
+    """The loss without the network."""
     rate: float
-    last: float
+    """Peak rate of the hidden layers."""
+    output_factor: float
+    """Factor on the rate for the output layer."""
 
 
-def fit(task: Task, budget: Budget, progress: Progress) -> Outcome:
-    """Trains a network until the budget is spent or Ctrl-C.
+def fit(task: Task, budget: Budget, progress: TrainingProgress) -> Outcome:
+    """Train a network until the budget is spent or Ctrl-C is pressed.
 
-    Where it has collapsed (its loss is no better than without it) or diverged, it begins again at a lower rate,
-    `RESTARTS` times at most; the log says so. A network that never helps ends as zero, `failed`.
+    Where it collapses (its loss is no better than the loss without it) or diverges, it begins again at a lower rate,
+    `RESTARTS` times at most, and the log says so. A network that never helps ends as zero, marked as failed.
     """
     rate = task.rate
     for restarts in range(RESTARTS + 1):
         weights = [w.requires_grad_() for w in task.start()]
-        run = _run(weights, replace(task, rate=rate), budget, progress)
-        if not run.failed:
+        attempt = _attempt(weights, replace(task, rate=rate), budget, progress)
+        if not attempt.failed:
             break
-        line = f"{run.failed} at step {run.steps} (loss {run.loss:.3g}, {task.idle:.3g} without the network)"
+        line = (
+            f"{attempt.failed} at step {attempt.steps} (loss {attempt.loss:.3g}, {task.idle:.3g} without the network)"
+        )
         if restarts == RESTARTS:
             progress.say(f"{line}: it adds nothing, after {restarts} restarts")
             weights[-2:] = [torch.zeros_like(w) for w in weights[-2:]]
             break
         progress.say(f"{line}: restarted with rate {rate / SLOWER:.2g}")
         rate /= SLOWER
-    fraction = 1.0 if run.failed else run.fraction
     return Outcome(
-        [w.detach() for w in weights], run.steps, fraction, restarts, rate, run.loss, run.interrupted, bool(run.failed)
+        weights=[w.detach() for w in weights],
+        steps=attempt.steps,
+        fraction=1.0 if attempt.failed else attempt.fraction,
+        restarts=restarts,
+        rate=rate,
+        loss=attempt.loss,
+        interrupted=attempt.interrupted,
+        failed=bool(attempt.failed),
     )
 
 
 @dataclass
-class _Run:
+class _Attempt:
+    """One attempt at a network, from its start to the end of the budget, a collapse, or Ctrl-C."""
+
     steps: int = 0
     fraction: float = 0.0
     watched: int = 0
+    """Steps since the loss is watched."""
     loss: float = 0.0
     failed: str = ""
+    """"diverged", "collapsed", or empty."""
     interrupted: bool = False
 
 
-def _run(weights: Weights, task: Task, budget: Budget, progress: Progress) -> _Run:
-    optimiser, clock, run = Optimiser(weights, task.rate, task.last), budget.clock(), _Run(fraction=budget.done)
+def _attempt(weights: Weights, task: Task, budget: Budget, progress: TrainingProgress) -> _Attempt:
+    optimiser, clock = Optimiser(weights, task.rate, task.output_factor), budget.clock()
+    attempt = _Attempt(fraction=budget.done)
     try:
-        while (share := clock(run.steps)) < 1:
+        while (share := clock(attempt.steps)) < 1:
             loss = task.step(weights)
             optimiser.step(schedule(share))
-            run.steps += 1
-            run.fraction = share
-            run.watched = run.watched + 1 if share >= WATCH_FROM else 0
-            run.loss += max(1 / WINDOW, 1 / max(1, run.watched)) * (loss - run.loss)
+            attempt.steps += 1
+            attempt.fraction = share
+            attempt.watched = attempt.watched + 1 if share >= WATCH_FROM else 0
+            attempt.loss += max(1 / WINDOW, 1 / max(1, attempt.watched)) * (loss - attempt.loss)
             if not math.isfinite(loss):
-                run.failed = "diverged"
-            elif run.watched >= WINDOW and run.loss > IDLE * task.idle:
-                run.failed = "collapsed"
-            if run.failed:
-                return run
-            if run.steps % 10 == 0:
-                progress.advance(share, run.loss)
-        run.fraction = 1.0
+                attempt.failed = "diverged"
+            elif attempt.watched >= WINDOW and attempt.loss > IDLE * task.idle:
+                attempt.failed = "collapsed"
+            if attempt.failed:
+                return attempt
+            if attempt.steps % REPORT_EVERY == 0:
+                progress.advance(share, attempt.loss)
+        attempt.fraction = 1.0
     except KeyboardInterrupt:
-        run.interrupted = True
-    return run
+        attempt.interrupted = True
+    return attempt

@@ -1,6 +1,7 @@
-"""The terms of the loss, one function each. Every term is a mean over its points; a level's come with derivatives.
+"""The terms of the training losses, one function each.
 
-f: (n,) values of f_i; gradient: (n, 3) of grad f_i.
+Every term is a mean over its points, and is returned with its derivative. Throughout, f: (N,) holds the values of f_i
+at the points, and gradient: (N, 3) those of grad f_i.
 """
 
 import torch
@@ -11,19 +12,20 @@ SHORTEST = 1e-8
 
 
 def value(f: Tensor, distance: Tensor) -> tuple[Tensor, Tensor]:
-    """First term of Eq. 4, f_i(x_j)^2, and its extension to points at a known distance, (f_i(x) - distance)^2.
+    """Compute the first term of Eq. 4, f_i(x_j)^2, extended to points at a known distance: (f_i(x) - distance)^2.
 
-    A distance of NaN is not known and adds nothing. Also the derivative with respect to f: (n,).
+    distance: (N,); NaN where it is not known, which adds nothing. Returns the term, and its derivative with respect to
+    f: (N,).
     """
     error = (f - distance).nan_to_num()
     return error.square().mean(), error * (2 / len(f))
 
 
 def normal(gradient: Tensor, normals: Tensor) -> tuple[Tensor, Tensor]:
-    """Second term of Eq. 4, 1 - <grad f_i(x_j), N_j>, of the gradient's direction. normals: (n, 3), of length one.
+    """Compute the second term of Eq. 4, 1 - <grad f_i(x_j), N_j>, with the gradient scaled to length one.
 
-    With the gradient's own length the term would pay for |grad f| > 1, against the Eikonal term. Also the derivative
-    with respect to the gradient: (n, 3).
+    With the gradient's own length the term would reward |grad f| > 1, against the Eikonal term. normals: (N, 3), of
+    length one. Returns the term, and its derivative with respect to the gradient: (N, 3).
     """
     shrink = 1 / _length(gradient)
     direction = gradient * shrink
@@ -32,7 +34,7 @@ def normal(gradient: Tensor, normals: Tensor) -> tuple[Tensor, Tensor]:
 
 
 def eikonal(gradient: Tensor) -> tuple[Tensor, Tensor]:
-    """Third term of Eq. 4, (|grad f_i| - 1)^2 over Omega_{i-1}, and its derivative with respect to the gradient."""
+    """Compute the third term of Eq. 4, (|grad f_i| - 1)^2 over Omega_{i-1}, and its derivative to the gradient."""
     length = _length(gradient)
     error = length - 1
     return error.square().mean(), gradient * (error / length * (2 / len(gradient)))
@@ -44,17 +46,17 @@ def _length(vectors: Tensor) -> Tensor:
 
 
 def colour(colours: Tensor, truth: Tensor) -> tuple[Tensor, Tensor]:
-    """First term of the texture loss (Section 3.2, texture mapping), |g - truth|^2 on the surface. Both (n, 3).
+    """Compute the first term of the texture loss (Section 3.2, texture mapping), |g - truth|^2 on the surface.
 
-    Also the derivative with respect to g: (n, 3).
+    colours: (N, 3), the values of g. truth: (N, 3). Returns the term, and its derivative with respect to g: (N, 3).
     """
     error = colours - truth
     return error.square().sum(dim=1).mean(), error * (2 / len(colours))
 
 
 def constant_along_normals(along: Tensor) -> tuple[Tensor, Tensor]:
-    """Second term of the texture loss, <grad g, grad f>^2 in the band |f| <= delta. along: (n, 3), a row per point.
+    """Compute the second term of the texture loss, <grad g, grad f>^2 in the band |f| <= delta.
 
-    Also the derivative with respect to `along`: (n, 3).
+    along: (N, 3), <grad g, grad f> of each channel. Returns the term, and its derivative to `along`: (N, 3).
     """
     return along.square().sum(dim=1).mean(), along * (2 / len(along))

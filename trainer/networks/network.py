@@ -1,9 +1,10 @@
-"""SIRENs (Eq. 2) as plain tensors, and their value and gradient by one hand-written adjoint pass.
+"""SIRENs (Eq. 2) as plain tensors, with their value and gradient by one adjoint pass that is written out by hand.
 
 A network is a list [W_0, b_0, ..., W_n, b_n]; omega_0 is folded into every layer but the last, so that a hidden layer
-is sin(W x + b). The adjoint pass keeps a_j = W_j h_{j-1} + b_j and runs u_{j-1} = (u_j W_j) * cos(a_{j-1}) backwards,
-two matrix products a layer in all, where the paper's Algorithm 1 takes four. Its own derivative with respect to the
-weights, which training needs, is written out by hand as well (`add_derivative`): four more.
+is sin(W x + b). The adjoint pass keeps a_j = W_j h_{j-1} + b_j and runs u_{j-1} = (u_j W_j) * cos(a_{j-1}) backwards.
+This takes two matrix products a layer in all, where the paper's Algorithm 1 takes four. Training also needs the
+derivative of that pass with respect to the weights, which is written out by hand as well (`add_derivative`) and takes
+four more.
 """
 
 import math
@@ -20,12 +21,13 @@ Weights = list[Tensor]
 
 
 def initial(
-    size: tuple[int, int], omega: float, outputs: int, generator: torch.Generator, last: float = 1.0
+    size: tuple[int, int], omega: float, outputs: int, generator: torch.Generator, output_factor: float = 1.0
 ) -> Weights:
-    """A SIREN of size (width, depth) in the paper's notation, initialised as Sitzmann et al. (2020), section 3.2.
+    """Draw the weights of a new SIREN, as Sitzmann et al. (2020), section 3.2.
 
-    omega: omega_0 of Eq. 2, the largest angular frequency of the first layer, radians per model unit and axis.
-    last: factor on the output layer; a residual starts near zero with a small one.
+    size: (width, depth) in the paper's notation. omega: omega_0 of Eq. 2, the largest angular frequency of the first
+    layer, in radians per model unit and axis. output_factor: scales the output layer; with a small factor the network
+    starts near zero.
     """
     width, depth = size
 
@@ -37,11 +39,11 @@ def initial(
     bound = math.sqrt(6 / width)  # sqrt(6 / n) / omega_0, times omega_0
     for _ in range(depth):
         weights += [uniform(width, width, bound), torch.zeros(width)]
-    return [*weights, uniform(outputs, width, bound / omega * last), torch.zeros(outputs)]
+    return [*weights, uniform(outputs, width, bound / omega * output_factor), torch.zeros(outputs)]
 
 
 def value(weights: Weights, points: Tensor) -> Tensor:
-    """Value at points (n, 3): (n, outputs)."""
+    """Evaluate a network at points (N, 3). Returns its values (N, outputs)."""
     hidden = points
     for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
         hidden = torch.addmm(bias, hidden, weight.t()).sin_()
@@ -50,23 +52,25 @@ def value(weights: Weights, points: Tensor) -> Tensor:
 
 @dataclass(frozen=True, eq=False)
 class Adjoint:
-    """f: (n,). gradient: (n, 3). The rest, of each sine layer j and (n, width), is what `add_derivative` needs.
-
-    hidden: the points, then sin a_j. cosines: cos a_j. below: df/d(sin a_j), one row for all points at the top.
-    adjoint: df/da_j.
-    """
+    """Value and gradient of a network, and what `add_derivative` needs of each sine layer j, all of it (N, width)."""
 
     f: Tensor
+    """Value (N,)."""
     gradient: Tensor
+    """Gradient (N, 3)."""
     hidden: list[Tensor]
+    """The points (N, 3), then sin a_j of each layer."""
     cosines: list[Tensor]
+    """cos a_j of each layer."""
     below: list[Tensor]
+    """df/d(sin a_j) of each layer; that of the last is one row for all points."""
     adjoint: list[Tensor]
+    """df/da_j of each layer."""
 
 
 @torch.no_grad()
 def adjoint_pass(weights: Weights, points: Tensor) -> Adjoint:
-    """Value and gradient at points (n, 3), of one output."""
+    """Evaluate value and gradient of a network with one output at points (N, 3), and keep what its derivative needs."""
     hidden, cosines = [points], []
     for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
         angle = torch.addmm(bias, hidden[-1], weight.t())
@@ -82,42 +86,43 @@ def adjoint_pass(weights: Weights, points: Tensor) -> Adjoint:
 
 
 @torch.no_grad()
-def add_derivative(weights: Weights, of: Adjoint, d_f: Tensor, d_gradient: Tensor) -> None:
-    """Adds to the weights' .grad the derivative of a loss whose own with respect to f and grad f are d_f, d_gradient.
+def add_derivative(weights: Weights, forward: Adjoint, d_f: Tensor, d_gradient: Tensor) -> None:
+    """Add the derivative of a loss with respect to the weights to their .grad, which must not be None.
 
-    Uses up what `of` holds.
+    forward: of these weights; it is overwritten. d_f: (N,), d_gradient: (N, 3): the loss's derivatives with respect to
+    f and grad f.
     """
-    found = [weight.grad for weight in weights if weight.grad is not None]
-    layers = len(of.cosines)
+    grads = [weight.grad for weight in weights if weight.grad is not None]
+    layers = len(forward.cosines)
 
     # Back through the adjoint pass, upwards: d_below is dL/d(below[j]), bend is dL/d(cos a_j).
-    found[0].addmm_(of.adjoint[0].t(), d_gradient)
+    grads[0].addmm_(forward.adjoint[0].t(), d_gradient)
     d_adjoint = d_gradient @ weights[0].t()
     bends = []
     for j in range(layers):
-        bends.append(d_adjoint * of.below[j])
-        d_below = d_adjoint.mul_(of.cosines[j])
+        bends.append(d_adjoint * forward.below[j])
+        d_below = d_adjoint.mul_(forward.cosines[j])
         if j + 1 < layers:
-            found[2 * j + 2].addmm_(of.adjoint[j + 1].t(), d_below)
+            grads[2 * j + 2].addmm_(forward.adjoint[j + 1].t(), d_below)
             d_adjoint = d_below @ weights[2 * j + 2].t()
-    found[-2] += d_below.sum(0) + d_f @ of.hidden[-1]
-    found[-1] += d_f.sum()
+    grads[-2] += d_below.sum(0) + d_f @ forward.hidden[-1]
+    grads[-1] += d_f.sum()
 
     # Back through the values, downwards: da_j = dh_j * cos a_j - bend_j * sin a_j.
     d_hidden = d_f[:, None] * weights[-2]
     for j in range(layers - 1, -1, -1):
-        d_angle = d_hidden.mul_(of.cosines[j]).addcmul_(bends[j], of.hidden[j + 1], value=-1)
-        found[2 * j].addmm_(d_angle.t(), of.hidden[j])
-        found[2 * j + 1] += d_angle.sum(0)
+        d_angle = d_hidden.mul_(forward.cosines[j]).addcmul_(bends[j], forward.hidden[j + 1], value=-1)
+        grads[2 * j].addmm_(d_angle.t(), forward.hidden[j])
+        grads[2 * j + 1] += d_angle.sum(0)
         if j:
             d_hidden = d_angle @ weights[2 * j]
 
 
 @torch.no_grad()
 def value_and_gradient(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
-    """Value (n,) and gradient (n, 3) at points (n, 3), of one output, without a graph.
+    """Evaluate a network with one output at points (N, 3). Returns its value (N,) and gradient (N, 3), without a graph.
 
-    `adjoint_pass`, but it keeps no more than the cosines.
+    This is `adjoint_pass`, but it keeps no more than the cosines.
     """
     hidden, cosines = points, []
     for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
@@ -132,26 +137,28 @@ def value_and_gradient(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor
 
 @dataclass(frozen=True, eq=False)
 class Along:
-    """value: (n, outputs). along: its derivative along the directions, (n, outputs).
-
-    The rest is what `add_derivative_along` needs: hidden, tangents: what goes into each layer, points and directions
-    first; cosines, products: cos a_j and W_j t_{j-1} of each sine layer.
-    """
+    """Values of a network, their derivatives along given directions, and what `add_derivative_along` needs."""
 
     value: Tensor
+    """Values (N, outputs)."""
     along: Tensor
+    """Derivatives of the values along the directions (N, outputs)."""
     hidden: list[Tensor]
+    """What goes into each layer: the points (N, 3), then sin a_j (N, width)."""
     tangents: list[Tensor]
+    """The derivative of `hidden` along the directions: the directions (N, 3), then t_j (N, width)."""
     cosines: list[Tensor]
+    """cos a_j of each sine layer (N, width)."""
     products: list[Tensor]
+    """W_j t_{j-1} of each sine layer (N, width)."""
 
 
 @torch.no_grad()
 def value_along(weights: Weights, points: Tensor, directions: Tensor) -> Along:
-    """Value at points (n, 3) and derivative along directions (n, 3), of every output.
+    """Evaluate a network at points (N, 3), and the derivative of every output along directions (N, 3).
 
-    One tangent t_j = (W_j t_{j-1}) * cos a_j forwards: two products a layer, whatever the number of outputs, where
-    their gradients would take one adjoint each.
+    One tangent t_j = (W_j t_{j-1}) * cos a_j is carried forwards. This takes two matrix products a layer whatever the
+    number of outputs, where their gradients would take one adjoint pass each.
     """
     hidden, tangents, cosines, products = [points], [directions], [], []
     for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
@@ -165,36 +172,37 @@ def value_along(weights: Weights, points: Tensor, directions: Tensor) -> Along:
 
 
 @torch.no_grad()
-def add_derivative_along(weights: Weights, of: Along, d_value: Tensor, d_along: Tensor) -> None:
-    """Adds to the weights' .grad the derivative of a loss whose own with respect to value and along are d_*.
+def add_derivative_along(weights: Weights, forward: Along, d_value: Tensor, d_along: Tensor) -> None:
+    """Add the derivative of a loss with respect to the weights to their .grad, which must not be None.
 
-    Uses up what `of` holds.
+    forward: of these weights; it is overwritten. d_value, d_along: (N, outputs), the loss's derivatives with respect
+    to the values and to their derivatives along the directions.
     """
-    found = [weight.grad for weight in weights if weight.grad is not None]
-    found[-2].addmm_(d_value.t(), of.hidden[-1]).addmm_(d_along.t(), of.tangents[-1])
-    found[-1] += d_value.sum(0)
+    grads = [weight.grad for weight in weights if weight.grad is not None]
+    grads[-2].addmm_(d_value.t(), forward.hidden[-1]).addmm_(d_along.t(), forward.tangents[-1])
+    grads[-1] += d_value.sum(0)
     d_hidden, d_tangent = d_value @ weights[-2], d_along @ weights[-2]
-    for j in range(len(of.cosines) - 1, -1, -1):
-        bend = of.products[j].mul_(d_tangent)  # dL/d(cos a_j)
-        d_angle = d_hidden.mul_(of.cosines[j]).addcmul_(bend, of.hidden[j + 1], value=-1)
-        d_product = d_tangent.mul_(of.cosines[j])
-        found[2 * j].addmm_(d_angle.t(), of.hidden[j]).addmm_(d_product.t(), of.tangents[j])
-        found[2 * j + 1] += d_angle.sum(0)
+    for j in range(len(forward.cosines) - 1, -1, -1):
+        bend = forward.products[j].mul_(d_tangent)  # dL/d(cos a_j)
+        d_angle = d_hidden.mul_(forward.cosines[j]).addcmul_(bend, forward.hidden[j + 1], value=-1)
+        d_product = d_tangent.mul_(forward.cosines[j])
+        grads[2 * j].addmm_(d_angle.t(), forward.hidden[j]).addmm_(d_product.t(), forward.tangents[j])
+        grads[2 * j + 1] += d_angle.sum(0)
         if j:
             d_hidden, d_tangent = d_angle @ weights[2 * j], d_product @ weights[2 * j]
 
 
 def cos(angle: Tensor) -> Tensor:
-    """Elementwise, without a graph."""
+    """Compute the cosine of every element, without a graph."""
     if angle.is_cuda:
         return angle.cos()
     result = torch.empty_like(angle)
-    np.cos(angle.numpy(), out=result.numpy())  # a third of PyTorch's time a core; error 7e-8, PyTorch's 4e-8
+    np.cos(angle.numpy(), out=result.numpy())  # a third of PyTorch's time on each core; error 7e-8, PyTorch's 4e-8
     return result
 
 
 def sin_(angle: Tensor) -> Tensor:
-    """Elementwise and in place, without a graph."""
+    """Replace every element by its sine, without a graph; returns the same tensor."""
     if angle.is_cuda:
         return angle.sin_()
     array = angle.numpy()
@@ -203,16 +211,16 @@ def sin_(angle: Tensor) -> Tensor:
 
 
 def clone(weights: Weights) -> Weights:
-    """A copy that shares no memory."""
+    """Copy the weights; the copy shares no memory with them."""
     return [w.clone() for w in weights]
 
 
 def to_model(weights: Weights) -> Network:
-    """The network as the model file holds it: float32 numpy, omega_0 folded in."""
+    """Turn weights into the network of a model file: float32 numpy arrays, omega_0 folded in."""
     arrays = [np.ascontiguousarray(w.detach().cpu().numpy(), dtype=np.float32) for w in weights]
     return tuple(Layer(w, b) for w, b in zip(arrays[::2], arrays[1::2], strict=True))
 
 
 def from_model(network: Network) -> Weights:
-    """The inverse of `to_model`."""
+    """Turn the network of a model file into weights on the CPU; the inverse of `to_model`."""
     return [torch.from_numpy(array.copy()) for layer in network for array in (layer.weight, layer.bias)]

@@ -1,6 +1,6 @@
-"""The paper's Algorithm 1 (Appendix E): value and gradient by one forward pass with three tangents.
+"""The paper's Algorithm 1 (Appendix E): value and gradient of a network by one forward pass with three tangents.
 
-Four matrix products a layer, where `network.adjoint_pass` takes two; this is what that is measured against.
+It takes four matrix products a layer where `network.adjoint_pass` takes two, and is here to be measured against it.
 """
 
 import torch
@@ -11,9 +11,9 @@ from .network import Weights, cos, sin_
 
 @torch.no_grad()
 def value_and_gradient(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
-    """Value (n,) and gradient (n, 3) at points (n, 3), of one output, without a graph.
+    """Evaluate a network with one output at points (N, 3). Returns its value (N,) and gradient (N, 3), without a graph.
 
-    The values are shared by the tangents, which the paper's listing computes anew for each coordinate.
+    The three tangents share the values, which the paper's listing computes anew for each coordinate.
     """
     angle = torch.addmm(weights[1], points, weights[0].t())
     cosine = cos(angle)

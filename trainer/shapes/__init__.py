@@ -1,1 +1,1 @@
-"""What can be learnt: meshes, point clouds, images and the built-in shape."""
+"""The shapes that can be trained on: meshes with images, point clouds, and the built-in shape."""

@@ -1,8 +1,8 @@
 """The built-in shape: a rope tied into a trefoil knot, of two striped strands and a string of beads.
 
-Analytic, with an exact signed distance everywhere: the parts are disjoint solids, so the distance to their union is the
-smallest of their own; a tube's is the distance to its centre curve less its radius, outside and (the radius being less
-than the curve's reach) inside. Model space; needs numpy and scipy alone.
+It is given by formulas, with an exact signed distance everywhere. The parts are disjoint solids, so the distance to
+their union is the smallest of their own distances. That of a tube is the distance to its centre curve less its radius;
+this holds inside, too, since the radius is less than the curve's reach. All points are in model space.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from .shape import Doubles, Surface, unit
+from .shape import Doubles, SurfacePoints, unit
 
 SAMPLES = 8192
 """Samples of a centre curve; between them its Taylor polynomial of third order is exact to 1e-9."""
@@ -22,42 +22,51 @@ RING, SECTION = 1.0, 0.5
 SPREAD, TWIST = 0.185, 9
 """Distance of the strands from the rope's axis, and how often they turn about it."""
 STRAND = 0.147
+"""Radius of a strand."""
 BEADS = 59
 BEAD = 0.147
+"""Radius of a bead."""
+NEWTON = 3
+"""Newton steps towards the nearest point of a curve."""
 
 INK, GOLD, CORAL, CREAM = (np.array(c) / 255 for c in ((16, 74, 104), (238, 182, 62), (214, 69, 65), (250, 236, 214)))
 
 
 @dataclass(frozen=True, eq=False)
 class _Curve:
-    """A closed curve at t_i = 2 pi i / SAMPLES.
-
-    derivatives: (4, SAMPLES, 3), of order 0 to 3. outward: (SAMPLES, 3), unit vectors away from the rope's axis.
-    """
+    """A closed curve, sampled at t_i = 2 pi i / SAMPLES."""
 
     derivatives: Doubles
+    """(4, SAMPLES, 3): the points, and the derivatives of first to third order."""
     outward: Doubles
+    """(SAMPLES, 3): unit vectors away from the rope's axis."""
     tree: cKDTree
+    """Of the points."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Rope:
+    """The parts of the shape."""
+
     tubes: tuple[_Curve, ...]
+    """The centre curves of the strands."""
     beads: cKDTree
+    """The centres of the beads."""
     radius: float
+    """Of the tubes."""
     bead_radius: float
 
 
 def signed_distance(points: Doubles) -> Doubles:
-    """Exact signed distance at points (n, 3): (n,)."""
+    """Compute the exact signed distance at points (N, 3). Returns (N,)."""
     rope = _rope()
     tubes = [np.linalg.norm(points - _nearest(curve, points)[0], axis=1) - rope.radius for curve in rope.tubes]
     beads = rope.beads.query(points, workers=-1)[0] - rope.bead_radius
     return np.asarray(np.min([*tubes, beads], axis=0))
 
 
-def sample_surface(count: int, rng: np.random.Generator) -> Surface:
-    """`count` points uniform by area, with exact normals and colours."""
+def sample_surface(count: int, rng: np.random.Generator) -> SurfacePoints:
+    """Draw `count` points uniformly by area, with exact normals and colours."""
     rope = _rope()
     # The area of a tube round a closed curve is its length times its girth (Pappus).
     areas = [2 * np.pi * rope.radius * _speed(curve).mean() * 2 * np.pi for curve in rope.tubes]
@@ -69,27 +78,27 @@ def sample_surface(count: int, rng: np.random.Generator) -> Surface:
     parts.append((centres + rope.bead_radius * normals, normals))
     order = rng.permutation(count)
     points, directions = (np.concatenate(arrays)[order] for arrays in zip(*parts, strict=True))
-    return Surface(points, directions, colour(points))
+    return SurfacePoints(points, directions, colour(points))
 
 
 def colour(points: Doubles) -> Doubles:
-    """Colours, sRGB in [0, 1], at points (n, 3) on or near the surface: (n, 3)."""
+    """Compute the colour at points (N, 3) on or near the surface. Returns sRGB in [0, 1], (N, 3)."""
     rope = _rope()
     near = [_nearest(curve, points) for curve in rope.tubes]
     distances = [np.linalg.norm(points - foot, axis=1) - rope.radius for foot, _, _ in near]
-    to_bead, bead = (np.asarray(found) for found in rope.beads.query(points, workers=-1))
+    to_bead, bead = (np.asarray(column) for column in rope.beads.query(points, workers=-1))
     part = np.argmin([*distances, to_bead - rope.bead_radius], axis=0)
-    found = np.empty_like(points)
+    colours = np.empty_like(points)
     for k, (foot, t, index) in enumerate(near):
-        chosen = part == k
-        found[chosen] = _stripes(k, points[chosen] - foot[chosen], t[chosen], rope.tubes[k], index[chosen])
-    chosen = part == len(near)
-    found[chosen] = _bead_colour(bead[chosen])
-    return found
+        mine = part == k
+        colours[mine] = _stripes(k, points[mine] - foot[mine], t[mine], rope.tubes[k], index[mine])
+    mine = part == len(near)
+    colours[mine] = _bead_colour(bead[mine])
+    return colours
 
 
 class DemoShape:
-    """The built-in shape as `trainer.shape.Shape`."""
+    """The built-in shape as a `Shape`."""
 
     name = "demo"
     centre = (0.0, 0.0, 0.0)
@@ -100,25 +109,26 @@ class DemoShape:
     def __init__(self) -> None:
         self.source: dict[str, Any] = {"file": "demo", "sha256": None}
 
-    def surface(self, count: int, rng: np.random.Generator, held_out: bool = False) -> Surface:
-        """Uniform by area. Every call draws new points, so `held_out` asks nothing."""
+    def surface(self, count: int, rng: np.random.Generator, held_out: bool = False) -> SurfacePoints:
+        """Draw `count` points uniformly by area; `held_out` changes nothing, since every call draws new points."""
         return sample_surface(count, rng)
 
     def inputs(self) -> Doubles:
-        """A dense sample: the shape has no points of its own."""
+        """Return a dense sample of the surface, since the shape has no points of its own: (100000, 3)."""
         return sample_surface(100_000, np.random.default_rng(0)).points
 
     def distance(self, points: Doubles) -> Doubles:
-        """`signed_distance`."""
+        """Compute the signed distance at points (N, 3). Returns (N,)."""
         return signed_distance(points)
 
     def clearance(self, points: Doubles) -> Doubles:
-        """`signed_distance` without its sign."""
+        """Compute the distance at points (N, 3) without its sign. Returns (N,)."""
         return np.abs(signed_distance(points))
 
 
 @cache
 def _rope() -> _Rope:
+    """Build the parts, normalised to model space."""
     t = np.linspace(0, 2 * np.pi, SAMPLES, endpoint=False, dtype=np.float64)
     axis = _knot(t)
     around = np.stack((np.cos(3 * t) * np.cos(2 * t), np.cos(3 * t) * np.sin(2 * t), np.sin(3 * t)), axis=1)
@@ -137,13 +147,13 @@ def _rope() -> _Rope:
 
 
 def _knot(t: Doubles) -> Doubles:
-    """The (2, 3) torus knot."""
+    """Compute the (2, 3) torus knot at parameters t (N,). Returns (N, 3)."""
     ring = RING + SECTION * np.cos(3 * t)
     return np.stack((ring * np.cos(2 * t), ring * np.sin(2 * t), SECTION * np.sin(3 * t)), axis=1)
 
 
 def _derivative(curve: Doubles) -> Doubles:
-    """d/dt of a closed curve sampled at t_i, spectrally: exact for what the samples resolve."""
+    """Differentiate a closed curve (SAMPLES, 3) by its parameter, spectrally: exact for what the samples resolve."""
     frequencies = np.arange(SAMPLES // 2 + 1) * 1j
     return np.fft.irfft(np.fft.rfft(curve, axis=0) * frequencies[:, None], SAMPLES, axis=0)
 
@@ -160,7 +170,7 @@ def _speed(curve: _Curve) -> Doubles:
 
 
 def _evenly(curve: Doubles, count: int) -> Doubles:
-    """`count` points of a closed curve at equal arc lengths."""
+    """Place `count` points on a closed curve (N, 3) at equal arc lengths. Returns (count, 3)."""
     closed = np.concatenate((curve, curve[:1]))
     lengths = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))))
     at = np.arange(count) * lengths[-1] / count
@@ -168,18 +178,21 @@ def _evenly(curve: Doubles, count: int) -> Doubles:
 
 
 def _taylor(curve: _Curve, index: NDArray[np.int64], h: Doubles) -> tuple[Doubles, Doubles, Doubles]:
-    """The curve, its first and second derivative at t_index + h: (n, 3) each."""
+    """Evaluate the curve, its first and its second derivative at t_index + h: (N, 3) each. index, h: (N,)."""
     p, d1, d2, d3 = curve.derivatives[:, index]
     h = h[:, None]
     return p + h * (d1 + h / 2 * (d2 + h / 3 * d3)), d1 + h * (d2 + h / 2 * d3), d2 + h * d3
 
 
 def _nearest(curve: _Curve, points: Doubles) -> tuple[Doubles, Doubles, NDArray[np.int64]]:
-    """Nearest point of the curve (n, 3), its parameter t and the index of the sample beside it: Newton from there."""
+    """Find the nearest points of the curve to points (N, 3), by Newton's method from the nearest samples.
+
+    Returns them (N, 3), their parameters t (N,), and the indices of the samples beside them (N,).
+    """
     index = np.asarray(curve.tree.query(points, workers=-1)[1], dtype=np.int64)
     step = 2 * np.pi / SAMPLES
     h = np.zeros(len(points))
-    for _ in range(3):
+    for _ in range(NEWTON):
         foot, d1, d2 = _taylor(curve, index, h)
         away = foot - points
         bend = np.einsum("ij,ij->i", d1, d1) + np.einsum("ij,ij->i", away, d2)
@@ -188,7 +201,10 @@ def _nearest(curve: _Curve, points: Doubles) -> tuple[Doubles, Doubles, NDArray[
 
 
 def _sample_tube(curve: _Curve, radius: float, count: int, rng: np.random.Generator) -> tuple[Doubles, Doubles]:
-    """Uniform by area: the element at t and angle is radius |c'| (1 - radius <curvature, normal>)."""
+    """Draw points and normals of a tube round the curve, (count, 3) each, uniformly by area, by rejection.
+
+    The area element at t and angle is radius |c'| (1 - radius <curvature, normal>).
+    """
     speed = _speed(curve)
     tangent = curve.derivatives[1] / speed[:, None]
     bend = curve.derivatives[2] - np.einsum("ij,ij->i", curve.derivatives[2], tangent)[:, None] * tangent
@@ -212,7 +228,11 @@ def _sample_tube(curve: _Curve, radius: float, count: int, rng: np.random.Genera
 
 
 def _stripes(strand: int, away: Doubles, t: Doubles, curve: _Curve, index: NDArray[np.int64]) -> Doubles:
-    """Spiral stripes of a tube. away: from the centre curve to the points."""
+    """Compute the colours (N, 3) of spiral stripes on a tube.
+
+    strand: 0 or 1. away: (N, 3), from the centre curve to the points. t: (N,), parameters of the nearest points of the
+    curve. index: (N,), of the samples beside them.
+    """
     along = unit(curve.derivatives[1][index])
     side = unit(curve.outward[index] - np.einsum("ij,ij->i", curve.outward[index], along)[:, None] * along)
     angle = np.arctan2(np.einsum("ij,ij->i", away, np.cross(along, side)), np.einsum("ij,ij->i", away, side))
@@ -223,10 +243,11 @@ def _stripes(strand: int, away: Doubles, t: Doubles, curve: _Curve, index: NDArr
 
 
 def _bead_colour(bead: NDArray[np.int64]) -> Doubles:
-    """Ivory, every third bead gold."""
+    """Colour the beads of these numbers (N,): ivory, every third one gold. Returns (N, 3)."""
     return np.where((bead % 3 == 0)[:, None], GOLD, CREAM)
 
 
 def _smooth(x: Doubles) -> Doubles:
+    """Rise smoothly from 0 to 1 while x does (smoothstep)."""
     x = np.clip(x, 0, 1)
     return x * x * (3 - 2 * x)

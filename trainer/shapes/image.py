@@ -1,4 +1,4 @@
-"""Colour on a mesh from an image and texture coordinates."""
+"""Colours of a mesh from an image and texture coordinates."""
 
 from pathlib import Path
 from typing import Any
@@ -17,13 +17,17 @@ Image.MAX_IMAGE_PIXELS = 2**30
 
 
 class ImageTexture:
-    """uv: (F, 3, 2), of the faces' corners, v upwards. image: (H, W, 3) uint8, sRGB, top row first."""
+    """An image, and the texture coordinates of the corners of faces."""
 
     def __init__(self, uv: Doubles, image: NDArray[np.uint8]) -> None:
+        """uv: (F, 3, 2), of the faces' corners, v upwards. image: (H, W, 3), sRGB, top row first."""
         self._uv, self._image = uv, image
 
     def colours(self, face: NDArray[np.int64], weights: Doubles) -> Doubles:
-        """sRGB in [0, 1], (n, 3), at barycentric weights (n, 3, 1) of faces (n,): bilinear and repeating, as in GL."""
+        """Sample the image, bilinear and repeating as in OpenGL.
+
+        face: (N,), indices. weights: (N, 3, 1), barycentric, of the faces' corners. Returns sRGB in [0, 1], (N, 3).
+        """
         height, width, _ = self._image.shape
         u, v = (self._uv[face] * weights).sum(axis=1).T
         x, y = u * width - 0.5, (1 - v) * height - 0.5
@@ -38,14 +42,14 @@ class ImageTexture:
         return np.asarray((upper * (1 - low_share) + lower * low_share) / 255)
 
     def reversed(self) -> "ImageTexture":
-        """For faces whose corners are in the opposite order."""
+        """Make the texture for the same faces with their corners in the opposite order."""
         return ImageTexture(self._uv[:, ::-1], self._image)
 
 
 def image_texture(mesh: trimesh.Trimesh, file: Path | None) -> ImageTexture | None:
-    """The texture of a mesh as it was read (vertices not merged yet), from its material or from `file`.
+    """Return the texture of a mesh whose vertices are not merged yet; None where it has none.
 
-    None: it has none. Raises UserError where `file` cannot be used.
+    file: an image in place of the material's. Raises UserError where an image or the coordinates cannot be used.
     """
     visual: Any = mesh.visual
     uv = getattr(visual, "uv", None)
@@ -64,6 +68,7 @@ def image_texture(mesh: trimesh.Trimesh, file: Path | None) -> ImageTexture | No
 
 
 def _of_material(material: Any) -> Image.Image | None:
+    """Return the image of a material of trimesh, of either kind; None where it has none."""
     image = getattr(material, "baseColorTexture", None)
     image = getattr(material, "image", None) if image is None else image
     return image if isinstance(image, Image.Image) else None

@@ -1,4 +1,4 @@
-"""A path, or the word `demo`, -> a shape."""
+"""Reading a shape from a file, or by the word `demo`."""
 
 import hashlib
 import os
@@ -19,23 +19,27 @@ from .mesh import MeshShape
 from .shape import Doubles, Shape
 
 Cloud = tuple[Doubles, Doubles, Doubles | None]
+"""Points (N, 3), normals (N, 3), and colours (N, 3) in [0, 1] or None."""
 
 
 @dataclass(frozen=True, eq=False)
-class Textured:
-    """A mesh as read, its image where it has one; unwrapped: it has texture coordinates."""
+class TexturedMesh:
+    """A mesh as it was read, with its image."""
 
     mesh: trimesh.Trimesh
     texture: ImageTexture | None
     unwrapped: bool
+    """Whether it has texture coordinates."""
 
 
 def load_shape(name: str, image: Path | None = None) -> tuple[Shape, list[str]]:
-    """The shape and the warnings its reader has for the user. image: in place of that of the mesh's material.
+    """Read a shape, and return it with the warnings for the user.
+
+    name: a path, or `demo`. image: a file in place of the image of the mesh's material.
 
     Meshes: PLY, OBJ, STL, GLB. Oriented point clouds: PLY without faces (x y z nx ny nz [red green blue]), XYZ (the
     same as text columns, colours 0 to 255), NPZ (arrays `points`, `normals` [, `colours` in 0 to 1]).
-    Raises UserError, one line, for everything that is none of these.
+    Raises UserError, one line, for everything that is none of these or cannot be used.
     """
     if name == "demo":
         if image is not None:
@@ -52,7 +56,7 @@ def load_shape(name: str, image: Path | None = None) -> tuple[Shape, list[str]]:
         raise UserError(f"{label}: no shape format by that ending; this program reads {known}")
     try:
         source: dict[str, Any] = {"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
-        found = read(path, image)
+        content = read(path, image)
     except UserError as error:
         raise UserError(f"{label}: {error}") from None
     except Exception as error:  # trimesh's and numpy's readers raise anything on damaged files
@@ -60,32 +64,32 @@ def load_shape(name: str, image: Path | None = None) -> tuple[Shape, list[str]]:
         raise UserError(f"{label}: not a readable {path.suffix[1:].upper()} file ({reason})") from None
     if image is not None:
         source["texture"] = {"file": image.name, "sha256": hashlib.sha256(image.read_bytes()).hexdigest()}
-    if isinstance(found, Textured):
-        shape: MeshShape | CloudShape = MeshShape(found.mesh, label, source, found.texture)
-        if found.texture is None and found.unwrapped:
+    if isinstance(content, TexturedMesh):
+        shape: MeshShape | CloudShape = MeshShape(content.mesh, label, source, content.texture)
+        if content.texture is None and content.unwrapped:
             shape.warnings.append(f"{label}: texture coordinates, but no readable image; name it with --texture FILE")
     else:
-        shape = CloudShape(*found, label, source)
+        shape = CloudShape(*content, label, source)
     return shape, shape.warnings
 
 
-def _read_mesh(path: Path, image: Path | None) -> Textured:
+def _read_mesh(path: Path, image: Path | None) -> TexturedMesh:
     mesh = trimesh.load_mesh(path, process=False)
     if not isinstance(mesh, trimesh.Trimesh):
         raise UserError("the mesh is empty; a shape needs triangles, or points with normals")
     return _textured(mesh, image)
 
 
-def _textured(mesh: trimesh.Trimesh, image: Path | None) -> Textured:
-    """Vertices at one place that differ by texture coordinates or normals are one vertex of the surface."""
+def _textured(mesh: trimesh.Trimesh, image: Path | None) -> TexturedMesh:
+    """Read the texture of a mesh, then merge the vertices at one place that differ by coordinates or normals only."""
     if not np.isfinite(mesh.vertices).all():
         raise UserError("vertex coordinates that are not finite (NaN or infinity); repair the file")
     texture = image_texture(mesh, image)
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
-    return Textured(mesh, texture, isinstance(mesh.visual, trimesh.visual.TextureVisuals))
+    return TexturedMesh(mesh, texture, isinstance(mesh.visual, trimesh.visual.TextureVisuals))
 
 
-def _read_ply(path: Path, image: Path | None) -> Textured | Cloud:
+def _read_ply(path: Path, image: Path | None) -> TexturedMesh | Cloud:
     loaded: Any = trimesh.load(path, process=False)
     if isinstance(loaded, trimesh.Trimesh) and len(loaded.faces):
         return _textured(loaded, image)
@@ -93,8 +97,8 @@ def _read_ply(path: Path, image: Path | None) -> Textured | Cloud:
     columns = loaded.metadata.get("_ply_raw", {}).get("vertex", {}).get("data", {})
     names = set(columns.dtype.names if isinstance(columns, np.ndarray) else columns)
 
-    def stack(*wanted: str) -> Doubles:
-        return np.stack([np.asarray(columns[name], dtype=np.float64).reshape(-1) for name in wanted], axis=1)
+    def stack(*keys: str) -> Doubles:
+        return np.stack([np.asarray(columns[key], dtype=np.float64).reshape(-1) for key in keys], axis=1)
 
     if not names or not len(columns["x"]):
         raise UserError("the mesh is empty; a shape needs triangles, or points with normals")
@@ -105,6 +109,7 @@ def _read_ply(path: Path, image: Path | None) -> Textured | Cloud:
 
 
 def _no_image(image: Path | None) -> None:
+    """Raise UserError where an image is given for a point cloud."""
     if image is not None:
         raise UserError(f"--texture {show(image)}: points have no texture coordinates to put an image by")
 
@@ -132,7 +137,7 @@ def _read_npz(path: Path, image: Path | None) -> Cloud:
     return columns["points"], columns["normals"], columns.get("colours")
 
 
-READERS: dict[str, Callable[[Path, Path | None], Textured | Cloud]] = {
+READERS: dict[str, Callable[[Path, Path | None], TexturedMesh | Cloud]] = {
     ".ply": _read_ply,
     ".obj": _read_mesh,
     ".stl": _read_mesh,

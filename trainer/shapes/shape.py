@@ -1,4 +1,4 @@
-"""What training needs to know of a shape, and the normalisation every shape goes through."""
+"""What training needs to know of a shape, and the normalisation that every shape goes through."""
 
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -8,58 +8,79 @@ from numpy.typing import NDArray
 
 Doubles = NDArray[np.float64]
 
+SHORTEST = 1e-300
+"""A vector below this length counts as this long where it is scaled to length one."""
+
 
 @dataclass(frozen=True, eq=False)
-class Surface:
-    """Oriented points of a surface, model space. points, normals: (n, 3); colours: (n, 3) sRGB in [0, 1], or None."""
+class SurfacePoints:
+    """Points of a surface with their normals."""
 
     points: Doubles
+    """(N, 3), model space."""
     normals: Doubles
+    """(N, 3), outward, of length one."""
     colours: Doubles | None = None
+    """(N, 3), sRGB in [0, 1]; None where the shape has no colours."""
 
 
 class Shape(Protocol):
-    """A shape in model space: it fits the unit sphere, distances are negative inside.
-
-    name: for people. centre, scale: input space = model space * scale + centre.
-    resolution: `distance` is right where it is larger; 0 where it is exact (a mesh, a formula; not a cloud of samples).
-    coloured: whether `surface` gives colours. source: what provenance keeps of the input.
-    """
+    """A shape in model space: it fits the unit sphere, and distances are negative inside."""
 
     @property
-    def name(self) -> str: ...
-    @property
-    def centre(self) -> tuple[float, float, float]: ...
-    @property
-    def scale(self) -> float: ...
-    @property
-    def resolution(self) -> float: ...
-    @property
-    def coloured(self) -> bool: ...
-    @property
-    def source(self) -> dict[str, Any]: ...
+    def name(self) -> str:
+        """The shape's name for people."""
+        ...
 
-    def surface(self, count: int, rng: np.random.Generator, held_out: bool = False) -> Surface:
-        """`count` points, uniform by area where the input allows; `held_out`: never those that training sees."""
+    @property
+    def centre(self) -> tuple[float, float, float]:
+        """The centre of the bounding box in input space = model space * scale + centre."""
+        ...
+
+    @property
+    def scale(self) -> float:
+        """The length in input space of one unit of model space."""
+        ...
+
+    @property
+    def resolution(self) -> float:
+        """The distance from which on `distance` is right; 0 where it is exact (a mesh, a formula; no sampled cloud)."""
+        ...
+
+    @property
+    def coloured(self) -> bool:
+        """Whether `surface` gives colours."""
+        ...
+
+    @property
+    def source(self) -> dict[str, Any]:
+        """What the model's provenance keeps of the input: its file name and sha256."""
+        ...
+
+    def surface(self, count: int, rng: np.random.Generator, held_out: bool = False) -> SurfacePoints:
+        """Draw `count` points of the surface, uniform by area where the input allows.
+
+        held_out: draw none of those that training sees.
+        """
         ...
 
     def inputs(self) -> Doubles:
-        """The input's own points x_j of Eq. 5: a mesh's vertices, a cloud's points. (n, 3)"""
+        """Return the input's own points x_j of Eq. 5, a mesh's vertices or a cloud's points: (N, 3)."""
         ...
 
     def distance(self, points: Doubles) -> Doubles:
-        """Signed distance at points (n, 3): (n,)."""
+        """Compute the signed distance at points (N, 3). Returns (N,)."""
         ...
 
     def clearance(self, points: Doubles) -> Doubles:
-        """Distance without its sign, which may cost less. (n,)"""
+        """Compute the distance at points (N, 3) without its sign, which may cost less. Returns (N,)."""
         ...
 
 
 def normalise(points: Doubles) -> tuple[Doubles, tuple[float, float, float], float]:
-    """Moves the centre of the bounding box to the origin and the largest norm to 1 (Section 4, evaluation protocol).
+    """Move the centre of the bounding box to the origin, and scale the largest norm to 1 (Section 4, evaluation).
 
-    Returns the points (n, 3), the centre and the scale of `Shape`. The extent must not be zero.
+    points: (N, 3), of which some must differ. Returns the new points (N, 3), and the centre and the scale of `Shape`.
     """
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
     scale = float(np.linalg.norm(points - centre, axis=1).max())
@@ -68,6 +89,6 @@ def normalise(points: Doubles) -> tuple[Doubles, tuple[float, float, float], flo
 
 
 def unit(vectors: Doubles) -> Doubles:
-    """Vectors (n, 3) scaled to length 1; zero stays zero."""
+    """Scale vectors (N, 3) to length one; zero stays zero."""
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.asarray(vectors / np.maximum(lengths, 1e-300))
+    return np.asarray(vectors / np.maximum(lengths, SHORTEST))

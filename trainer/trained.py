@@ -1,0 +1,162 @@
+"""What a training has finished: as the model that is saved, and read back from it to go on (`--resume`)."""
+
+import json
+import time
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+import torch
+
+from ..model.errors import UserError
+from ..model.model import DEFAULT_ITERATIONS, Level, Model, shape_of
+from .networks.fit import Outcome
+from .networks.network import Weights, from_model, to_model
+from .quality import Quality
+from .settings import Settings
+from .shapes.shape import Shape
+
+
+@dataclass
+class TrainedLevel:
+    """A level that is trained, and frozen from now on."""
+
+    weights: Weights
+    delta: float
+    """Half width of its band, model units (Eq. 5)."""
+    lipschitz: float
+    """Largest |grad f_i| measured in its domain."""
+    record: dict[str, Any]
+    """What the provenance tells of its training; see `training_record`."""
+
+
+@dataclass
+class TrainedTexture:
+    """A texture network that is trained."""
+
+    weights: Weights
+    record: dict[str, Any]
+    """What the provenance tells of its training; see `training_record`."""
+
+
+@dataclass
+class Unfinished:
+    """The last level of an interrupted training."""
+
+    weights: Weights
+    fraction: float
+    """Share of its schedule that is done."""
+
+
+@dataclass
+class Trained:
+    """The networks that a training has finished so far."""
+
+    levels: list[TrainedLevel] = field(default_factory=list)
+    texture: TrainedTexture | None = None
+    unfinished: Unfinished | None = None
+    """The level after `levels`, where an interrupted training left it half done."""
+    seconds: float = 0.0
+    """Seconds that earlier runs of this training took."""
+
+    def weights(self) -> list[Weights]:
+        """List the networks of the levels, coarse to fine."""
+        return [level.weights for level in self.levels]
+
+    def deltas(self) -> list[float]:
+        """List the half widths of the levels' bands."""
+        return [level.delta for level in self.levels]
+
+
+def training_record(network: tuple[int, int], omega: float, outcome: Outcome, began: float) -> dict[str, Any]:
+    """Describe the training of a (width, depth) network for the provenance.
+
+    began: the value of time.perf_counter() when its stage began.
+    """
+    width, depth = network
+    return {
+        "network": f"{width}x{depth}",
+        "omega": omega,
+        "steps": outcome.steps,
+        "fraction": outcome.fraction,
+        "restarts": outcome.restarts,
+        "rate": outcome.rate,
+        "loss": outcome.loss,
+        "seconds": round(time.perf_counter() - began, 3),
+    }
+
+
+def trained_model(
+    trained: Trained,
+    qualities: list[Quality],
+    shape: Shape,
+    settings: Settings,
+    *,
+    seconds: float,
+    interrupted: bool,
+) -> Model:
+    """Put the model together that is saved.
+
+    qualities: one for each level. seconds: of all runs of this training. interrupted: whether Ctrl-C ended it.
+    """
+    first, finer = DEFAULT_ITERATIONS
+    texture = trained.texture
+    return Model(
+        name=shape.name,
+        levels=tuple(
+            Level(to_model(level.weights), level.delta, finer if i else first, level.lipschitz)
+            for i, level in enumerate(trained.levels)
+        ),
+        texture=None if texture is None else to_model(texture.weights),
+        centre=shape.centre,
+        scale=shape.scale,
+        provenance={
+            "source": shape.source,
+            "seed": settings.seed,
+            "settings": json.loads(json.dumps(asdict(settings))),
+            "seconds": round(seconds, 3),
+            "interrupted": interrupted,
+            "levels": [
+                level.record | asdict(quality) for level, quality in zip(trained.levels, qualities, strict=True)
+            ],
+            "texture": None if texture is None else texture.record,
+            "versions": {"torch": torch.__version__, "numpy": np.__version__},
+        },
+    )
+
+
+def resumed(model: Model, shape: Shape, settings: Settings, device: torch.device) -> Trained:
+    """Take over what is finished in a model, to go on with it.
+
+    Raises UserError where the model does not say how it was trained, or does not fit the shape or the settings.
+    """
+    records = model.provenance.get("levels")
+    if (
+        not isinstance(records, list)
+        or len(records) != len(model.levels)
+        or any(_fraction(record) is None for record in records)
+    ):
+        raise UserError("--resume: this model does not say how it was trained; train a new one")
+    if model.provenance.get("source") != shape.source:
+        raise UserError("--resume: this model was trained on another shape; name another output with -o")
+    present = [shape_of(level.network) for level in model.levels]
+    asked = [f"{width}x{depth}" for width, depth in settings.networks]
+    if present != asked[: len(present)]:
+        raise UserError(f"--resume: the model has levels {','.join(present)}, --levels says {','.join(asked)}")
+    trained = Trained(seconds=float(model.provenance.get("seconds", 0.0)))
+    for level, record in zip(model.levels, records, strict=True):
+        weights = [w.to(device) for w in from_model(level.network)]
+        if (fraction := _fraction(record)) is not None and fraction < 1:
+            trained.unfinished = Unfinished(weights, fraction)
+            break
+        trained.levels.append(TrainedLevel(weights, level.delta, level.lipschitz, record))
+    record = model.provenance.get("texture")
+    if model.texture is not None and record and len(trained.levels) == len(asked) and _fraction(record) == 1:
+        trained.texture = TrainedTexture([w.to(device) for w in from_model(model.texture)], record)
+    return trained
+
+
+def _fraction(record: object) -> float | None:
+    """Read the share of its schedule that a network has done from its record; None where it does not say."""
+    fraction = record.get("fraction") if isinstance(record, dict) else None
+    return float(fraction) if isinstance(fraction, int | float) else None
