@@ -48,7 +48,7 @@ class View:
     split: int | None = None
     """Level that the right half shows; None if the picture is not split."""
     resolution: float = 1.0
-    """Pixels that are drawn per side at rest, as a share of the window's."""
+    """Pixels that are drawn per side, as a share of the window's; while the camera moves, `scale` makes them fewer."""
     mesh: str = MESH_MODES[0]
     """What is shown of the mesh over the model, one of MESH_MODES."""
     turntable: bool = False
@@ -57,7 +57,7 @@ class View:
     changed: bool = True
     """Whether the picture has to be drawn again; who draws it resets this."""
     moved: bool = False
-    """Whether the camera's moves are a reason for `changed`."""
+    """Whether the camera has moved since the picture was last drawn."""
     coarse: int = len(SCALES) // 2
     """Index into SCALES of the factor that the last frames suggest."""
     camera: Camera = field(init=False)
