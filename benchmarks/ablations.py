@@ -1,11 +1,12 @@
-"""What loss weights and band widths do to a residual, on Lucy (the paper's Tables 5 to 8): docs/results/ablations.md.
+"""Measure what loss weights and bands do to a residual, on Lucy (Tables 5 to 8); writes docs/results/ablations.md.
 
     python benchmarks/ablations.py [--levels 32x1,32x2,64x2] [--steps 1500] [--multiples 0,0.1,1,10,100]
         [--factors 1.01,1.3,2,5] [--data FOLDER] [-o docs/results/ablations.md]
 
-A row changes one number and trains two networks: medium, level 2 on the level 1 that all rows share; fine, level 3 on
-the level 2 that all rows of Tables 5 to 7 share and that a row of Table 8 has trained in a band of its own factor.
-The bands of levels before are scaled in the model that training goes on with: a factor is no option of `train`.
+Each row changes one number and trains two networks. Medium is level 2, on the level 1 that all rows share. Fine is
+level 3, on the level 2 that all rows of Tables 5 to 7 share; a row of Table 8 has trained its own, in a band of its
+factor. The factor is no option of `train`: it scales the bands of the levels before in the model that training goes on
+with.
 """
 
 import argparse
@@ -30,15 +31,17 @@ from numpy.typing import NDArray
 from protocol import DATA, Page, machine
 
 POINTS = 100_000
+"""Points of each measurement."""
 USUAL = 1 + EPSILON
 """Our delta / max |f|."""
 SEEDS = 3
+"""Trainings that show the noise."""
 TABLES = {
     5: ("Eikonal (gradient) constraint", ("eikonal",)),
     6: ("normal constraint", ("normal",)),
     7: ("SDF constraint", ("value", "distance")),
 }
-"""Table -> what it varies, and its names in LossWeights. The SDF term is on the surface and off it, as the paper's."""
+"""Table -> its title, and the `LossWeights` that it varies; the SDF term is on the surface and off it, as the paper's."""
 WEIGHTS = ("0", "10", "30", "100", "300", "1000", "3000", "10000", "30000")
 FACTORS = ("1.01", "1.05", "1.10", "1.20", "1.30", "1.50", "2.00", "5.00")
 AS_PRINTED = {
@@ -63,11 +66,11 @@ AS_PRINTED = {
         (".0048", ".0048", ".0049", ".0049", ".0050", ".0051", ".0053", ".0066"),
     ),
 }
-"""The paper's (first column, medium error, fine error)."""
+"""Table -> the paper's first column, its errors of medium, and those of fine."""
 
 
 class Study:
-    """The levels that rows share, the points they are measured at, and the training of a row."""
+    """The levels that rows share, the points that all are measured at, and the training of a row."""
 
     def __init__(self, shape: Shape, options: argparse.Namespace) -> None:
         self._shape, self._steps, self._seed = shape, options.steps, options.seed
@@ -80,7 +83,7 @@ class Study:
         self.usual = self._cells(self._medium) + self._cells(self._fine)
 
     def row(self, weights: dict[str, float], seed: int | None = None) -> list[str]:
-        """The cells of both residuals, trained with these weights of the loss."""
+        """Train both residuals with these weights of the loss, and return their cells."""
         seed = self._seed if seed is None else seed
         return [
             cell
@@ -89,46 +92,57 @@ class Study:
         ]
 
     def banded_row(self, factor: float) -> list[str]:
-        """The same in bands of half width factor * max |f|."""
+        """Train both residuals in bands of half width factor * max |f|, and return their cells."""
         medium = self._refined(_banded(self._coarse, factor), {}, self._seed)
         return self._cells(medium) + self._cells(self._refined(_banded(medium, factor), {}, self._seed))
 
     def _refined(self, before: Model | None, weights: dict[str, float], seed: int) -> Model:
-        """`before` and one more level."""
+        """Train one more level after those of `before`."""
         count = 1 + (len(before.levels) if before else 0)
-        chosen = Settings(
-            self._sizes[:count], self._omegas[:count], (self._steps,) * count, None, False, seed, "cpu", weights
+        choices = Settings(
+            networks=self._sizes[:count],
+            omegas=self._omegas[:count],
+            steps=(self._steps,) * count,
+            texture=False,
+            seed=seed,
+            device="cpu",
+            weights=weights,
         )
-        return Training(self._shape, chosen, TrainingBar(quiet=True)).run(before)
+        return Training(self._shape, choices, TrainingBar(quiet=True)).run(before)
 
     def _points(self, model: Model) -> tuple[tuple[Doubles, Doubles], ...]:
-        """Points and exact distances on the surface, and in the last level's band at factor 1, where every row has it.
+        """Draw points, with exact distances, on the surface, and in the last level's band at factor 1.
 
-        Drawn as training draws them (Fig. 3a).
+        Every row's last level is defined in that band. It is sampled as in training (Fig. 3a).
         """
-        rng, level = np.random.default_rng(self._seed + 1), len(model.levels)
-        narrow = lower(replace(model, levels=tuple(replace(each, delta=each.delta / USUAL) for each in model.levels)))
+        rng, last = np.random.default_rng(self._seed + 1), len(model.levels)
+        narrow = lower(
+            replace(model, levels=tuple(replace(level, delta=level.delta / USUAL) for level in model.levels))
+        )
 
         def inside(points: Doubles) -> NDArray[np.bool_]:
-            return np.asarray(nested_field(narrow, points.astype(np.float32), level)[1] == level)
+            return np.asarray(nested_field(narrow, points.astype(np.float32), last)[1] == last)
 
         surface = self._shape.surface(POINTS, rng).points
-        band = sampling.dithered(surface, narrow.bands[level - 2].delta, inside, POINTS, rng)
+        band = sampling.dithered(surface, narrow.bands[last - 2].delta, inside, POINTS, rng)
         return (surface, np.zeros(POINTS)), (band, self._shape.distance(band))
 
     def _cells(self, model: Model) -> list[str]:
-        """Mean |f - distance| of the last level as it is used: where it is not defined, the one before it answers."""
+        """Measure mean |f - distance| of the last level on the surface and in the band.
+
+        Where the last level is not defined, the level before it is the answer, as in use.
+        """
         level, program = len(model.levels), lower(model)
-        again = model.provenance["levels"][-1]["restarts"]
+        restarts = model.provenance["levels"][-1]["restarts"]
         cells = []
         for points, distance in self._truth[level - 2]:
             f, _ = nested_field(program, points.astype(np.float32), level)
-            cells.append(f"{np.abs(f - distance).mean():.2e}" + (f" ({again})" if again else ""))
+            cells.append(f"{np.abs(f - distance).mean():.2e}" + (f" ({restarts})" if restarts else ""))
         return cells
 
 
 def _banded(model: Model, factor: float) -> Model:
-    """The model with another factor in Eq. 5 of its last level."""
+    """Give the model's last level another factor in Eq. 5."""
     last = model.levels[-1]
     return replace(model, levels=(*model.levels[:-1], replace(last, delta=last.delta * factor / USUAL)))
 
@@ -161,11 +175,13 @@ def _numbers(text: str) -> list[float]:
 
 
 def main() -> None:
-    """Writes the four tables, a row as soon as it is trained."""
+    """Write the four tables, each row as soon as it is trained."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--levels", default="32x1,32x2,64x2", metavar="NxD,NxD,NxD")
-    parser.add_argument("--steps", type=int, default=1500, help="of every level")
-    parser.add_argument("--multiples", type=_numbers, default="0,0.1,1,10,100", help="of our weights of the loss")
+    parser.add_argument("--steps", type=int, default=1500, help="optimiser steps of every level")
+    parser.add_argument(
+        "--multiples", type=_numbers, default="0,0.1,1,10,100", help="factors on our weights of the loss"
+    )
     parser.add_argument("--factors", type=_numbers, default="1.01,1.3,2,5", help="delta / max |f|")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--data", type=Path, default=DATA, metavar="FOLDER")

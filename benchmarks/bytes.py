@@ -1,4 +1,4 @@
-"""Quality of emitted weights against bytes of Shadertoy text, one network and levels; writes docs/results/bytes.md.
+"""Measure the quality of emitted weights against the bytes of Shadertoy text; writes docs/results/bytes.md.
 
     python benchmarks/bytes.py [--shapes armadillo,spot] [--steps 4000,6000] [--keep FOLDER] [-o FILE]
 
@@ -27,7 +27,7 @@ from protocol import DATA, Page, Truth, machine
 
 SHAPES = {"armadillo": "meshes/armadillo.ply", "spot": "textured/spot.obj"}
 PLAIN = (("16x2", 2), ("32x2", 2), ("64x1", 2), ("64x2", 2))
-"""Levels, decimals."""
+"""Levels, and decimals of their weights."""
 PACKED = ("24x2", "16x1,16x2", PRESETS["tiny"].levels, "24x1,32x2", PRESETS["small"].levels)
 TO_BEAT = (
     "Beside it, of others' tools on Armadillo, by an earlier measurement with as many samples: Blackle's generator, "
@@ -36,7 +36,7 @@ TO_BEAT = (
 
 
 def emitted(model: Model, digits: int) -> Model:
-    """The model whose weights are those of the text with so many decimals."""
+    """Return the model whose weights are those of the text with `digits` decimals."""
     constants = lower(model, digits).constants
 
     def network(key: str, old: Network) -> Network:
@@ -60,14 +60,14 @@ def emitted(model: Model, digits: int) -> Model:
 
 
 def main() -> None:
-    """Writes the page."""
+    """Train all networks, and write the page."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--shapes", default="armadillo,spot")
     parser.add_argument("--steps", default="4000,6000")
     parser.add_argument("--resolution", type=int, default=512)
     parser.add_argument("--samples", type=int, default=500_000)
     parser.add_argument("--data", type=Path, default=DATA, metavar="FOLDER")
-    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where to put the models")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="folder to save the models in")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/bytes.md"))
     options = parser.parse_args()
     prepare(device("cpu"))
@@ -98,25 +98,27 @@ def main() -> None:
         )
         for levels, digits in (*PLAIN, *((levels, None) for levels in PACKED)):
             sizes = settings.networks(levels)
-            chosen = Settings(
+            choices = Settings(
                 sizes,
                 settings.omegas(None, sizes),
                 settings.steps(options.steps, len(sizes)),
                 texture=False,
                 packed=digits is None,
             )
-            model = Training(shape, chosen, TrainingBar(quiet=True)).run()
+            model = Training(shape, choices, TrainingBar(quiet=True)).run()
             if options.keep:
                 save(model, options.keep / f"{name}-{levels.replace(',', '-')}-{digits or 'packed'}.safetensors")
             size = len(TARGETS["shadertoy"](model, digits=digits).encode())
-            found = extract_model(model if digits is None else emitted(model, digits), options.resolution)
-            points, _ = SampledSurface(found.mesh).sample(options.samples, np.random.default_rng(1))
+            extraction = extract_model(model if digits is None else emitted(model, digits), options.resolution)
+            points, _ = SampledSurface(extraction.mesh).sample(options.samples, np.random.default_rng(1))
             distance = chamfer(points, truth.points)
-            preset = next((f", `{key}`" for key, each in PRESETS.items() if each.packed and each.levels == levels), "")
-            kind = f"packed{preset}" if digits is None else f"{digits} decimals"
+            preset_name = next(
+                (f", `{key}`" for key, preset in PRESETS.items() if preset.packed and preset.levels == levels), ""
+            )
+            kind = f"packed{preset_name}" if digits is None else f"{digits} decimals"
             page.add(
                 f"| {levels.replace(',', ', ')} | {kind} | {size:,} | {distance:.2e} "
-                f"| {distance / truth.floor:.2f} | {found.components} |"
+                f"| {distance / truth.floor:.2f} | {extraction.components} |"
             )
 
 

@@ -1,4 +1,4 @@
-"""A multiresolution hash grid with a small MLP (Mueller et al. 2022), written from their paper: a contender."""
+"""A contender: a multiresolution hash grid with a small MLP, written from the paper of Mueller et al. (2022)."""
 
 import time
 
@@ -13,15 +13,20 @@ from contenders import BATCH, Trained
 FEATURES, TABLE, COARSEST, FINEST = 2, 1 << 15, 16, 512
 """Features of an entry, entries of a table, cells along a side of the first level and of the sixteenth."""
 PRIMES = (1, 2_654_435_761, 805_459_861)
+"""Factors of the coordinates in the hash."""
 WIDTH, RATE, POOL = 64, 1e-2, 400_000
+"""Width of the MLP, rate of Adam, number of training samples."""
 NEAR = 0.02
-"""Spread of the samples near the surface."""
+"""Standard deviation of the samples near the surface from it, along each axis."""
+STEP = 2e-3
+"""Length of the steps that the slope of the field is measured with."""
 
 
 class HashGrid(nn.Module):
-    """Signed distance at points (N, 3) of [-1, 1]^3: (N,)."""
+    """The network: it gives the signed distance (N,) at points (N, 3) of [-1, 1]^3."""
 
     def __init__(self, levels: int, generator: torch.Generator) -> None:
+        """levels: of the grid, 16 at most."""
         super().__init__()
         growth = (FINEST / COARSEST) ** (1 / 15)
         self.sides = [int(COARSEST * growth**i) for i in range(levels)]
@@ -35,7 +40,7 @@ class HashGrid(nn.Module):
         self.corners = torch.tensor([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
 
     def forward(self, points: Tensor) -> Tensor:
-        """See the class."""
+        """Evaluate the network at points (N, 3). Returns (N,)."""
         unit = (points.clamp(-1, 1) + 1) / 2
         features = []
         for side, table in zip(self.sides, self.tables, strict=True):
@@ -54,30 +59,34 @@ class HashGrid(nn.Module):
 
 
 class HashField:
-    """A trained grid as a field; clearance by the largest difference quotient but for one in a thousand."""
+    """A trained grid as a field of the mesher.
+
+    The clearance relies on a slope that all but one in a thousand difference quotients stay below.
+    """
 
     chunk = 16_384
 
     def __init__(self, grid: HashGrid, points: Tensor) -> None:
+        """points: (N, 3), at which the slope is measured."""
         self._grid = grid
         step = torch.randn(points.shape, generator=torch.Generator().manual_seed(0))
-        step = 2e-3 * step / torch.linalg.vector_norm(step, dim=1, keepdim=True)
+        step = STEP * step / torch.linalg.vector_norm(step, dim=1, keepdim=True)
         with torch.no_grad():
-            quotient = (grid(points + step) - grid(points)).abs() / 2e-3
+            quotient = (grid(points + step) - grid(points)).abs() / STEP
         self._slope = float(quotient.quantile(0.999))
 
     def value(self, points: Array) -> Array:
-        """Signed distance (N,) at points (N, 3)."""
+        """Evaluate the signed distance at points (N, 3) float32. Returns (N,)."""
         with torch.no_grad():
             return np.asarray(self._grid(torch.from_numpy(points)).numpy(), np.float32)
 
     def clearance(self, points: Array) -> Array:
-        """How far from points (N, 3) no surface is: (N,)."""
+        """Bound the distance from points (N, 3) to the surface from below. Returns (N,)."""
         return np.asarray(np.abs(self.value(points)) / self._slope, np.float32)
 
 
 def hash_grid(shape: Shape, levels: int, seconds: float, seed: int) -> Trained:
-    """Trained on exact distances: half of them on the surface, three eighths near it, the rest in the domain."""
+    """Train a grid on exact distances: half of them on the surface, three eighths near it, the rest in the domain."""
     began = time.perf_counter()
     rng, generator = np.random.default_rng(seed), torch.Generator().manual_seed(seed)
     torch.manual_seed(seed)
@@ -86,13 +95,13 @@ def hash_grid(shape: Shape, levels: int, seconds: float, seed: int) -> Trained:
     surface[POOL // 2 :] += rng.normal(0, NEAR, (len(surface) - POOL // 2, 3))
     points: Doubles = np.concatenate((surface, rng.uniform(-1, 1, (POOL - len(surface), 3))))
     known = np.concatenate((np.zeros(POOL // 2), shape.distance(points[POOL // 2 :])))
-    at, wanted = (torch.from_numpy(array.astype(np.float32)) for array in (points, known))
+    positions, distances = (torch.from_numpy(array.astype(np.float32)) for array in (points, known))
     optimiser = torch.optim.Adam(grid.parameters(), RATE, eps=1e-15)
     steps, share = 0, 0.0
     while share < 1:
-        chosen = torch.from_numpy(rng.integers(POOL, size=BATCH))
-        found, distance = grid(at[chosen]), wanted[chosen]
-        loss = ((found - distance).abs() / (distance.abs() + 0.01)).mean()
+        batch = torch.from_numpy(rng.integers(POOL, size=BATCH))
+        f, distance = grid(positions[batch]), distances[batch]
+        loss = ((f - distance).abs() / (distance.abs() + 0.01)).mean()
         optimiser.zero_grad()
         loss.backward()
         for group in optimiser.param_groups:
@@ -100,6 +109,6 @@ def hash_grid(shape: Shape, levels: int, seconds: float, seed: int) -> Trained:
         optimiser.step()
         steps += 1
         share = (time.perf_counter() - began) / seconds
-    field = HashField(grid, at[::4])
+    field = HashField(grid, positions[::4])
     parameters = sum(parameter.numel() for parameter in grid.parameters())
     return Trained(f"hash grid, {levels} levels", parameters, time.perf_counter() - began, (steps,), lambda _: field)

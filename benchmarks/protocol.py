@@ -1,4 +1,4 @@
-"""The evaluation of a contender, and the head of a table. Imported by the scripts beside it."""
+"""The evaluation of a contender, the machine's description, and the page that results are written to."""
 
 import os
 import time
@@ -19,16 +19,23 @@ DATA = Path(os.environ.get("MPLICITS_DATA", Path(__file__).parents[2] / "shared"
 
 
 class Truth:
-    """A mesh that reconstructions are compared with, sampled twice; `floor` is the Chamfer distance of the two."""
+    """A mesh that reconstructions are compared with, as samples of its surface in model space."""
+
+    floor: float
+    """Chamfer distance of two samplings of the mesh, which no reconstruction can get far below."""
 
     def __init__(self, path: Path, shape: Shape, samples: int, seed: int) -> None:
+        """path: the mesh. shape: gives its normalisation. samples: of each surface that is compared."""
         self._rng, self._samples = np.random.default_rng(seed), samples
         surface = SampledSurface(in_model_space(read_mesh(path), shape.centre, shape.scale))
         self.points, again = (surface.sample(samples, self._rng)[0] for _ in range(2))
         self.floor = chamfer(self.points, again)
 
     def evaluate(self, trained: Trained, resolution: int) -> tuple[float, float]:
-        """Squared-L2 Chamfer distance of the contender's mesh (infinite: it has none), and seconds to extract it."""
+        """Extract the contender's mesh. Returns its squared-L2 Chamfer distance, and the seconds to extract it.
+
+        The distance is infinite where there is no mesh.
+        """
         began = time.perf_counter()
         mesh = extract(trained.field(Grid(resolution).diagonal), resolution)
         seconds = time.perf_counter() - began
@@ -38,7 +45,7 @@ class Truth:
 
 
 def machine() -> str:
-    """Processor, cores, versions, date."""
+    """Describe the machine: processor, cores, versions, date."""
     information = Path("/proc/cpuinfo")
     lines = information.read_text().splitlines() if information.exists() else []
     name = next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), "unknown processor")
@@ -50,11 +57,12 @@ class Page:
     """A markdown file that grows by lines, so that a run cut short keeps its rows."""
 
     def __init__(self, path: Path, *lines: str) -> None:
+        """lines: the page's head."""
         self._path, self._lines = path, list(lines)
         self._write()
 
     def add(self, *lines: str) -> None:
-        """Appends lines, and shows them."""
+        """Append lines to the file, and print them."""
         print(*lines, sep="\n", flush=True)
         self._lines += lines
         self._write()

@@ -1,4 +1,4 @@
-"""What a shape's training reaches in so many seconds, on surface points that were not trained on; prints a table.
+"""Measure the quality that training reaches in a given time, on held-out points of the surface; prints a table.
 
     python benchmarks/quality.py armadillo.ply [--levels 64x1,64x2] [--seconds 60,150,300] [--keep FOLDER]
 
@@ -22,12 +22,12 @@ from mplicits.trainer.train import Training
 
 
 def main() -> None:
-    """Trains once for each number of seconds and prints a row a level."""
+    """Train once for each number of seconds, and print a row for each level."""
     parser = argparse.ArgumentParser(description="quality against training time")
     parser.add_argument("shape", metavar="SHAPE", help="a mesh, an oriented point cloud, or the word `demo`")
     parser.add_argument("--levels", default="64x1,64x2", metavar="NxD,..")
     parser.add_argument("--seconds", default="60,150,300", metavar="S,..")
-    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where to put the models")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="folder to save the models in")
     arguments = parser.parse_args()
     networks = settings.networks(arguments.levels)
     prepare(device("cpu"))

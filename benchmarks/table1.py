@@ -1,10 +1,11 @@
-"""Surface reconstruction on the Stanford meshes (the paper's Table 1); writes docs/results/table1.md.
+"""Compare surface reconstructions of the Stanford meshes (Table 1); writes docs/results/table1.md.
 
     python benchmarks/table1.py [--levels 64x1,128x2] [--seconds 90] [--data FOLDER] [--keep FOLDER]
 
-ours: `mplicits train`; one training gives both rows, coarse is its level 1 alone. recipe: the paper's, in the same
-process for the same seconds with the same networks: vertices and normals only, Eq. 4 with its release's weights, its
-omega_0, autograd. Both are meshed by `mplicits mesh` and compared by the paper's protocol.
+ours: as `mplicits train`; one training gives both rows, of which coarse is its level 1 alone. recipe: the paper's, in
+the same process for the same number of seconds with the same networks: vertices and normals only, Eq. 4 with the
+weights of its release, its omega_0, autograd. Both are meshed as by `mplicits mesh` and compared by the paper's
+protocol.
 """
 
 import argparse
@@ -28,7 +29,7 @@ SHAPES = {
     "bunny": "bunny",
 }
 OMEGAS = (40.0, 80.0, 100.0)
-"""The paper's, of coarse, medium and fine (Section 4, implementation details)."""
+"""The paper's omega_0 of coarse, medium and fine (Section 4, implementation details)."""
 PRINTED = {
     "armadillo": (("coarse", 1.38e-4, 2593, 4.97, 0.50), ("fine", 2.06e-4, 67_073, 5.42, 0.99)),
     "lucy": (("coarse", 3.28e-4, 4481, 1.81, 0.69), ("fine", 6.83e-5, 162_401, 10.36, 1.07)),
@@ -36,7 +37,7 @@ PRINTED = {
 }
 """The paper's Table 1: row, Chamfer distance, parameters, minutes of training, seconds of sampling."""
 GOAL = 1.25
-"""Most that our fine row's Chamfer distance should be of the floor, with no more parameters than the paper's."""
+"""Largest Chamfer distance that our fine row should have, in floors, with no more parameters than the paper's."""
 HEAD = (
     "| shape | row | Chamfer | of the floor | parameters | training, s | steps | 512^3 sampling, s |",
     "| --- | --- | ---: | ---: | ---: | ---: | --- | ---: |",
@@ -44,7 +45,7 @@ HEAD = (
 
 
 def row(shape: str, trained: Trained, truth: Truth, resolution: int) -> str:
-    """One measured row."""
+    """Evaluate a contender, and return its row."""
     distance, sampling = truth.evaluate(trained, resolution)
     steps = ", ".join(f"{count:,}" for count in trained.steps)
     return (
@@ -54,12 +55,12 @@ def row(shape: str, trained: Trained, truth: Truth, resolution: int) -> str:
 
 
 def coarse(model: Model) -> Model:
-    """Level 1 alone."""
+    """Return the model of level 1 alone."""
     return replace(model, levels=model.levels[:1])
 
 
 def compare(name: str, options: argparse.Namespace, page: Page) -> None:
-    """Trains, evaluates and adds the rows of one shape."""
+    """Train and evaluate the contenders on one shape, and add its rows to the page."""
     path = options.data / "meshes" / f"{name}.ply"
     shape, _ = load_shape(str(path))
     truth = Truth(path, shape, options.samples, options.seed)
@@ -87,15 +88,15 @@ def compare(name: str, options: argparse.Namespace, page: Page) -> None:
     )
     for trained in theirs:
         page.add(row(SHAPES[name], trained, truth, options.resolution))
-    for which, distance, parameters, minutes, sampling in PRINTED.get(name, ()):
+    for level, distance, parameters, minutes, sampling in PRINTED.get(name, ()):
         page.add(
-            f"| {SHAPES[name]} | as printed, {which} | {distance:.2e} | | {parameters:,} | {minutes * 60:.0f} | "
+            f"| {SHAPES[name]} | as printed, {level} | {distance:.2e} | | {parameters:,} | {minutes * 60:.0f} | "
             f"| {sampling:.2f} |"
         )
 
 
 def main() -> None:
-    """Writes the table."""
+    """Compare all shapes, and write the page."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--levels", default="64x1,128x2", metavar="NxD,..")
     parser.add_argument("--seconds", type=float, default=90)
@@ -104,7 +105,7 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=500_000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--data", type=Path, default=DATA, metavar="FOLDER")
-    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where to put our models")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="folder to save our models in")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/table1.md"))
     options = parser.parse_args()
     prepare(device("cpu"))

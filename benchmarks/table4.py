@@ -1,9 +1,10 @@
-"""Ten meshes of Thingi32 with one set-up for all (the paper's Table 4); writes docs/results/table4.md.
+"""Compare contenders on ten meshes of Thingi32 with one set-up for all (Table 4); writes docs/results/table4.md.
 
     python benchmarks/table4.py [--levels 64x1,64x2] [--seconds 20] [--data FOLDER]
 
-Every contender trains in the same process for the same seconds: ours; one SIREN of as many parameters, by our loss; the
-residual without nested bands (Section 4.2's baseline: SIREN's loss, the whole domain); a hash grid with a small MLP.
+Every contender trains in the same process for the same number of seconds: our training; one SIREN of as many
+parameters, by our loss; residuals without nested bands (the baseline of Section 4.2: SIREN's loss, in the whole
+domain); a hash grid with a small MLP.
 """
 
 import argparse
@@ -23,11 +24,11 @@ from hash_grid import hash_grid
 from protocol import DATA, Page, Truth, machine
 
 OMEGAS = (30.0, 45.0, 128.0)
-"""Of the baseline without bands (Section 4.2)."""
+"""omega_0 of the levels of the baseline without bands (Section 4.2)."""
 
 
 def contenders(options: argparse.Namespace) -> dict[str, Callable[[Shape], Trained]]:
-    """Column -> how it is trained."""
+    """Return the training of each column, by the column's name."""
     levels, seconds, seed = options.levels, options.seconds, options.seed
 
     def own(shape: Shape) -> Trained:
@@ -53,11 +54,11 @@ def contenders(options: argparse.Namespace) -> dict[str, Callable[[Shape], Train
 
 
 def main() -> None:
-    """Writes the table."""
+    """Train all contenders on all meshes, and write the page."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--levels", default="64x1,64x2", metavar="NxD,..")
     parser.add_argument("--seconds", type=float, default=20)
-    parser.add_argument("--meshes", metavar="ID,..", help="some of the ten")
+    parser.add_argument("--meshes", metavar="ID,..", help="only these of the ten meshes")
     parser.add_argument("--resolution", type=int, default=512)
     parser.add_argument("--samples", type=int, default=500_000)
     parser.add_argument("--seed", type=int, default=0)
@@ -111,9 +112,9 @@ def main() -> None:
             ratios[name].append(distance / truth.floor)
             cells.append("none" if distance == float("inf") else f"{distance:.2e} ({distance / truth.floor:.2f})")
         page.add(f"| {path.stem} | {truth.floor:.2e} | " + " | ".join(cells) + " |")
-    means = (f"{statistics.mean(found):.2e}" for found in distances.values())
+    means = (f"{statistics.mean(column):.2e}" for column in distances.values())
     page.add(f"| mean | {statistics.mean(floors):.2e} | " + " | ".join(means) + " |")
-    medians = (f"{statistics.median(found):.2f}" for found in ratios.values())
+    medians = (f"{statistics.median(column):.2f}" for column in ratios.values())
     page.add("| median, of the floor | 1 | " + " | ".join(medians) + " |")
     page.add("| parameters | | " + " | ".join(f"{parameters.get(name, 0):,}" for name in columns) + " |")
 

@@ -1,13 +1,13 @@
-"""Normals three ways (the paper's Table 9); writes docs/results/table9.md.
+"""Measure the time of normals, computed in three ways (Table 9); writes docs/results/table9.md.
 
     python benchmarks/table9.py [--nets 256x2,256x3] [--side 512] [--rounds 3] [--device cuda] [-o FILE]
 
-Value and gradient of one network with random weights, omega_0 = 30, at side x side points. autograd:
-torch.autograd.grad as the authors' renderer calls it. Algorithm 1: the paper's Appendix E, one forward pass with three
-tangents, the values shared by all three. adjoint: `trainer.network.value_and_gradient`. They take turns in one process,
-after each was compared with autograd in double precision.
+Each way evaluates value and gradient of one network with random weights, omega_0 = 30, at side x side points.
+autograd: torch.autograd.grad, called as in the authors' renderer. Algorithm 1: the paper's Appendix E, one forward pass
+with three tangents that share the values. adjoint: `value_and_gradient` of trainer/networks/network.py. They take turns
+in one process, after each of them was compared with autograd in double precision.
 
-What follows the table from the first "## " on is written by hand, and kept when the page is written anew.
+The part of the page from the first "## " on is written by hand, and is kept when the page is written anew.
 """
 
 import argparse
@@ -41,15 +41,17 @@ from torch.nn import functional
 from protocol import machine as described
 
 Contender = Callable[[Tensor], tuple[Tensor, Tensor]]
-"""Points (n, 3) -> value (n,), gradient (n, 3)."""
+"""Points (N, 3) -> value (N,), gradient (N, 3)."""
 
 OMEGA = 30.0
 CHUNKS = {"cpu": (512, 1024, 2048, 4096), "cuda": (16384, 65536)}
+"""Points of a chunk that plans try."""
 TRIAL = {"cpu": 65536, "cuda": 262144}
-"""Points that a plan is chosen and a result compared on."""
+"""Points at which plans are tried and results are compared."""
 TOLERANCE = 1e-5
+"""Largest error of a contender, relative to the largest value or gradient."""
 REST = 0.05
-"""Seconds in which the threads of the contender before stop waiting for more."""
+"""Seconds after which the threads of the contender before no longer wait for more work."""
 COLUMNS = ("autograd", "Algorithm 1", "adjoint")
 PAGES = Path(__file__).parents[1] / "docs" / "results"
 SETTINGS = """
@@ -64,15 +66,18 @@ autograd over Algorithm 1.
 
 @dataclass(frozen=True)
 class Plan:
-    """Points a chunk, chunks at a time (if several, each on one thread), PyTorch's precision of products."""
+    """How the points are divided among threads."""
 
     chunk: int
+    """Points of a chunk."""
     workers: int
+    """Chunks at a time; if several, each is on one thread."""
     precision: str
+    """PyTorch's precision of products."""
 
 
 def by_autograd(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
-    """As the authors' renderer does, but with omega_0 in the weights, and no graph for them."""
+    """Evaluate as the authors' renderer does, but with omega_0 in the weights, and no graph for them."""
     at = points.detach().requires_grad_()
     hidden = at
     for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
@@ -83,7 +88,7 @@ def by_autograd(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
 
 
 def in_numpy(weights: Weights) -> dict[str, Contender]:
-    """Algorithm 1 and the adjoint pass, as the generator's NumPy reference runs them."""
+    """Make the contenders that run Algorithm 1 and the adjoint pass in the NumPy reference of codegen."""
     program = lower(Model("net", (Level(network.to_model(weights), 1.0, 20),)))
     extended, function = with_tangents(program, 1)
 
@@ -100,7 +105,7 @@ def in_numpy(weights: Weights) -> dict[str, Contender]:
 
 
 def products_alone(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
-    """The adjoint's products in hidden layers, two in each, and nothing else."""
+    """Compute the adjoint's products in hidden layers, two in each, and nothing else."""
     here = points.new_zeros(len(points), len(weights[0]))
     there = torch.empty_like(here)
     for weight in weights[2:-2:2]:
@@ -110,7 +115,7 @@ def products_alone(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
 
 
 def sines_alone(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
-    """The sine and the cosine in every layer, and nothing else."""
+    """Compute the sine and the cosine in every layer, and nothing else."""
     angle = points[:, :1].expand(-1, len(weights[0])).contiguous()
     for _ in weights[:-2:2]:
         cosine = network.cos(angle)
@@ -119,19 +124,23 @@ def sines_alone(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
 
 
 class Bench:
-    """Points, and the threads that contenders run on."""
+    """The points that contenders are measured at, and the threads that they run on."""
 
     def __init__(self, side: int, device: torch.device) -> None:
+        """side: the square root of the number of points."""
         self.points = (torch.rand(side * side, 3, generator=torch.Generator().manual_seed(1)) * 2 - 1).to(device)
         self.kind, self.threads = device.type, torch.get_num_threads()
         self.precision = torch.get_float32_matmul_precision()
         self._pool = ThreadPoolExecutor(self.threads, initializer=torch.set_num_threads, initargs=(1,))
         at_once = Plan(len(self.points), 1, self.precision)
         workers = {1, self.threads if self.kind == "cpu" else 1}
-        self.plans = [at_once, *(Plan(chunk, each, self.precision) for chunk in CHUNKS[self.kind] for each in workers)]
+        self.plans = [
+            at_once,
+            *(Plan(chunk, count, self.precision) for chunk in CHUNKS[self.kind] for count in workers),
+        ]
 
     def run(self, contender: Contender, plan: Plan, count: int | None = None) -> tuple[Tensor, Tensor, float]:
-        """Value and gradient at the first `count` points, and the seconds they took."""
+        """Evaluate at the first `count` points. Returns the value, the gradient, and the seconds that it took."""
         threads = self.threads if plan.workers == 1 else 1
         torch.set_float32_matmul_precision(plan.precision)
         torch.set_num_threads(threads)
@@ -139,38 +148,42 @@ class Bench:
             time.sleep(REST)
             began = time.perf_counter()
             parts = torch.split(self.points[:count], plan.chunk)
-            done = list((map if plan.workers == 1 else self._pool.map)(contender, parts))
-            f, gradient = (torch.cat(column) for column in zip(*done, strict=True))
+            results = list((map if plan.workers == 1 else self._pool.map)(contender, parts))
+            f, gradient = (torch.cat(column) for column in zip(*results, strict=True))
             if self.kind == "cuda":
                 torch.cuda.synchronize()
             return f, gradient, time.perf_counter() - began
 
     def best(self, contender: Contender) -> Plan:
-        """The plan that was fastest in one of two runs, after one that is not timed."""
+        """Find the plan whose better run of two is the fastest; one more run before is not timed."""
         self.run(contender, self.plans[0], TRIAL[self.kind])
         seconds = [min(self.run(contender, plan, TRIAL[self.kind])[2] for _ in range(2)) for plan in self.plans]
         return self.plans[seconds.index(min(seconds))]
 
     def errors(self, weights: Weights, contenders: Sequence[tuple[Contender, Plan]]) -> list[float]:
-        """Largest difference from autograd in double precision, of value or gradient, relative to the largest."""
+        """Measure each contender's largest difference from autograd in double precision.
+
+        It is that of the value or of the gradient, relative to their largest.
+        """
         count = TRIAL[self.kind]
         exact = by_autograd([weight.double() for weight in weights], self.points[:count].double())
-        found = (self.run(contender, plan, count)[:2] for contender, plan in contenders)
+        results = (self.run(contender, plan, count)[:2] for contender, plan in contenders)
         return [
-            max(float((a - b).abs().max() / b.abs().max()) for a, b in zip(each, exact, strict=True)) for each in found
+            max(float((a - b).abs().max() / b.abs().max()) for a, b in zip(result, exact, strict=True))
+            for result in results
         ]
 
     def turns(self, contenders: Sequence[tuple[Contender, Plan]], rounds: int) -> list[list[float]]:
-        """Seconds of each contender in each round."""
+        """Let the contenders take turns. Returns the seconds of each one in each round."""
         times = [[self.run(contender, plan)[2] for contender, plan in contenders] for _ in range(rounds + 1)]
         return [list(column) for column in zip(*times[1:], strict=True)]
 
 
 def table(bench: Bench, size: tuple[int, int], rounds: int) -> tuple[list[str], list[str]]:
-    """The table's lines for the network of size (width, depth), and the remarks on it."""
+    """Measure one network of size (width, depth). Returns its lines of the table, and the remarks on it."""
     net = f"{size[0]}x{size[1]}"
     generator = torch.Generator().manual_seed(0)
-    weights = [each.to(bench.points.device) for each in network.initial(size, OMEGA, 1, generator)]
+    weights = [weight.to(bench.points.device) for weight in network.initial(size, OMEGA, 1, generator)]
     ways = (by_autograd, tangents.value_and_gradient, network.value_and_gradient)
     ours: dict[str, Contender] = {name: partial(way, weights) for name, way in zip(COLUMNS, ways, strict=True)}
     first = Plan(len(bench.points), 1, "highest")
@@ -188,7 +201,7 @@ def table(bench: Bench, size: tuple[int, int], rounds: int) -> tuple[list[str], 
     plan = groups["each at its best"]["adjoint"][1]
     parts = [(partial(way, weights), plan) for way in (products_alone, sines_alone)]
     times = bench.turns([*running, *parts], rounds)
-    products, sines = (statistics.median(each) for each in times[len(keys) :])
+    products, sines = (statistics.median(column) for column in times[len(keys) :])
     seconds = dict(zip(keys, times, strict=False))
 
     def line(settings: str, cells: dict[str, list[float]]) -> str:
@@ -217,7 +230,7 @@ def table(bench: Bench, size: tuple[int, int], rounds: int) -> tuple[list[str], 
 
 
 def main() -> None:
-    """Writes the page."""
+    """Measure the networks, and write the page."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--nets", default="256x2,256x3", help="width x hidden layers, separated by commas")
     parser.add_argument("--side", type=int, default=512)
@@ -244,10 +257,10 @@ def main() -> None:
     ]
     for net in options.nets.split(","):
         width, depth = map(int, net.split("x"))
-        rows, said = table(bench, (width, depth), options.rounds)
-        print(*rows, *said, sep="\n", flush=True)
+        rows, remark = table(bench, (width, depth), options.rounds)
+        print(*rows, *remark, sep="\n", flush=True)
         lines += rows
-        remarks += said
+        remarks += remark
     before = output.read_text(encoding="utf-8") if output.exists() else ""
     notes = before[before.find("\n## ") :] if "\n## " in before else ""
     write_whole(output, "\n".join([*lines, *remarks]) + "\n" + notes)
