@@ -1,1 +1,1 @@
-"""The model file, its checks and its gallery; errors and files: the ground that every room stands on."""
+"""The ground that every room stands on: the model and its file, the gallery, output files, errors, what a verb is."""

@@ -1,4 +1,7 @@
-"""Checks of a model's parts. Each raises UserError, one line that names the tensor or key."""
+"""The checks that the definition of a model is made of (model/model.py).
+
+Each raises UserError, one line that begins with the tensor or key that is wrong.
+"""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -12,27 +15,30 @@ WIDEST = 4096
 """Most outputs of a layer."""
 
 _SMALLEST, _LARGEST = float(np.finfo(np.float32).tiny), float(np.finfo(np.float32).max)
+_TYPE_NAMES = {str: "a text", list: "a list", dict: "an object of keys and values", int: "a whole number"}
 
-_KINDS = {str: "a text", list: "a list", dict: "an object of keys and values", int: "a whole number"}
 
+def check_keys(where: str, value: object, keys: Mapping[str, type]) -> None:
+    """Check that a JSON value is an object that has certain keys with values of certain types.
 
-def check_keys(where: str, found: object, kinds: Mapping[str, type]) -> None:
-    """`found`, JSON just read, is an object that has each key with a value of its kind; float means a finite number."""
-    if not isinstance(found, dict):
-        raise UserError(f"{where}: is not {_KINDS[dict]}")
-    for key, kind in kinds.items():
-        if key not in found:
+    where: what the message begins with. value: as it was read. keys: each key that must be there and the type of its
+    value; float stands for a finite number, whole or not. Other keys are allowed.
+    """
+    if not isinstance(value, dict):
+        raise UserError(f"{where}: is not {_TYPE_NAMES[dict]}")
+    for key, kind in keys.items():
+        if key not in value:
             raise UserError(f"{where}: key '{key}' is missing")
         if kind is float:
-            check_finite(f"{where}: '{key}'", found[key])
-        elif type(found[key]) is not kind:
-            raise UserError(f"{where}: '{key}' is not {_KINDS[kind]}")
+            check_finite(f"{where}: '{key}'", value[key])
+        elif type(value[key]) is not kind:
+            raise UserError(f"{where}: '{key}' is not {_TYPE_NAMES[kind]}")
 
 
 def check_json(key: str, value: object) -> None:
-    """`value` is an object of keys and values that JSON can hold: no NaN, no infinity."""
+    """Check that a value is an object of keys and values that JSON can hold, without NaN or infinity."""
     if not isinstance(value, dict):
-        raise UserError(f"{key}: is not {_KINDS[dict]}")
+        raise UserError(f"{key}: is not {_TYPE_NAMES[dict]}")
     try:
         json.dumps(value, allow_nan=False)
     except (TypeError, ValueError, RecursionError) as error:
@@ -40,14 +46,14 @@ def check_json(key: str, value: object) -> None:
 
 
 def check_finite(key: str, value: object) -> None:
-    """`value` is a number, and a shader's 32-bit float can hold it: neither NaN nor infinite nor too large."""
+    """Check that a value is a number that a shader's 32-bit float can hold: not NaN, not infinite, not too large."""
     # The comparison, unlike math.isfinite, takes whole numbers of any size; NaN fails it too.
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= _LARGEST:
         raise UserError(f"{key}: must be a finite number")
 
 
 def check_positive(key: str, value: float) -> None:
-    """`value` is a finite number, above zero as a 32-bit float."""
+    """Check that a value is a finite number that is above zero as a 32-bit float, too."""
     check_finite(key, value)
     if value < _SMALLEST:
         raise UserError(f"{key}: must be positive")
@@ -56,7 +62,11 @@ def check_positive(key: str, value: float) -> None:
 def check_network(
     prefix: str, layers: Sequence[tuple[NDArray[np.float32], NDArray[np.float32]]], inputs: int, outputs: int
 ) -> None:
-    """`layers`, pairs of a weight (out, in) and a bias (out,), make a SIREN from `inputs` to `outputs` numbers."""
+    """Check that layers make a network from `inputs` numbers to `outputs` numbers.
+
+    prefix: of the names of its tensors. layers: at least two pairs of a weight (out, in) and a bias (out,), float32,
+    finite, of at most `WIDEST` outputs; each layer takes as many numbers as the one before it gives.
+    """
     if len(layers) < 2:
         raise UserError(f"{prefix}: needs at least two layers (layer0, layer1)")
     width = inputs

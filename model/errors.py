@@ -2,7 +2,7 @@
 
 
 class UserError(Exception):
-    """Something the user can mend; its text is one line that says what is wrong and what to do.
+    """Something that the user can mend; its text is one line that says what is wrong and what to do.
 
     The front door prints it on stderr and exits with code 2.
     """

@@ -1,4 +1,4 @@
-"""Output files that appear whole or not at all."""
+"""Output files that appear whole or not at all, and paths and texts as they may stand in a message."""
 
 import os
 import tempfile
@@ -8,12 +8,12 @@ from .errors import UserError
 
 
 def show(text: str | os.PathLike[str]) -> str:
-    """A path, or text from a file, as it may stand in a one-line message: what does not print is escaped."""
+    """Escape what does not print in a path, or in a text from a file, so that it may stand in a one-line message."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(text))
 
 
 def check_writable(path: Path) -> None:
-    """Refuses early, before long work, a path that `write_whole` could not write."""
+    """Check before long work that `write_whole` can write a path. Raises UserError where it cannot."""
     try:
         target = path if _is_special(path) else Path(os.path.realpath(path))
         if target.is_dir():
@@ -27,13 +27,13 @@ def check_writable(path: Path) -> None:
 
 
 def write_whole(path: Path, data: bytes | str) -> None:
-    """Writes `data` (text as UTF-8) beside `path` first and renames, so that readers never see half a file.
+    """Write a file so that readers never see half of it: beside `path` first, then renamed.
 
-    A link stays a link; a device or a pipe (/dev/stdout) is written to as it is.
-    Raises UserError where the path cannot be written (no folder, no permission, disk full).
+    data: bytes, or a text that is written as UTF-8. A link stays a link; a device or a pipe (/dev/stdout) is written to
+    as it is. Raises UserError where the path cannot be written (no folder, no permission, disk full).
     """
     check_writable(path)
-    # A name that is not Unicode can reach a text through a file name: it must not end the work here.
+    # Characters that are not Unicode can reach a text through a file name. They must not end the work here.
     content = data.encode(errors="backslashreplace") if isinstance(data, str) else data
     target = Path(os.path.realpath(path))
     temporary = None
@@ -56,8 +56,10 @@ def write_whole(path: Path, data: bytes | str) -> None:
 
 
 def _is_special(path: Path) -> bool:
+    """Whether a path is there and is neither a file nor a folder: a device, a pipe, a socket."""
     return path.exists() and not path.is_file() and not path.is_dir()
 
 
 def _refusal(path: Path, error: OSError) -> UserError:
+    """Make the one line for a path that the operating system refuses."""
     return UserError(f"cannot write {show(path)}: {error.strerror or error}")

@@ -1,22 +1,26 @@
-"""The models that come with the package, by name: `mplicits view spot`."""
+"""The gallery: models that come with the package and are called by name, as in `mplicits view spot`."""
 
 from pathlib import Path
 
 FOLDER = Path(__file__).parent / "gallery"
 SUFFIX = ".safetensors"
 FRONTS = {"spot": (215.0, 15.0), "bob": (235.0, 15.0)}
-"""Azimuth and elevation, degrees, from which a shape shows its face, by its models' names up to the first dash."""
+"""Shape -> azimuth and elevation, in degrees, of a camera that sees its face.
+
+A model's name up to the first dash is the name of its shape: "spot-large" shows Spot.
+"""
 
 
 def names() -> list[str]:
-    """Of all models of the gallery, sorted."""
+    """List the names of all models of the gallery, sorted."""
     return sorted(path.stem for path in FOLDER.glob("*" + SUFFIX))
 
 
 def model_path(text: str) -> Path:
-    """The file that a command line's M means: a file that exists, else the gallery's model of that name, else the path.
+    """Return the file that a model on the command line means.
 
-    So a file of one's own is never hidden, a folder (the mesh's, say) hides no model, and ./spot is always one's own.
+    It is the file of that path where there is one, else the gallery's model of that name, else the path as it is. So no
+    file of the user's is ever hidden, a folder named "spot" hides no model, and "./spot" is always the user's.
     """
     path = Path(text)
     if path.is_file() or "/" in text or text not in names():
@@ -25,5 +29,5 @@ def model_path(text: str) -> Path:
 
 
 def front(path: Path) -> tuple[float, float] | None:
-    """Azimuth and elevation to look from at a model that `model_path` found by its name; None for other files."""
+    """Return the azimuth and elevation, in degrees, to look from at a file of the gallery; None for other files."""
     return FRONTS.get(path.stem.partition("-")[0]) if path.parent == FOLDER else None

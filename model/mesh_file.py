@@ -1,4 +1,4 @@
-"""Files of triangle meshes, read by trimesh (extra `mesh`) and checked."""
+"""Triangle meshes from files, read by trimesh (extra `mesh`) and checked."""
 
 import os
 from pathlib import Path
@@ -13,14 +13,16 @@ if TYPE_CHECKING:
     import trimesh
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb")
+"""How the names of files that are taken for meshes end, in lower case."""
 LARGEST = 1e30
-"""Coordinate in a file whose powers are still numbers."""
+"""Largest coordinate that a file may have: its powers are still finite numbers."""
 
 
 def load_mesh(path: Path, why: str = "") -> "trimesh.Trimesh":
-    """The triangles of a PLY, OBJ, STL or GLB file as they stand there, with the normals of a PLY or OBJ.
+    """Read the triangles of a PLY, OBJ, STL or GLB file as they stand there, with the normals of a PLY or OBJ.
 
-    why: said after "no triangles in it". Raises UserError, one line, and ModuleNotFoundError without trimesh.
+    why: what the message about a file without triangles goes on with, "; ... needs a surface", say. Raises UserError,
+    one line that begins with the file's name, and ModuleNotFoundError where trimesh is not installed.
     """
     label = show(path.name)
     if not os.path.isfile(path):
@@ -31,11 +33,12 @@ def load_mesh(path: Path, why: str = "") -> "trimesh.Trimesh":
 
     try:
         mesh = trimesh.load(path, process=False)
-        if isinstance(mesh, trimesh.Scene):  # `force` would drop the normals of all others
+        if isinstance(mesh, trimesh.Scene):  # load(force="mesh") would drop the normals of files that are no scene.
             mesh = mesh.to_mesh()
-    except Exception as error:  # trimesh's readers raise anything on damaged files
-        said = "" if isinstance(error, ImportError) else str(error)  # it misses a guesser of encodings: no text at all
-        reason = show(said.splitlines()[0] if said else "damaged")[:160]
+    except Exception as error:  # On damaged files trimesh's readers raise anything.
+        # An ImportError says that trimesh wants to guess an encoding, for the file is no text at all.
+        text = "" if isinstance(error, ImportError) else str(error)
+        reason = show(text.splitlines()[0] if text else "damaged")[:160]
         raise UserError(f"{label}: not a readable {path.suffix[1:].upper()} file ({reason})") from None
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
         raise UserError(f"{label}: no triangles in it{why}")

@@ -1,6 +1,8 @@
-"""The model: nested levels f_{i+1} = f_i + r_i (Section 3.2), a texture, the normalisation. Load, save, validate.
+"""The model and its file: this module is the definition of the format that docs/format.md describes in prose.
 
-docs/format.md describes the file. Nothing here needs torch.
+A model is a sum of nested levels f_{i+1} = f_i + r_i (Section 3.2), a texture, and the place of the shape in the space
+that it came from. A file of it is a safetensors file: `Model.tensors` says which tensors it holds, `MODEL_KEYS` and
+`LEVEL_KEYS` say what stands in its metadata, `validate` says which values are allowed. Nothing here needs torch.
 """
 
 import hashlib
@@ -21,70 +23,89 @@ from .errors import UserError
 from .files import show, write_whole
 
 FORMAT = "mplicits"
+"""Value of the metadata key `format`."""
 VERSION = 1
+"""Newest value of the metadata key `version` that this program reads; it writes this one."""
+MODEL_KEYS = {"name": str, "levels": list, "inputs": str, "centre": list, "scale": float, "provenance": dict}
+"""Keys of the JSON object under the metadata key `model`, and the types of their values; `Model` says what they mean.
+
+A float here and below is any finite JSON number. `levels` is a list of objects with the keys `LEVEL_KEYS`.
+"""
+LEVEL_KEYS = {"delta": float, "iterations": int, "lipschitz": float}
+"""Keys of the JSON object of one level, and the types of their values; `Level` says what they mean."""
+INPUTS = ("xyz", "xyzt")
+"""Values of `inputs`: a network takes as many numbers as the text has letters."""
+LEVEL_OUTPUTS, TEXTURE_OUTPUTS = 1, 3
+"""How many numbers a level's network and the texture's network give."""
 MOST_ITERATIONS = 10_000
+"""Largest value of a level's `iterations`."""
 DEFAULT_ITERATIONS = (20, 5)
-"""Sphere tracing iterations of level 1 and of each finer level (Section 4, implementation details)."""
+"""Sphere tracing iterations that training gives to level 1 and to each finer level (Section 4)."""
 
 Array = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """y = weight x + bias. weight: (out, in) float32, bias: (out,) float32, omega_0 folded into both (Eq. 2)."""
+    """One affine layer, y = weight x + bias, with the factor omega_0 of a SIREN multiplied into both (Eq. 2)."""
 
     weight: Array
+    """(out, in) float32."""
     bias: Array
+    """(out,) float32."""
 
 
 Network = tuple[Layer, ...]
-"""A SIREN: sin after every layer but the last."""
+"""A SIREN: at least two layers, with a sine after every layer but the last."""
 
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """One network of the sum: f1 for the first level, the residual r_{i-1} for level i.
-
-    delta: half width of the band |f_i| < delta_i, model units (Eq. 5).
-    iterations: sphere tracing steps at this level.
-    lipschitz: largest |grad f_i| measured in the level's domain.
-    """
+    """One level of a model: its network is a term of the sum, and the rest says where and how its sum is used."""
 
     network: Network
+    """f_1 for the first level, the residual r_{i-1} for level i. It gives one number."""
     delta: float
+    """Half the width of the band |f_i| < delta_i in which the next level is defined, model units, above 0 (Eq. 5)."""
     iterations: int
+    """Sphere tracing iterations at this level, from 1 to `MOST_ITERATIONS`."""
     lipschitz: float = 1.0
+    """Largest |grad f_i| that was measured where level i is defined, above 0."""
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A trained multiscale neural SDF.
+    """A trained multiscale neural signed distance function, valid by construction: see `validate`.
 
-    Model space: the shape fits the unit sphere, distances in its radius, negative inside.
-    Input space = model space * scale + centre.
-    texture: network from model space to sRGB in [0, 1] (3 outputs), or None.
-    inputs: "xyz", or "xyzt" for a field that moves.
-    provenance: JSON values (source file name, sha256, seed, settings, seconds, quality figures).
+    Model space is where the shape fits the unit sphere. Distances are in its radius, and negative inside.
     """
 
     name: str
+    """Any text that is not empty, usually the name of the file that the shape came from."""
     levels: tuple[Level, ...]
+    """At least one, the coarsest first."""
     texture: Network | None = None
+    """From a point in model space to a colour: 3 numbers, sRGB in [0, 1], to be clamped. None for no colours."""
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Where model space's origin lies in input space: input space = model space * scale + centre."""
     scale: float = 1.0
+    """Length of model space's unit in input space, above 0."""
     inputs: str = "xyz"
+    """What the networks take: "xyz", a point in model space, or "xyzt", a point and a time, for a field that moves."""
     provenance: dict[str, Any] = field(default_factory=dict)
+    """Where the model comes from, as JSON values: source file, its hash, seed, settings, seconds, quality figures."""
 
     def __post_init__(self) -> None:
+        """Refuse what is no valid model. Raises UserError."""
         validate(self)
 
     def networks(self) -> dict[str, Network]:
-        """File prefix -> network, in the file's order."""
+        """Return the prefix of each network's tensor names, `level1`, ... and `texture`, and that network."""
         named = {f"level{i}": level.network for i, level in enumerate(self.levels, start=1)}
         return named | ({} if self.texture is None else {"texture": self.texture})
 
     def tensors(self) -> dict[str, Array]:
-        """Tensor name -> array, as the file stores them."""
+        """Return the name of each tensor of the file, and that tensor."""
         tensors = {}
         for prefix, network in self.networks().items():
             for j, layer in enumerate(network):
@@ -93,27 +114,30 @@ class Model:
         return tensors
 
     def parameters(self) -> int:
-        """Number of weights and biases, the texture's included."""
+        """Count the weights and biases, those of the texture included."""
         return sum(tensor.size for tensor in self.tensors().values())
 
     def sha256(self) -> str:
-        """Hash of the weights and the numbers a renderer depends on; name and provenance do not count."""
-        digest = hashlib.sha256(json.dumps([level_numbers(level) for level in self.levels]).encode())
+        """Hash the tensors and the numbers of each level: what a renderer depends on. Returns 64 hexadecimal digits.
+
+        Two models that differ in name, provenance or input space alone have the same hash.
+        """
+        digest = hashlib.sha256(json.dumps([_level_description(level) for level in self.levels]).encode())
         for name, tensor in self.tensors().items():
             digest.update(name.encode() + repr(tensor.shape).encode() + tensor.tobytes())
         return digest.hexdigest()
 
 
 def shape_of(network: Network) -> str:
-    """(N, d) in the paper's notation as `NxD`: width N, D hidden N -> N layers."""
+    """Name a network's size as the paper's (N, d), written `NxD`: width N, and D hidden layers of N to N numbers."""
     return f"{network[0].weight.shape[0]}x{len(network) - 2}"
 
 
 def validate(model: Model) -> None:
-    """Raises UserError, one line that names the tensor or key, where `model` breaks docs/format.md."""
+    """Check every value of a model. Raises UserError, one line that names the tensor or key that is wrong."""
     if not isinstance(model.name, str) or not model.name:
         raise UserError("name: not a text, or empty")
-    if model.inputs not in ("xyz", "xyzt"):
+    if model.inputs not in INPUTS:
         raise UserError(f"inputs: {model.inputs!r} is neither 'xyz' nor 'xyzt'")
     for i, coordinate in enumerate(model.centre):
         check_finite(f"centre[{i}]", coordinate)
@@ -130,26 +154,25 @@ def validate(model: Model) -> None:
             raise UserError(f"levels[{i}].iterations: must be a whole number from 1 to {MOST_ITERATIONS}")
     for prefix, network in model.networks().items():
         layers = [(layer.weight, layer.bias) for layer in network]
-        check_network(prefix, layers, len(model.inputs), 3 if prefix == "texture" else 1)
+        outputs = TEXTURE_OUTPUTS if prefix == "texture" else LEVEL_OUTPUTS
+        check_network(prefix, layers, len(model.inputs), outputs)
 
 
 def save(model: Model, path: Path) -> None:
-    """Writes the model file, whole or not at all. Raises UserError where `path` cannot be written."""
-    description = {
-        "name": model.name,
-        "levels": [level_numbers(level) for level in model.levels],
-        "inputs": model.inputs,
-        "centre": [float(coordinate) for coordinate in model.centre],
-        "scale": float(model.scale),
-        "provenance": model.provenance,
-    }
-    write_whole(path, to_bytes(model.tensors(), description))
+    """Write the model file, whole or not at all. Raises UserError where `path` cannot be written."""
+    write_whole(path, to_bytes(model))
 
 
-def to_bytes(tensors: Mapping[str, NDArray[np.floating]], description: dict[str, Any]) -> bytes:
-    """The model file of `description`, its JSON; always the same bytes, where safetensors shuffles the metadata."""
-    metadata = {"format": FORMAT, "version": str(VERSION), "model": json.dumps(description)}
-    data = to_safetensors({name: np.ascontiguousarray(tensor) for name, tensor in tensors.items()}, metadata)
+def to_bytes(model: Model, dtype: type[np.floating] = np.float32) -> bytes:
+    """Return the model file of a model, the same bytes each time.
+
+    dtype: of the tensors in the file. Only float32 gives a file that `load` reads; a web page carries float16.
+    """
+    tensors = {name: np.ascontiguousarray(tensor, dtype) for name, tensor in model.tensors().items()}
+    metadata = {"format": FORMAT, "version": str(VERSION), "model": json.dumps(_description(model))}
+    data = to_safetensors(tensors, metadata)
+    # safetensors writes the metadata in an order that changes from call to call, so its header is replaced: 8 bytes of
+    # length, then JSON padded with spaces to a multiple of 8.
     end = 8 + int.from_bytes(data[:8], "little")
     header = json.dumps({**json.loads(data[8:end]), "__metadata__": metadata}, separators=(",", ":")).encode()
     header += b" " * (-len(header) % 8)
@@ -157,7 +180,11 @@ def to_bytes(tensors: Mapping[str, NDArray[np.floating]], description: dict[str,
 
 
 def load(path: Path) -> Model:
-    """Reads and validates a model file. Raises UserError with one line where it is not a model this version reads."""
+    """Read and validate a model file.
+
+    Raises UserError, one line that begins with the path, where the file is missing, damaged, or not a model that this
+    version reads.
+    """
     try:
         if path.exists() and not path.is_file():
             raise UserError("not a file")
@@ -180,11 +207,25 @@ def load(path: Path) -> Model:
         raise UserError(f"{show(path)}: {_one_line(str(error))}") from None
 
 
-def level_numbers(level: Level) -> dict[str, float | int]:
+def _description(model: Model) -> dict[str, Any]:
+    """Return the JSON object of a model: a value for each of MODEL_KEYS."""
+    return {
+        "name": model.name,
+        "levels": [_level_description(level) for level in model.levels],
+        "inputs": model.inputs,
+        "centre": [float(coordinate) for coordinate in model.centre],
+        "scale": float(model.scale),
+        "provenance": model.provenance,
+    }
+
+
+def _level_description(level: Level) -> dict[str, float | int]:
+    """Return the JSON object of a level: a value for each of LEVEL_KEYS."""
     return {"delta": float(level.delta), "iterations": level.iterations, "lipschitz": float(level.lipschitz)}
 
 
-def _check_version(metadata: dict[str, str]) -> None:
+def _check_version(metadata: Mapping[str, str]) -> None:
+    """Check that a file's metadata is of a model, and of a version that this program reads. Raises UserError."""
     if metadata.get("format") != FORMAT:
         raise UserError("not an mplicits model (metadata key 'format')")
     version = metadata.get("version", "")
@@ -194,18 +235,18 @@ def _check_version(metadata: dict[str, str]) -> None:
         raise UserError(f"format version {version} is newer than this program reads ({VERSION}); update mplicits")
 
 
-def _from_file(metadata: dict[str, str], tensors: dict[str, Array]) -> Model:
-    """The model of a file's parts; takes its tensors out of `tensors`. Raises UserError."""
-    description = _description(metadata)
+def _from_file(metadata: Mapping[str, str], tensors: dict[str, Array]) -> Model:
+    """Make the model of a file's metadata and tensors; `tensors` is empty afterwards. Raises UserError."""
+    description = _read_description(metadata)
     levels = []
     for i, numbers in enumerate(description["levels"], start=1):
-        check_keys(f"levels[{i}]", numbers, {"delta": float, "iterations": int, "lipschitz": float})
+        check_keys(f"levels[{i}]", numbers, LEVEL_KEYS)
         network = _take_network(tensors, f"level{i}")
         levels.append(Level(network, float(numbers["delta"]), numbers["iterations"], float(numbers["lipschitz"])))
     texture = _take_network(tensors, "texture") if "texture.layer0.weight" in tensors else None
     if tensors:
-        model = f"a model with {len(levels)} levels"
-        raise UserError(f"{min(tensors)}: not a tensor of {model}, or the layer before it is missing")
+        kind = f"a model with {len(levels)} levels"
+        raise UserError(f"{min(tensors)}: not a tensor of {kind}, or the layer before it is missing")
     for i, coordinate in enumerate(description["centre"]):
         check_finite(f"centre[{i}]", coordinate)
     description |= {
@@ -216,24 +257,28 @@ def _from_file(metadata: dict[str, str], tensors: dict[str, Array]) -> Model:
     return Model(**description)
 
 
-def _description(metadata: dict[str, str]) -> dict[str, Any]:
-    """The values under the keys that docs/format.md names; other keys are left out."""
+def _read_description(metadata: Mapping[str, str]) -> dict[str, Any]:
+    """Read the JSON object in a file's metadata: a value for each of MODEL_KEYS, other keys left out.
+
+    Raises UserError where it is no JSON, or where a value is missing or of another type.
+    """
     if "model" not in metadata:
         raise UserError("metadata key 'model' is missing")
     try:
-        found = json.loads(metadata["model"], parse_constant=_refuse_constant)
+        description = json.loads(metadata["model"], parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
         raise UserError(f"metadata key 'model' is not JSON ({error})") from None
-    kinds = {"name": str, "levels": list, "inputs": str, "centre": list, "scale": float, "provenance": dict}
-    check_keys("metadata key 'model'", found, kinds)
-    return {key: float(found[key]) if kind is float else found[key] for key, kind in kinds.items()}
+    check_keys("metadata key 'model'", description, MODEL_KEYS)
+    return {key: float(description[key]) if kind is float else description[key] for key, kind in MODEL_KEYS.items()}
 
 
 def _refuse_constant(constant: str) -> None:
+    """Refuse NaN and Infinity, which Python's JSON reader would take."""
     raise ValueError(f"{constant} is not a number of JSON")
 
 
 def _take_network(tensors: dict[str, Array], prefix: str) -> Network:
+    """Take the layers 0, 1, ... of a network out of `tensors`, as far as there are any. Raises UserError."""
     layers: list[Layer] = []
     while f"{prefix}.layer{len(layers)}.weight" in tensors:
         name = f"{prefix}.layer{len(layers)}"
@@ -244,4 +289,5 @@ def _take_network(tensors: dict[str, Array], prefix: str) -> Network:
 
 
 def _one_line(text: str) -> str:
+    """Escape and shorten a text, some of which may come from the file, so that it fits one line."""
     return show(text)[:300]

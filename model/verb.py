@@ -1,17 +1,24 @@
-"""What a room's cli.py declares: a verb of the command line."""
+"""What a room's cli.py declares: the verbs of the command line that the room knows how to do."""
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from dataclasses import dataclass
 
 MODEL_HELP = "model file (.safetensors), or a name of the gallery: spot, bob"
+"""Help for an argument that is read by `gallery.model_path`."""
 
 
 @dataclass(frozen=True)
 class Verb:
-    """`mplicits NAME`. `arguments` fills the parser; `run` does the work and imports what it needs only then."""
+    """One verb, `mplicits NAME`. The front door (cli.py) collects the verbs of all rooms."""
 
     name: str
+    """What the user types."""
     help: str
+    """The line about it in `mplicits --help`."""
     arguments: Callable[[ArgumentParser], None]
+    """Adds its arguments to a parser. It is called for every verb at each start, so it imports nothing heavy."""
     run: Callable[[Namespace], None]
+    """Does the work, and imports what it needs only then. Raises UserError for what the user can mend."""
+    extra: str = "train"
+    """The extra of pyproject.toml that a message proposes where a package is missing that the extra brings."""
