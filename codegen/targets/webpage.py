@@ -1,4 +1,4 @@
-"""Target html: one page that shows the model, from a file, without a network. Its source is the folder web/."""
+"""Target html: one page that shows the model from a file, without a network. Its source is the folder web/."""
 
 import base64
 import json
@@ -10,20 +10,23 @@ from typing import Any
 import numpy as np
 
 from ... import glsl
+from ...model.checks import WIDEST
 from ...model.errors import UserError
-from ...model.model import Model, level_numbers, to_bytes
+from ...model.model import FORMAT, MOST_ITERATIONS, VERSION, Model, to_bytes
 from ..ir.lower import lower
 from ..ir.program import Array, Program
-from ..printers.field import STORAGES, print_field
+from ..printers.field import PLAIN, STORAGES, print_field
+from ..printers.texels import TEXTURE_WIDTH, UNROLL
 from ..reference import interpret
 from ..reference.digits import near_surface
 from ..reference.rounding import in_decimals, is_float16
-from . import fragment
+from . import fragment, orbit, shadertoy
 from .glsl300es import DIALECT
-from .header import header_facts, installed_version
-from .uniforms import UNIFORMS
+from .header import header_facts
+from .shader import LEAST_STEPS, LOOP_LIMIT
+from .uniforms import SHADINGS, UNIFORMS
 
-PRINTER = ("safetensors.js", "lower.js", "cstyle.js", "literal.js", "texture.js", "field.js")
+PRINTER = ("facts.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js", "field.js")
 """Modules in web/ that read a model and print its field."""
 SCRIPTS = (
     *PRINTER,
@@ -44,31 +47,32 @@ SCRIPTS = (
 )
 """All modules in web/, in the order in which the page's one script holds them."""
 PROBES = 32
-"""Points at which the page compares its field with the reference's."""
+"""Most points at which the page compares its field with the reference's."""
 
 _MODULE_LINE = re.compile(r"^import [^;]*;\n|^export (?=\w)", re.MULTILINE)
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
 
 
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
-    """The page.
+    """Return the text of the page.
 
-    storage: the page draws from a texture at once; "auto" has it compile literals (networks up to 64 wide) beside that
-    and keep what is faster there, "literal" wider ones too, "texture" none.
-    Weights that 16-bit floats hold exactly travel as such.
+    storage: the page draws from a texture at once. With "auto" it also compiles literals (for networks up to 64 wide)
+    and keeps what is faster there; "literal" does so for wider networks too; "texture" does without literals.
+    digits: decimals to which the weights are rounded first, None for none. Weights that 16-bit floats hold exactly
+    travel in those. Raises UserError where the weights cannot be stored so.
     """
     weights = model if digits is None else in_decimals(model, digits)
     if storage == "packed":
         raise UserError("--storage packed: only shadertoy has it; there is literal, texture, auto")
     program = lower(weights)
     field = print_field(program, DIALECT.language, "texture")
+    header = header_facts(model, program, "html")
     # A model that is dropped on the page may move, even if this one does not.
-    facts = header_facts(model, program, "html")
-    prologue = fragment.prologue(facts, replace(program, moving=True), DIALECT, field.weights)
+    prologue = fragment.prologue(header, replace(program, moving=True), DIALECT, field.weights)
     parts = {
         "css": _read("page.css"),
         "js": script(),
-        "model": _json(_facts(model, program, storage, digits)),
+        "facts": facts_json(header | _facts(model, program, storage, digits)),
         "weights": _wrapped(base64.b64encode(_bytes(weights)).decode()),
         "prologue": _shader(prologue),
         **{name: _shader(glsl.load(f"{name}.glsl")) for name in ("main", "accumulate", "present")},
@@ -77,17 +81,42 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
 
 
 def script(names: tuple[str, ...] = SCRIPTS) -> str:
-    """Modules of web/ as one."""
+    """Join modules of web/ into one script, without their imports and exports."""
     return "".join(_MODULE_LINE.sub("", _read(name)) for name in names)
 
 
+def facts_json(facts: dict[str, Any]) -> str:
+    """Write the JSON that web/facts.js reads: `facts`, and as `shared` the constants that Python and the page share.
+
+    It may stand in a script element, for nothing in it opens or closes a tag or a comment.
+    """
+    shared = {
+        "format": {"name": FORMAT, "version": VERSION, "widest": WIDEST, "most_iterations": MOST_ITERATIONS},
+        "storages": STORAGES,
+        "texture_width": TEXTURE_WIDTH,
+        "unroll": UNROLL,
+        "plain": PLAIN,
+        "defaults": {entry.name: entry.default for entry in UNIFORMS if isinstance(entry.default, tuple)},
+        "shadings": SHADINGS,
+        "loop_limit": LOOP_LIMIT,
+        "least_steps": LEAST_STEPS,
+        "camera": {
+            "azimuth": orbit.AZIMUTH,
+            "elevation": orbit.ELEVATION,
+            "fov": orbit.FOV,
+            "margin": orbit.MARGIN,
+            "zoom": orbit.ZOOM,
+        },
+    }
+    return json.dumps(facts | {"shared": shared}).replace("<", "\\u003c")
+
+
 def _facts(model: Model, program: Program, storage: str, digits: int | None) -> dict[str, Any]:
+    """Say what the page knows of its own model beyond the header's facts, of which it gives `sha256` in full."""
     points = _probes(program)
     narrow = any(program.widest(function) <= STORAGES[0][0] for function in program.functions())
     return {
         "sha256": program.sha256,
-        "version": installed_version(),
-        "defaults": {entry.name: list(entry.default) for entry in UNIFORMS if isinstance(entry.default, tuple)},
         "storage": storage if narrow or storage == "literal" else "texture",
         "points": _numbers(points),
         "values": _numbers(interpret.field(program, points, len(program.values))),
@@ -96,52 +125,35 @@ def _facts(model: Model, program: Program, storage: str, digits: int | None) -> 
 
 
 def _probes(program: Program) -> Array:
-    """Points (N, 3) near the surface, within every level's band and the ball that rays are traced in."""
+    """Return points (N, 3) float32 near the surface, within every level's band and the ball that rays are traced in."""
     points = near_surface(program)
     points = points[np.linalg.norm(points, axis=1) < 1]
     _, reached = interpret.nested_field(program, points, len(program.values))
-    found: Array = points[reached == len(program.values)][:PROBES]
-    return found
+    probes: Array = points[reached == len(program.values)][:PROBES]
+    return probes
 
 
 def _shadertoy(model: Model, digits: int | None) -> str | None:
-    """What the button "Copy as Shadertoy" copies; None, and no button, where that target refuses the model."""
-    from .registry import TARGETS  # here, for it imports this module
-
-    if "shadertoy" not in TARGETS:
-        return None
+    """Return what the button "Copy as Shadertoy" copies; None, and no button, where that target refuses the model."""
     try:
-        return TARGETS["shadertoy"](model, digits=digits)
+        return shadertoy.standalone(model, digits=digits)
     except UserError:
         return None
 
 
 def _bytes(model: Model) -> bytes:
-    """A model file without its provenance, in 16-bit floats where they hold every weight."""
-    description = {
-        "name": model.name,
-        "levels": [level_numbers(level) for level in model.levels],
-        "inputs": model.inputs,
-        "centre": list(model.centre),
-        "scale": model.scale,
-        "provenance": {},
-    }
+    """Return a model file without its provenance, in 16-bit floats where they hold every weight."""
     kind = np.float16 if is_float16(model) else np.float32
-    return to_bytes({name: tensor.astype(kind) for name, tensor in model.tensors().items()}, description)
+    return to_bytes(replace(model, provenance={}), kind)
 
 
 def _numbers(values: np.ndarray) -> list[float]:
-    """Flat; each the shortest that reads back as the same float32."""
+    """Return all values in one list, each as the shortest number that reads back as the same float32."""
     return [float(str(value)) for value in np.asarray(values, np.float32).ravel()]
 
 
-def _json(value: object) -> str:
-    """JSON that may stand in a script element: nothing in it opens or closes a tag or a comment."""
-    return json.dumps(value).replace("<", "\\u003c")
-
-
 def _shader(text: str) -> str:
-    """GLSL that may stand in a script element; only the name in a comment, which is JSON, can hold a tag."""
+    """Write GLSL so that it may stand in a script element: only the name, in the header's JSON, can hold a tag."""
     return re.sub(r"<(?=[/!s])", r"\\u003c", text)
 
 

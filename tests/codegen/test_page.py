@@ -1,4 +1,4 @@
-"""The html page in Chromium, offline from a file: its pictures, and every control used as a person would."""
+"""The html page in Chromium, offline from a file: its pictures, and every control, used as a person would use it."""
 
 import re
 from collections.abc import Callable
@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from mplicits.codegen.targets import glsl330
-from mplicits.codegen.targets.registry import TARGETS
+from mplicits.codegen.targets import glsl330, shadertoy
 from mplicits.codegen.targets.webpage import standalone
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
@@ -28,7 +27,9 @@ def renderer(osmesa: Context) -> Renderer:
 
 
 @pytest.mark.parametrize("view", [(30, 20, None), (200, -35, 2.6), (95, 70, 4.5)])
-def test_the_picture_is_osmesa_s(view: tuple[float, float, float | None], shown: Visit, renderer: Renderer) -> None:
+def test_the_page_shows_the_picture_that_osmesa_draws(
+    view: tuple[float, float, float | None], shown: Visit, renderer: Renderer
+) -> None:
     azimuth, elevation, distance = view
     hash_ = f"#az={azimuth}&el={elevation}" + (f"&d={distance}" if distance else "")
     shown.page.evaluate("hash => { location.hash = hash; }", hash_)
@@ -39,7 +40,7 @@ def test_the_picture_is_osmesa_s(view: tuple[float, float, float | None], shown:
     assert differ(ours, turned), "the tolerance tells another view apart"
 
 
-def test_it_says_what_it_shows(shown: Visit) -> None:
+def test_the_page_says_what_it_shows_and_how_exact_it_is(shown: Visit) -> None:
     assert shown.page.title() == "fitted"
     assert shown.page.inner_text("h1") == "fitted"
     assert f"20x0 > 32x0 · {MODEL.parameters():,} parameters" in shown.page.inner_text("header")
@@ -50,7 +51,7 @@ def test_it_says_what_it_shows(shown: Visit) -> None:
     assert re.fullmatch(r"field error \d\.\de-\d · weights as (literals|a texture)", field)
 
 
-def test_drag_wheel_and_double_click(shown: Visit) -> None:
+def test_the_mouse_turns_moves_zooms_and_resets_the_view(shown: Visit) -> None:
     mouse, page = shown.page.mouse, shown.page
     page.keyboard.press("r")
     shown.until("location.hash === '#az=30&el=20'")
@@ -71,7 +72,7 @@ def test_drag_wheel_and_double_click(shown: Visit) -> None:
     shown.until("location.hash === '#az=30&el=20'")
 
 
-def test_keys_turn_move_and_zoom(shown: Visit) -> None:
+def test_keys_turn_move_and_zoom_the_view(shown: Visit) -> None:
     page = shown.page
     page.keyboard.press("r")
     page.focus("#view")
@@ -85,7 +86,7 @@ def test_keys_turn_move_and_zoom(shown: Visit) -> None:
     shown.until("location.hash === '#az=30&el=20'")
 
 
-def test_two_fingers_pinch(shown: Visit) -> None:
+def test_two_fingers_pinch_and_one_turns(shown: Visit) -> None:
     page = shown.page
     page.keyboard.press("r")
     shown.until("location.hash === '#az=30&el=20'")
@@ -110,31 +111,36 @@ def test_two_fingers_pinch(shown: Visit) -> None:
 
 
 def middle(shown: Visit, selector: str, right: float = 0, down: float = 0) -> tuple[float, float]:
-    """A point of an element, from its middle by shares of its size."""
+    """Return a point of an element, away from its middle by shares of its width and height; CSS pixels."""
     box = shown.page.locator(selector).bounding_box()
     assert box is not None
     return box["x"] + box["width"] * (0.5 + right), box["y"] + box["height"] * (0.5 + down)
 
 
 Act = Callable[[Visit], None]
+"""Something that a person does on the page."""
 
 
 def click(selector: str) -> Act:
+    """Clicks an element."""
     return lambda shown: shown.page.click(selector)
 
 
 def press(key: str) -> Act:
+    """Presses a key."""
     return lambda shown: shown.page.keyboard.press(key)
 
 
 def light(right: float, down: float) -> Act:
+    """Clicks the ball that sets the light, away from its middle by shares of its radius."""
     return lambda shown: shown.page.mouse.click(*middle(shown, "#light", right / 2, down / 2))
 
 
 LENGTH = 1.38**0.5
-"""Of the default light, (-0.5, 0.7, 0.8)."""
+"""Length of the default light, (-0.5, 0.7, 0.8)."""
 PAPER = (0.97, 0.965, 0.95), (0.85, 0.84, 0.81)
 CONTROLS: dict[str, tuple[Act, Act, RenderOptions]] = {
+    # Control -> how to use it, how to undo that, and the desktop's options for the same.
     "normals": (click("#shading label:has-text('Normals')"), press("p"), RenderOptions(shading="normal")),
     "depth": (press("d"), click("#shading label:has-text('Phong')"), RenderOptions(shading="depth")),
     "texture": (click("#shading label:has-text('Texture')"), press("p"), RenderOptions(shading="texture")),
@@ -165,7 +171,7 @@ def test_a_control_does_what_the_desktop_s_option_does(name: str, shown: Visit, 
     assert differ(ours, desktop(renderer, Camera(), RenderOptions()))
 
 
-def test_steps_are_heat(shown: Visit) -> None:
+def test_the_steps_of_each_ray_are_shown_as_heat(shown: Visit) -> None:
     shown.page.keyboard.press("x")
     picture = shown.saved()
     shown.page.keyboard.press("p")
@@ -173,7 +179,7 @@ def test_steps_are_heat(shown: Visit) -> None:
     assert picture[SIDE // 2, SIDE // 2].max() > 30
 
 
-def test_iterations_resolution_and_folding(shown: Visit) -> None:
+def test_the_panel_sets_iterations_and_resolution_and_can_be_folded(shown: Visit) -> None:
     page = shown.page
     assert page.inner_text("#steps") == "20 · 5"
     page.focus("#iterations")
@@ -191,7 +197,7 @@ def test_iterations_resolution_and_folding(shown: Visit) -> None:
     assert page.is_visible("#panel")
 
 
-def test_full_screen(shown: Visit) -> None:
+def test_the_page_fills_the_screen_and_comes_back(shown: Visit) -> None:
     shown.page.click("#full")
     shown.until("document.fullscreenElement !== null")
     shown.page.keyboard.press("f")
@@ -213,9 +219,11 @@ def test_nothing_is_drawn_while_nothing_changes(shown: Visit) -> None:
     shown.page.keyboard.press("r")
 
 
-def test_copy_as_shadertoy(browser: "Browser", tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_button_copies_the_text_for_shadertoy(
+    browser: "Browser", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     text = "void mainImage() { } // <é>"
-    monkeypatch.setitem(TARGETS, "shadertoy", lambda model, storage="auto", digits=None: text)
+    monkeypatch.setattr(shadertoy, "standalone", lambda model, storage="auto", digits=None: text)
     file = tmp_path / "page.html"
     file.write_text(standalone(MODEL))
     with visit(browser, file, permissions=["clipboard-read", "clipboard-write"]) as visited:
@@ -225,7 +233,7 @@ def test_copy_as_shadertoy(browser: "Browser", tmp_path: Path, monkeypatch: pyte
         assert visited.said == []
 
 
-def test_a_phone_starts_with_the_panel_folded(browser: "Browser", page_file: Path) -> None:
+def test_a_phone_begins_with_the_panel_folded_and_wastes_no_width(browser: "Browser", page_file: Path) -> None:
     phone: dict[str, Any] = {"has_touch": True, "is_mobile": True, "color_scheme": "light"}
     with visit(browser, page_file, size=(390, 844), **phone) as visited:
         assert visited.root("tone") == "light"
@@ -239,7 +247,7 @@ def test_a_phone_starts_with_the_panel_folded(browser: "Browser", page_file: Pat
         assert visited.page.evaluate("document.documentElement.scrollWidth") == 390
 
 
-def test_one_file_and_nothing_else(page_file: Path) -> None:
+def test_the_page_is_one_file_that_asks_for_no_other(page_file: Path) -> None:
     text = page_file.read_text()
     assert "{{" not in text
     assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:,)""", text)

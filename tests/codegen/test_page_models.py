@@ -1,4 +1,4 @@
-"""Models dropped on the html page, whole and broken, and the text that the page prints for them."""
+"""The html page with other models than its usual one: dropped on it, whole and broken, or with a name that is code."""
 
 import json
 import struct
@@ -9,13 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.printers.field import print_field
 from mplicits.codegen.reference.rounding import in_float16
 from mplicits.codegen.targets import glsl330
-from mplicits.codegen.targets.glsl300es import DIALECT
 from mplicits.codegen.targets.registry import TARGETS
-from mplicits.codegen.targets.webpage import PRINTER, script
 from mplicits.model.model import Layer, Model, save
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
@@ -31,22 +27,25 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 HOSTILE = "</script><script>alert(1)</script>"
+"""A model's name that would run, were it not escaped."""
 DROP = """([bytes, name]) => {
     const transfer = new DataTransfer();
     transfer.items.add(new File([new Uint8Array(bytes)], name));
     for (const kind of ["dragover", "drop"])
         document.body.dispatchEvent(new DragEvent(kind, {dataTransfer: transfer, bubbles: true, cancelable: true}));
 }"""
+"""Drops a file of these bytes and this name on the page, as a person would with the mouse."""
 pytestmark = pytest.mark.slow
 
 
 def model_bytes(tmp_path: Path, model: Model) -> bytes:
+    """Return the bytes of the model's file."""
     save(model, tmp_path / "other.safetensors")
     return (tmp_path / "other.safetensors").read_bytes()
 
 
 def changed(data: bytes, change: Callable[[dict[str, Any]], None]) -> bytes:
-    """A safetensors file with another header."""
+    """Return the bytes of a model file with a header that `change` changed."""
     (length,) = struct.unpack("<Q", data[:8])
     header = json.loads(data[8 : 8 + length])
     change(header)
@@ -55,6 +54,8 @@ def changed(data: bytes, change: Callable[[dict[str, Any]], None]) -> bytes:
 
 
 def describe(change: Callable[[dict[str, Any]], None]) -> Callable[[dict[str, Any]], None]:
+    """Return a change of the header that changes the description inside it, which is JSON in a text."""
+
     def inside(header: dict[str, Any]) -> None:
         description = json.loads(header["__metadata__"]["model"])
         change(description)
@@ -64,6 +65,7 @@ def describe(change: Callable[[dict[str, Any]], None]) -> Callable[[dict[str, An
 
 
 BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
+    # What is wrong -> how it comes about, and what the page says of it.
     "empty": (lambda _: b"", "not a model file (.safetensors), or a damaged one"),
     "a picture": (lambda _: b"\x89PNG\r\n\x1a\n" * 40, "not a model file (.safetensors), or a damaged one"),
     "cut short": (lambda data: data[:-100], "the file is cut short or damaged"),
@@ -94,7 +96,9 @@ BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_a_broken_drop_is_one_line_and_changes_nothing(name: str, shown: Visit, tmp_path: Path) -> None:
+def test_a_broken_model_dropped_is_refused_in_one_line_and_the_old_one_stays(
+    name: str, shown: Visit, tmp_path: Path
+) -> None:
     spoil, said = BROKEN[name]
     data = spoil(model_bytes(tmp_path, fitted_model((4, 4))))
     shown.page.evaluate(DROP, [list(data), "other.safetensors"])
@@ -108,7 +112,9 @@ def test_a_broken_drop_is_one_line_and_changes_nothing(name: str, shown: Visit, 
     assert shown.message() == ""
 
 
-def test_a_dropped_model_is_shown(browser: "Browser", page_file: Path, osmesa: Context, tmp_path: Path) -> None:
+def test_a_model_that_is_dropped_or_opened_is_shown(
+    browser: "Browser", page_file: Path, osmesa: Context, tmp_path: Path
+) -> None:
     model = fitted_model((20, 24))
     hidden, last = model.levels[1].network
     small = Layer(last.weight * np.float32(0.02), last.bias * np.float32(0.02))
@@ -131,7 +137,7 @@ def test_a_dropped_model_is_shown(browser: "Browser", page_file: Path, osmesa: C
         assert visited.said == []
 
 
-def test_a_hostile_name_is_text(browser: "Browser", tmp_path: Path) -> None:
+def test_a_name_that_is_html_is_shown_as_text(browser: "Browser", tmp_path: Path) -> None:
     file = tmp_path / "hostile.html"
     file.write_text(TARGETS["html"](random_model((4, 0), name=HOSTILE)))
     with visit(browser, file) as visited:
@@ -139,42 +145,6 @@ def test_a_hostile_name_is_text(browser: "Browser", tmp_path: Path) -> None:
         assert (visited.page.title(), visited.page.inner_text("h1")) == (HOSTILE, HOSTILE)
         assert visited.page.locator("script").count() == file.read_text().count("<script") == 7
         assert visited.said == []
-
-
-PRINT = """
-window.print = ([bytes, storage]) => {
-    const {texels, ...rest} = printField(parseModel(new Uint8Array(bytes).buffer), storage);
-    return {...rest, texels: [...texels]};
-};
-null;
-"""
-
-
-@pytest.mark.parametrize(
-    "model",
-    [
-        random_model((16, 1), (18, 2), (64, 1), texture=(10, 1)),
-        random_model((5, 0), inputs="xyzt"),
-        random_model((16, 1), (80, 1)),
-        random_model((8, 1), seed=7, texture=(3, 0), inputs="xyzt"),
-    ],
-    ids=["three levels", "moving", "wide level", "moving, texture"],
-)
-@pytest.mark.parametrize("storage", ["texture", "literal", "auto"])
-def test_the_page_prints_what_codegen_prints(browser: "Browser", storage: str, model: Model, tmp_path: Path) -> None:
-    page = browser.new_page()
-    page.set_content("<!doctype html>")
-    page.evaluate(script(PRINTER) + PRINT)
-    printed = page.evaluate("given => window.print(given)", [list(model_bytes(tmp_path, model)), storage])
-    page.close()
-    field = print_field(lower(model), DIALECT.language, storage)
-    assert printed["text"] == field.text
-    weights = np.zeros((0, 1024, 4), np.float32) if field.weights is None else field.weights
-    assert printed["height"] == len(weights)
-    np.testing.assert_array_equal(np.asarray(printed["texels"], np.float32), weights.ravel())
-    assert tuple(printed["loops"]["value"]) == field.value_loops
-    assert tuple(printed["loops"]["gradient"]) == field.gradient_loops
-    assert printed["loops"]["texture"] == field.texture_loops
 
 
 def test_float16_weights_arrive_exactly(browser: "Browser", tmp_path: Path) -> None:

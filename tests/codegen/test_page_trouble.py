@@ -1,14 +1,11 @@
-"""The html page where things go wrong, and what it remembers of a device."""
+"""The html page where the device fails it, and what it remembers of a device from visit to visit."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from mplicits.codegen.targets import glsl330
-from mplicits.codegen.targets.webpage import script
 from mplicits.model.model import save
-from mplicits.viewer.draw.options import schedule_that_fits
 
 from support.browser import visit
 from support.page_pictures import MODEL, differ
@@ -20,7 +17,7 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.slow
 
 
-def test_a_lost_context_comes_back(browser: "Browser", page_file: Path) -> None:
+def test_the_picture_comes_back_with_a_lost_context(browser: "Browser", page_file: Path) -> None:
     with visit(browser, page_file, hash_="#az=100&el=-10") as visited:
         visited.still()
         before = visited.saved()
@@ -41,8 +38,8 @@ def test_the_faster_variant_is_kept_and_remembered(browser: "Browser", page_file
     key = f"mplicits {MODEL.sha256()}"
     with visit(browser, page_file) as visited:
         visited.until(f"['literal', 'texture'].includes(localStorage.getItem('{key}'))")
-        found = visited.page.evaluate("key => localStorage.getItem(key)", key)
-        visited.until(f"document.documentElement.dataset.storage === '{found}'")
+        faster = visited.page.evaluate("key => localStorage.getItem(key)", key)
+        visited.until(f"document.documentElement.dataset.storage === '{faster}'")
         assert visited.said == []
     for remembered, expected in (("texture", "texture"), ("trying", "texture"), ("literal", "literal")):
         with visit(browser, page_file, script=f"localStorage.setItem('{key}', '{remembered}')") as visited:
@@ -57,9 +54,10 @@ WebGL2RenderingContext.prototype.getProgramParameter = function (program, name) 
     const held = name === COMPLETION_STATUS_KHR && localStorage.getItem("%s") === "trying";
     return !held && ask.call(this, program, name);
 };"""
+"""Has the literals' compiler never end: %s is the key in localStorage that says that they are being tried."""
 
 
-def test_a_model_opened_while_the_literals_compile_is_no_failure_of_theirs(
+def test_opening_another_model_while_the_literals_compile_does_not_count_as_their_failure(
     browser: "Browser", page_file: Path, tmp_path: Path
 ) -> None:
     key = f"mplicits {MODEL.sha256()}"
@@ -73,30 +71,11 @@ def test_a_model_opened_while_the_literals_compile_is_no_failure_of_theirs(
         assert visited.said == []
 
 
-FIT = """
-window.fit = (given) => fitting(...given);
-null;
-"""
-
-
-@pytest.mark.parametrize(("iterations", "level"), [((20, 5), 2), ((20, 5), 1), ((60, 60), 2), ((200, 2), 2)])
-def test_llvmpipe_is_asked_for_what_it_draws_whole(browser: "Browser", iterations: tuple[int, int], level: int) -> None:
-    """Its fragments stop silently after 65,535 loop iterations: the page's schedule is the desktop's."""
-    shader = glsl330.bake(random_model((40, 1), (64, 2), texture=(8, 0)), "texture")
-    loops = {"value": shader.value_loops, "gradient": shader.gradient_loops, "texture": shader.texture_loops}
-    page = browser.new_page()
-    page.set_content("<!doctype html>")
-    page.evaluate(script(("camera.js", "uniforms.js")) + FIT)
-    found = page.evaluate("given => window.fit(given)", [loops, level, 2, iterations, 32])
-    page.close()
-    steps, rounds = schedule_that_fits(shader, level, 2, iterations, 32)
-    assert (tuple(found["steps"]), found["rounds"]) == (steps, rounds)
-
-
 LIMITS = """const ask = WebGL2RenderingContext.prototype.getParameter;
 WebGL2RenderingContext.prototype.getParameter = function (name) {
     return name === this.%s ? %d : ask.call(this, name);
 };"""
+"""Has the device claim another limit: %s is its name, %d its value."""
 
 
 @pytest.mark.parametrize(
@@ -112,7 +91,7 @@ WebGL2RenderingContext.prototype.getParameter = function (name) {
         ("", ("Hit ray = march(", "Hit ray = nothing("), "This device's compiler refuses the shader: ERROR: 0:"),
     ],
 )
-def test_what_a_device_cannot_do_is_one_message(
+def test_the_page_says_in_one_message_what_the_device_cannot_do(
     init: str, replaced: tuple[str, str] | None, said: str, browser: "Browser", page_file: Path, tmp_path: Path
 ) -> None:
     file = tmp_path / "page.html"
@@ -124,7 +103,7 @@ def test_what_a_device_cannot_do_is_one_message(
         assert visited.said == []
 
 
-def test_without_float_targets_it_draws_all_the_same(browser: "Browser", page_file: Path) -> None:
+def test_a_device_without_float_targets_draws_the_same_picture(browser: "Browser", page_file: Path) -> None:
     init = """const extension = WebGL2RenderingContext.prototype.getExtension;
     WebGL2RenderingContext.prototype.getExtension = function (name) {
         return /color_buffer/.test(name) ? null : extension.call(this, name);

@@ -1,14 +1,21 @@
-// An orbit camera around the unit sphere of model space, and its text in the URL's hash.
-// {azimuth, elevation: degrees; distance: model units, null for one that fits the unit sphere; target: [x, y, z]}
-export const HOME = Object.freeze({azimuth: 30, elevation: 20, distance: null, target: Object.freeze([0, 0, 0])});
-const FOV = 35, MARGIN = 1.06;
-export const FOCAL = 1 / Math.tan(FOV * Math.PI / 360);
+import {shared} from "./facts.js";
+
+// The orbit camera around the unit sphere of model space, as viewer/draw/camera.py has it, and its text in the URL's
+// hash. A camera is {azimuth, elevation: degrees; distance: model units, null for one from which the unit sphere fits;
+// target: [x, y, z]}; none of these functions changes the one that it is given.
+const ORBIT = shared.camera;
+const NEAREST = ORBIT.zoom[0], FARTHEST = ORBIT.zoom[1];
+export const HOME = Object.freeze({
+    azimuth: ORBIT.azimuth, elevation: ORBIT.elevation, distance: null, target: Object.freeze([0, 0, 0]),
+});
+export const FOCAL = 1 / Math.tan(ORBIT.fov * Math.PI / 360); // 1 / tan(fov / 2), vertical
 
 function away(camera, aspect) {
-    return camera.distance ?? MARGIN / Math.sin(Math.atan(Math.min(1, aspect) / FOCAL));
+    return camera.distance ?? ORBIT.margin / Math.sin(Math.atan(Math.min(1, aspect) / FOCAL));
 }
 
-// Columns right, up, back, eye, as GL reads a mat4.
+// Returns the 16 numbers of the camera as GL reads a mat4: columns right, up, back, eye.
+// aspect: width over height of the picture that the unit sphere must fit.
 export function matrix(camera, aspect) {
     const a = camera.azimuth * Math.PI / 180, e = camera.elevation * Math.PI / 180;
     const right = [Math.cos(a), 0, -Math.sin(a)];
@@ -19,16 +26,18 @@ export function matrix(camera, aspect) {
     return [...right, 0, ...up, 0, ...back, 0, ...eye, 1];
 }
 
+// Returns the camera turned by so many degrees; its elevation stays between the poles.
 export function orbited(camera, azimuth, elevation) {
     const turned = ((camera.azimuth + azimuth) % 360 + 360) % 360;
     return {...camera, azimuth: turned, elevation: Math.min(90, Math.max(-90, camera.elevation + elevation))};
 }
 
+// Returns the camera `factor` times as far away.
 export function zoomed(camera, factor, aspect) {
-    return {...camera, distance: Math.min(100, Math.max(0.05, away(camera, aspect) * factor))};
+    return {...camera, distance: Math.min(FARTHEST, Math.max(NEAREST, away(camera, aspect) * factor))};
 }
 
-// Target moved by shares of the picture's height along its axes.
+// Returns the camera with its target moved along the picture's axes by shares of the picture's height.
 export function panned(camera, right, up, aspect) {
     const m = matrix(camera, aspect), height = 2 * away(camera, aspect) / FOCAL;
     return {...camera, target: camera.target.map((c, i) => c + height * (right * m[i] + up * m[4 + i]))};
@@ -42,7 +51,7 @@ export function toHash(camera) {
     return `#${parts.join("&")}`;
 }
 
-// What a hash says of the camera; what is missing or out of range is as at HOME.
+// Returns the camera that a hash describes; what is missing or out of range is as at HOME.
 export function fromHash(hash) {
     const given = new URLSearchParams(hash.replace(/^#/, ""));
     const read = (key, least, most) => {
@@ -52,7 +61,7 @@ export function fromHash(hash) {
     const target = (given.get("at") ?? "").split(",").map(Number);
     return {
         azimuth: read("az", -360, 360) ?? HOME.azimuth, elevation: read("el", -90, 90) ?? HOME.elevation,
-        distance: read("d", 0.05, 100),
-        target: target.length === 3 && target.every((c) => Math.abs(c) <= 100) ? target : [...HOME.target],
+        distance: read("d", NEAREST, FARTHEST),
+        target: target.length === 3 && target.every((c) => Math.abs(c) <= FARTHEST) ? target : [...HOME.target],
     };
 }

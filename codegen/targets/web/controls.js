@@ -1,10 +1,11 @@
-// The panel's parts. Each shows what it is given and calls back with what the person chose.
+// The panel's parts. Each shows what it is given and calls back with what the visitor chose.
 
-// Fills a fieldset with one button per choice: {value, label, paint (a CSS background instead of the label)}.
+// Fills a fieldset with one button for each choice {value, label, paint}; paint: a CSS background that is shown instead
+// of the label, if any.
 export function fillChoices(fieldset, choices, chosen, onChoose) {
     fieldset.querySelectorAll("label").forEach((label) => label.remove());
     for (const {value, label, paint} of choices) {
-        const row = document.createElement("label"), input = document.createElement("input"), face = document.createElement("span");
+        const [row, input, face] = ["label", "input", "span"].map((tag) => document.createElement(tag));
         Object.assign(input, {type: "radio", name: fieldset.id, value: String(value), checked: value === chosen});
         input.addEventListener("change", () => onChoose(value));
         if (paint) {
@@ -19,12 +20,14 @@ export function fillChoices(fieldset, choices, chosen, onChoose) {
     }
 }
 
+// Marks a choice as chosen, without a call back.
 export function choose(fieldset, value) {
-    const input = [...fieldset.querySelectorAll("input")].find((each) => each.value === String(value));
+    const input = [...fieldset.querySelectorAll("input")].find((button) => button.value === String(value));
     if (input) input.checked = true;
 }
 
-// A ball that is lit as the shape is: [x, y, z] of length 1, towards the light, camera space, z >= 0.
+// Shows a ball that is lit as the shape is, and calls back with the light's direction where it is touched.
+// light: [x, y, z] of length 1, towards the light, camera space, z >= 0.
 export function lightBall(ball, light, onMove) {
     const put = (x, y) => {
         const length = Math.hypot(x, y), shrink = length > 0.98 ? 0.98 / length : 1;
@@ -56,7 +59,7 @@ export function lightBall(ball, light, onMove) {
     put(light[0], light[1]);
 }
 
-// Calls back with the model files that are dropped anywhere; `cover` shows while one hangs over the page.
+// Calls back with a file that is dropped anywhere on the page; `cover` is shown while one is dragged over it.
 export function listenToDrops(cover, onFile) {
     const hasFiles = (event) => event.dataTransfer?.types.includes("Files");
     addEventListener("dragover", (event) => {
@@ -75,6 +78,7 @@ export function listenToDrops(cover, onFile) {
     });
 }
 
+// Puts text on the clipboard, also where the browser has no asynchronous one.
 export async function copyText(text) {
     try {
         await navigator.clipboard.writeText(text);

@@ -1,23 +1,34 @@
-// What both ways to store the weights print alike, as codegen/printers/cstyle.py has it.
+// Prints what both ways of storing the weights have in common, as codegen/printers/cstyle.py does.
 
-// The names of the constants that functions use, each once, in order of first use.
+// Returns the names of the constants that functions use, each once, in the order of their first use.
 export function constantsOf(functions) {
     const names = functions.flatMap(({ops}) => ops.flatMap(({matrix, bias, row}) => [matrix, bias, row]));
     return new Set(names.filter(Boolean));
 }
 
-// The right-hand side of an elementwise op, its operands printed by `at`.
+// Returns the right-hand side of an elementwise op, whose operands `at` prints.
 export function elementwise(op, at) {
     return op.kind === "product" ? `${at(op.left)} * ${at(op.right)}` : `${op.kind}(${at(op.source)})`;
 }
 
-// Shortest literal that reads back as the same float32.
+// Returns the shortest literal that reads back as the same 32-bit float.
 export function number(value) {
     const x = Math.fround(value);
     let digits = 1;
     while (digits < 9 && Math.fround(Number(x.toPrecision(digits))) !== x) ++digits;
-    if (x && Math.abs(x) < 1e-4) return x.toExponential(digits - 1);
-    const text = String(Number(x.toPrecision(digits)));
+    const rounded = roundedToEven(x, digits);
+    if (x && Math.abs(x) < 1e-4) return rounded.toExponential(digits - 1);
+    const text = Object.is(x, -0) ? "-0" : String(rounded);
     if (/e/.test(text)) return text.replace("e+", "e");
     return text.includes(".") ? text.replace(/^(-?)0\./, "$1.") : `${text}.`;
+}
+
+// Returns x with so many digits. Of two decimals that are equally near, toPrecision takes the larger one, and NumPy the
+// one whose last digit is even, provided that it reads back as the same 32-bit float.
+function roundedToEven(x, digits) {
+    const [larger, exact] = [digits, digits + 1].map((count) => x.toExponential(count - 1).split("e"));
+    const isTie = exact[0].endsWith("5") && Number(exact.join("e")) === x;
+    if (!isTie || larger[0].at(-1) % 2 === 0) return Number(larger.join("e"));
+    const even = Number(`${larger[0].slice(0, -1)}${larger[0].at(-1) - 1}e${larger[1]}`);
+    return Math.fround(even) === x ? even : Number(larger.join("e"));
 }

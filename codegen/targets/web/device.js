@@ -1,4 +1,6 @@
-// WebGL2 as the renderer uses it. What a device cannot do is a DeviceError: one line for the person who looks.
+import {TEXTURE_WIDTH} from "./texels.js";
+
+// WebGL2 as the renderer uses it. What a device cannot do is a DeviceError, whose message is one line for the visitor.
 export class DeviceError extends Error {}
 class ContextLost extends Error {}
 
@@ -8,8 +10,8 @@ void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 -
 
 export class Device {
     constructor(canvas) {
-        const options = {alpha: false, antialias: false, depth: false, stencil: false, powerPreference: "high-performance"};
-        this.gl = canvas.getContext("webgl2", options);
+        const buffers = {alpha: false, antialias: false, depth: false, stencil: false};
+        this.gl = canvas.getContext("webgl2", {...buffers, powerPreference: "high-performance"});
         if (!this.gl) {
             throw new DeviceError("This browser shows no WebGL2, which the picture needs. "
                 + "Try a current Firefox, Chrome, Edge or Safari, with graphics acceleration switched on.");
@@ -18,7 +20,7 @@ export class Device {
         this.float = Boolean(gl.getExtension("EXT_color_buffer_float"));
         this.half = this.float || Boolean(gl.getExtension("EXT_color_buffer_half_float"));
         this.parallel = gl.getExtension("KHR_parallel_shader_compile");
-        // The sample is kept in one format for every draw: software GL compiles the shader again for each new one.
+        // Samples have one format in every draw, because software GL compiles the shader again for each new one.
         this.sampleFormat = this.float ? gl.RGBA32F : gl.RGBA8;
         this.pictureFormat = this.half ? gl.RGBA16F : gl.SRGB8_ALPHA8;
         gl.bindVertexArray(gl.createVertexArray());
@@ -28,7 +30,7 @@ export class Device {
         return this.gl.isContextLost();
     }
 
-    // The driver's own name, where the browser tells it.
+    // The driver's own name, where the browser tells it; else what the browser says instead.
     get name() {
         const gl = this.gl, plain = String(gl.getParameter(gl.RENDERER));
         if (plain !== "WebKit WebGL") return plain;
@@ -36,22 +38,25 @@ export class Device {
         return info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : plain;
     }
 
-    // Whether the driver stops a fragment after so many iterations of its loops (see uniforms.js).
+    // Whether the driver stops a fragment after a number of loop iterations, for which uniforms.js chooses fewer.
     get limitsLoops() {
         return /llvmpipe/i.test(this.name);
     }
 
-    // Throws DeviceError where the weights or the uniforms of a model do not fit.
+    // Throws DeviceError where a weight texture of so many rows, or the uniforms of so many levels, do not fit.
     check(height, levels) {
         const gl = this.gl, side = gl.getParameter(gl.MAX_TEXTURE_SIZE);
-        if (Math.max(1024, height) > side)
-            throw new DeviceError(`The weights need a texture of 1024 x ${height}; this device's largest side is ${side}.`);
+        if (Math.max(TEXTURE_WIDTH, height) > side) {
+            throw new DeviceError(`The weights need a texture of ${TEXTURE_WIDTH} x ${height}; `
+                + `this device's largest side is ${side}.`);
+        }
         const vectors = gl.getParameter(gl.MAX_FRAGMENT_UNIFORM_VECTORS), needed = 2 * levels + 20;
         if (needed > vectors)
             throw new DeviceError(`The shader needs ${needed} uniform vectors; this device has ${vectors}.`);
     }
 
-    // Begins to compile; where the browser can, beside everything else.
+    // Begins to compile a fragment shader, beside everything else where the browser can, and returns
+    // {program, shaders, sync}, which isReady and finish take.
     begin(fragment) {
         const gl = this.gl, program = gl.createProgram();
         const shaders = [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, fragment]].map(([kind, text]) => {
@@ -62,12 +67,13 @@ export class Device {
             return shader;
         });
         gl.linkProgram(program);
-        // Without the extension, a question about the program would wait for its compiler; a fence behind it does not.
+        // Without the extension, asking about the program would wait for its compiler; a fence behind it does not.
         const sync = this.parallel ? null : gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
         gl.flush();
         return {program, shaders, sync};
     }
 
+    // Whether the compiler is done, or the context is lost.
     isReady({program, sync}) {
         const {gl} = this;
         if (this.lost) return true;
@@ -80,12 +86,13 @@ export class Device {
         return Boolean(this.parallel) || !/direct3d|d3d/i.test(this.name);
     }
 
-    // Name -> location of the uniforms of what `begin` began. Throws DeviceError with the compiler's first line.
+    // Returns {program, names} of what `begin` began, where `names` maps each uniform to its location.
+    // Throws DeviceError with the first line that the compiler said.
     finish({program, shaders}) {
         const gl = this.gl;
         if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !this.lost) {
             const log = shaders.map((shader) => gl.getShaderInfoLog(shader)).join("\n") + gl.getProgramInfoLog(program);
-            const line = log.split("\n").find((each) => each.trim()) ?? "no reason given";
+            const line = log.split("\n").find((text) => text.trim()) ?? "no reason given";
             gl.deleteProgram(program);
             throw new DeviceError(`This device's compiler refuses the shader: ${line.trim().slice(0, 200)}`);
         }
@@ -98,16 +105,19 @@ export class Device {
         return {program, names};
     }
 
+    // Returns a texture of width x height texels; values: a Float32Array with four numbers for each, or null.
     texture(format, width, height, filter, values = null) {
         const gl = this.gl, texture = gl.createTexture();
         gl.bindTexture(gl.TEXTURE_2D, texture);
         gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
         if (values) gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RGBA, gl.FLOAT, values);
-        for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, filter);
-        for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, name, gl.CLAMP_TO_EDGE);
+        const set = (name, value) => gl.texParameteri(gl.TEXTURE_2D, name, value);
+        for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) set(name, filter);
+        for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) set(name, gl.CLAMP_TO_EDGE);
         return texture;
     }
 
+    // Returns {texture, framebuffer, width, height}, which can be drawn to and read as a texture.
     target(format, width, height, filter) {
         const gl = this.gl, texture = this.texture(format, width, height, filter), framebuffer = gl.createFramebuffer();
         gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
@@ -120,7 +130,7 @@ export class Device {
         this.gl.deleteTexture(texture);
     }
 
-    // Resolves, without blocking the page, when everything drawn so far is done.
+    // Resolves when everything drawn so far is done, without blocking the page. Throws ContextLost.
     async done() {
         const gl = this.gl, sync = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
         gl.flush();
@@ -129,7 +139,8 @@ export class Device {
         if (this.lost) throw new ContextLost();
     }
 
-    // As `work` ends; where it failed because the context is gone, quietly: that event says so to the person.
+    // Returns what the promise `work` gives. An error of a lost context is left out: contextLost in shown.js tells the
+    // visitor of it.
     async unlessLost(work) {
         try {
             return await work;

@@ -1,31 +1,35 @@
+import {shared} from "./facts.js";
 import {declareLiterals, straight} from "./literal.js";
 import {lowered, widest} from "./lower.js";
-import {READERS, countLoops, layOut, looped} from "./texture.js";
+import {READERS, countLoops, layOut, looped} from "./texels.js";
 
-// The field's GLSL of any model: what codegen/printers/field.py prints, to the byte (tests/codegen/test_page_models.py compares them).
-// printField(model, storage) -> {text, texels, height, loops}: the text of field(), field_gradient() and albedo(); its
-// weight texture, TEXTURE_WIDTH texels wide, height 0 where there is none; and the loop iterations that a call costs,
-// at each level, as llvmpipe counts them.
-// storage: "texture", "literal", or "auto": literals up to 64 wide, the texture above.
-const WIDEST_LITERAL = 64;
-
+// Prints the field's GLSL of any model: what codegen/printers/field.py prints, to the byte, which
+// tests/codegen/test_page_printer.py compares.
+// Returns {text, texels, height, loops}: the text of field(), field_gradient() and albedo(); the weight texture,
+// TEXTURE_WIDTH texels wide and of height 0 where there is none; and the loop iterations that a call costs at each
+// level, as llvmpipe counts them.
+// storage: "texture", "literal", or "auto", which takes for each function the first storage that holds its width.
 export function printField(model, storage) {
     const {constants, values, gradients, texture} = lowered(model);
     const functions = [...values, ...gradients, ...(texture ? [texture] : [])];
-    const isLiteral = (each) => storage === "literal" || storage === "auto" && widest(each) <= WIDEST_LITERAL;
-    const inTexture = functions.filter((each) => !isLiteral(each));
+    const isLiteral = (code) => storageOf(code, storage) === "literal";
+    const inTexture = functions.filter((code) => !isLiteral(code));
     const {offsets, texels, height} = layOut(inTexture, constants);
     const parts = [[...declareLiterals(functions.filter(isLiteral), constants), ...(inTexture.length ? READERS : [])]];
-    for (const each of functions)
-        parts.push(printFunction(each, isLiteral(each) ? straight(each) : looped(each, offsets)));
+    for (const code of functions)
+        parts.push(printFunction(code, isLiteral(code) ? straight(code) : looped(code, offsets)));
     const input = `vec4(p, ${model.inputs === "xyzt" ? "time" : "1."})`;
     parts.push(printValue(values, input), printGradient(gradients, input), printAlbedo(texture, input));
     const upTo = (list) => {
         let total = 0;
-        return list.map((each) => (total += isLiteral(each) ? 0 : countLoops(each)));
+        return list.map((code) => (total += isLiteral(code) ? 0 : countLoops(code)));
     };
     const loops = {value: upTo(values), gradient: upTo(gradients), texture: texture ? upTo([texture])[0] : 0};
     return {text: parts.map((lines) => `${lines.join("\n")}\n`).join("\n"), texels, height, loops};
+}
+
+function storageOf(code, storage) {
+    return storage === "auto" ? shared.storages.find(([limit]) => widest(code) <= limit)[1] : storage;
 }
 
 function printFunction({name, outputs}, body) {
@@ -51,6 +55,6 @@ function printGradient([first, ...others], input) {
 }
 
 function printAlbedo(texture, input) {
-    const colour = texture ? `clamp(${texture.name}(${input}), 0., 1.)` : "vec3(0.80, 0.74, 0.66)";
+    const colour = texture ? `clamp(${texture.name}(${input}), 0., 1.)` : `vec3(${shared.plain})`;
     return ["vec3 albedo(vec3 p) {", `    return ${colour};`, "}"];
 }

@@ -1,11 +1,13 @@
-// What hands do on the canvas, as shares of its height: turn(right, up), pan(right, up), zoom(factor), reset().
-// Mouse: drag turns; right, middle or shift drag pans; the wheel zooms. Touch: one finger turns, two pan and pinch.
+// Calls turn(right, up), pan(right, up), zoom(factor) and reset() as the visitor moves mouse or fingers on the canvas.
+// `right` and `up` are shares of its height. Dragging turns; dragging with the right or middle button, or with shift,
+// pans; the wheel zooms. One finger turns, two pan and pinch.
 export function listenToHands(canvas, {turn, pan, zoom, reset}) {
     const fingers = new Map();
     const centre = () => {
-        const all = [...fingers.values()], sum = (axis) => all.reduce((total, each) => total + each[axis], 0) / all.length;
+        const all = [...fingers.values()];
+        const mean = (axis) => all.reduce((total, finger) => total + finger[axis], 0) / all.length;
         const spread = all.length > 1 ? Math.hypot(all[0].x - all[1].x, all[0].y - all[1].y) : 0;
-        return {x: sum("x"), y: sum("y"), spread};
+        return {x: mean("x"), y: mean("y"), spread};
     };
     canvas.addEventListener("pointerdown", (event) => {
         canvas.focus({preventScroll: true});
@@ -33,13 +35,13 @@ export function listenToHands(canvas, {turn, pan, zoom, reset}) {
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
 }
 
-// Keys -> actions, where no control has the keyboard for itself.
+// Calls actions, an object from keys to functions, unless a control needs the key for itself.
 export function listenToKeys(actions) {
     addEventListener("keydown", (event) => {
         if (event.ctrlKey || event.metaKey || event.altKey) return;
-        const own = event.target.closest?.("input, #light") && /^(Arrow|Home|End|Page| )/.test(event.key);
+        const isNeeded = event.target.closest?.("input, #light") && /^(Arrow|Home|End|Page| )/.test(event.key);
         const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-        if (own || !Object.hasOwn(actions, key)) return;
+        if (isNeeded || !Object.hasOwn(actions, key)) return;
         event.preventDefault();
         actions[key](event);
     });

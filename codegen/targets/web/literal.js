@@ -1,8 +1,8 @@
 import {constantsOf, elementwise, number} from "./cstyle.js";
 
-// Weights as named constants in straight-line code, as codegen/printers/literal.py prints them.
+// Prints weights as named constants in straight-line code, as codegen/printers/literal.py does.
 
-// One constant for each vec4 or 4 x 4 block, in order of first use.
+// Returns the declarations of one constant for each vec4 or 4 x 4 block, in the order of their first use.
 export function declareLiterals(functions, constants) {
     const lines = [], literals = (values) => Array.from(values, number).join(", ");
     for (const name of constantsOf(functions)) {
@@ -18,7 +18,7 @@ export function declareLiterals(functions, constants) {
     return lines;
 }
 
-// A function's statements: no loops, one `+=` for each term.
+// Returns a function's statements: there are no loops, and each term of a sum is a `+=` of its own.
 export function straight({ops, blocks}) {
     const lines = [], at = (value, k) => (blocks.get(value) === 1 ? value : `${value}_${k}`);
     for (const op of ops) {

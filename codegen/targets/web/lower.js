@@ -1,7 +1,10 @@
-// A model as functions of a handful of ops on vectors packed in vec4, as codegen/ir/lower.py has them.
-// lowered(model) -> {constants, values, gradients, texture}. constants: name -> {rows, columns, values}, row by row,
-// sizes padded with zeros to multiples of 4; a vector has columns 0. values, gradients: a function for each level;
-// texture: a function or null. A function: {name, ops, outputs, blocks}; blocks: value name -> number of vec4 in it.
+// Turns a model into functions of a handful of ops on vectors packed in vec4, as codegen/ir/lower.py does.
+//
+// lowered(model) returns {constants, values, gradients, texture}.
+// constants: a Map from names to {rows, columns, values}. The values are a Float32Array, row after row, whose sizes are
+// padded with zeros to multiples of 4; a vector has 0 columns.
+// values, gradients: lists with one function for each level. texture: a function, or null.
+// A function is {name, ops, outputs, blocks}, where `blocks` maps each value's name to its number of vec4.
 //
 // affine      result = matrix source + bias          sine, cosine   result = sin or cos(source)
 // transposed  result = transpose(matrix) source      product        result = left * right
@@ -25,7 +28,7 @@ export function lowered(model) {
 
 export const isProduct = (op) => op.kind === "affine" || op.kind === "transposed";
 
-// The largest side of the matrices that a function multiplies by.
+// Returns the largest side of the matrices that a function multiplies by.
 export function widest({ops, blocks}) {
     const sides = ops.filter(isProduct).flatMap(({source, result}) => [blocks.get(source), blocks.get(result)]);
     return 4 * Math.max(...sides);
@@ -39,7 +42,8 @@ function vector(values) {
     return {rows: result.length, columns: 0, values: result};
 }
 
-// A network's weights among the constants. The first bias is a column of its matrix, where the input has a 1 for it.
+// Adds a network's weights to the constants. Unless the field moves, the first bias becomes a column of its matrix,
+// which multiplies the 1 that the input holds for it.
 function store(key, network, moving, constants) {
     network.slice(0, -1).forEach(({rows, columns, weight, bias}, j) => {
         const folded = j === 0 && !moving;
@@ -57,7 +61,7 @@ function store(key, network, moving, constants) {
         constants.set(`o${key}_${c}`, vector(weight.subarray(c * columns, (c + 1) * columns)));
 }
 
-// The network's values: a sine after every layer but the last (Eq. 2).
+// Returns the ops that evaluate a network: a sine follows every layer but the last (Eq. 2).
 function evaluation(key, network, outputs, constants) {
     const ops = [], known = (name) => (constants.has(name) ? name : null), {bias} = network.at(-1);
     let source = "p";
@@ -70,7 +74,7 @@ function evaluation(key, network, outputs, constants) {
     return ops;
 }
 
-// What its gradient takes beyond that: g = (g * cos a_j) W_j, from the output back.
+// Returns the ops that the gradient needs beyond those of the value: g = (g * cos a_j) W_j, from the output back.
 function adjoint(key, network) {
     const ops = [];
     let left = `o${key}_0`;

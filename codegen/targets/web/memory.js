@@ -1,5 +1,5 @@
-// Which variant of a model an earlier visit found to be the faster one: "literal" or "texture"; "trying" where it never
-// came to an answer; null where none was sought.
+// Remembers which variant of a model was the faster one in an earlier visit: "literal" or "texture"; "trying" where the
+// trial was never finished; null where there was none. hash: the model's, a part of the key.
 export function memoryOf(hash) {
     const key = `mplicits ${hash}`;
     let last = null;
@@ -18,7 +18,7 @@ export function memoryOf(hash) {
                 else localStorage.removeItem(key);
             } catch { /* a browser that keeps nothing */ }
         },
-        // What is to be remembered of a trial that something else ends.
+        // Writes what is to be remembered of a trial that something else ended.
         interrupted(storage) {
             if (this.read() === "trying") this.write(storage);
         },

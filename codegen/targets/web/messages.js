@@ -1,10 +1,11 @@
 import {DeviceError} from "./device.js";
 import {ModelError} from "./safetensors.js";
 
-// What the page says: a message, the status line, and, as data of the root, what state it is in.
+// What the page tells: a message, the status line, and its state, as data attributes of the root element.
 export const element = (id) => document.getElementById(id);
 export const root = document.documentElement;
 
+// Shows a message, or hides it where the text is empty.
 export function say(text, closable = true) {
     const box = element("message");
     box.querySelector("p").textContent = text;
@@ -12,7 +13,7 @@ export function say(text, closable = true) {
     box.hidden = !text;
 }
 
-// Whether an error is one line for the person who looks.
+// Whether an error's message is written for the visitor.
 export const isExpected = (error) => error instanceof DeviceError || error instanceof ModelError;
 
 export function fail(error) {
@@ -22,8 +23,9 @@ export function fail(error) {
     if (!expected) throw error;
 }
 
-// The renderer's.
-let quality = "";
+let quality = ""; // the status line's second half
+
+// What the renderer calls.
 export const listener = {
     frame({milliseconds, size, samples, settled}) {
         const time = milliseconds < 10 ? `${milliseconds.toFixed(1)} ms`

@@ -1,14 +1,15 @@
 import {fillChoices, lightBall, listenToDrops} from "./controls.js";
+import {shared} from "./facts.js";
 import {listenToHands, listenToKeys} from "./gestures.js";
 import {element, fail, root, say} from "./messages.js";
 import {
     contextLost, contextRestored, copy, embedded, entitle, goToLevel, leave, save, shade, showSteps, start, take,
 } from "./shown.js";
-import {canvas, facts, followHash, openRenderer, options, pan, reset, resize, set, turn, zoom} from "./view.js";
+import {canvas, followHash, openRenderer, options, pan, reset, resize, set, turn, zoom} from "./view.js";
 
-// Joins the page's parts to what they do.
+// Connects the page's parts to what they do.
 const BACKGROUNDS = {
-    slate: {tone: "dark", bottom: facts.defaults.background_bottom, top: facts.defaults.background_top},
+    slate: {tone: "dark", bottom: shared.defaults.background_bottom, top: shared.defaults.background_top},
     night: {tone: "dark", bottom: [0.02, 0.02, 0.03], top: [0.07, 0.08, 0.11]},
     paper: {tone: "light", bottom: [0.85, 0.84, 0.81], top: [0.97, 0.965, 0.95]},
     sky: {tone: "light", bottom: [0.80, 0.85, 0.88], top: [0.55, 0.69, 0.80]},

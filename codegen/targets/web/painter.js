@@ -1,9 +1,10 @@
 import {Device} from "./device.js";
 
-// Draws pictures tile by tile: one sample of each pixel by the model's shader into a small target, from there into the
-// picture, which is the mean of its samples in linear light.
-// A variant is what variants.js says. A pass is one sample of every pixel: {tiles yet to be drawn, values of uniforms}.
-const TILE = 512;
+// Draws pictures tile by tile. The model's shader draws one sample of each pixel into a small target, which is then
+// added to the picture, the mean of its samples in linear light.
+// variants.js says what a variant is. A pass is one sample of every pixel: {tiles, values}, the tiles that are yet to
+// be drawn and the values of the uniforms.
+const TILE = 512; // pixels along the side of the small target
 const BATCH = 20; // milliseconds of drawing that are asked for at once
 
 export class Painter {
@@ -12,7 +13,7 @@ export class Painter {
         this.open();
     }
 
-    // Makes everything that a context holds; after a lost one, again.
+    // Creates everything that a context holds; to be called again after a lost one.
     open() {
         const device = new Device(this.canvas);
         const program = (source) => device.finish(device.begin(`#version 300 es\nprecision highp float;\n${source}`));
@@ -22,21 +23,22 @@ export class Painter {
         });
     }
 
-    // Runs `work` between two batches of drawing.
+    // Calls `work` when whatever was given before is done, so that two pieces of work never mix; returns its promise.
     exclusively(work) {
         const turn = this.queue.then(work);
         this.queue = turn.catch(() => {});
         return turn;
     }
 
-    // `picture` if it has the size, else another in its place.
+    // Returns `picture` if it has the size; else releases it and returns a new one.
     sized(picture, [width, height]) {
         if (picture && picture.width === width && picture.height === height) return picture;
         if (picture) this.device.release(picture);
         return this.device.target(this.device.pictureFormat, width, height, this.device.gl.LINEAR);
     }
 
-    // Tiles [x, y, width, height] of a picture, from the middle out. cost: milliseconds a pixel, 0 where unknown.
+    // Returns the tiles [x, y, width, height] of a picture, from the middle out. cost: milliseconds that a pixel takes,
+    // 0 where unknown.
     tiles([width, height], cost) {
         const pixels = cost ? BATCH / cost : 4096;
         const side = Math.min(TILE, Math.max(32, 2 ** Math.floor(Math.log2(Math.sqrt(pixels)))));
@@ -48,8 +50,8 @@ export class Painter {
         return tiles.sort((a, b) => far(a) - far(b));
     }
 
-    // Draws tiles of a pass, which then has fewer, until a batch's time is likely used up; the milliseconds it took.
-    // share: of this sample in the picture's mean.
+    // Draws tiles of a pass, and takes them off it, until the time of a batch is likely used up. Returns the
+    // milliseconds that this took. share: this sample's weight in the picture's mean.
     async batch(variant, {tiles, values}, picture, share) {
         const start = performance.now();
         let pixels = 0;
@@ -60,31 +62,31 @@ export class Painter {
             pixels += width * height;
         } while (tiles.length && variant.cost && pixels * variant.cost < BATCH);
         await this.device.done();
-        const milliseconds = performance.now() - start, each = milliseconds / pixels;
-        variant.cost = variant.cost ? 0.7 * variant.cost + 0.3 * each : each;
+        const milliseconds = performance.now() - start, cost = milliseconds / pixels;
+        variant.cost = variant.cost ? 0.7 * variant.cost + 0.3 * cost : cost;
         return milliseconds;
     }
 
-    // A rectangle of the sample into the tile's target, at [column, row] of it.
+    // Draws a rectangle of the picture's sample into the small target, at [column, row] of it.
     draw({program, names, weights}, values, [x, y], [width, height], [column, row] = [0, 0]) {
         const {gl} = this.device;
         gl.useProgram(program);
         gl.bindTexture(gl.TEXTURE_2D, weights);
         for (const [name, value] of Object.entries({...values, origin: [x - column, y - row]})) {
-            const at = names[name];
-            if (!at) continue;
-            if (name === "camera") gl.uniformMatrix4fv(at, false, value);
-            else if (name === "iterations") gl.uniform1iv(at, value);
-            else if (typeof value === "number") gl.uniform1i(at, value);
-            else if (name === "delta" || value.length === 1) gl.uniform1fv(at, value);
-            else gl[`uniform${value.length}fv`](at, value);
+            const location = names[name];
+            if (!location) continue;
+            if (name === "camera") gl.uniformMatrix4fv(location, false, value);
+            else if (name === "iterations") gl.uniform1iv(location, value);
+            else if (typeof value === "number") gl.uniform1i(location, value);
+            else if (name === "delta" || value.length === 1) gl.uniform1fv(location, value);
+            else gl[`uniform${value.length}fv`](location, value);
         }
         gl.bindFramebuffer(gl.FRAMEBUFFER, this.tile.framebuffer);
         gl.viewport(column, row, width, height);
         gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
 
-    // What `draw` drew, into the picture's mean.
+    // Adds what `draw` drew to the picture's mean.
     add(picture, [x, y], [width, height], share) {
         const {gl} = this.device, {program, names} = this.accumulate;
         gl.useProgram(program);
@@ -101,7 +103,7 @@ export class Painter {
         gl.disable(gl.BLEND);
     }
 
-    // A picture onto the canvas, or, linear light, onto another picture.
+    // Draws a picture onto the canvas, or, as linear light, onto another picture.
     put(picture, onto = null) {
         const {gl} = this.device, {program, names} = this.present, {width, height} = onto ?? this.canvas;
         gl.useProgram(program);
@@ -113,11 +115,11 @@ export class Painter {
         gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
 
-    // Red of the first `count` pixels of the tile's target.
+    // Returns the red channel of the first `count` pixels of the small target.
     reds(count) {
-        const {gl} = this.device, found = new Float32Array(4 * count);
+        const {gl} = this.device, pixels = new Float32Array(4 * count);
         gl.bindFramebuffer(gl.FRAMEBUFFER, this.tile.framebuffer);
-        gl.readPixels(0, 0, count, 1, gl.RGBA, gl.FLOAT, found);
-        return found.filter((_, i) => i % 4 === 0);
+        gl.readPixels(0, 0, count, 1, gl.RGBA, gl.FLOAT, pixels);
+        return pixels.filter((_, i) => i % 4 === 0);
     }
 }

@@ -1,4 +1,4 @@
-// The field in double precision on the CPU: what a dropped model's shader is compared with.
+// Evaluates the field in double precision on the CPU. The shader of a model that was dropped is compared with this.
 function networkValue(network, point) {
     let h = point;
     network.forEach(({rows, columns, weight, bias}, j) => {
@@ -13,7 +13,7 @@ function networkValue(network, point) {
     return h[0];
 }
 
-// [value, level] of the finest level that is defined at a point [x, y, z] (Eq. 3).
+// Returns [value, level] of the finest level that is defined at a point [x, y, z] (Eq. 3).
 function fieldValue(model, point) {
     const input = model.inputs === "xyzt" ? [...point, 0] : point;
     let value = 0, level = 0;
@@ -22,7 +22,8 @@ function fieldValue(model, point) {
     return [value, level];
 }
 
-// {points, values}, flat: up to `count` points near the surface, found by walking inwards from the unit sphere.
+// Returns {points, values}: the coordinates, one after another, of up to `count` points near the surface, which are
+// found by walking inwards from the unit sphere, and the field's value at each.
 export function probes(model, count = 16) {
     const points = [], values = [];
     for (let k = 0; k < 2 * count && values.length < count; ++k) {

@@ -4,21 +4,22 @@ import {asked, uniforms} from "./uniforms.js";
 import {Variants} from "./variants.js";
 
 // Decides what is drawn when, a few milliseconds at a time, so that the page never freezes: coarse pixels while
-// something moves, then all of them, then more samples of each. Draws only when something changed.
+// something moves, then all of them, then more samples of each. Nothing is drawn unless something changed.
 const SMOOTH = 33; // milliseconds that a frame may take while something moves
-const COARSEST = 1 / 16;
+const COARSEST = 1 / 16; // least pixels drawn per pixel of the canvas, along each axis
 const REST = 160; // milliseconds without a change after which the picture is refined
-const SAMPLES = 16;
+const SAMPLES = 16; // of each pixel of a refined picture
 const PATIENCE = 15000; // milliseconds of refining after which no further sample is begun
 
 export class Renderer {
-    // listener: {frame(facts), stored(storage, error), failed(error)}
-    constructor(canvas, sources, defaults, listener) {
+    // sources: the GLSL in the page, by name. listener: {frame({milliseconds, size, samples, settled}),
+    // stored(storage, error), failed(error)}.
+    constructor(canvas, sources, listener) {
         const loaded = () => {
             this.fresh = true;
             this.change(true);
         };
-        Object.assign(this, {canvas, listener, scene: {defaults}, painter: new Painter(canvas, sources)});
+        Object.assign(this, {canvas, listener, scene: {}, painter: new Painter(canvas, sources)});
         this.variants = new Variants(this.painter, this.scene, {...listener, loaded});
         this.version = 0;
         this.scale = 1 / 8;
@@ -30,18 +31,18 @@ export class Renderer {
         return this.painter.device;
     }
 
-    // After a lost context; a load follows.
+    // Begins anew after a lost context; a load is to follow.
     open() {
         this.painter.open();
         this.still = this.quick = this.variants.current = null;
     }
 
-    // See Variants; a lost context is no error.
+    // Does what Variants.load does; a lost context is no error.
     load(model, field, literal, probes, memory) {
         return this.device.unlessLost(this.variants.load(model, field, literal, probes, memory));
     }
 
-    // What is to be seen from now on. moving: coarse pixels will do until it rests.
+    // Sets what is to be seen from now on. moving: coarse pixels will do until it rests.
     show(camera, options, moving) {
         Object.assign(this.scene, {camera, options});
         this.change(moving);
@@ -89,13 +90,13 @@ export class Renderer {
         return this.device.half ? SAMPLES : 4;
     }
 
-    // One sample of every pixel of a picture of `size`, as Painter draws it.
+    // Returns the pass, as painter.js describes it, of one sample of every pixel of a picture of `size`.
     pass(scene, size, sample) {
         const {loops, cost} = this.variants.current;
         return {tiles: this.painter.tiles(size, cost), values: uniforms(scene, loops, size, sample)};
     }
 
-    // A whole frame at the scale that the last ones' times suggest; a model's first one is of level 1.
+    // Draws a whole frame, with as many pixels as the last frames' times suggest. A model's first frame shows level 1.
     async drawQuick() {
         if (!this.variants.current) return;
         const {painter, scene, version, fresh} = this, scale = scene.options.resolution === "auto" ? this.scale : 1;
@@ -117,7 +118,7 @@ export class Renderer {
         this.fresh = false;
     }
 
-    // The next few tiles of the next sample of the picture at rest.
+    // Draws the next few tiles of the next sample of the picture at rest.
     async refine() {
         const {painter, variants, refining, version, size} = this;
         if (this.quicked !== version) return;
@@ -144,13 +145,13 @@ export class Renderer {
         this.listener.frame({milliseconds: refining.spent, size, samples: refining.samples, settled});
     }
 
-    // The canvas has another size, and is blank: shows what there is until it is drawn anew.
+    // Fills a canvas whose size has changed, which makes it blank, with the last picture until a new one is drawn.
     resized() {
         const picture = this.quick ?? this.still;
         if (picture) this.painter.put(picture);
     }
 
-    // The refined picture as a PNG. Who saves it waits longer for its samples.
+    // Resolves to the refined picture as a PNG. Its samples may take longer here than while one only looks.
     async png() {
         this.patience = 10 * PATIENCE;
         if (this.settled && this.refining.samples < this.samples) {

@@ -1,19 +1,25 @@
-// A model file (docs/format.md) from its bytes.
-// parseModel(buffer, half) -> {name, inputs, levels: [{network, delta, iterations}], texture, parameters}, where a
-// network is a list of layers {rows, columns, weight, bias}. half: 16-bit floats are taken too.
-// Throws ModelError, whose message is one line that names what is wrong.
+import {shared} from "./facts.js";
+
+// Reads a model file, which docs/format.md describes, from its bytes.
+// What breaks that format is a ModelError, whose message is one line that names what is wrong.
 export class ModelError extends Error {}
 
-const MOST_ITERATIONS = 10000, WIDEST = 4096, LARGEST = 3.4028234663852886e38, SMALLEST = 1.1754943508222875e-38;
+const FORMAT = shared.format;
+const LARGEST = 3.4028234663852886e38, SMALLEST = 1.1754943508222875e-38; // of the normal 32-bit floats
 
+// Returns {name, inputs, levels: [{network, delta, iterations}], texture, parameters}. A network is a list of layers
+// {rows, columns, weight, bias}; `texture` is a network or null; `parameters` counts all weights and biases.
+// buffer: the file's ArrayBuffer; half: whether tensors of 16-bit floats are accepted too. Throws ModelError.
 export function parseModel(buffer, half = false) {
     const header = readHeader(buffer);
     const metadata = header.entries.__metadata__ ?? {};
-    if (metadata.format !== "mplicits") throw new ModelError("not an mplicits model (metadata key 'format')");
+    if (metadata.format !== FORMAT.name) throw new ModelError(`not an ${FORMAT.name} model (metadata key 'format')`);
     if (!/^[1-9][0-9]{0,8}$/.test(metadata.version ?? ""))
         throw new ModelError("metadata key 'version' is not a version number");
-    if (Number(metadata.version) > 1)
-        throw new ModelError(`format version ${metadata.version} is newer than this page reads (1); bake the page anew`);
+    if (Number(metadata.version) > FORMAT.version) {
+        throw new ModelError(`format version ${metadata.version} is newer than this page reads (${FORMAT.version}); `
+            + "bake the page anew");
+    }
     const description = describe(metadata.model);
     const tensors = new Map();
     for (const [name, entry] of Object.entries(header.entries))
@@ -33,6 +39,7 @@ export function parseModel(buffer, half = false) {
     return {name: description.name, inputs: description.inputs, levels, texture, parameters};
 }
 
+// Returns the header's entries by tensor name, and the offset in the file at which the tensors' bytes begin.
 function readHeader(buffer) {
     const damaged = () => new ModelError("not a model file (.safetensors), or a damaged one");
     if (buffer.byteLength < 10) throw damaged();
@@ -48,35 +55,38 @@ function readHeader(buffer) {
     return {entries, end: 8 + length};
 }
 
+// Returns the object that the metadata key `model` holds as JSON, with the values that the page needs checked.
 function describe(text) {
     if (typeof text !== "string") throw new ModelError("metadata key 'model' is missing");
-    let found;
+    let description;
     try {
-        found = JSON.parse(text);
+        description = JSON.parse(text);
     } catch {
         throw new ModelError("metadata key 'model' is not JSON");
     }
-    if (!isObject(found)) throw new ModelError("metadata key 'model': is not an object of keys and values");
-    if (typeof found.name !== "string" || !found.name) throw new ModelError("name: not a text, or empty");
-    if (found.inputs !== "xyz" && found.inputs !== "xyzt") throw new ModelError("inputs: is neither 'xyz' nor 'xyzt'");
-    if (!Array.isArray(found.levels) || !found.levels.length)
-        throw new ModelError("levels: there must be at least one");
-    found.levels.forEach((level, i) => {
+    if (!isObject(description)) throw new ModelError("metadata key 'model': is not an object of keys and values");
+    const {name, inputs, levels} = description;
+    if (typeof name !== "string" || !name) throw new ModelError("name: not a text, or empty");
+    if (inputs !== "xyz" && inputs !== "xyzt") throw new ModelError("inputs: is neither 'xyz' nor 'xyzt'");
+    if (!Array.isArray(levels) || !levels.length) throw new ModelError("levels: there must be at least one");
+    levels.forEach((level, i) => {
         if (!isObject(level)) throw new ModelError(`levels[${i + 1}]: is not an object of keys and values`);
         if (!(typeof level.delta === "number" && level.delta >= SMALLEST && level.delta <= LARGEST))
             throw new ModelError(`levels[${i + 1}].delta: must be a positive number`);
-        if (!(Number.isInteger(level.iterations) && level.iterations >= 1 && level.iterations <= MOST_ITERATIONS))
-            throw new ModelError(`levels[${i + 1}].iterations: must be a whole number from 1 to ${MOST_ITERATIONS}`);
+        const most = FORMAT.most_iterations;
+        if (!(Number.isInteger(level.iterations) && level.iterations >= 1 && level.iterations <= most))
+            throw new ModelError(`levels[${i + 1}].iterations: must be a whole number from 1 to ${most}`);
     });
-    return found;
+    return description;
 }
 
+// Returns {shape, values: Float32Array} of one tensor, whose bytes are `start` and its own offsets into the file.
 function readTensor(name, entry, buffer, start, half) {
     const size = {F32: 4, ...(half ? {F16: 2} : {})}[entry?.dtype];
     if (!size) throw new ModelError(`${name}: must be float32`);
     const {shape, data_offsets: offsets} = entry;
-    const whole = (value) => Number.isInteger(value) && value >= 0;
-    if (!Array.isArray(shape) || !shape.every(whole) || !Array.isArray(offsets) || !offsets.every(whole))
+    const isSize = (value) => Number.isInteger(value) && value >= 0;
+    if (!Array.isArray(shape) || !shape.every(isSize) || !Array.isArray(offsets) || !offsets.every(isSize))
         throw new ModelError(`${name}: its entry in the header is damaged`);
     const count = shape.reduce((product, side) => product * side, 1);
     const [from, to] = offsets;
@@ -84,17 +94,20 @@ function readTensor(name, entry, buffer, start, half) {
         throw new ModelError(`${name}: the file is cut short or damaged`);
     const view = new DataView(buffer, start + from, to - from);
     const values = new Float32Array(count);
-    for (let i = 0; i < count; ++i) values[i] = size === 4 ? view.getFloat32(4 * i, true) : float16(view.getUint16(2 * i, true));
+    for (let i = 0; i < count; ++i)
+        values[i] = size === 4 ? view.getFloat32(4 * i, true) : float16(view.getUint16(2 * i, true));
     if (!values.every(Number.isFinite)) throw new ModelError(`${name}: has values that are not finite`);
     return {shape, values};
 }
 
+// Returns the number that 16 bits stand for as an IEEE 754 half.
 function float16(bits) {
     const exponent = (bits >> 10) & 31, mantissa = bits & 1023, sign = bits & 0x8000 ? -1 : 1;
     if (exponent === 31) return mantissa ? NaN : sign * Infinity;
     return sign * (exponent ? 2 ** (exponent - 25) * (1024 + mantissa) : 2 ** -24 * mantissa);
 }
 
+// Takes the layers of one network out of `tensors` and checks that their shapes lead from `inputs` to `outputs`.
 function takeNetwork(tensors, prefix, inputs, outputs) {
     const layers = [];
     let columns = inputs;
@@ -102,10 +115,11 @@ function takeNetwork(tensors, prefix, inputs, outputs) {
         const name = `${prefix}.layer${j}`;
         const weight = tensors.get(`${name}.weight`), bias = tensors.get(`${name}.bias`);
         if (!bias) throw new ModelError(`${name}.bias: missing`);
-        const [rows, found] = weight.shape;
-        if (weight.shape.length !== 2 || found !== columns)
+        const [rows, width] = weight.shape;
+        if (weight.shape.length !== 2 || width !== columns)
             throw new ModelError(`${name}.weight: shape (${weight.shape.join(", ")}), expected (out, ${columns})`);
-        if (rows < 1 || rows > WIDEST) throw new ModelError(`${name}.weight: ${rows} outputs, expected 1 to ${WIDEST}`);
+        if (rows < 1 || rows > FORMAT.widest)
+            throw new ModelError(`${name}.weight: ${rows} outputs, expected 1 to ${FORMAT.widest}`);
         if (bias.shape.length !== 1 || bias.shape[0] !== rows)
             throw new ModelError(`${name}.bias: shape (${bias.shape.join(", ")}), expected (${rows},)`);
         layers.push({rows, columns, weight: weight.values, bias: bias.values});

@@ -1,16 +1,19 @@
 import {choose, copyText, fillChoices} from "./controls.js";
+import {facts, shared} from "./facts.js";
 import {printField} from "./field.js";
 import {memoryOf} from "./memory.js";
 import {element, fail, isExpected, root, say} from "./messages.js";
 import {probes} from "./reference.js";
 import {parseModel} from "./safetensors.js";
 import {stepsOf} from "./uniforms.js";
-import {draw, facts, options, renderer, set} from "./view.js";
+import {draw, options, renderer, set} from "./view.js";
 
 // The model that is shown, the page's own or one that was dropped: {model, probes, storage, shadertoy, memory}.
-// storage: how its second variant stores weights ("texture": it has none). shadertoy: what there is to copy, or null.
+// storage: how its second variant stores weights; "texture": it has none. shadertoy: the text to copy, or null.
 let shown = null;
+const SHADING_LABELS = {phong: "Phong", normal: "Normals", depth: "Depth", steps: "Steps", texture: "Texture"};
 
+// Returns the page's own model.
 export function embedded() {
     const bytes = Uint8Array.from(atob(element("weights").textContent), (letter) => letter.charCodeAt(0));
     return {
@@ -19,13 +22,13 @@ export function embedded() {
     };
 }
 
-// Shows a model in the page and hands it to the renderer.
+// Shows a model: fills the page with what it has, and hands it to the renderer.
 export async function start(next) {
     shown = next;
     const {model} = next, levels = model.levels.length;
     const shapes = model.levels.map(({network}) => `${network[0].rows}x${network.length - 2}`);
     entitle(model);
-    element("facts").textContent = `${shapes.join(" > ")} · ${model.parameters.toLocaleString("en")} parameters`;
+    element("shapes").textContent = `${shapes.join(" > ")} · ${model.parameters.toLocaleString("en")} parameters`;
     element("copy").hidden = !next.shadertoy;
     element("moment").hidden = model.inputs !== "xyzt";
     Object.assign(options, {level: levels, normalLevel: null});
@@ -34,10 +37,9 @@ export async function start(next) {
     fillChoices(element("level"), numbers, levels, (level) => set({level}));
     const same = {value: null, label: "same"};
     fillChoices(element("normals"), [same, ...numbers], null, (normalLevel) => set({normalLevel}));
-    const shadings = {phong: "Phong", normal: "Normals", depth: "Depth", steps: "Steps", texture: "Texture"};
-    const choices = Object.entries(shadings).map(([value, label]) => ({value, label}));
-    const possible = choices.filter(({value}) => value !== "texture" || model.texture);
-    fillChoices(element("shading"), possible, options.shading, (shading) => set({shading}));
+    const possible = shared.shadings.filter((name) => name in SHADING_LABELS && (name !== "texture" || model.texture));
+    const choices = possible.map((value) => ({value, label: SHADING_LABELS[value]}));
+    fillChoices(element("shading"), choices, options.shading, (shading) => set({shading}));
     showSteps();
     await load();
 }
@@ -53,7 +55,7 @@ function load() {
     return renderer.load(model, printField(model, "texture"), literal, points, memory);
 }
 
-// Takes another model in; whatever is wrong with it is said in one line, and what was there stays.
+// Shows the model in a file. Where something is wrong with it, a message says so and the old model stays.
 export async function take(file) {
     if (!file) return;
     try {
@@ -100,7 +102,8 @@ export async function copy() {
     say("Copied. On shadertoy.com: New, paste over the text in the Image tab, press play.");
 }
 
-// Whoever leaves a model while its literals compile has not seen them fail; a lost context has.
+// Forgets a trial of literals that the visitor ended by going elsewhere: the literals have not failed. Where the
+// context was lost meanwhile, they have.
 export function leave() {
     shown.memory.interrupted(null);
 }

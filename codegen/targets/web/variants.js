@@ -1,31 +1,32 @@
 import {pause} from "./device.js";
-import {TEXTURE_WIDTH} from "./texture.js";
+import {TEXTURE_WIDTH} from "./texels.js";
 import {asked, uniforms} from "./uniforms.js";
 
-// The model's shader in two variants: with its weights in a texture, which is there at once, and, compiled beside the
-// drawing, with literals, which is kept where it proves the faster one.
-// A variant: {storage, program, names, weights, loops, cost, start}. names: uniform -> location; weights: a texture or
-// null; loops: of the field's functions where the driver limits them, else null; cost: milliseconds a pixel, 0 while
-// unknown; start: when its compiler was called.
+// The model's shader has two variants. The one with its weights in a texture is there at once; the one with literals is
+// compiled while that one draws, and is kept where it proves the faster one.
+// A variant is {storage, program, names, weights, loops, cost, start}. storage: "texture" or "literal"; names: each
+// uniform's location; weights: a texture, or null; loops: the loop iterations of the field's functions (field.js) where
+// the driver limits them, else null; cost: milliseconds that a pixel takes, 0 while unknown; start: when its compiler
+// was called, by performance.now().
 const LITERAL_LIMIT = 60000; // milliseconds that compiling the literals may take
 
 export class Variants {
-    // current: the variant to draw with, null before there is one. scene: as uniforms.js has it; its model is set here.
-    // listener: {loaded(), stored(storage, error), failed(error)}
+    // scene: as uniforms.js describes it; its model is set here. listener: {loaded(), stored(storage, error),
+    // failed(error)}. The variant to draw with is `current`, which is null before there is one.
     constructor(painter, scene, listener) {
         Object.assign(this, {painter, scene, listener, current: null, generation: 0});
     }
 
-    // Shows a model; resolves when its texture variant is there. literal: the other variant's field, or null.
-    // probes: {points, values} of the field. memory: what earlier visits found (memory.js). A later call, or a lost
-    // context, supersedes this one.
+    // Shows a model, and resolves when its texture variant is there. field, literal: what printField gives for the two
+    // variants, null where literals are not to be tried. probes: {points, values} of the field. memory: what an earlier
+    // visit noted (memory.js). A later call, or a lost context, ends this one.
     async load(model, field, literal, probes, memory) {
         const {device} = this.painter, generation = ++this.generation;
-        const wanted = () => generation === this.generation && !device.lost;
+        const isWanted = () => generation === this.generation && !device.lost;
         device.check(field.height, model.levels.length);
-        const variant = await this.compile("texture", field, model, wanted);
+        const variant = await this.compile("texture", field, model, isWanted);
         await this.painter.exclusively(async () => {
-            if (!wanted()) return this.drop(variant);
+            if (!isWanted()) return this.drop(variant);
             this.drop(this.current);
             this.scene.model = model;
             this.probes = probes;
@@ -33,17 +34,17 @@ export class Variants {
             await this.keep(variant);
             this.listener.loaded();
         });
-        if (wanted() && literal && device.patient && !["texture", "trying"].includes(memory.read()))
-            device.unlessLost(this.race(literal, wanted, memory)).catch(this.listener.failed);
+        if (isWanted() && literal && device.patient && !["texture", "trying"].includes(memory.read()))
+            device.unlessLost(this.race(literal, isWanted, memory)).catch(this.listener.failed);
     }
 
-    // Compiles the literals beside the drawing, times both variants on what is seen, and keeps the faster.
-    async race(literal, wanted, memory) {
+    // Compiles the literals while the other variant draws, times both on what is seen, and keeps the faster.
+    async race(literal, isWanted, memory) {
         const {painter, scene} = this, remembered = memory.read();
         memory.write("trying");
-        const variant = await this.compile("literal", literal, scene.model, wanted, LITERAL_LIMIT).catch(() => null);
+        const variant = await this.compile("literal", literal, scene.model, isWanted, LITERAL_LIMIT).catch(() => null);
         await painter.exclusively(async () => {
-            if (!wanted()) return this.drop(variant);
+            if (!isWanted()) return this.drop(variant);
             if (!variant) return memory.write("texture");
             await this.warm(variant);
             const values = uniforms(scene, this.current.loops, [256, 256]);
@@ -55,14 +56,15 @@ export class Variants {
         });
     }
 
-    // Null where it is no longer wanted, or takes longer than `limit` milliseconds.
-    async compile(storage, {text, texels, height, loops}, model, wanted, limit = Infinity) {
+    // Returns a variant of what printField gave; null where it is no longer wanted, or takes longer than `limit`
+    // milliseconds.
+    async compile(storage, {text, texels, height, loops}, model, isWanted, limit = Infinity) {
         const {device, sources: {prologue, main}} = this.painter, {gl} = device, start = performance.now();
         const opening = prologue.replace(/const int LEVELS = \d+;/, `const int LEVELS = ${model.levels.length};`);
         const begun = device.begin(`${opening}\n${text}\n${main}`);
         while (!device.isReady(begun)) {
             await pause(15);
-            if (wanted() && performance.now() - start < limit) continue;
+            if (isWanted() && performance.now() - start < limit) continue;
             gl.deleteProgram(begun.program);
             return null;
         }
@@ -77,12 +79,14 @@ export class Variants {
         gl.deleteTexture(variant?.weights ?? null);
     }
 
+    // Draws with a variant from now on.
     async keep(variant) {
         this.current = variant;
         this.listener.stored(variant.storage, await this.error(variant));
     }
 
-    // A first draw of one pixel, where drivers do most of their compiling; notes the time since it began.
+    // Draws a first pixel, where drivers do most of their compiling, and records how long the variant took until then
+    // as a measure of the browser's (benchmarks/page.py reads it).
     async warm(variant) {
         const {painter, scene} = this, coarse = asked(scene, {level: 1, normalLevel: 1});
         painter.draw(variant, uniforms(coarse, variant.loops, [1, 1]), [0, 0], [1, 1]);
@@ -90,7 +94,7 @@ export class Variants {
         performance.measure(`${variant.storage}: compiled and first drawn`, {start: variant.start});
     }
 
-    // Milliseconds of a draw of the middle of a picture of 256 x 256.
+    // Returns the milliseconds in which a variant draws the middle of a picture of 256 x 256 pixels.
     async time(variant, values) {
         for (let count = 1; ; count *= 4) {
             const start = performance.now();
@@ -101,8 +105,8 @@ export class Variants {
         }
     }
 
-    // Largest difference of the shader's field to the probes' values; null where the device cannot say.
-    // A ray that begins at a point and makes one step of scale 1 ends at t = f.
+    // Returns the largest difference between the shader's field and the probes' values; null where the device cannot
+    // tell. The field f at a point is where a ray that begins there ends, t = f, after one step of scale 1.
     async error(variant) {
         const {painter, scene, probes: {points, values: expected}} = this, levels = scene.model.levels.length;
         if (!painter.device.float || !expected.length) return null;
@@ -115,7 +119,7 @@ export class Variants {
             painter.draw(variant, {...values, camera}, [0, 0], [1, 1], [k, 0]);
         });
         await painter.device.done();
-        const found = painter.reds(expected.length);
-        return Math.max(...expected.map((value, k) => Math.abs(found[k] - value)));
+        const measured = painter.reds(expected.length);
+        return Math.max(...expected.map((value, k) => Math.abs(measured[k] - value)));
     }
 }

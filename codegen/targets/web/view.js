@@ -1,10 +1,14 @@
 import {HOME, fromHash, orbited, panned, toHash, zoomed} from "./camera.js";
+import {shared} from "./facts.js";
 import {element, listener, root} from "./messages.js";
 import {Renderer} from "./renderer.js";
 
-// What is seen: a camera, which is the URL's hash, and options, given to the renderer whenever one of them changes.
-export const canvas = element("view"), facts = JSON.parse(element("model").textContent);
-const {light} = facts.defaults;
+// What is seen: a camera, which is kept in the URL's hash, and options. The renderer is told whenever one changes.
+// options: level, normalLevel (null: the same), shading (a name), iterations (a factor on the model's own), resolution
+// ("auto", or pixels drawn per pixel of the canvas along each axis), time, light (camera space), and background, which
+// is [bottom, top].
+export const canvas = element("view");
+const {light} = shared.defaults;
 export const options = {
     level: 1, normalLevel: null, shading: "phong", iterations: 1, resolution: "auto", time: 0,
     light: light.map((c) => c / Math.hypot(...light)), background: [],
@@ -14,15 +18,16 @@ let camera = fromHash(location.hash), naming = 0;
 
 export function openRenderer() {
     const sources = ["prologue", "main", "accumulate", "present"].map((id) => [id, element(id).textContent]);
-    renderer = new Renderer(canvas, Object.fromEntries(sources), facts.defaults, listener);
+    renderer = new Renderer(canvas, Object.fromEntries(sources), listener);
 }
 
-// moving: coarse pixels will do until it rests.
+// Has the renderer draw. moving: coarse pixels will do until it rests.
 export function draw(moving) {
     root.dataset.state = "drawing";
     renderer.show(camera, {...options}, moving);
 }
 
+// Changes options, and draws.
 export function set(change, moving = false) {
     Object.assign(options, change);
     draw(moving);
@@ -35,7 +40,7 @@ function move(next) {
     naming = setTimeout(() => history.replaceState(null, "", toHash(camera)), 250);
 }
 
-// Shares of the canvas's height to the right and up, as gestures.js has them.
+// What hands do, in shares of the canvas's height to the right and up, as gestures.js counts them.
 const aspect = () => canvas.width / canvas.height;
 export const turn = (right, up) => move(orbited(camera, -180 * right, -180 * up));
 export const pan = (right, up) => move(panned(camera, -right, -up, aspect()));

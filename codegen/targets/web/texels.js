@@ -1,17 +1,22 @@
 import {constantsOf, elementwise, number} from "./cstyle.js";
+import {shared} from "./facts.js";
 import {isProduct} from "./lower.js";
 
-// Weights in a texture of four floats a texel, read in loops, as codegen/printers/texels.py prints them.
-export const TEXTURE_WIDTH = 1024;
-const UNROLL = 32;
+// Prints weights in a texture of four floats a texel, read in loops, as codegen/printers/texels.py does.
+export const TEXTURE_WIDTH = shared.texture_width;
+const UNROLL = shared.unroll; // most products of a 4 x 4 block in one iteration of a loop
 
-// Readers of one texel and of one 4 x 4 block.
+const COLUMN = `(k) & ${TEXTURE_WIDTH - 1}`, ROW = `(k) >> ${Math.log2(TEXTURE_WIDTH)}`;
+
+// The functions that read one texel and one 4 x 4 block.
 export const READERS = [
-    "vec4 texel(int k) { return texelFetch(weights, ivec2((k) & 1023, (k) >> 10), 0); }",
+    `vec4 texel(int k) { return texelFetch(weights, ivec2(${COLUMN}, ${ROW}), 0); }`,
     "mat4 block(int k) { return mat4(texel(k), texel(k + 1), texel(k + 2), texel(k + 3)); }",
 ];
 
-// A constant is a run of texels, which begins at its offset; a matrix block is four of them, its columns.
+// Puts the constants of functions into one texture: each is a run of texels that begins at its offset, and a block of a
+// matrix is four of them, its columns. Returns {offsets, texels, height}: a Map from names to offsets, the texture as a
+// Float32Array, and how many rows of TEXTURE_WIDTH texels it has.
 export function layOut(functions, constants) {
     const offsets = new Map(), texels = [];
     for (const name of constantsOf(functions)) {
@@ -28,7 +33,7 @@ export function layOut(functions, constants) {
     return {offsets, texels: image, height};
 }
 
-// A function's statements: one loop for each run of ops over the same blocks.
+// Returns a function's statements: one loop for each run of ops over the same blocks.
 export function looped({ops, blocks}, offsets) {
     const at = (value, k = "k") => offsets.has(value) ? `texel(${offsets.get(value)} + ${k})`
         : blocks.get(value) === 1 ? value : `${value}[${k}]`;
@@ -52,7 +57,8 @@ export function looped({ops, blocks}, offsets) {
     return lines;
 }
 
-// The loop iterations that a call costs, as llvmpipe counts them: with the one that finds the end of its loop.
+// Returns the loop iterations that one call of a function costs. As llvmpipe counts them, the test that ends a loop is
+// an iteration too.
 export function countLoops({ops, blocks}) {
     let total = 0;
     for (const group of fused(ops, blocks)) {
@@ -63,7 +69,7 @@ export function countLoops({ops, blocks}) {
     return total;
 }
 
-// Block k, of n, of the matrix at texel `base` times a source of m blocks.
+// Returns the lines that compute block k, of n, of a product: the matrix at texel `base` times a source of m blocks.
 function product(op, n, m, base, at) {
     const term = (j) => op.kind === "transposed"
         ? `s += ${at(op.source, j)} * block(${base} + 4 * k + ${4 * n} * (${j}));`
@@ -75,7 +81,7 @@ function product(op, n, m, base, at) {
 
 const span = (op, blocks) => blocks.get(op.kind === "dot" ? op.source : op.result);
 
-// Runs of ops over equally many blocks, none of which needs a whole vector that its own run makes.
+// Returns runs of ops over equally many blocks, in which no op needs a whole vector that its own run computes.
 function fused(ops, blocks) {
     const groups = [];
     for (const op of ops) {
@@ -85,6 +91,7 @@ function fused(ops, blocks) {
     return groups;
 }
 
+// Returns how many products one iteration computes: the largest divisor of their count, but never all of them at once.
 function unroll(count) {
     for (let u = Math.min(UNROLL, count - 1); u > 1; --u) if (count % u === 0) return u;
     return 1;
