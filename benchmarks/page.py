@@ -1,4 +1,4 @@
-"""Bytes of the html page and of the Shadertoy text, and the page's times in Chromium; writes docs/results/page.md.
+"""Measure the html page in Chromium, and the bytes of it and of the Shadertoy text; writes docs/results/page.md.
 
     PYTHONPATH=tests python benchmarks/page.py MODEL... [-o docs/results/page.md]
 
@@ -23,11 +23,13 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 SIDE = 256
+"""Pixels along each side of the canvas."""
 MEASURES = "() => performance.getEntriesByType('measure').map(({name, duration}) => [name, duration / 1000])"
+"""Asks the page for the names and seconds of what its scripts measured."""
 
 
 def main() -> None:
-    """Writes the page, a row a model, driver and variant."""
+    """Write the table: a row for each model, driver and variant of the shader."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("models", nargs="+", type=Path, metavar="MODEL")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/page.md"), metavar="FILE")
@@ -61,7 +63,7 @@ def main() -> None:
 
 
 def measured(browser: "Browser", model: Model, storage: str, file: Path) -> str:
-    """The last three cells of a row."""
+    """Return the last three cells of a row, measured with the variant `storage` in a page written to `file`."""
     file.write_text(TARGETS["html"](model), encoding="utf-8")
     memory = f"mplicits {model.sha256()}"
     remember = f"localStorage.setItem('{memory}', '{storage}');"
@@ -85,9 +87,9 @@ def measured(browser: "Browser", model: Model, storage: str, file: Path) -> str:
 
 
 def frame(visited: Visit) -> float:
-    """Milliseconds of the last whole sample, infinite before there is one."""
-    found = re.match(rf"([\d.]+) (m?s) · {SIDE} × {SIDE} · \d+ samples", visited.page.inner_text("#status"))
-    return float(found[1]) * (1 if found[2] == "ms" else 1000) if found else float("inf")
+    """Return the milliseconds of the last whole sample, infinity before there is one."""
+    status = re.match(rf"([\d.]+) (m?s) · {SIDE} × {SIDE} · \d+ samples", visited.page.inner_text("#status"))
+    return float(status[1]) * (1 if status[2] == "ms" else 1000) if status else float("inf")
 
 
 if __name__ == "__main__":

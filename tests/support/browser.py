@@ -1,4 +1,4 @@
-"""Chromium as a person uses it: WebGL2 on the CPU, files only, and no word on the console."""
+"""Chromium as the page's tests and measurements use it: WebGL2 on the CPU, files only, the console overheard."""
 
 import io
 import os
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 DRIVERS = {"SwiftShader": "swiftshader", "llvmpipe": "gl-egl"}
-"""Software GL -> ANGLE's name of the back end that reaches it."""
+"""Name of a software GL -> ANGLE's name for the back end that reaches it."""
 PATIENCE = 300_000
-"""Milliseconds that a picture may take."""
+"""Most milliseconds that a picture may take."""
 
 
 @contextmanager
 def chromium(driver: str = "SwiftShader") -> Iterator["Browser"]:
-    """Debian's Chromium, headless, over one of DRIVERS; skips where it or Playwright is missing."""
+    """Start Debian's Chromium, headless, on one of DRIVERS. Skips the test where it or Playwright is not installed."""
     sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed (pip: playwright)")
     path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if path is None:
@@ -41,37 +41,39 @@ def chromium(driver: str = "SwiftShader") -> Iterator["Browser"]:
 
 @dataclass
 class Visit:
-    """A page that was opened; `said` is what it wrote on the console, uncaught errors included."""
+    """A page that is open."""
 
     page: "Page"
     said: list[str] = field(default_factory=list)
+    """Lines that the page wrote on the console, uncaught errors included."""
 
     def until(self, condition: str) -> None:
-        """Waits until the JavaScript expression is true. A function: the page's policy forbids eval()."""
+        """Wait until a JavaScript expression is true."""
+        # As a function, because the page's policy forbids eval().
         self.page.wait_for_function(f"() => {condition}", timeout=PATIENCE)
 
     def still(self) -> None:
-        """Waits until the picture is refined."""
+        """Wait until the picture is refined and nothing more is drawn."""
         self.until("document.documentElement.dataset.state === 'still'")
 
     def root(self, key: str) -> str | None:
-        """What the page says of itself: state, storage, error, tone."""
-        found = self.page.evaluate("key => document.documentElement.dataset[key] ?? null", key)
-        assert found is None or isinstance(found, str)
-        return found
+        """Return what the page says of itself under a key: state, storage, error or tone; None where it does not."""
+        value = self.page.evaluate("key => document.documentElement.dataset[key] ?? null", key)
+        assert value is None or isinstance(value, str)
+        return value
 
     def message(self) -> str:
-        """The message that is shown, or nothing."""
+        """Return the message that is shown, or an empty text."""
         return self.page.inner_text("#message p") if self.page.is_visible("#message") else ""
 
     def saved(self) -> NDArray[np.uint8]:
-        """The picture as "Save PNG" gives it, (H, W, 3)."""
+        """Return the picture as "Save PNG" saves it, (H, W, 3)."""
         with self.page.expect_download(timeout=PATIENCE) as download:
             self.page.keyboard.press("s")
         return np.asarray(Image.open(io.BytesIO(Path(download.value.path()).read_bytes())).convert("RGB"))
 
     def camera(self) -> dict[str, str]:
-        """What the URL says of the camera."""
+        """Return the keys and values of the camera in the URL's hash."""
         pairs = self.page.evaluate("() => location.hash.slice(1)").split("&")
         return dict(pair.split("=") for pair in pairs if pair)
 
@@ -86,9 +88,10 @@ def visit(
     hash_: str = "",
     **options: Any,
 ) -> Iterator[Visit]:
-    """Opens the file `path` without a network, in a window of `size`, drawing `share` pixels per CSS pixel and axis.
+    """Open the file `path` without a network, and close it afterwards.
 
-    script: runs before the page's own.
+    size: of the window, CSS pixels; share: pixels of the canvas per CSS pixel, along each axis; script: JavaScript that
+    runs before the page's own; hash_: the end of the URL, from `#` on; options: others of Playwright's new_context.
     """
     window: dict[str, Any] = {"viewport": {"width": size[0], "height": size[1]}, "color_scheme": "dark"}
     context = browser.new_context(offline=True, device_scale_factor=share, **window | options)

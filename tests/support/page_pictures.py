@@ -1,4 +1,4 @@
-"""The model of the page's tests, and pictures of the page and of the desktop's renderer compared."""
+"""The model of the page's tests, and the comparison of the page's pictures with those of the desktop's renderer."""
 
 from dataclasses import replace
 
@@ -11,21 +11,30 @@ from numpy.typing import NDArray
 from support.fitted_model import fitted_model
 
 MODEL = fitted_model((20, 32))
+"""The model that most of these tests show."""
 SIDE = 128
-"""Pixels of the page's canvas in a window of 640 x 640 CSS pixels (browser.visit)."""
-OFF, FEW, MEAN = 24, 0.005, 0.6
-"""Page against OSMesa, both with 16 samples a pixel: a channel is off beyond so many of 255, so few pixels may be, mean
-difference allowed. The samples lie elsewhere in the pixel, which shows on silhouettes; the page dithers its 8 bits."""
+"""Pixels along each side of the page's canvas, in a window of 640 x 640 CSS pixels (browser.visit)."""
+
+# Two pictures with 16 samples a pixel are equal within these. The samples of page and desktop lie at different places
+# of a pixel, which shows on silhouettes, and the page dithers its 8 bits.
+CHANNEL_TOLERANCE = 24
+"""Difference, of 255, beyond which a pixel counts as different."""
+MOST_DIFFERENT = 0.005
+"""Share of the pixels that may be different."""
+MEAN_TOLERANCE = 0.6
+"""Mean difference that is allowed, of 255."""
 
 
 def desktop(renderer: Renderer, camera: Camera, options: RenderOptions) -> NDArray[np.uint8]:
-    """(SIDE, SIDE, 3), 16 samples a pixel."""
+    """Return the desktop's picture, (SIDE, SIDE, 3) with 16 samples a pixel."""
     image = renderer.render((SIDE, SIDE), camera, replace(options, samples=16))
     pixels: NDArray[np.uint8] = np.rint(image[..., :3].clip(0, 1) * 255).astype(np.uint8)
     return pixels
 
 
 def differ(ours: NDArray[np.uint8], theirs: NDArray[np.uint8]) -> bool:
+    """Say whether two pictures (H, W, 3) differ beyond the tolerances."""
     assert ours.shape == theirs.shape
     difference = np.abs(ours.astype(int) - theirs)
-    return bool((difference.max(axis=-1) > OFF).mean() > FEW or difference.mean() > MEAN)
+    different = (difference.max(axis=-1) > CHANNEL_TOLERANCE).mean()
+    return bool(different > MOST_DIFFERENT or difference.mean() > MEAN_TOLERANCE)
