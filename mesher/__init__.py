@@ -1,1 +1,1 @@
-"""From a model file to a triangle mesh, and how far that mesh is from its ground truth."""
+"""A model becomes a triangle mesh, and a mesh is compared with its ground truth."""

@@ -1,4 +1,4 @@
-"""Progress on stderr."""
+"""Progress of long work, shown on stderr."""
 
 import sys
 from typing import NoReturn
@@ -7,17 +7,18 @@ from tqdm import tqdm
 
 
 class Bar:
-    """A `parallel.Progress` that people see: a bar for each stage."""
+    """A `parallel.Progress` that people see: one bar for each stage of the work, wiped when the stage is over."""
 
     def __init__(self, quiet: bool) -> None:
+        """Prepare the bars. quiet: show none."""
         self._quiet = quiet
         self._bar: tqdm[NoReturn] | None = None
 
     def begin(self, stage: str, total: int) -> None:
-        """A new bar; the one before is wiped."""
+        """Begin a stage of `total` points with a new bar; the one before is wiped."""
         self.end()
         form = "{desc} |{bar}| {percentage:3.0f}% {remaining} left"
-        every = 0.1 if sys.stderr.isatty() else 10.0
+        seconds = 0.1 if sys.stderr.isatty() else 10.0
         self._bar = tqdm(
             total=total,
             desc=stage,
@@ -25,16 +26,16 @@ class Bar:
             disable=self._quiet,
             leave=False,
             file=sys.stderr,
-            mininterval=every,
+            mininterval=seconds,
         )
 
     def advance(self, points: int) -> None:
-        """Moves the bar."""
+        """Move the bar by so many points."""
         if self._bar is not None:
             self._bar.update(points)
 
     def end(self) -> None:
-        """Takes the bar away."""
+        """Wipe the bar, if there is one."""
         if self._bar is not None:
             self._bar.close()
             self._bar = None

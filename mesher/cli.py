@@ -1,4 +1,4 @@
-"""The mesher's verbs: mesh, eval."""
+"""The mesher's verbs: `mesh` here, `eval` in eval_cli.py."""
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
@@ -11,7 +11,7 @@ DEFAULT_RESOLUTION = 512
 
 
 def mesh_arguments(parser: ArgumentParser) -> None:
-    """Fills the parser of `mesh`."""
+    """Add the arguments of `mesh` to a parser."""
     parser.add_argument("model", type=model_path, metavar="M", help=MODEL_HELP)
     parser.add_argument(
         "-o",
@@ -44,7 +44,7 @@ def mesh_arguments(parser: ArgumentParser) -> None:
 
 
 def run_mesh(args: Namespace) -> None:
-    """`mplicits mesh`: a model file to a triangle mesh. Raises UserError."""
+    """Run `mplicits mesh`: write the surface of a model as a triangle mesh. Raises UserError."""
     import json
     import time
 
@@ -62,13 +62,13 @@ def run_mesh(args: Namespace) -> None:
     bar = Bar(args.quiet)
     began = time.perf_counter()
     try:
-        found = extract_model(model, args.resolution, bar, cull=not args.no_cull)
+        extracted = extract_model(model, args.resolution, bar, cull=not args.no_cull)
     finally:
         bar.end()
     seconds = time.perf_counter() - began
     centre, scale = (model.centre, model.scale) if args.space == "input" else ((0.0, 0.0, 0.0), 1.0)
-    write_whole(output, to_bytes(found.mesh, output.suffix.lower(), centre, scale))
-    vertices, faces = len(found.mesh.vertices), len(found.mesh.faces)
+    write_whole(output, to_bytes(extracted.mesh, output.suffix.lower(), centre, scale))
+    vertices, faces = len(extracted.mesh.vertices), len(extracted.mesh.faces)
     if args.json:
         print(
             json.dumps(
@@ -77,8 +77,8 @@ def run_mesh(args: Namespace) -> None:
                     "resolution": args.resolution,
                     "vertices": vertices,
                     "faces": faces,
-                    "components": found.components,
-                    "spurious": found.spurious,
+                    "components": extracted.components,
+                    "spurious": extracted.spurious,
                     "culled": not args.no_cull,
                     "seconds": round(seconds, 3),
                 }
@@ -86,12 +86,12 @@ def run_mesh(args: Namespace) -> None:
         )
         return
     print(
-        f"{show(output)}: {vertices:,} vertices, {faces:,} faces, {found.components} "
-        f"component{'s' * (found.components != 1)}, {seconds:.1f} s"
+        f"{show(output)}: {vertices:,} vertices, {faces:,} faces, {extracted.components} "
+        f"component{'s' * (extracted.components != 1)}, {seconds:.1f} s"
     )
-    if found.spurious:
+    if extracted.spurious:
         fate = "kept (--no-cull)" if args.no_cull else "removed"
-        print(f"{found.spurious} spurious component{'s' * (found.spurious != 1)} outside the bands: {fate}")
+        print(f"{extracted.spurious} spurious component{'s' * (extracted.spurious != 1)} outside the bands: {fate}")
 
 
-VERBS = (Verb("mesh", "a model file becomes a triangle mesh", mesh_arguments, run_mesh), EVAL)
+VERBS = (Verb("mesh", "a model file becomes a triangle mesh", mesh_arguments, run_mesh, "mesh"), EVAL)

@@ -1,4 +1,4 @@
-"""Which cells the surface passes: by blocks that leave out what cannot hold it, or by looking at every vertex."""
+"""The cells that a surface passes, found by leaving out blocks that cannot hold it, or by looking at every vertex."""
 
 import numpy as np
 
@@ -8,21 +8,22 @@ from .parallel import Progress, over
 from .surface import Array, Whole
 
 FIRST = 4
-"""Culling begins with 2^FIRST blocks along each side."""
-BLOCKS = 2048
-"""Blocks that are looked through at a time."""
-HALVES = lattice(2, 2, 2)
-BLOCK = lattice(3, 3, 3)
-"""(x, y, z) of the 8 cells of a block of 2^3, and of its 27 vertices."""
-BLOCK_CORNERS = (HALVES[:, None] + CORNERS) @ np.array([9, 3, 1])
-"""Places among the vertices of the corners of the cells: (8, 8)."""
+"""Culling begins with 2^FIRST blocks along each side of the grid."""
+CHUNK = 2048
+"""How many blocks of 2^3 cells are searched for the surface at a time."""
+BLOCK_CELLS = lattice(2, 2, 2)
+"""Places (x, y, z) of the 8 cells in a block of 2^3 cells: (8, 3)."""
+BLOCK_VERTICES = lattice(3, 3, 3)
+"""Places (x, y, z) of the 27 vertices in a block of 2^3 cells: (27, 3)."""
+BLOCK_CORNERS = (BLOCK_CELLS[:, None] + CORNERS) @ np.array([9, 3, 1])
+"""The corners of the 8 cells, as rows of BLOCK_VERTICES: (8, 8)."""
 
 
 def culled(field: Field, grid: Grid, progress: Progress) -> Cells:
-    """The cells that the surface passes, found from coarse blocks to fine ones (after Fig. 5).
+    """Find the cells that the surface passes, from coarse blocks to fine ones (after Fig. 5).
 
-    A block is left out where the field's clearance at its centre exceeds its radius. What remains are blocks of 2^3
-    cells, evaluated at their vertices.
+    A block is left out where the field's clearance at its centre exceeds half its diagonal; the others are halved along
+    each side. The field is evaluated at the vertices of the blocks of 2^3 cells that are left in the end.
     """
     size = 2 ** max((grid.resolution - 1).bit_length() - FIRST, 1)
     side = -(-grid.resolution // size)
@@ -35,32 +36,32 @@ def culled(field: Field, grid: Grid, progress: Progress) -> Cells:
         (clearance,) = over(centres, lambda part: (field.clearance(part),), progress, field.chunk)
         blocks = blocks[clearance <= size * grid.diagonal / 2]
         if size == 2:
-            found = _evaluated_blocks(field, np.sort(blocks @ grid.steps), grid, progress)
-            return _closed(field, found, grid, progress)
+            cells = _evaluated_blocks(field, np.sort(blocks @ grid.steps), grid, progress)
+            return _closed(field, cells, grid, progress)
         size //= 2
-        blocks = (blocks[:, None] + size * HALVES).reshape(-1, 3)
+        blocks = (blocks[:, None] + size * BLOCK_CELLS).reshape(-1, 3)
         blocks = blocks[(blocks < grid.resolution).all(axis=1)]
 
 
 def dense(field: Field, grid: Grid, progress: Progress) -> Cells:
-    """The cells that the surface passes, by the field's value at every vertex, layer after layer."""
+    """Find the cells that the surface passes by evaluating the field at every vertex, one layer in x after another."""
     layer = int(grid.steps[0])
     progress.begin("evaluating", (grid.resolution + 1) * layer)
     cells = lattice(1, grid.resolution, grid.resolution) @ grid.steps
     corners = cells[:, None] + grid.corners
     before = evaluated(field, np.arange(layer), grid, progress)
-    found = []
+    layers = []
     for x in range(grid.resolution):
         keys = np.arange(x * layer, (x + 2) * layer)
         values = np.concatenate((before, evaluated(field, keys[layer:], grid, progress)))
-        passed, its_corners = crossed(cells, corners, values)
-        found.append(compact(passed + x * layer, its_corners, keys, values))
+        crossed_cells, crossed_corners = crossed(cells, corners, values)
+        layers.append(compact(crossed_cells + x * layer, crossed_corners, keys, values))
         before = values[layer:]
-    return joined(found)
+    return joined(layers)
 
 
 def evaluated(field: Field, keys: Whole, grid: Grid, progress: Progress) -> Array:
-    """The field's values (N,) at vertices (N,)."""
+    """Evaluate the field at vertices with keys (N,): values (N,) that give a closed surface (`Grid.closed`)."""
 
     def work(part: Whole) -> tuple[Array]:
         positions = grid.positions(part)
@@ -71,43 +72,46 @@ def evaluated(field: Field, keys: Whole, grid: Grid, progress: Progress) -> Arra
 
 
 def _evaluated_blocks(field: Field, blocks: Whole, grid: Grid, progress: Progress) -> Cells:
-    """The cells that the surface passes in blocks (N,) of 2^3 cells, keys of their lowest corners, sorted."""
-    keys = sorted_unique(blocks[:, None] + BLOCK @ grid.steps)
+    """Find the cells that the surface passes in blocks of 2^3 cells.
+
+    blocks: (N,) keys of their lowest corners, sorted.
+    """
+    keys = sorted_unique(blocks[:, None] + BLOCK_VERTICES @ grid.steps)
     progress.begin("evaluating", len(keys))
     values = evaluated(field, keys, grid, progress)
 
     def work(part: Whole) -> tuple[Whole, Whole]:
-        # Vertices that follow one another along z do so in `keys`.
-        first = np.searchsorted(keys, part[:, None] + BLOCK[::3] @ grid.steps)
+        # Vertices that follow one another along z do so in `keys`, so one of three is searched for.
+        first = np.searchsorted(keys, part[:, None] + BLOCK_VERTICES[::3] @ grid.steps)
         corners = (first[:, :, None] + np.arange(3)).reshape(-1, 27)[:, BLOCK_CORNERS].reshape(-1, 8)
-        return crossed((part[:, None] + HALVES @ grid.steps).ravel(), corners, values)
+        return crossed((part[:, None] + BLOCK_CELLS @ grid.steps).ravel(), corners, values)
 
     progress.begin("looking for the surface", len(blocks))
-    cells, corners = over(blocks, work, progress, BLOCKS)
+    cells, corners = over(blocks, work, progress, CHUNK)
     inside = (grid.indices(cells) < grid.resolution).all(axis=1)
     return compact(cells[inside], corners[inside], keys, values)
 
 
-def _closed(field: Field, found: Cells, grid: Grid, progress: Progress) -> Cells:
-    """`found` and the cells that its surface goes on into: even where a bound was too small, there is no rim."""
-    while len(missing := _beyond(found, grid)):
+def _closed(field: Field, cells: Cells, grid: Grid, progress: Progress) -> Cells:
+    """Add the cells that the surface goes on into, so that it has no rim even where culling left out too much."""
+    while len(missing := _beyond(cells, grid)):
         progress.begin("following the surface", len(missing))
         keys = sorted_unique(missing[:, None] + grid.corners)
         values = evaluated(field, keys, grid, progress)
         corners = np.searchsorted(keys, missing[:, None] + grid.corners)
-        found = joined([found, compact(*crossed(missing, corners, values), keys, values)])
-    return found
+        cells = joined([cells, compact(*crossed(missing, corners, values), keys, values)])
+    return cells
 
 
-def _beyond(found: Cells, grid: Grid) -> Whole:
-    """Cells next to those found, not among them, across a face with corners of both signs: (N,), sorted."""
-    negative = found.values[found.corners] < 0
+def _beyond(cells: Cells, grid: Grid) -> Whole:
+    """Find the cells behind faces with corners of both signs that are not among `cells`: (N,) keys, sorted."""
+    negative = cells.values[cells.corners] < 0
     candidates = []
     for axis in range(3):
         for side in (0, 1):
             count = np.count_nonzero(negative[:, CORNERS[:, axis] == side], axis=1)
-            mixed = found.cells[(count > 0) & (count < 4)]
+            mixed = cells.cells[(count > 0) & (count < 4)]
             candidates.append(mixed + (grid.steps[axis] if side else -grid.steps[axis]))
     keys = np.concatenate(candidates)
-    near = np.minimum(np.searchsorted(found.cells, keys), len(found.cells) - 1)
-    return sorted_unique(keys[found.cells[near] != keys])
+    near = np.minimum(np.searchsorted(cells.cells, keys), len(cells.cells) - 1)
+    return sorted_unique(keys[cells.cells[near] != keys])

@@ -1,4 +1,4 @@
-"""The verb `eval`."""
+"""The verb `eval`: its arguments, and how its figures are printed."""
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
@@ -11,13 +11,14 @@ if TYPE_CHECKING:
     from .parallel import Progress
     from .surface import Mesh
 
-RESOLUTION = 512
-ALIKE = 0.2
-"""Difference of two bounding boxes, model units, from which on a warning is due."""
+DEFAULT_RESOLUTION = 512
+"""Cells along each side of the marching cubes' grid, as in the paper."""
+BOX_DIFFERENCE = 0.2
+"""Largest difference of the two bounding boxes' coordinates, model units, that needs no warning."""
 
 
 def eval_arguments(parser: ArgumentParser) -> None:
-    """Fills the parser of `eval`."""
+    """Add the arguments of `eval` to a parser."""
     parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors), or a mesh to compare")
     parser.add_argument("shape", type=Path, metavar="SHAPE", help="ground truth: a mesh, PLY OBJ STL GLB")
     parser.add_argument(
@@ -33,7 +34,7 @@ def eval_arguments(parser: ArgumentParser) -> None:
 
 
 def run_eval(args: Namespace) -> None:
-    """`mplicits eval`: a model, or a mesh, against its ground truth. Raises UserError."""
+    """Run `mplicits eval`: compare a model, or a mesh, with its ground truth. Raises UserError."""
     import json
     from dataclasses import asdict
 
@@ -48,27 +49,27 @@ def run_eval(args: Namespace) -> None:
         raise UserError(f"--seed {args.seed}: a whole number from 0 is needed")
     bar = Bar(args.quiet)
     try:
-        ours, truth, about = _meshes(args, bar)
+        ours, truth, extraction = _meshes(args, bar)
         _warn(ours, truth)
         figures = compare(ours, truth, args.samples, args.seed, bar)
     finally:
         bar.end()
     if args.json:
-        print(json.dumps({"model": str(args.model), "shape": str(args.shape)} | about | asdict(figures), indent=2))
+        print(json.dumps({"model": str(args.model), "shape": str(args.shape)} | extraction | asdict(figures), indent=2))
         return
     print(f"{show(args.model)} against {show(args.shape)}; lengths in radii of the unit sphere")
     print("\n".join(_lines(figures)))
 
 
 def _warn(ours: "Mesh", truth: "Mesh") -> None:
-    """Says so on stderr, before the work, where the two can hardly be one shape in one place."""
+    """Warn on stderr, before the long work, where the two can hardly be the same shape in the same place."""
     import sys
 
     import numpy as np
 
     boxes = [np.stack((mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))) for mesh in (ours, truth)]
     apart = np.abs(boxes[0] - boxes[1]).max()
-    if apart > ALIKE:
+    if apart > BOX_DIFFERENCE:
         print(
             f"warning: the bounding boxes of the two differ by {apart:.2g} radii of the unit sphere; are they of one "
             "shape, in the same place?",
@@ -77,7 +78,11 @@ def _warn(ours: "Mesh", truth: "Mesh") -> None:
 
 
 def _meshes(args: Namespace, progress: "Progress") -> "tuple[Mesh, Mesh, dict[str, float]]":
-    """Reconstruction and ground truth in model space, and what the first took."""
+    """Make the two meshes that are compared. Raises UserError.
+
+    Returns the reconstruction and the ground truth, both in model space, and what --json says about the extraction of
+    the first: nothing where it is a mesh already.
+    """
     import time
     from dataclasses import replace
 
@@ -95,22 +100,23 @@ def _meshes(args: Namespace, progress: "Progress") -> "tuple[Mesh, Mesh, dict[st
         truth, ours = read_mesh(args.shape), read_mesh(args.model)
         space = normalisation(truth)
         return in_model_space(ours, *space), in_model_space(truth, *space), {}
-    resolution = RESOLUTION if args.resolution is None else args.resolution
+    resolution = DEFAULT_RESOLUTION if args.resolution is None else args.resolution
     check_resolution(resolution)
     model = up_to(load(args.model), args.level)
     truth = read_mesh(args.shape)
     began = time.perf_counter()
-    found = extract_model(replace(model, texture=None), resolution, progress)
-    about = {
+    extracted = extract_model(replace(model, texture=None), resolution, progress)
+    extraction = {
         "resolution": resolution,
         "parameters": model.parameters(),
-        "spurious": found.spurious,
+        "spurious": extracted.spurious,
         "extraction_seconds": round(time.perf_counter() - began, 3),
     }
-    return found.mesh, in_model_space(truth, model.centre, model.scale), about
+    return extracted.mesh, in_model_space(truth, model.centre, model.scale), extraction
 
 
 def _lines(figures: "Figures") -> list[str]:
+    """Write the figures as lines for people."""
     ratio = figures.chamfer / figures.floor
     closed = "watertight" if figures.watertight else "not watertight"
     return [
@@ -126,4 +132,4 @@ def _lines(figures: "Figures") -> list[str]:
     ]
 
 
-EVAL = Verb("eval", "how far a model, or a mesh, is from its ground truth", eval_arguments, run_eval)
+EVAL = Verb("eval", "how far a model, or a mesh, is from its ground truth", eval_arguments, run_eval, "mesh")

@@ -1,4 +1,4 @@
-"""The evaluation protocol of the paper's Section 4, and figures beside it that say what a Chamfer distance does not."""
+"""The evaluation protocol of the paper's Section 4, and further figures that say what a Chamfer distance does not."""
 
 from dataclasses import dataclass
 
@@ -11,37 +11,49 @@ from .surface import Mesh, Whole
 
 @dataclass(frozen=True)
 class Figures:
-    """Lengths are in model units, angles in degrees.
-
-    chamfer: squared-L2, both directions summed, `samples` points on each side. floor: the same of two samplings of the
-    ground truth: a perfect reconstruction's. hausdorff: largest distance of a sample to the other surface.
-    distance_mean, distance_99: from the reconstruction's samples to the true surface, mean and 99th percentile.
-    missing_mean, missing_99: from the truth's samples to the reconstruction. normal_angle: mean, between the normals of
-    a sample's face and of the closest true face. iou: see `metrics.shell_iou`.
-    """
+    """What a comparison of a reconstruction with its ground truth gives. Lengths are in model units."""
 
     samples: int
+    """Points that were drawn on each surface."""
     seed: int
+    """What decided them."""
     chamfer: float
+    """Squared-L2 Chamfer distance, both directions summed."""
     floor: float
+    """The same of two samplings of the ground truth, which is what a perfect reconstruction has."""
     hausdorff: float
+    """Largest distance of a sample to the other surface."""
     distance_mean: float
+    """Mean distance of the reconstruction's samples to the true surface."""
     distance_99: float
+    """99th percentile of the same."""
     missing_mean: float
+    """Mean distance of the ground truth's samples to the reconstruction."""
     missing_99: float
+    """99th percentile of the same."""
     normal_angle: float
+    """Mean angle, in degrees, between the normals of a sample's face and of the true face closest to the sample."""
     iou: float
+    """What `metrics.shell_iou` says."""
     components: int
+    """Connected components of the reconstruction."""
     truth_components: int
+    """Connected components of the ground truth."""
     watertight: bool
+    """Whether the reconstruction is closed: see `is_watertight`."""
     vertices: int
+    """Vertices of the reconstruction."""
     faces: int
+    """Faces of the reconstruction."""
 
 
 def compare(
     reconstruction: Mesh, truth: Mesh, samples: int = 500_000, seed: int = 0, progress: Progress | None = None
 ) -> Figures:
-    """A mesh against its ground truth, both in model space. The seed decides all samples."""
+    """Compare a mesh with its ground truth, both in model space.
+
+    samples: how many points are drawn on each surface. seed: decides all of them.
+    """
     progress = progress or Silent()
     progress.begin("comparing", 6)
     rng = np.random.default_rng(seed)
@@ -80,7 +92,7 @@ def compare(
 
 
 def is_watertight(faces: Whole) -> bool:
-    """Whether every edge of the faces (F, 3) is passed once each way."""
+    """Whether every edge of the faces (F, 3) belongs to two of them, which pass it in opposite directions."""
     one, other = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     size = int(faces.max()) + 1
     forth, back = np.sort(one * size + other), np.sort(other * size + one)

@@ -1,4 +1,4 @@
-"""Marching cubes (Lorensen and Cline 1987) on the cells that the surface passes; the table is libigl's."""
+"""Marching cubes (Lorensen and Cline 1987), by libigl, on the cells that the surface passes."""
 
 import math
 from dataclasses import dataclass, replace
@@ -16,17 +16,17 @@ from .parallel import Progress, Silent, over
 from .surface import Mesh
 
 LEAST, MOST = 8, 4096
-"""Resolutions."""
+"""Smallest and largest resolution: the number of cells along a side of the grid."""
 
 
 def check_resolution(resolution: int) -> None:
-    """Raises UserError where a grid cannot have so many cells along a side."""
+    """Check how many cells a grid is to have along a side. Raises UserError where that is out of range."""
     if not LEAST <= resolution <= MOST:
         raise UserError(f"--resolution {resolution}: a whole number from {LEAST} to {MOST} is needed")
 
 
 def up_to(model: Model, level: int | None) -> Model:
-    """The model's first levels; None: all. Raises UserError where it has no such level."""
+    """Return a model without its levels after `level`; None keeps all. Raises UserError where it has no such level."""
     if level is None:
         return model
     if not 1 <= level <= len(model.levels):
@@ -36,35 +36,41 @@ def up_to(model: Model, level: int | None) -> Model:
 
 @dataclass(frozen=True)
 class Extracted:
-    """mesh: with normals, and colours where the model has a texture.
-
-    components: of the mesh. spurious: components outside the bands, where the last level is not defined; culling
-    removes them (Fig. 8), without it they are in the mesh.
-    """
+    """The surface of a model."""
 
     mesh: Mesh
+    """With normals, and with colours where the model has a texture."""
     components: int
+    """Connected components of the mesh."""
     spurious: int
+    """Components that lie outside the bands, where the last level is not defined (Fig. 8).
+
+    With culling they are removed, and neither in `mesh` nor in `components`; without it they are in both.
+    """
 
 
 def extract(field: Field, resolution: int, progress: Progress | None = None, cull: bool = True) -> Mesh:
-    """The zero level set of `field` on a grid of resolution^3 cells: closed, oriented outwards, each vertex once.
+    """Extract the zero level set of a field: a closed mesh, oriented outwards, with each vertex once.
 
-    cull: leave out the blocks that the field's clearance rules out; otherwise every vertex of the grid is evaluated.
+    resolution: of the grid, which has resolution^3 cells. cull: leave out blocks of cells that the field's clearance
+    rules out; otherwise the field is evaluated at every vertex of the grid. The mesh may be empty.
     """
     grid, progress = Grid(resolution), progress or Silent()
-    found = (culled if cull else dense)(field, grid, progress)
-    if not len(found.cells):
+    cells = (culled if cull else dense)(field, grid, progress)
+    if not len(cells.cells):
         return Mesh(np.empty((0, 3), np.float32), np.empty((0, 3), np.int64))
     progress.begin("marching cubes", 1)
-    positions = grid.positions(found.keys)
-    vertices, faces, _ = igl.marching_cubes(found.values.astype(np.float64), positions, found.corners, 0.0)
+    positions = grid.positions(cells.keys)
+    vertices, faces, _ = igl.marching_cubes(cells.values.astype(np.float64), positions, cells.corners, 0.0)
     progress.advance(1)
     return Mesh(vertices.astype(np.float32), faces[:, ::-1])
 
 
 def extract_model(model: Model, resolution: int, progress: Progress | None = None, cull: bool = True) -> Extracted:
-    """The surface of a model's last level, model space. Raises UserError where there is none."""
+    """Extract the surface of a model's last level, in model space.
+
+    resolution, cull: as of `extract`. Raises UserError where the model has no surface.
+    """
     progress = progress or Silent()
     field = ModelField(model, Grid(resolution).diagonal if cull else math.inf)
     mesh = extract(field, resolution, progress, cull)

@@ -1,4 +1,4 @@
-"""How far a surface is from its ground truth. Points and distances are in radii of the unit sphere."""
+"""The metrics by which two surfaces are compared. Points and distances are in radii of the unit sphere."""
 
 import igl
 import numpy as np
@@ -11,16 +11,20 @@ from .surface import Mesh, Whole
 Doubles = NDArray[np.float64]
 
 VOXEL = 0.01
-"""Side of a shell's voxels, and half its thickness."""
+"""Side of the voxels that shells are made of, and half the thickness of a shell."""
 
 
 class SampledSurface:
-    """A mesh with what its metrics need, built once: areas, normals, a tree of its triangles.
+    """A mesh that can be sampled and measured: its areas, its normals and a tree of its triangles are built once.
 
-    Faces without area have no normal: they do not count, and numbers of faces are those of the others, in order.
+    Faces without area have no normal. They are left out, and faces are numbered without them.
     """
 
+    normals: Doubles
+    """(F, 3), of length 1, of the faces that have an area."""
+
     def __init__(self, mesh: Mesh) -> None:
+        """Prepare a mesh, which has at least one face with an area."""
         self.mesh = mesh
         self._vertices = mesh.vertices.astype(np.float64)
         corners = self._vertices[mesh.faces]
@@ -34,7 +38,7 @@ class SampledSurface:
         self._tree.init(self._vertices, self._faces)
 
     def sample(self, count: int, rng: np.random.Generator) -> tuple[Doubles, Whole]:
-        """Points (count, 3), uniform by area, and the face (count,) that each lies on."""
+        """Draw points (count, 3), uniform by area; return them and the face (count,) that each lies on."""
         face = np.searchsorted(self._areas, rng.random(count) * self._areas[-1], side="right")
         u, v = rng.random((2, count))
         u, v = np.where(u + v > 1, (1 - u, 1 - v), (u, v))
@@ -42,26 +46,27 @@ class SampledSurface:
         return (self._vertices[self._faces[face]] * weights).sum(axis=1), face
 
     def distance(self, points: Doubles) -> tuple[Doubles, Whole]:
-        """Exact distance (N,) of points (N, 3) to the triangles, and the closest one's number (N,)."""
+        """Return the exact distance (N,) of points (N, 3) to the surface, and the number of the closest face (N,)."""
         squared, face, _ = self._tree.squared_distance(self._vertices, self._faces, points)
         return np.sqrt(squared), np.asarray(face, np.int64)
 
 
 def chamfer(a: Doubles, b: Doubles) -> float:
-    """Squared-L2 Chamfer distance of two samplings (N, 3) and (M, 3): both directions' means, summed (Section 4)."""
+    """Squared-L2 Chamfer distance of samplings (N, 3) and (M, 3): the sum of both directions' means (Section 4)."""
     forth, back = (cKDTree(there).query(here, workers=-1)[0] for here, there in ((a, b), (b, a)))
     return float(np.square(forth).mean() + np.square(back).mean())
 
 
 def angles(a: Doubles, b: Doubles) -> Doubles:
-    """Angle between unit vectors (N, 3), degrees: (N,)."""
+    """Angles (N,), in degrees, between unit vectors (N, 3) and (N, 3)."""
     return np.asarray(np.rad2deg(np.arccos(np.clip(np.einsum("ij,ij->i", a, b), -1, 1))))
 
 
 def shell_iou(a: SampledSurface, b: SampledSurface, samples: Doubles) -> float:
-    """Intersection over union of two shells: the voxels of side `VOXEL` whose centre is within `VOXEL` of the surface.
+    """Intersection over union of two shells.
 
-    samples: (N, 3), dense on both surfaces; they say only where to look.
+    The shell of a surface is the voxels of side `VOXEL` whose centre is within `VOXEL` of it. samples: (N, 3), dense on
+    both surfaces; they only say near which voxels to look.
     """
     around = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1], [-1, 0, 1]), axis=-1).reshape(-1, 3)
     touched = _unique(np.floor(samples / VOXEL).astype(np.int64))
@@ -71,7 +76,7 @@ def shell_iou(a: SampledSurface, b: SampledSurface, samples: Doubles) -> float:
 
 
 def _unique(voxels: Whole) -> Whole:
-    """Each of voxels (N, 3) once: (M, 3)."""
+    """Return each of the voxels (N, 3), whole numbers, once: (M, 3)."""
     lowest = voxels.min(axis=0)
     size = (voxels.max(axis=0) - lowest + 1).tolist()
     keys = sorted_unique(np.ravel_multi_index(tuple((voxels - lowest).T), size))

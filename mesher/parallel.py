@@ -1,4 +1,4 @@
-"""A function of points over many points, on all cores."""
+"""A function of points is evaluated at many points, on all cores."""
 
 import os
 from collections.abc import Callable
@@ -11,39 +11,43 @@ from threadpoolctl import threadpool_limits
 
 
 class Progress(Protocol):
-    """Is told of long work."""
+    """Somebody who is told how far long work is."""
 
     def begin(self, stage: str, total: int) -> None:
-        """A stage of `total` points begins, and the one before is over."""
+        """Take note that a stage of `total` points begins, and that the one before is over."""
         ...
 
     def advance(self, points: int) -> None:
-        """So many more points are done."""
+        """Take note that so many more points are done."""
         ...
 
 
 class Silent:
-    """Nobody is told."""
+    """A `Progress` that tells nobody."""
 
     def begin(self, stage: str, total: int) -> None:
-        """Says nothing."""
+        """Do nothing."""
 
     def advance(self, points: int) -> None:
-        """Says nothing."""
+        """Do nothing."""
 
 
 def over(
     points: NDArray[Any], function: Callable[[NDArray[Any]], tuple[NDArray[Any], ...]], progress: Progress, chunk: int
 ) -> tuple[NDArray[Any], ...]:
-    """What `function` makes of points (N, ...), in the points' order; it is called on at most `chunk` at a time."""
+    """Evaluate a function at points, chunk by chunk, in as many threads as there are cores.
+
+    points: (N, ...). function: takes (M, ...) of them and returns arrays (M, ...). chunk: the largest M. progress is
+    told as chunks are done. Returns the function's arrays for all points (N, ...), in the points' order.
+    """
     parts = [points[start : start + chunk] for start in range(0, max(len(points), 1), chunk)]
 
     def work(part: NDArray[Any]) -> tuple[NDArray[Any], ...]:
-        found = function(part)
+        arrays = function(part)
         progress.advance(len(part))
-        return found
+        return arrays
 
-    # NumPy lets go of the interpreter's lock: one thread a core, and none of BLAS's own beside them.
+    # NumPy releases the interpreter's lock, so one thread for each core is enough; BLAS must not start more of its own.
     with threadpool_limits(1, "blas"), ThreadPoolExecutor(os.cpu_count()) as pool:
-        found = list(pool.map(work, parts))
-    return tuple(np.concatenate(columns) for columns in zip(*found, strict=True))
+        results = list(pool.map(work, parts))
+    return tuple(np.concatenate(arrays) for arrays in zip(*results, strict=True))

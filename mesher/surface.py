@@ -1,4 +1,4 @@
-"""A triangle mesh in model space."""
+"""The triangle mesh that the mesher makes and compares."""
 
 from dataclasses import dataclass
 
@@ -13,27 +13,28 @@ Whole = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """vertices: (V, 3) float32, model space; faces: (F, 3) int64, counter-clockwise seen from outside.
-
-    normals: (V, 3) float32 of length 1, or None; colours: (V, 3) float32, sRGB in [0, 1], or None.
-    """
+    """A triangle mesh in model space."""
 
     vertices: Array
+    """(V, 3) float32, model space."""
     faces: Whole
+    """(F, 3) int64, numbers of vertices, counter-clockwise seen from outside."""
     normals: Array | None = None
+    """(V, 3) float32 of length 1, or None."""
     colours: Array | None = None
+    """(V, 3) float32, sRGB in [0, 1], or None."""
 
     def components(self) -> tuple[int, Whole]:
-        """Number of connected components, and the one that each vertex belongs to, (V,)."""
+        """Count the connected components, and return with their number the one that each vertex belongs to, (V,)."""
         size = len(self.vertices)
         one, other = self.faces[:, :2].ravel(), self.faces[:, 1:].ravel()
         edges = coo_array((np.ones(len(one), np.int8), (one, other)), shape=(size, size))
         count, labels = connected_components(edges, directed=False)
         return int(count), labels.astype(np.int64)
 
-    def only(self, wanted: NDArray[np.bool_]) -> "Mesh":
-        """The vertices for which `wanted` (V,) holds, and the faces between them."""
-        new = np.cumsum(wanted) - 1
-        faces = new[self.faces[wanted[self.faces].all(axis=1)]]
-        normals, colours = (None if a is None else a[wanted] for a in (self.normals, self.colours))
-        return Mesh(self.vertices[wanted], faces, normals, colours)
+    def only(self, kept: NDArray[np.bool_]) -> "Mesh":
+        """Return the mesh of the vertices for which `kept` (V,) holds and of the faces between them."""
+        new_numbers = np.cumsum(kept) - 1
+        faces = new_numbers[self.faces[kept[self.faces].all(axis=1)]]
+        normals, colours = (None if a is None else a[kept] for a in (self.normals, self.colours))
+        return Mesh(self.vertices[kept], faces, normals, colours)

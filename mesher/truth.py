@@ -1,4 +1,4 @@
-"""Mesh files, for comparison: the ground truth, or somebody else's reconstruction."""
+"""Meshes from files for a comparison: the ground truth, or somebody else's reconstruction."""
 
 import math
 from pathlib import Path
@@ -13,15 +13,18 @@ from ..model.mesh_file import load_mesh
 from .surface import Mesh
 
 FARTHEST = 100.0
-"""Coordinate in model space, where a shape fits the unit sphere, beyond which a mesh is none of that shape."""
+"""Largest coordinate in model space of a mesh that is taken for the same shape, which fits the unit sphere there."""
 
 
 def read_mesh(path: Path) -> trimesh.Trimesh:
-    """The triangles of a PLY, OBJ, STL or GLB file, faces outwards. Raises UserError, one line."""
+    """Read a PLY, OBJ, STL or GLB file as a surface: vertices at one place are one, and faces look outwards.
+
+    Raises UserError, one line, where the file holds no surface.
+    """
     mesh = load_mesh(path, "; a comparison needs two surfaces")
     mesh.remove_unreferenced_vertices()
     largest = float(np.abs(mesh.vertices).max())
-    # As many digits for a shape in millimetres as in metres: what differs by 1e-8 of its size is one vertex.
+    # Vertices that differ by less than 1e-8 of the shape's size are one, whatever its unit.
     digits = 8 - math.ceil(math.log10(largest)) if largest > 0 else 8
     mesh.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=digits)
     mesh.update_faces((mesh.faces != np.roll(mesh.faces, 1, axis=1)).all(axis=1))
@@ -33,14 +36,20 @@ def read_mesh(path: Path) -> trimesh.Trimesh:
 
 
 def normalisation(mesh: trimesh.Trimesh) -> tuple[tuple[float, float, float], float]:
-    """Centre and scale that put the mesh into the unit sphere (Section 4): bounding box's centre, largest norm."""
+    """Return the centre and the scale that put a mesh into the unit sphere (Section 4).
+
+    The centre is that of the bounding box, the scale is the largest distance of a vertex from it.
+    """
     used: NDArray[np.float64] = mesh.vertices[np.unique(mesh.faces)]
     x, y, z = (used.min(axis=0) + used.max(axis=0)) / 2
     return (float(x), float(y), float(z)), float(np.linalg.norm(used - (x, y, z), axis=1).max())
 
 
 def in_model_space(mesh: trimesh.Trimesh, centre: tuple[float, float, float], scale: float) -> Mesh:
-    """The mesh where input space = model space * scale + centre. Raises UserError where that is far off the sphere."""
+    """Move a mesh from input space into model space, where input space = model space * scale + centre.
+
+    Raises UserError where it then lies far from the unit sphere, as it does where centre and scale are another shape's.
+    """
     vertices = (np.asarray(mesh.vertices, np.float64) - centre) / scale
     reach = np.abs(vertices).max()
     if not reach <= FARTHEST:

@@ -1,4 +1,4 @@
-"""A mesh as the bytes of a PLY, OBJ, STL or GLB file, by trimesh."""
+"""A mesh becomes the bytes of a PLY, OBJ, STL or GLB file, written by trimesh."""
 
 from pathlib import Path
 from typing import Any
@@ -17,19 +17,19 @@ OPTIONS: dict[str, dict[str, Any]] = {
     ".stl": {},
     ".glb": {"include_normals": True},
 }
-"""Suffix -> what trimesh's writer of it is told. An STL holds triangles alone."""
+"""Suffix of a format that can be written -> options of trimesh's writer. An STL holds triangles alone."""
 
 
 def check_suffix(path: Path) -> None:
-    """Raises UserError where the name does not end in a format that can be written."""
+    """Check that a file's name ends in a format that can be written. Raises UserError where it does not."""
     if path.suffix.lower() not in OPTIONS:
         raise UserError(f"{show(path)}: a mesh is written as {', '.join(OPTIONS)}")
 
 
 def to_bytes(mesh: Mesh, suffix: str, centre: tuple[float, float, float], scale: float) -> bytes:
-    """The file; its vertices are in input space = model space * scale + centre.
+    """Return a mesh as a file, with its vertices in input space = model space * scale + centre.
 
-    Colours are sRGB, in a GLB linear, as glTF has them.
+    suffix: a key of OPTIONS. Colours are written as sRGB, in a GLB as linear light, which is what glTF asks for.
     """
     colours = None
     if mesh.colours is not None:
@@ -46,9 +46,10 @@ def to_bytes(mesh: Mesh, suffix: str, centre: tuple[float, float, float], scale:
 
 
 def _linear(colours: Array) -> Array:
-    """sRGB -> linear, IEC 61966-2-1."""
+    """Convert sRGB to linear light (IEC 61966-2-1)."""
     return np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
 def _bytes(colours: Array) -> NDArray[np.uint8]:
+    """Convert colours in [0, 1] to whole numbers from 0 to 255."""
     return np.round(np.clip(colours, 0, 1) * 255).astype(np.uint8)
