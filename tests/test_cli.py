@@ -1,4 +1,4 @@
-"""The front door: what it loads, what it says, how it exits."""
+"""The front door: which packages it loads, what it prints, how it exits."""
 
 import json
 import subprocess
@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from mplicits import cli
+from mplicits import cli, extras
 from mplicits.model.errors import UserError
 from mplicits.model.model import save
 from mplicits.model.verb import Verb
@@ -19,13 +19,13 @@ from support.random_model import random_model
 HEAVY = {"numpy", "safetensors", "PIL", "moderngl", "glfw", "tqdm", "scipy", "trimesh", "igl", "torch"}
 LOADED = """
 import json, sys
-from mplicits import cli
+from mplicits import cli, extras
 print(json.dumps([cli.main(sys.argv[1:]), *sys.modules]))
 """
 
 
 def loaded(*argv: str) -> set[str]:
-    """The third-party packages of ours that a process has loaded after `mplicits ARGV`, which succeeds."""
+    """The packages of HEAVY that a process has loaded after it ran `mplicits ARGV` with success."""
     done = subprocess.run([sys.executable, "-c", LOADED, *argv], capture_output=True, text=True, cwd=ROOT, check=True)
     code, *modules = json.loads(done.stdout.splitlines()[-1])
     assert code == 0, done.stderr
@@ -52,7 +52,7 @@ def test_bake_and_info_load_neither_torch_nor_opengl(model: str, tmp_path: Path)
 @pytest.mark.usefixtures("osmesa")
 def test_render_loads_nothing_of_training(model: str, tmp_path: Path) -> None:
     argv = ("render", model, "-o", str(tmp_path / "m.png"), "--size", "8x8", "--samples", "1", "--context", "osmesa")
-    assert not loaded(*argv) & set().union(*cli.EXTRAS.values())
+    assert not loaded(*argv) & set().union(*extras.EXTRAS.values())
 
 
 def test_the_help_lists_every_verb_and_an_example(capsys: pytest.CaptureFixture[str]) -> None:
@@ -99,13 +99,13 @@ def test_what_the_user_can_mend_is_one_line(argv: list[str], said: str, capsys: 
 
 @pytest.fixture
 def failing(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
-    """Makes a verb, `fail` by default, raise an exception."""
+    """A function that replaces all verbs by one, `fail`, which raises an exception."""
 
-    def prepare(error: BaseException, verb: str = "fail") -> None:
+    def prepare(error: BaseException, extra: str = "train") -> None:
         def run(_: Namespace) -> None:
             raise error
 
-        monkeypatch.setattr("mplicits.cli.verbs", lambda: {verb: Verb(verb, "fails", lambda _: None, run)})
+        monkeypatch.setattr("mplicits.cli.verbs", lambda: {"fail": Verb("fail", "fails", lambda _: None, run, extra)})
 
     return prepare
 
@@ -135,7 +135,7 @@ def test_exit_codes(
 
 
 @pytest.mark.parametrize(
-    ("extra", "module"), [(extra, module) for extra, modules in cli.EXTRAS.items() for module in sorted(modules)]
+    ("extra", "module"), [(extra, module) for extra, modules in extras.EXTRAS.items() for module in sorted(modules)]
 )
 def test_a_missing_package_names_the_extra_that_brings_it(
     extra: str,
@@ -146,9 +146,15 @@ def test_a_missing_package_names_the_extra_that_brings_it(
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
     failing(ModuleNotFoundError(name=module), extra)
-    assert cli.main([extra]) == 2
+    assert cli.main(["fail"]) == 2
     line = f"mplicits: {extra}ing needs the package '{module}'; run: pip install 'mplicits[{extra}]'\n"
     assert capsys.readouterr().err == line
+
+
+def test_the_verbs_of_the_mesher_ask_for_its_extra() -> None:
+    extras_of_verbs = {name: verb.extra for name, verb in cli.verbs().items()}
+    assert {name for name, extra in extras_of_verbs.items() if extra == "mesh"} == {"mesh", "eval"}
+    assert set(extras_of_verbs.values()) == set(extras.EXTRAS)
 
 
 @pytest.mark.parametrize(

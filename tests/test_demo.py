@@ -1,4 +1,4 @@
-"""The verb that composes the others."""
+"""The verb `demo`, which is made of the other verbs."""
 
 import dataclasses
 import subprocess
@@ -21,19 +21,21 @@ FILES = ["render", "bake", "bake"]
 
 
 class Verbs:
-    """Stand-ins of the verbs that the demo composes: `called` keeps their order, `inputs` what they were given.
-
-    train writes a real model file.
-    """
+    """Stand-ins for the verbs that the demo runs; `train` writes a real model file."""
 
     def __init__(self) -> None:
         self.called: list[str] = []
+        """Names of the verbs that have run, in their order."""
         self.inputs: set[str] = set()
+        """Models and shapes that the verbs were given."""
         self.refusing = ""
+        """Name of the verb that raises UserError."""
         self.seconds: str | None = None
+        """What --seconds of `train` was."""
         self.interrupted = False
+        """Whether the model that `train` writes says that its training was cut short."""
 
-    def fill(self, parser: ArgumentParser) -> None:
+    def add_arguments(self, parser: ArgumentParser) -> None:
         parser.add_argument("input")
         for option in ("-o", "--target", "--levels", "--seconds"):
             parser.add_argument(option)
@@ -46,18 +48,20 @@ class Verbs:
                 raise UserError("refused")
             if name == "train":
                 self.seconds = args.seconds
-                made = dataclasses.replace(random_model((4, 0)), provenance={"interrupted": self.interrupted})
-                save(made, Path(args.o))
+                model = dataclasses.replace(random_model((4, 0)), provenance={"interrupted": self.interrupted})
+                save(model, Path(args.o))
 
-        return Verb(name, "", self.fill, run)
+        return Verb(name, "", self.add_arguments, run)
 
     def all(self) -> dict[str, Verb]:
-        return {"demo": cli.DEMO} | {name: self.make(name) for name in ("train", "bake", "render", "view")}
+        return {"demo": cli.demo_verb(cli.perform)} | {
+            name: self.make(name) for name in ("train", "bake", "render", "view")
+        }
 
 
 @pytest.fixture
 def demo(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> tuple[Verbs, list[str]]:
-    """Stand-ins, and the arguments of the demo."""
+    """The stand-ins for the other verbs, and a command line of the demo without a display."""
     stand_ins = Verbs()
     monkeypatch.setattr("mplicits.cli.verbs", stand_ins.all)
     monkeypatch.delenv("DISPLAY", raising=False)
@@ -73,7 +77,7 @@ def test_the_demo_writes_spot_s_picture_and_what_is_baked(
     assert (verbs.called, verbs.inputs) == (FILES, {"spot"})
     assert "spot" in gallery.names()
     out = capsys.readouterr().out
-    assert all(f"a b/out/demo.{end}" in out for end in ("png", "glsl", "html"))
+    assert all(f"a b/out/demo.{suffix}" in out for suffix in ("png", "glsl", "html"))
 
 
 def test_the_demo_trains_once(demo: tuple[Verbs, list[str]]) -> None:
@@ -121,7 +125,7 @@ def test_the_demo_stops_where_a_verb_fails(verb: str, demo: tuple[Verbs, list[st
 
 
 def colourful(path: Path) -> bool:
-    """The shape is, the background is not."""
+    """Whether some of a picture is colourful, which the shape is and the background is not."""
     return bool((np.asarray(Image.open(path).convert("HSV"), float)[..., 1] > 100).mean() > 0.05)
 
 

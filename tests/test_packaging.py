@@ -1,4 +1,4 @@
-"""A plain wheel in an empty environment without torch: lists, bakes, renders, and says which extra training needs."""
+"""The wheel in an empty environment without torch: it lists, bakes and renders, and says which extra training needs."""
 
 import os
 import shutil
@@ -22,7 +22,7 @@ NOT_PACKED = {"tests", "benchmarks", "docs", "build", "dist", "out"}
 
 
 def packed_folders() -> list[Path]:
-    """The checkout's folders that are packages, their root the first, as paths below it."""
+    """Folders of the checkout that are packages, as paths below its root; the root itself comes first."""
     folders = (path.parent.relative_to(ROOT) for path in ROOT.rglob("__init__.py"))
     return sorted(path for path in folders if path.parts[:1] not in {(name,) for name in NOT_PACKED | {".venv"}})
 
@@ -35,43 +35,45 @@ def test_every_dependency_is_pinned() -> None:
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     pinned = {line.partition("==")[0].lower() for line in lines if "==" in line and not line.startswith("#")}
     extras = PROJECT["project"]["optional-dependencies"].values()
-    wanted = {*PROJECT["project"]["dependencies"], *(name for extra in extras for name in extra)}
-    names = {name.replace(">", "=").partition("=")[0] for name in wanted} | {"setuptools"}
+    required = {*PROJECT["project"]["dependencies"], *(name for extra in extras for name in extra)}
+    names = {name.replace(">", "=").partition("=")[0] for name in required} | {"setuptools"}
     assert not names - pinned
     assert not [line for line in lines if line and not line.startswith("#") and line.count("==") != 1]
 
 
 @dataclass(frozen=True)
 class Installed:
-    """The wheel, and the environment that it is installed in."""
+    """An installed wheel."""
 
     wheel: Path
+    """The wheel's file."""
     venv: Path
+    """The virtual environment that it is installed in."""
 
     def add(self, extra: str) -> None:
-        """Installs an extra as well."""
+        """Install an extra as well."""
         subprocess.run([*pip_into(self.venv), f"{self.wheel}[{extra}]"], check=True, capture_output=True)
 
     def run(self, *argv: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-        """Runs `mplicits ARGV` as installed."""
+        """Run `mplicits ARGV` as it is installed."""
         return subprocess.run(
             [self.venv / "bin" / "mplicits", *argv], capture_output=True, text=True, check=False, cwd=cwd, env=bare()
         )
 
 
 def pip_into(venv: Path) -> list[str]:
-    """The command that installs into `venv` with our constraints."""
+    """The beginning of a command that installs packages into `venv` with our constraints."""
     return [str(venv / "bin" / "python"), "-m", "pip", "install", "-q", "-c", str(ROOT / "constraints.txt")]
 
 
 def bare() -> dict[str, str]:
-    """The environment of this process without paths to the source."""
+    """The environment variables of this process without those that lead to the source."""
     return {key: value for key, value in os.environ.items() if key not in {"PYTHONPATH", "VIRTUAL_ENV"}}
 
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
-    """Builds the wheel from a copy of the source, by way of the source archive, and installs it."""
+    """The wheel, built from a copy of the source by way of the source archive, and installed."""
     pytest.importorskip("build")
     folder = tmp_path_factory.mktemp("packaging")
     source = folder / "source"
@@ -104,7 +106,7 @@ def test_the_wheel_holds_the_rooms_and_nothing_else(installed: Installed) -> Non
 
 @pytest.mark.slow
 def test_modules_of_the_user_s_own_are_not_taken_for_ours(installed: Installed, tmp_path: Path) -> None:
-    for name in ("model", "trainer", "viewer", "codegen", "glsl", "mesher", "cli"):
+    for name in ("model", "trainer", "viewer", "codegen", "glsl", "mesher", "cli", "demo", "extras"):
         (tmp_path / f"{name}.py").write_text(f"raise SystemExit('{name}.py of the user was imported')\n")
     save(random_model((16, 1)), tmp_path / "m.safetensors")
     assert installed.run("info", "m.safetensors", cwd=tmp_path).returncode == 0

@@ -1,6 +1,6 @@
-"""The script "./run": what its first call does, and that later calls do it no more.
+"""The script `run`: its first call sets everything up, and later calls do not do it again.
 
-Python, dpkg and apt are stand-ins that keep a log.
+Python, dpkg and apt are replaced by stand-ins that keep a log of how they are called.
 """
 
 import os
@@ -38,7 +38,7 @@ CHECKS = ["-m ruff check", "-m ruff format --check", "-m mypy -p mplicits", "-m 
 
 
 class Checkout:
-    """A folder with `run` and stand-ins for what it calls."""
+    """A folder with the script `run`, and stand-ins for the programs that it calls."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder / "a $check 'out"
@@ -55,11 +55,15 @@ class Checkout:
             self.set(name, text)
 
     def set(self, name: str, text: str) -> None:
-        """What a stand-in does: `version` of Python, arguments of a `failing` call, packages `lacking`, `user` id."""
+        """Decide how the stand-ins behave.
+
+        name: `version`, of Python; `failing`, a part of the arguments with which Python fails; `lacking`, the packages
+        that are not installed; `user`, the id of the user.
+        """
         (self.fake / name).write_text(text + "\n")
 
     def run(self, *argv: str) -> tuple[int, list[str], str]:
-        """Exit code of `./run ARGV`, what it called, what it said."""
+        """Run `./run ARGV`. Returns its exit code, the calls in the log, and what it printed."""
         (self.fake / "log").write_text("")
         environment = {**os.environ, "PATH": f"{self.fake}:{os.environ['PATH']}", "FAKE": str(self.fake), "PYTHON": ""}
         done = subprocess.run(
@@ -80,7 +84,7 @@ def checkout(tmp_path: Path) -> Checkout:
     return Checkout(tmp_path)
 
 
-def test_alone_it_prints_its_usage(checkout: Checkout) -> None:
+def test_without_arguments_it_prints_its_usage(checkout: Checkout) -> None:
     code, called, said = checkout.run()
     assert (code, called) == (0, [])
     assert "./run demo" in said
