@@ -41,7 +41,7 @@ TABLES = {
     6: ("normal constraint", ("normal",)),
     7: ("SDF constraint", ("value", "distance")),
 }
-"""Table -> its title, and the `LossWeights` that it varies; the SDF term is on the surface and off it, as the paper's."""
+"""Table -> its title, and the `LossWeights` that it varies. The SDF term is on and off the surface, as the paper's."""
 WEIGHTS = ("0", "10", "30", "100", "300", "1000", "3000", "10000", "30000")
 FACTORS = ("1.01", "1.05", "1.10", "1.20", "1.30", "1.50", "2.00", "5.00")
 AS_PRINTED = {

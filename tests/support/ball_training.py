@@ -1,4 +1,4 @@
-"""A ball to train on in a second, and a progress that keeps what is said."""
+"""A ball that trains within a second, and a progress that keeps what it is told."""
 
 from pathlib import Path
 
@@ -9,13 +9,14 @@ from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.trainer.train import Training
 
-SMALL = Settings(networks=((16, 1), (16, 1)), omegas=(8.0, 16.0), steps=(250, 250, 100))
+SMALL_SETTINGS = Settings(networks=((16, 1), (16, 1)), omegas=(8.0, 16.0), steps=(250, 250, 100))
 
 
 class Log:
-    """Progress that keeps what is said, and can press Ctrl-C."""
+    """A `TrainingProgress` that keeps stages and lines, and can press Ctrl-C."""
 
     def __init__(self, stop_in: str = "", at: float = 2.0) -> None:
+        """Press Ctrl-C in the stage whose name begins with `stop_in`, once the share `at` of it is done."""
         self.lines: list[str] = []
         self.stages: list[str] = []
         self._stop_in, self._at = stop_in, at
@@ -36,10 +37,13 @@ class Log:
 
 
 def load_ball(folder: Path) -> Shape:
-    """A ball of radius 3, through a file in `folder`."""
+    """Write a ball of radius 3 to a file in `folder`, and load it as a shape."""
     trimesh.creation.icosphere(subdivisions=4, radius=3.0).export(folder / "ball.ply")
     return load_shape(str(folder / "ball.ply"))[0]
 
 
-def train(shape: Shape, settings: Settings = SMALL, log: Log | None = None, resume: Model | None = None) -> Model:
+def train(
+    shape: Shape, settings: Settings = SMALL_SETTINGS, log: Log | None = None, resume: Model | None = None
+) -> Model:
+    """Train `shape`, or what the model `resume` lacks."""
     return Training(shape, settings, log or Log()).run(resume)

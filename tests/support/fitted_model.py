@@ -1,4 +1,4 @@
-"""A small model of a bumpy, coloured ball without training: random sines, last layers by least squares."""
+"""A small model of a bumpy, coloured ball, made without training: random sines, and last layers by least squares."""
 
 import numpy as np
 from mplicits.model.model import Layer, Level, Model, Network
@@ -8,19 +8,22 @@ Array = NDArray[np.float64]
 
 
 def radius(direction: Array) -> Array:
-    """(N,) radius of the ball in each direction (N, 3)."""
+    """Compute the radius of the ball in unit directions (N, 3). Returns (N,)."""
     x, y, z = direction.T
     return np.asarray(0.75 + 0.08 * np.sin(5 * x) * np.sin(5 * y) * np.sin(5 * z), float)
 
 
 def distance(points: Array) -> Array:
-    """(N,) distance to the ball along the ray from its centre: signed, exact to second order near the surface."""
+    """Compute the signed distance from points (N, 3) to the ball along the ray from its centre. Returns (N,).
+
+    Near the surface it is exact to second order.
+    """
     length = np.linalg.norm(points, axis=1)
     return np.asarray(length - radius(points / length[:, None]), float)
 
 
 def fitted_model(widths: tuple[int, int] = (24, 96)) -> Model:
-    """Levels 24x0 and 96x0, and a texture of 16x0; the deltas of Eq. 5."""
+    """Fit two levels of these widths without hidden N -> N layers, with the deltas of Eq. 5, and a 16x0 texture."""
     rng = np.random.default_rng(5)
     points = rng.normal(size=(6000, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
@@ -35,15 +38,19 @@ def fitted_model(widths: tuple[int, int] = (24, 96)) -> Model:
     return Model("fitted", (Level(first, deltas[0], 20), Level(second, deltas[1], 5)), texture)
 
 
-def _fit(width: int, omega: float, points: Array, wanted: Array, rng: np.random.Generator) -> Network:
-    """One hidden layer of random sines; the last layer solves the normal equations."""
+def _fit(width: int, omega: float, points: Array, truth: Array, rng: np.random.Generator) -> Network:
+    """Fit a network to truth: (N, outputs) at points (N, 3).
+
+    Its only hidden layer is of random sines; its last layer solves the normal equations.
+    """
     weight, bias = rng.normal(0, omega, (width, 3)), rng.uniform(-np.pi, np.pi, width)
     features = np.concatenate([np.sin(points @ weight.T + bias), np.ones((len(points), 1))], axis=1)
-    solution = np.linalg.solve(features.T @ features + 1e-4 * np.eye(width + 1), features.T @ wanted)
+    solution = np.linalg.solve(features.T @ features + 1e-4 * np.eye(width + 1), features.T @ truth)
     hidden = Layer(weight.astype(np.float32), bias.astype(np.float32))
     return hidden, Layer(solution[:-1].T.astype(np.float32), solution[-1].astype(np.float32))
 
 
 def _run(network: Network, points: Array) -> Array:
+    """Evaluate a network at points (N, 3). Returns (N, outputs)."""
     hidden, last = network
     return np.asarray(np.sin(points @ hidden.weight.T + hidden.bias) @ last.weight.T + last.bias, float)

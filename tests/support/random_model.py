@@ -1,4 +1,4 @@
-"""Small random models for tests: SIREN-like weights, no training."""
+"""Small models for tests with random weights, like those of a SIREN before training."""
 
 import itertools
 
@@ -7,7 +7,7 @@ from mplicits.model.model import Layer, Level, Model, Network
 
 
 def random_network(width: int, depth: int, rng: np.random.Generator, outputs: int = 1, inputs: int = 3) -> Network:
-    """(width, depth) in the paper's notation, SIREN initialisation with omega_0 = 10 folded in."""
+    """Draw a network of size (width, depth) in the paper's notation, with SIREN's initialisation for omega_0 = 10."""
     sizes = [inputs, *[width] * (depth + 1), outputs]
     layers = []
     for j, (columns, rows) in enumerate(itertools.pairwise(sizes)):
@@ -24,7 +24,7 @@ def random_model(
     seed: int = 0,
     inputs: str = "xyz",
 ) -> Model:
-    """One level per shape (width, depth), bands wide enough that every level is reached somewhere."""
+    """Draw a model with a level for each (width, depth), and bands so wide that every level is reached somewhere."""
     rng = np.random.default_rng(seed)
     levels = [
         Level(random_network(*shape, rng, inputs=len(inputs)), delta=1.0 / i, iterations=20 if i == 1 else 5)

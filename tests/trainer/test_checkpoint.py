@@ -1,4 +1,4 @@
-"""Checkpoints as the authors' release writes them: the field comes back, bands hold the surface, bad files are told."""
+"""Importing checkpoints as the authors' release writes them: the field, the bands, and the files that are refused."""
 
 from collections import OrderedDict
 from pathlib import Path
@@ -18,7 +18,7 @@ MODEL = fitted_model((24, 48))
 
 
 def write(network: Network, path: Path, omega: float = 1.0, prefix: str = "net") -> Path:
-    """omega: left out of all layers but the last, as in *_with_w0.pth."""
+    """Write a checkpoint. omega: divides the weights of all layers but the last, as in *_with_w0.pth."""
     state = OrderedDict()
     for i, layer in enumerate(network):
         factor = 1.0 if i == len(network) - 1 else omega
@@ -41,12 +41,12 @@ def imported(tmp_path: Path, *argv: str) -> Model:
         ((30.0, 60.0), ("a_with_w0", "b_with_w0")),
     ],
 )
-def test_the_field_comes_back_and_the_bands_hold_the_surface(
+def test_an_imported_model_has_the_same_field_and_bands_that_hold_the_surface(
     tmp_path: Path, omegas: tuple[float, float], names: tuple[str, str]
 ) -> None:
     paths = [
-        write(each.network, tmp_path / f"{name}.pth", omega, prefix)
-        for each, name, omega, prefix in zip(MODEL.levels, names, omegas, ("net", "net.net"), strict=True)
+        write(level.network, tmp_path / f"{name}.pth", omega, prefix)
+        for level, name, omega, prefix in zip(MODEL.levels, names, omegas, ("net", "net.net"), strict=True)
     ]
     more = [] if omegas == (1.0, 1.0) else ["--omega", "30,60"]
     model = imported(tmp_path, *map(str, paths), *more)
@@ -72,7 +72,7 @@ def test_the_field_comes_back_and_the_bands_hold_the_surface(
     assert model.provenance["checkpoints"][0]["file"] == paths[0].name
 
 
-def test_with_the_shape_its_space_and_its_points_count(tmp_path: Path) -> None:
+def test_a_given_shape_sets_the_model_s_space_and_the_deltas(tmp_path: Path) -> None:
     trimesh = pytest.importorskip("trimesh")
     ball = trimesh.creation.icosphere(subdivisions=3, radius=3.0)
     ball.apply_translation((1.0, 2.0, 3.0))
@@ -82,11 +82,11 @@ def test_with_the_shape_its_space_and_its_points_count(tmp_path: Path) -> None:
     assert model.scale == pytest.approx(3.0)
     np.testing.assert_allclose(model.centre, (1.0, 2.0, 3.0), atol=1e-5)
     vertices = ((ball.vertices - (1.0, 2.0, 3.0)) / 3.0).astype(np.float32)
-    wanted = 1.3 * np.abs(interpret.field(lower(model), vertices, 1)).max()
-    assert model.levels[0].delta == pytest.approx(wanted, rel=1e-4)
+    expected = 1.3 * np.abs(interpret.field(lower(model), vertices, 1)).max()
+    assert model.levels[0].delta == pytest.approx(expected, rel=1e-4)
 
 
-def test_bad_files_are_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_files_are_refused_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     good = str(write(MODEL.levels[0].network, tmp_path / "good.pth"))
     (tmp_path / "noise.pth").write_bytes(b"\0" * 100)
     torch.save({"net.0.0.weight": torch.zeros(4, 3)}, tmp_path / "half.pth")

@@ -1,4 +1,4 @@
-"""The built-in shape is what it says: an exact distance, exact normals, the unit sphere."""
+"""The built-in shape: its distance and its normals are exact, its samples uniform, and it fits the unit sphere."""
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ def surface() -> SurfacePoints:
 
 
 def slopes(points: Doubles, step: float = 1e-5) -> Doubles:
+    """Compute the gradient of the distance by central differences."""
     axes = step * np.eye(3)
     return np.stack([demo.signed_distance(points + a) - demo.signed_distance(points - a) for a in axes], axis=1) / (
         2 * step
@@ -25,7 +26,7 @@ def test_surface_points_are_at_distance_zero(surface: SurfacePoints) -> None:
     assert np.abs(demo.signed_distance(surface.points)).max() < 1e-9
 
 
-def test_distance_is_that_to_a_dense_sample_of_the_surface(surface: SurfacePoints) -> None:
+def test_the_distance_is_that_to_a_dense_sample_of_the_surface(surface: SurfacePoints) -> None:
     points = np.random.default_rng(1).uniform(-1, 1, (4000, 3))
     inner = surface.points[:4000] - np.random.default_rng(2).uniform(0, 0.07, (4000, 1)) * surface.normals[:4000]
     distance = demo.signed_distance(np.concatenate((points, inner)))
@@ -37,16 +38,18 @@ def test_distance_is_that_to_a_dense_sample_of_the_surface(surface: SurfacePoint
     assert (distance[4000:] < 1e-9).all()
 
 
-def test_gradient_has_length_one(surface: SurfacePoints) -> None:
+def test_the_gradient_has_length_one(surface: SurfacePoints) -> None:
     points = np.random.default_rng(1).uniform(-1, 1, (3000, 3))
     lengths = np.linalg.norm(slopes(points), axis=1)
     assert (np.abs(lengths - 1) < 1e-4).mean() > 0.995  # all but the points beside the medial axis
 
 
-def test_normals_are_the_gradient(surface: SurfacePoints) -> None:
-    found = slopes(surface.points[:3000] + 1e-3 * surface.normals[:3000])
-    assert np.median(np.abs(found - surface.normals[:3000])) < 1e-6
-    assert (np.einsum("ij,ij->i", found, surface.normals[:3000]) > 0.999).mean() > 0.99  # less where parts nearly touch
+def test_the_normals_are_the_gradient(surface: SurfacePoints) -> None:
+    gradient = slopes(surface.points[:3000] + 1e-3 * surface.normals[:3000])
+    assert np.median(np.abs(gradient - surface.normals[:3000])) < 1e-6
+    assert (
+        np.einsum("ij,ij->i", gradient, surface.normals[:3000]) > 0.999
+    ).mean() > 0.99  # less where parts nearly touch
 
 
 def test_it_fits_the_unit_sphere(surface: SurfacePoints) -> None:
@@ -56,7 +59,7 @@ def test_it_fits_the_unit_sphere(surface: SurfacePoints) -> None:
 
 
 def test_samples_are_uniform_by_area(surface: SurfacePoints) -> None:
-    """Divergence theorem: over a uniform sample the normals' mean is 0, and that of <x, n> is 3 volume / area."""
+    """By the divergence theorem, the mean normal of a uniform sample is 0 and the mean <x, n> is 3 volume / area."""
     tubes, beads, radius = demo._rope().tubes, demo._rope().beads, demo._rope().radius
     length = sum(np.linalg.norm(np.diff(tube.tree.data, axis=0), axis=1).sum() for tube in tubes)
     bead = demo._rope().bead_radius
@@ -73,7 +76,7 @@ def test_colours_are_srgb_and_many(surface: SurfacePoints) -> None:
     assert len(np.unique((surface.colours[:20_000] * 8).astype(int), axis=0)) > 10
 
 
-def test_the_word_demo_is_the_shape() -> None:
+def test_the_word_demo_loads_the_shape() -> None:
     shape, warnings = load_shape("demo")
     assert shape.name == "demo"
     assert not warnings

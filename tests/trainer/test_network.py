@@ -1,4 +1,4 @@
-"""The hand-written adjoint against torch.autograd, and the exported network against torch."""
+"""The hand-written derivatives of networks and losses against torch.autograd, and exported networks against torch."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def points(count: int = 40) -> Tensor:
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_adjoint_is_autograd(size: tuple[int, int]) -> None:
+def test_the_adjoint_gradient_is_that_of_autograd(size: tuple[int, int]) -> None:
     weights, x = network(size), points()
     f, gradient = value_and_gradient(weights, x)
     x.requires_grad_()
@@ -46,7 +46,7 @@ def test_adjoint_is_autograd(size: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_weights_derivative_is_autograd(size: tuple[int, int]) -> None:
+def test_the_derivative_to_the_weights_is_that_of_autograd(size: tuple[int, int]) -> None:
     weights, x = network(size), points()
 
     d_f, d_gradient = x[:, 0] ** 2, x.flip(1)
@@ -60,7 +60,7 @@ def test_weights_derivative_is_autograd(size: tuple[int, int]) -> None:
         torch.testing.assert_close(weight.grad, expected, rtol=1e-10, atol=1e-12)
 
 
-def test_losses_derivatives_are_autograd() -> None:
+def test_the_derivatives_of_the_losses_are_those_of_autograd() -> None:
     gradient = (points() + 0.1).requires_grad_()
     f = points(41)[:40, 0].clone().requires_grad_()
     distance = torch.where(torch.arange(40) % 5 == 0, torch.nan, points()[:, 1])
@@ -73,22 +73,22 @@ def test_losses_derivatives_are_autograd() -> None:
         torch.testing.assert_close(slope, torch.autograd.grad(loss, at)[0], rtol=1e-10, atol=1e-12)
 
 
-def test_level_loss_is_equation_4() -> None:
+def test_the_level_s_loss_is_equation_4() -> None:
     f, gradient = points()[:, 0].clone().requires_grad_(), (points(40) + 0.2).requires_grad_()
     normals, distance = torch.nn.functional.normalize(points(20), dim=1), points()[:, 2]
-    here, there = (Pool(points(20), part, normals, f, gradient) for part in (distance[:20], distance[20:]))
+    surface, volume = (Pool(points(20), part, normals, f, gradient) for part in (distance[:20], distance[20:]))
     weight = LossWeights(value=5, normal=3, eikonal=2, distance=7)
-    loss, d_f, d_gradient = level_loss(f, gradient, here, there, weight)
+    loss, d_f, d_gradient = level_loss(f, gradient, surface, volume, weight)
     squares = (f - distance).square()
     cosine = torch.nn.functional.cosine_similarity(gradient[:20], normals, dim=1)
     eikonal = (gradient.norm(dim=1) - 1).square().mean()
     expected = 5 * squares[:20].mean() + 7 * squares[20:].mean() + 3 * (1 - cosine).mean() + 2 * eikonal
     torch.testing.assert_close(loss, expected)
-    for found, slope in zip((d_f, d_gradient), torch.autograd.grad(expected, (f, gradient)), strict=True):
-        torch.testing.assert_close(found, slope)
+    for derivative, slope in zip((d_f, d_gradient), torch.autograd.grad(expected, (f, gradient)), strict=True):
+        torch.testing.assert_close(derivative, slope)
 
 
-def test_float32_adjoint_is_autograd_to_1e_5() -> None:
+def test_the_adjoint_gradient_in_float32_is_that_of_autograd_to_1e_5() -> None:
     weights = initial((64, 2), 60.0, 1, torch.Generator().manual_seed(0))
     x = points(500).float().requires_grad_()
     (slope,) = torch.autograd.grad(value(weights, x).sum(), x)
@@ -97,21 +97,21 @@ def test_float32_adjoint_is_autograd_to_1e_5() -> None:
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_value_along_and_its_derivative_are_autograd(size: tuple[int, int]) -> None:
+def test_the_derivative_along_a_direction_and_its_own_are_those_of_autograd(size: tuple[int, int]) -> None:
     weights, x = network(size, outputs=3), points()
     directions = points(40).flip(0)
-    found = value_along(weights, x, directions)
+    forward = value_along(weights, x, directions)
     expected, slope, *_ = torch.func.jvp(lambda at: value(weights, at), (x,), (directions,))
-    torch.testing.assert_close(found.value, expected, rtol=0, atol=1e-12)
-    torch.testing.assert_close(found.along, slope, rtol=0, atol=1e-12)
+    torch.testing.assert_close(forward.value, expected, rtol=0, atol=1e-12)
+    torch.testing.assert_close(forward.along, slope, rtol=0, atol=1e-12)
 
     d_value, d_along = x**2, x.flip(1)
     for weight in weights:
         weight.grad = torch.zeros_like(weight)
-    add_derivative_along(weights, found, d_value, d_along)
+    add_derivative_along(weights, forward, d_value, d_along)
     at = x.clone().requires_grad_()
     colours = value(weights, at)
-    # <grad g, direction> of each output, by one reverse pass each that is kept for the second derivative.
+    # <grad g, direction> of each output, by a reverse pass whose graph is kept for the second derivative.
     rows = [torch.autograd.grad(colours[:, k].sum(), at, create_graph=True)[0] for k in range(3)]
     along = torch.stack([(row * directions).sum(1) for row in rows], dim=1)
     slopes = torch.autograd.grad((colours, along), weights, (d_value, d_along))
@@ -119,14 +119,14 @@ def test_value_along_and_its_derivative_are_autograd(size: tuple[int, int]) -> N
         torch.testing.assert_close(weight.grad, expected_slope, rtol=1e-10, atol=1e-12)
 
 
-def test_texture_loss_and_its_derivatives_are_autograd() -> None:
+def test_the_texture_s_loss_and_its_derivatives_are_those_of_autograd() -> None:
     colours, along = points().requires_grad_(), (points(40) + 0.2).requires_grad_()
     truth = points(15).abs()
     loss, d_value, d_along = texture.texture_loss(colours, along, truth)
     expected = (colours[:15] - truth).square().sum(1).mean() + texture.SMOOTHNESS * along.square().sum(1).mean()
     torch.testing.assert_close(loss, expected)
-    for found, slope in zip((d_value, d_along), torch.autograd.grad(expected, (colours, along)), strict=True):
-        torch.testing.assert_close(found, slope)
+    for derivative, slope in zip((d_value, d_along), torch.autograd.grad(expected, (colours, along)), strict=True):
+        torch.testing.assert_close(derivative, slope)
 
 
 def forward(exported: Network, x: np.ndarray) -> np.ndarray:
@@ -135,21 +135,21 @@ def forward(exported: Network, x: np.ndarray) -> np.ndarray:
     return x @ exported[-1].weight.T + exported[-1].bias
 
 
-def test_exported_network_is_the_torch_network() -> None:
+def test_an_exported_network_is_the_torch_network() -> None:
     weights = initial((64, 2), 60.0, 1, torch.Generator().manual_seed(0))
     x = points(1000).float()
     assert np.abs(forward(to_model(weights), x.numpy()) - value(weights, x).numpy()).max() < 1e-5
-    for found, expected in zip(from_model(to_model(weights)), weights, strict=True):
-        assert torch.equal(found, expected)
+    for read, written in zip(from_model(to_model(weights)), weights, strict=True):
+        assert torch.equal(read, written)
 
 
-def test_residual_begins_near_zero() -> None:
+def test_a_residual_begins_near_zero() -> None:
     first, residual = (initial((64, 2), 60.0, 1, torch.Generator().manual_seed(0), last) for last in (1.0, 0.1))
     x = points(1000).float()
     assert float(value(residual, x).abs().max()) < 0.11 * float(value(first, x).abs().max())
 
 
-def test_products_keep_float32(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_matrix_products_keep_the_precision_of_float32(monkeypatch: pytest.MonkeyPatch) -> None:
     before, threads = torch.get_float32_matmul_precision(), torch.get_num_threads()
     try:
         machine.prepare(torch.device("cpu"))

@@ -1,4 +1,4 @@
-"""Training that does not go straight on: Ctrl-C, resuming, collapse."""
+"""Trainings that do not run straight through: Ctrl-C, resuming, collapse and restart."""
 
 import dataclasses
 
@@ -14,7 +14,7 @@ from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.trainer.train import Training
 
-from support.ball_training import SMALL, Log, load_ball, train
+from support.ball_training import SMALL_SETTINGS, Log, load_ball, train
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -34,13 +34,18 @@ def model(ball: Shape) -> Model:
 
 @pytest.fixture(scope="module")
 def first(ball: Shape) -> Model:
-    """Level 1 alone."""
-    return train(ball, dataclasses.replace(SMALL, networks=SMALL.networks[:1], omegas=SMALL.omegas[:1]))
+    """Train level 1 alone."""
+    return train(
+        ball,
+        dataclasses.replace(SMALL_SETTINGS, networks=SMALL_SETTINGS.networks[:1], omegas=SMALL_SETTINGS.omegas[:1]),
+    )
 
 
 @pytest.mark.parametrize(("stage", "levels"), [("level 1", 1), ("level 2", 2)])
-def test_ctrl_c_keeps_what_is_trained_and_resume_ends_it(ball: Shape, model: Model, stage: str, levels: int) -> None:
-    training = Training(ball, SMALL, Log(stage, 0.5))
+def test_ctrl_c_keeps_what_is_trained_and_resuming_finishes_it(
+    ball: Shape, model: Model, stage: str, levels: int
+) -> None:
+    training = Training(ball, SMALL_SETTINGS, Log(stage, 0.5))
     stopped = training.run()
     assert training.interrupted
     assert stopped.provenance["interrupted"]
@@ -66,8 +71,10 @@ def test_ctrl_c_before_the_first_step_is_passed_on(ball: Shape, monkeypatch: pyt
         train(ball)
 
 
-def test_resume_adds_missing_levels_alone(ball: Shape, model: Model) -> None:
-    three = dataclasses.replace(SMALL, networks=(*SMALL.networks, (16, 0)), omegas=(8.0, 16.0, 24.0), steps=(50,) * 4)
+def test_resuming_trains_only_the_missing_levels(ball: Shape, model: Model) -> None:
+    three = dataclasses.replace(
+        SMALL_SETTINGS, networks=(*SMALL_SETTINGS.networks, (16, 0)), omegas=(8.0, 16.0, 24.0), steps=(50,) * 4
+    )
     log = Log()
     longer = train(ball, three, log, model)
     assert [stage[:7] for stage in log.stages] == ["level 3"]
@@ -76,31 +83,31 @@ def test_resume_adds_missing_levels_alone(ball: Shape, model: Model) -> None:
     assert longer.provenance["seconds"] > model.provenance["seconds"]
 
 
-def test_resume_refuses_another_shape_or_other_levels(ball: Shape, model: Model) -> None:
+def test_resuming_refuses_another_shape_or_other_levels(ball: Shape, model: Model) -> None:
     with pytest.raises(UserError, match="another shape"):
         train(load_shape("demo")[0], resume=model)
     with pytest.raises(UserError, match="16x1,16x1"):
-        train(ball, dataclasses.replace(SMALL, networks=((16, 2), (16, 1))), resume=model)
+        train(ball, dataclasses.replace(SMALL_SETTINGS, networks=((16, 2), (16, 1))), resume=model)
     with pytest.raises(UserError, match="does not say"):
         train(ball, resume=dataclasses.replace(model, provenance={}))
 
 
 def test_a_collapsed_residual_is_restarted(ball: Shape, first: Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A rate a hundred times too high drives the residual to nothing good; the log says so and a lower one helps."""
+    """A rate that is a hundred times too high fails; the log says so, and the restart at a lower rate helps."""
     monkeypatch.setattr(level, "RATE", 100 * level.RATE)
     log = Log()
-    found = train(ball, dataclasses.replace(SMALL, steps=(150, 300, 60)), log, first)
+    model = train(ball, dataclasses.replace(SMALL_SETTINGS, steps=(150, 300, 60)), log, first)
     assert any("restarted with rate" in line for line in log.lines)
-    second = found.provenance["levels"][1]
+    second = model.provenance["levels"][1]
     assert second["restarts"] == len([line for line in log.lines if "restarted" in line])
     assert second["rate"] < level.RATE
-    assert second["mean_f"] < found.provenance["levels"][0]["mean_f"]
+    assert second["mean_f"] < model.provenance["levels"][0]["mean_f"]
 
 
 def test_a_residual_that_never_helps_ends_as_zero(ball: Shape, first: Model, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(level, "RATE", 1e6)
     log = Log()
-    found = train(ball, dataclasses.replace(SMALL, steps=(60, 100, 60)), log, first)
+    model = train(ball, dataclasses.replace(SMALL_SETTINGS, steps=(60, 100, 60)), log, first)
     assert any("adds nothing" in line for line in log.lines)
-    assert not found.levels[1].network[-1].weight.any()
-    assert found.provenance["levels"][1]["mean_f"] == found.provenance["levels"][0]["mean_f"]
+    assert not model.levels[1].network[-1].weight.any()
+    assert model.provenance["levels"][1]["mean_f"] == model.provenance["levels"][0]["mean_f"]

@@ -1,4 +1,4 @@
-"""Fig. 3a and 3b on shapes whose distances are known."""
+"""Dithering and offsets (Fig. 3a, 3b) on shapes whose distances are known."""
 
 import numpy as np
 import pytest
@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 
 def sphere(points: Doubles) -> Doubles:
+    """Compute the signed distance to a sphere of radius 0.5."""
     return np.asarray(np.linalg.norm(points, axis=1) - 0.5)
 
 
@@ -29,7 +30,7 @@ def test_offsets_inside_a_sphere_stop_at_its_centre() -> None:
 
 def test_offset_points_keep_their_distance_to_a_cloud() -> None:
     rng = np.random.default_rng(1)
-    # Two planes that face each other 0.1 apart: points may move 0.05 along their normals, not 0.2.
+    # Two planes face each other 0.1 apart, so that points may move 0.05 along their normals, not 0.2.
     points = rng.uniform(-1, 1, (8000, 3))
     points[:, 2] = np.where(np.arange(8000) % 2, 0.0, 0.1)
     normals = np.zeros_like(points)

@@ -1,4 +1,4 @@
-"""What was trained is not lost where the output can no longer be written."""
+"""A trained model is not lost where the output can no longer be written."""
 
 import tempfile
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Meshes and clouds from files: formats, normalisation, distances, and every input that is refused."""
+"""Meshes and clouds read from files: formats, normalisation, distances, and every input that is refused."""
 
 from pathlib import Path
 from typing import Any
@@ -39,7 +39,7 @@ def check_is_ball(shape: Shape, tolerance: float = 3e-3) -> None:
 
 
 @pytest.mark.parametrize("ending", ["ply", "obj", "stl", "glb", "PLY"])
-def test_mesh_formats(tmp_path: Path, ending: str) -> None:
+def test_a_ball_is_read_from_every_mesh_format(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"ball.{ending}"
     ball().export(path, file_type=ending.lower())
     shape, warnings = load_shape(str(path))
@@ -70,7 +70,7 @@ def write_cloud(path: Path, points: Doubles, normals: Doubles, colours: Doubles 
 
 @pytest.mark.parametrize("ending", ["ply", "xyz", "npz"])
 @pytest.mark.parametrize("coloured", [False, True])
-def test_cloud_formats(tmp_path: Path, ending: str, coloured: bool) -> None:
+def test_a_ball_is_read_from_every_cloud_format(tmp_path: Path, ending: str, coloured: bool) -> None:
     points, normals = on_ball()
     path = tmp_path / f"ball.{ending}"
     write_cloud(path, points, normals, np.tile((1.0, 0.0, 1.0), (len(points), 1)) if coloured else None)
@@ -79,9 +79,9 @@ def test_cloud_formats(tmp_path: Path, ending: str, coloured: bool) -> None:
     assert 0 < shape.resolution < 0.3
     assert shape.coloured == coloured
     if coloured:
-        found = shape.surface(10, np.random.default_rng(0)).colours
-        assert found is not None
-        np.testing.assert_allclose(found, [(1, 0, 1)] * 10)
+        colours = shape.surface(10, np.random.default_rng(0)).colours
+        assert colours is not None
+        np.testing.assert_allclose(colours, [(1, 0, 1)] * 10)
 
 
 def test_held_out_points_of_a_cloud_are_not_trained_on(tmp_path: Path) -> None:
@@ -97,7 +97,7 @@ def test_held_out_points_of_a_cloud_are_not_trained_on(tmp_path: Path) -> None:
 
 def test_vertex_colours_are_interpolated(tmp_path: Path) -> None:
     mesh = ball()
-    # Red grows with x: a colour that is linear in the position stays so between vertices.
+    # Red grows with x, and a colour that is linear in the position stays so between vertices.
     red = np.clip((mesh.vertices[:, 0] - CENTRE[0] + 2) / 4 * 255, 0, 255)
     mesh.visual = trimesh.visual.ColorVisuals(mesh, vertex_colors=np.stack([red, 0 * red, 0 * red], 1).astype(np.uint8))
     mesh.export(tmp_path / "ball.ply")
@@ -106,7 +106,7 @@ def test_vertex_colours_are_interpolated(tmp_path: Path) -> None:
     assert np.abs(surface.colours[:, 0] - (surface.points[:, 0] + 1) / 2).max() < 0.01
 
 
-def test_a_hole_warns_and_keeps_the_sign(tmp_path: Path) -> None:
+def test_a_mesh_with_a_hole_gives_a_warning_and_keeps_the_sign(tmp_path: Path) -> None:
     mesh = ball()
     mesh.update_faces(np.arange(len(mesh.faces)) > 20)
     mesh.export(tmp_path / "open.ply")
@@ -116,7 +116,7 @@ def test_a_hole_warns_and_keeps_the_sign(tmp_path: Path) -> None:
     assert shape.distance(np.zeros((1, 3)))[0] < -0.9
 
 
-def test_faces_that_point_inwards_are_turned(tmp_path: Path) -> None:
+def test_faces_that_point_inwards_are_turned_round(tmp_path: Path) -> None:
     mesh = ball()
     mesh.invert()
     mesh.export(tmp_path / "inside.stl")
@@ -180,7 +180,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("name", "write", "says"), REFUSED, ids=[name for name, _, _ in REFUSED])
-def test_refused_in_one_line(tmp_path: Path, name: str, write: object, says: str) -> None:
+def test_a_bad_input_is_refused_in_one_line(tmp_path: Path, name: str, write: object, says: str) -> None:
     if callable(write):
         write(tmp_path / name)
     with pytest.raises(UserError) as refusal:

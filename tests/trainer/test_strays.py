@@ -1,4 +1,4 @@
-"""Places far from the surface where the level before is wrongly near zero: a residual is taught there, too."""
+"""A residual is also taught at strays, far from the surface, where the level before is wrongly near zero."""
 
 from pathlib import Path
 
@@ -11,9 +11,9 @@ from support.ball_training import load_ball
 
 def test_strays_are_sampled_and_their_distance_is_bounded(tmp_path: Path) -> None:
     ball = load_ball(tmp_path)
-    nothing = [torch.zeros(4, 3), torch.zeros(4), torch.zeros(1, 4), torch.zeros(1)]
+    zero = [torch.zeros(4, 3), torch.zeros(4), torch.zeros(1, 4), torch.zeros(1)]
     delta = 0.02
-    sampler = pools.Sampler(ball, [nothing], [delta], torch.device("cpu"), np.random.default_rng(0))
+    sampler = pools.Sampler(ball, [zero], [delta], torch.device("cpu"), np.random.default_rng(0))
     pool = sampler.volume(4000)
     assert pool.distance is not None
     radii = pool.points.norm(dim=1)
@@ -23,8 +23,8 @@ def test_strays_are_sampled_and_their_distance_is_bounded(tmp_path: Path) -> Non
     assert (pool.distance[far].sign() == (radii[far] - 1).sign()).all()
 
 
-def test_a_band_of_nested_levels_ends_with_the_first(tmp_path: Path) -> None:
-    """Eq. 3: where f_1 has left its band, f_2 is not defined, whatever its value."""
+def test_the_band_of_nested_levels_lies_in_that_of_the_first(tmp_path: Path) -> None:
+    """By Eq. 3, f_2 is not defined where f_1 has left its band, whatever the value of f_2."""
     ball = load_ball(tmp_path)
     one = [torch.zeros(4, 3), torch.zeros(4), torch.zeros(1, 4), torch.ones(1)]
     minus_one = [torch.zeros(4, 3), torch.zeros(4), torch.zeros(1, 4), -torch.ones(1)]

@@ -1,4 +1,4 @@
-"""Colour from images: read, learnt, constant along normals; and what cannot be used."""
+"""Colours from images: how they are read and learnt, and which images are refused."""
 
 import struct
 import zlib
@@ -20,20 +20,20 @@ from numpy.typing import NDArray
 from PIL import Image
 from scipy.ndimage import map_coordinates
 
-from support.ball_training import SMALL, train
+from support.ball_training import SMALL_SETTINGS, train
 
 SIDE = 64
 
 
 def ramp() -> NDArray[np.uint8]:
-    """Red grows with u, green with v, blue is 40."""
+    """Make an image whose red grows with u and green with v; blue is 40."""
     at = np.round((np.arange(SIDE) + 0.5) / SIDE * 255)
     red, green = np.meshgrid(at, at[::-1])
     return np.stack([red, green, np.full_like(red, 40)], axis=-1).astype(np.uint8)
 
 
 def write_ball(folder: Path, name: str = "ball.obj", flipped: bool = False) -> Path:
-    """A ball whose colour is its position's x and y, by an image."""
+    """Write a ball whose image gives it a colour by x and y."""
     ball = trimesh.creation.icosphere(subdivisions=3)
     uv = 0.5 + 0.4 * np.asarray(ball.vertices)[:, :2]
     picture = Image.fromarray(ramp())
@@ -46,17 +46,18 @@ def write_ball(folder: Path, name: str = "ball.obj", flipped: bool = False) -> P
 
 
 def expected(points: Doubles) -> Doubles:
+    """Compute the colours of `write_ball` at points of its surface."""
     return np.stack([*(0.5 + 0.4 * points[:, :2]).T, np.full(len(points), 40 / 255)], axis=1)
 
 
-def test_images_are_filtered_as_in_gl() -> None:
+def test_images_are_filtered_as_in_opengl() -> None:
     rng = np.random.default_rng(0)
     image = rng.integers(0, 256, (5, 7, 3)).astype(np.uint8)
     uv = rng.uniform(-1.5, 2.5, (400, 2))
-    found = ImageTexture(uv[:, None].repeat(3, axis=1), image).colours(np.arange(400), np.full((400, 3, 1), 1 / 3))
+    colours = ImageTexture(uv[:, None].repeat(3, axis=1), image).colours(np.arange(400), np.full((400, 3, 1), 1 / 3))
     at = np.stack([(1 - uv[:, 1]) * 5 - 0.5, uv[:, 0] * 7 - 0.5])
     theirs = [map_coordinates(image[..., c].astype(float), at, order=1, mode="grid-wrap") for c in range(3)]
-    np.testing.assert_allclose(found, np.stack(theirs, axis=1) / 255, atol=1e-9)
+    np.testing.assert_allclose(colours, np.stack(theirs, axis=1) / 255, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["ball.obj", "ball.glb"])
@@ -70,7 +71,7 @@ def test_the_material_s_image_is_the_colour(tmp_path: Path, name: str, flipped: 
     assert np.abs(surface.colours - expected(surface.points)).max() < 0.01
 
 
-def test_an_image_by_name(tmp_path: Path) -> None:
+def test_an_image_may_be_given_by_name(tmp_path: Path) -> None:
     path = write_ball(tmp_path)
     (tmp_path / "material_0.png").unlink()
     shape, warnings = load_shape(str(path))
@@ -82,7 +83,7 @@ def test_an_image_by_name(tmp_path: Path) -> None:
     assert shape.source["texture"]["file"] == "named.png"
 
 
-def test_a_damaged_image_of_the_material(tmp_path: Path) -> None:
+def test_a_damaged_image_of_the_material_gives_a_warning_or_is_refused(tmp_path: Path) -> None:
     path, image = write_ball(tmp_path), tmp_path / "material_0.png"
     data = image.read_bytes()
     image.write_bytes(b"no picture")
@@ -96,7 +97,7 @@ def test_a_damaged_image_of_the_material(tmp_path: Path) -> None:
 
 
 def header(width: int, height: int) -> bytes:
-    """A PNG file that claims this size."""
+    """Make the beginning of a PNG file that claims this size."""
     chunk = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
     return b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + chunk + struct.pack(">I", zlib.crc32(chunk))
 
@@ -116,7 +117,7 @@ def header(width: int, height: int) -> bytes:
         ("demo", "right.png", "has its own colours"),
     ],
 )
-def test_images_that_cannot_be_used(
+def test_images_that_cannot_be_used_are_refused_in_one_line(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
@@ -142,12 +143,12 @@ def test_images_that_cannot_be_used(
     assert not Path("m.safetensors").exists()
 
 
-def test_packed_textures_are_on_their_grid(tmp_path: Path) -> None:
-    settings = replace(SMALL, steps=(60, 60, 150), packed=True, texture_network=(20, 1))
+def test_packed_networks_are_quantised_and_learn_all_the_same(tmp_path: Path) -> None:
+    settings = replace(SMALL_SETTINGS, steps=(60, 60, 150), packed=True, texture_network=(20, 1))
     model = train(load_shape(str(write_ball(tmp_path)))[0], settings)
     assert model.texture is not None
     assert model.texture[0].weight.shape == (20, 3)
     assert all(map(quantise.is_quantised, [model.texture, *(level.network for level in model.levels)]))
     points = load_shape(str(tmp_path / "ball.obj"))[0].surface(2000, np.random.default_rng(3)).points
-    found = interpret.colour(lower(model), points.astype(np.float32))
-    assert np.abs(found - expected(points)).mean() < 0.1, "rounding lets the gradient through"
+    colours = interpret.colour(lower(model), points.astype(np.float32))
+    assert np.abs(colours - expected(points)).mean() < 0.1, "rounding lets the gradient through"

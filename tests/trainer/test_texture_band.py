@@ -1,4 +1,4 @@
-"""The texture in level 1's band: the same colour at x and at x + t grad f, for coarse levels to wear (Fig. 9)."""
+"""In level 1's band, the texture has the same colour at x and at x + t grad f, which coarse levels need (Fig. 9)."""
 
 from dataclasses import replace
 
@@ -14,12 +14,12 @@ from mplicits.trainer.pools import Sampler
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
 
-from support.ball_training import SMALL, train
+from support.ball_training import SMALL_SETTINGS, train
 
 
 @pytest.fixture(scope="module")
 def painted(tmp_path_factory: pytest.TempPathFactory) -> Shape:
-    """A ball of points whose colour varies fast."""
+    """Make a ball of points whose colour varies fast."""
     normals = np.random.default_rng(0).normal(size=(20_000, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     path = tmp_path_factory.mktemp("painted") / "points.npz"
@@ -28,7 +28,7 @@ def painted(tmp_path_factory: pytest.TempPathFactory) -> Shape:
 
 
 def smear(model: Model) -> float:
-    """Mean change of colour from x on the surface to x + t grad f, |t| up to the first band's half width."""
+    """Measure the mean change of colour from x on the surface to x + t grad f, |t| up to level 1's delta."""
     rng = np.random.default_rng(1)
     points = rng.normal(size=(4000, 3)).astype(np.float32)
     points /= np.linalg.norm(points, axis=1, keepdims=True)
@@ -39,8 +39,8 @@ def smear(model: Model) -> float:
     return float(np.abs(here - there).mean())
 
 
-def test_colour_stays_put_in_the_band(painted: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
-    settings = replace(SMALL, omegas=(8.0, 16.0, 12.0), steps=(150, 150, 300), texture_network=(32, 1))
+def test_the_loss_keeps_the_colour_constant_along_normals(painted: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
+    settings = replace(SMALL_SETTINGS, omegas=(8.0, 16.0, 12.0), steps=(150, 150, 300), texture_network=(32, 1))
     model = train(painted, settings)
     assert model.levels[0].delta > 3 * model.levels[1].delta, "the bands differ"
     monkeypatch.setattr(texture, "SMOOTHNESS", 0.0)
@@ -49,8 +49,8 @@ def test_colour_stays_put_in_the_band(painted: Shape, monkeypatch: pytest.Monkey
     assert smear(model) < 0.8 * smear(without)
 
 
-def test_the_band_is_that_of_level_1(painted: Shape) -> None:
-    model = train(painted, replace(SMALL, steps=(150, 150, 1), texture=False))
+def test_the_texture_s_band_is_that_of_level_1(painted: Shape) -> None:
+    model = train(painted, replace(SMALL_SETTINGS, steps=(150, 150, 1), texture=False))
     levels, deltas = [from_model(level.network) for level in model.levels], [level.delta for level in model.levels]
     band = Sampler(painted, levels, deltas, torch.device("cpu"), np.random.default_rng(0)).band(5000)
     program, points = lower(model), band.points.numpy()

@@ -1,4 +1,4 @@
-"""Training from end to end, small: quality, nesting, repeatability, the clock."""
+"""Small trainings from end to end: quality, nesting, repeatability, and the time they take."""
 
 import dataclasses
 import time
@@ -16,7 +16,7 @@ from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Doubles, Shape
 from mplicits.trainer.train import Training
 
-from support.ball_training import SMALL, Log, load_ball, train
+from support.ball_training import SMALL_SETTINGS, Log, load_ball, train
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -35,7 +35,7 @@ def model(ball: Shape) -> Model:
 
 
 def field(model: Model, points: Doubles, levels: int) -> Doubles:
-    """The first `levels` levels in float32 numpy."""
+    """Evaluate the sum of the first `levels` levels in NumPy."""
     total = np.zeros(len(points))
     for part in model.levels[:levels]:
         hidden = points.astype(np.float32)
@@ -51,7 +51,7 @@ def directions(count: int) -> Doubles:
 
 
 def test_a_sphere_is_learnt(model: Model) -> None:
-    """Level 1 in the whole ball, level 2 in its band, against |x| - 1."""
+    """Level 1 is close to |x| - 1 in the whole ball, and level 2 on the surface."""
     points = directions(4000)
     radii = np.random.default_rng(8).uniform(0.6, 1, (4000, 1))
     assert np.abs(field(model, points * radii, 1) - (radii[:, 0] - 1)).mean() < 0.05
@@ -59,7 +59,7 @@ def test_a_sphere_is_learnt(model: Model) -> None:
     assert model.scale == pytest.approx(3, rel=1e-3)
 
 
-def test_figures_are_measured(model: Model) -> None:
+def test_the_provenance_holds_measured_figures(model: Model) -> None:
     first, second = model.provenance["levels"]
     assert first["mean_f"] == pytest.approx(np.abs(field(model, directions(20_000), 1)).mean(), rel=0.3)
     assert second["mean_f"] < first["mean_f"]
@@ -71,7 +71,7 @@ def test_figures_are_measured(model: Model) -> None:
 
 
 def test_bands_hold_the_surface(ball: Shape, model: Model) -> None:
-    """Eq. 5 and Eq. 3: every input point lies in every band, and the band is 1.3 times what it must be."""
+    """Every input point lies in every band (Eq. 3), and the band is 1.3 times as wide as it must be (Eq. 5)."""
     for i, part in enumerate(model.levels, start=1):
         largest = np.abs(field(model, ball.inputs(), i)).max()
         assert largest < part.delta
@@ -83,12 +83,12 @@ def test_delta_is_equation_5() -> None:
     assert bands.delta(torch.tensor([0.01, -0.03, 0.02])) == pytest.approx(1.3 * 0.03)
 
 
-def test_lipschitz_is_near_one_for_a_distance(model: Model) -> None:
+def test_the_lipschitz_constant_is_near_one(model: Model) -> None:
     for part in model.levels:
         assert 0.9 < part.lipschitz < 2
 
 
-def test_iterations_are_the_papers(model: Model) -> None:
+def test_the_iterations_are_the_paper_s(model: Model) -> None:
     assert [part.iterations for part in model.levels] == [20, 5]
 
 
@@ -101,18 +101,18 @@ def test_the_file_keeps_everything(model: Model, tmp_path: Path) -> None:
 
 def test_a_seed_gives_the_same_weights(ball: Shape, model: Model) -> None:
     assert train(ball).sha256() == model.sha256()
-    assert train(ball, dataclasses.replace(SMALL, seed=1)).sha256() != model.sha256()
+    assert train(ball, dataclasses.replace(SMALL_SETTINGS, seed=1)).sha256() != model.sha256()
 
 
-def test_three_levels(ball: Shape) -> None:
+def test_three_levels_have_the_sizes_asked_for(ball: Shape) -> None:
     settings = Settings(networks=((16, 1), (16, 1), (12, 0)), omegas=(8.0, 16.0, 24.0), steps=(120, 120, 120, 60))
-    found = train(ball, settings)
-    assert [shape_of(part.network) for part in found.levels] == ["16x1", "16x1", "12x0"]
-    assert found.levels[0].delta > found.levels[2].delta
+    model = train(ball, settings)
+    assert [shape_of(part.network) for part in model.levels] == ["16x1", "16x1", "12x0"]
+    assert model.levels[0].delta > model.levels[2].delta
 
 
-def test_frozen_levels_are_evaluated_once(ball: Shape, model: Model) -> None:
-    """The pool's frozen value and gradient are those of the finished levels at its points."""
+def test_pools_hold_the_values_of_the_frozen_levels(ball: Shape, model: Model) -> None:
+    """A pool's frozen values are those of the finished levels at its points, and its distances are exact."""
     frozen = [from_model(model.levels[0].network)]
     sampler = pools.Sampler(ball, frozen, [model.levels[0].delta], torch.device("cpu"), np.random.default_rng(0))
     for pool in (sampler.surface(3000), sampler.volume(3000)):
@@ -123,27 +123,27 @@ def test_frozen_levels_are_evaluated_once(ball: Shape, model: Model) -> None:
     assert (pool.frozen.abs() < model.levels[0].delta).all()
 
 
-def test_seconds_are_kept(ball: Shape) -> None:
+def test_a_training_takes_the_seconds_asked_for(ball: Shape) -> None:
     began = time.perf_counter()
-    train(ball, dataclasses.replace(SMALL, seconds=8.0))
+    train(ball, dataclasses.replace(SMALL_SETTINGS, seconds=8.0))
     assert time.perf_counter() - began == pytest.approx(8, rel=0.05)
 
 
 def test_seconds_that_are_over_before_the_first_step_are_refused(ball: Shape) -> None:
     with pytest.raises(UserError, match="--seconds 5: no time was left"):
-        Training(ball, dataclasses.replace(SMALL, seconds=5.0), Log(), began=time.perf_counter() - 10).run()
+        Training(ball, dataclasses.replace(SMALL_SETTINGS, seconds=5.0), Log(), began=time.perf_counter() - 10).run()
 
 
 def test_a_cloud_is_learnt(tmp_path: Path) -> None:
     normals = directions(6000)
     np.savez(tmp_path / "cloud.npz", points=5 * normals, normals=normals)
     shape, _ = load_shape(str(tmp_path / "cloud.npz"))
-    found = train(shape)
+    model = train(shape)
     points = directions(3000)
-    assert np.abs(field(found, points, 2)).mean() < 5e-3
-    assert field(found, 0.5 * points, 1).max() < -0.3
+    assert np.abs(field(model, points, 2)).mean() < 5e-3
+    assert field(model, 0.5 * points, 1).max() < -0.3
     corners = np.random.default_rng(3).uniform(-1, 1, (3000, 3))
-    assert field(found, corners[np.linalg.norm(corners, axis=1) > 1.15], 1).min() > 0
+    assert field(model, corners[np.linalg.norm(corners, axis=1) > 1.15], 1).min() > 0
 
 
 def test_colours_are_learnt(tmp_path: Path) -> None:
@@ -151,13 +151,13 @@ def test_colours_are_learnt(tmp_path: Path) -> None:
     colours = np.where(normals[:, :1] > 0, (0.9, 0.1, 0.1), (0.1, 0.1, 0.9))
     np.savez(tmp_path / "cloud.npz", points=normals, normals=normals, colours=colours)
     shape, _ = load_shape(str(tmp_path / "cloud.npz"))
-    settings = dataclasses.replace(SMALL, networks=((24, 1),), omegas=(8.0,), steps=(100, 400))
-    found = train(shape, settings)
-    assert found.texture is not None
+    settings = dataclasses.replace(SMALL_SETTINGS, networks=((24, 1),), omegas=(8.0,), steps=(100, 400))
+    model = train(shape, settings)
+    assert model.texture is not None
     points = directions(2000)[np.abs(directions(2000)[:, 0]) > 0.2]
     hidden = points.astype(np.float32)
-    for layer in found.texture[:-1]:
+    for layer in model.texture[:-1]:
         hidden = np.sin(hidden @ layer.weight.T + layer.bias)
-    learnt = hidden @ found.texture[-1].weight.T + found.texture[-1].bias
+    learnt = hidden @ model.texture[-1].weight.T + model.texture[-1].bias
     assert np.abs(learnt - np.where(points[:, :1] > 0, (0.9, 0.1, 0.1), (0.1, 0.1, 0.9))).mean() < 0.06
     assert train(shape, dataclasses.replace(settings, texture=False)).texture is None

@@ -1,4 +1,4 @@
-"""`mplicits train`: options, outputs, exit codes, through the front door."""
+"""`mplicits train` through the command line: its options, outputs and exit codes."""
 
 from pathlib import Path
 
@@ -21,6 +21,7 @@ def ball(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 
 def refused(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
+    """Run `mplicits train`, which must refuse its arguments in one line. Returns that line."""
     assert cli.main(["train", *argv]) == 2
     lines = capsys.readouterr().err.strip().splitlines()
     assert len(lines) == 1
@@ -38,7 +39,7 @@ def test_the_default_output_is_the_shapes_name(ball: str, capsys: pytest.Capture
     assert printed[2].startswith("ball.safetensors: ")
 
 
-def test_omega_weights_and_seed_reach_the_training(ball: str) -> None:
+def test_omega_weights_and_seed_are_in_the_provenance(ball: str) -> None:
     options = ("--omega", "5,7", "--weights", "normal=7", "--seed", "3", "--texture", "none")
     assert cli.main(["train", ball, "-o", "m.safetensors", *QUICK, *options]) == 0
     provenance = load(Path("m.safetensors")).provenance
@@ -47,7 +48,7 @@ def test_omega_weights_and_seed_reach_the_training(ball: str) -> None:
     assert provenance["settings"]["weights"] == {"normal": 7.0}
 
 
-def test_resume_adds_a_level(ball: str) -> None:
+def test_resuming_adds_a_level(ball: str) -> None:
     assert cli.main(["train", ball, "--levels", "8x0", "--steps", "20", "--quiet"]) == 0
     before = load(Path("ball.safetensors"))
     assert cli.main(["train", ball, *QUICK, "--resume"]) == 0
@@ -56,12 +57,12 @@ def test_resume_adds_a_level(ball: str) -> None:
     assert (after.levels[0].network[0].weight == before.levels[0].network[0].weight).all()
 
 
-def test_resume_without_a_file_begins(ball: str) -> None:
+def test_resuming_without_a_file_starts_a_training(ball: str) -> None:
     assert cli.main(["train", ball, *QUICK, "--resume", "-o", "new.safetensors"]) == 0
     assert Path("new.safetensors").exists()
 
 
-def test_the_bar_names_level_loss_and_time_left(ball: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_bar_shows_level_loss_and_time_left(ball: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["train", ball, "--levels", "8x0", "--steps", "200"]) == 0
     shown = capsys.readouterr().err
     assert "level 1 (8x0)" in shown
@@ -69,7 +70,7 @@ def test_the_bar_names_level_loss_and_time_left(ball: str, capsys: pytest.Captur
     assert " left" in shown
 
 
-def test_ctrl_c_saves_and_says_so(
+def test_ctrl_c_saves_the_model_and_says_so(
     ball: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from mplicits.trainer.session import TrainingBar
@@ -109,7 +110,7 @@ def test_ctrl_c_saves_and_says_so(
         (("--texture", "picture.png"), "--texture"),
     ],
 )
-def test_bad_options_are_one_line(
+def test_bad_options_are_refused_in_one_line(
     ball: str, capsys: pytest.CaptureFixture[str], argv: tuple[str, ...], says: str
 ) -> None:
     assert says in refused(capsys, ball, "--preset", "paper", *argv)
@@ -122,7 +123,7 @@ def test_an_unwritable_output_is_found_before_the_shape_is_read(
     assert "cannot write" in refused(capsys, "missing.ply", "-o", output)
 
 
-def test_bad_shapes_are_one_line(ball: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_shapes_are_refused_in_one_line(ball: str, capsys: pytest.CaptureFixture[str]) -> None:
     Path("picture.ply").write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(64))
     np.savetxt("cloud.xyz", np.ones((200, 3)))
     assert "no such file" in refused(capsys, "missing.ply")
@@ -131,20 +132,20 @@ def test_bad_shapes_are_one_line(ball: str, capsys: pytest.CaptureFixture[str]) 
     assert not list(Path().glob("*.safetensors"))
 
 
-def test_cuda_that_is_not_there_is_one_line(
+def test_a_missing_cuda_device_is_refused_in_one_line(
     ball: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("torch.cuda.is_available", lambda: False)
     assert "--device" in refused(capsys, ball, "--device", "cuda")
 
 
-def test_presets_are_levels() -> None:
+def test_presets_have_levels_and_the_default_is_one() -> None:
     for text in (preset.levels for preset in settings.PRESETS.values()):
         assert len(settings.networks(text)) >= 2
     assert settings.DEFAULT_PRESET in settings.PRESETS
 
 
-def test_numbers_repeat_or_are_default() -> None:
+def test_missing_steps_repeat_the_last_and_missing_omegas_are_the_default() -> None:
     assert settings.steps("5", 3) == (5, 5, 5, 5)
     assert settings.steps("5,6", 3) == (5, 6, 6, 6)
     wide, narrow = ((64, 1),) * 4, ((16, 1),) * 2
