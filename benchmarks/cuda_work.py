@@ -43,7 +43,7 @@ def work(program: Program, rays: Rays, level: int, normal_level: int) -> Work:
     hits = int(rays.hit.sum())
     shading = 2 * hits * sum(costs[:normal_level])
     split = program.widest(program.values[0]) <= WIDEST_SPLIT
-    exact = rays.evaluations[0] - (rays.away if level > 1 else 0)
+    exact = rays.evaluations[0] - (rays.evaluations_outside if level > 1 else 0)
     rest = (SPLIT_COSTS - 1) * exact * _inner(program, program.values[0]) if split else 0
     a_round = len(rays.t) * sum(
         program.bands[phase - 1].iterations * sum(costs[:phase]) for phase in range(1, level + 1)
@@ -88,8 +88,8 @@ def main() -> None:
         path = options.models / f"{name}.safetensors"
         train(path, MODELS_OF[name], options.seconds)
         program = lower(load(path))
-        eye, directions, pixel = Camera().rays(options.size, options.size)
-        rays = march(program, eye, directions.reshape(-1, 3), level, pixel)
+        eye, directions, footprint = Camera().rays(options.size, options.size)
+        rays = march(program, eye, directions.reshape(-1, 3), level, footprint)
         found = work(program, rays, level, normal_level)
         first = first or found.needed
         traced = rays.steps[rays.steps > 0]

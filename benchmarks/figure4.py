@@ -1,10 +1,11 @@
-"""Too small and too large deltas (the paper's Figure 4): writes docs/results/figure4.md and its pictures.
+"""Draws with deltas that are too small and too large (Figure 4): writes docs/results/figure4.md and its pictures.
 
     python benchmarks/figure4.py armadillo.safetensors [--azimuth 210] [-o docs/results/figure4.md]
 
-Every band is scaled by one factor at rendering. A hole is a pixel that is drawn as background, though its ray meets the
-last level's surface by dense marching with the model's own deltas; holes are red. Single: the paper's one pass of 20
-steps of level 1, then 5 of each finer one, as long as the field says. Ours: the defaults of `mplicits render`.
+All bands are scaled by one factor at rendering. A hole is a pixel that is drawn as background although dense marching
+with the model's own deltas finds that its ray meets the last level's surface; the pictures show holes in red. "single"
+is the paper's one pass of 20 steps of level 1 and then 5 of each finer level, each as long as the field's value;
+"ours" has the defaults of `mplicits render`.
 """
 
 import argparse
@@ -13,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.model import DEFAULT_ITERATIONS, Model, load, shape_of
 from mplicits.viewer.draw.camera import Camera
@@ -23,56 +23,61 @@ from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.screenshot import save_png
 from numpy.typing import NDArray
 
+from dense_view import STOP, closest_approach
 from protocol import Page, machine
 
 SIDE = 320
-STOP = 0.05
-"""Pixels: a ray that passes the surface this close may count as a hit or not (glsl/march.glsl)."""
+"""Pixels per side of a picture."""
 SCALES = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 2.0, 4.0, 8.0, 16.0)
+"""Factors on the deltas, one row of the table each."""
 PICTURED = {0.2: "too small", 1.0: "Eq. 5", 4.0: "too large"}
+"""Factor -> heading, of the factors whose pictures are written."""
 RED = (0.9, 0.05, 0.05)
+"""Colour of a hole, sRGB."""
 MARCHES = {
     "single": RenderOptions(iterations=DEFAULT_ITERATIONS, rounds=1, step_scale=1.0),
     "ours": RenderOptions(),
 }
+"""Name in the table -> how the rays are traced."""
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """holes: missed pixels, (SIDE, SIDE). extra: pixels hit whose ray passes by. steps: mean of rays that take any."""
+class Comparison:
+    """A picture by sphere tracing, compared with dense marching."""
 
     holes: NDArray[np.bool_]
+    """(SIDE, SIDE): pixels that are missed although their rays meet the surface."""
     extra: int
+    """Pixels that are hit although their rays pass the surface by."""
     steps: float
+    """Mean number of steps of the rays that take any."""
 
 
 class Scene:
-    """A model before a camera, and what dense marching sees there."""
+    """A model before a camera, drawn by sphere tracing and by dense marching."""
 
     def __init__(self, model: Model, camera: Camera) -> None:
         self._camera, self._renderer = camera, Renderer(open_osmesa(), bake(model))
-        eye, directions, pixel = camera.rays(SIDE, SIDE)
-        closest, _ = dense_march(lower(model), eye, directions.reshape(-1, 3), len(model.levels), pixel)
-        self._closest = closest.reshape(SIDE, SIDE)
-        self.covered = int((closest == 0).sum())
+        self._closest = closest_approach(lower(model), camera, SIDE)
+        self.covered = int((self._closest == 0).sum())
 
-    def draw(self, options: RenderOptions) -> Drawn:
-        """Counts."""
+    def compare(self, options: RenderOptions) -> Comparison:
+        """Draw with these options and compare the hits with those of dense marching."""
         data = self._renderer.render((SIDE, SIDE), self._camera, replace(options, shading="data"))
         hit, steps = data[..., 3] > 0.5, data[..., 1]
-        return Drawn(
+        return Comparison(
             (self._closest == 0) & ~hit, int((hit & (self._closest > STOP)).sum()), float(steps[steps > 0].mean())
         )
 
     def picture(self, options: RenderOptions, holes: NDArray[np.bool_], path: Path) -> None:
-        """Writes the shaded picture, its holes painted."""
+        """Draw the shaded picture, paint the holes (SIDE, SIDE) and write it."""
         image = self._renderer.render((SIDE, SIDE), self._camera, options).copy()
         image[holes, :3] = RED
         save_png(path, image)
 
 
 def main() -> None:
-    """Writes the page and the pictures."""
+    """Write the page and the pictures."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("model", type=Path, metavar="M.safetensors")
     parser.add_argument("--azimuth", type=float, default=210, metavar="DEGREES")
@@ -102,21 +107,25 @@ def main() -> None:
     rows: dict[str, list[str]] = {march: [] for march in MARCHES}
     for scale in SCALES:
         cells = [f"{scale:g}"]
-        for march, plain in MARCHES.items():
-            scaled = replace(plain, delta_scale=scale)
-            drawn = scene.draw(scaled)
-            holes = int(drawn.holes.sum())
-            cells += [f"{holes} ({100 * holes / scene.covered:.1f} %)", f"{drawn.extra}", f"{drawn.steps:.1f}"]
+        for march, unscaled in MARCHES.items():
+            scaled = replace(unscaled, delta_scale=scale)
+            comparison = scene.compare(scaled)
+            holes = int(comparison.holes.sum())
+            cells += [
+                f"{holes} ({100 * holes / scene.covered:.1f} %)",
+                f"{comparison.extra}",
+                f"{comparison.steps:.1f}",
+            ]
             if scale in PICTURED:
                 name = f"figure4-{march}-{PICTURED[scale].replace(' ', '-').replace('.', '').lower()}.png"
-                scene.picture(scaled, drawn.holes, options.output.with_name(name))
+                scene.picture(scaled, comparison.holes, options.output.with_name(name))
                 rows[march].append(f"![{march}, deltas times {scale:g}: {holes} holes]({name})<br>{holes} holes")
         page.add(f"| {' | '.join(cells)} |")
-    heads = [f"{text} (x {scale:g})" for scale, text in PICTURED.items()]
+    headings = [f"{text} (x {scale:g})" for scale, text in PICTURED.items()]
     page.add(
         "",
-        f"| | {' | '.join(heads)} |",
-        "| --- |" + " :---: |" * len(heads),
+        f"| | {' | '.join(headings)} |",
+        "| --- |" + " :---: |" * len(headings),
         *(f"| {march} | {' | '.join(row)} |" for march, row in rows.items()),
     )
 

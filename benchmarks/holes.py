@@ -1,10 +1,9 @@
-"""Multiscale sphere tracing against dense marching of the last level: holes and silhouettes; writes
-docs/results/holes.md.
+"""Counts the holes of multiscale sphere tracing, by dense marching of the last level: writes docs/results/holes.md.
 
     python benchmarks/holes.py demo.safetensors armadillo.safetensors [--side 128] [--views 10] [-o FILE]
 
-One round is the paper's single pass (20 steps of level 1, then 5 of each residual), with steps of 0.8 of the field;
-more rounds let a ray that left a band go back to the coarser level.
+One round is the paper's single pass of 20 steps of level 1 and then 5 of each residual, with steps of 0.8 of the
+field's value. More rounds let a ray that has left a band go back to the coarser level.
 """
 
 import argparse
@@ -12,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.model import Model, load
 from mplicits.viewer.draw.camera import Camera
@@ -21,15 +19,15 @@ from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from numpy.typing import NDArray
 
+from dense_view import STOP, closest_approach
 from protocol import Page, machine
 
-STOP = 0.05
-"""Pixels: a ray that passes the surface this close may count as a hit or not (glsl/march.glsl)."""
 ROUNDS = (1, 2, 4, 8, 16, 32)
+"""Numbers of rounds, one row of the table each."""
 
 
 def outline(hit: NDArray[np.bool_]) -> int:
-    """Pixels of a picture (H, W) with a neighbour on the other side of the silhouette."""
+    """Count the pixels of a picture (H, W) that have a neighbour on the other side of the silhouette."""
     edge = np.zeros_like(hit)
     for axis in (0, 1):
         for shift in (1, -1):
@@ -38,14 +36,10 @@ def outline(hit: NDArray[np.bool_]) -> int:
 
 
 def measure(page: Page, model: Model, side: int, views: int) -> None:
-    """Adds one table row per number of rounds."""
+    """Add one row to the table for each number of rounds. side: of a picture, in pixels; views: number of cameras."""
     program, renderer = lower(model), Renderer(open_osmesa(), bake(model))
     cameras = [Camera(azimuth=360 * i / views + 10, elevation=(-30, 0, 25, 50)[i % 4]) for i in range(views)]
-    expected = []
-    for camera in cameras:
-        eye, directions, pixel = camera.rays(side, side)
-        closest, _ = dense_march(program, eye, directions.reshape(-1, 3), len(model.levels), pixel)
-        expected.append(closest.reshape(side, side))
+    expected = [closest_approach(program, camera, side) for camera in cameras]
     edge = sum(outline(closest == 0) for closest in expected)
     covered = sum(int((closest == 0).sum()) for closest in expected)
     for rounds in ROUNDS:
@@ -62,7 +56,7 @@ def measure(page: Page, model: Model, side: int, views: int) -> None:
 
 
 def main() -> None:
-    """Writes the table for the models named on the command line."""
+    """Write the table for the models that the command line names."""
     parser = argparse.ArgumentParser(description="holes of multiscale sphere tracing")
     parser.add_argument("models", type=Path, nargs="+", metavar="M.safetensors")
     parser.add_argument("--side", type=int, default=128, help="pixels per side (default 128)")

@@ -8,17 +8,18 @@ from .interpret import nested_field
 from .march import ball
 
 SMALLEST, LARGEST = 0.0006, 0.05
-"""Steps, model units: small against the thinnest feature, and so that the way through the ball ends."""
+"""Limits of a step, model units: small against the thinnest feature, and large enough to get through the ball."""
 
 
 def dense_march(
-    program: Program, origin: NDArray[np.float64], directions: NDArray[np.float64], level: int, pixel: float
+    program: Program, origin: NDArray[np.float64], directions: NDArray[np.float64], level: int, footprint: float
 ) -> tuple[Array, Array]:
-    """How close each ray comes to f_level = 0 inside the ball, in pixels, and where it stops: (N,) each.
+    """Follow rays through the ball in short steps, up to the surface f_level = 0.
 
-    origin: (3,), directions: (N, 3) of length 1, model space; pixel: width of a pixel at distance 1.
-    A ray that meets the surface comes as close as 0 and stops there. Steps are 0.3 of the distance that the finest
-    defined level gives: no trust in its gradient's length.
+    origin: (3,), of all rays; directions: (N, 3) of length 1, model space. footprint: width of a pixel at distance 1.
+    Returns how close each ray comes to the surface, in pixels, (N,), and the distance at which it ends, (N,). A ray
+    that meets the surface comes as close as 0 and ends there; one that stays outside the last band comes as close as
+    infinity. A step is 0.3 of the distance that the finest defined level gives: its gradient may be longer than 1.
     """
     t, far, meets = ball(origin, directions, 1.0 + program.bands[level - 1].delta)
     offsets = np.array([*(band.delta for band in program.bands[: level - 1]), 0.0])
@@ -27,10 +28,10 @@ def dense_march(
     while len(active):
         points = (origin + t[active, None] * directions[active]).astype(np.float32)
         value, reached = nested_field(program, points, level)
-        pixels = np.where(reached == level, np.maximum(value, 0) / (pixel * t[active]), np.inf)
+        pixels = np.where(reached == level, np.maximum(value, 0) / (footprint * t[active]), np.inf)
         closest[active] = np.minimum(closest[active], pixels)
-        on = pixels > 0
-        active, value, reached = active[on], value[on], reached[on]
+        moving = pixels > 0
+        active, value, reached = active[moving], value[moving], reached[moving]
         t[active] += np.clip(0.3 * (np.abs(value) - offsets[reached - 1]), SMALLEST, LARGEST)
         active = active[t[active] < far[active]]
     return closest.astype(np.float32), t.astype(np.float32)

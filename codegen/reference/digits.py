@@ -1,4 +1,4 @@
-"""How few decimals the weights of a model need as text."""
+"""The fewest decimals that the weights of a model need as text."""
 
 import numpy as np
 
@@ -8,13 +8,15 @@ from ..ir.program import Array, Program
 from . import interpret
 
 SHARE = 0.05
-"""Of the last level's delta, the finest detail that the model claims to know: the error that rounding may make."""
+"""The error that rounding may make, as a share of the last level's delta: the finest detail that a model claims."""
 MOST = 7
+"""Decimals that no model needs more of."""
 POINTS = 4000
+"""Random points from which `near_surface` starts."""
 
 
 def fewest_digits(model: Model) -> int:
-    """The fewest decimals whose root mean square error near the surface stays under SHARE of the last delta."""
+    """Return the fewest decimals whose root mean square error near the surface is under SHARE of the last delta."""
     exact = lower(model)
     points = near_surface(exact)
     allowed = SHARE * model.levels[-1].delta
@@ -22,19 +24,22 @@ def fewest_digits(model: Model) -> int:
 
 
 def error(exact: Program, rounded: Program, points: Array) -> float:
-    """Root mean square difference of the last level's values at points (N, 3), model units."""
+    """Return the root mean square difference of two programs' last levels at points (N, 3) float32, model units."""
     level = len(exact.bands)
     difference = interpret.field(exact, points, level) - interpret.field(rounded, points, level)
     return float(np.sqrt(np.mean(np.square(difference, dtype=np.float64))))
 
 
 def near_surface(program: Program) -> Array:
-    """Points (N, 3) float32 in the last level's band: random ones, moved to the surface by Newton's steps."""
+    """Return points (N, 3) float32 in the last level's band: random ones, moved to the surface by Newton's method.
+
+    N is at most POINTS: points that do not arrive, or leave [-1, 1]^3, are left out.
+    """
     level = len(program.bands)
     points = np.random.default_rng(0).uniform(-0.7, 0.7, (POINTS, 3)).astype(np.float32)
     for _ in range(4):
         gradient, value = interpret.field_gradient(program, points, level)
         points -= (value / np.maximum(np.square(gradient).sum(axis=1), 0.25))[:, None] * gradient
     arrived = np.abs(interpret.field(program, points, level)) < program.bands[-1].delta
-    found: Array = points[arrived & (np.abs(points).max(axis=1) < 1)]
-    return found
+    inside: Array = points[arrived & (np.abs(points).max(axis=1) < 1)]
+    return inside

@@ -1,4 +1,4 @@
-"""Runs a program in numpy, float32: the definition of every op. Targets are tested against it."""
+"""Runs programs in numpy, in float32: what codegen/ir/program.py says, as code. Every target is tested against it."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
@@ -17,11 +17,14 @@ OPS: dict[type[Op], Callable[[Any, Callable[[str], Array]], Array]] = {
     Dot: lambda op, get: np.float32(op.scale) * (get(op.source) @ get(op.row))[:, None] + np.float32(op.bias),
     Scale: lambda op, get: np.float32(op.factor) * get(op.source),
 }
-"""Op -> result (N, width) from the values (N, width) and constants that its names stand for."""
+"""Kind of op -> function of an op, and of another that gives the value (N, width) or the constant of a name.
+
+It returns the op's result, (N, width).
+"""
 
 
 def run(program: Program, function: Function, inputs: Array) -> tuple[Array, ...]:
-    """Outputs (N, width) of `function` at inputs: (N, 4) float32."""
+    """Evaluate a function of a program. inputs: (N, 4) float32. Returns its outputs, each (N, width) float32."""
     values = {INPUT: inputs}
 
     def get(name: str) -> Array:
@@ -33,7 +36,11 @@ def run(program: Program, function: Function, inputs: Array) -> tuple[Array, ...
 
 
 def field(program: Program, points: Array, level: int, time: float = 0.0) -> Array:
-    """f_level (N,) at points (N, 3) float32, model space."""
+    """Evaluate f_level, whether or not that level is defined at the points.
+
+    points: (N, 3) float32, model space. level: counted from 1. time: the fourth input of a model that moves. Returns
+    (N,) float32.
+    """
     inputs = _inputs(program, points, time)
     total: Array = sum(
         (run(program, function, inputs)[0][:, 0] for function in program.values[:level]), np.zeros(1, np.float32)
@@ -42,7 +49,7 @@ def field(program: Program, points: Array, level: int, time: float = 0.0) -> Arr
 
 
 def field_gradient(program: Program, points: Array, level: int, time: float = 0.0) -> tuple[Array, Array]:
-    """Gradient (N, 3) and value (N,) of f_level at points (N, 3) float32, model space."""
+    """Evaluate the gradient of f_level, (N, 3) float32, and its value, (N,). Takes what `field` takes."""
     inputs = _inputs(program, points, time)
     results = [run(program, function, inputs) for function in program.gradients[:level]]
     gradient: Array = sum((gradient[:, :3] for gradient, _ in results), np.zeros(1, np.float32))
@@ -88,12 +95,16 @@ def nested_field(
 
 
 def colour(program: Program, points: Array, time: float = 0.0) -> Array:
-    """Colour (N, 3), sRGB in [0, 1], at points (N, 3) float32, model space. Raises ValueError without a texture."""
+    """Evaluate the colour at points (N, 3) float32, model space.
+
+    Returns (N, 3) float32, sRGB in [0, 1]. Raises ValueError where the model has no texture.
+    """
     if program.texture is None:
         raise ValueError("the model has no texture")
     return np.clip(np.concatenate(run(program, program.texture, _inputs(program, points, time)), axis=1), 0, 1)
 
 
 def _inputs(program: Program, points: Array, time: float) -> Array:
+    """Return the inputs (N, 4) of the program's functions at points (N, 3)."""
     fourth = np.full((len(points), 1), time if program.moving else 1.0, np.float32)
     return np.concatenate([points.astype(np.float32), fourth], axis=1)

@@ -1,4 +1,7 @@
-"""Multiscale sphere tracing (Section 3.2, Appendix C) in numpy, as glsl/march.glsl steps it: what a frame's work is."""
+"""Multiscale sphere tracing (Section 3.2, Appendix C) in numpy, step by step as glsl/march.glsl does it.
+
+It counts what a frame costs, and the shaders' steps are compared with its own.
+"""
 
 from dataclasses import dataclass, field
 
@@ -9,15 +12,16 @@ from ..ir.program import Array, Program
 from .interpret import nested_field
 
 OFFSET = 1.3
-"""A band's offset surface is traced at delta over this (glsl/march.glsl)."""
+"""The offset surface of a band is traced where |f_i| is delta over this (glsl/march.glsl)."""
 
 
 def ball(
     origin: NDArray[np.float64], directions: NDArray[np.float64], radius: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
-    """Where rays enter and leave the ball of a radius around 0, and whether they meet it at all: (N,) each.
+    """Intersect rays with the ball of a radius around 0.
 
-    origin: (3,), directions: (N, 3) of length 1, model space.
+    origin: (3,), of all rays; directions: (N, 3) of length 1, model space. Returns the distances (N,) at which rays
+    enter, at least 0, and leave, and whether they meet the ball (N,).
     """
     b = directions @ origin
     discriminant = b * b - origin @ origin + radius * radius
@@ -25,45 +29,56 @@ def ball(
     return np.maximum(-b - half, 0), half - b, (discriminant > 0) & (half - b > 0)
 
 
-@dataclass(eq=False)
-class Rays:
-    """t, far: (N,) where each ray is and where it leaves the ball; at: (N,) the level that it is traced at next, 0 of
-    one that is done; steps, hit: (N,).
-
-    traced: how many rays, [round][level - 1]. evaluations: how often each level's network was evaluated; away: how
-    often level 1's was for rays that are not in its band.
-    """
-
-    t: NDArray[np.float64]
-    far: NDArray[np.float64]
-    at: NDArray[np.int64]
-    steps: NDArray[np.int64]
-    hit: NDArray[np.bool_]
-    evaluations: list[int]
-    traced: list[list[int]] = field(default_factory=list)
-    away: int = 0
-
-    def step(self, which: NDArray[np.intp], f: Array, reached: NDArray[np.int64], target: "Target") -> None:
-        """One step of some rays, where f is the field's value and `reached` its level: into a band, or along."""
-        self.steps[which] += 1
-        entered = (reached == self.at[which]) & (reached < target.level) & (np.abs(f) < target.deltas[reached - 1])
-        self.at[which[entered]] += 1
-        which, f, reached = which[~entered], f[~entered], reached[~entered]
-        last, width = reached == target.level, target.pixel * self.t[which]
-        self.t[which] += target.step_scale * np.where(last, f, f - target.deltas[reached - 1] / OFFSET)
-        left = self.t[which] > self.far[which]
-        self.hit[which] = last & (f < 0.5 * width) & ~left
-        self.at[which] = np.where((last & (np.abs(f) < 0.05 * width)) | left, 0, reached)
-
-
 @dataclass(frozen=True, eq=False)
-class Target:
-    """level: which is traced; deltas: half widths of all bands; pixel: width of a pixel at distance 1."""
+class TraceSettings:
+    """What sphere tracing is asked for."""
 
     level: int
+    """The level that is traced, counted from 1."""
     deltas: NDArray[np.float64]
-    pixel: float
+    """(L,) half widths of all levels' bands, model units."""
+    footprint: float
+    """Width of a pixel at distance 1, model units."""
     step_scale: float
+    """Factor on every step."""
+
+
+@dataclass(eq=False)
+class Rays:
+    """N rays on their way, and what they have cost so far."""
+
+    t: NDArray[np.float64]
+    """(N,) distance from the origin."""
+    far: NDArray[np.float64]
+    """(N,) distance at which a ray leaves the ball."""
+    level: NDArray[np.int64]
+    """(N,) level that a ray is traced at next, 0 where it is done."""
+    steps: NDArray[np.int64]
+    """(N,) steps that were made."""
+    hit: NDArray[np.bool_]
+    """(N,) whether the ray has met the surface."""
+    evaluations: list[int]
+    """How often each level's network was evaluated, at index level - 1."""
+    traced: list[list[int]] = field(default_factory=list)
+    """How many rays were traced in each phase of each round, [round][level - 1]."""
+    evaluations_outside: int = 0
+    """How often level 1's network was evaluated for rays that were traced at level 1, which is outside its band."""
+
+    def step(self, indices: NDArray[np.intp], f: Array, reached: NDArray[np.int64], settings: TraceSettings) -> None:
+        """Move some rays by one step: into the band of the level that they are traced at, or along.
+
+        indices: (M,) of the rays; f: (M,) value of the field where they are; reached: (M,) the level of which f is.
+        """
+        self.steps[indices] += 1
+        deltas = settings.deltas
+        entered = (reached == self.level[indices]) & (reached < settings.level) & (np.abs(f) < deltas[reached - 1])
+        self.level[indices[entered]] += 1
+        indices, f, reached = indices[~entered], f[~entered], reached[~entered]
+        last, pixel = reached == settings.level, settings.footprint * self.t[indices]
+        self.t[indices] += settings.step_scale * np.where(last, f, f - deltas[reached - 1] / OFFSET)
+        left = self.t[indices] > self.far[indices]
+        self.hit[indices] = last & (f < 0.5 * pixel) & ~left
+        self.level[indices] = np.where((last & (np.abs(f) < 0.05 * pixel)) | left, 0, reached)
 
 
 def march(
@@ -71,18 +86,22 @@ def march(
     origin: NDArray[np.float64],
     directions: NDArray[np.float64],
     level: int,
-    pixel: float,
+    footprint: float,
     rounds: int = 32,
     step_scale: float = 0.8,
 ) -> Rays:
-    """Traces f_level. origin: (3,), directions: (N, 3) of length 1, model space; pixel: its width at distance 1."""
-    target = Target(level, np.array([band.delta for band in program.bands]), pixel, step_scale)
-    t, far, meets = ball(origin, directions, 1.0 + target.deltas[level - 1])
+    """Trace f_level along rays.
+
+    origin: (3,), of all rays; directions: (N, 3) of length 1, model space. footprint: width of a pixel at distance 1.
+    rounds: how often the levels are gone through; step_scale: factor on every step.
+    """
+    settings = TraceSettings(level, np.array([band.delta for band in program.bands]), footprint, step_scale)
+    t, far, meets = ball(origin, directions, 1.0 + settings.deltas[level - 1])
     rays = Rays(t, far, np.where(meets, 1, 0), np.zeros(len(t), np.int64), np.zeros(len(t), np.bool_), [0] * level)
-    while (rays.at > 0).any() and len(rays.traced) < rounds:
+    while (rays.level > 0).any() and len(rays.traced) < rounds:
         rays.traced.append([])
         for phase in range(1, level + 1):
-            active = np.flatnonzero(rays.at == phase)
+            active = np.flatnonzero(rays.level == phase)
             rays.traced[-1].append(len(active))
             for _ in range(program.bands[phase - 1].iterations):
                 if not len(active):
@@ -91,7 +110,7 @@ def march(
                 f, reached = nested_field(program, points, phase)
                 for i in range(phase):
                     rays.evaluations[i] += int(np.count_nonzero(reached > i))
-                rays.away += len(active) if phase == 1 else 0
-                rays.step(active, f, reached, target)
-                active = active[rays.at[active] == phase]
+                rays.evaluations_outside += len(active) if phase == 1 else 0
+                rays.step(active, f, reached, settings)
+                active = active[rays.level[active] == phase]
     return rays

@@ -1,4 +1,4 @@
-"""Models with coarser weights, and what that does to the field."""
+"""Models whose weights are rounded to decimals or to 16-bit floats, and the error of the field that this makes."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,7 +13,7 @@ from .digits import near_surface
 
 
 def in_decimals(model: Model, digits: int) -> Model:
-    """`model` with the weights that `lower(model, digits)` prints: output rows are scaled before they are rounded."""
+    """Return the model with its weights rounded to decimals, exactly as `lower(model, digits)` rounds them."""
 
     def rounded(network: Network) -> Network:
         layers = [Layer(_round(layer.weight, digits), _round(layer.bias, digits)) for layer in network[:-1]]
@@ -24,7 +24,10 @@ def in_decimals(model: Model, digits: int) -> Model:
 
 
 def in_float16(model: Model) -> Model:
-    """`model` with every weight rounded to 16-bit floats. Raises UserError that names the tensor with one too large."""
+    """Return the model with every weight rounded to a 16-bit float.
+
+    Raises UserError, which names the tensor, where a weight is too large for one.
+    """
     for name, tensor in model.tensors().items():
         if np.abs(tensor).max() > np.finfo(np.float16).max:
             raise UserError(f"--precision float16: {name} has values above 65,504; use --precision float32")
@@ -44,7 +47,7 @@ def is_float16(model: Model) -> bool:
 
 
 def cost(model: Model, coarse: Model) -> tuple[float, float]:
-    """Largest and mean |f - f_coarse| of the last level near the surface of `model`, model units."""
+    """Return the largest and the mean |f - f_coarse| of the last level near a model's surface, model units."""
     program, levels = lower(model), len(model.levels)
     points = near_surface(program)
     difference = np.abs(interpret.field(program, points, levels) - interpret.field(lower(coarse), points, levels))
@@ -52,6 +55,7 @@ def cost(model: Model, coarse: Model) -> tuple[float, float]:
 
 
 def _with_networks(model: Model, change: Callable[[Network], Network]) -> Model:
+    """Return the model with `change` applied to every level's network and to the texture's."""
     levels = tuple(replace(level, network=change(level.network)) for level in model.levels)
     return replace(model, levels=levels, texture=None if model.texture is None else change(model.texture))
 

@@ -1,6 +1,7 @@
-"""The paper's Algorithm 1 (Appendix E) in the program's ops: value and gradient by one pass with three tangents.
+"""The paper's Algorithm 1 (Appendix E) in the program's ops: one pass computes a value and three tangents beside it.
 
-`lower` writes the gradient as an adjoint pass, with half the products; this is what that is measured against.
+A tangent is the derivative of a value along x, y or z. `lower` writes the gradient as an adjoint pass instead, which
+takes half the products; this is what it is measured against.
 """
 
 import dataclasses
@@ -11,9 +12,11 @@ AXES = "xyz"
 
 
 def with_tangents(program: Program, level: int) -> tuple[Program, Function]:
-    """`program` with W_0's columns as further constants, and a function of them: level's network by Algorithm 1.
+    """Write a level's network as Algorithm 1 computes it.
 
-    Its outputs are the derivatives of the network along x, y and z, and its value; each is (N, 1).
+    Returns the program with further constants, the columns of the first matrix, and the function that uses them. Its
+    outputs are four scalars: the network's derivatives along x, y and z, and its value. Raises TypeError where the
+    value has ops that a network's value does not have.
     """
     value = program.values[level - 1]
     constants = dict(program.constants)
@@ -44,5 +47,5 @@ def with_tangents(program: Program, level: int) -> tuple[Program, Function]:
 
 
 def named(name: str) -> list[str]:
-    """The names of the derivatives of `name` along each axis."""
+    """Return the names of the derivatives of the value `name` along each axis."""
     return [f"{name}_{axis}" for axis in AXES]

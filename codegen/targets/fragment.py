@@ -1,4 +1,4 @@
-"""A complete fragment shader from a model: what the GLSL targets share. A Dialect is what differs between them."""
+"""A model's fragment shader: what all GLSL targets share. What differs between them is a Dialect."""
 
 import base64
 from collections.abc import Mapping
@@ -18,28 +18,28 @@ from .uniforms import TIME, UNIFORMS, Uniform
 
 @dataclass(frozen=True)
 class Dialect:
-    """What differs between the versions of GLSL."""
+    """What differs between two versions of GLSL."""
 
     target: str
-    """Name of the target."""
+    """Name of the target, for the header line."""
     language: Language
     """How the field's code is printed."""
     opening: tuple[str, ...]
-    """The lines that have to come first."""
+    """Lines that the language wants first."""
     uniform: str
     """How a uniform is declared, a format with {type}, {name}, {default} and {meaning}."""
     advice: str
-    """What who uses the file has to know, for a comment at its head."""
+    """What a user of the file has to know; it follows the header line, in a comment."""
     helpers: str = ""
-    """Text of functions that the field's code calls."""
+    """Functions, as text, that `language` names and GLSL itself does not have."""
 
 
 def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main: str) -> Shader:
-    """Make the fragment shader of `model`.
+    """Make the fragment shader of a model.
 
-    storage: "literal", "texture", or "auto" by the table in printers/field.py; digits: decimals of the weights, None
-    for all; main: the file in glsl/ that follows the field, or its text. Raises UserError where the weights cannot be
-    stored so.
+    storage: "literal", "texture", or "auto", which decides by the table STORAGES in printers/field.py. digits: decimals
+    that the weights are rounded to, None for all. main: name of the file in glsl/ that follows the field, or GLSL
+    itself. Raises UserError where there is no such storage here.
     """
     program = lower(model, digits)
     field = print_field(program, dialect.language, storage)
@@ -59,7 +59,7 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
 
 
 def prologue(facts: Mapping[str, Any], program: Program, dialect: Dialect, weights: Array | None) -> str:
-    """The text before the field: opening, header line with `facts`, uniforms, output."""
+    """Return the text before the field: opening, header line with `facts`, uniforms, output and helpers."""
     number = dialect.language.number
     arrays = {
         "iterations": f"int[]({', '.join(str(band.iterations) for band in program.bands)})",
@@ -92,7 +92,7 @@ def prologue(facts: Mapping[str, Any], program: Program, dialect: Dialect, weigh
 
 
 def with_weights(shader: Shader) -> str:
-    """The shader as one file; a weight texture follows as comment lines in base64."""
+    """Return the shader as one file, in which a weight texture follows as comment lines in base64."""
     return shader.text + ("" if shader.weights is None else _weights_comment(shader.weights))
 
 

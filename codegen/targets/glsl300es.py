@@ -1,4 +1,4 @@
-"""Target glsl300es: the fragment shader alone, GLSL ES 3.00 (WebGL2)."""
+"""Target glsl300es: a complete fragment shader in GLSL ES 3.00, for WebGL2."""
 
 from ... import glsl
 from ...model.model import Model
@@ -14,14 +14,17 @@ DIALECT = fragment.Dialect(
     advice="Set each uniform to the value that its comment begins with; draw a triangle over the image.",
     helpers="\n" + glsl.load("sine.glsl"),
 )
-"""GLSL ES has no initialisers of uniforms. Sines are computed by glsl/sine.glsl: the built-in ones are too coarse."""
+"""GLSL ES has no initialisers of uniforms, so a comment gives their defaults.
+
+Sines are computed by glsl/sine.glsl, since the built-in ones are too coarse on some devices.
+"""
 
 
 def bake(model: Model, storage: str = "auto", digits: int | None = None, main: str = "main.glsl") -> Shader:
-    """The fragment shader of `model`; see fragment.bake."""
+    """Make the fragment shader of a model; see fragment.bake."""
     return fragment.bake(model, DIALECT, storage, digits, main)
 
 
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
-    """The shader as one file; a weight texture follows as comment lines in base64."""
+    """Return the shader of a model as one file; see fragment.with_weights."""
     return fragment.with_weights(bake(model, storage, digits))

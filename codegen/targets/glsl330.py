@@ -1,4 +1,4 @@
-"""Target glsl330: a complete desktop fragment shader, GL 3.3 core."""
+"""Target glsl330: a complete fragment shader in GLSL 3.30, for desktop OpenGL 3.3 core."""
 
 import base64
 
@@ -20,19 +20,22 @@ DIALECT = fragment.Dialect(
 
 
 def bake(model: Model, storage: str = "auto", digits: int | None = None, main: str = "main.glsl") -> Shader:
-    """The fragment shader of `model`; see fragment.bake."""
+    """Make the fragment shader of a model; see fragment.bake."""
     return fragment.bake(model, DIALECT, storage, digits, main)
 
 
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
-    """The shader as one file; a weight texture follows as comment lines in base64."""
+    """Return the shader of a model as one file; see fragment.with_weights."""
     return fragment.with_weights(bake(model, storage, digits))
 
 
 def read_weights(text: str) -> Array | None:
-    """The weight texture (H, W, 4) that `standalone` appended to a shader, or None."""
-    _, found, data = text.rpartition("\n// weights: ")
-    if not found:
+    """Read the weight texture, (H, W, 4) float32, that follows a shader as comment lines.
+
+    Returns None where there is none. Raises ValueError or IndexError where it is damaged.
+    """
+    _, mark, data = text.rpartition("\n// weights: ")
+    if not mark:
         return None
     size, *lines = data.splitlines()
     width, height = int(size.split()[0]), int(size.split()[2])

@@ -10,10 +10,15 @@ from ...model.model import Model, shape_of
 from ..ir.program import Program
 
 PREFIX = "// "
+"""What the header line begins with, before its JSON object."""
 
 
 def header_facts(model: Model, program: Program, target: str) -> dict[str, Any]:
-    """What every header says: mplicits' version, the target, and the model's name, hash (its start) and levels."""
+    """Return what every header says of the text and its model.
+
+    That is the version of mplicits, the target, and the model's name, the first 12 digits of its hash, and the shape of
+    each level's network.
+    """
     return {
         "mplicits": installed_version(),
         "target": target,
@@ -24,15 +29,16 @@ def header_facts(model: Model, program: Program, target: str) -> dict[str, Any]:
 
 
 def header_line(facts: Mapping[str, Any]) -> str:
-    """The line, a comment in every C-like language.
+    """Return the header line, which is a comment in every C-like language.
 
-    JSON escapes whatever a name may hold: the line is ASCII, has no line break inside and no backslash at its end.
+    JSON escapes whatever a model's name may hold: the line is ASCII, has no line break inside and no backslash at its
+    end.
     """
     return PREFIX + json.dumps(facts)
 
 
 def read_header(text: str) -> dict[str, Any]:
-    """The header of a generated text, which may follow its `#version` and `precision` lines.
+    """Read the facts from the header line of a generated text; `#version` and `precision` lines may precede it.
 
     Raises UserError where there is none.
     """
@@ -47,7 +53,7 @@ def read_header(text: str) -> dict[str, Any]:
 
 
 def installed_version() -> str:
-    """The version of mplicits that writes."""
+    """Return the version of mplicits that is running."""
     try:
         return version("mplicits")
     except PackageNotFoundError:

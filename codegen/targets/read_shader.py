@@ -1,4 +1,4 @@
-"""The text of a shader that `bake --target glsl330` wrote -> what the renderer needs to know of it."""
+"""Reads back what `mplicits bake --target glsl330` wrote, so that it can be rendered without the model file."""
 
 from ...model.errors import UserError
 from .glsl330 import DIALECT, read_weights
@@ -7,9 +7,10 @@ from .shader import Shader
 
 
 def read_shader(text: str) -> tuple[Shader, str]:
-    """Read a baked shader back: (shader, the model's name), all but the text from the header line.
+    """Read a baked shader from its text. Returns the shader and the model's name.
 
-    Raises UserError where the header line or the weights are missing or damaged, or the target is another.
+    What the renderer needs to know beside the text stands in its header line, and the weight texture at its end. Raises
+    UserError where the header line or the weights are missing or damaged, or the target is another.
     """
     facts = read_header(text)
     if facts.get("target") != DIALECT.target:

@@ -1,4 +1,4 @@
-"""What a GLSL target makes of a model: the text, the weight texture, and the loops that llvmpipe counts."""
+"""What a GLSL target makes of a model: text, weight texture, and what the renderer needs to know of them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class Shader:
     deltas: tuple[float, ...]
     """Default of the uniform `delta`: half width of each level's band, model units."""
     textured: bool = False
-    """Whether the colour is the model's own."""
+    """Whether the colour is the model's own, not the one of all models without a texture."""
     files: tuple[str, ...] = ()
     """Names of the files in glsl/ that `#line` directives in the text tell apart (glsl.load_numbered)."""
 
@@ -43,7 +43,7 @@ class Shader:
         return len(self.value_loops)
 
     def facts(self) -> dict[str, Any]:
-        """What the header line keeps of this, so that `of_facts` can make it again from the text."""
+        """Return what the header line keeps of this shader, so that `of_facts` can make it again from the text."""
         lists = {key: list(getattr(self, key)) for key in LISTS}
         return {**lists, "texture_loops": self.texture_loops, "textured": self.textured}
 
@@ -65,19 +65,25 @@ class Shader:
         )
 
     def worst_loops(self, level: int, normal_level: int, iterations: Sequence[int], rounds: int) -> int:
-        """Return an upper bound of the loop iterations of one fragment; LOOP_LIMIT is what llvmpipe allows."""
+        """Return an upper bound of the loop iterations of one fragment; LOOP_LIMIT is what llvmpipe allows.
+
+        level: the level that is traced; normal_level: the level whose gradient is the normal, both counted from 1.
+        iterations: sphere tracing steps at each level, per round.
+        """
         phases = zip(iterations[:level], self.value_loops[:level], strict=True)
         one_round = sum(1 + steps * (1 + loops) + 1 for steps, loops in phases) + 2
         return rounds * one_round + 1 + self.gradient_loops[normal_level - 1] + self.texture_loops
 
 
 def _list(value: object) -> list[object]:
+    """Return a list as it is. Raises ValueError where the value is none."""
     if not isinstance(value, list):
         raise ValueError("not a list")
     return value
 
 
 def _number(value: object, kind: type) -> Any:
+    """Return a number of 0 or more as `kind`, int or float. Raises ValueError where it is no such number."""
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value < float("inf"):
         raise ValueError("not a number that counts or measures")
     if kind(value) != value:

@@ -1,12 +1,15 @@
-"""The one table of uniforms: GLSL's declarations, the page's settings, CUDA's arguments and the panel read it."""
+"""The one table of uniforms.
+
+GLSL declares them from it, and the page's settings, CUDA's arguments and the window's panel take their defaults there.
+"""
 
 from dataclasses import dataclass
 
 SHADINGS = ("phong", "normal", "depth", "steps", "texture", "data")
-"""Shading modes; the index is the value of the uniform `shading` (glsl/shade.glsl names them SHADE_PHONG, ...)."""
+"""The shading modes: the index of each is its value of the uniform `shading` (in glsl/shade.glsl, SHADE_PHONG, ...)."""
 
 LEVELS = "LEVELS"
-"""A default that depends on the model: its number of levels."""
+"""Stands for a default that depends on the model: its number of levels."""
 
 
 @dataclass(frozen=True)
@@ -17,7 +20,8 @@ class Uniform:
     """GLSL type: float, int, vec2, vec3 or mat4; of one element where `per_level` is set."""
     name: str
     default: tuple[float, ...] | str | None
-    """Numbers, one for all components or one for each (mat4: column by column); LEVELS; None: the model's own bands."""
+    """Numbers, one for all components or one for each (a mat4's column by column); or LEVELS; or None, where each level
+    of the model has its own."""
     meaning: str
     """What it is, with its unit or space, on one line."""
     per_level: bool = False
@@ -25,11 +29,11 @@ class Uniform:
 
     @property
     def declared(self) -> str:
-        """The name as GLSL declares it."""
+        """The name as GLSL declares it, with the length of an array."""
         return f"{self.name}[{LEVELS}]" if self.per_level else self.name
 
     def glsl_default(self) -> str | None:
-        """The default as a GLSL expression, or None where it is the model's."""
+        """Return the default as a GLSL expression, or None where each level of the model has its own."""
         if self.default is None or isinstance(self.default, str):
             return self.default
         numbers = ", ".join(f"{number:g}" for number in self.default)
@@ -60,19 +64,22 @@ UNIFORMS = (
     Uniform("vec3", "background_bottom", (0.13, 0.14, 0.17), "sRGB"),
     Uniform("vec3", "background_top", (0.33, 0.36, 0.41), "sRGB"),
 )
-"""In the order in which a shader declares them."""
+"""All uniforms but TIME, in the order in which a shader declares them."""
 
 TIME = Uniform("float", "time", (0,), "fourth input of the field")
-"""Declared where the field is one of (x, y, z, t)."""
+"""The uniform that is declared beside them where the field is one of (x, y, z, t)."""
 
 
 def uniform(name: str) -> Uniform:
-    """The uniform of this name. Raises KeyError where there is none."""
+    """Return the uniform of a name. Raises KeyError where there is none."""
     return {entry.name: entry for entry in (*UNIFORMS, TIME)}[name]
 
 
 def default(name: str) -> tuple[float, ...]:
-    """The default's numbers. Raises KeyError, or TypeError where the default depends on the model."""
+    """Return the numbers of a uniform's default.
+
+    Raises KeyError where there is no such uniform, and TypeError where the default depends on the model.
+    """
     numbers = uniform(name).default
     if not isinstance(numbers, tuple):
         raise TypeError(f"the default of {name} depends on the model")

@@ -129,14 +129,14 @@ def fitted_shader(osmesa: Context) -> Renderer:
 
 def test_simple_hits_what_dense_marching_of_the_reference_hits(demo: Path) -> None:
     program = lower(load(DEMO))
-    eye, directions, pixel = Camera(30, 20).rays(SIDE, SIDE)
+    eye, directions, footprint = Camera(30, 20).rays(SIDE, SIDE)
     found = data(demo, "simple", SIDE)
-    closest, _ = dense_march(program, eye, directions.reshape(-1, 3), 2, pixel)
+    closest, _ = dense_march(program, eye, directions.reshape(-1, 3), 2, footprint)
     hit = found[..., 3].ravel() > 0.5
     assert not (hit & (closest > 0.5)).any()
     assert not (~hit & (closest == 0)).any()
     points = (eye + found[..., :1] * directions)[found[..., 3] > 0.5].astype(np.float32)
-    assert np.abs(interpret.field(program, points, 2)).max() < 0.5 * pixel * found[..., 0].max()
+    assert np.abs(interpret.field(program, points, 2)).max() < 0.5 * footprint * found[..., 0].max()
 
 
 def test_fused_and_layered_draw_what_simple_draws(demo: Path) -> None:

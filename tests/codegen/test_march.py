@@ -50,14 +50,14 @@ def test_one_round_as_in_the_paper_leaves_holes(renderer: Renderer) -> None:
 @pytest.mark.parametrize(("level", "rounds"), [(2, 32), (2, 1), (1, 32)])
 def test_the_march_in_numpy_takes_the_same_steps(renderer: Renderer, model: Model, level: int, rounds: int) -> None:
     shader = data(renderer, VIEWS[0], level=level, rounds=rounds)[..., :4].reshape(-1, 4)
-    eye, directions, pixel = VIEWS[0].rays(SIDE, SIDE)
-    rays = march(lower(model), eye, directions.reshape(-1, 3), level, pixel, rounds)
+    eye, directions, footprint = VIEWS[0].rays(SIDE, SIDE)
+    rays = march(lower(model), eye, directions.reshape(-1, 3), level, footprint, rounds)
     assert (rays.hit == (shader[:, 3] > 0.5)).mean() > 0.999
     assert (rays.steps == shader[:, 1]).mean() > 0.98, "where f is at a threshold but for rounding, they may differ"
     assert np.abs(rays.t - shader[:, 0])[rays.hit].mean() < 1e-4
     assert rays.evaluations[0] == rays.steps.sum()
     assert rays.traced[0][0] == np.count_nonzero(rays.steps)
-    assert rays.away <= rays.evaluations[0]
+    assert rays.evaluations_outside <= rays.evaluations[0]
 
 
 def test_depth_is_that_of_the_analytic_shape(renderer: Renderer) -> None:

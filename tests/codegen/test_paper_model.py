@@ -33,8 +33,8 @@ def test_it_renders_as_dense_marching_within_the_loop_limit(osmesa: Context, tmp
     assert rounds < renderer.wanted_rounds(options)
     assert shader.worst_loops(3, 3, steps, rounds) <= LOOP_LIMIT
     camera = Camera(35, 25)
-    eye, directions, pixel = camera.rays(SIDE, SIDE)
-    closest, _ = dense_march(lower(model), eye, directions.reshape(-1, 3), 3, pixel)
+    eye, directions, footprint = camera.rays(SIDE, SIDE)
+    closest, _ = dense_march(lower(model), eye, directions.reshape(-1, 3), 3, footprint)
     expected = closest.reshape(SIDE, SIDE) == 0
     picture = renderer.render((SIDE, SIDE), camera, options)
     hit = picture[..., 3] > 0.5

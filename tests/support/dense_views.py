@@ -1,4 +1,4 @@
-"""Ten views of a model, sphere-traced and marched densely."""
+"""Compares sphere tracing with dense marching on ten views of a model."""
 
 from dataclasses import dataclass
 
@@ -15,43 +15,47 @@ from numpy.typing import NDArray
 
 VIEWS = [Camera(azimuth=36 * i + 10, elevation=(-30, 0, 25, 50)[i % 4]) for i in range(10)]
 STOP = 0.05
-"""Pixels: a ray that passes the surface this close may count as a hit or not (glsl/march.glsl)."""
+"""Pixels: a ray that passes the surface closer than this may count as a hit or not (glsl/march.glsl)."""
 
 
 @dataclass
 class Difference:
-    """Pixels over all views: holes (met by dense marching, missed by us), extra (the reverse), outline.
-
-    apart: distance along the ray between the two, where both hit.
-    """
+    """How the pictures of all views differ; numbers are of pixels."""
 
     holes: int
+    """Pixels whose rays meet the surface by dense marching and miss it by sphere tracing."""
     extra: int
+    """Pixels whose rays pass the surface by dense marching and hit it by sphere tracing."""
     outline: int
+    """Pixels on the silhouettes."""
     apart: NDArray[np.float32]
+    """Of each pixel that both hit: the distance between the two points, along the ray, in model units."""
 
 
 def compare(model: Model, context: Context, side: int) -> Difference:
-    """Sphere tracing of all levels in `context` against dense marching of the last one, at side x side pixels."""
+    """Compare sphere tracing of all levels, drawn in `context`, with dense marching of the last level.
+
+    side: pixels per side of each view.
+    """
     program, renderer = lower(model), Renderer(context, bake(model))
     total, apart = Difference(0, 0, 0, np.empty(0, np.float32)), []
     for camera in VIEWS:
-        eye, directions, pixel = camera.rays(side, side)
-        found = dense_march(program, eye, directions.reshape(-1, 3), len(model.levels), pixel)
-        closest, t = (part.reshape(side, side) for part in found)
-        ours = renderer.render((side, side), camera, RenderOptions(shading="data"))
-        hit, seen = closest == 0, ours[..., 3] > 0.5
-        total.holes += int((hit & ~seen).sum())
-        total.extra += int((seen & (closest > STOP)).sum())
-        total.outline += int(silhouette(hit).sum())
-        apart.append(np.abs(ours[..., 0] - t)[hit & seen])
+        eye, directions, footprint = camera.rays(side, side)
+        marched = dense_march(program, eye, directions.reshape(-1, 3), len(model.levels), footprint)
+        closest, t = (values.reshape(side, side) for values in marched)
+        traced = renderer.render((side, side), camera, RenderOptions(shading="data"))
+        meets, hit = closest == 0, traced[..., 3] > 0.5
+        total.holes += int((meets & ~hit).sum())
+        total.extra += int((hit & (closest > STOP)).sum())
+        total.outline += int(silhouette(meets).sum())
+        apart.append(np.abs(traced[..., 0] - t)[meets & hit])
     renderer.release()
     total.apart = np.concatenate(apart)
     return total
 
 
 def silhouette(hit: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Pixels with a neighbour on the other side of the outline."""
+    """Find the pixels of a picture (H, W) that have a neighbour on the other side of the outline."""
     edge = np.zeros_like(hit)
     edge[1:] |= hit[1:] ^ hit[:-1]
     edge[:-1] |= hit[1:] ^ hit[:-1]
