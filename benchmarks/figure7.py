@@ -1,9 +1,10 @@
-"""Neural normal mapping (the paper's Figure 7): writes docs/results/figure7.md and its pictures.
+"""Measures neural normal mapping (Figure 7): writes docs/results/figure7.md and its pictures.
 
     python benchmarks/figure7.py armadillo.safetensors lucy.safetensors --z-up lucy
 
 The reference is the finest level's mesh by marching cubes, rasterised with its own normals, which are that level's
-gradients at the vertices. MSE: mean over pixels and channels of the squared difference of the sRGB pictures, in [0, 1].
+gradients at the vertices. The error (MSE) is the mean, over pixels and channels, of the squared difference of the sRGB
+pictures, whose values lie in [0, 1].
 """
 
 import argparse
@@ -28,43 +29,48 @@ from numpy.typing import NDArray
 from protocol import Page, machine
 
 Image = NDArray[np.float32]
+"""A picture (H, W, 4), sRGB and alpha."""
 PAPER = 0.00262, 0.00087
-"""MSE of Fig. 7: coarse, normal mapping."""
+"""MSE that the paper's Figure 7 prints: of the coarse level, and with normal mapping."""
 UPRIGHT = np.array(((1, 0, 0), (0, 0, -1), (0, 1, 0)), np.float32)
-"""Columns: where the axes of a shape that stands along y lie in one that stands along z."""
+"""The map (3, 3) from a shape that stands along y to the same one along z; its columns are the images of the axes."""
 PICTURED = {"level 1": "coarse", "level 1 + normals": "normal-mapped", "level 2 + normals": "one-more-level"}
+"""Name of a row of traced levels -> the name of its picture."""
 
 
 class Pictures:
-    """A model's pictures from each camera."""
+    """Draws models from several cameras, as pictures of side x side pixels with `samples` rays per pixel."""
 
     def __init__(self, context: Context, side: int, cameras: list[Camera], samples: int) -> None:
         self._context, self._size, self._cameras = context, (side, side), cameras
         self._options = RenderOptions(samples=samples)
 
-    def _all(self, drawn: Renderer, options: RenderOptions) -> list[Image]:
-        return [drawn.render(self._size, camera, options) for camera in self._cameras]
+    def _from_all_cameras(self, renderer: Renderer, options: RenderOptions) -> list[Image]:
+        return [renderer.render(self._size, camera, options) for camera in self._cameras]
 
     def of_mesh(self, model: Model, level: int, resolution: int, own: bool) -> list[Image]:
-        """The marching cubes of a level, with its own normals or with those of the last one."""
+        """Rasterise a level's mesh by marching cubes, with its `own` normals or else with those of the last level."""
         mesh = extract_model(up_to(model, level), resolution).mesh
         assert mesh.normals is not None
         triangles = Triangles(mesh.vertices, mesh.normals, mesh.faces.astype(np.int32))
         rasteriser = Rasteriser(self._context, model, triangles)
-        images = self._all(rasteriser, replace(self._options, split=float(own)))
+        images = self._from_all_cameras(rasteriser, replace(self._options, split=float(own)))
         rasteriser.release()
         return images
 
     def of_levels(self, model: Model, pairs: list[tuple[int, int]]) -> list[list[Image]]:
-        """Traced levels with the normals of others: (level, normal level)."""
+        """Trace levels with the normals of others: a list of pictures for each pair (level, normal level)."""
         renderer = Renderer(self._context, bake(model))
-        images = [self._all(renderer, replace(self._options, level=i, normal_level=j)) for i, j in pairs]
+        images = [
+            self._from_all_cameras(renderer, replace(self._options, level=level, normal_level=normal_level))
+            for level, normal_level in pairs
+        ]
         renderer.release()
         return images
 
 
 def upright(model: Model) -> Model:
-    """The model of a shape that stands along z, turned to stand along y: the first layers' weights are turned."""
+    """Turn the model of a shape that stands along z to stand along y, by turning the weights of its first layers."""
 
     def turned(network: Network) -> Network:
         return Layer(network[0].weight @ UPRIGHT, network[0].bias), *network[1:]
@@ -73,12 +79,16 @@ def upright(model: Model) -> Model:
 
 
 def errors(images: list[Image], truth: list[Image]) -> tuple[float, float, float]:
-    """MSE with the background, without it (the pixels that the reference covers), and of pixels both cover fully."""
+    """Return the MSE of three sets of pixels.
+
+    The sets are all pixels, those that the reference `truth` covers, and those that both pictures cover fully.
+    """
     squares = [((ours - theirs)[..., :3] ** 2).mean(axis=-1) for ours, theirs in zip(images, truth, strict=True)]
 
-    def mean(wanted: Callable[[Image, Image], NDArray[np.bool_]]) -> float:
-        chosen = [square[wanted(*pair)] for square, pair in zip(squares, zip(images, truth, strict=True), strict=True)]
-        return float(np.concatenate(chosen).mean())
+    def mean(is_in_set: Callable[[Image, Image], NDArray[np.bool_]]) -> float:
+        pairs = zip(images, truth, strict=True)
+        counted = [square[is_in_set(*pair)] for square, pair in zip(squares, pairs, strict=True)]
+        return float(np.concatenate(counted).mean())
 
     return (
         mean(lambda ours, theirs: theirs[..., 3] >= 0),
@@ -87,8 +97,11 @@ def errors(images: list[Image], truth: list[Image]) -> tuple[float, float, float
     )
 
 
-def measure(model: Model, pictures: Pictures, resolution: int, page: Page, where: Path) -> None:
-    """Adds a model's rows to the page, and its pictures beside it, at where-NAME.png."""
+def measure(model: Model, pictures: Pictures, resolution: int, page: Page, stem: Path) -> None:
+    """Add a model's rows to the page, and write its pictures as STEM-NAME.png.
+
+    resolution: of marching cubes, cells per side.
+    """
     last = len(model.levels)
     truth = pictures.of_mesh(model, last, resolution, own=True)
     pairs = [(1, 1), (1, last), (2, last)]
@@ -97,14 +110,14 @@ def measure(model: Model, pictures: Pictures, resolution: int, page: Page, where
         "mesh of level 1": pictures.of_mesh(model, 1, resolution, own=True),
         "mesh of level 1 + normals": pictures.of_mesh(model, 1, resolution, own=False),
     }
-    shapes, made = ", ".join(shape_of(level.network) for level in model.levels), model.provenance
-    steps, omegas = (", ".join(f"{record[key]:g}" for record in made["levels"]) for key in ("steps", "omega"))
+    shapes, provenance = ", ".join(shape_of(level.network) for level in model.levels), model.provenance
+    steps, omegas = (", ".join(f"{record[key]:g}" for record in provenance["levels"]) for key in ("steps", "omega"))
     page.add(
         "",
-        f"## {where.name.removeprefix('figure7-')}: levels {shapes}",
+        f"## {stem.name.removeprefix('figure7-')}: levels {shapes}",
         "",
-        f"{model.parameters():,} parameters, trained on {show(made['source']['file'])} for "
-        f"{made['seconds']:.0f} s of a busy machine: {steps} steps, omega {omegas}.",
+        f"{model.parameters():,} parameters, trained on {show(provenance['source']['file'])} for "
+        f"{provenance['seconds']:.0f} s of a busy machine: {steps} steps, omega {omegas}.",
         "",
         "| | MSE, background included | x | excluded | x | covered by both | x |",
         "| --- |" + " ---: |" * 6,
@@ -116,14 +129,14 @@ def measure(model: Model, pictures: Pictures, resolution: int, page: Page, where
     pictured = {file: drawn[name][0] for name, file in PICTURED.items()} | {"reference": truth[0]}
     cells = []
     for name, image in pictured.items():
-        path = where.with_name(f"{where.name}-{name}.png")
+        path = stem.with_name(f"{stem.name}-{name}.png")
         save_png(path, image)
         cells.append(f"![{path.stem}]({path.name})")
     page.add("", f"| {' | '.join(PICTURED)} | mesh of level {last} |", "|" + " :---: |" * 4, f"| {' | '.join(cells)} |")
 
 
 def main() -> None:
-    """Writes the page and the pictures."""
+    """Write the page and the pictures."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("models", type=Path, nargs="+", metavar="M.safetensors")
     parser.add_argument("--resolution", type=int, default=512, metavar="N", help="of marching cubes")

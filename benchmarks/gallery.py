@@ -1,8 +1,8 @@
-"""The gallery's pictures, web pages and tables: writes docs/gallery.md, docs/gallery/ and docs/demo.png.
+"""Draws and measures the models of the gallery: writes docs/gallery.md, docs/gallery/ and docs/demo.png.
 
     python benchmarks/gallery.py [-o docs/gallery.md]
 
-Web pages of up to PAGE_MOST bytes are written, of the others the size alone.
+A model's web page is written if it has at most PAGE_MOST bytes; of larger ones, the table has the size.
 """
 
 import argparse
@@ -26,7 +26,9 @@ from numpy.typing import NDArray
 from protocol import Page
 
 SIDE, FRONT_SIDE = 192, 320
-PAPER = (1.0, 1.0, 1.0), (1.0, 1.0, 1.0)
+"""Pixels per side of a panel, and of a picture in docs/demo.png."""
+WHITE = (1.0, 1.0, 1.0), (1.0, 1.0, 1.0)
+"""Background at the top and at the bottom, sRGB."""
 PAGE_MOST = 300_000
 COMMANDS = (
     "view spot",
@@ -37,33 +39,33 @@ COMMANDS = (
     "bake spot-small --target shadertoy -o spot.frag",
 )
 FRONT = (("spot", "phong"), ("spot", "normal"), ("bob", "phong"))
-"""Models and shadings side by side in docs/demo.png."""
+"""(model, shading) of the pictures that stand side by side in docs/demo.png."""
 
 
 def panels(levels: int) -> dict[str, RenderOptions]:
-    """Heading -> how a model of so many levels is drawn."""
-    plain = RenderOptions(samples=4, background=PAPER)
+    """Return heading -> options of the pictures of a model with this number of levels."""
+    all_levels = RenderOptions(samples=4, background=WHITE)
     return {
-        "all levels": plain,
-        "the texture alone": replace(plain, shading="texture"),
-        "level 1, same texture": replace(plain, shading="texture", level=1),
-        "level 1, normals of the last": replace(plain, level=1, normal_level=levels),
+        "all levels": all_levels,
+        "the texture alone": replace(all_levels, shading="texture"),
+        "level 1, same texture": replace(all_levels, shading="texture", level=1),
+        "level 1, normals of the last": replace(all_levels, level=1, normal_level=levels),
     }
 
 
 def strip(model: Model, camera: Camera, context: Context, front: dict[str, NDArray[np.float32]]) -> NDArray[np.float32]:
-    """All panels of a model side by side; its pictures for FRONT go into `front`, by shading."""
+    """Draw the panels of a model side by side, and into `front` its pictures for docs/demo.png, by their shadings."""
     renderer = Renderer(context, bake(model))
-    drawn = [renderer.render((SIDE, SIDE), camera, options) for options in panels(len(model.levels)).values()]
+    pictures = [renderer.render((SIDE, SIDE), camera, options) for options in panels(len(model.levels)).values()]
     for shading in front:
         options = RenderOptions(samples=4, shading=shading)
         front[shading] = renderer.render((FRONT_SIDE, FRONT_SIDE), camera, options)
     renderer.release()
-    return np.concatenate(drawn, axis=1)
+    return np.concatenate(pictures, axis=1)
 
 
 def shadertoy(model: Model) -> str:
-    """Bytes of the text, where that target takes the model."""
+    """Return the size of the Shadertoy text in bytes as a cell of the table, or that the model is too wide for it."""
     try:
         return f"{len(TARGETS['shadertoy'](model).encode()):,}"
     except UserError:
@@ -71,7 +73,7 @@ def shadertoy(model: Model) -> str:
 
 
 def main() -> None:
-    """Writes the page, the pictures, and the web pages that are small."""
+    """Write the page, the pictures, and the web pages that are small."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/gallery.md"))
     options = parser.parse_args()

@@ -1,7 +1,8 @@
-"""The textured shapes of the paper's table as files: Spot and Bob as they are, the others made here.
+"""Makes the textured shapes of the paper's table as mesh files: Spot and Bob are as published, the others are our own.
 
-Earth: a UV sphere with the Blue Marble map. Egg: a surface of revolution with bands, zigzags and dots. Bunny: McGuire's
-unwrapped one, with a solid pattern of stripes and spots baked into an image by its texture coordinates.
+Earth is a UV sphere with the Blue Marble map. Egg is a surface of revolution, painted with bands, zigzags and dots.
+Bunny is McGuire's unwrapped mesh; a solid pattern of stripes and spots is baked into its image by the texture
+coordinates.
 """
 
 import io
@@ -23,31 +24,34 @@ from protocol import DATA
 Doubles = NDArray[np.float64]
 FOLDER = DATA / "textured"
 ROWS, COLUMNS = 128, 256
+"""Quadrangles of a surface of revolution, along its axis and around it."""
 EARTH = (2700, 1350)
+"""Width and height of the Earth's image, in pixels."""
 IMAGE = 1024
+"""Pixels per side of the Egg's image; the Bunny's has twice as many."""
 BAKED = 3_000_000
-"""Surface points whose colours fill the Bunny's image."""
+"""Number of surface points whose colours fill the Bunny's image."""
 
 
 def spot(_: Path) -> Path:
-    """Spot, CC0."""
+    """Find Spot (CC0), which is used as it is."""
     return FOLDER / "spot.obj"
 
 
 def bob(_: Path) -> Path:
-    """Bob, CC0."""
+    """Find Bob (CC0), which is used as it is."""
     return FOLDER / "bob_tri.obj"
 
 
 def earth(folder: Path) -> Path:
-    """A unit sphere."""
+    """Write the Earth: a unit sphere with a photographic map."""
     Image.MAX_IMAGE_PIXELS = None
     image = Image.open(FOLDER / "earth_bluemarble_5400x2700.jpg").convert("RGB").resize(EARTH, Image.Resampling.BOX)
     return _revolved(folder / "earth.obj", lambda z: np.sqrt(np.maximum(1 - z * z, 0)), image)
 
 
 def egg(folder: Path) -> Path:
-    """Blunt below, pointed above."""
+    """Write the Egg: blunt below, pointed above."""
     v, u = np.meshgrid(1 - (np.arange(IMAGE) + 0.5) / IMAGE, (np.arange(IMAGE) + 0.5) / IMAGE, indexing="ij")
     return _revolved(
         folder / "egg.obj",
@@ -57,7 +61,7 @@ def egg(folder: Path) -> Path:
 
 
 def bunny(folder: Path) -> Path:
-    """The larger of the file's two components."""
+    """Write the Bunny: the larger of the published file's two components, with an image of ours."""
     with zipfile.ZipFile(FOLDER / "bunny_mcguire_uv.zip") as archive:
         name = next(name for name in archive.namelist() if name.endswith(".obj"))
         whole: Any = trimesh.load_mesh(io.BytesIO(archive.read(name)), file_type="obj", process=False)
@@ -84,11 +88,11 @@ def bunny(folder: Path) -> Path:
 
 
 SHAPES: dict[str, Callable[[Path], Path]] = {"Spot": spot, "Bob": bob, "Bunny": bunny, "Egg": egg, "Earth": earth}
-"""Name -> writes (or finds) its mesh, with the image beside it, and says where it is."""
+"""Name -> function that writes (or finds) the mesh, with the image beside it, and returns its path; given a folder."""
 
 
 def _revolved(path: Path, radius: Callable[[Doubles], Doubles], image: Image.Image) -> Path:
-    """A surface of revolution about y, radius(y) at height y in [-1, 1], u around and v upwards."""
+    """Write a surface of revolution about y: radius(y) at heights y in [-1, 1]; u runs around it and v upwards."""
     v, u = np.meshgrid(np.arange(ROWS + 1) / ROWS, np.arange(COLUMNS + 1) / COLUMNS, indexing="ij")
     height, angle = -np.cos(np.pi * v), 2 * np.pi * (u - 0.5)
     across = radius(height)
@@ -102,7 +106,7 @@ def _revolved(path: Path, radius: Callable[[Doubles], Doubles], image: Image.Ima
 
 
 def _written(path: Path, vertices: Doubles, faces: NDArray[np.int64], uv: Doubles, image: Image.Image) -> Path:
-    """OBJ by hand: trimesh's writer drops the names that tie it to its image."""
+    """Write an OBJ file and its image by hand: trimesh's writer drops the names that tie the two together."""
     image.save(path.with_suffix(".png"))
     path.with_suffix(".mtl").write_text(f"newmtl skin\nmap_Kd {path.stem}.png\n")
     with path.open("w") as file:
@@ -114,7 +118,7 @@ def _written(path: Path, vertices: Doubles, faces: NDArray[np.int64], uv: Double
 
 
 def _painted(u: Doubles, v: Doubles) -> Doubles:
-    """An Easter egg: (H, W, 3), sRGB."""
+    """Return the colours of an Easter egg at texture coordinates u, v (H, W): (H, W, 3), sRGB in [0, 1]."""
     colour = np.where((v < 0.5)[..., None], (0.96, 0.90, 0.78), (0.62, 0.80, 0.86))
     zigzag = np.abs(v - 0.5 - 0.06 * (np.abs((16 * u) % 2 - 1) - 0.5)) < 0.03
     dots = ((12 * u) % 1 - 0.5) ** 2 + ((v - 0.28) * 10) ** 2 < 0.09
@@ -125,13 +129,16 @@ def _painted(u: Doubles, v: Doubles) -> Doubles:
 
 
 def _solid(points: Doubles, rng: np.random.Generator) -> Doubles:
-    """Stripes around the vertical axis and spots at random centres: (n, 3), sRGB."""
+    """Return the colours of stripes around the vertical axis and of spots at random centres, at points (N, 3).
+
+    The result is (N, 3), sRGB in [0, 1].
+    """
     x, y, z = points.T
     stripes = np.sin(18 * y + 2 * np.sin(5 * x) + 2 * np.sin(5 * z)) > 0.3
     colour = np.where(stripes[:, None], (0.85, 0.62, 0.38), (0.93, 0.87, 0.78))
     centres = points[rng.integers(len(points), size=40)]
-    away = np.min([np.linalg.norm(points - centre, axis=1) for centre in centres], axis=0)
-    return np.where((away < 0.06)[:, None], (0.30, 0.22, 0.20), colour)
+    distances = np.min([np.linalg.norm(points - centre, axis=1) for centre in centres], axis=0)
+    return np.where((distances < 0.06)[:, None], (0.30, 0.22, 0.20), colour)
 
 
 def _bytes(colour: Doubles) -> NDArray[np.uint8]:

@@ -1,12 +1,13 @@
-"""Neural textures against UV-textured meshes (the paper's Section 4, Textures): writes docs/results/textures.md.
+"""Compares neural textures with UV-textured meshes (Section 4, Textures): writes docs/results/textures.md.
 
     PYTHONPATH=tests python benchmarks/textures.py [--shapes Spot,Bob] [--models FOLDER] [-o docs/results/textures.md]
 
-With --models, FOLDER/spot.safetensors and so on are taken where they are there; others are trained and put there.
+With --models, the models FOLDER/spot.safetensors and so on are read; those that are missing are trained and put there.
 
-Both are drawn unlit by the same cameras: the mesh by pyrender, four samples a pixel, the model by sphere tracing, one.
-Mean squared error over pixels and channels, sRGB in [0, 1]: inside, over the mesh's pixels, where a pixel that the
-model misses is white; whole, over the picture, whose background is white in both.
+Mesh and model are drawn unlit by the same cameras: the mesh by pyrender with four samples a pixel, the model by sphere
+tracing with one. The error is the mean, over pixels and channels, of the squared difference, sRGB in [0, 1]. "inside"
+counts the mesh's pixels, and one that the model misses is white; "whole" counts all pixels, and the background is
+white in both.
 """
 
 import argparse
@@ -40,24 +41,28 @@ from support.rasterised import BACKGROUND, Rasterised
 from textured_shapes import SHAPES
 
 SIDE, PICTURE = 512, 128
+"""Pixels per side of what is compared, and of what the page shows."""
 VIEWS = [Camera(azimuth=30 * i, elevation=(20, -15, 50)[i % 3]) for i in range(12)]
 SHOWN = 6
-"""Index of the view in the pictures."""
+"""Index of the view that the page shows."""
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """levels, texture, omega (of the texture), steps: as --levels, --texture-network, --omega, --steps take them.
-
-    paper: the paper's mean squared error. goal: ours.
-    """
+    """How a shape's model is trained, and the errors to compare its own with."""
 
     levels: str
+    """As --levels of `mplicits train` takes them."""
     texture: str
+    """As --texture-network takes it."""
     omega: float
+    """Of the texture, as --omega takes it."""
     steps: str
+    """As --steps takes them."""
     paper: float
+    """The paper's mean squared error."""
     goal: float | None
+    """The mean squared error that we aim at; None: no goal, as the image is not the paper's."""
 
 
 RECIPES = {
@@ -71,17 +76,22 @@ RECIPES = {
 
 @dataclass
 class Errors:
-    """Sums over views: squared errors inside and over the whole picture, of all levels and of level 1; silhouettes."""
+    """How the pictures of a model differ from those of the mesh, over all views."""
 
     inside: float = 0.0
+    """Mean squared error over the mesh's pixels."""
     whole: float = 0.0
+    """Mean squared error over all pixels."""
     coarse: float = 0.0
+    """Mean squared error of level 1 alone over the mesh's pixels."""
     both: int = 0
+    """Number of pixels that mesh and model both cover."""
     either: int = 0
+    """Number of pixels that mesh or model covers."""
 
 
 def train(name: str, path: Path) -> Model:
-    """By the shape's recipe; the seconds in its provenance count from reading the file."""
+    """Train a model by the shape's recipe; the seconds in its provenance count from reading the file."""
     recipe, began = RECIPES[name], time.perf_counter()
     networks = settings.networks(recipe.levels)
     chosen = Settings(
@@ -94,7 +104,7 @@ def train(name: str, path: Path) -> Model:
 
 
 def trained(name: str, path: Path, folder: Path | None) -> Model:
-    """From the folder, or trained and put there."""
+    """Read the model from the folder, or train it and put it there, where there is a folder."""
     file = None if folder is None else folder / f"{name.lower()}.safetensors"
     if file is not None and file.exists():
         return load(file)
@@ -105,23 +115,26 @@ def trained(name: str, path: Path, folder: Path | None) -> Model:
 
 
 def compare(name: str, model: Model, path: Path, context: Context, folder: Path) -> Errors:
-    """All views; writes the picture of one: the mesh, the model, its level 1, eight times the model's error."""
+    """Compare the pictures of a model and of its mesh, the file `path`, from all views.
+
+    For the view SHOWN, writes a picture into `folder`: the mesh, the model, its level 1, eight times the model's error.
+    """
     renderer = Renderer(context, bake(model))
     reference = Rasterised(trimesh.load_mesh(path, process=False), model.centre, model.scale, (SIDE, SIDE))
     errors = Errors()
     for i, camera in enumerate(VIEWS):
         truth, depth = reference(camera)
         inside = depth > 0
-        ours, hit = draw(renderer, camera, None)
+        colour, hit = draw(renderer, camera, None)
         coarse, _ = draw(renderer, camera, 1)
-        error = (ours - truth) ** 2
+        error = (colour - truth) ** 2
         errors.inside += float(error[inside].mean()) / len(VIEWS)
         errors.whole += float(error.mean()) / len(VIEWS)
         errors.coarse += float(((coarse - truth) ** 2)[inside].mean()) / len(VIEWS)
         errors.both += int((hit & inside).sum())
         errors.either += int((hit | inside).sum())
         if i == SHOWN:
-            strip = np.concatenate((truth, ours, coarse, 1 - np.minimum(8 * np.abs(ours - truth), 1)), axis=1)
+            strip = np.concatenate((truth, colour, coarse, 1 - np.minimum(8 * np.abs(colour - truth), 1)), axis=1)
             small = strip.reshape(PICTURE, SIDE // PICTURE, -1, SIDE // PICTURE, 3).mean(axis=(1, 3))
             save_png(folder / f"textures-{name.lower()}.png", small.astype(np.float32))
     reference.release()
@@ -130,14 +143,17 @@ def compare(name: str, model: Model, path: Path, context: Context, folder: Path)
 
 
 def draw(renderer: Renderer, camera: Camera, level: int | None) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """The texture's colours on the pictures' background, (SIDE, SIDE, 3), and where the surface was hit."""
+    """Draw the texture's colours, unlit, on the background of the mesh's pictures. level: None for all levels.
+
+    Returns the colours (SIDE, SIDE, 3), sRGB, and whether the surface was hit, (SIDE, SIDE).
+    """
     image = renderer.render((SIDE, SIDE), camera, RenderOptions(level=level, shading="texture"))
     hit = image[..., 3] > 0.5
     return np.where(hit[..., None], image[..., :3].astype(np.float64), BACKGROUND), hit
 
 
 def main() -> None:
-    """Writes the page and the pictures."""
+    """Write the page and the pictures."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--shapes", default=",".join(RECIPES), metavar="NAME,..")
     parser.add_argument("--models", type=Path, metavar="FOLDER", help="models to compare, and where to put others")
@@ -173,14 +189,14 @@ def main() -> None:
             path, recipe = SHAPES[name](Path(folder)), RECIPES[name]
             model = trained(name, path, options.models)
             assert model.texture is not None
-            found = compare(name, model, path, context, options.output.parent)
-            levels, made = ",".join(shape_of(level.network) for level in model.levels), model.provenance
-            steps = ",".join(str(record["steps"]) for record in (*made["levels"], made["texture"]))
+            errors = compare(name, model, path, context, options.output.parent)
+            levels, provenance = ",".join(shape_of(level.network) for level in model.levels), model.provenance
+            steps = ",".join(str(record["steps"]) for record in (*provenance["levels"], provenance["texture"]))
             goal = "" if recipe.goal is None else f"{recipe.goal:.5f}"
             page.add(
                 f"| {name} | {levels} + {shape_of(model.texture)} | {model.parameters():,} | {steps} | "
-                f"{made['seconds']:.0f} | {found.inside:.5f} | {found.whole:.5f} | {found.coarse:.5f} | "
-                f"{found.both / found.either:.4f} | {recipe.paper:.4f} | {goal} |"
+                f"{provenance['seconds']:.0f} | {errors.inside:.5f} | {errors.whole:.5f} | {errors.coarse:.5f} | "
+                f"{errors.both / errors.either:.4f} | {recipe.paper:.4f} | {goal} |"
             )
     page.add(
         "",

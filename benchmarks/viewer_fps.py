@@ -1,9 +1,10 @@
-"""Frames per second of the viewer's renderer while the camera turns; writes docs/results/viewer.md.
+"""Measures the frames per second of the viewer while the camera turns: writes docs/results/viewer.md.
 
     python benchmarks/viewer_fps.py spot-small spot spot-large [--size 640x480] [--frames 24] [-o FILE]
 
-A frame is one ray per pixel, all levels, Phong shading, off screen: what the window draws while nothing limits its
-pixels. What showing it costs (one textured triangle, the panel) is left out. `moving` is what the window does with it.
+A frame is what the window draws while nothing limits its pixels: one ray per pixel, all levels, Phong shading, but off
+screen, without what it costs to show it (one textured triangle, the panel). The columns "moving" are of the pixels to
+which the window limits itself while the camera moves.
 """
 
 import argparse
@@ -27,21 +28,24 @@ HEAD = "| model | levels | parameters | compiled in | frames per second | moving
 
 
 def rate(picture: Picture, renderer: Renderer, view: View, size: tuple[int, int], frames: int, adapt: bool) -> float:
-    """Frames per second of a turn; `adapt`: with as many pixels as the view finds fit to move."""
+    """Measure the frames per second of a turn.
+
+    size: (width, height) in pixels; adapt: draw only as many of them as the window does while the camera moves.
+    """
     seconds = 0.0
-    for k in range(-3, frames):  # The first ones warm up, and find the number of pixels.
+    for k in range(-3, frames):  # the first ones warm up, and settle the number of pixels
         start = time.perf_counter()
         camera = view.home.orbited(360.0 * k / frames, 0.0)
         picture.sketch(renderer, Scene(size, camera, view.options), view.scale if adapt else 1.0)
-        took = time.perf_counter() - start
+        frame_seconds = time.perf_counter() - start
         if adapt and k < 0:
-            view.timed(took)
-        seconds += took if k >= 0 else 0.0
+            view.timed(frame_seconds)
+        seconds += frame_seconds if k >= 0 else 0.0
     return frames / seconds
 
 
 def row(context: Context, path: Path, size: tuple[int, int], frames: int) -> str:
-    """One line of the table."""
+    """Measure a model, and return its line of the table."""
     model = load(path)
     renderer, picture = Renderer(context, bake(model)), Picture(context)
     view = View(Camera(aspect=size[0] / size[1]), RenderOptions(), len(model.levels), model.texture is not None)
@@ -58,7 +62,7 @@ def row(context: Context, path: Path, size: tuple[int, int], frames: int) -> str
 
 
 def main() -> None:
-    """Writes the page for the models named on the command line."""
+    """Write the page for the models that the command line names."""
     parser = argparse.ArgumentParser(description="frames per second of the viewer")
     parser.add_argument("models", type=model_path, nargs="+", metavar="M")
     parser.add_argument("--size", default="640x480")
