@@ -1,4 +1,7 @@
-"""GLSL = the numpy reference, in a float framebuffer on OSMesa; and the shader as text: golden, compiled, escaped."""
+"""A GLSL shader computes what the numpy reference does, in a float framebuffer on OSMesa.
+
+Its text equals the golden file, compiles by itself, and escapes the model's name.
+"""
 
 import shutil
 import subprocess
@@ -41,8 +44,8 @@ def points() -> NDArray[np.float32]:
     return np.random.default_rng(2).uniform(-1, 1, (SIDE * SIDE, 3)).astype(np.float32)
 
 
-class Probe:
-    """A model's GLSL, evaluated at points()."""
+class FieldProbe:
+    """The GLSL functions of a model, which a call evaluates at points()."""
 
     def __init__(self, osmesa: Context, model: Model, storage: str) -> None:
         self.context, shader = osmesa, glsl330.bake(model, storage, main=PROBE)
@@ -57,7 +60,11 @@ class Probe:
             self.triangle = gl.vertex_array(self.program, [])
 
     def __call__(self, level: int, kind: int) -> NDArray[np.float32]:
-        """(N, 4). kind: 0 gradient and value, 1 nested value and the level reached, 2 colour."""
+        """Return four numbers for each of points(), (N, 4) float32.
+
+        kind: 0 for the gradient of f_level and f_level, 1 for the value of the finest defined level and that level, 2
+        for the colour.
+        """
         with self.context:
             for unit, (name, texture) in enumerate(self.textures.items()):
                 texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
@@ -78,7 +85,7 @@ def assert_close(ours: NDArray[np.float32], expected: NDArray[np.float32]) -> No
 @pytest.mark.parametrize("storage", ["literal", "texture"])
 def test_glsl_equals_the_reference(osmesa: Context, storage: str) -> None:
     model = random_model((16, 1), (18, 2), (64, 1), texture=(10, 1))
-    program, probe = lower(model), Probe(osmesa, model, storage)
+    program, probe = lower(model), FieldProbe(osmesa, model, storage)
     for level in (1, 3):
         gradient, value = interpret.field_gradient(program, points(), level)
         result = probe(level, kind=0)
@@ -99,26 +106,26 @@ def test_auto_storage_puts_wide_networks_in_the_texture(osmesa: Context) -> None
     assert "const mat4 w2" not in shader.text
     assert shader.value_loops[0] == 0 < shader.value_loops[1]
     gradient, value = interpret.field_gradient(lower(model), points(), 2)
-    result = Probe(osmesa, model, "auto")(2, kind=0)
+    result = FieldProbe(osmesa, model, "auto")(2, kind=0)
     assert_close(result[:, :3], gradient)
     assert_close(result[:, 3], value)
 
 
-def test_the_paper_s_three_levels_from_the_texture(osmesa: Context) -> None:
+def test_levels_of_the_paper_s_sizes_are_read_from_the_texture(osmesa: Context) -> None:
     model = random_model((64, 2), (128, 2), (256, 2))
     gradient, value = interpret.field_gradient(lower(model), points(), 3)
-    result = Probe(osmesa, model, "texture")(3, kind=0)
+    result = FieldProbe(osmesa, model, "texture")(3, kind=0)
     assert_close(result[:, :3], gradient)
     assert_close(result[:, 3], value)
 
 
-def test_one_copy_of_the_weights() -> None:
+def test_value_and_gradient_share_one_copy_of_the_weights() -> None:
     text = glsl330.bake(random_model((16, 1)), "literal").text
     assert text.count("const mat4 ") == 4 + 16, "one constant per block, value and adjoint together"
     assert text.count(" w1_1_0_0 ") == 3, "declared once; value and adjoint refer to it"
 
 
-def test_golden_text(request: pytest.FixtureRequest) -> None:
+def test_the_text_equals_the_golden_file(request: pytest.FixtureRequest) -> None:
     text = TARGETS["glsl330"](random_model((4, 1), (8, 0), texture=(4, 0), name='tiny "/*\n</script>\\'), digits=3)
     check_golden(text, GOLDEN_TEXT, request)
 
@@ -132,13 +139,13 @@ def test_the_file_compiles_by_itself(osmesa: Context, tmp_path: Path, storage: s
         pytest.skip("glslangValidator is not installed (Debian: glslang-tools); compiled by Mesa only")
     file = tmp_path / "shader.frag"
     file.write_text(text)
-    done = subprocess.run(["glslangValidator", str(file)], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout
+    compiled = subprocess.run(["glslangValidator", str(file)], capture_output=True, text=True, check=False)
+    assert compiled.returncode == 0, compiled.stdout
 
 
 @pytest.mark.parametrize("name", ['"/*', "*/", "</script>", "a\nvoid main() {}", "back\\", "é\u2028\x00", "??/"])
-def test_names_cannot_leave_their_comment(name: str) -> None:
-    with_name, plain = (TARGETS["glsl330"](random_model((4, 0), name=each)) for each in (name, "plain"))
+def test_a_model_s_name_cannot_leave_its_comment(name: str) -> None:
+    with_name, plain = (TARGETS["glsl330"](random_model((4, 0), name=title)) for title in (name, "plain"))
     difference = [line for line in with_name.split("\n") if line not in plain.split("\n")]
     assert len(difference) == 1
     assert difference[0].startswith("// ")
@@ -147,7 +154,7 @@ def test_names_cannot_leave_their_comment(name: str) -> None:
     assert not difference[0].endswith("\\")
 
 
-def test_weights_travel_in_the_file() -> None:
+def test_the_weight_texture_is_read_back_from_the_file() -> None:
     model = random_model((8, 1))
     text = TARGETS["glsl330"](model, storage="texture")
     weights = glsl330.bake(model, "texture").weights

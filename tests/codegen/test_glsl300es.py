@@ -1,4 +1,7 @@
-"""The WebGL2 target as text: golden, escaped, compiled by glslang; its sines against numpy's; rounded weights."""
+"""The WebGL2 target: its text is the golden file's and is taken by glslang, and its sines are as good as numpy's.
+
+And models with rounded weights, which pages carry.
+"""
 
 import shutil
 import subprocess
@@ -43,7 +46,7 @@ void main() {
 )
 
 
-def test_golden_text(request: pytest.FixtureRequest) -> None:
+def test_the_text_equals_the_golden_file(request: pytest.FixtureRequest) -> None:
     model = random_model((4, 1), (8, 0), texture=(4, 0), name='tiny "/*\n</script>\\')
     text = TARGETS["glsl300es"](model, digits=3)
     check_golden(text, GOLDEN_TEXT, request)
@@ -51,26 +54,26 @@ def test_golden_text(request: pytest.FixtureRequest) -> None:
 
 @pytest.mark.parametrize("inputs", ["xyz", "xyzt"])
 @pytest.mark.parametrize("storage", ["literal", "texture", "auto"])
-def test_glslang_takes_it(tmp_path: Path, storage: str, inputs: str) -> None:
+def test_glslang_compiles_every_storage_and_moving_models(tmp_path: Path, storage: str, inputs: str) -> None:
     if shutil.which("glslangValidator") is None:
         pytest.skip("glslangValidator is not installed (Debian: glslang-tools)")
     model = random_model((8, 1), (68, 1), texture=(4, 0), name="a\nb\\", inputs=inputs)
     file = tmp_path / "shader.frag"
     file.write_text(TARGETS["glsl300es"](model, storage=storage))
-    done = subprocess.run(["glslangValidator", str(file)], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout
+    compiled = subprocess.run(["glslangValidator", str(file)], capture_output=True, text=True, check=False)
+    assert compiled.returncode == 0, compiled.stdout
 
 
-def test_weights_travel_in_the_file() -> None:
+def test_the_weight_texture_is_read_back_from_the_file() -> None:
     model = random_model((8, 1))
-    found = read_weights(TARGETS["glsl300es"](model, storage="texture"))
+    read_back = read_weights(TARGETS["glsl300es"](model, storage="texture"))
     weights = glsl300es.bake(model, "texture").weights
-    assert found is not None
+    assert read_back is not None
     assert weights is not None
-    np.testing.assert_array_equal(found, weights)
+    np.testing.assert_array_equal(read_back, weights)
 
 
-def test_sines_are_good_to_6e_7(osmesa: Context) -> None:
+def test_sines_are_off_by_less_than_6e_7(osmesa: Context) -> None:
     rng = np.random.default_rng(0)
     angles = np.concatenate([np.linspace(-4, 4, 64 * 64 * 2), rng.uniform(-1e4, 1e4, 64 * 64 * 2)]).astype(np.float32)
     rng.shuffle(angles)
@@ -83,17 +86,18 @@ def test_sines_are_good_to_6e_7(osmesa: Context) -> None:
         target = gl.framebuffer([gl.texture((64, 64), 4, dtype="f4")])
         target.use()
         gl.vertex_array(program, []).render(moderngl.TRIANGLES, vertices=3)
-        found = np.frombuffer(target.read(components=4, dtype="f4"), np.float32).reshape(-1, 4)
+        sines = np.frombuffer(target.read(components=4, dtype="f4"), np.float32).reshape(-1, 4)
     exact = angles.astype(np.float64)
     expected = np.concatenate([np.sin(exact[:, :2]), np.cos(exact[:, 2:])], axis=1)
-    assert np.abs(found - expected).max() < 6e-7
+    assert np.abs(sines - expected).max() < 6e-7
 
 
 def field_of(model: Model, points: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Evaluate a model's last level at points (N, 3) by the numpy reference; returns (N,)."""
     return interpret.field(lower(model), points, len(model.levels))
 
 
-def test_in_decimals_is_what_lower_prints() -> None:
+def test_in_decimals_rounds_as_lower_does() -> None:
     model = random_model((8, 1), (12, 0), texture=(4, 0))
     rounded = in_decimals(model, 2)
     points = np.random.default_rng(1).uniform(-1, 1, (500, 3)).astype(np.float32)
@@ -102,7 +106,7 @@ def test_in_decimals_is_what_lower_prints() -> None:
     assert np.abs(field_of(rounded, points) - field_of(model, points)).max() > 1e-3
 
 
-def test_float16() -> None:
+def test_in_float16_rounds_every_weight_and_refuses_one_that_is_too_large() -> None:
     model = fitted_model((16, 24))
     half = in_float16(model)
     assert is_float16(half)
@@ -118,7 +122,7 @@ def test_float16() -> None:
         in_float16(model)
 
 
-def test_bake_names_files_and_says_what_float16_costs(
+def test_bake_names_its_file_and_says_what_float16_costs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert len({target.suffix for target in TARGETS.values()}) == len(TARGETS)

@@ -1,4 +1,4 @@
-"""The header line of generated text: what it says, and what a damaged one is answered with."""
+"""The header line of generated texts says what a text was made from, and a damaged one is refused."""
 
 import json
 from collections.abc import Callable
@@ -20,7 +20,7 @@ NAME = 'a "name" */??/\n\u2028</script>\\'
 
 
 @pytest.mark.parametrize("target", ["glsl330", "glsl300es", "shadertoy", "cuda"])
-def test_every_text_opens_with_what_it_was_made_from(target: str) -> None:
+def test_every_text_opens_with_the_model_it_was_made_from(target: str) -> None:
     text = TARGETS[target](random_model((16, 1), (12, 2), name=NAME))
     facts = read_header(text)
     assert (facts["target"], facts["name"], facts["levels"]) == (target, NAME, ["16x1", "12x2"])
@@ -35,18 +35,18 @@ def test_every_text_opens_with_what_it_was_made_from(target: str) -> None:
 def test_a_baked_shader_is_read_back_as_it_was_made(storage: str, textured: bool) -> None:
     model = random_model((16, 1), (24, 2), texture=(8, 1) if textured else None, name=NAME)
     shader, text = glsl330.bake(model, storage), glsl330.standalone(model, storage)
-    again, name = read_shader(text)
-    assert (name, again.text) == (NAME, text)
-    assert again.facts() == shader.facts()
-    assert again.textured == textured
+    read_back, name = read_shader(text)
+    assert (name, read_back.text) == (NAME, text)
+    assert read_back.facts() == shader.facts()
+    assert read_back.textured == textured
     if shader.weights is None:
-        assert again.weights is None
+        assert read_back.weights is None
     else:
-        np.testing.assert_array_equal(again.weights, shader.weights)
+        np.testing.assert_array_equal(read_back.weights, shader.weights)
 
 
 def changed(change: Callable[[dict[str, Any]], object]) -> str:
-    """A baked shader whose header's facts went through `change`."""
+    """Return a baked shader in whose header the facts went through `change`."""
     text = glsl330.standalone(random_model((4, 1), (4, 0)))
     line = next(line for line in text.splitlines() if line.startswith("// {"))
     facts = json.loads(line[3:])
@@ -76,7 +76,7 @@ def test_a_damaged_header_is_refused(change: Callable[[dict[str, Any]], object],
 
 
 @pytest.mark.parametrize("text", ["", "#version 330\nvoid main() {}\n", "// {not json\n", "// [1]\n", "// {}\n"])
-def test_a_shader_of_others_is_refused(text: str) -> None:
+def test_a_shader_that_mplicits_did_not_write_is_refused(text: str) -> None:
     with pytest.raises(UserError, match="no header line"):
         read_shader(text)
 
@@ -89,7 +89,7 @@ def test_weights_that_are_missing_or_damaged_are_refused() -> None:
         read_shader(text[:-20])
 
 
-def test_the_table_of_uniforms_is_what_glsl_declares_and_names() -> None:
+def test_glsl_declares_the_table_of_uniforms_and_names_its_shadings() -> None:
     text = glsl330.standalone(random_model((4, 1), (4, 0)))
     for uniform in UNIFORMS:
         assert f"uniform {uniform.type} {uniform.declared} = " in text, uniform.name

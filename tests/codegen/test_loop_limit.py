@@ -1,4 +1,4 @@
-"""llvmpipe's limit of loop iterations per fragment: that it exists, and that pictures keep within it."""
+"""Software OpenGL (llvmpipe) limits the loop iterations of a fragment, and pictures keep within that limit."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from support.random_model import random_model
 
 
 def test_llvmpipe_stops_at_the_loop_limit(osmesa: Context) -> None:
-    """The fact that `schedule_that_fits` exists for: no error, a wrong count."""
+    """A loop beyond the limit ends early without an error, which is why `schedule_that_fits` exists."""
     if not osmesa.software:
         pytest.skip("hardware behind OSMesa")
     with osmesa as gl:
@@ -36,10 +36,11 @@ def test_llvmpipe_stops_at_the_loop_limit(osmesa: Context) -> None:
 
 
 def wide(loops: int) -> Shader:
+    """Return a shader whose second level takes `loops` loop iterations for a value, and twice that for a gradient."""
     return Shader("", None, (0, loops), (0, 2 * loops), 0, (20, 5), (0.1, 0.01))
 
 
-def test_steps_of_the_last_level_and_then_rounds_are_lowered_to_what_fits() -> None:
+def test_the_last_level_s_steps_and_then_the_rounds_are_lowered_to_what_fits() -> None:
     shader = wide(2000)
     steps, rounds = schedule_that_fits(shader, 2, 2, (20, 5), 32)
     assert steps == (20, LEAST_STEPS)

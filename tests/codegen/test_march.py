@@ -1,4 +1,4 @@
-"""Multiscale sphere tracing, against dense marching of the last level alone and against the analytic shape."""
+"""Multiscale sphere tracing finds what dense marching of the last level finds, and what the analytic shape has."""
 
 import numpy as np
 import pytest
@@ -30,19 +30,20 @@ def renderer(osmesa: Context, model: Model) -> Renderer:
 
 
 def data(renderer: Renderer, camera: Camera, **options: int) -> NDArray[np.float32]:
+    """Return (SIDE, SIDE, 4): for each pixel the distance, the steps, the level and whether the ray hit."""
     return renderer.render((SIDE, SIDE), camera, RenderOptions(shading="data", **options))  # type: ignore[arg-type]
 
 
-def test_no_holes_and_the_same_silhouette_on_ten_views(osmesa: Context, model: Model) -> None:
-    found = compare(model, osmesa, SIDE)
-    assert found.holes == 0
-    assert found.extra <= 0.002 * found.outline
-    assert np.median(found.apart) < 0.002
-    assert np.quantile(found.apart, 0.9) < 0.01, "only grazing rays may stop early"
+def test_ten_views_have_no_holes_and_the_same_silhouette_as_dense_marching(osmesa: Context, model: Model) -> None:
+    difference = compare(model, osmesa, SIDE)
+    assert difference.holes == 0
+    assert difference.extra <= 0.002 * difference.outline
+    assert np.median(difference.apart) < 0.002
+    assert np.quantile(difference.apart, 0.9) < 0.01, "only grazing rays may stop early"
 
 
 def test_one_round_as_in_the_paper_leaves_holes(renderer: Renderer) -> None:
-    """What rounds are for; if this fails, they can go."""
+    """Rounds exist because of these holes; if this test fails, they are not needed any more."""
     full, once = (data(renderer, VIEWS[0], rounds=rounds)[..., 3] > 0.5 for rounds in (32, 1))
     assert (full & ~once).sum() > 0.05 * full.sum()
 
@@ -53,30 +54,30 @@ def test_the_march_in_numpy_takes_the_same_steps(renderer: Renderer, model: Mode
     eye, directions, footprint = VIEWS[0].rays(SIDE, SIDE)
     rays = march(lower(model), eye, directions.reshape(-1, 3), level, footprint, rounds)
     assert (rays.hit == (shader[:, 3] > 0.5)).mean() > 0.999
-    assert (rays.steps == shader[:, 1]).mean() > 0.98, "where f is at a threshold but for rounding, they may differ"
+    assert (rays.steps == shader[:, 1]).mean() > 0.98, "steps may differ where rounding moves f across a threshold"
     assert np.abs(rays.t - shader[:, 0])[rays.hit].mean() < 1e-4
     assert rays.evaluations[0] == rays.steps.sum()
     assert rays.traced[0][0] == np.count_nonzero(rays.steps)
     assert rays.evaluations_outside <= rays.evaluations[0]
 
 
-def test_depth_is_that_of_the_analytic_shape(renderer: Renderer) -> None:
+def test_depth_is_the_analytic_shape_s(renderer: Renderer) -> None:
     for camera in VIEWS[:3]:
         eye, directions, _ = camera.rays(SIDE, SIDE)
-        ours = data(renderer, camera)
-        seen = ours[..., 3] > 0.5
-        points = eye + ours[seen][:, :1] * directions[seen]
+        traced = data(renderer, camera)
+        hit = traced[..., 3] > 0.5
+        points = eye + traced[hit][:, :1] * directions[hit]
         distance = np.abs(demo.signed_distance(points))
         assert distance.mean() < 2e-3
         assert np.quantile(distance, 0.99) < 0.012
 
 
-def test_a_ray_costs_few_steps_of_the_fine_level(renderer: Renderer) -> None:
+def test_a_ray_takes_few_steps(renderer: Renderer) -> None:
     steps = data(renderer, VIEWS[0])[..., 1]
     assert 1 <= np.median(steps[steps > 0]) <= 20
 
 
-def test_a_camera_inside_the_ball_and_one_that_looks_away(renderer: Renderer) -> None:
+def test_a_camera_inside_the_ball_sees_the_shape_and_one_that_looks_away_sees_nothing(renderer: Renderer) -> None:
     inside = data(renderer, Camera(0, 0, distance=0.95))
     assert 0.01 < (inside[..., 3] > 0.5).mean() < 1
     away = data(renderer, Camera(0, 0, distance=3, target=(0, 0, -100)))

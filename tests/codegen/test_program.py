@@ -1,4 +1,4 @@
-"""The program and its numpy reference, against torch; what lowering rounds, pads and counts."""
+"""Lowered programs, run by the numpy reference, compute what torch does; and what lowering rounds and counts."""
 
 import dataclasses
 from typing import Any
@@ -19,17 +19,19 @@ SHAPES = (((64, 1), (64, 2)), ((10, 1), (7, 0), (33, 2)))
 
 
 def points(count: int = 1000) -> np.ndarray:
+    """Return the same random points in every call, (count, 3) float32."""
     return np.random.default_rng(1).uniform(-1, 1, (count, 3)).astype(np.float32)
 
 
 def torch_network(network: Network, x: Any) -> Any:
+    """Evaluate a network with torch at inputs (N, 3) or (N, 4); returns (N, outputs)."""
     for layer in network[:-1]:
         x = torch.sin(torch.nn.functional.linear(x, torch.from_numpy(layer.weight), torch.from_numpy(layer.bias)))
     return torch.nn.functional.linear(x, torch.from_numpy(network[-1].weight), torch.from_numpy(network[-1].bias))
 
 
 @pytest.mark.parametrize("shapes", SHAPES)
-def test_reference_equals_torch(shapes: tuple[tuple[int, int], ...]) -> None:
+def test_the_reference_computes_what_torch_does(shapes: tuple[tuple[int, int], ...]) -> None:
     model = random_model(*shapes, texture=(12, 1))
     program = lower(model)
     for level in range(1, len(shapes) + 1):
@@ -53,7 +55,7 @@ def test_time_is_the_fourth_input() -> None:
     np.testing.assert_allclose(interpret.field(lower(model), points(), 1, time=0.3), expected, atol=1e-5)
 
 
-def test_nested_field_stops_where_the_band_ends() -> None:
+def test_the_nested_field_stops_at_the_level_whose_band_a_point_is_outside_of() -> None:
     program = lower(random_model((16, 1), (16, 1), (16, 1)))
     value, reached = interpret.nested_field(program, points(), 3)
     assert set(reached) == {1, 2, 3}
@@ -64,7 +66,7 @@ def test_nested_field_stops_where_the_band_ends() -> None:
             assert (np.abs(value[here]) >= program.bands[level - 1].delta).all()
 
 
-def test_digits_round_what_the_reference_runs() -> None:
+def test_digits_round_the_constants_and_so_the_field() -> None:
     model = random_model((16, 1), (16, 1))
     exact, coarse, fine = (lower(model, digits) for digits in (None, 2, 6))
     for name, constant in coarse.constants.items():
@@ -88,7 +90,7 @@ def test_a_small_output_row_survives_two_digits() -> None:
     assert np.count_nonzero(row) > 12
 
 
-def test_cost_counts_products_and_sines() -> None:
+def test_the_cost_counts_multiply_adds_and_sines() -> None:
     program = lower(random_model((64, 2)))
     cost, adjoint = program.cost(program.values[0]), program.cost(program.gradients[0])
     assert cost.multiply_adds == 64 * 4 + 2 * 64 * 64 + 64
@@ -102,18 +104,22 @@ BROKEN: tuple[tuple[str, tuple[Op, ...]], ...] = (
     ("not defined", (Sine("h", "q"),)),
     ("widths differ", (Affine("a", "p", "w1_0", None), Product("f", "a", "p"))),
     ("never assigned", (Sine("h", "p"),)),
+    ("not defined", (Affine("a", "p", "b1_0", None),)),
+    ("not defined", (Sine("h", "o1_0"),)),
+    ("a scalar", (Affine("a", "p", "w1_0", None), Dot("s", "a", "o1_0", 1.0, 0.0), Sine("f", "s"))),
+    (r"not \[1\] wide", (Sine("f", "p"),)),
 )
 
 
 @pytest.mark.parametrize(("message", "ops"), BROKEN)
-def test_check_refuses(message: str, ops: tuple[Op, ...]) -> None:
+def test_an_ill_formed_program_is_refused(message: str, ops: tuple[Op, ...]) -> None:
     program = lower(random_model((8, 1)))
     broken = dataclasses.replace(program, values=(Function("network1", ops, ("f",)),))
     with pytest.raises(ValueError, match=message):
         broken.check()
 
 
-def test_numbers_read_back_as_the_same_float32() -> None:
+def test_literals_read_back_as_the_same_float32() -> None:
     rng = np.random.default_rng(0)
     values = np.concatenate(
         [

@@ -1,4 +1,4 @@
-"""Shadertoy text: the field = the numpy reference, the picture = the renderer's and a player's that is not ours."""
+"""Shadertoy texts compute the numpy reference's field, and draw what the renderer and other players draw."""
 
 import importlib.util
 import io
@@ -21,7 +21,7 @@ from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.registry import TARGETS
 from mplicits.model import quantise
 from mplicits.model.errors import UserError
-from mplicits.model.model import Layer, Model, load
+from mplicits.model.model import Layer, load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context
@@ -80,7 +80,10 @@ def draw(
     inputs: dict[str, object],
     points: NDArray[np.float32] | None = None,
 ) -> NDArray[np.float32]:
-    """(H, W, 4), top row first, of desktop GLSL."""
+    """Draw desktop GLSL on OSMesa; returns (H, W, 4) float32, top row first.
+
+    inputs: name -> value of uniforms, of which the text may lack some. points: (H W, 3) for the sampler `points`.
+    """
     with osmesa as gl:
         program = gl.program(vertex_shader=VERTEX_SHADER, fragment_shader="#version 330\n" + text)
         target = gl.framebuffer([gl.texture(size, 4, dtype="f4")])
@@ -98,50 +101,47 @@ def draw(
 
 
 def picture(osmesa: Context, text: str, mouse: tuple[float, float] = (0, 0)) -> NDArray[np.int16]:
+    """Draw a text as Shadertoy does at time 0; returns (H, W, 3), from 0 to 255. mouse: iMouse, in pixels."""
     inputs = {"iResolution": (*SIZE, 1), "iTime": 0.0, "iMouse": (*mouse, 0, 0), "iFrame": 0}
     return (draw(osmesa, INPUTS + text + MAIN, SIZE, inputs)[..., :3].clip(0, 1) * 255).round().astype(np.int16)
 
 
-def quantised(model: Model) -> Model:
-    return quantise.quantised_model(model)
-
-
-def test_sixteen_weights_in_three_integers() -> None:
+def test_three_integers_hold_sixteen_weights() -> None:
     for block in np.random.default_rng(0).integers(-32, 32, (200, 16)):
-        a = [int(number) for number in re.findall(r"-?\d+", pack(block.astype(np.float32)))]
-        assert all(-(2**31) <= number < 2**31 for number in a)
-        found = np.zeros(16, int)
-        for number, fields in zip(a, FIELDS, strict=True):
-            found[list(fields)] = [(number >> 6 * k & 63) - 64 * (number >> 6 * k + 5 & 1) for k in range(5)]
-        top = [number >> 30 & 3 for number in a]
-        found[3] = top[0] * 16 + top[1] * 4 + top[2] - 32
-        np.testing.assert_array_equal(found, block)
+        integers = [int(number) for number in re.findall(r"-?\d+", pack(block.astype(np.float32)))]
+        assert all(-(2**31) <= number < 2**31 for number in integers)
+        unpacked = np.zeros(16, int)
+        for number, fields in zip(integers, FIELDS, strict=True):
+            unpacked[list(fields)] = [(number >> 6 * k & 63) - 64 * (number >> 6 * k + 5 & 1) for k in range(5)]
+        top = [number >> 30 & 3 for number in integers]
+        unpacked[3] = top[0] * 16 + top[1] * 4 + top[2] - 32
+        np.testing.assert_array_equal(unpacked, block)
     with pytest.raises(ValueError, match="multiple"):
         pack(np.full(16, 40, np.float32))
 
 
 @pytest.mark.parametrize("storage", ["packed", "literal"])
 def test_the_field_equals_the_reference(osmesa: Context, storage: str) -> None:
-    model = quantised(random_model((16, 1), (18, 2), (8, 0)))
+    model = quantise.quantised_model(random_model((16, 1), (18, 2), (8, 0)))
     points = np.random.default_rng(2).uniform(-1, 1, (64 * 64, 3)).astype(np.float32)
     text = INPUTS + SHADERTOY(model, storage, digits=None if storage == "packed" else 7)
-    found = draw(osmesa, text + PROBE, (64, 64), {}, points)[::-1, :, 0].ravel()
+    field = draw(osmesa, text + PROBE, (64, 64), {}, points)[::-1, :, 0].ravel()
     nested, reached = interpret.nested_field(lower(model), points, 3)
     offsets = np.array([*(level.delta for level in model.levels[:2]), 0])
     expected = nested - offsets[reached - 1] / 1.3
     away = np.abs(np.abs(nested) - offsets[reached - 1]) > 2e-3  # of a band's edge, which the text gives to 3 digits
-    np.testing.assert_allclose(found[away], expected[away], rtol=0, atol=3e-3)
+    np.testing.assert_allclose(field[away], expected[away], rtol=0, atol=3e-3)
     exact = away & (reached == 3)
     assert exact.sum() > 300
-    np.testing.assert_allclose(found[exact], expected[exact], rtol=0, atol=2e-5 * np.abs(expected).max())
+    np.testing.assert_allclose(field[exact], expected[exact], rtol=0, atol=2e-5 * np.abs(expected).max())
 
 
-def test_quantised_weights_are_kept() -> None:
+def test_a_quantised_model_is_not_quantised_again() -> None:
     model = random_model((16, 1), (18, 2), texture=(10, 1))
     assert not quantise.is_quantised(model.levels[0].network)
-    once = quantised(model)
+    once = quantise.quantised_model(model)
     assert all(quantise.is_quantised(level.network) for level in once.levels)
-    for before, after in zip(once.levels, quantised(once).levels, strict=True):
+    for before, after in zip(once.levels, quantise.quantised_model(once).levels, strict=True):
         assert before.network is after.network
     for old, new in zip(model.levels[1].network, once.levels[1].network, strict=True):
         assert float(np.abs(old.weight - new.weight).mean()) < 0.1 * float(np.abs(old.weight).mean())
@@ -153,8 +153,8 @@ def test_a_step_that_was_rounded_down_holds_the_largest_weight() -> None:
     assert quantise.is_quantised(quantise.quantised((Layer(weight, first.bias), last)))
 
 
-def test_the_text_agrees_with_the_renderer(osmesa: Context) -> None:
-    """Its normals are differences, its gamma 2.2, its background plain; its silhouette and its shading are the same."""
+def test_the_text_draws_what_the_renderer_draws(osmesa: Context) -> None:
+    """Normals by differences, a gamma of 2.2 and a plain background make it no other silhouette or shading."""
     model = load(DEMO)
     ours = picture(osmesa, SHADERTOY(model))
     camera = Camera(np.degrees(0.52), np.degrees(0.35), 3.52)
@@ -168,18 +168,18 @@ def test_the_text_agrees_with_the_renderer(osmesa: Context) -> None:
     assert np.percentile(difference, 90) < 24  # at edges and stripes a pixel's centre decides
 
 
-def test_dragging_orbits(osmesa: Context) -> None:
+def test_dragging_the_mouse_orbits_the_camera(osmesa: Context) -> None:
     text = SHADERTOY(load(DEMO))
     assert np.abs(picture(osmesa, text) - picture(osmesa, text, (100, 40))).mean() > 2
 
 
 @pytest.mark.skipif(importlib.util.find_spec("wgpu_shadertoy") is None, reason="wgpu-shadertoy is not installed")
-def test_a_player_of_others_shows_the_same(osmesa: Context, tmp_path: Path) -> None:
-    for name, model in (("packed", quantised(random_model((16, 1), (8, 0)))), ("literal", load(DEMO))):
+def test_another_shadertoy_player_draws_the_same(osmesa: Context, tmp_path: Path) -> None:
+    for name, model in (("packed", quantise.quantised_model(random_model((16, 1), (8, 0)))), ("literal", load(DEMO))):
         text = SHADERTOY(model)
         (tmp_path / "text.frag").write_text(text)
         command = [sys.executable, "-c", PLAYER, "text.frag", "x".join(map(str, SIZE)), "player.png"]
-        done = subprocess.run(
+        player = subprocess.run(
             command,
             cwd=tmp_path,
             env={**os.environ, "WGPU_FORCE_OFFSCREEN": "true"},
@@ -188,17 +188,17 @@ def test_a_player_of_others_shows_the_same(osmesa: Context, tmp_path: Path) -> N
             check=False,
             timeout=120,
         )
-        if "adapter" in done.stderr.lower() and done.returncode:
+        if "adapter" in player.stderr.lower() and player.returncode:
             pytest.skip("no Vulkan driver (Debian: mesa-vulkan-drivers)")
-        assert done.returncode == 0, done.stderr
+        assert player.returncode == 0, player.stderr
         theirs = np.asarray(Image.open(tmp_path / "player.png"), np.int16)
         difference = np.abs(picture(osmesa, text) - theirs).max(-1)
         assert (difference > 4).mean() < 0.005, name
 
 
 def test_chromium_draws_the_same(osmesa: Context, browser: "Browser", tmp_path: Path) -> None:
-    """WebGL2 on SwiftShader, whose sine is off by 2e-4."""
-    text = SHADERTOY(quantised(random_model((16, 1), (8, 0))))
+    """Chromium draws by WebGL2 on SwiftShader, whose sine is off by 2e-4."""
+    text = SHADERTOY(quantise.quantised_model(random_model((16, 1), (8, 0))))
     fragment = "#version 300 es\nprecision highp float; precision highp int;\n" + INPUTS + text + MAIN
     (tmp_path / "player.html").write_text(WEBGL.replace("THE_TEXT", json.dumps(fragment)))
     with visit(browser, tmp_path / "player.html", SIZE, share=1) as visited:
@@ -209,7 +209,7 @@ def test_chromium_draws_the_same(osmesa: Context, browser: "Browser", tmp_path: 
     assert (difference > 8).mean() < 0.01
 
 
-def test_the_fewest_digits_keep_the_surface() -> None:
+def test_digits_are_the_fewest_that_keep_the_surface() -> None:
     model = load(DEMO)
     exact = lower(model)
     points = digits.near_surface(exact)
@@ -220,14 +220,16 @@ def test_the_fewest_digits_keep_the_surface() -> None:
     assert SHADERTOY(model) == SHADERTOY(model, digits=fewest)
 
 
-def test_golden_text(request: pytest.FixtureRequest) -> None:
-    text = SHADERTOY(quantised(random_model((4, 1), (8, 0), texture=(4, 0), name='tiny "/*\n</script>\\')))
+def test_the_text_equals_the_golden_file(request: pytest.FixtureRequest) -> None:
+    text = SHADERTOY(
+        quantise.quantised_model(random_model((4, 1), (8, 0), texture=(4, 0), name='tiny "/*\n</script>\\'))
+    )
     check_golden(text, GOLDEN_TEXT, request)
 
 
 @pytest.mark.parametrize("storage", ["packed", "literal"])
-def test_the_text_is_what_shadertoy_takes(tmp_path: Path, storage: str) -> None:
-    text = SHADERTOY(quantised(random_model((64, 1), (64, 2), texture=(8, 1), name="a\nb\\")), storage)
+def test_the_text_keeps_to_what_shadertoy_and_browsers_take(tmp_path: Path, storage: str) -> None:
+    text = SHADERTOY(quantise.quantised_model(random_model((64, 1), (64, 2), texture=(8, 1), name="a\nb\\")), storage)
     assert text.isascii()
     assert len(re.findall(r"\bfield ?\(", text)) == 2, "one definition, one call"
     assert "min(iFrame" in text
@@ -236,17 +238,17 @@ def test_the_text_is_what_shadertoy_takes(tmp_path: Path, storage: str) -> None:
         pytest.skip("glslangValidator is not installed (Debian: glslang-tools)")
     file = tmp_path / "text.frag"
     file.write_text("#version 300 es\nprecision highp float; precision highp int;\n" + INPUTS + text + MAIN)
-    done = subprocess.run(["glslangValidator", str(file)], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout
+    compiled = subprocess.run(["glslangValidator", str(file)], capture_output=True, text=True, check=False)
+    assert compiled.returncode == 0, compiled.stdout
 
 
-def test_moving_fields_move() -> None:
+def test_a_moving_field_reads_the_time_and_is_not_packed() -> None:
     text = SHADERTOY(random_model((8, 1), inputs="xyzt"))
     assert "iTime));" in text
     assert "M(" not in text
 
 
-def test_what_cannot_be_pasted_is_refused() -> None:
+def test_wide_models_and_textures_are_refused() -> None:
     with pytest.raises(UserError, match=r"68 wide.*--preset small"):
         SHADERTOY(random_model((68, 1)))
     with pytest.raises(UserError, match="--storage texture"):

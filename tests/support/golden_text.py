@@ -1,4 +1,4 @@
-"""Golden shader texts: compared without the version that wrote them, written by --update-golden alone."""
+"""Golden shader texts, which are compared without the version that wrote them; only --update-golden writes them."""
 
 import re
 from pathlib import Path
@@ -7,7 +7,7 @@ import pytest
 
 
 def check_golden(text: str, path: Path, request: pytest.FixtureRequest) -> None:
-    """Assert that `text` is the file's, or write it there where --update-golden is given."""
+    """Assert that a text equals the golden file; with --update-golden, write it there first."""
     text = re.sub(r'(?<="mplicits": )"[^"]*"', '"VERSION"', text)
     if request.config.getoption("--update-golden"):
         path.write_text(text, encoding="utf-8")
