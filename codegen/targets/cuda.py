@@ -1,18 +1,23 @@
 """Target cuda: one CUDA C++ file, a program that renders, checks and benchmarks (docs/cuda.md).
 
-The field is the program as every C-like target prints it. Around it stands what a person wrote, in cuda_source/.
+The field is printed as for every C-like target, camera, march and shading are the functions in glsl/ printed as CUDA,
+and the kernels around them are written by hand, in cuda_source/.
 """
 
 import re
 from importlib.resources import files
 
+from ... import glsl
 from ...model.errors import UserError
 from ...model.model import Model
 from ..ir.lower import lower
 from ..ir.program import Affine, Dot, Function, Program
-from ..printers.cstyle import Language, constants_of
+from ..printers.cstyle import Language
 from ..printers.field import print_field
+from ..printers.glsl_as_cuda import glsl_as_cuda
 from .header import header_facts, header_line
+from .orbit import AZIMUTH, ELEVATION, FOV, MARGIN
+from .uniforms import LEVELS, SHADINGS, TIME, UNIFORMS, Uniform, default
 
 LANGUAGE = Language(
     function="__device__ inline {type} {name}({parameters})",
@@ -21,9 +26,16 @@ LANGUAGE = Language(
     texel="as_vec4(__ldg(weights + {k}))",
 )
 FRAGMENT = 16
-"""Columns that mma.sync takes at a time: widths are padded to a multiple of it."""
+"""Columns that the instruction mma.sync takes at a time; networks are padded to a multiple of it."""
 WIDEST_SPLIT = 128
-"""Up to this width, level 1 is evaluated by pairs of halves: its rounding is the whole error (docs/cuda.md)."""
+"""Up to this width, level 1 is evaluated with every float as a sum of two halves (float16).
+
+Its rounding to single halves would be the whole error of a picture (docs/cuda.md).
+"""
+TILED = ("origin", "jitter")
+"""Uniforms that CUDA lacks: it draws whole pictures, one ray through the centre of each pixel."""
+READ_BY_GLSL = ("field", "iterations", "delta")
+"""What functions in glsl/ use without declaring it: the generated field, and the uniforms with an entry per level."""
 
 _INCLUDE = re.compile(r'^#include "([\w.]+)"\n', re.MULTILINE)
 
@@ -50,18 +62,16 @@ HEADERS = (
 
 
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
-    """The file. Raises UserError for a storage that it does not have.
+    """Return the text of the CUDA file that draws `model`.
 
-    storage: "auto" or "texture": weights in one array, which all variants lay out as they need; digits: decimals of the
-    weights, None for all.
+    storage: "auto" or "texture", which mean the same: the weights are one array, which every variant lays out as it
+    needs; digits: decimals that the weights are rounded to, None for all. Raises UserError for any other storage.
     """
     if storage not in ("auto", "texture"):
         raise UserError(f"--storage {storage}: cuda keeps its weights in one array; leave --storage out")
     program = lower(model, digits)
     field = print_field(program, LANGUAGE, "texture")
-    assert field.weights is not None
-    offsets, size = _offsets(program)
-    texels = field.weights.reshape(-1, 4)[:size]
+    offsets, texels = field.layout.offsets, field.layout.texels
     seen: set[str] = set()
     return "\n".join(
         [
@@ -78,7 +88,10 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
             "};",
             f"__device__ float4 weights[{len(texels)}];",
             "",
-            _load("check.cuh", seen) + _load("vectors.cuh", seen) + _load("uniforms.cuh", seen),
+            _load("check.cuh", seen) + _load("vectors.cuh", seen),
+            *_uniforms(),
+            "",
+            _load("settings.cuh", seen),
             "// The field, as every target has it: p in model space, levels counted from 1.",
             "__device__ inline vec4 as_vec4(float4 v) { return vec4(v.x, v.y, v.z, v.w); }",
             field.text,
@@ -95,15 +108,33 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
 
 
 def _load(name: str, seen: set[str]) -> str:
-    """Text of a file in cuda_source/, each `#include "other.cuh"` replaced, once in the whole output, by that file."""
+    """Return the text of a file in cuda_source/ or, printed as CUDA, in glsl/, with the files that it includes.
+
+    `#include "other"` is replaced by that file once in the whole output, and by nothing after that. seen: names of the
+    files that the output holds, which this call adds to.
+    """
     if name in seen:
         return ""
-    seen.add(name)
+    if name.endswith(".glsl"):
+        return glsl_as_cuda(_with_includes(name, glsl.read(name), seen), READ_BY_GLSL)
     text = files(__package__).joinpath("cuda_source", name).read_text(encoding="utf-8")
-    return _INCLUDE.sub(lambda match: _load(match[1], seen), text)
+    return _with_includes(name, text, seen)
+
+
+def _with_includes(name: str, text: str, seen: set[str]) -> str:
+    """Return `text`, of the file `name`, with the files that it includes; those of a GLSL file stay GLSL."""
+    seen.add(name)
+
+    def include(match: re.Match[str]) -> str:
+        if match[1] in seen or not name.endswith(".glsl"):
+            return _load(match[1], seen)
+        return _with_includes(match[1], glsl.read(match[1]), seen)
+
+    return _INCLUDE.sub(include, text)
 
 
 def _head(model: Model, program: Program) -> list[str]:
+    """Return the comment that the file begins with."""
     return [
         header_line(header_facts(model, program, "cuda")),
         "// Multiscale neural signed distance function.",
@@ -112,12 +143,15 @@ def _head(model: Model, program: Program) -> list[str]:
         "//",
         "// Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores; layered, a",
         "// product by cuBLAS per layer, over all pixels. cuBLAS is part of the CUDA toolkit; it is opened at run time",
-        "// by the variant that needs it: nothing is to be linked. In order: vectors, uniforms, the field, camera_ray,",
-        "// ball, march, shade, simple, mma, packed, team, tile, adjoint, queues, fused, layered, benchmark, main.",
+        "// by the variant that needs it: nothing is to be linked. In order: check, vectors, uniforms, camera_ray,",
+        "// settings, the field, networks, shade, arguments, march, background, colours, simple, stepping, mma,",
+        "// packed, team, tile, adjoint, queues, fused, cublas, layered, picture, benchmark, main. Of these,",
+        "// camera_ray, shade, march and background are the functions of the GLSL targets.",
     ]
 
 
 def _facts(program: Program) -> list[str]:
+    """Return the model's constants."""
     textured = int(program.texture is not None)
     depths = [len(_affines(function)) for function in _all(program).values()]
     return [
@@ -132,13 +166,44 @@ def _facts(program: Program) -> list[str]:
     ]
 
 
-def _offsets(program: Program) -> tuple[dict[str, int], int]:
-    """Constant -> its first texel, as Texture lays them out, and the number of texels."""
-    offsets, size = {}, 0
-    for name in constants_of(program.functions()):
-        offsets[name] = size
-        size += program.constants[name].size // 4
-    return offsets, size
+def _uniforms() -> list[str]:
+    """Return the tables of uniforms and of the orbit camera's numbers as declarations."""
+    return [
+        "// The uniforms of the GLSL targets, with their defaults.",
+        "struct Uniforms {",
+        *(
+            f"    {uniform.type} {uniform.name} = {_default(uniform)};  // {uniform.meaning}"
+            for uniform in UNIFORMS
+            if not uniform.per_level and uniform.name not in TILED
+        ),
+        "};",
+        *(
+            f"__constant__ {uniform.type} {uniform.declared};  // {uniform.meaning}"
+            for uniform in (*UNIFORMS, TIME)
+            if uniform.per_level or uniform is TIME
+        ),
+        f"constexpr float DEFAULT_TIME = {LANGUAGE.number(default('time')[0])};",
+        "// Names of the shadings; the index is the uniform's value.",
+        f"const char *const SHADINGS[] = {{{', '.join(map(c_string, SHADINGS))}}};",
+        "// The camera that --camera and --fov stand for where they are not given.",
+        f"constexpr double AZIMUTH = {AZIMUTH!r}, ELEVATION = {ELEVATION!r}, FOV = {FOV!r};  // degrees",
+        f"constexpr double MARGIN = {MARGIN!r};  // the picture shows a sphere of this radius",
+    ]
+
+
+def _default(uniform: Uniform) -> str:
+    """Return a uniform's default as a C++ expression."""
+    if uniform.default == LEVELS:
+        return LEVELS
+    numbers = default(uniform.name)
+    if uniform.type == "int":
+        return str(int(numbers[0]))
+    texts = [LANGUAGE.number(number) for number in numbers]
+    if uniform.type == "float":
+        return texts[0]
+    if uniform.type == "mat4":
+        texts = [f"vec4({', '.join(texts[i : i + 4])})" for i in range(0, len(texts), 4)]
+    return f"{uniform.type}({', '.join(texts)})"
 
 
 def _all(program: Program) -> dict[int, Function]:

@@ -19,7 +19,10 @@ NAME = 'tiny "*/??/\n\\u000a</script>\\'
 
 
 def compile_for(architecture: str, source: Path) -> None:
-    """Compiles, all warnings errors; skips where there is no nvcc or it does not know the architecture."""
+    """Compile a CUDA file with all warnings as errors; the program lies beside it, named without the suffix.
+
+    Skips the test where nvcc is missing or does not know the architecture.
+    """
     if shutil.which("nvcc") is None:
         pytest.skip("nvcc is not installed (CUDA toolkit)")
     known = subprocess.run(["nvcc", "--list-gpu-code"], capture_output=True, text=True, check=True).stdout.split()
@@ -32,7 +35,7 @@ def compile_for(architecture: str, source: Path) -> None:
 
 
 def test_generated_text_is_golden(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without the hand-written files, which stand in codegen/targets/cuda_source/."""
+    """The golden text leaves out the hand-written files of codegen/targets/cuda_source/ and glsl/."""
     monkeypatch.setattr(cuda, "_load", lambda name, _seen: f"// {name}\n")
     text = standalone(random_model((4, 1), (8, 0), texture=(4, 0), name=NAME), digits=3)
     check_golden(text, GOLDEN_TEXT, request)
@@ -40,7 +43,7 @@ def test_generated_text_is_golden(request: pytest.FixtureRequest, monkeypatch: p
 
 @pytest.mark.parametrize("name", [NAME, "\x00\x7f\ud800é漢", "%s%n"])
 def test_a_name_stays_in_its_comment_and_its_string(name: str) -> None:
-    texts = [standalone(random_model((4, 0), name=each)).splitlines() for each in (name, "plain")]
+    texts = [standalone(random_model((4, 0), name=given)).splitlines() for given in (name, "plain")]
     different = [pair for pair in zip(*texts, strict=True) if pair[0] != pair[1]]
     assert len(different) == 2
     assert json.dumps(name) in different[0][0]
@@ -63,6 +66,22 @@ def test_every_hand_written_file_is_used() -> None:
         last = path.read_text(encoding="utf-8").strip().splitlines()[-3:]
         assert text.count("\n".join(last)) >= 1, path.name
     assert '#include "' not in text
+
+
+def test_the_head_lists_the_files_in_their_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    load, loaded = cuda._load, list[str]()
+
+    def recorded(name: str, seen: set[str]) -> str:
+        text = load(name, seen)
+        loaded.extend([Path(name).stem] if text else [])
+        return text
+
+    monkeypatch.setattr(cuda, "_load", recorded)
+    head = standalone(random_model((4, 0))).partition("\n\n")[0].replace("\n// ", " ")
+    listed = head.partition("In order: ")[2].partition(".")[0].split(", ")
+    assert [name for name in loaded if name in listed] == [
+        name for name in listed if name not in {"uniforms", "the field"}
+    ]
 
 
 def test_nvcc_compiles_a_tiny_model(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The CUDA file's own source on the host: fields, march, compaction, tiles, errors (tests/support/cuda_on_host/)."""
+"""The CUDA file compiled for the host: fields, march, queues, tiles, errors (tests/support/cuda_on_host/)."""
 
 import json
 from pathlib import Path
@@ -29,13 +29,13 @@ SIDE = 40
 
 @pytest.fixture(scope="module")
 def fitted(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Networks without hidden products; bands, a texture."""
+    """The program of a model with bands and a texture, whose networks have one hidden layer: it is fast to draw."""
     return build(fitted_model(), tmp_path_factory.mktemp("fitted"))
 
 
 @pytest.fixture(scope="module")
 def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A trained model: products, two levels, a texture."""
+    """The program of a trained model: two levels of several hidden layers, a texture."""
     return build(load(DEMO), tmp_path_factory.mktemp("demo"))
 
 
@@ -63,13 +63,16 @@ def drawn(program: Path, *arguments: str) -> NDArray[np.float64]:
     ids=["wide", "first level not split", "moving"],
 )
 def test_networks_are_those_of_the_reference(model: Model, tmp_path: Path) -> None:
-    """Padded and narrow layers, one and two tiles at a time, split and not; every fragment index counts here."""
+    """The models' layers are padded and narrow, worked on in one or two tiles, and split into halves or not.
+
+    A wrong index of any fragment of a matrix shows here.
+    """
     program, rng = lower(model), np.random.default_rng(3)
     points = rng.uniform(-1, 1, (256, 4)).astype(np.float32)
     points[:, 3] = points[0, 3] if program.moving else 1.0
-    found = evaluate(build(model, tmp_path, probe=True), points)
+    values = evaluate(build(model, tmp_path, probe=True), points)
     rows = len(model.levels) + (program.texture is not None)
-    fused, together, simple = found[:rows], found[rows : 2 * rows], found[2 * rows :]
+    fused, together, simple = values[:rows], values[rows : 2 * rows], values[2 * rows :]
     if program.texture is not None:
         raw = np.concatenate(interpret.run(program, program.texture, points), axis=1)
         assert np.abs(fused[0, :, :3] - raw).max() < 0.01 * np.abs(raw).max()
@@ -80,14 +83,14 @@ def test_networks_are_those_of_the_reference(model: Model, tmp_path: Path) -> No
     total = np.zeros((256, 4), np.float32)
     for level, function in enumerate(program.gradients):
         gradient, value = interpret.run(program, function, points)
-        wanted = np.concatenate([gradient[:, :3], value], axis=1)
-        scale = np.abs(wanted).max(axis=0)
+        expected = np.concatenate([gradient[:, :3], value], axis=1)
+        scale = np.abs(expected).max(axis=0)
         split = level == 0 and len(model.levels[0].network[0].weight) <= 128
-        assert np.abs(fused[level] - wanted)[:, 3].max() < (1e-5 if split else 5e-3) * scale[3]
+        assert np.abs(fused[level] - expected)[:, 3].max() < (1e-5 if split else 5e-3) * scale[3]
         assert np.abs(together[level, :, 0] - fused[level, :, 3]).max() < 1e-5 * scale[3]
-        assert np.abs(together[level, :, 3] - wanted[:, 3]).max() < 5e-3 * scale[3]
-        assert (np.abs(fused[level] - wanted)[:, :3].max(axis=0) < 0.02 * scale[:3]).all()
-        total += wanted
+        assert np.abs(together[level, :, 3] - expected[:, 3]).max() < 5e-3 * scale[3]
+        assert (np.abs(fused[level] - expected)[:, :3].max(axis=0) < 0.02 * scale[:3]).all()
+        total += expected
         assert (np.abs(simple[level] - total).max(axis=0) < 1e-4 * np.abs(total).max(axis=0)).all()
 
 
@@ -127,16 +130,29 @@ def fitted_shader(osmesa: Context) -> Renderer:
     return Renderer(osmesa, bake(fitted_model()))
 
 
+@pytest.mark.parametrize("rounds", [32, 1])
+@pytest.mark.parametrize(("variant", "side"), [("simple", SIDE), ("fused", SIDE), ("layered", 20)])
+def test_data_is_that_of_glsl(fitted: Path, fitted_shader: Renderer, variant: str, side: int, rounds: int) -> None:
+    """The level that a ray ended in included, which is 0 only where the ray never came near the ball."""
+    ours = data(fitted, variant, side, "--rounds", str(rounds))
+    theirs = fitted_shader.render((side, side), Camera(30, 20), RenderOptions(shading="data", rounds=rounds))
+    assert set(np.unique(theirs[..., 2])) == {0, 1, 2}
+    assert (ours[..., 1:] == theirs[..., 1:]).mean(axis=(0, 1)).min() > 0.99, "steps, level, hit"
+    assert ((ours[..., 2] == 0) == (ours[..., 1] == 0)).all()
+    seen = (ours[..., 3] > 0.5) & (theirs[..., 3] > 0.5)
+    assert np.abs(ours - theirs)[seen][:, 0].mean() < 1e-4
+
+
 def test_simple_hits_what_dense_marching_of_the_reference_hits(demo: Path) -> None:
     program = lower(load(DEMO))
     eye, directions, footprint = Camera(30, 20).rays(SIDE, SIDE)
-    found = data(demo, "simple", SIDE)
+    drawn_data = data(demo, "simple", SIDE)
     closest, _ = dense_march(program, eye, directions.reshape(-1, 3), 2, footprint)
-    hit = found[..., 3].ravel() > 0.5
+    hit = drawn_data[..., 3].ravel() > 0.5
     assert not (hit & (closest > 0.5)).any()
     assert not (~hit & (closest == 0)).any()
-    points = (eye + found[..., :1] * directions)[found[..., 3] > 0.5].astype(np.float32)
-    assert np.abs(interpret.field(program, points, 2)).max() < 0.5 * footprint * found[..., 0].max()
+    points = (eye + drawn_data[..., :1] * directions)[drawn_data[..., 3] > 0.5].astype(np.float32)
+    assert np.abs(interpret.field(program, points, 2)).max() < 0.5 * footprint * drawn_data[..., 0].max()
 
 
 def test_fused_and_layered_draw_what_simple_draws(demo: Path) -> None:
@@ -148,20 +164,20 @@ def test_fused_and_layered_draw_what_simple_draws(demo: Path) -> None:
 
 
 def test_no_ray_is_lost_or_counted_twice(fitted: Path) -> None:
-    """Compaction: as many evaluations as steps, as many rays at the start as meet the ball, as many hits as pixels."""
+    """There are as many evaluations as steps, as many first rays as meet the ball, and as many hits as pixels."""
     for rounds in ("32", "1"):
         settings = ("--rounds", rounds, "--iterations", "3,2")
         raw, simple = (data(fitted, variant, SIDE, *settings) for variant in ("fused", "simple"))
         done = run(
             fitted, "--benchmark", "--variant", "fused", "--frames", "1", "--size", str(SIDE), *settings, "-o", "x.ppm"
         )
-        (found,) = json.loads(done.stdout)["sizes"][0]["variants"]
-        assert found["evaluations"][0] == raw[..., 1].sum()
-        assert found["hits"] == (raw[..., 3] > 0.5).sum() > 0
-        assert found["rays_per_round"][0][0] == (raw[..., 1] > 0).sum()
-        assert found["rays_per_round"][0][1] > 0
+        (statistics,) = json.loads(done.stdout)["sizes"][0]["variants"]
+        assert statistics["evaluations"][0] == raw[..., 1].sum()
+        assert statistics["hits"] == (raw[..., 3] > 0.5).sum() > 0
+        assert statistics["rays_per_round"][0][0] == (raw[..., 1] > 0).sum()
+        assert statistics["rays_per_round"][0][1] > 0
         assert (raw[..., 3] == simple[..., 3]).mean() > 0.995
-        assert 0.3 < found["lanes_in_use"][0] <= 1
+        assert 0.3 < statistics["lanes_in_use"][0] <= 1
         assert picture(fitted.parent / f"x-fused-{SIDE}.ppm").shape == (SIDE, SIDE, 3)
 
 

@@ -5,8 +5,10 @@
 //
 // Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores; layered, a
 // product by cuBLAS per layer, over all pixels. cuBLAS is part of the CUDA toolkit; it is opened at run time
-// by the variant that needs it: nothing is to be linked. In order: vectors, uniforms, the field, camera_ray,
-// ball, march, shade, simple, mma, packed, team, tile, adjoint, queues, fused, layered, benchmark, main.
+// by the variant that needs it: nothing is to be linked. In order: check, vectors, uniforms, camera_ray,
+// settings, the field, networks, shade, arguments, march, background, colours, simple, stepping, mma,
+// packed, team, tile, adjoint, queues, fused, cublas, layered, picture, benchmark, main. Of these,
+// camera_ray, shade, march and background are the functions of the GLSL targets.
 
 #include <cuda_runtime.h>
 #include <dlfcn.h>
@@ -71,7 +73,32 @@ __device__ float4 weights[27];
 
 // check.cuh
 // vectors.cuh
-// uniforms.cuh
+
+// The uniforms of the GLSL targets, with their defaults.
+struct Uniforms {
+    vec2 resolution = vec2(512.f);  // size of the image, pixels; the one to set
+    mat4 camera = mat4(vec4(1.f, 0.f, 0.f, 0.f), vec4(0.f, 1.f, 0.f, 0.f), vec4(0.f, 0.f, 1.f, 0.f), vec4(0.f, 0.f, 3.4f, 1.f));  // camera to model space: columns right, up, back, eye
+    float focal = 2.75f;  // 1 / tan(fov / 2), vertical
+    int level = LEVELS;  // level that is traced
+    int normal_level = LEVELS;  // level whose gradient is the normal
+    int rounds = 32;  // how often the levels are gone through
+    float step_scale = .8f;  // factor on every step: a trained gradient is in places longer than 1
+    int shading = 0;  // 0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 data: (t, steps, level, hit)
+    vec3 light = vec3(-.5f, .7f, .8f);  // direction to the light, camera space
+    vec3 background_bottom = vec3(.13f, .14f, .17f);  // sRGB
+    vec3 background_top = vec3(.33f, .36f, .41f);  // sRGB
+};
+__constant__ int iterations[LEVELS];  // sphere tracing steps at each level, per round
+__constant__ float delta[LEVELS];  // half width of each level's band, model units
+__constant__ float time;  // fourth input of the field
+constexpr float DEFAULT_TIME = 0.f;
+// Names of the shadings; the index is the uniform's value.
+const char *const SHADINGS[] = {"phong", "normal", "depth", "steps", "texture", "data"};
+// The camera that --camera and --fov stand for where they are not given.
+constexpr double AZIMUTH = 30.0, ELEVATION = 20.0, FOV = 35.0;  // degrees
+constexpr double MARGIN = 1.06;  // the picture shows a sphere of this radius
+
+// settings.cuh
 
 // The field, as every target has it: p in model space, levels counted from 1.
 __device__ inline vec4 as_vec4(float4 v) { return vec4(v.x, v.y, v.z, v.w); }

@@ -1,4 +1,4 @@
-"""Builds a baked CUDA file for the host, where tests/support/cuda_on_host/ stands for the GPU."""
+"""Builds a baked CUDA file for the host, where tests/support/cuda_on_host/ takes the GPU's place, and runs it."""
 
 import shutil
 import subprocess
@@ -14,7 +14,11 @@ SHIM = Path(__file__).parent / "cuda_on_host"
 
 
 def build(model: Model, folder: Path, probe: bool = False) -> Path:
-    """The program of `model`, or the one that evaluates its networks at points (probe.cu)."""
+    """Compile the CUDA file of `model` for the host, and return the program's path in `folder`.
+
+    probe: compile probe.cu around it instead, which evaluates the networks at points (see `evaluate`). Skips the test
+    where there is no g++.
+    """
     if shutil.which("g++") is None:
         pytest.skip("g++ is not installed")
     source, program = folder / "model.cu", folder / "model"
@@ -27,6 +31,7 @@ def build(model: Model, folder: Path, probe: bool = False) -> Path:
         "-Werror",
         "-Wno-unknown-pragmas",
         "-Wno-unused-parameter",
+        "-Wno-parentheses",  # in the text of glsl/, && stands within || without them
         "-DMPLICITS_HOST",
         f'-DMODEL_FILE="{source}"',
         f"-I{SHIM}",
@@ -39,7 +44,11 @@ def build(model: Model, folder: Path, probe: bool = False) -> Path:
 
 
 def run(program: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    """The program with `arguments`, in its folder; `environment`: MPLICITS_HOST_* of the GPU that it finds."""
+    """Run the program in its folder.
+
+    environment: what the GPU is to look like: the variables MPLICITS_HOST_* of cuda_runtime.h and dlfcn.h, without the
+    prefix.
+    """
     settings = {f"MPLICITS_HOST_{name}": value for name, value in environment.items()}
     return subprocess.run(
         [str(program), *arguments], cwd=program.parent, env=settings, capture_output=True, text=True, check=False
@@ -47,13 +56,13 @@ def run(program: Path, *arguments: str, **environment: str) -> subprocess.Comple
 
 
 def data(program: Path, variant: str, side: int, *arguments: str) -> NDArray[np.float32]:
-    """(side, side, 4): t, steps, level, hit, top row first."""
+    """Draw `--shade data`: (side, side, 4) float32, (t, steps, level, hit) of each pixel, top row first."""
     done = run(program, "--variant", variant, "--size", str(side), "--shade", "data", "-o", "data.f32", *arguments)
     assert done.returncode == 0, done.stderr
     return np.fromfile(program.parent / "data.f32", np.float32).reshape(side, side, 4)
 
 
 def evaluate(program: Path, points: NDArray[np.float32]) -> NDArray[np.float32]:
-    """What a probe prints at points (N, 4), N a multiple of 128: (rows, N, 4)."""
+    """Run a probe at points (N, 4) float32, N a multiple of 128. Returns the rows that probe.cu lists, (rows, N, 4)."""
     done = subprocess.run([str(program)], input=points.tobytes(), capture_output=True, check=True)
     return np.frombuffer(done.stdout, np.float32).reshape(-1, len(points), 4)

@@ -1,31 +1,48 @@
+#include "shade.glsl"
 // arguments.cuh: the command line; names and meanings are those of `mplicits render`.
-const char *const USAGE =
-    "usage: model [-o FILE.ppm] [--variant simple|fused|layered] [--benchmark | --check REFERENCE.ppm]\n"
-    "  --size WxH            pixels, WxH or N (default 512; --benchmark: 512 and 1024)\n"
-    "  --camera AZ,EL[,DIST] degrees around, degrees above, distance in radii of the shape (default 30,20; it fits)\n"
-    "  --fov F               vertical field of view, degrees (default 35)\n"
-    "  --level L             last level traced (default: all)\n"
-    "  --normal-level L      level of the normals (default: that of --level)\n"
-    "  --shade S             phong, normal, texture, depth, steps; data: raw float32 (t, steps, level, hit)\n"
-    "  --iterations 20,5,5   steps at each level;  --rounds N  passes through the levels (default 32)\n"
-    "  --delta-scale X       factor on the bands' widths;  --step-scale X  factor on the steps (default 0.8)\n"
-    "  --light X,Y,Z         direction towards the light: right, up, towards the viewer\n"
-    "  --background C[,C]    #RRGGBB: one colour, or top,bottom\n"
-    "  --time T              fourth input of a field that moves\n"
-    "  --benchmark           JSON: frames per second of every variant, or of the one given; --frames N (default 200)\n"
-    "  --check REFERENCE     exit 1 where the picture is not that of the PPM; --psnr DB: least agreement (default 40)\n"
-    "One ray per pixel. The default variant is fused where the GPU has the instructions, else simple.\n";
-
 struct Arguments {
     Settings settings;
-    std::vector<int> steps;
-    std::vector<float> deltas;
-    float time = 0.0f;
+    std::vector<int> steps;    // at each level, per round
+    std::vector<float> deltas;  // half widths of the levels' bands
+    float time = DEFAULT_TIME;
     std::string output = "model.ppm", variant, reference;
-    bool benchmark = false, sized = false, named = false;
+    bool benchmark = false;
+    bool sized = false, named = false;  // whether --size and -o are given
     int frames = 200;
     double least_psnr = 40.0;
 };
+
+// Names of the shadings, "data" excepted, which is the last.
+inline std::string shadings() {
+    std::string names = SHADINGS[0];
+    for (int i = 1; i < SHADE_DATA; ++i) names += std::string(", ") + SHADINGS[i];
+    return names;
+}
+
+inline void print_usage() {
+    const Arguments usual;
+    const Settings &s = usual.settings;
+    printf(
+        "usage: model [-o FILE.ppm] [--variant simple|fused|layered] [--benchmark | --check REFERENCE.ppm]\n"
+        "  --size WxH            pixels, WxH or N (default %d; --benchmark: 512 and 1024)\n"
+        "  --camera AZ,EL[,DIST] degrees around, degrees above, distance in radii of the shape (default %g,%g; it fits)\n"
+        "  --fov F               vertical field of view, degrees (default %g)\n"
+        "  --level L             last level traced (default: all)\n"
+        "  --normal-level L      level of the normals (default: that of --level)\n"
+        "  --shade S             %s; %s: raw float32 (t, steps, level, hit)\n"
+        "  --iterations 20,5,5   steps at each level;  --rounds N  passes through the levels (default %d)\n"
+        "  --delta-scale X       factor on the bands' widths;  --step-scale X  factor on the steps (default %g)\n"
+        "  --light X,Y,Z         direction towards the light: right, up, towards the viewer\n"
+        "  --background C[,C]    #RRGGBB: one colour, or top,bottom\n"
+        "  --time T              fourth input of a field that moves\n"
+        "  --benchmark           JSON: frames per second of every variant, or of the one given; --frames N (default "
+        "%d)\n"
+        "  --check REFERENCE     exit 1 where the picture is not that of the PPM; --psnr DB: least agreement (default "
+        "%g)\n"
+        "One ray per pixel. The default variant is fused where the GPU has the instructions, else simple.\n",
+        s.width(), AZIMUTH, ELEVATION, FOV, shadings().c_str(), SHADINGS[SHADE_DATA], s.rounds,
+        static_cast<double>(s.step_scale), usual.frames, usual.least_psnr);
+}
 
 inline double number(const std::string &option, const std::string &text) {
     char *end = nullptr;
@@ -48,11 +65,11 @@ inline int whole(const std::string &option, const std::string &text, int low, in
 }
 
 inline std::vector<std::string> parts(const std::string &text, char separator) {
-    std::vector<std::string> found;
+    std::vector<std::string> pieces;
     std::stringstream stream(text);
-    for (std::string part; std::getline(stream, part, separator);) found.push_back(part);
-    if (!text.empty() && text.back() == separator) found.emplace_back();
-    return found;
+    for (std::string piece; std::getline(stream, piece, separator);) pieces.push_back(piece);
+    if (!text.empty() && text.back() == separator) pieces.emplace_back();
+    return pieces;
 }
 
 inline vec3 colour(const std::string &text) {
@@ -77,14 +94,14 @@ inline mat4 orbit(double azimuth, double elevation, double distance) {
                 vec4(vector(distance * ce * sa, distance * se, distance * ce * ca), 1.0f));
 }
 
-inline Shading shading(const std::string &text) {
-    const std::map<std::string, Shading> names = {{"phong", SHADE_PHONG},     {"normal", SHADE_NORMAL},
-                                                  {"depth", SHADE_DEPTH},     {"steps", SHADE_STEPS},
-                                                  {"texture", SHADE_TEXTURE}, {"data", SHADE_DATA}};
-    auto found = names.find(text);
-    if (found == names.end()) refuse("--shade %s: phong, normal, texture, depth, steps or data", text.c_str());
-    if (found->second == SHADE_TEXTURE && !TEXTURED) refuse("the model has no texture; use --shade phong or normal");
-    return found->second;
+// The value of the uniform `shading` that a name stands for.
+inline int shading_named(const std::string &text) {
+    const auto *end = std::end(SHADINGS), *place = std::find(std::begin(SHADINGS), end, text);
+    if (place == end)
+        refuse("--shade %s: %s or %s", text.c_str(), shadings().c_str(), SHADINGS[SHADE_DATA]);
+    int shading = static_cast<int>(place - SHADINGS);
+    if (shading == SHADE_TEXTURE && !TEXTURED) refuse("the model has no texture; use --shade phong or normal");
+    return shading;
 }
 
 inline Arguments read_arguments(int count, char **values) {
@@ -97,7 +114,8 @@ inline Arguments read_arguments(int count, char **values) {
     for (int i = 1; i < count; ++i) {
         std::string option = values[i];
         if (option == "--help" || option == "-h") {
-            printf("%s\n%s", MODEL, USAGE);
+            printf("%s\n", MODEL);
+            print_usage();
             exit(0);
         } else if (option == "--benchmark") {
             a.benchmark = true;
@@ -109,47 +127,55 @@ inline Arguments read_arguments(int count, char **values) {
             given[option] = values[i];
         }
     }
-    auto get = [&](const char *name, const char *other) {
-        return given.count(name) ? given[name] : std::string(other);
-    };
+    auto has = [&](const char *name) { return given.count(name) != 0; };
     Settings &s = a.settings;
-    a.named = given.count("-o") != 0;
-    a.sized = given.count("--size") != 0;
-    a.output = get("-o", a.output.c_str());
-    a.variant = get("--variant", "");
+    a.named = has("-o");
+    if (a.named) a.output = given["-o"];
+    a.variant = given["--variant"];
     if (!a.variant.empty() && a.variant != "simple" && a.variant != "fused" && a.variant != "layered") {
         refuse("--variant %s: simple, fused or layered", a.variant.c_str());
     }
-    a.reference = get("--check", "");
-    a.frames = whole("--frames", get("--frames", "200"), 1, 100000);
-    a.least_psnr = number("--psnr", get("--psnr", "40"));
-    std::vector<std::string> sides = parts(get("--size", "512"), 'x');
-    if (sides.empty() || sides.size() > 2)
-        refuse("--size: WxH in pixels, for example 640x480, or one number for a square");
-    s.width = whole("--size", sides.front(), 1, 16384);
-    s.height = whole("--size", sides.back(), 1, 16384);
+    a.reference = given["--check"];
+    if (has("--frames")) a.frames = whole("--frames", given["--frames"], 1, 100000);
+    if (has("--psnr")) a.least_psnr = number("--psnr", given["--psnr"]);
+    a.sized = has("--size");
+    if (a.sized) {
+        std::vector<std::string> sides = parts(given["--size"], 'x');
+        if (sides.empty() || sides.size() > 2)
+            refuse("--size: WxH in pixels, for example 640x480, or one number for a square");
+        s.resolution = vec2(static_cast<float>(whole("--size", sides.front(), 1, 16384)),
+                            static_cast<float>(whole("--size", sides.back(), 1, 16384)));
+    }
     const double degree = std::acos(-1.0) / 180.0;
-    double focal = 1.0 / std::tan(within("--fov", get("--fov", "35"), 1.0, 150.0) * degree / 2.0);
+    double fov = has("--fov") ? within("--fov", given["--fov"], 1.0, 150.0) : FOV;
+    double focal = 1.0 / std::tan(fov * degree / 2.0);
     s.focal = static_cast<float>(focal);
-    std::vector<std::string> camera = parts(get("--camera", "30,20"), ',');
-    if (camera.size() != 2 && camera.size() != 3) refuse("--camera: AZ,EL or AZ,EL,DIST");
-    double fitting = 1.06 / std::sin(std::atan(std::fmin(1.0, static_cast<double>(s.width) / s.height) / focal));
-    double distance = camera.size() == 3 ? within("--camera", camera[2], 1e-6, 1000.0) : fitting;
-    s.camera = orbit(number("--camera", camera[0]), number("--camera", camera[1]), distance);
-    s.level = whole("--level", get("--level", std::to_string(LEVELS).c_str()), 1, LEVELS);
-    s.normal_level = whole("--normal-level", get("--normal-level", std::to_string(s.level).c_str()), 1, LEVELS);
-    s.shading = shading(get("--shade", "phong"));
-    s.rounds = whole("--rounds", get("--rounds", "32"), 1, 1000);
-    s.step_scale = static_cast<float>(within("--step-scale", get("--step-scale", "0.8"), 1e-6, 100.0));
-    std::vector<std::string> steps = parts(get("--iterations", ""), ',');
+    double azimuth = AZIMUTH, elevation = ELEVATION;
+    double aspect = static_cast<double>(s.width()) / s.height();
+    double distance = MARGIN / std::sin(std::atan(std::fmin(1.0, aspect) / focal));
+    if (has("--camera")) {
+        std::vector<std::string> camera = parts(given["--camera"], ',');
+        if (camera.size() != 2 && camera.size() != 3) refuse("--camera: AZ,EL or AZ,EL,DIST");
+        if (camera.size() == 3) distance = within("--camera", camera[2], 1e-6, 1000.0);
+        azimuth = number("--camera", camera[0]);
+        elevation = number("--camera", camera[1]);
+    }
+    s.camera = orbit(azimuth, elevation, distance);
+    if (has("--level")) s.level = whole("--level", given["--level"], 1, LEVELS);
+    s.normal_level = has("--normal-level") ? whole("--normal-level", given["--normal-level"], 1, LEVELS) : s.level;
+    if (has("--shade")) s.shading = shading_named(given["--shade"]);
+    if (has("--rounds")) s.rounds = whole("--rounds", given["--rounds"], 1, 1000);
+    if (has("--step-scale"))
+        s.step_scale = static_cast<float>(within("--step-scale", given["--step-scale"], 1e-6, 100.0));
+    std::vector<std::string> steps = parts(given["--iterations"], ',');
     if (steps.size() > LEVELS) refuse("--iterations: more numbers than the model has levels (%d)", LEVELS);
-    double scale = within("--delta-scale", get("--delta-scale", "1"), 1e-6, 100.0);
+    double scale = has("--delta-scale") ? within("--delta-scale", given["--delta-scale"], 1e-6, 100.0) : 1.0;
     for (size_t i = 0; i < LEVELS; ++i) {
         a.steps.push_back(steps.empty() ? ITERATIONS[i]
                                         : whole("--iterations", steps[std::min(i, steps.size() - 1)], 1, 10000));
         a.deltas.push_back(static_cast<float>(DELTAS[i] * scale));
     }
-    if (given.count("--light")) {
+    if (has("--light")) {
         std::vector<std::string> light = parts(given["--light"], ',');
         if (light.size() != 3) refuse("--light: three numbers joined by commas");
         float xyz[3];
@@ -157,12 +183,12 @@ inline Arguments read_arguments(int count, char **values) {
         s.light = vec3(xyz[0], xyz[1], xyz[2]);
         if (xyz[0] == 0.0f && xyz[1] == 0.0f && xyz[2] == 0.0f) refuse("--light: a direction is needed");
     }
-    if (given.count("--background")) {
+    if (has("--background")) {
         std::vector<std::string> colours = parts(given["--background"], ',');
         if (colours.empty() || colours.size() > 2) refuse("--background: RRGGBB, or RRGGBB,RRGGBB for top,bottom");
         s.background_top = colour(colours.front());
         s.background_bottom = colour(colours.back());
     }
-    a.time = static_cast<float>(number("--time", get("--time", "0")));
+    if (has("--time")) a.time = static_cast<float>(number("--time", given["--time"]));
     return a;
 }

@@ -78,8 +78,8 @@ inline void run_variant(const char *label, const std::string &variant, const Arg
     std::string base = a.output.size() > 4 && a.output.substr(a.output.size() - 4) == ".ppm"
                            ? a.output.substr(0, a.output.size() - 4)
                            : a.output;
-    std::string name = base + "-" + label + "-" + std::to_string(a.settings.width) + ".ppm";
-    write_ppm(name, frame.image(), a.settings.width, a.settings.height);
+    std::string name = base + "-" + label + "-" + std::to_string(a.settings.width()) + ".ppm";
+    write_ppm(name, frame.image(), a.settings.width(), a.settings.height());
     printf("}");
     fflush(stdout);
 }
@@ -106,8 +106,8 @@ inline void run_benchmark(Arguments a, const cudaDeviceProp &device) {
         SHA256, device.name, device.major, device.minor, driver, runtime, 1e-12 * peaks.mma, 1e-12 * peaks.cublas);
     std::vector<int> sizes = a.sized ? std::vector<int>{0} : std::vector<int>{512, 1024};
     for (size_t i = 0; i < sizes.size(); ++i) {
-        if (sizes[i]) a.settings.width = a.settings.height = sizes[i];
-        printf("  {\"width\": %d, \"height\": %d, \"variants\": [\n", a.settings.width, a.settings.height);
+        if (sizes[i]) a.settings.resolution = vec2(static_cast<float>(sizes[i]));
+        printf("  {\"width\": %d, \"height\": %d, \"variants\": [\n", a.settings.width(), a.settings.height());
         double useful = count_useful(a, device);
         bool first = true;
         auto run = [&](const char *label, const char *variant, int rounds, double operations) {

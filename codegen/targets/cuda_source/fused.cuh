@@ -1,5 +1,5 @@
-#include "march.cuh"
-#include "shade.cuh"
+#include "stepping.cuh"
+#include "colours.cuh"
 #include "adjoint.cuh"
 #include "queues.cuh"
 // Variant `fused`: the same march, but a team holds 32 rays and evaluates them together on the tensor cores. Kernels in
@@ -15,8 +15,7 @@ __global__ void enter(Settings s, Rays rays) {
     bool inside = pixel < s.pixels();
     Hit ray = {};
     if (inside) {
-        float far;
-        ray = start(s, camera_ray(s, pixel), far);
+        ray = entering(s, s.direction(pixel));
         rays.state[pixel] = ray;
     }
     append(inside && ray.level > 0, pixel, rays.list(0, 1), rays.length(0, 1));
@@ -82,7 +81,7 @@ __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks netw
     const int count = *rays.length(round, PHASE);
     const int *queue = rays.list(round, PHASE);
     Work work;
-    vec3 eye = s.camera.d.xyz, direction = vec3(0.0f, 0.0f, 1.0f);
+    vec3 eye = s.eye(), direction = vec3(0.0f, 0.0f, 1.0f);
     Hit ray = {};
     int pixel = 0, step = 0;
     float far = 0.0f;
@@ -95,8 +94,8 @@ __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks netw
             if (!live && mine < count) {
                 pixel = queue[mine];
                 ray = rays.state[pixel];
-                direction = camera_ray(s, pixel);
-                far = ball(eye, direction, 1.0f + delta[s.level - 1]).exit;
+                direction = s.direction(pixel);
+                far = leaving(s, direction);
                 step = 0;
                 live = true;
             }
@@ -129,13 +128,13 @@ __global__ void __launch_bounds__(THREADS) finish(Settings s, PackedNetworks net
     const int count = rays.waiting_in(round), blocks = static_cast<int>(gridDim.x);
     const int each = min(32, (count + blocks - 1) / blocks);  // the fewer share a tile, the fewer wait for one another
     Work work;
-    vec3 eye = s.camera.d.xyz;
+    vec3 eye = s.eye();
     for (int first = each * static_cast<int>(blockIdx.x); first < count; first += each * blocks) {
         int pixel = lane() < each ? rays.waiting_at(round, first + lane()) : -1;
         bool live = pixel >= 0;
         Hit ray = live ? rays.state[pixel] : Hit{};
-        vec3 direction = camera_ray(s, live ? pixel : 0);
-        float far = ball(eye, direction, 1.0f + delta[s.level - 1]).exit;
+        vec3 direction = s.direction(live ? pixel : 0);
+        float far = leaving(s, direction);
         int now = round, phase = ray.level, step = 0;
         while (__any_sync(WARP, live)) {
             int reached;
@@ -149,7 +148,7 @@ __global__ void __launch_bounds__(THREADS) finish(Settings s, PackedNetworks net
                     phase = ray.level;
                     step = 0;
                 }
-                done = ray.level == 0 || now == s.rounds;
+                done = ray.level <= 0 || now == s.rounds;
                 live = !done;
             }
             if (!Together::leads() || !__any_sync(WARP, done)) continue;
@@ -192,10 +191,10 @@ __global__ void __launch_bounds__(THREADS) shade_hits(Settings s, PackedNetworks
     const int warps = static_cast<int>(gridDim.x * blockDim.x / 32u);
     for (int tile = static_cast<int>((blockIdx.x * blockDim.x + threadIdx.x) / 32u); 32 * tile < count; tile += warps) {
         int place = 32 * tile + lane(), pixel = rays.hits[place < count ? place : 32 * tile];
-        vec3 direction = camera_ray(s, pixel);
+        vec3 direction = s.direction(pixel);
         float t = rays.state[pixel].t;
-        vec4 p = vec4(s.camera.d.xyz + t * direction, fourth());
+        vec4 p = vec4(s.eye() + t * direction, fourth());
         vec3 gradient = gradient_to<1>(networks, s, p), colour = tile_albedo(networks, p);
-        if (place < count) image[pixel] = shade(s, direction, t, gradient, colour);
+        if (place < count) image[pixel] = surface_colour(s, direction, t, gradient, colour);
     }
 }

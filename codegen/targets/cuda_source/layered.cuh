@@ -1,6 +1,6 @@
 #include "cublas.cuh"
-#include "march.cuh"
-#include "shade.cuh"
+#include "stepping.cuh"
+#include "colours.cuh"
 #include "packed.cuh"
 // Variant `layered`, the comparator: the way of the paper's renderer. Every layer of every network is one matrix
 // product by cuBLAS over all pixels, every step; nothing is compacted. Inputs of products are halves but in the first
@@ -43,14 +43,13 @@ __global__ void scale_adjoint(const float *adjoint, bool row, float lift, const 
 
 __global__ void enter_layered(Settings s, Hit *state) {
     int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-    float far;
-    if (pixel < s.pixels()) state[pixel] = start(s, camera_ray(s, pixel), far);
+    if (pixel < s.pixels()) state[pixel] = entering(s, s.direction(pixel));
 }
 
 __global__ void place(Settings s, const Hit *state, float4 *points) {
     int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
     if (pixel >= s.pixels()) return;
-    vec3 p = s.camera.d.xyz + state[pixel].t * camera_ray(s, pixel);
+    vec3 p = s.eye() + state[pixel].t * s.direction(pixel);
     points[pixel] = float4{p.x, p.y, p.z, MOVING ? time : 1.0f};
 }
 
@@ -72,8 +71,7 @@ __global__ void step_layered(Settings s, int phase, const float *values, Affines
         float f = value(1);
         int reached = 1;
         while (reached < phase && abs(f) < delta[reached - 1]) f += value(++reached);
-        vec3 eye = s.camera.d.xyz;
-        advance(ray, f, reached, s, ball(eye, camera_ray(s, pixel), 1.0f + delta[s.level - 1]).exit);
+        advance(ray, f, reached, s, leaving(s, s.direction(pixel)));
         state[pixel] = ray;
     }
     if (active != nullptr && ray.level > 0) atomicAdd(active, 1);
@@ -93,7 +91,7 @@ __global__ void shade_layered(Settings s, const Hit *state, const vec3 *gradient
     Hit ray = state[pixel];
     vec4 colour = plain(s, pixel, ray);
     if (ray.hit && shades_hits(s)) {
-        vec3 direction = camera_ray(s, pixel);
+        vec3 direction = s.direction(pixel);
 #if TEXTURED
         float c[3];
         for (int i = 0; i < 3; ++i) c[i] = affine.scale[0][i] * colours[8LL * pixel + i] + affine.offset[0][i];
@@ -101,9 +99,9 @@ __global__ void shade_layered(Settings s, const Hit *state, const vec3 *gradient
 #else
         (void)colours;
         (void)affine;
-        vec3 surface = albedo(s.camera.d.xyz + ray.t * direction);
+        vec3 surface = albedo(s.eye() + ray.t * direction);
 #endif
-        colour = shade(s, direction, ray.t, gradient[pixel], surface);
+        colour = surface_colour(s, direction, ray.t, gradient[pixel], surface);
     }
     image[pixel] = colour;
 }

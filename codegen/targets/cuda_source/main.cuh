@@ -33,7 +33,7 @@ inline int run(int count, char **values) {
     Frame frame(a.variant, a, device);
     frame.draw([](const char *) {});
     std::vector<vec4> image = frame.image();
-    int width = a.settings.width, height = a.settings.height;
+    int width = a.settings.width(), height = a.settings.height();
     if (a.reference.empty() || a.named) {
         if (a.settings.shading == SHADE_DATA) {
             write_data(a.output, image, width, height);

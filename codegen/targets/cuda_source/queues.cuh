@@ -44,7 +44,7 @@ __device__ inline void append(bool wanted, int pixel, int *list, int *length) {
 // after.
 __device__ inline void hand_over(const Rays &rays, bool leaves, const Hit &ray, int pixel, int round, int phase,
                                  bool last) {
-    bool done = ray.level == 0 || (last && ray.level <= phase);
+    bool done = ray.level <= 0 || (last && ray.level <= phase);
     append(leaves && done && ray.hit, pixel, rays.hits, rays.hit_count);
 #pragma unroll
     for (int to = 1; to <= LEVELS; ++to) {
