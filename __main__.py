@@ -1,4 +1,4 @@
-"""`python -m mplicits`."""
+"""The command `python -m mplicits`."""
 
 import sys
 

@@ -83,13 +83,13 @@ def main() -> None:
         options.output,
         "# Gallery",
         "",
-        "Printed by `python benchmarks/gallery.py`. `view`, `render`, `bake`, `mesh` and `info` take "
-        "these names where a file is expected:",
+        "This page is printed by `python benchmarks/gallery.py`. The verbs `view`, `render`, `bake`, `mesh` and `info` "
+        "take the names of these models where a model file is expected:",
         "",
         *(f"    mplicits {command}" for command in COMMANDS),
         "",
-        "Spot and Bob are by Keenan Crane, CC0. The commands that made the models, and the meshes' hashes: "
-        "[model/gallery/README.md](../model/gallery/README.md).",
+        "Spot and Bob are by Keenan Crane, CC0. The commands that made the models and the hashes of the meshes "
+        "stand in [model/gallery/README.md](../model/gallery/README.md).",
         "",
         "| name | levels + texture | parameters | model file, bytes | web page | Shadertoy | trained, s | mean abs f | "
         "mean normal angle, degrees |",
@@ -112,14 +112,15 @@ def main() -> None:
         )
     page.add(
         "",
-        "Seconds are those of the training that made the file. Web page and Shadertoy: bytes of what `bake` writes.",
+        "The seconds are those of the training that made the file. The columns `web page` and `Shadertoy` are the "
+        "bytes of what `bake` writes.",
         "",
-        "Pages to save and to open in a browser, without a network: "
+        "These pages can be saved and opened in a browser, without a network: "
         + ", ".join(f"[{name}.html]({folder.name}/{name}.html)" for name in pages)
         + ".",
         "",
-        f"From left to right: {'; '.join(panels(1))}. A coarse level wears the texture of the finest (the paper's "
-        "Fig. 9): colours stay where they are from the second picture to the third.",
+        f"The pictures show, from left to right: {'; '.join(panels(1))}. A coarse level wears the texture of the "
+        "finest (the paper's Fig. 9), so colours stay where they are from the second picture to the third.",
         "",
     )
     context = open_osmesa()

@@ -3,9 +3,10 @@
     python benchmarks/table3.py armadillo.safetensors lucy.safetensors dragon.safetensors
         [--resolution 512] [-o FILE]
 
-SIREN: (256, 4) evaluated at every vertex of the grid; its weights are random, since time does not depend on them.
-dense: all levels of the model at every vertex. culled: `mplicits mesh`. In one process; dense runs take minutes and are
-run once, the SIREN's at half the resolution. Seconds are from a model to a mesh in memory.
+Three ways are timed, from a model to a mesh in memory, in one process. SIREN: one network of (256, 4) is evaluated at
+every vertex of the grid; its weights are random, since the time does not depend on them. Dense: all levels of the model
+are evaluated at every vertex. Culled: what `mplicits mesh` does. Dense runs take minutes and are done once, the SIREN's
+at half the resolution.
 """
 
 import argparse
@@ -30,13 +31,15 @@ from mplicits.model.model import Layer, Level, Model, load, shape_of
 from protocol import Page, machine
 
 WIDTH, DEPTH, OMEGA = 256, 4, 30.0
+"""Of the SIREN."""
 ROUNDS = 5
+"""How many culled runs the first table's medians are of."""
 SIZES = (128, 256, 512, 1024)
+"""Resolutions of the second table."""
 PRINTED = (
     "As the paper prints these three columns, on an RTX 5090 and with other networks: Armadillo 4.87, 4.10 and 0.99 s; "
     "Lucy 4.87, 7.49 and 1.07; dragon 4.88, 7.28 and 1.71. There, culling leaves out the finer levels alone."
 )
-
 
 ALONE = """
 import resource, sys, time
@@ -50,11 +53,11 @@ began = time.perf_counter()
 extract(ModelField(model, Grid(resolution).diagonal), resolution)
 print(time.perf_counter() - began, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20)
 """
-"""What `alone` runs."""
+"""The program that `alone` runs. It prints seconds and GiB."""
 
 
 def siren() -> Model:
-    """The baseline: one SIREN of (256, 4) with random weights, and without a surface."""
+    """Make the baseline: one SIREN of (256, 4) with random weights, which has no surface."""
     rng = np.random.default_rng(0)
     sizes = [3, *[WIDTH] * (DEPTH + 1), 1]
     layers = []
@@ -66,7 +69,7 @@ def siren() -> Model:
 
 
 def seconds(model: Model, resolution: int, cull: bool) -> tuple[float, Mesh]:
-    """What `mplicits mesh` spends before normals and colours, and its mesh."""
+    """Time what `mplicits mesh` does before normals and colours: return seconds and the mesh."""
     bar = Bar(quiet=False)
     began = time.perf_counter()
     mesh = extract(ModelField(model, Grid(resolution).diagonal if cull else math.inf), resolution, bar, cull)
@@ -76,7 +79,7 @@ def seconds(model: Model, resolution: int, cull: bool) -> tuple[float, Mesh]:
 
 
 def alone(path: Path, resolution: int) -> tuple[float, float]:
-    """Seconds and GiB of memory of one culled extraction in a process of its own, without PyTorch."""
+    """Return the seconds and the GiB of memory of one culled extraction in a process of its own, without PyTorch."""
     command = [sys.executable, "-c", ALONE, str(path), str(resolution)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     taken, memory = done.stdout.split()
@@ -84,7 +87,7 @@ def alone(path: Path, resolution: int) -> tuple[float, float]:
 
 
 def growth(paths: Sequence[Path], page: Page) -> None:
-    """The second table."""
+    """Write the second table: how time and memory of culled extraction grow with the resolution."""
     page.add(
         "",
         "## Growth",
@@ -97,14 +100,14 @@ def growth(paths: Sequence[Path], page: Page) -> None:
     )
     for path in paths:
         runs = [[alone(path, size) for _ in range(3)] for size in SIZES]
-        taken = [statistics.median(first for first, _ in each) for each in runs]
+        taken = [statistics.median(first for first, _ in size_runs) for size_runs in runs]
         exponent = np.polyfit(np.log(SIZES), np.log(taken), 1)[0]
-        figures = " | ".join(f"{each:.2f}" for each in taken)
+        figures = " | ".join(f"{median:.2f}" for median in taken)
         page.add(f"| {path.stem} | {figures} | {exponent:.2f} | {max(memory for _, memory in runs[-1]):.2f} |")
 
 
 def speed(paths: Sequence[Path], resolution: int, page: Page) -> None:
-    """The first table."""
+    """Write the first table: the three ways at one resolution."""
     page.add(
         "| model | levels | faces | SIREN (256, 4), dense, s | dense, s | culled, s | SIREN / culled "
         "| dense / culled |",
@@ -124,7 +127,7 @@ def speed(paths: Sequence[Path], resolution: int, page: Page) -> None:
 
 
 def main() -> None:
-    """Writes both tables."""
+    """Write both tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("models", nargs="+", type=Path, metavar="M")
     parser.add_argument("--resolution", type=int, default=512)

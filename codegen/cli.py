@@ -1,4 +1,4 @@
-"""Verbs `info` and `bake`."""
+"""The verbs `info` and `bake`."""
 
 import json
 import sys
@@ -15,11 +15,13 @@ if TYPE_CHECKING:
 
 
 def _info_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of `info` to a parser."""
     parser.add_argument("model", type=model_path, metavar="M", help=MODEL_HELP)
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
 def _info(arguments: Namespace) -> None:
+    """Run `mplicits info`: print what is known of a model. Raises UserError."""
     from ..model.files import show
     from ..model.model import load
 
@@ -44,6 +46,7 @@ def _info(arguments: Namespace) -> None:
 
 
 def _facts(model: "Model") -> dict[str, Any]:
+    """Collect what `info --json` prints."""
     from ..model.model import shape_of
     from .ir.lower import lower
     from .ir.program import Cost
@@ -79,6 +82,7 @@ def _facts(model: "Model") -> dict[str, Any]:
 
 
 def _size(model: "Model", target: Target) -> int | None:
+    """Count the bytes of what a target writes; None where it refuses the model."""
     from ..model.errors import UserError
 
     try:
@@ -88,6 +92,7 @@ def _size(model: "Model", target: Target) -> int | None:
 
 
 def _bake_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of `bake` to a parser."""
     parser.add_argument("model", type=model_path, metavar="M", help=MODEL_HELP)
     names = ", ".join(f"{name} (default)" if name == DEFAULT else name for name in TARGETS)
     parser.add_argument("--target", default=DEFAULT, help=f"what to write: {names}")
@@ -112,12 +117,14 @@ def _bake_arguments(parser: ArgumentParser) -> None:
 
 
 def _digits(text: str) -> int:
+    """Read the argument of --digits. Raises ArgumentTypeError."""
     if not text.isdecimal() or int(text) > 9:
         raise ArgumentTypeError(f"{text!r} is not a number of decimals from 0 to 9")
     return int(text)
 
 
 def _bake(arguments: Namespace) -> None:
+    """Run `mplicits bake`: write a model as shader source. Raises UserError."""
     from ..model.errors import UserError
     from ..model.files import check_writable, show, write_whole
     from ..model.model import load

@@ -1,4 +1,4 @@
-"""Hand-written GLSL, one function per file, shared by every GLSL target; and the loader that joins the files."""
+"""GLSL written by hand, which every GLSL target shares, and the loader that joins its files."""
 
 import re
 from importlib.resources import files
@@ -7,26 +7,36 @@ _INCLUDE = re.compile(r'^#include "([\w.]+)"\n', re.MULTILINE)
 
 
 def read(name: str) -> str:
-    """Text of the file `name` in this folder."""
+    """Return the text of the file `name` in this folder."""
     return files(__name__).joinpath(name).read_text(encoding="utf-8")
 
 
 def load(name: str) -> str:
-    """Text of the file `name` in this folder with each `#include "other.glsl"` replaced, once, by that file."""
+    """Return the text of the file `name` in this folder with its includes replaced by the files that they name.
+
+    An include is a line `#include "other.glsl"`. A file that is included twice stands where it is first.
+    """
     return _load(name, [], numbered=False)
 
 
 FILE = 1_000_000
-"""Line numbers of `load_numbered` go up by this from file to file: not every driver's log names a source's number."""
+"""How far apart the line numbers of two files are in `load_numbered`.
+
+Not every driver's log says which source a line is of, so the line number itself has to.
+"""
 
 
 def load_numbered(name: str) -> tuple[str, tuple[str, ...]]:
-    """`load` with `#line` directives: line n of file k, from 1, has the number FILE * k + n; and the files' names."""
+    """Return what `load` does, with `#line` directives, and the names of the files that it is made of.
+
+    Line n of the k-th file, both counted from 1, has the number FILE * k + n.
+    """
     seen: list[str] = []
     return _load(name, seen, numbered=True), tuple(seen)
 
 
 def _load(name: str, seen: list[str], *, numbered: bool) -> str:
+    """Join a file and what it includes, without the files of `seen`, to which it adds those that it takes."""
     if name in seen:
         return ""
     seen.append(name)

@@ -1,4 +1,4 @@
-"""Shared fixtures, and the one option that rewrites golden files."""
+"""The fixtures that several test files share, and the one option that rewrites golden files."""
 
 import os
 import shutil
@@ -26,7 +26,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.fixture(scope="session")
 def osmesa() -> Iterator[Context]:
-    """Software GL, the same on every machine."""
+    """A context of software OpenGL, which draws the same on every machine."""
     try:
         context = open_osmesa()
     except UserError as error:
@@ -37,7 +37,7 @@ def osmesa() -> Iterator[Context]:
 
 @pytest.fixture(scope="session")
 def xvfb() -> Iterator[dict[str, str]]:
-    """The environment of a process that may open windows, on a display of our own."""
+    """The environment of a process that may open windows, which appear on a display made for the tests."""
     if shutil.which("Xvfb") is None:
         pytest.skip("Xvfb is not installed (Debian: xvfb)")
     read, write = os.pipe()
@@ -55,14 +55,14 @@ def xvfb() -> Iterator[dict[str, str]]:
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator["Browser"]:
-    """Headless Chromium, WebGL2 on the CPU."""
+    """Headless Chromium with WebGL2 on the CPU."""
     with chromium() as browser:
         yield browser
 
 
 @pytest.fixture(scope="session")
 def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The page of MODEL."""
+    """The file of a web page that shows MODEL."""
     path = tmp_path_factory.mktemp("page") / "ball.html"
     path.write_text(TARGETS["html"](MODEL))
     return path
@@ -70,7 +70,7 @@ def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def shown(browser: "Browser", page_file: Path) -> Iterator[Visit]:
-    """One visit that tests share; each leaves it without a message."""
+    """One visit to the page that the tests of a file share; each leaves it without a message."""
     with visit(browser, page_file, has_touch=True) as visited:
         visited.still()
         yield visited

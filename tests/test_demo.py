@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mplicits import cli
+from mplicits.demo import demo_verb
 from mplicits.model import gallery
 from mplicits.model.errors import UserError
 from mplicits.model.model import save
@@ -54,7 +55,7 @@ class Verbs:
         return Verb(name, "", self.add_arguments, run)
 
     def all(self) -> dict[str, Verb]:
-        return {"demo": cli.demo_verb(cli.perform)} | {
+        return {"demo": demo_verb(cli.perform)} | {
             name: self.make(name) for name in ("train", "bake", "render", "view")
         }
 

@@ -1,4 +1,4 @@
-"""`mplicits eval`: each figure against an independent computation, and what it says."""
+"""`mplicits eval`: each figure agrees with an independent computation, and the verb prints what it should."""
 
 import json
 from dataclasses import asdict
@@ -20,6 +20,7 @@ ORIGIN = (0.0, 0.0, 0.0)
 
 
 def ball(radius: float, subdivisions: int = 5) -> Mesh:
+    """An icosphere about the origin."""
     return in_model_space(trimesh.creation.icosphere(subdivisions, radius), ORIGIN, 1.0)
 
 
@@ -81,12 +82,12 @@ def test_shells_overlap_as_their_volumes_do() -> None:
     assert shell_iou(one, other, samples) == pytest.approx(volumes[0] / volumes[1], abs=0.03)
 
 
-def test_angles() -> None:
+def test_angles_are_in_degrees() -> None:
     x, y = np.array([[1.0, 0, 0]] * 3), np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0]])
     np.testing.assert_allclose(angles(x, y), [0, 90, 180])
 
 
-def test_pieces_and_holes_are_seen() -> None:
+def test_components_and_holes_are_counted() -> None:
     one = trimesh.creation.icosphere(3, 0.3)
     two = trimesh.Trimesh(
         np.concatenate((one.vertices, np.add(one.vertices, (0.7, 0, 0)))),
@@ -107,7 +108,7 @@ def test_the_seed_decides_the_samples() -> None:
 
 @pytest.fixture
 def truth(tmp_path: Path) -> Path:
-    """The demo model's own surface, in a space of its own."""
+    """A mesh file of the demo model's own surface, in input space."""
     model = load(DEMO)
     path = tmp_path / "truth.ply"
     assert cli.main(["mesh", str(DEMO), "-o", str(path), "--resolution", "100", "--quiet"]) == 0
@@ -115,22 +116,22 @@ def truth(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_model_against_its_own_mesh(truth: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_model_is_at_the_floor_against_its_own_mesh(truth: Path, capsys: pytest.CaptureFixture[str]) -> None:
     capsys.readouterr()
     argv = ["eval", str(DEMO), str(truth), "--resolution", "80", "--samples", "20000", "--quiet"]
     assert cli.main([*argv, "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["chamfer"] == pytest.approx(found["floor"], rel=0.2)
-    assert found["distance_mean"] < 2e-3
-    assert found["iou"] > 0.85
-    assert found["resolution"] == 80
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["chamfer"] == pytest.approx(figures["floor"], rel=0.2)
+    assert figures["distance_mean"] < 2e-3
+    assert figures["iou"] > 0.85
+    assert figures["resolution"] == 80
     assert cli.main(argv) == 0
-    said = capsys.readouterr().out
-    assert f"{found['chamfer']:.3e}" in said
-    assert "times the floor" in said
+    text = capsys.readouterr().out
+    assert f"{figures['chamfer']:.3e}" in text
+    assert "times the floor" in text
 
 
-def test_a_mesh_against_a_mesh(truth: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_mesh_is_compared_with_a_mesh(truth: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     moved = read_mesh(truth)
     moved.vertices = moved.vertices * 7.0 + (3.0, 2.0, 1.0)
     centre, scale = normalisation(moved)
@@ -145,7 +146,7 @@ def test_a_mesh_against_a_mesh(truth: Path, tmp_path: Path, capsys: pytest.Captu
 
 
 @pytest.mark.parametrize(
-    ("content", "name", "said"),
+    ("content", "name", "message"),
     [
         (None, "none.ply", "no such file"),
         (b"\x89PNG\r\n\x1a\n" + bytes(64), "picture.png", "not a mesh by its ending"),
@@ -157,14 +158,14 @@ def test_a_mesh_against_a_mesh(truth: Path, tmp_path: Path, capsys: pytest.Captu
     ],
 )
 def test_bad_input_is_one_line(
-    content: bytes | None, name: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    content: bytes | None, name: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     if content is not None:
         (tmp_path / name).write_bytes(content)
     assert cli.main(["eval", str(DEMO), str(tmp_path / name), "--quiet"]) == 2
     out, err = capsys.readouterr()
     assert (out, len(err.splitlines())) == ("", 1)
-    assert said in err
+    assert message in err
 
 
 @pytest.mark.parametrize("argv", [["--samples", "5"], ["--seed", "-1"], ["--resolution", "2"], ["--level", "9"]])

@@ -1,4 +1,4 @@
-"""Marching cubes with culling: against dense evaluation, formulas, and trimesh's opinion of the mesh."""
+"""Marching cubes with culling, compared with dense evaluation, with formulas, and with what trimesh says."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ Array = NDArray[np.float32]
 
 @dataclass
 class Ellipsoid:
-    """Three axes that differ, and a centre off the middle: nothing may be mistaken for anything else."""
+    """An ellipsoid whose axes differ and whose centre is not the origin, so that no two directions can be confused."""
 
     axes: tuple[float, float, float] = (0.9, 0.5, 0.3)
     centre: tuple[float, float, float] = (0.03, -0.2, 0.1)
@@ -32,7 +32,7 @@ class Ellipsoid:
 
 
 class Waves:
-    """A surface that fills the cube, with every configuration of signs, and leaves it through its faces."""
+    """A surface that fills the cube, with every configuration of signs, and goes on through the cube's faces."""
 
     chunk = 1000
 
@@ -46,7 +46,7 @@ class Waves:
 
 
 class Misled(Ellipsoid):
-    """A bound that holds nowhere but near one end of the surface."""
+    """An ellipsoid whose clearance is right near one end of the surface and too large everywhere else."""
 
     def clearance(self, points: Array) -> Array:
         right = super().clearance(points)
@@ -54,7 +54,7 @@ class Misled(Ellipsoid):
 
 
 def checked(mesh: Mesh) -> trimesh.Trimesh:
-    """The mesh as trimesh sees it, closed, oriented outwards, and without doubles."""
+    """Check that a mesh is closed, oriented outwards, and without doubles; return it as trimesh's."""
     seen = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
     assert seen.is_watertight
     assert seen.is_winding_consistent
@@ -65,7 +65,7 @@ def checked(mesh: Mesh) -> trimesh.Trimesh:
 
 
 @pytest.mark.parametrize("resolution", [8, 31, 64, 97])
-def test_it_is_the_ellipsoid(resolution: int) -> None:
+def test_the_mesh_is_the_ellipsoid(resolution: int) -> None:
     field = Ellipsoid()
     seen = checked(extract(field, resolution))
     side = Grid(resolution).side
@@ -121,6 +121,6 @@ def test_most_of_the_grid_is_left_out() -> None:
     assert asked < 12 * len(mesh.vertices) < 97**3 / 2
 
 
-def test_nothing_is_an_empty_mesh() -> None:
+def test_a_field_without_a_surface_gives_an_empty_mesh() -> None:
     mesh = extract(Ellipsoid(axes=(1e-6, 1e-6, 1e-6)), 16)
     assert (len(mesh.vertices), len(mesh.faces), mesh.components()[0]) == (0, 0, 0)

@@ -1,4 +1,4 @@
-"""`mplicits mesh`: files that others read, and what it says."""
+"""`mplicits mesh` writes files that others read, and prints what is in them."""
 
 import json
 from dataclasses import replace
@@ -14,21 +14,22 @@ from support.paths import DEMO
 
 
 def mesh(*argv: str) -> int:
+    """Run `mplicits mesh` on the demo model, coarsely, with more arguments; return the exit code."""
     return cli.main(["mesh", str(DEMO), "--resolution", "48", "--quiet", *argv])
 
 
 @pytest.mark.parametrize("suffix", [".ply", ".obj", ".stl", ".glb", ".PLY"])
-def test_others_read_what_it_writes(suffix: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_trimesh_reads_what_the_verb_writes(suffix: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / f"out{suffix}"
     assert mesh("-o", str(path), "--json") == 0
-    said = json.loads(capsys.readouterr().out)
+    facts = json.loads(capsys.readouterr().out)
     read = trimesh.load(path, force="mesh")
     assert isinstance(read, trimesh.Trimesh)
     assert read.is_watertight
     assert read.volume > 0
-    assert (len(read.vertices), len(read.faces)) == (said["vertices"], said["faces"])
-    assert said["components"] == len(read.split(only_watertight=False))
-    assert (said["spurious"], said["culled"]) == (0, True)
+    assert (len(read.vertices), len(read.faces)) == (facts["vertices"], facts["faces"])
+    assert facts["components"] == len(read.split(only_watertight=False))
+    assert (facts["spurious"], facts["culled"]) == (0, True)
     if suffix != ".stl":
         assert isinstance(read.visual, trimesh.visual.ColorVisuals)
         colours = np.asarray(read.visual.vertex_colors)[:, :3]
@@ -46,7 +47,7 @@ def test_normals_and_colours_are_in_the_file(tmp_path: Path) -> None:
     assert "\nvn " in (tmp_path / "m.obj").read_text(encoding="utf-8")
 
 
-def test_it_comes_back_in_the_input_s_space(tmp_path: Path) -> None:
+def test_the_mesh_is_in_the_space_that_is_asked_for(tmp_path: Path) -> None:
     moved = replace(load(DEMO), centre=(10.0, -20.0, 5.0), scale=3.0)
     save(moved, tmp_path / "m.safetensors")
     bounds = {}
@@ -58,7 +59,9 @@ def test_it_comes_back_in_the_input_s_space(tmp_path: Path) -> None:
     np.testing.assert_allclose(bounds["input"], bounds["model"] * 3.0 + (10, -20, 5), atol=1e-5)
 
 
-def test_a_level_and_dense_evaluation(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_level_changes_the_mesh_and_dense_evaluation_does_not(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     counts = []
     for argv in (["--level", "1"], [], ["--no-cull"]):
         assert mesh("-o", str(tmp_path / "m.ply"), *argv) == 0
@@ -69,14 +72,14 @@ def test_a_level_and_dense_evaluation(tmp_path: Path, capsys: pytest.CaptureFixt
     assert f"{counts[1]:,} vertices" in capsys.readouterr().out
 
 
-def test_the_name_of_the_output_is_the_model_s(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_output_is_named_after_the_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     assert mesh() == 0
     assert (tmp_path / "demo.ply").is_file()
 
 
 @pytest.mark.parametrize(
-    ("argv", "said"),
+    ("argv", "message"),
     [
         (["-o", "m.png"], "m.png: a mesh is written as .ply, .obj, .stl, .glb"),
         (["--resolution", "4"], "--resolution 4"),
@@ -87,13 +90,13 @@ def test_the_name_of_the_output_is_the_model_s(tmp_path: Path, monkeypatch: pyte
     ],
 )
 def test_bad_input_is_one_line(
-    argv: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    argv: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert mesh(*argv) == 2
     out, err = capsys.readouterr()
     assert (out, len(err.splitlines())) == ("", 1)
-    assert said in err
+    assert message in err
     assert not list(tmp_path.iterdir())
 
 

@@ -1,4 +1,4 @@
-"""All figures against trimesh and brute force on other samples; voxels and triangles one by one."""
+"""The figures agree with trimesh and with brute force on other samples, on voxels and triangles one by one."""
 
 import numpy as np
 import pytest
@@ -13,11 +13,16 @@ BOX = trimesh.creation.box()
 
 
 def mesh(vertices: object, faces: object) -> Mesh:
+    """A mesh of vertices (V, 3) and faces (F, 3), whatever their types."""
     return Mesh(np.asarray(vertices, np.float32), np.asarray(faces, np.int64))
 
 
-def sampled(of: trimesh.Trimesh, to: trimesh.Trimesh) -> tuple[NDArray[np.float64], ...]:
-    """Distance to the surface, squared distance to the nearest of as many samples, angle: of SAMPLES samples each."""
+def measured(of: trimesh.Trimesh, to: trimesh.Trimesh) -> tuple[NDArray[np.float64], ...]:
+    """Sample one surface and measure each sample against another surface.
+
+    Returns the distance to the surface, the squared distance to the nearest of as many samples of it, and the angle of
+    the normals in degrees: (SAMPLES,) each.
+    """
     points, faces = trimesh.sample.sample_surface(of, SAMPLES, seed=1)
     others, _ = trimesh.sample.sample_surface(to, SAMPLES, seed=2)
     _, distance, nearest = trimesh.proximity.closest_point_naive(to, points)  # type: ignore[no-untyped-call]
@@ -27,25 +32,25 @@ def sampled(of: trimesh.Trimesh, to: trimesh.Trimesh) -> tuple[NDArray[np.float6
 
 
 def test_figures_agree_with_an_independent_computation() -> None:
-    """Of two shapes that differ; the samples are others, so the figures differ as much as samplings do."""
+    """The samples of both computations are not the same, so the figures differ as much as those of two samplings do."""
     one = trimesh.creation.icosphere(subdivisions=2, radius=0.9)
     one.vertices *= (1.0, 0.7, 0.5)
     other = trimesh.creation.box((1.2, 0.9, 0.6))
-    found = compare(mesh(one.vertices, one.faces), mesh(other.vertices, other.faces), SAMPLES)
-    distance, there, angle = sampled(one, other)
-    missing, back, _ = sampled(other, one)
-    assert found.chamfer == pytest.approx(there.mean() + back.mean(), rel=0.08)
-    assert found.hausdorff == pytest.approx(max(distance.max(), missing.max()), rel=0.05)
-    assert found.distance_mean == pytest.approx(distance.mean(), rel=0.06)
-    assert found.distance_99 == pytest.approx(np.quantile(distance, 0.99), rel=0.06)
-    assert found.missing_mean == pytest.approx(missing.mean(), rel=0.06)
-    assert found.missing_99 == pytest.approx(np.quantile(missing, 0.99), rel=0.06)
-    assert found.normal_angle == pytest.approx(angle.mean(), rel=0.06)
-    assert found.distance_mean != pytest.approx(missing.mean(), rel=0.1)  # the two directions can be told apart
-    assert (found.vertices, found.faces) == (len(one.vertices), len(one.faces))
+    figures = compare(mesh(one.vertices, one.faces), mesh(other.vertices, other.faces), SAMPLES)
+    distance, there, angle = measured(one, other)
+    missing, back, _ = measured(other, one)
+    assert figures.chamfer == pytest.approx(there.mean() + back.mean(), rel=0.08)
+    assert figures.hausdorff == pytest.approx(max(distance.max(), missing.max()), rel=0.05)
+    assert figures.distance_mean == pytest.approx(distance.mean(), rel=0.06)
+    assert figures.distance_99 == pytest.approx(np.quantile(distance, 0.99), rel=0.06)
+    assert figures.missing_mean == pytest.approx(missing.mean(), rel=0.06)
+    assert figures.missing_99 == pytest.approx(np.quantile(missing, 0.99), rel=0.06)
+    assert figures.normal_angle == pytest.approx(angle.mean(), rel=0.06)
+    assert figures.distance_mean != pytest.approx(missing.mean(), rel=0.1)  # the two directions can be told apart
+    assert (figures.vertices, figures.faces) == (len(one.vertices), len(one.faces))
 
 
-def test_normals_have_a_side() -> None:
+def test_a_mesh_inside_out_has_opposite_normals() -> None:
     turned = compare(mesh(BOX.vertices, BOX.faces[:, ::-1]), mesh(BOX.vertices, BOX.faces), 500)
     assert turned.normal_angle == pytest.approx(180)
     slight = np.array([[np.cos(1e-3), np.sin(1e-3), 0.0]])
@@ -79,7 +84,7 @@ def test_a_triangle_without_area_is_no_surface() -> None:
     assert (points[:, 2] == 0).all()
 
 
-def test_shells_are_what_loops_over_all_voxels_count() -> None:
+def test_the_iou_of_shells_is_what_a_test_of_all_voxels_counts() -> None:
     one, other = BOX.copy().apply_scale((0.08, 0.06, 0.04)), trimesh.creation.icosphere(2, 0.043)
     other.apply_translation((-0.013, 0.004, 0.002))  # voxels on both sides of zero
     a, b = (SampledSurface(mesh(shape.vertices, shape.faces)) for shape in (one, other))
@@ -90,9 +95,9 @@ def test_shells_are_what_loops_over_all_voxels_count() -> None:
         _, distance, _ = trimesh.proximity.closest_point_naive(shape, centres)  # type: ignore[no-untyped-call]
         shells.append(np.asarray(distance) <= VOXEL)
     samples = np.concatenate([surface.sample(20_000, np.random.default_rng(0))[0] for surface in (a, b)])
-    wanted = (shells[0] & shells[1]).sum() / (shells[0] | shells[1]).sum()
-    assert 0.1 < wanted < 0.9
-    assert shell_iou(a, b, samples) == pytest.approx(wanted, abs=1e-3)
+    expected = (shells[0] & shells[1]).sum() / (shells[0] | shells[1]).sum()
+    assert 0.1 < expected < 0.9
+    assert shell_iou(a, b, samples) == pytest.approx(expected, abs=1e-3)
 
 
 def test_shells_far_apart_take_no_memory() -> None:
@@ -113,5 +118,5 @@ def test_shells_far_apart_take_no_memory() -> None:
     ],
     ids=["box", "hole", "one face turned", "four faces at an edge", "two boxes"],
 )
-def test_watertight(faces: object, watertight: bool) -> None:
+def test_a_mesh_is_watertight_where_every_edge_has_two_faces(faces: object, watertight: bool) -> None:
     assert is_watertight(np.asarray(faces, np.int64)) == watertight

@@ -1,4 +1,4 @@
-"""Meshes of trained models: the last level's surface, its normals and colours."""
+"""Meshes of trained models are the last level's surface, with its normals and colours."""
 
 import math
 from dataclasses import replace
@@ -22,7 +22,7 @@ from support.random_model import random_model
 
 
 def with_bubble() -> Model:
-    """A ball whose residual, nearly sin(k r) / (k r), is 0 on the surface and 1 in the middle: a second surface."""
+    """A ball with a second surface inside: the residual, nearly sin(k r) / (k r), is 0 on the ball and 1 in the middle."""
     first = replace(fitted_model().levels[0], delta=0.15, lipschitz=3.0)
     i = np.arange(128)
     z = (2 * i + 1) / 128 - 1
@@ -35,9 +35,9 @@ def with_bubble() -> Model:
 
 @pytest.mark.parametrize("resolution", [48, 96])
 def test_culled_vertices_are_those_of_the_last_level_everywhere(resolution: int) -> None:
-    found = same_vertices(load(DEMO), resolution)
-    assert (found.missing, found.extra) == (0, 0)
-    assert found.vertices > 1000
+    comparison = same_vertices(load(DEMO), resolution)
+    assert (comparison.missing, comparison.extra) == (0, 0)
+    assert comparison.vertices > 1000
 
 
 def test_each_vertex_is_on_the_surface_and_has_its_normal_and_colour() -> None:
@@ -54,7 +54,7 @@ def test_each_vertex_is_on_the_surface_and_has_its_normal_and_colour() -> None:
     assert (facing > 0).mean() > 0.95
 
 
-def test_what_lies_outside_the_bands_is_counted_and_left_out() -> None:
+def test_components_outside_the_bands_are_counted_and_left_out() -> None:
     model = with_bubble()
     every, nested = extract_model(model, 64, cull=False), extract_model(model, 64)
     assert every.spurious == 1
@@ -62,11 +62,11 @@ def test_what_lies_outside_the_bands_is_counted_and_left_out() -> None:
     assert every.mesh.components()[0] == every.components
     assert nested.mesh.components()[0] == nested.components == every.components - every.spurious
     assert trimesh.Trimesh(nested.mesh.vertices, nested.mesh.faces, process=False).is_watertight
-    found = same_vertices(model, 64)
-    assert (found.missing, found.extra, found.spurious) == (0, 0, every.spurious)
+    comparison = same_vertices(model, 64)
+    assert (comparison.missing, comparison.extra, comparison.spurious) == (0, 0, every.spurious)
 
 
-def test_a_band_decides_which_level_is_asked() -> None:
+def test_a_band_decides_which_level_is_evaluated() -> None:
     model = fitted_model()
     points = np.random.default_rng(0).uniform(-0.9, 0.9, (2000, 3)).astype(np.float32)
     program, cell = lower(model), 0.01
@@ -77,7 +77,7 @@ def test_a_band_decides_which_level_is_asked() -> None:
     np.testing.assert_allclose(ModelField(model, math.inf).value(points), last, atol=1e-6)
 
 
-def test_no_ball_of_the_clearance_meets_the_surface() -> None:
+def test_the_clearance_is_no_more_than_the_distance_to_the_surface() -> None:
     model = load(DEMO)
     surface = extract_model(model, 96).mesh.vertices
     points = np.random.default_rng(0).uniform(-1, 1, (4000, 3)).astype(np.float32)
@@ -87,7 +87,7 @@ def test_no_ball_of_the_clearance_meets_the_surface() -> None:
     assert np.median(clearance / nearest) > 0.3
 
 
-def test_a_moving_model_has_a_time() -> None:
+def test_a_moving_model_is_evaluated_at_its_time() -> None:
     model = random_model((8, 1), (8, 1), inputs="xyzt")
     points = np.random.default_rng(0).uniform(-1, 1, (100, 3)).astype(np.float32)
     for time in (0.0, 0.4):

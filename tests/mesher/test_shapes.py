@@ -1,4 +1,4 @@
-"""Models of real meshes at 256^3: what culling finds is what evaluation everywhere finds."""
+"""On models of real meshes at 256^3, culling finds what evaluation at every vertex finds."""
 
 from pathlib import Path
 
@@ -30,9 +30,9 @@ def test_culled_vertices_are_those_of_the_last_level_everywhere(shape: str, leve
     path = tmp_path / "m.safetensors"
     assert cli.main(["train", source, "-o", str(path), "--levels", levels, "--seconds", "25", "--quiet"]) == 0
     model = load(path)
-    found = same_vertices(model, 256)
-    print(shape, found)
-    assert (found.missing, found.extra) == (0, 0)
-    assert found.vertices > 50_000
+    comparison = same_vertices(model, 256)
+    print(shape, comparison)
+    assert (comparison.missing, comparison.extra) == (0, 0)
+    assert comparison.vertices > 50_000
     mesh = extract_model(model, 256).mesh
     assert trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).is_watertight

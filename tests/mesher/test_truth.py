@@ -1,4 +1,4 @@
-"""Mesh files as they come: every format, loose triangles, damage, another shape's file."""
+"""Mesh files as they come: in every format, of loose triangles, damaged, or of another shape."""
 
 from pathlib import Path
 
@@ -28,26 +28,26 @@ def test_every_format_and_size_gives_the_same_surface(suffix: str, size: float, 
     else:
         written.export(path, file_type=suffix[1:].lower())
     read = read_mesh(path)
-    found = in_model_space(read, *normalisation(read))
-    assert (len(found.vertices), len(found.faces), found.components()[0]) == (642, 1280, 1)
-    figures = compare(found, found, 100)
+    mesh = in_model_space(read, *normalisation(read))
+    assert (len(mesh.vertices), len(mesh.faces), mesh.components()[0]) == (642, 1280, 1)
+    figures = compare(mesh, mesh, 100)
     assert figures.watertight
-    assert np.linalg.norm(found.vertices, axis=1) == pytest.approx(1, abs=1e-5)
+    assert np.linalg.norm(mesh.vertices, axis=1) == pytest.approx(1, abs=1e-5)
 
 
-def test_loose_triangles_and_unused_vertices(tmp_path: Path) -> None:
-    """Vertices at one place are one; a triangle that is a point or a line then does not open the surface."""
+def test_loose_triangles_become_one_surface(tmp_path: Path) -> None:
+    """Vertices at one place are joined, and triangles that are a point or a line then do not open the surface."""
     box = trimesh.creation.box()
     corners = np.concatenate((box.triangles.reshape(-1, 3), [[np.nan, 9, 9]]))
     faces = [*np.arange(36).reshape(-1, 3), (0, 0, 1), (0, 0, 0)]
     trimesh.Trimesh(corners, faces, process=False).export(tmp_path / "soup.ply")
-    found = in_model_space(read_mesh(tmp_path / "soup.ply"), (0.0, 0.0, 0.0), 2.0)
-    assert (len(found.vertices), len(found.faces), found.components()[0]) == (8, 12, 1)
-    assert np.abs(found.vertices).max() == 0.25
-    assert compare(found, found, 100).watertight
+    mesh = in_model_space(read_mesh(tmp_path / "soup.ply"), (0.0, 0.0, 0.0), 2.0)
+    assert (len(mesh.vertices), len(mesh.faces), mesh.components()[0]) == (8, 12, 1)
+    assert np.abs(mesh.vertices).max() == 0.25
+    assert compare(mesh, mesh, 100).watertight
 
 
-def test_inside_out_is_turned(tmp_path: Path) -> None:
+def test_a_mesh_that_is_inside_out_is_turned(tmp_path: Path) -> None:
     trimesh.Trimesh(BALL.vertices, BALL.faces[:, ::-1], process=False).export(tmp_path / "turned.ply")
     space = (0.0, 0.0, 0.0), 1.0
     assert (
@@ -70,7 +70,7 @@ def test_inside_out_is_turned(tmp_path: Path) -> None:
         ("points.ply", HEAD.replace("face 1", "face 0"), "no triangles"),
     ],
 )
-def test_damage_is_one_line(name: str, text: str, said: str, tmp_path: Path) -> None:
+def test_damage_is_refused_with_one_line(name: str, text: str, said: str, tmp_path: Path) -> None:
     (tmp_path / name).write_text(text, encoding="utf-8")
     with pytest.raises(UserError, match=said) as caught:
         read_mesh(tmp_path / name)
@@ -78,13 +78,13 @@ def test_damage_is_one_line(name: str, text: str, said: str, tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize(("path", "said"), [("x" * 300, "no such file"), (".", "no such file")])
-def test_no_file(path: str, said: str) -> None:
+def test_a_missing_file_is_refused(path: str, said: str) -> None:
     with pytest.raises(UserError, match=said):
         read_mesh(Path(path))
 
 
-def test_another_shape_s_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A warning where it is near; an error, soon, where it is far."""
+def test_a_file_of_another_shape_is_noticed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A warning says so where the two are near each other; where they are far apart an error does, before the work."""
     for name, shift in (("ball", 0.0), ("aside", 0.3), ("away", 500.0)):
         trimesh.Trimesh(BALL.vertices + shift, BALL.faces, process=False).export(tmp_path / f"{name}.ply")
     outcomes = {}

@@ -1,4 +1,4 @@
-"""Output files appear whole or not at all, and what cannot be written is refused with one line."""
+"""Output files appear whole or not at all, and a path that cannot be written is refused with one line."""
 
 import resource
 from pathlib import Path
@@ -29,7 +29,7 @@ def test_an_output_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     assert [entry.name for entry in tmp_path.iterdir()] == ["file"]
 
 
-def test_a_full_disk_leaves_what_was_there(tmp_path: Path) -> None:
+def test_a_full_disk_leaves_the_old_file(tmp_path: Path) -> None:
     path = tmp_path / "out.txt"
     path.write_text("before")
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -45,7 +45,7 @@ def test_a_full_disk_leaves_what_was_there(tmp_path: Path) -> None:
         write_whole(Path("/dev/full"), "text")
 
 
-def test_ctrl_c_while_writing_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_while_writing_leaves_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*_: object) -> NoReturn:
         raise KeyboardInterrupt
 
@@ -55,7 +55,7 @@ def test_ctrl_c_while_writing_leaves_nothing(tmp_path: Path, monkeypatch: pytest
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_link_stays_a_link_and_a_device_a_device(tmp_path: Path) -> None:
+def test_a_link_stays_a_link_and_a_device_stays_a_device(tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
     (tmp_path / "link").symlink_to(tmp_path / "folder" / "target")
     write_whole(tmp_path / "link", "text")
@@ -65,7 +65,7 @@ def test_a_link_stays_a_link_and_a_device_a_device(tmp_path: Path) -> None:
     assert Path("/dev/null").is_char_device()
 
 
-def test_files_are_as_readable_as_others(tmp_path: Path) -> None:
+def test_files_have_the_usual_permissions(tmp_path: Path) -> None:
     (tmp_path / "plain").write_text("")
     write_whole(tmp_path / "ours", "\udcff é")
     assert (tmp_path / "ours").stat().st_mode == (tmp_path / "plain").stat().st_mode

@@ -1,4 +1,4 @@
-"""The gallery: models by name where a file is expected, small enough to travel with the package."""
+"""The gallery: models that are called by name where a file is expected, small enough to travel with the package."""
 
 import argparse
 import json
@@ -24,7 +24,7 @@ MESHES = {"spot": "spot.obj", "bob": "bob_tri.obj"}
 MOST = 1_500_000
 
 
-def test_two_shapes_in_three_sizes() -> None:
+def test_the_gallery_has_two_shapes_in_three_sizes() -> None:
     assert gallery.names() == sorted(NAMES)
     assert sum(path.stat().st_size for path in FOLDER.iterdir() if path.is_file()) <= MOST
     for name in ("spot", "bob"):
@@ -62,7 +62,9 @@ def test_models_are_the_meshes_and_their_colours(name: str) -> None:
     assert error < (0.02 if small else 0.003)
 
 
-def test_names_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_name_means_a_file_of_the_user_s_before_a_model_of_the_gallery(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     assert gallery.model_path("spot") == FOLDER / "spot.safetensors"
     assert gallery.model_path("nobody") == Path("nobody")
@@ -86,15 +88,15 @@ def test_every_verb_that_takes_a_model_takes_a_name(verb: str) -> None:
 def test_a_name_is_looked_at_from_its_front(
     name: str, verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Spot faces -z, azimuth 180, Bob -x, azimuth 270, as their meshes do."""
+    """As their meshes do, Spot faces -z, which is azimuth 180, and Bob faces -x, which is azimuth 270."""
     monkeypatch.chdir(tmp_path)
     parser = argparse.ArgumentParser()
     cli.verbs()[verb].arguments(parser)
 
     def camera(*argv: str) -> Camera:
-        found = camera_from(parser.parse_args(argv))
-        assert isinstance(found, Camera)
-        return found
+        camera = camera_from(parser.parse_args(argv))
+        assert isinstance(camera, Camera)
+        return camera
 
     seen, size = camera(name), parser.parse_args([name]).size
     assert 0 < abs(seen.azimuth - (180 if name.startswith("spot") else 270)) <= 60
@@ -102,10 +104,10 @@ def test_a_name_is_looked_at_from_its_front(
     assert camera(name, "--camera", "1,2,3") == Camera(1, 2, 3, aspect=size[0] / size[1])
     Path(f"{name}.safetensors").write_bytes(b"")
     for path in (f"{name}.safetensors", f"./{name}.safetensors", f"./{name}"):
-        assert camera(path) == Camera(aspect=size[0] / size[1]), "a file's is as ever"
+        assert camera(path) == Camera(aspect=size[0] / size[1]), "other files are looked at from the usual place"
 
 
-def test_a_name_from_the_command_line(
+def test_a_name_works_on_the_command_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)

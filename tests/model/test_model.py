@@ -1,4 +1,4 @@
-"""A model comes back from its file as it was saved, and is checked when it is made."""
+"""A model is read from its file as it was saved, and is checked when it is made."""
 
 import dataclasses
 from pathlib import Path
@@ -15,6 +15,7 @@ NASTY_NAMES = ['"/*', "</script>", "a\nb", "\r\n#version 100", "*/ }", "\u2028",
 
 
 def assert_same(a: Model, b: Model) -> None:
+    """Fail unless two models are equal in every value."""
     assert a.sha256() == b.sha256()
     assert (a.name, a.inputs, a.centre, a.scale, a.provenance) == (b.name, b.inputs, b.centre, b.scale, b.provenance)
     assert a.tensors().keys() == b.tensors().keys()
@@ -34,7 +35,7 @@ def assert_same(a: Model, b: Model) -> None:
     ],
     ids=["one", "three-textured", "xyzt", "placed"],
 )
-def test_what_is_saved_comes_back(model: Model, tmp_path: Path) -> None:
+def test_a_saved_model_is_read_as_it_was(model: Model, tmp_path: Path) -> None:
     save(model, tmp_path / "m.safetensors")
     assert_same(load(tmp_path / "m.safetensors"), model)
 
@@ -45,7 +46,7 @@ def test_any_name_is_kept(name: str, tmp_path: Path) -> None:
     assert load(tmp_path / "m.safetensors").name == name
 
 
-def test_the_hash_is_of_what_a_renderer_sees() -> None:
+def test_the_hash_covers_what_a_renderer_depends_on() -> None:
     model = random_model((8, 1), (12, 1), texture=(8, 1))
     same = dataclasses.replace(model, name="other", provenance={"a": 1}, scale=3.0, centre=(1.0, 0.0, 0.0))
     assert same.sha256() == model.sha256()

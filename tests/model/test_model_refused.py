@@ -1,4 +1,4 @@
-"""Whatever is wrong with a model file, it is refused with one line that names it."""
+"""A model file that is wrong in any way is refused with one line that names what is wrong."""
 
 import json
 from pathlib import Path
@@ -24,7 +24,7 @@ def path(tmp_path: Path) -> Path:
 
 
 def refusal(path: Path) -> str:
-    """The one line with which `load` refuses a file."""
+    """The one line with which `load` refuses a file, without the path at its beginning."""
     with pytest.raises(UserError) as caught:
         load(path)
     line = str(caught.value)
@@ -35,14 +35,14 @@ def refusal(path: Path) -> str:
 
 
 def described(path: Path) -> dict[str, Any]:
-    """The JSON description in a model file."""
+    """The JSON object that describes the model in a model file."""
     with safe_open(path, "numpy") as file:
         description: dict[str, Any] = json.loads(file.metadata()["model"])
     return description
 
 
 def rewrite(path: Path, metadata: dict[str, str] | None = None, tensors: dict[str, Any] | None = None) -> None:
-    """Writes the model file `path` again with other metadata or tensors."""
+    """Write the model file `path` again with other metadata or tensors."""
     whole = {"format": "mplicits", "version": "1", "model": json.dumps(described(path))} | (metadata or {})
     save_file(load_file(path) if tensors is None else tensors, path, whole)
 
@@ -54,7 +54,7 @@ def test_every_truncation_is_refused(path: Path) -> None:
         assert "damaged" in refusal(path)
 
 
-def test_no_corruption_gets_past_a_user_error(path: Path) -> None:
+def test_corruption_causes_no_error_but_user_errors(path: Path) -> None:
     whole = path.read_bytes()
     header = 8 + int.from_bytes(whole[:8], "little")
     rng = np.random.default_rng(0)
@@ -105,7 +105,7 @@ PLACES = [
 
 
 @pytest.mark.parametrize("place", PLACES, ids=str)
-def test_no_other_json_value_gets_past_a_user_error(place: tuple[Any, ...], path: Path) -> None:
+def test_other_json_values_cause_no_error_but_user_errors(place: tuple[Any, ...], path: Path) -> None:
     loaded = []
     for value in VALUES:
         description = described(path)
@@ -178,7 +178,7 @@ def test_missing_metadata_and_other_safetensors_files_are_refused(path: Path) ->
 
 
 def with_one(value: float, shape: tuple[int, ...]) -> Any:
-    """Zeros with `value` at the end."""
+    """An array of zeros with `value` at its end."""
     array = np.zeros(shape, np.float32)
     array.flat[-1] = value
     return array
@@ -247,7 +247,7 @@ def test_a_tensor_of_a_type_numpy_lacks_is_refused(dtype: str, path: Path) -> No
     assert refusal(path) == "level1.layer0.weight: must be float32"
 
 
-def test_what_is_no_file_is_refused(tmp_path: Path) -> None:
+def test_a_path_that_is_no_file_is_refused(tmp_path: Path) -> None:
     assert refusal(tmp_path / "nothing") == "no such file"
     assert refusal(tmp_path) == "not a file"
     assert refusal(Path("/dev/null")) == "not a file"

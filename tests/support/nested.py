@@ -1,4 +1,4 @@
-"""The surface that culling finds against that of the last level evaluated at every vertex of the grid."""
+"""Compares the surface that culling finds with that of the last level evaluated at every vertex of the grid."""
 
 import math
 from dataclasses import dataclass
@@ -12,43 +12,46 @@ from mplicits.model.model import Model
 from scipy.spatial import cKDTree
 
 TOLERANCE = 1e-3
-"""Cell sides that the same vertex may be apart, beside what rounding does."""
+"""How far apart the same vertex of both surfaces may be, in sides of a cell, beside what rounding does."""
 ROUNDING = 1e-6
-"""How far |f| at a grid vertex may be off: float32 products differ in the last digits with the number of points they
-are asked for (3.5e-7 was seen). It decides on the sign where |f| is smaller, and so on which edges are crossed; and a
-vertex on an edge moves by this over the difference of f at the edge's ends, which is small where the surface grazes."""
+"""How far |f| at a vertex of the grid may be off by rounding alone.
+
+The last digits of float32 products depend on how many points are evaluated together (3.5e-7 was seen). Where |f| is
+smaller than this, rounding decides on its sign, and so on which edges are crossed. A vertex on an edge moves by this
+over the difference of f at the ends of the edge, which is small where the edge grazes the surface.
+"""
 
 
 @dataclass
 class Comparison:
-    """vertices: of both. missing: vertices of the last level's surface that culling has not; extra: the reverse.
-
-    Components of the last level's surface that lie outside the bands are left out, `spurious` of them, and so are
-    vertices that rounding alone can move as far.
-    """
+    """The vertices of the two surfaces, without those that rounding alone can move farther than TOLERANCE."""
 
     vertices: int
+    """Vertices that both surfaces have."""
     missing: int
+    """Vertices of the last level's surface that the culled one lacks."""
     extra: int
+    """Vertices of the culled surface that the last level's lacks."""
     spurious: int
+    """Components of the last level's surface that lie outside the bands. They are not compared."""
 
 
 def same_vertices(model: Model, resolution: int) -> Comparison:
-    """Compares vertices, which are the same within TOLERANCE and what rounding moves them."""
+    """Compare the vertices of the two surfaces; the same vertex is one within TOLERANCE and what rounding moves it."""
     field = ModelField(model, math.inf)
     dense = extract(field, resolution, cull=False)
     _, inside = field.on_surface(dense.vertices)
     count, component = dense.components()
     nested = np.zeros(count, np.bool_)
     nested[component[inside]] = True
-    wanted, found = dense.only(nested[component]).vertices, extract_model(model, resolution).mesh.vertices
+    everywhere, culled = dense.only(nested[component]).vertices, extract_model(model, resolution).mesh.vertices
     grid = Grid(resolution)
-    missing, extra = (_alone(field, grid, *pair) for pair in ((wanted, found), (found, wanted)))
-    return Comparison(len(wanted) - missing, missing, extra, int(count - nested.sum()))
+    missing, extra = (_alone(field, grid, *pair) for pair in ((everywhere, culled), (culled, everywhere)))
+    return Comparison(len(everywhere) - missing, missing, extra, int(count - nested.sum()))
 
 
 def _alone(field: ModelField, grid: Grid, here: Array, there: Array) -> int:
-    """How many vertices of `here` (N, 3) are not among those of `there` (M, 3)."""
+    """Count the vertices `here` (N, 3) that are not among those `there` (M, 3), where rounding does not explain it."""
     apart = np.asarray(cKDTree(there).query(here)[0]) / grid.side
     far = apart > TOLERANCE
     low, high = _ends(field, grid, here[far])
@@ -57,13 +60,13 @@ def _alone(field: ModelField, grid: Grid, here: Array, there: Array) -> int:
 
 
 def _ends(field: ModelField, grid: Grid, vertices: Array) -> tuple[Array, Array]:
-    """|f| at both ends of the grid edges that vertices (N, 3) lie on: (N,) each."""
+    """Evaluate |f| at both ends of the edges of the grid that vertices (N, 3) lie on: (N,) for each end."""
     places = (vertices.astype(np.float64) + EXTENT) / grid.side
     low = np.rint(places)
     along = np.abs(places - low).argmax(axis=1)
-    each = np.arange(len(places))
-    low[each, along] = np.floor(places[each, along])
+    rows = np.arange(len(places))
+    low[rows, along] = np.floor(places[rows, along])
     high = low.copy()
-    high[each, along] += 1
+    high[rows, along] += 1
     first, second = (np.abs(field.value((ends * grid.side - EXTENT).astype(np.float32))) for ends in (low, high))
     return first, second
