@@ -22,7 +22,7 @@ from support.random_model import random_model
 
 
 def with_bubble() -> Model:
-    """A ball with a second surface inside: the residual, nearly sin(k r) / (k r), is 0 on the ball and 1 in the middle."""
+    """A ball with a second surface inside: the residual, nearly sin(k r) / (k r), is 0 on the ball, 1 in the middle."""
     first = replace(fitted_model().levels[0], delta=0.15, lipschitz=3.0)
     i = np.arange(128)
     z = (2 * i + 1) / 128 - 1
