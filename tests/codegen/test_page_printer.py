@@ -94,7 +94,7 @@ def test_the_page_prints_the_numbers_that_codegen_prints(ask: Ask) -> None:
     rounded = [round(value, digits) for value in rng.uniform(-20, 20, 100).tolist() for digits in range(6)]
     halves = np.arange(0x7C00, dtype=np.uint16).view(np.float16)
     edges = [-0.0, -1.0, 0.1, -0.5, 1e-4, 9.9999e-5, 1e-5, 100.0, 16384.5, 28381.3125, 999999.0]
-    numbers = np.float32([*values, *rounded, *halves, *edges, *0.5 ** np.arange(-19.0, 60)]).tolist()
+    numbers = np.array([*values, *rounded, *halves, *edges, *0.5 ** np.arange(-19.0, 60)], np.float32).tolist()
     assert ask("number", numbers) == [DIALECT.language.number(number) for number in numbers]
 
 
