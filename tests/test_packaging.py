@@ -127,7 +127,7 @@ def test_without_torch_it_lists_bakes_and_says_what_training_needs(installed: In
     assert installed.run("--version", cwd=tmp_path).stdout == f"mplicits {PROJECT['project']['version']}\n"
     assert installed.run("info", "m.safetensors", cwd=tmp_path).returncode == 0
     assert installed.run("bake", "m.safetensors", "-o", "m.glsl", cwd=tmp_path).returncode == 0
-    assert f"mplicits {PROJECT['project']['version']}" in (tmp_path / "m.glsl").read_text(encoding="utf-8")
+    assert f'"mplicits": "{PROJECT["project"]["version"]}"' in (tmp_path / "m.glsl").read_text(encoding="utf-8")
     refused = installed.run("train", "demo", "-o", "d.safetensors", cwd=tmp_path)
     assert (refused.returncode, refused.stdout) == (2, "")
     assert refused.stderr.startswith("mplicits: training needs the package ")
