@@ -15,6 +15,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
+
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference.interpret import nested_field
 from mplicits.model.model import Model
@@ -26,8 +28,6 @@ from mplicits.trainer.settings import RESIDUAL, Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Doubles, Shape
 from mplicits.trainer.train import Training
-from numpy.typing import NDArray
-
 from protocol import DATA, Page, machine
 
 POINTS = 100_000

@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.targets.registry import TARGETS
 from mplicits.mesher.extract import extract_model
@@ -22,7 +23,6 @@ from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.settings import PRESETS, Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.train import Training
-
 from protocol import DATA, Page, Truth, machine
 
 SHAPES = {"armadillo": "meshes/armadillo.ply", "spot": "textured/spot.obj"}

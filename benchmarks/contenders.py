@@ -10,6 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from torch import Tensor
+from torch.nn import functional
+
 from mplicits.mesher.field import Field, ModelField
 from mplicits.model.model import DEFAULT_ITERATIONS, Level, Model
 from mplicits.trainer import quality, sampling, settings
@@ -20,10 +25,6 @@ from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.shape import Doubles, Shape, SurfacePoints, unit
 from mplicits.trainer.train import Training
-from numpy.typing import NDArray
-from scipy.spatial import cKDTree
-from torch import Tensor
-from torch.nn import functional
 
 BATCH = 8192
 """Samples of a step."""

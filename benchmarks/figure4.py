@@ -13,6 +13,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
+
+from dense_view import STOP, closest_approach
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.model import DEFAULT_ITERATIONS, Model, load, shape_of
@@ -21,9 +24,6 @@ from mplicits.viewer.draw.context import open_osmesa
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.screenshot import save_png
-from numpy.typing import NDArray
-
-from dense_view import STOP, closest_approach
 from protocol import Page, machine
 
 SIDE = 320

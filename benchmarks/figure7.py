@@ -13,6 +13,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
+
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.mesher.extract import extract_model, up_to
 from mplicits.model.files import show
@@ -24,8 +26,6 @@ from mplicits.viewer.draw.rasteriser import Rasteriser
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.screenshot import save_png
 from mplicits.viewer.draw.triangles import Triangles
-from numpy.typing import NDArray
-
 from protocol import Page, machine
 
 Image = NDArray[np.float32]

@@ -4,11 +4,11 @@ import time
 
 import numpy as np
 import torch
-from mplicits.mesher.surface import Array
-from mplicits.trainer.shapes.shape import Doubles, Shape
 from torch import Tensor, nn
 
 from contenders import BATCH, Trained
+from mplicits.mesher.surface import Array
+from mplicits.trainer.shapes.shape import Doubles, Shape
 
 FEATURES, TABLE, COARSEST, FINEST = 2, 1 << 15, 16, 512
 """Features of an entry, entries of a table, cells along a side of the first level and of the sixteenth."""

@@ -10,6 +10,9 @@ import argparse
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
+
+from dense_view import STOP, closest_approach
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.model import Model, load
@@ -17,9 +20,6 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import open_osmesa
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
-from numpy.typing import NDArray
-
-from dense_view import STOP, closest_approach
 from protocol import Page, machine
 
 ROUNDS = (1, 2, 4, 8, 16, 32)

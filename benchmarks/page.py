@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 
 from mplicits.codegen.targets.registry import TARGETS
 from mplicits.model.model import Model, load, shape_of
-
 from protocol import Page, machine
 from support.browser import DRIVERS, Visit, chromium, visit
 

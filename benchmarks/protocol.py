@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import torch
+
+from contenders import Trained
 from mplicits.mesher.extract import extract
 from mplicits.mesher.grid import Grid
 from mplicits.mesher.metrics import SampledSurface, chamfer
 from mplicits.mesher.truth import in_model_space, read_mesh
 from mplicits.trainer.shapes.shape import Shape
-
-from contenders import Trained
 
 DATA = Path(os.environ.get("MPLICITS_DATA", Path(__file__).parents[2] / "shared" / "data"))
 

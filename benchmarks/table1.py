@@ -14,11 +14,10 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+from contenders import Trained, of_model, ours, paper
 from mplicits.model.model import Model, save
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.shapes.load import load_shape
-
-from contenders import Trained, of_model, ours, paper
 from protocol import DATA, Page, Truth, machine
 
 SHAPES = {

@@ -21,13 +21,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+
 from mplicits.mesher.bar import Bar
 from mplicits.mesher.extract import extract
 from mplicits.mesher.field import ModelField
 from mplicits.mesher.grid import Grid
 from mplicits.mesher.surface import Mesh
 from mplicits.model.model import Layer, Level, Model, load, shape_of
-
 from protocol import Page, machine
 
 WIDTH, DEPTH, OMEGA = 256, 4, 30.0

@@ -14,13 +14,12 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from contenders import Trained, of_model, one_siren, ours, unnested
+from hash_grid import hash_grid
 from mplicits.model.errors import UserError
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
-
-from contenders import Trained, of_model, one_siren, ours, unnested
-from hash_grid import hash_grid
 from protocol import DATA, Page, Truth, machine
 
 OMEGAS = (30.0, 45.0, 128.0)

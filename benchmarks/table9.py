@@ -26,6 +26,10 @@ if __name__ == "__main__":
 
 import numpy as np
 import torch
+from threadpoolctl import threadpool_limits
+from torch import Tensor
+from torch.nn import functional
+
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
 from mplicits.codegen.reference.tangents import with_tangents
@@ -34,10 +38,6 @@ from mplicits.model.model import Level, Model
 from mplicits.trainer import machine
 from mplicits.trainer.networks import network, tangents
 from mplicits.trainer.networks.network import Weights
-from threadpoolctl import threadpool_limits
-from torch import Tensor
-from torch.nn import functional
-
 from protocol import machine as described
 
 Contender = Callable[[Tensor], tuple[Tensor, Tensor]]

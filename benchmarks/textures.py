@@ -20,6 +20,8 @@ from pathlib import Path
 import numpy as np
 import torch
 import trimesh
+from numpy.typing import NDArray
+
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.model import Model, load, save, shape_of
 from mplicits.trainer import settings
@@ -34,8 +36,6 @@ from mplicits.viewer.draw.context import Context, open_osmesa
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.screenshot import save_png
-from numpy.typing import NDArray
-
 from protocol import Page, machine
 from support.rasterised import BACKGROUND, Rasterised
 from textured_shapes import SHAPES

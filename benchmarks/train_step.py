@@ -30,15 +30,15 @@ import torch
 
 os.environ.pop("GOMP_SPINCOUNT", None)  # the other process must not inherit it
 
+from torch import Tensor
+from torch.nn import functional
+
+import protocol
 from mplicits.trainer import level, machine, pools
 from mplicits.trainer.networks.nested import field_and_gradient
 from mplicits.trainer.networks.network import Weights, initial, value
 from mplicits.trainer.networks.optimiser import Optimiser
 from mplicits.trainer.settings import RESIDUAL
-from torch import Tensor
-from torch.nn import functional
-
-import protocol
 
 CASES = (((64, 1),), (64, 2)), (((64, 2),), (128, 2)), (((64, 2), (128, 2)), (256, 2))
 """(width, depth) of the earlier levels, and of the residual that is trained."""

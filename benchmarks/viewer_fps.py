@@ -21,7 +21,6 @@ from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.state.picture import Picture, Scene
 from mplicits.viewer.state.view import View
-
 from protocol import Page, machine
 
 HEAD = "| model | levels | parameters | compiled in | frames per second | moving: pixels | moving: frames per second |"

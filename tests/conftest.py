@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+
 from mplicits.codegen.targets.registry import TARGETS
 from mplicits.model.errors import UserError
 from mplicits.viewer.draw.context import Context, open_osmesa
-
 from support.browser import Visit, chromium, visit
 from support.desk_fixture import open_desk  # noqa: F401 (a fixture)
 from support.page_pictures import MODEL

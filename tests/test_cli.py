@@ -8,11 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+
 from mplicits import cli, extras
 from mplicits.model.errors import UserError
 from mplicits.model.model import save
 from mplicits.model.verb import Verb
-
 from support.paths import ROOT
 from support.random_model import random_model
 

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
+
 from mplicits import cli
 from mplicits.demo import demo_verb
 from mplicits.model import gallery
 from mplicits.model.errors import UserError
 from mplicits.model.model import save
 from mplicits.model.verb import Verb
-from PIL import Image
-
 from support.random_model import random_model
 
 FILES = ["render", "bake", "bake"]

@@ -1,6 +1,4 @@
-"""The house rules, checked on the source: which folder may import from which others, how the page's modules import one
-another, and what an __init__ holds.
-"""
+"""The house rules, checked on the source: imports run one way, and an __init__ holds a docstring alone."""
 
 import ast
 import re
@@ -8,8 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from mplicits.codegen.targets.webpage import SCRIPTS
 
+from mplicits.codegen.targets.webpage import SCRIPTS
 from support.paths import ROOT
 
 UNITS: dict[str, set[str]] = {

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from mplicits.model.model import save
 
+from mplicits.model.model import save
 from support.fitted_model import fitted_model
 from support.paths import ROOT
 from support.random_model import random_model

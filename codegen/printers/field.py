@@ -41,7 +41,7 @@ class FieldText:
 
 
 def print_field(program: Program, language: Language, storage: str) -> FieldText:
-    """Print three functions, for p in model space and levels counted from 1:
+    """Print the three functions of the field, for p in model space and levels counted from 1.
 
     float field(vec3 p, int level, out int reached): value of the finest level up to `level` that is defined at p
     (Eq. 3), and which one it is; reads delta[];

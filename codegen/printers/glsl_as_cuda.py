@@ -28,7 +28,7 @@ _TOKEN = re.compile(
 )
 
 
-class UnknownGlsl(ValueError):  # noqa: N818 - it is the GLSL that is unknown, not an error of the program
+class UnknownGlslError(ValueError):
     """GLSL text holds something that the printer has no CUDA for."""
 
 
@@ -50,19 +50,19 @@ def glsl_as_cuda(source: str, outside: Collection[str] = ()) -> str:
 
     source: GLSL without directives; outside: names of functions and variables that it uses and does not declare. A
     struct's bool is an int in CUDA: a struct of 32-bit members is stored whole, without bytes of padding. Raises
-    UnknownGlsl for everything that is not known to mean the same in CUDA: other types, built-in functions, swizzles and
+    UnknownGlslError for everything that is not known to mean the same in CUDA: other types, built-in functions, swizzles and
     qualifiers, names that are not declared, arrays as parameters, global variables, directives.
     """
     return _Printer(source, outside).file()
 
 
 def tokens(source: str) -> Iterator[Token]:
-    """Split GLSL into tokens, of which the last is the end. Raises UnknownGlsl at text that is none."""
+    """Split GLSL into tokens, of which the last is the end. Raises UnknownGlslError at text that is none."""
     for match in _TOKEN.finditer(source):
         kind = str(match.lastgroup)
         line = source.count("\n", 0, match.start(kind)) + 1
         if kind == "unknown":
-            raise UnknownGlsl(f"line {line}: {match[kind]!r} is not GLSL that CUDA knows")
+            raise UnknownGlslError(f"line {line}: {match[kind]!r} is not GLSL that CUDA knows")
         yield Token(kind, match[kind], match["before"], line)
         if kind == "end":
             return
@@ -211,4 +211,4 @@ class _Printer:
         self.position += 1
 
     def _refuse(self, reason: str) -> NoReturn:
-        raise UnknownGlsl(f"line {self.here.line}: {self.here.text!r} is {reason}")
+        raise UnknownGlslError(f"line {self.here.line}: {self.here.text!r} is {reason}")

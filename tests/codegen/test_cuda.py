@@ -6,10 +6,10 @@ import subprocess
 from pathlib import Path
 
 import pytest
+
 from mplicits.codegen.targets import cuda
 from mplicits.codegen.targets.cuda import c_string, standalone
 from mplicits.model.errors import UserError
-
 from support.golden_text import check_golden
 from support.paths import GOLDEN
 from support.random_model import random_model

@@ -4,11 +4,11 @@ import re
 from pathlib import Path
 
 import pytest
+
 from mplicits import glsl
-from mplicits.codegen.printers.glsl_as_cuda import BUILT_INS, MEMBERS, TYPES, UnknownGlsl, glsl_as_cuda
+from mplicits.codegen.printers.glsl_as_cuda import BUILT_INS, MEMBERS, TYPES, UnknownGlslError, glsl_as_cuda
 from mplicits.codegen.targets import cuda
 from mplicits.codegen.targets.uniforms import SHADINGS
-
 from support.random_model import random_model
 
 SOURCES = Path(cuda.__file__).parent / "cuda_source"
@@ -62,7 +62,7 @@ def test_a_global_constant_is_constexpr_and_a_local_one_stays() -> None:
 def test_names_from_outside_are_known_where_they_are_given() -> None:
     source = "float f(int i) { return delta[i]; }"
     assert glsl_as_cuda(source, {"delta"}) == "__device__ inline " + source
-    with pytest.raises(UnknownGlsl, match="delta"):
+    with pytest.raises(UnknownGlslError, match="delta"):
         glsl_as_cuda(source)
 
 
@@ -97,7 +97,7 @@ def test_names_from_outside_are_known_where_they_are_given() -> None:
     ],
 )
 def test_what_cuda_lacks_or_reads_otherwise_is_refused(source: str, refused: str) -> None:
-    with pytest.raises(UnknownGlsl) as caught:
+    with pytest.raises(UnknownGlslError) as caught:
         glsl_as_cuda("// one\n" + source)
     assert f"'{refused}" in str(caught.value)
     assert "line 2" in str(caught.value)

@@ -5,6 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
 from mplicits.codegen.reference.dense import dense_march
@@ -14,9 +17,6 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
-from numpy.typing import NDArray
-from PIL import Image
-
 from support.cuda_host import build, data, evaluate, run
 from support.fitted_model import fitted_model
 from support.paths import DEMO

@@ -10,6 +10,8 @@ from pathlib import Path
 import moderngl
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+
 from mplicits import glsl
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
@@ -18,8 +20,6 @@ from mplicits.codegen.targets.registry import TARGETS
 from mplicits.model.model import Model
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context
-from numpy.typing import NDArray
-
 from support.golden_text import check_golden
 from support.paths import GOLDEN
 from support.random_model import random_model

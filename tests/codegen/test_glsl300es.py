@@ -10,6 +10,8 @@ from pathlib import Path
 import moderngl
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+
 from mplicits import glsl
 from mplicits.cli import main
 from mplicits.codegen.ir.lower import lower
@@ -23,8 +25,6 @@ from mplicits.model.errors import UserError
 from mplicits.model.model import Model, save
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context
-from numpy.typing import NDArray
-
 from support.fitted_model import fitted_model
 from support.golden_text import check_golden
 from support.paths import GOLDEN

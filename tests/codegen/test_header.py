@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from mplicits.codegen.targets import glsl330
 from mplicits.codegen.targets.header import read_header
 from mplicits.codegen.targets.read_shader import read_shader
@@ -13,7 +14,6 @@ from mplicits.codegen.targets.registry import TARGETS
 from mplicits.codegen.targets.uniforms import SHADINGS, UNIFORMS
 from mplicits.glsl import read
 from mplicits.model.errors import UserError
-
 from support.random_model import random_model
 
 NAME = 'a "name" */??/\n\u2028</script>\\'

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.shader import LEAST_STEPS, LOOP_LIMIT, Shader
 from mplicits.model.errors import UserError
@@ -10,7 +11,6 @@ from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions, schedule_that_fits
 from mplicits.viewer.draw.renderer import Renderer
-
 from support.random_model import random_model
 
 

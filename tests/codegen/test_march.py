@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference.march import march
 from mplicits.codegen.targets.glsl330 import bake
@@ -11,8 +13,6 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
-from numpy.typing import NDArray
-
 from support.dense_views import VIEWS, compare
 from support.paths import DEMO
 

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+
 from mplicits.codegen.targets import glsl330, shadertoy
 from mplicits.codegen.targets.webpage import standalone
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
-
 from support.browser import Visit, visit
 from support.page_pictures import MODEL, SIDE, desktop, differ
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+
 from mplicits.codegen.reference.rounding import in_float16
 from mplicits.codegen.targets import glsl330
 from mplicits.codegen.targets.registry import TARGETS
@@ -17,7 +18,6 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
-
 from support.browser import Visit, visit
 from support.fitted_model import fitted_model
 from support.page_pictures import MODEL, desktop, differ

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.printers.field import print_field
 from mplicits.codegen.targets import glsl330
@@ -22,7 +23,6 @@ from mplicits.model.errors import UserError
 from mplicits.model.model import Model, save
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.options import schedule_that_fits
-
 from support.random_model import random_model
 
 if TYPE_CHECKING:

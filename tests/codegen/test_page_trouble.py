@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from mplicits.model.model import save
 
+from mplicits.model.model import save
 from support.browser import visit
 from support.page_pictures import MODEL, differ
 from support.random_model import random_model

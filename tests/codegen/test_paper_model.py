@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from mplicits import cli
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference.dense import dense_march

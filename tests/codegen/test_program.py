@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.ir.program import Affine, Dot, Function, Op, Product, Sine
 from mplicits.codegen.printers.cstyle import Language
 from mplicits.codegen.reference import interpret
 from mplicits.model.model import Model, Network
-
 from support.random_model import random_model
 
 torch = pytest.importorskip("torch", reason="torch is the oracle of these tests")

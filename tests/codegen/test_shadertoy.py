@@ -14,6 +14,9 @@ from typing import TYPE_CHECKING
 import moderngl
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.printers.packed import FIELDS, pack
 from mplicits.codegen.reference import digits, interpret
@@ -26,9 +29,6 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.renderer import Renderer
-from numpy.typing import NDArray
-from PIL import Image
-
 from support.browser import visit
 from support.golden_text import check_golden
 from support.paths import DEMO, GOLDEN

@@ -5,13 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 import torch
+
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.ir.program import Affine, Program, Transposed
 from mplicits.codegen.reference import interpret
 from mplicits.codegen.reference.tangents import with_tangents
 from mplicits.model.model import Model
 from mplicits.trainer.networks import network, tangents
-
 from support.random_model import random_model
 
 SHAPES = [(16, 0), (10, 1), (33, 2), (64, 3)]

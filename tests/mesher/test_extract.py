@@ -5,13 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 import trimesh
+from numpy.typing import NDArray
+
 from mplicits.mesher.cull import culled, dense
 from mplicits.mesher.extract import extract
 from mplicits.mesher.field import Field
 from mplicits.mesher.grid import EXTENT, Grid
 from mplicits.mesher.parallel import Silent
 from mplicits.mesher.surface import Mesh
-from numpy.typing import NDArray
 
 Array = NDArray[np.float32]
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+
 from mplicits import cli
 from mplicits.model.model import load, save
-
 from support.paths import DEMO
 
 

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 import trimesh
+from numpy.typing import NDArray
+
 from mplicits.mesher.evaluate import compare, is_watertight
 from mplicits.mesher.metrics import VOXEL, SampledSurface, angles, shell_iou
 from mplicits.mesher.surface import Mesh
-from numpy.typing import NDArray
 
 SAMPLES = 1500
 BOX = trimesh.creation.box()

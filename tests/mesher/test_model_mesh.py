@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial import cKDTree
+
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
 from mplicits.mesher.extract import extract_model
@@ -13,8 +15,6 @@ from mplicits.mesher.field import ModelField
 from mplicits.mesher.grid import Grid
 from mplicits.model.errors import UserError
 from mplicits.model.model import Layer, Level, Model, load
-from scipy.spatial import cKDTree
-
 from support.fitted_model import fitted_model
 from support.nested import same_vertices
 from support.paths import DEMO

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 import trimesh
+
 from mplicits import cli
 from mplicits.mesher.extract import extract_model
 from mplicits.model.model import load
-
 from support.nested import same_vertices
 from support.paths import DATA
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+
 from mplicits import cli
 from mplicits.mesher.evaluate import compare
 from mplicits.mesher.truth import in_model_space, normalisation, read_mesh

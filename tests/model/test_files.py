@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import NoReturn
 
 import pytest
+
 from mplicits.model.errors import UserError
 from mplicits.model.files import check_writable, show, write_whole
 

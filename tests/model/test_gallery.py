@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+
 from mplicits import cli
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference.interpret import colour, nested_field
@@ -14,7 +15,6 @@ from mplicits.model import gallery
 from mplicits.model.model import load
 from mplicits.viewer.arguments import camera_from
 from mplicits.viewer.draw.camera import Camera
-
 from support.paths import DATA
 
 FOLDER = gallery.FOLDER

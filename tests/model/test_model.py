@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model, load, save
-
 from support.random_model import random_model
 
 NASTY_NAMES = ['"/*', "</script>", "a\nb", "\r\n#version 100", "*/ }", "\u2028", "\udcff", "\\", "${x}", "é" * 300]

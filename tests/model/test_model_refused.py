@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mplicits.model.errors import UserError
-from mplicits.model.files import show
-from mplicits.model.model import load, save
 from safetensors import safe_open
 from safetensors.numpy import load_file, save_file
 
+from mplicits.model.errors import UserError
+from mplicits.model.files import show
+from mplicits.model.model import load, save
 from support.random_model import random_model
 
 

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import trimesh
+
 from mplicits.model.model import Model
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+
 from mplicits.codegen.targets.cuda import standalone
 from mplicits.model.model import Model
-from numpy.typing import NDArray
 
 SHIM = Path(__file__).parent / "cuda_on_host"
 

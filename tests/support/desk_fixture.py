@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+
 from mplicits.model.model import save
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
@@ -13,8 +15,6 @@ from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.state.desk import Desk
 from mplicits.viewer.state.source import open_source
 from mplicits.viewer.state.view import View
-from numpy.typing import NDArray
-
 from support.random_model import random_model
 
 AREA = (24, 16)

@@ -1,8 +1,9 @@
 """A small model of a bumpy, coloured ball, made without training: random sines, and last layers by least squares."""
 
 import numpy as np
-from mplicits.model.model import Layer, Level, Model, Network
 from numpy.typing import NDArray
+
+from mplicits.model.model import Layer, Level, Model, Network
 
 Array = NDArray[np.float64]
 

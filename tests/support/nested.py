@@ -4,12 +4,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
+
 from mplicits.mesher.extract import extract, extract_model
 from mplicits.mesher.field import ModelField
 from mplicits.mesher.grid import EXTENT, Grid
 from mplicits.mesher.surface import Array
 from mplicits.model.model import Model
-from scipy.spatial import cKDTree
 
 TOLERANCE = 1e-3
 """How far apart the same vertex of both surfaces may be, in sides of a cell, beside what rounding does."""

@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
+
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
-from numpy.typing import NDArray
-
 from support.fitted_model import fitted_model
 
 MODEL = fitted_model((20, 32))

@@ -3,6 +3,7 @@
 import itertools
 
 import numpy as np
+
 from mplicits.model.model import Layer, Level, Model, Network
 
 

@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from mplicits.viewer.draw.camera import Camera
 from numpy.typing import NDArray
+
+from mplicits.viewer.draw.camera import Camera
 
 os.environ.setdefault("PYOPENGL_PLATFORM", "osmesa")
 

@@ -4,12 +4,12 @@ import time
 
 import numpy as np
 import pytest
+
 from mplicits.model.model import Model, load
 from mplicits.trainer import machine, settings
 from mplicits.trainer.session import run
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.viewer.draw.context import Context
-
 from support.dense_views import compare
 from support.paths import DATA
 

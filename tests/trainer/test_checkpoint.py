@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from mplicits import cli
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
 from mplicits.model.model import Model, Network, load
-
 from support.fitted_model import fitted_model
 
 torch = pytest.importorskip("torch", reason="PyTorch is not installed (extra train)")

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
+
 from mplicits.trainer.shapes import demo
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Doubles, SurfacePoints
-from scipy.spatial import cKDTree
 
 
 @pytest.fixture(scope="module")

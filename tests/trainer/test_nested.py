@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 import torch
+
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
 from mplicits.model.model import Array, Model
 from mplicits.trainer.networks.nested import field, field_and_gradient, in_band, nested_field, nested_field_and_gradient
 from mplicits.trainer.networks.network import Weights, from_model
-
 from support.random_model import random_model
 
 MODELS = (

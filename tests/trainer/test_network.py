@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 import torch
+from torch import Tensor
+
 from mplicits.model.model import Network
 from mplicits.trainer import machine, texture
 from mplicits.trainer.level import level_loss
@@ -20,7 +22,6 @@ from mplicits.trainer.networks.network import (
 )
 from mplicits.trainer.pools import Pool
 from mplicits.trainer.settings import LossWeights
-from torch import Tensor
 
 SIZES = [(16, 0), (16, 1), (8, 2), (24, 3)]
 

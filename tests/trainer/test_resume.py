@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 import torch
+
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
 from mplicits.model.errors import UserError
@@ -13,7 +14,6 @@ from mplicits.trainer import level, machine, pools
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.trainer.train import Training
-
 from support.ball_training import SMALL_SETTINGS, Log, load_ball, train
 
 

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
+
 from mplicits.model.errors import UserError
 from mplicits.trainer import sampling
 from mplicits.trainer.shapes.shape import Doubles, unit
-from scipy.spatial import cKDTree
 
 
 def sphere(points: Doubles) -> Doubles:

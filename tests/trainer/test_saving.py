@@ -4,10 +4,10 @@ import tempfile
 from pathlib import Path
 
 import pytest
+
 from mplicits.model.errors import UserError
 from mplicits.model.model import load, save
 from mplicits.trainer import session
-
 from support.random_model import random_model
 
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from mplicits.trainer import pools
 
+from mplicits.trainer import pools
 from support.ball_training import load_ball
 
 

@@ -8,6 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from numpy.typing import NDArray
+from PIL import Image
+from scipy.ndimage import map_coordinates
+
 from mplicits import cli
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
@@ -16,10 +20,6 @@ from mplicits.model.errors import UserError
 from mplicits.trainer.shapes.image import ImageTexture
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Doubles
-from numpy.typing import NDArray
-from PIL import Image
-from scipy.ndimage import map_coordinates
-
 from support.ball_training import SMALL_SETTINGS, train
 
 SIDE = 64

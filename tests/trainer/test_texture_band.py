@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
 from mplicits.model.model import Model
@@ -13,7 +14,6 @@ from mplicits.trainer.networks.network import from_model
 from mplicits.trainer.pools import Sampler
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
-
 from support.ball_training import SMALL_SETTINGS, train
 
 

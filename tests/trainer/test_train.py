@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model, load, save, shape_of
 from mplicits.trainer import bands, machine, pools
@@ -15,7 +16,6 @@ from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Doubles, Shape
 from mplicits.trainer.train import Training
-
 from support.ball_training import SMALL_SETTINGS, Log, load_ball, train
 
 

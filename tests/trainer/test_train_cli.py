@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+
 from mplicits import cli
 from mplicits.model.errors import UserError
 from mplicits.model.model import load, shape_of

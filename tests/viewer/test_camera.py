@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+
 from mplicits.model.errors import UserError
 from mplicits.viewer.draw.camera import Camera
 

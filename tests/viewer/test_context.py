@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from mplicits.model.errors import UserError
 from mplicits.viewer.draw import context as contexts
 from mplicits.viewer.draw import osmesa as osmesa_module
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context, open_context
-
 from support.paths import TESTS
 
 FRAGMENT = "#version 330\nuniform float shade;\nout vec4 color;\nvoid main() { color = vec4(shade, 0.5, 0.25, 1.0); }"

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
+
 from mplicits.codegen.targets.glsl330 import standalone
 from mplicits.model.model import save
 from mplicits.viewer.draw.options import RenderOptions
@@ -14,8 +16,6 @@ from mplicits.viewer.state import jobs
 from mplicits.viewer.state.desk import Desk
 from mplicits.viewer.state.picture import Scene
 from mplicits.viewer.window.drop import drop
-from PIL import Image
-
 from support.desk_fixture import AREA, is_open, picture_of, settle
 from support.random_model import random_model
 

@@ -7,6 +7,9 @@ from threading import Event
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
 from mplicits.codegen.targets.registry import TARGETS
 from mplicits.model.model import load
 from mplicits.viewer.draw.camera import Camera
@@ -17,9 +20,6 @@ from mplicits.viewer.state.desk import Desk
 from mplicits.viewer.state.exports import free_path
 from mplicits.viewer.state.picture import Scene
 from mplicits.viewer.window.drop import drop
-from numpy.typing import NDArray
-from PIL import Image
-
 from support.desk_fixture import AREA, TETRAHEDRON, picture_of, settle
 from support.fitted_model import fitted_model
 

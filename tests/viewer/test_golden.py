@@ -4,6 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.mesher.extract import extract_model, up_to
 from mplicits.model.model import load
@@ -14,9 +17,6 @@ from mplicits.viewer.draw.rasteriser import Rasteriser
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.screenshot import save_png
 from mplicits.viewer.draw.triangles import Triangles
-from numpy.typing import NDArray
-from PIL import Image
-
 from support.paths import DEMO, GOLDEN, ROOT
 
 FAILED = ROOT / "out" / "golden"

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from mplicits import glsl
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.mesh_program import clip_planes
@@ -13,7 +14,6 @@ from mplicits.viewer.draw.rasteriser import Rasteriser
 from mplicits.viewer.draw.triangles import read_triangles
 from mplicits.viewer.state.desk import Desk
 from mplicits.viewer.state.overlay import MeshSource, Overlay
-
 from support.desk_fixture import AREA, picture_of, settle
 
 CUBE = """v -.5 -.5 -.5\nv .5 -.5 -.5\nv .5 .5 -.5\nv -.5 .5 -.5\nv -.5 -.5 .5\nv .5 -.5 .5\nv .5 .5 .5\nv -.5 .5 .5

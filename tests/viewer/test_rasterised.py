@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.gallery import model_path
 from mplicits.model.model import load
@@ -12,7 +13,6 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
-
 from support.paths import DATA
 from support.rasterised import Rasterised
 

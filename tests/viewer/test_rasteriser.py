@@ -7,6 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
 from mplicits import cli
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
@@ -22,9 +25,6 @@ from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.rasteriser import Rasteriser
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.triangles import Triangles, read_triangles
-from numpy.typing import NDArray
-from PIL import Image
-
 from support.fitted_model import fitted_model
 
 SIZE = (48, 40)

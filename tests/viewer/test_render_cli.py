@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
+
 from mplicits import cli
 from mplicits.codegen.targets.uniforms import SHADINGS
 from mplicits.model.errors import UserError
@@ -16,8 +18,6 @@ from mplicits.viewer.arguments import SHADES
 from mplicits.viewer.cli import CONTEXTS, VERBS
 from mplicits.viewer.draw.context import Context, open_context
 from mplicits.viewer.draw.screenshot import save_png
-from PIL import Image
-
 from support.fitted_model import fitted_model
 from support.paths import ROOT
 from support.random_model import random_model

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
 from mplicits.codegen.targets.glsl330 import bake
@@ -16,7 +17,6 @@ from mplicits.viewer.draw.context import Context, open_context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.supersampling import Image, to_linear
-
 from support.fitted_model import fitted_model
 from support.random_model import random_model
 

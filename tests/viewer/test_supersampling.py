@@ -3,6 +3,7 @@
 import moderngl
 import numpy as np
 import pytest
+
 from mplicits import glsl
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context

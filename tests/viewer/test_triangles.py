@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+
 from mplicits.model.errors import UserError
 from mplicits.viewer.draw.triangles import Triangles, read_triangles
 

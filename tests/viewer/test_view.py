@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.state.view import SCALES, SLOW_FRAME, View

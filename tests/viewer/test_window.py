@@ -5,12 +5,12 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+
 from mplicits.model.errors import UserError
 from mplicits.model.model import save
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.window.show_window import show_window
-
 from support.fitted_model import fitted_model
 from support.random_model import random_model
 from support.window_script import run

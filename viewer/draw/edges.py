@@ -45,8 +45,9 @@ class Edges:
         self._write({"planes": clip_planes(camera, self._reach)})
 
     def draw(self, target: moderngl.Framebuffer, tile: Tile, corner: tuple[int, int]) -> None:
-        """Draw the edges over a tile, after `Renderer.draw` with the same arguments set the viewport, cleared the depth
-        and drew the tile.
+        """Draw the edges over a tile.
+
+        `Renderer.draw` with the same arguments comes before: it sets the viewport, clears the depth and draws the tile.
         """
         gl = self._context.gl
         self._write(tile_uniforms(tile, corner))
