@@ -1,10 +1,11 @@
 """A model as dense marching sees it, which pictures by sphere tracing are compared with. Imported by other scripts."""
 
 import numpy as np
+from numpy.typing import NDArray
+
 from mplicits.codegen.ir.program import Program
 from mplicits.codegen.reference.dense import dense_march
 from mplicits.viewer.draw.camera import Camera
-from numpy.typing import NDArray
 
 STOP = 0.05
 """Pixels: a ray that passes the surface closer than this may count as a hit or not (glsl/march.glsl)."""

@@ -10,6 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
+
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.registry import TARGETS
 from mplicits.model import gallery
@@ -21,8 +23,6 @@ from mplicits.viewer.draw.context import Context, open_osmesa
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.screenshot import save_png
-from numpy.typing import NDArray
-
 from protocol import Page
 
 SIDE, FRONT_SIDE = 192, 320
