@@ -2,8 +2,8 @@
 
     python benchmarks/cuda_work.py MODELS [--seconds 150] [--size 512] [-o FILE]
 
-MODELS, --seconds: as of benchmarks/table2.py, whose rows these are.
-Rays are marched in numpy (codegen/reference/march.py).
+MODELS and --seconds are those of benchmarks/table2.py, and so are the table's rows.
+The rays are marched in numpy (codegen/reference/march.py).
 """
 
 import argparse
@@ -21,23 +21,31 @@ from protocol import Page, machine
 from table2 import MODELS_OF, ROWS, train
 
 SPLIT_COSTS = 3
-"""Products that `fused` makes of one, where level 1 is split into halves."""
+"""Products of halves that `fused` makes for one product of level 1 where that is split into halves."""
 BY_BLOCKS, FINISH = 1, 4
-"""Rounds after which `fused` traces by blocks, and after which one kernel traces what is left (fused_frame.cuh)."""
+"""The rounds after which `fused` traces by blocks, and after which one kernel traces the rest (fused_frame.cuh)."""
 
 
 @dataclass(frozen=True)
 class Work:
-    """Multiply-adds of a frame: those of the values and gradients that it needs, and those that variants do."""
+    """Multiply-adds of one frame."""
 
     needed: float
+    """Of the values and gradients that the frame needs."""
     fused: float
+    """Of what the variant `fused` makes of that, without lanes that have no ray."""
     layered: float
+    """Of the variant `layered`, until its last ray is done."""
     one_round: float
+    """Of `layered` with a single round."""
 
 
 def work(program: Program, rays: Rays, level: int, normal_level: int) -> Work:
-    """`layered`: every network up to the phase's, at every pixel and step, until the last ray is done."""
+    """Count the multiply-adds of a frame whose rays were marched to the end.
+
+    level: the level that was traced; normal_level: the one that gives the normals. `layered` evaluates every network up
+    to that of the phase, at every pixel and every step.
+    """
     costs = [program.cost(function).multiply_adds for function in program.values]
     trace = sum(count * cost for count, cost in zip(rays.evaluations, costs, strict=False))
     hits = int(rays.hit.sum())
@@ -53,13 +61,13 @@ def work(program: Program, rays: Rays, level: int, normal_level: int) -> Work:
 
 
 def _inner(program: Program, function: Function) -> int:
-    """Multiply-adds of the products between hidden layers, which tensor cores make."""
+    """Return the multiply-adds of the products between a network's hidden layers, which the tensor cores make."""
     affines = [op for op in function.ops if isinstance(op, Affine)]
     return sum(int(program.constants[op.matrix].size) for op in affines[1:])
 
 
 def main() -> None:
-    """Writes the table."""
+    """Write the table, row after row."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("models", type=Path, metavar="MODELS")
     parser.add_argument("--seconds", type=float, default=150)
@@ -90,16 +98,16 @@ def main() -> None:
         program = lower(load(path))
         eye, directions, footprint = Camera().rays(options.size, options.size)
         rays = march(program, eye, directions.reshape(-1, 3), level, footprint)
-        found = work(program, rays, level, normal_level)
-        first = first or found.needed
+        frame = work(program, rays, level, normal_level)
+        first = first or frame.needed
         traced = rays.steps[rays.steps > 0]
         left = [sum(rays.traced[k]) if k < len(rays.traced) else 0 for k in (BY_BLOCKS, FINISH)]
         evaluations = " + ".join(f"{count / 1e6:.2f}" for count in rays.evaluations)
-        figures = (found.needed, found.fused, found.layered, found.one_round)
+        figures = (frame.needed, frame.fused, frame.layered, frame.one_round)
         page.add(
             f"| {title} | {evaluations} | {traced.mean():.1f} | {traced.max()} | {len(traced):,} | {left[0]:,} | "
-            f"{left[1]:,} | {' | '.join(f'{figure / 1e9:,.0f}' for figure in figures)} | {first / found.needed:.1f} | "
-            f"{2 * found.fused * 1e3 / 1e12:.0f} |"
+            f"{left[1]:,} | {' | '.join(f'{figure / 1e9:,.0f}' for figure in figures)} | {first / frame.needed:.1f} | "
+            f"{2 * frame.fused * 1e3 / 1e12:.0f} |"
         )
 
 

@@ -2,8 +2,9 @@
 
     python benchmarks/glsl_gpu.py [--size 512] [-o FILE]
 
-EGL, headless. Models are SIRENs of (width, 1) with random hidden weights around a fixed ball: time depends on the
-steps that rays take, the same in every column. Compile: shader to first pixel, or nvcc. Without a GPU the cells say so.
+The shader is drawn headless, by EGL. The models are SIRENs of size (width, 1) with random hidden weights, each fitted
+to the same ball: the time of a frame depends on the steps that rays take, which are then the same in every column.
+Compiling is the time from the shader's text to the first pixel, or that of nvcc. Without a GPU the cells say so.
 """
 
 import argparse
@@ -28,22 +29,25 @@ FRAMES = 200
 
 
 def ball(width: int) -> Model:
-    """(width, 1): random sines of random sines; the output by least squares is the distance to a ball of radius 0.7."""
+    """Make a network of size (width, 1) that is roughly the distance to a ball of radius 0.7.
+
+    Its hidden layers are random; the output row is the least-squares solution.
+    """
     rng = np.random.default_rng(width)
     points = rng.uniform(-1, 1, (20_000, 3))
     first, shift = rng.normal(0, 2, (width, 3)), rng.uniform(-np.pi, np.pi, width)
     second, offset = rng.normal(0, 1 / np.sqrt(width), (width, width)), rng.uniform(-np.pi, np.pi, width)
     features = np.sin(np.sin(points @ first.T + shift) @ second.T + offset)
     features = np.concatenate([features, np.ones((len(points), 1))], axis=1)
-    wanted = np.linalg.norm(points, axis=1) - 0.7
-    row = np.linalg.solve(features.T @ features + 1e-3 * np.eye(width + 1), features.T @ wanted)
+    distance = np.linalg.norm(points, axis=1) - 0.7
+    row = np.linalg.solve(features.T @ features + 1e-3 * np.eye(width + 1), features.T @ distance)
     pairs = ((first, shift), (second, offset), (row[None, :-1], row[-1:]))
     layers = tuple(Layer(weight.astype(np.float32), bias.astype(np.float32)) for weight, bias in pairs)
     return Model(f"ball {width}", (Level(layers, 0.1, 20),))
 
 
 def glsl(model: Model, storage: str, size: int) -> tuple[str, str]:
-    """Frames per second and seconds of compiling, as cells."""
+    """Time the shader of `model`, and return two cells: frames per second and seconds of compiling."""
     context = open_context("egl")
     try:
         if context.software:
@@ -60,7 +64,10 @@ def glsl(model: Model, storage: str, size: int) -> tuple[str, str]:
 
 
 def cuda(model: Model, size: int) -> list[str]:
-    """Frames per second of simple and fused and seconds of nvcc, as cells."""
+    """Time the CUDA program of `model`.
+
+    Returns three cells: frames per second of simple and of fused, and seconds of nvcc.
+    """
     if gpu() is None:
         return [NOT_RUN] * 3
     with tempfile.TemporaryDirectory() as folder:
@@ -73,7 +80,7 @@ def cuda(model: Model, size: int) -> list[str]:
 
 
 def main() -> None:
-    """Writes the table."""
+    """Write the table, row after row."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--size", type=int, default=512)
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/glsl_gpu.md"))

@@ -1,4 +1,4 @@
-"""Bakes a model to CUDA, compiles and benchmarks it. Imported by the scripts beside it."""
+"""What the scripts beside it share: bake a model to CUDA, compile the file, and run its benchmark."""
 
 import json
 import shutil
@@ -12,17 +12,22 @@ from mplicits.codegen.targets.cuda import standalone
 from mplicits.model.model import Model
 
 NOT_RUN = "not run on a GPU"
+"""What a table's cells say on a machine without a GPU."""
 
 
 @dataclass(frozen=True)
 class Built:
-    """A compiled program, and the seconds that nvcc took."""
+    """A CUDA program that was compiled here."""
 
     program: Path
     seconds: float
+    """Time that nvcc took."""
 
     def benchmark(self, *arguments: str) -> dict[str, Any]:
-        """What `--benchmark` prints; frames lie beside the program."""
+        """Run `--benchmark` with more arguments, and return the JSON that it prints.
+
+        The last frames are written beside the program. Raises CalledProcessError where it fails.
+        """
         done = subprocess.run(
             [str(self.program), "--benchmark", *arguments],
             cwd=self.program.parent,
@@ -30,12 +35,12 @@ class Built:
             stdout=subprocess.PIPE,
             check=True,
         )
-        found: dict[str, Any] = json.loads(done.stdout)
-        return found
+        report: dict[str, Any] = json.loads(done.stdout)
+        return report
 
 
 def gpu() -> str | None:
-    """Card and driver, or None where there is no GPU or no nvcc."""
+    """Return the name of the GPU and the version of its driver, or None where there is no GPU or no nvcc."""
     if shutil.which("nvidia-smi") is None or shutil.which("nvcc") is None:
         return None
     query = ["nvidia-smi", "--query-gpu=name,driver_version", "--format=csv,noheader"]
@@ -44,7 +49,7 @@ def gpu() -> str | None:
 
 
 def build(model: Model, folder: Path) -> Built:
-    """Compiles `model` for the GPU of this machine."""
+    """Compile `model` for the GPU of this machine, in `folder`, which is made. Raises CalledProcessError."""
     folder.mkdir(parents=True, exist_ok=True)
     source = folder / "model.cu"
     source.write_text(standalone(model), encoding="utf-8")

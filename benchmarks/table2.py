@@ -2,10 +2,10 @@
 
     python benchmarks/table2.py MODELS [--seconds 150] [--size 512] [-o FILE]
 
-MODELS: a folder for the models of MODELS_OF below; those that are missing are trained there first, on Armadillo
-(`meshes/armadillo.ply` of the data), for --seconds each. NM: the last level gives normals alone, it is not traced.
-Every variant runs in one process per row; frames are checked against `simple`, float32. Without a GPU the columns
-say so.
+MODELS is a folder for the models of MODELS_OF below; those that are missing are trained there first, on Armadillo
+(`meshes/armadillo.ply` of the data), for --seconds each. NM in a row's title means that the last level is not traced
+and only gives the normals. Every variant of a row runs in one process, and the frames of fused are compared with those
+of simple, which is float32. Without a GPU the cells say so.
 """
 
 import argparse
@@ -28,6 +28,7 @@ MODELS_OF = {
     "two-256": "64x2,256x2",
     "three": "64x2,128x2,256x2",
 }
+"""Name of a model -> its levels, as `mplicits train --levels` takes them."""
 ROWS: tuple[tuple[str, str, tuple[int, int], int], ...] = (
     ("(256, 4), SIREN", "siren", (1, 1), 37),
     ("(64, 2)", "coarse", (1, 1), 315),
@@ -40,10 +41,11 @@ ROWS: tuple[tuple[str, str, tuple[int, int], int], ...] = (
 )
 """Title, model, (level, normal level), the paper's frames per second on an RTX 5090 at 512 x 512."""
 VARIANTS = ("simple", "fused", "layered", "layered-one-round")
+"""The columns of frames per second, by the names that --benchmark gives them."""
 
 
 def train(path: Path, levels: str, seconds: float) -> None:
-    """`mplicits train` where the model is not there yet."""
+    """Train a model with these levels and write it to `path`, unless it is there already."""
     if path.exists():
         return
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -67,14 +69,17 @@ def train(path: Path, levels: str, seconds: float) -> None:
 
 
 def psnr(ours: Path, theirs: Path) -> float:
-    """Of two pictures, dB."""
+    """Return the peak signal-to-noise ratio of two pictures of one size, dB."""
     a, b = (np.asarray(Image.open(path), float) for path in (ours, theirs))
     return float(10 * np.log10(255**2 / max(1e-9, float(((a - b) ** 2).mean()))))
 
 
-def measured(found: dict[str, Any], folder: Path, size: int) -> list[str]:
-    """A row's cells: frames per second of VARIANTS, then share of the peak and PSNR of fused."""
-    rows = {row["variant"]: row for row in found["sizes"][0]["variants"]}
+def measured(report: dict[str, Any], folder: Path, size: int) -> list[str]:
+    """Return a row's cells: frames per second of VARIANTS, then TFLOP/s, share of the peak and PSNR of fused.
+
+    report: what --benchmark printed; folder: where it wrote its frames; size: their width, pixels.
+    """
+    rows = {row["variant"]: row for row in report["sizes"][0]["variants"]}
     cells = [f"{rows[name]['fps']:.1f}" if name in rows else "-" for name in VARIANTS]
     fused = rows["fused"]
     agreement = psnr(folder / f"model-fused-{size}.ppm", folder / f"model-simple-{size}.ppm")
@@ -82,7 +87,7 @@ def measured(found: dict[str, Any], folder: Path, size: int) -> list[str]:
 
 
 def main() -> None:
-    """Writes the table."""
+    """Write the table, row after row."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("models", type=Path, metavar="MODELS")
     parser.add_argument("--seconds", type=float, default=150)
@@ -112,10 +117,10 @@ def main() -> None:
         if card is not None:
             train(path, MODELS_OF[name], options.seconds)
             built = build(load(path), options.models / name)
-            found = built.benchmark(
+            report = built.benchmark(
                 "--size", str(options.size), "--level", str(level), "--normal-level", str(normal_level)
             )
-            cells = measured(found, built.program.parent, options.size)
+            cells = measured(report, built.program.parent, options.size)
         page.add(f"| {title} | {printed} | {' | '.join(cells)} |")
 
 

@@ -49,9 +49,9 @@ def glsl_as_cuda(source: str, outside: Collection[str] = ()) -> str:
     """Print GLSL functions, structs and constants as CUDA C++, comments included.
 
     source: GLSL without directives; outside: names of functions and variables that it uses and does not declare. A
-    struct's bool is an int in CUDA: a struct of 32-bit members is stored whole, without bytes of padding. Raises
-    UnknownGlslError for everything that is not known to mean the same in CUDA: other types, built-in functions, swizzles and
-    qualifiers, names that are not declared, arrays as parameters, global variables, directives.
+    struct's bool is an int in CUDA, so that a struct of 32-bit members is stored whole, without bytes of padding.
+    Raises UnknownGlslError for everything that is not known to mean the same in CUDA: other types, built-in functions,
+    swizzles and qualifiers, names that are not declared, arrays as parameters, global variables, directives.
     """
     return _Printer(source, outside).file()
 

@@ -207,20 +207,26 @@ def _default(uniform: Uniform) -> str:
 
 
 def _all(program: Program) -> dict[int, Function]:
-    """Index in NETWORKS -> value of the network: levels from 1, 0 for the texture."""
+    """Return the functions that evaluate networks, by their index in NETWORKS: levels from 1, 0 for the texture."""
     texture = {} if program.texture is None else {0: program.texture}
     return texture | dict(enumerate(program.values, start=1))
 
 
 def _affines(function: Function) -> list[Affine]:
+    """Return a network's hidden layers."""
     return [op for op in function.ops if isinstance(op, Affine)]
 
 
 def _dots(function: Function) -> list[Dot]:
+    """Return a network's output rows."""
     return [op for op in function.ops if isinstance(op, Dot)]
 
 
 def _networks(program: Program, offsets: dict[str, int]) -> list[str]:
+    """Return the networks' shapes: as types NetworkOf<level>, and as the table NETWORKS for networks.cuh.
+
+    offsets: constant -> index of its first texel in WEIGHTS.
+    """
     rows = []
     types = [
         "// A level's network at compile time, index: level; 0: the texture.",
@@ -252,15 +258,18 @@ def _networks(program: Program, offsets: dict[str, int]) -> list[str]:
 
 
 def _layer(program: Program, op: Affine, offsets: dict[str, int]) -> str:
+    """Return a hidden layer as a Layer of networks.cuh."""
     rows, columns = program.constants[op.matrix].shape
     return f"{{{rows}, {columns}, {offsets[op.matrix]}, {-1 if op.bias is None else offsets[op.bias]}}}"
 
 
 def _numbers(dots: list[Dot], name: str) -> str:
+    """Return one number of each output row, the attribute `name`, as an initialiser."""
     return f"{{{', '.join(LANGUAGE.number(getattr(op, name)) for op in dots)}}}"
 
 
 def _by_index(name: str, values: list[float]) -> str:
+    """Return a constexpr member function that gives values[c]."""
     texts = [LANGUAGE.number(value) for value in values]
     choice = texts[-1]
     for c in range(len(texts) - 2, -1, -1):
@@ -270,7 +279,7 @@ def _by_index(name: str, values: list[float]) -> str:
 
 
 def c_string(text: str) -> str:
-    """A C++ string literal of any text: every byte but letters, digits and spaces is an octal escape."""
+    """Return a C++ string literal of any text, where all but letters, digits and spaces are octal escapes."""
     plain = (
         chr(byte) if (chr(byte).isalnum() and byte < 128) or byte == 32 else f"\\{byte:03o}"
         for byte in text.encode(errors="backslashreplace")

@@ -2,8 +2,8 @@
 // arguments.cuh: the command line; names and meanings are those of `mplicits render`.
 struct Arguments {
     Settings settings;
-    std::vector<int> steps;    // at each level, per round
-    std::vector<float> deltas;  // half widths of the levels' bands
+    std::vector<int> steps;     // at each level, per round
+    std::vector<float> deltas;  // half widths of the levels' bands, model units
     float time = DEFAULT_TIME;
     std::string output = "model.ppm", variant, reference;
     bool benchmark = false;
@@ -25,7 +25,8 @@ inline void print_usage() {
     printf(
         "usage: model [-o FILE.ppm] [--variant simple|fused|layered] [--benchmark | --check REFERENCE.ppm]\n"
         "  --size WxH            pixels, WxH or N (default %d; --benchmark: 512 and 1024)\n"
-        "  --camera AZ,EL[,DIST] degrees around, degrees above, distance in radii of the shape (default %g,%g; it fits)\n"
+        "  --camera AZ,EL[,DIST] degrees around, degrees above, distance in radii of the shape (default %g,%g; it "
+        "fits)\n"
         "  --fov F               vertical field of view, degrees (default %g)\n"
         "  --level L             last level traced (default: all)\n"
         "  --normal-level L      level of the normals (default: that of --level)\n"

@@ -1,22 +1,23 @@
 #include "timer.cuh"
 #include "peak.cuh"
-// benchmark.cuh: --benchmark. One JSON object on stdout; the last frame of each variant and size as PPM.
-// useful_tflops: the networks' products that the march needs (as fused counts them: every target's weights, unpadded,
-// lanes without a ray left out) per second of the frame. executed_tflops (layered): of all products that are done.
+// benchmark.cuh: --benchmark, which prints one JSON object and writes the last frame of each variant and size as PPM.
+// useful_tflops is the rate of the networks' products that the march needs, as fused counts them: of the weights
+// without padding, and of lanes with a ray. executed_tflops, of layered, is the rate of all products that are made.
 struct Peaks {
     double mma, cublas;
     double best() const { return std::fmax(mma, cublas); }
 };
 
-inline double useful_operations(const Statistics &found, const Settings &s) {
+// Floating-point operations that a frame needs.
+inline double useful_operations(const Statistics &counted, const Settings &s) {
     double operations = 0.0;
     for (int i = 0; i < LEVELS; ++i) {
         operations +=
-            2.0 * static_cast<double>(NETWORKS[i + 1].multiply_adds) * static_cast<double>(found.evaluated[i]);
+            2.0 * static_cast<double>(NETWORKS[i + 1].multiply_adds) * static_cast<double>(counted.evaluated[i]);
         if (shades_hits(s) && i < s.normal_level)
-            operations += 4.0 * static_cast<double>(NETWORKS[i + 1].multiply_adds) * found.hits;
+            operations += 4.0 * static_cast<double>(NETWORKS[i + 1].multiply_adds) * counted.hits;
     }
-    if (TEXTURED && shades_hits(s)) operations += 2.0 * static_cast<double>(NETWORKS[0].multiply_adds) * found.hits;
+    if (TEXTURED && shades_hits(s)) operations += 2.0 * static_cast<double>(NETWORKS[0].multiply_adds) * counted.hits;
     return operations;
 }
 
@@ -25,25 +26,26 @@ inline void print_rate(const char *name, double operations, double milliseconds,
     printf(", \"%s_tflops\": %.4g, \"%s_share\": %.4g", name, 1e-12 * rate, name, rate / peak);
 }
 
-// Rays at each level, round by round, and how full the warps were.
-inline void print_statistics(const Statistics &found) {
-    printf(", \"hits\": %d, \"rays_per_round\": [", found.hits);
-    for (size_t round = 0; round < found.waiting.size(); ++round) {
+// Prints the rays at each level, round by round, and how full the warps were.
+inline void print_statistics(const Statistics &counted) {
+    printf(", \"hits\": %d, \"rays_per_round\": [", counted.hits);
+    for (size_t round = 0; round < counted.waiting.size(); ++round) {
+        const std::vector<int> &row = counted.waiting[round];
         printf("%s[", round ? ", " : "");
-        for (size_t level = 0; level < LEVELS; ++level) printf("%s%d", level ? ", " : "", found.waiting[round][level]);
+        for (size_t level = 0; level < LEVELS; ++level) printf("%s%d", level ? ", " : "", row[level]);
         printf("]");
     }
     printf("], \"evaluations\": [");
-    for (int i = 0; i < LEVELS; ++i) printf("%s%llu", i ? ", " : "", found.evaluated[i]);
+    for (int i = 0; i < LEVELS; ++i) printf("%s%llu", i ? ", " : "", counted.evaluated[i]);
     printf("], \"lanes_in_use\": [");
     for (int i = 0; i < LEVELS; ++i) {
-        printf("%s%.4g", i ? ", " : "",
-               found.asked[i] ? static_cast<double>(found.evaluated[i]) / static_cast<double>(found.asked[i]) : 0.0);
+        double evaluated = static_cast<double>(counted.evaluated[i]), asked = static_cast<double>(counted.asked[i]);
+        printf("%s%.4g", i ? ", " : "", asked > 0.0 ? evaluated / asked : 0.0);
     }
     printf("]");
 }
 
-// One variant at one size; `label` names it in the JSON and in the picture's file name.
+// Times one variant at one size. `label` names it in the JSON and in the picture's file name.
 inline void run_variant(const char *label, const std::string &variant, const Arguments &a, const cudaDeviceProp &device,
                         const Peaks &peaks, double useful) {
     size_t before = 0, after = 0, all = 0;
@@ -84,7 +86,7 @@ inline void run_variant(const char *label, const std::string &variant, const Arg
     fflush(stdout);
 }
 
-// What the march needs of a frame, by one frame of `fused`; 0 where it cannot run.
+// Draws one frame by `fused` to count the operations that it needs; 0 where that variant cannot run.
 inline double count_useful(const Arguments &a, const cudaDeviceProp &device) {
     if (device.major < 8 || !weights_fit_halves()) return 0.0;
     Frame frame("fused", a, device);

@@ -1,4 +1,4 @@
-// check.cuh: errors of one line and exit code 2; memory; kernel launches.
+// check.cuh: errors, which are one line and exit code 2; memory on the device; launches of kernels.
 [[noreturn]] __attribute__((format(printf, 1, 2))) inline void refuse(const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
@@ -21,7 +21,7 @@ inline void check(cudaError_t error, const char *what) {
     }
 }
 
-// An array on the device, freed with the object.
+// An array on the device, which is freed with the object.
 template <class T> class Buffer {
 public:
     explicit Buffer(size_t count) : count_(count) {
@@ -49,11 +49,11 @@ private:
 constexpr int THREADS = 128;
 
 struct Grid {
-    int blocks, shared;  // blocks of THREADS threads, bytes of shared memory of each
+    int blocks, shared;  // number of blocks, of THREADS threads each; bytes of shared memory of a block
     Grid(int blocks, int shared = 0) : blocks(blocks), shared(shared) {}
 };
 
-// kernel(arguments...) in stream 0.
+// Starts kernel(values...) in stream 0.
 template <class... Parameters, class... Values>
 void launch(void (*kernel)(Parameters...), Grid grid, Values &&...values) {
     cudaLaunchConfig_t config = {};

@@ -1,8 +1,8 @@
-// cublas.cuh: the few functions of cuBLAS that `layered` and --benchmark call. The library is part of the toolkit; it
-// is opened at run time, so that this file compiles and links without it.
+// cublas.cuh: the function of cuBLAS that `layered` and --benchmark call. The library is part of the toolkit. It is
+// opened at run time, so that this file compiles and links without it.
 class Cublas {
 public:
-    // Empty where the toolkit's libraries are not found.
+    // Opens the library; null where it is not installed.
     static std::unique_ptr<Cublas> open() {
         for (const char *name : {"libcublas.so.13", "libcublas.so.12", "libcublas.so"}) {
             void *library = dlopen(name, RTLD_NOW);
@@ -14,7 +14,8 @@ public:
     Cublas(const Cublas &) = delete;
     Cublas &operator=(const Cublas &) = delete;
 
-    // c (m x n, float32, column-major) = op(a) b, both halves or both float32; op: transposed or not.
+    // c = op(a) b, where op transposes a if `transposed` is set. c: m x n, float32; a, b: both of halves or both of
+    // float32; all are column-major, and a column of a has `rows` entries.
     void product(bool halves, bool transposed, int m, int n, int k, const void *a, int rows, const void *b,
                  float *c) const {
         const float one = 1.0f, zero = 0.0f;

@@ -2,12 +2,13 @@
 #include "colours.cuh"
 #include "adjoint.cuh"
 #include "queues.cuh"
-// Variant `fused`: the same march, but a team holds 32 rays and evaluates them together on the tensor cores. Kernels in
-// order: enter; then, in the first rounds, trace per level; finish; paint; shade_hits.
+// fused.cuh: variant `fused`. Its rays march as those of `simple`, but a team holds 32 of them and evaluates them
+// together on the tensor cores. The kernels in order: enter; then trace, for each level of the first rounds; finish;
+// paint; shade_hits.
 
-constexpr int REFILL = 8;  // lanes without a ray at which a team takes new ones
+constexpr int REFILL = 8;  // a team takes new rays when so many of its lanes have none
 
-// The field's fourth coordinate.
+// The fourth input of the networks.
 __device__ inline float fourth() { return MOVING ? time : 1.0f; }
 
 __global__ void enter(Settings s, Rays rays) {
@@ -21,7 +22,7 @@ __global__ void enter(Settings s, Rays rays) {
     append(inside && ray.level > 0, pixel, rays.list(0, 1), rays.length(0, 1));
 }
 
-// Points evaluated by each network, and lanes that were asked for.
+// Counts the points that each network was evaluated at, and the lanes that took part, with or without a ray.
 struct Work {
     unsigned evaluated[LEVELS] = {}, asked[LEVELS] = {};
 
@@ -39,8 +40,8 @@ struct Work {
     }
 };
 
-// The values of levels LEVEL up to LAST on top of f, for lanes whose point lies in the bands (Eq. 3), up to each ray's
-// own level.
+// Adds the residuals of levels LEVEL up to LAST to f, for lanes whose point lies in the bands (Eq. 3), up to each
+// lane's own level.
 template <int LEVEL, int LAST, class Team>
 __device__ inline void finer(const PackedNetworks &networks, int own, vec4 p, float &f, int &reached, Work &work) {
     if constexpr (LEVEL <= LAST) {
@@ -58,7 +59,7 @@ __device__ inline void finer(const PackedNetworks &networks, int own, vec4 p, fl
     }
 }
 
-// The field at p for rays of levels up to LAST; own: this lane's, 0 where it has no ray.
+// The field at p for rays of levels up to LAST. own: the level of this lane's ray, 0 where it has none.
 // Away from the surface, where level 1 only says how far its band is, it need not be exact.
 template <int LAST, class Team>
 __device__ inline float value_of(const PackedNetworks &networks, const Settings &s, int own, vec4 p, int &reached,
@@ -75,7 +76,7 @@ __device__ inline float value_of(const PackedNetworks &networks, const Settings 
     return value[0];
 }
 
-// Up to iterations[PHASE - 1] steps of each ray that is at level PHASE. A team keeps its lanes filled from the queue.
+// Makes up to iterations[PHASE - 1] steps of each ray that waits at level PHASE. Teams fill their lanes from the queue.
 template <int PHASE, class Team>
 __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks networks, Rays rays, int round) {
     const int count = *rays.length(round, PHASE);
@@ -122,11 +123,11 @@ __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks netw
     if (Team::leads() && lane() == 0) work.write(rays.work);
 }
 
-// All steps of the rays that wait for `round`, whatever their level, each as march() goes through the rounds: few are
-// left, and every kernel of their own would take as long as its slowest ray.
+// Makes all steps of the rays that wait for `round`, whatever their level, each as march() goes through the rounds. Few
+// rays are left then, and every kernel of a phase would take as long as its slowest ray.
 __global__ void __launch_bounds__(THREADS) finish(Settings s, PackedNetworks networks, Rays rays, int round) {
     const int count = rays.waiting_in(round), blocks = static_cast<int>(gridDim.x);
-    const int each = min(32, (count + blocks - 1) / blocks);  // the fewer share a tile, the fewer wait for one another
+    const int each = min(32, (count + blocks - 1) / blocks);  // few to a tile, so that few wait for one another
     Work work;
     vec3 eye = s.eye();
     for (int first = each * static_cast<int>(blockIdx.x); first < count; first += each * blocks) {
@@ -159,13 +160,13 @@ __global__ void __launch_bounds__(THREADS) finish(Settings s, PackedNetworks net
     if (Together::leads() && lane() == 0) work.write(rays.work);
 }
 
-// Every pixel without its surface.
+// Colours every pixel as if no surface were there.
 __global__ void paint(Settings s, const Hit *state, vec4 *image) {
     int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
     if (pixel < s.pixels()) image[pixel] = plain(s, pixel, state[pixel]);
 }
 
-// The sum of the levels' gradients up to the normal level.
+// The sum of the levels' gradients from LEVEL up to the normal level.
 template <int LEVEL> __device__ inline vec3 gradient_to(const PackedNetworks &networks, const Settings &s, vec4 p) {
     vec3 gradient = evaluate_gradient<NetworkOf<LEVEL>>(networks.of[LEVEL], p);
     if constexpr (LEVEL < LEVELS) {
@@ -174,6 +175,7 @@ template <int LEVEL> __device__ inline vec3 gradient_to(const PackedNetworks &ne
     return gradient;
 }
 
+// Colour, sRGB, of the surface at p, this lane's point.
 __device__ inline vec3 tile_albedo(const PackedNetworks &networks, vec4 p) {
 #if TEXTURED
     float c[3];
@@ -185,7 +187,7 @@ __device__ inline vec3 tile_albedo(const PackedNetworks &networks, vec4 p) {
 #endif
 }
 
-// The pixels on the surface, 32 to a warp.
+// Colours the pixels on the surface, 32 to a warp.
 __global__ void __launch_bounds__(THREADS) shade_hits(Settings s, PackedNetworks networks, Rays rays, vec4 *image) {
     const int count = *rays.hit_count;
     const int warps = static_cast<int>(gridDim.x * blockDim.x / 32u);

@@ -1,9 +1,9 @@
 #include "fused.cuh"
-// The host's side of `fused`.
-constexpr int ROUNDS_ALONE = 1, ROUNDS_TOGETHER = 3;  // traced by warps, then by blocks; the rest is finish()'s
+// fused_frame.cuh: the host's side of `fused`.
+constexpr int ROUNDS_ALONE = 1, ROUNDS_TOGETHER = 3;  // traced by warps, then by blocks; finish() does the rest
 
 struct Statistics {
-    std::vector<std::vector<int>> waiting;  // [round][level]: rays traced; the last row: those of finish()
+    std::vector<std::vector<int>> waiting;  // [round][level] rays that were traced; the last row is finish()'s
     unsigned long long evaluated[LEVELS] = {}, asked[LEVELS] = {};
     int hits = 0;
 };
@@ -22,7 +22,7 @@ public:
         shade_grid_ = resident<Alone>(shade_hits);
     }
 
-    // mark(name): called after each stage.
+    // Draws a frame. mark(name) is called after each stage.
     template <class Mark> void draw(const Settings &s, vec4 *image, Mark mark) {
         Rays rays = {state_.get(), {even_.get(), odd_.get()}, hits_.get(), waiting_.get(), taken_.get(),
                      hit_count_.get(), work_.get(), s.pixels()};
@@ -46,25 +46,25 @@ public:
     }
 
     Statistics statistics() const {
-        Statistics found;
+        Statistics counted;
         std::vector<int> waiting = waiting_.read();
         for (int round = 0; round <= round_; ++round) {
             auto row = waiting.begin() + round * LEVELS;
             if (std::all_of(row, row + LEVELS, [](int count) { return count == 0; })) break;
-            found.waiting.emplace_back(row, row + LEVELS);
+            counted.waiting.emplace_back(row, row + LEVELS);
         }
         std::vector<unsigned long long> work = work_.read();
-        std::copy(work.begin(), work.begin() + LEVELS, found.evaluated);
-        std::copy(work.begin() + LEVELS, work.end(), found.asked);
-        found.hits = hit_count_.read()[0];
-        return found;
+        std::copy(work.begin(), work.begin() + LEVELS, counted.evaluated);
+        std::copy(work.begin() + LEVELS, work.end(), counted.asked);
+        counted.hits = hit_count_.read()[0];
+        return counted;
     }
 
 private:
     static size_t pixels(const Settings &s) { return static_cast<size_t>(s.pixels()); }
     static size_t counters(const Settings &s) { return static_cast<size_t>(s.rounds + 1) * LEVELS; }
 
-    // Blocks that the device holds at once: the kernels take work until there is no more.
+    // As many blocks as the device holds at once: the kernels take work until there is no more.
     template <class Team, class Kernel> Grid resident(Kernel kernel) const {
         int each = 0;
         check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, Team::SHARED), "shared memory");
@@ -87,7 +87,7 @@ private:
     }
 
     int processors_, round_ = 0;
-    std::vector<Grid> alone_, together_;  // of trace, by level
+    std::vector<Grid> alone_, together_;  // of the kernel trace, at index level - 1
     Grid finish_grid_ = 1, shade_grid_ = 1;
     Buffer<Hit> state_;
     Buffer<int> even_, odd_, hits_, waiting_, taken_, hit_count_;

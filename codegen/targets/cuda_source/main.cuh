@@ -3,6 +3,8 @@
 #include "picture.cuh"
 #include "benchmark.cuh"
 // main.cuh: the program.
+
+// The first GPU, after a check that this file was compiled for it.
 inline cudaDeviceProp the_device() {
     int count = 0;
     check(cudaGetDeviceCount(&count), "cudaGetDeviceCount");

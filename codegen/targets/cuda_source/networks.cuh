@@ -1,8 +1,9 @@
-// networks.cuh: where each network's weights lie in WEIGHTS, for the variants that lay them out otherwise.
+// networks.cuh: where each network's weights lie in WEIGHTS, for the variants that arrange them in their own way.
 struct Layer {
     int rows, columns;  // multiples of 4
-    int matrix, bias;   // texels; bias -1: none, it is folded into the matrix
-    // Entry of the matrix, 0 outside it: 4 x 4 blocks, row of blocks after row, a block column by column.
+    int matrix, bias;   // index of the first texel of each; bias is -1 where it is folded into the matrix
+    // Entry of the matrix at row o, column i, and 0 outside it. The matrix lies there as blocks of 4 x 4, one row of
+    // blocks after the other, and each block column by column.
     float at(int o, int i) const {
         if (o >= rows || i >= columns) return 0.0f;
         return WEIGHTS[matrix + 4 * (o / 4 * (columns / 4) + i / 4) + i % 4][o % 4];
@@ -15,5 +16,5 @@ struct Network {
     Layer layer[MOST_LAYERS];
     int row[3];
     float scale[3], offset[3];
-    long long multiply_adds;  // of one value, as every target needs them
+    long long multiply_adds;  // of one evaluation of the value, without padding
 };

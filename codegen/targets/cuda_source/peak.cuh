@@ -1,5 +1,6 @@
-// peak.cuh: what the card's matrix units do at most, measured, in floating-point operations per second.
-// Eight independent chains of mma per warp, from registers.
+// peak.cuh: measures what the card's matrix units do at most, in floating-point operations per second.
+
+// Eight independent chains of mma in each warp, whose operands stay in registers.
 __global__ void mma_peak(float *sink) {
     unsigned a[4] = {threadIdx.x, 1u, 2u, 3u};
     float d[8][4] = {};
@@ -26,6 +27,7 @@ template <class Work> double fastest_milliseconds(Work work) {
     return least;
 }
 
+// The fastest of five runs of mma_peak.
 inline double measured_mma_peak(int processors) {
     Buffer<float> sink(1);
     int blocks = 8 * processors;
@@ -33,7 +35,7 @@ inline double measured_mma_peak(int processors) {
     return 2.0 * 16 * 8 * 16 * 8 * PEAK_ROUNDS * (THREADS / 32) * blocks / (1e-3 * milliseconds);
 }
 
-// By cuBLAS, PEAK_SIZE^3 products of halves; 0 where the library is not there.
+// The same by cuBLAS, multiplying two matrices of halves of size PEAK_SIZE; 0 where the library is missing.
 inline double measured_cublas_peak() {
     std::unique_ptr<Cublas> cublas = Cublas::open();
     if (!cublas) return 0.0;

@@ -1,7 +1,7 @@
-// picture.cuh: pictures as binary PPM (P6, top row first), raw data as float32.
+// picture.cuh: pictures as binary PPM files (P6, top row first), raw data as float32 files, and their comparison.
 using Bytes = std::vector<unsigned char>;
 
-// Eight bits a channel, as a GL framebuffer rounds; image: bottom row first.
+// Rounds an image, bottom row first, to eight bits a channel, as a GL framebuffer does, with the top row first.
 inline Bytes to_bytes(const std::vector<vec4> &image, int width, int height) {
     Bytes bytes;
     bytes.reserve(image.size() * 3);
@@ -30,7 +30,7 @@ inline void write_ppm(const std::string &name, const std::vector<vec4> &image, i
                bytes.size());
 }
 
-// (t, steps, level, hit) of each pixel, little-endian float32, top row first.
+// Writes (t, steps, level, hit) of each pixel as little-endian float32, top row first.
 inline void write_data(const std::string &name, const std::vector<vec4> &image, int width, int height) {
     std::vector<vec4> rows;
     for (int y = height - 1; y >= 0; --y)
@@ -41,12 +41,12 @@ inline void write_data(const std::string &name, const std::vector<vec4> &image, 
 inline Bytes read_ppm(const std::string &name, int width, int height) {
     FILE *file = fopen(name.c_str(), "rb");
     if (file == nullptr) refuse("cannot read %s: %s", name.c_str(), strerror(errno));
-    int found_width = 0, found_height = 0, most = 0;
+    int file_width = 0, file_height = 0, most = 0;
     bool good =
-        fscanf(file, "P6 %d %d %d", &found_width, &found_height, &most) == 3 && most == 255 && fgetc(file) != EOF;
+        fscanf(file, "P6 %d %d %d", &file_width, &file_height, &most) == 3 && most == 255 && fgetc(file) != EOF;
     Bytes bytes(static_cast<size_t>(width) * static_cast<size_t>(height) * 3);
-    if (good && (found_width != width || found_height != height)) {
-        refuse("%s is %d x %d, the picture %d x %d; give its --size", name.c_str(), found_width, found_height, width,
+    if (good && (file_width != width || file_height != height)) {
+        refuse("%s is %d x %d, the picture %d x %d; give its --size", name.c_str(), file_width, file_height, width,
                height);
     }
     good = good && fread(bytes.data(), 1, bytes.size(), file) == bytes.size();
@@ -55,7 +55,7 @@ inline Bytes read_ppm(const std::string &name, int width, int height) {
     return bytes;
 }
 
-// Peak signal-to-noise ratio, dB; infinite where they are the same.
+// Peak signal-to-noise ratio of two pictures of one size, dB; infinite where they are the same.
 inline double psnr(const Bytes &a, const Bytes &b) {
     double sum = 0.0;
     for (size_t i = 0; i < a.size(); ++i)

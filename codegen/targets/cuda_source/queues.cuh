@@ -1,20 +1,21 @@
-// queues.cuh: which rays are traced at which level, between the phases of `fused`.
-// A ray that is not done waits in the queue of its level: this round's where that level's phase is still to come, else
-// the next round's. Counters are per round and level, so that afterwards they are the statistics.
+// queues.cuh: the rays of `fused` that wait to be traced, by the level that they are at.
+// A ray that is not done (Hit::level above 0) waits in the queue of its level: this round's where that level's phase is
+// still to come, else the next round's. There are counters for each round and level, so that they are the statistics in
+// the end.
 struct Rays {
     Hit *state;                // [pixels]
-    int *queue[2];             // [LEVELS][pixels] each, by parity of the round
-    int *hits;                 // [pixels], those done on the surface
-    int *waiting;              // [rounds + 1][LEVELS]: length of the queue
-    int *taken;                // [rounds + 1][LEVELS]: how many of it are taken
-    int *hit_count;            // 1
-    unsigned long long *work;  // [LEVELS] points evaluated by each network, then [LEVELS] lanes that were asked for
+    int *queue[2];             // [LEVELS][pixels] each: pixels, in even and in odd rounds
+    int *hits;                 // [pixels] the pixels whose rays are done on the surface
+    int *waiting;              // [rounds + 1][LEVELS] lengths of the queues
+    int *taken;                // [rounds + 1][LEVELS] how many of these rays teams have taken
+    int *hit_count;            // [1] length of hits
+    unsigned long long *work;  // [LEVELS] points that each network was evaluated at, then [LEVELS] lanes that did it
     int pixels;
 
     __device__ int *list(int round, int level) const { return queue[round % 2] + (level - 1) * pixels; }
     __device__ int *length(int round, int level) const { return waiting + round * LEVELS + level - 1; }
 
-    // How many rays wait for a round, and the pixel of one of them, level after level; -1 beyond the last.
+    // How many rays wait for a round; and the pixel of one of them, counted level after level, or -1 beyond the last.
     __device__ int waiting_in(int round) const {
         int all = 0;
         for (int level = 1; level <= LEVELS; ++level) all += *length(round, level);
@@ -30,7 +31,7 @@ struct Rays {
     }
 };
 
-// Appends the pixels of the lanes that want it: one atomic for the warp, places by ballot.
+// Appends the pixels of the lanes that want it to a list. The warp makes one atomicAdd and shares the places by ballot.
 __device__ inline void append(bool wanted, int pixel, int *list, int *length) {
     unsigned voters = __ballot_sync(WARP, wanted);
     if (voters == 0) return;
@@ -40,8 +41,8 @@ __device__ inline void append(bool wanted, int pixel, int *list, int *length) {
     if (wanted) list[first + __popc(voters & ((1u << lane()) - 1u))] = pixel;
 }
 
-// Hands over rays that leave the phase of a level: done, or to the queue of their new level. last: no round comes
-// after.
+// Hands over rays that leave the phase of a level: to the hits where they are done on the surface, and to the queue of
+// their new level where they are not done. last: whether no round comes after this one.
 __device__ inline void hand_over(const Rays &rays, bool leaves, const Hit &ray, int pixel, int round, int phase,
                                  bool last) {
     bool done = ray.level <= 0 || (last && ray.level <= phase);

@@ -1,4 +1,4 @@
-// timer.cuh: time of a frame's stages by CUDA events.
+// timer.cuh: measures the stages of a frame, in milliseconds, by CUDA events.
 class Timer {
 public:
     Timer() { check(cudaEventCreate(&start_), "cudaEventCreate"); }

@@ -1,4 +1,5 @@
-// cuBLAS on the host, for tests: the three functions that are looked up, written out.
+// cuBLAS on the host, for tests: the three functions that the program looks up. The library is missing where
+// MPLICITS_HOST_NO_CUBLAS is set.
 #pragma once
 #include <cstring>
 
@@ -10,7 +11,7 @@ namespace host {
 inline int create(void **handle) { return *handle = nullptr, 0; }
 inline int destroy(void *) { return 0; }
 
-// Column-major c = op(a) b.
+// c = op(a) b, all column-major.
 inline int product(void *, int transposed, int, int m, int n, int k, const void *, const void *a, int kind, int rows,
                    const void *b, int, int b_rows, const void *, void *c, int, int c_rows, int, int) {
     auto entry = [kind](const void *matrix, size_t i) {

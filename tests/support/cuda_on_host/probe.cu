@@ -1,6 +1,8 @@
-// Evaluates a baked model's networks at points of stdin (float4) the way `fused` does: per level (gradient, value) and,
-// of a texture, (colour, 0); the values by the warps of a block together, and in w without the split; then `simple`:
-// field_gradient() of each level, albedo(). All float32 on stdout.
+// Evaluates a baked model's networks at points, and prints rows of one float4 for each point. Points (float4) come from
+// stdin, rows go to stdout, all float32. The texture's rows come before those of the levels, where there is a texture.
+//   for each network, as `fused` evaluates it by a warp alone: (gradient, value), or (colour, 0) of the texture;
+//   for each network, by the warps of a block together: its outputs in xyz, and in w its first one without the split;
+//   for each level, field_gradient(), and then (albedo(), 0), as `simple` calls them.
 #define main model_main
 #include MODEL_FILE
 #undef main
@@ -8,7 +10,7 @@
 namespace mplicits {
 constexpr int FIRST = 1 - TEXTURED, ROWS = LEVELS + TEXTURED;
 
-// As all warps of the block hold the same points together, they take each warp's in turn.
+// The warps of a block that work together hold the same points, so they take the points of each warp in turn.
 template <class Net> vec4 together(const Packed &net, const vec4 *points) {
     vec4 mine(0.0f);
     __syncthreads();
@@ -64,6 +66,6 @@ int main() {
     }
     Buffer<vec4> in(points), out(static_cast<size_t>((2 * ROWS + LEVELS + 1) * count));
     launch(probe, Grid(count / THREADS, Alone::SHARED), networks, static_cast<const vec4 *>(in.get()), out.get(), count);
-    std::vector<vec4> found = out.read();
-    fwrite(found.data(), sizeof(vec4), found.size(), stdout);
+    std::vector<vec4> rows = out.read();
+    fwrite(rows.data(), sizeof(vec4), rows.size(), stdout);
 }
