@@ -16,7 +16,6 @@ from mplicits.codegen.reference.march import Rays, march
 from mplicits.codegen.targets.cuda import WIDEST_SPLIT
 from mplicits.model.model import load
 from mplicits.viewer.draw.camera import Camera
-
 from protocol import Page, machine
 from table2 import MODELS_OF, ROWS, train
 

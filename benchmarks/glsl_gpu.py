@@ -13,6 +13,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.errors import UserError
 from mplicits.model.model import Layer, Level, Model
@@ -20,7 +21,6 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import open_context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
-
 from nvcc import NOT_RUN, build, gpu
 from protocol import Page, machine
 

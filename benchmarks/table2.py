@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mplicits.model.model import load
 from PIL import Image
 
+from mplicits.model.model import load
 from nvcc import NOT_RUN, build, gpu
 from protocol import DATA, Page, machine
 
