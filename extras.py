@@ -7,7 +7,10 @@ EXTRAS = {
     "train": {"igl", "lxml", "networkx", "scipy", "torch", "trimesh"},
     "mesh": {"igl", "lxml", "networkx", "scipy", "threadpoolctl", "trimesh"},
 }
-"""Extra -> the modules that come with it and not with mplicits alone."""
+"""Extra that verbs need -> the modules that come with it and not with mplicits alone.
+
+The extra `view` is not among them: the window does without it, and says itself what it lacks.
+"""
 PACKAGES = {"PIL": "pillow"}
 """Module -> the package that holds it, where the names differ."""
 

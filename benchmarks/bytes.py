@@ -7,16 +7,15 @@ model/quantise.py from the first step of training on, as the presets `tiny` and 
 """
 
 import argparse
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference.rounding import in_decimals
 from mplicits.codegen.targets.registry import TARGETS
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.metrics import SampledSurface, chamfer
-from mplicits.model.model import Layer, Model, Network, save
+from mplicits.model.model import save
 from mplicits.trainer import settings
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.session import TrainingBar
@@ -33,30 +32,6 @@ TO_BEAT = (
     "Beside it, of others' tools on Armadillo, by an earlier measurement with as many samples: Blackle's generator, "
     "16x2, with two decimals 3,989 bytes and 1.2e-3, with three 4,613 bytes and 2.2e-4; nsdf small 22.2 kB and 2.1e-4."
 )
-
-
-def emitted(model: Model, digits: int) -> Model:
-    """Return the model whose weights are those of the text with `digits` decimals."""
-    constants = lower(model, digits).constants
-
-    def network(key: str, old: Network) -> Network:
-        layers = []
-        for j, layer in enumerate(old[:-1]):
-            rows, columns = layer.weight.shape
-            matrix = constants[f"w{key}_{j}"][:rows]
-            bias = matrix[:, columns] if j == 0 else constants[f"b{key}_{j}"][:rows]
-            layers.append(Layer(np.ascontiguousarray(matrix[:, :columns]), np.ascontiguousarray(bias)))
-        row = old[-1].weight
-        scale = np.float32(10.0 ** np.floor(np.log10(np.abs(row).max())))
-        weight = constants[f"o{key}_0"][None, : row.shape[1]] * scale
-        return *layers, Layer(weight, old[-1].bias.round(digits + 2))
-
-    return replace(
-        model,
-        levels=tuple(
-            replace(level, network=network(f"{i}", level.network)) for i, level in enumerate(model.levels, start=1)
-        ),
-    )
 
 
 def main() -> None:
@@ -109,7 +84,7 @@ def main() -> None:
             if options.keep:
                 save(model, options.keep / f"{name}-{levels.replace(',', '-')}-{digits or 'packed'}.safetensors")
             size = len(TARGETS["shadertoy"](model, digits=digits).encode())
-            extraction = extract_model(model if digits is None else emitted(model, digits), options.resolution)
+            extraction = extract_model(model if digits is None else in_decimals(model, digits), options.resolution)
             points, _ = SampledSurface(extraction.mesh).sample(options.samples, np.random.default_rng(1))
             distance = chamfer(points, truth.points)
             preset_name = next(

@@ -43,8 +43,11 @@ class Trained:
     """The result of a contender."""
 
     name: str
+    """As it stands in the table."""
     parameters: int
+    """Number of weights and biases."""
     seconds: float
+    """Time of the training."""
     steps: tuple[int, ...]
     """Optimiser steps of each network."""
     field: Callable[[float], Field]

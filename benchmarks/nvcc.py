@@ -20,6 +20,7 @@ class Built:
     """A CUDA program that was compiled here."""
 
     program: Path
+    """The executable file, in a folder of its own."""
     seconds: float
     """Time that nvcc took."""
 

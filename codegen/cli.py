@@ -128,7 +128,7 @@ def _bake(arguments: Namespace) -> None:
     from ..model.errors import UserError
     from ..model.files import check_writable, show, write_whole
     from ..model.model import load
-    from .reference.rounding import cost, in_float16
+    from .reference.rounding import in_float16, rounding_error
 
     if arguments.target not in TARGETS:
         raise UserError(f"--target {show(arguments.target)}: there is {', '.join(TARGETS)}")
@@ -137,7 +137,7 @@ def _bake(arguments: Namespace) -> None:
     check_writable(output)
     if arguments.precision == "float16":
         exact, model = model, in_float16(model)
-        largest, mean = cost(exact, model)
+        largest, mean = rounding_error(exact, model)
         print(
             f"float16: the distance near the surface is off by {largest:.1e} at most, {mean:.1e} on average "
             "(the shape has radius 1)",

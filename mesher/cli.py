@@ -5,9 +5,7 @@ from pathlib import Path
 
 from ..model.gallery import model_path
 from ..model.verb import MODEL_HELP, Verb
-from .eval_cli import EVAL
-
-DEFAULT_RESOLUTION = 512
+from .eval_cli import DEFAULT_RESOLUTION, EVAL
 
 
 def mesh_arguments(parser: ArgumentParser) -> None:

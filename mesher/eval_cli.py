@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from .surface import Mesh
 
 DEFAULT_RESOLUTION = 512
-"""Cells along each side of the marching cubes' grid, as in the paper."""
+"""Cells along each side of the marching cubes' grid, as in the paper; `mesh` has the same default."""
 BOX_DIFFERENCE = 0.2
 """Largest difference of the two bounding boxes' coordinates, model units, that needs no warning."""
 
@@ -22,7 +22,10 @@ def eval_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors), or a mesh to compare")
     parser.add_argument("shape", type=Path, metavar="SHAPE", help="ground truth: a mesh, PLY OBJ STL GLB")
     parser.add_argument(
-        "--resolution", type=int, metavar="N", help="cells along each side of the marching cubes' grid (default 512)"
+        "--resolution",
+        type=int,
+        metavar="N",
+        help=f"cells along each side of the marching cubes' grid (default {DEFAULT_RESOLUTION})",
     )
     parser.add_argument("--level", type=int, metavar="L", help="level that is evaluated (default: the last)")
     parser.add_argument(

@@ -32,10 +32,10 @@ class Field(Protocol):
 
 CACHED = 2**17
 """How many values of one layer stay in a core's cache."""
-SHELL = 2.0
-"""How many half widths of its band from the surface a level still says where the next level's surface is.
+TRUSTED = 2.0
+"""Up to |f_i| = TRUSTED * delta_i, the next level's value is taken as a bound, though it is defined up to delta_i only.
 
-Outside its band a level is not defined, but its sum with the levels before goes on smoothly for a little.
+Outside the band nothing was trained, but f_{i+1} goes on smoothly there for a little.
 """
 
 
@@ -61,7 +61,7 @@ class ModelField:
         self._slopes = [level.lipschitz for level in model.levels]
         self._deltas = [level.delta for level in model.levels[:-1]]
         self._margins = [slope * cell for slope in self._slopes[:-1]]
-        self._shells = [(SHELL - 1) * delta for delta in self._deltas]
+        self._trusted_margins = [(TRUSTED - 1) * delta for delta in self._deltas]
 
     def value(self, points: Array) -> Array:
         """Evaluate the finest level that is defined, with widened bands: (N,) at points (N, 3) float32."""
@@ -74,7 +74,7 @@ class ModelField:
         A level before the last says how far its band is. The last level, near every band, says how far its surface is.
         """
         clearance = np.zeros(len(points), np.float32)
-        levels = interpret.nested_levels(self.program, points, self._levels, self._time, self._shells)
+        levels = interpret.nested_levels(self.program, points, self._levels, self._time, self._trusted_margins)
         for (near, value), delta, slope in zip(levels, [*self._deltas, 0.0], self._slopes, strict=True):
             distance = (np.abs(value) - np.float32(delta)) / np.float32(slope)
             clearance[near] = np.maximum(clearance[near], distance)

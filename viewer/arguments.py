@@ -120,8 +120,8 @@ def _numbers(least: int, most: int, kind: type = float) -> Callable[[str], tuple
         except ValueError:
             numbers = ()
         if not least <= len(numbers) <= most:
-            count = str(least) if least == most else f"{least} to {most}"
-            raise ArgumentTypeError(f"{text!r}: {count} {'whole ' if kind is int else ''}numbers joined by commas")
+            wanted = str(least) if least == most else f"{least} to {most}"
+            raise ArgumentTypeError(f"{text!r}: {wanted} {'whole ' if kind is int else ''}numbers joined by commas")
         return numbers
 
     return parse

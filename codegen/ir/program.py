@@ -122,6 +122,7 @@ class Scale:
     source: str
     """A value."""
     factor: float
+    """A number, the same for every component."""
 
 
 Op = Affine | Transposed | Sine | Cosine | Product | Dot | Scale
@@ -134,6 +135,7 @@ class Function:
     name: str
     """Unique in the program, an identifier."""
     ops: tuple[Op, ...]
+    """Each assigns one value, from the input and the values before it."""
     outputs: tuple[str, ...]
     """Names of the values that it returns."""
 
@@ -143,6 +145,7 @@ class Cost:
     """The work of one evaluation; padded components count."""
 
     multiply_adds: int
+    """Products, most of which are added to a sum."""
     sines: int
     """Sines and cosines."""
 

@@ -17,7 +17,7 @@ and at 256 they crash SwiftShader.
 """
 
 PLAIN = "0.80, 0.74, 0.66"
-"""Colour, sRGB, of a model without a texture."""
+"""Colour, sRGB, of a model without a texture; glsl/base_colour.glsl leaves a texture out in favour of the same one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +25,7 @@ class FieldText:
     """The field of a program as text, and what goes with it."""
 
     text: str
+    """The weights that are literals, the networks' functions, and the three functions of the field."""
     layout: TexelLayout
     """The weights that the text reads from a texture."""
     value_loops: tuple[int, ...]

@@ -39,6 +39,7 @@ class Token:
     kind: str
     """float, integer, word, sign, or end for the end of the text."""
     text: str
+    """The word, number or sign itself; empty at the end."""
     before: str
     """White space and comments in front of it, which are printed as they are."""
     line: int

@@ -1,6 +1,7 @@
-"""Quantised weights (model/quantise.py) as whole numbers, of a hidden layer sixteen in three integers: short text.
+"""Quantised weights (model/quantise.py) as whole numbers, which make a short text.
 
-Compilers fold the unpacking, so that the weights are constants all the same.
+Sixteen weights of a hidden layer are packed in three integers. Compilers fold the unpacking, so that the weights are
+constants all the same.
 """
 
 from collections.abc import Iterable, Iterator

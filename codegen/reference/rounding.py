@@ -46,8 +46,11 @@ def is_float16(model: Model) -> bool:
         return all((tensor.astype(np.float16) == tensor).all() for tensor in model.tensors().values())
 
 
-def cost(model: Model, coarse: Model) -> tuple[float, float]:
-    """Return the largest and the mean |f - f_coarse| of the last level near a model's surface, model units."""
+def rounding_error(model: Model, coarse: Model) -> tuple[float, float]:
+    """Return the largest and the mean |f - f_coarse| of the last level near a model's surface, model units.
+
+    model: with its exact weights; coarse: the same with rounded ones.
+    """
     program, levels = lower(model), len(model.levels)
     points = near_surface(program)
     difference = np.abs(interpret.field(program, points, levels) - interpret.field(lower(coarse), points, levels))

@@ -10,7 +10,7 @@ def read_shader(text: str) -> tuple[Shader, str]:
     """Read a baked shader from its text. Returns the shader and the model's name.
 
     What the renderer needs to know beside the text stands in its header line, and the weight texture at its end. Raises
-    UserError where the header line or the weights are missing or damaged, or the target is another.
+    UserError where the header line or the weights are missing or damaged, or the text was baked for another target.
     """
     facts = read_header(text)
     if facts.get("target") != DIALECT.target:

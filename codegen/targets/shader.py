@@ -20,6 +20,7 @@ class Shader:
     """A complete fragment shader."""
 
     text: str
+    """GLSL, header line and uniforms included; a weight texture is not in it."""
     weights: Array | None
     """(H, W, 4) float32, for the sampler `weights`; None where every weight is in the text."""
     value_loops: tuple[int, ...]

@@ -1,6 +1,8 @@
-"""The one table of uniforms.
+"""The table of uniforms: what a fragment shader, the page and CUDA are told from outside.
 
 GLSL declares them from it, and the page's settings, CUDA's arguments and the window's panel take their defaults there.
+Not in it are uniforms of single files in glsl/, which declare them themselves, and which are 0 unless they are set:
+`plain` (base_colour.glsl), `split` (main.glsl, mesh.glsl), and those that place a mesh (mesh.vert.glsl).
 """
 
 from dataclasses import dataclass
@@ -19,6 +21,7 @@ class Uniform:
     type: str
     """GLSL type: float, int, vec2, vec3 or mat4; of one element where `per_level` is set."""
     name: str
+    """The same in GLSL, in CUDA and in the page's scripts."""
     default: tuple[float, ...] | str | None
     """Numbers, one for all components or one for each (a mat4's column by column); or LEVELS; or None, where each level
     of the model has its own."""

@@ -17,7 +17,7 @@ from mplicits.cli import main
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
 from mplicits.codegen.reference.digits import near_surface
-from mplicits.codegen.reference.rounding import cost, in_decimals, in_float16, is_float16
+from mplicits.codegen.reference.rounding import in_decimals, in_float16, is_float16, rounding_error
 from mplicits.codegen.targets import glsl300es
 from mplicits.codegen.targets.glsl330 import read_weights
 from mplicits.codegen.targets.registry import TARGETS
@@ -114,7 +114,7 @@ def test_in_float16_rounds_every_weight_and_refuses_one_that_is_too_large() -> N
     assert sorted(half.tensors()) == sorted(model.tensors())
     points = near_surface(lower(model))
     difference = np.abs(field_of(half, points) - field_of(model, points))
-    assert cost(model, half) == pytest.approx((difference.max(), difference.mean()))
+    assert rounding_error(model, half) == pytest.approx((difference.max(), difference.mean()))
     assert difference.max() > 0
     layer = model.levels[0].network[0]
     layer.weight[0, 0] = 1e5

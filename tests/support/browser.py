@@ -44,6 +44,7 @@ class Visit:
     """A page that is open."""
 
     page: "Page"
+    """Playwright's handle of it."""
     said: list[str] = field(default_factory=list)
     """Lines that the page wrote on the console, uncaught errors included."""
 

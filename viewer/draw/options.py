@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from ...codegen.targets.shader import LEAST_STEPS, LOOP_LIMIT, Shader
 from ...codegen.targets.uniforms import SHADINGS
 from ...model.errors import UserError
+from ...model.model import MOST_ITERATIONS
 
 MAX_SAMPLES = 256
+"""Most rays per pixel."""
 MAX_ROUNDS = 1000
-MAX_ITERATIONS = 10_000
+"""Most rounds; of the iterations, a model file has the bound."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ class RenderOptions:
             raise UserError(f"shading {self.shading!r} is none of {', '.join(SHADINGS)}")
         _check_number("samples", self.samples, MAX_SAMPLES)
         for steps in self.iterations or ():
-            _check_number("iterations", steps, MAX_ITERATIONS)
+            _check_number("iterations", steps, MOST_ITERATIONS)
         if self.rounds is not None:
             _check_number("rounds", self.rounds, MAX_ROUNDS)
         for name, factor in (("delta scale", self.delta_scale), ("step scale", self.step_scale)):

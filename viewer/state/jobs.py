@@ -86,6 +86,7 @@ class Turntable:
     size: tuple[int, int] = (640, 480)
     """(width, height) in pixels, both even, as H.264 demands."""
     seconds: float = 6.0
+    """Length of the video."""
     rate: int = 30
     """Pictures per second."""
 

@@ -20,6 +20,7 @@ class MeshSource:
     """A mesh file and the space that its vertices are in."""
 
     path: Path
+    """PLY, OBJ, STL or GLB."""
     space: str = "input"
     """"input", the space of the shape that the model was trained on, or "model"."""
 

@@ -31,7 +31,9 @@ class Scene:
     size: tuple[int, int]
     """(width, height) in pixels."""
     camera: Camera
+    """Where it is seen from, in both halves."""
     options: RenderOptions
+    """Options of the whole picture, or of its left half."""
     right: RenderOptions | None = None
     """Options of the right half; None if the picture is not split."""
 

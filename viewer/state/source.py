@@ -12,6 +12,7 @@ from ...model.model import Model, load
 from ..draw.compile import bake_numbered
 
 SHADER_SUFFIXES = (".glsl", ".frag", ".fs")
+"""Endings of baked shaders; a file with an ending that is nowhere here is taken for a model."""
 TRAINED_SUFFIXES = (*MESH_SUFFIXES, ".xyz", ".npz")
 """Endings of shapes, from which a model is trained before it can be shown."""
 CHECKPOINT_SUFFIXES = (".pth",)
@@ -23,9 +24,11 @@ class Source:
     """A file that was read, and the shader that draws it."""
 
     path: Path
+    """Where it was read."""
     name: str
     """The model's name, with nothing in it that a terminal would not print."""
     shader: Shader
+    """The one in the file, or the one that was baked from the model."""
     model: Model | None
     """None if the file is a shader."""
     textured: bool

@@ -41,6 +41,7 @@ class View:
     home: Camera
     """Where the key R takes the camera."""
     options: RenderOptions
+    """Options of the picture, or of its left half where it is split."""
     levels: int
     """Number of levels of the model that is shown."""
     textured: bool
@@ -52,8 +53,11 @@ class View:
     mesh: str = MESH_MODES[0]
     """What is shown of the mesh over the model, one of MESH_MODES."""
     turntable: bool = False
+    """Whether the camera turns by itself."""
     panel: bool = True
+    """Whether the panel is open."""
     help: bool = False
+    """Whether the help on the keys is shown."""
     changed: bool = True
     """Whether the picture has to be drawn again; who draws it resets this."""
     moved: bool = False
@@ -61,6 +65,7 @@ class View:
     coarse: int = len(SCALES) // 2
     """Index into SCALES of the factor that the last frames suggest."""
     camera: Camera = field(init=False)
+    """Where the user looks from now; `home` at first."""
 
     def __post_init__(self) -> None:
         self.camera = self.home
