@@ -14,6 +14,7 @@ from .extras import advice
 from .model.errors import UserError
 from .model.files import show
 from .model.verb import Verb
+from .model.version import installed_version
 
 ROOMS = ("trainer", "codegen", "viewer", "mesher")
 """Folders whose cli.py declares VERBS, in the order of the help."""
@@ -48,21 +49,11 @@ def perform(argv: Sequence[str]) -> None:
         raise UserError(f"no verb {argv[0]!r}; " + (f"did you mean '{near[0]}'?" if near else "see mplicits --help"))
     args = parser.parse_args(argv)
     if args.version:
-        print(f"mplicits {version()}")
+        print(f"mplicits {installed_version()}")
     elif args.verb is None:
         parser.print_help()
     else:
         known[args.verb].run(args)
-
-
-def version() -> str:
-    """Return the installed version, or that there is none."""
-    from importlib import metadata
-
-    try:
-        return metadata.version("mplicits")
-    except metadata.PackageNotFoundError:
-        return "(not installed)"
 
 
 def main(argv: Sequence[str] | None = None) -> int:

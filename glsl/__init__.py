@@ -3,7 +3,8 @@
 import re
 from importlib.resources import files
 
-_INCLUDE = re.compile(r'^#include "([\w.]+)"\n', re.MULTILINE)
+INCLUDE = re.compile(r'^#include "([\w.]+)"\n', re.MULTILINE)
+"""A line that the file which it names takes the place of; the name is its one group."""
 
 
 def read(name: str) -> str:
@@ -46,4 +47,4 @@ def _load(name: str, seen: list[str], *, numbered: bool) -> str:
         after = f"#line {start + text.count(chr(10), 0, match.end()) + 1}\n" if numbered else ""
         return _load(match[1], seen, numbered=numbered) + after
 
-    return (f"#line {start + 1}\n" if numbered else "") + _INCLUDE.sub(include, text)
+    return (f"#line {start + 1}\n" if numbered else "") + INCLUDE.sub(include, text)

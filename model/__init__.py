@@ -1,1 +1,1 @@
-"""The ground that every room stands on: the model and its file, the gallery, output files, errors, what a verb is."""
+"""The ground that every room stands on: a model and its file, the gallery, mesh files, output files, errors, verbs."""

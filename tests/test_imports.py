@@ -1,4 +1,8 @@
-"""The house rules, checked on the source: imports run one way, and an __init__ holds a docstring alone."""
+"""The house rules, checked on the source.
+
+Imports run one way, an __init__ holds a docstring alone (that of glsl its loader as well), the page's modules make one
+script, and no file is named as a drawer for anything.
+"""
 
 import ast
 import re

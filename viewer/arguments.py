@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .draw.options import RenderOptions
 
 SHADES = ("phong", "normal", "texture", "depth", "steps")
-"""Choices of --shade, in the order of `--help`: the SHADINGS of a picture; "data" is none."""
+"""Choices of --shade, in the order of `--help`: all SHADINGS but "data", which is no picture."""
 
 
 def model_arguments(parser: ArgumentParser, model_help: str, mesh_help: str) -> None:

@@ -37,8 +37,6 @@ TILED = ("origin", "jitter")
 READ_BY_GLSL = ("field", "iterations", "delta")
 """What functions in glsl/ use without declaring it: the generated field, and the uniforms with an entry per level."""
 
-_INCLUDE = re.compile(r'^#include "([\w.]+)"\n', re.MULTILINE)
-
 HEADERS = (
     "cuda_runtime.h",
     "dlfcn.h",
@@ -81,7 +79,7 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
             "",
             "namespace mplicits {",
             "",
-            *_facts(program),
+            *_model_constants(program),
             "",
             f"const float WEIGHTS[{len(texels)}][4] = {{",
             *(f"    {{{', '.join(LANGUAGE.number(value) for value in texel)}}}," for texel in texels),
@@ -130,7 +128,7 @@ def _with_includes(name: str, text: str, seen: set[str]) -> str:
             return _load(match[1], seen)
         return _with_includes(match[1], glsl.read(match[1]), seen)
 
-    return _INCLUDE.sub(include, text)
+    return glsl.INCLUDE.sub(include, text)
 
 
 def _head(model: Model, program: Program) -> list[str]:
@@ -150,10 +148,10 @@ def _head(model: Model, program: Program) -> list[str]:
     ]
 
 
-def _facts(program: Program) -> list[str]:
-    """Return the model's constants."""
+def _model_constants(program: Program) -> list[str]:
+    """Return what the kernels know of the model at compile time, weights excepted, as declarations."""
     textured = int(program.texture is not None)
-    depths = [len(_affines(function)) for function in _all(program).values()]
+    depths = [len(_affines(function)) for function in _functions(program).values()]
     return [
         f"const char *const MODEL = {c_string(program.name)};",
         f"const char *const SHA256 = {c_string(program.sha256)};",
@@ -206,7 +204,7 @@ def _default(uniform: Uniform) -> str:
     return f"{uniform.type}({', '.join(texts)})"
 
 
-def _all(program: Program) -> dict[int, Function]:
+def _functions(program: Program) -> dict[int, Function]:
     """Return the functions that evaluate networks, by their index in NETWORKS: levels from 1, 0 for the texture."""
     texture = {} if program.texture is None else {0: program.texture}
     return texture | dict(enumerate(program.values, start=1))
@@ -233,7 +231,7 @@ def _networks(program: Program, offsets: dict[str, int]) -> list[str]:
         "template <int LEVEL> struct NetworkOf;",
     ]
     for i in range(len(program.bands) + 1):
-        function = _all(program).get(i)
+        function = _functions(program).get(i)
         if function is None:
             rows.append("    {},")
             continue

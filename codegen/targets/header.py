@@ -2,11 +2,11 @@
 
 import json
 from collections.abc import Mapping
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from ...model.errors import UserError
 from ...model.model import Model, shape_of
+from ...model.version import installed_version
 from ..ir.program import Program
 
 PREFIX = "// "
@@ -50,11 +50,3 @@ def read_header(text: str) -> dict[str, Any]:
     if not isinstance(facts, dict) or "mplicits" not in facts:
         raise UserError("no header line of mplicits; bake it with --target glsl330")
     return facts
-
-
-def installed_version() -> str:
-    """Return the version of mplicits that is running."""
-    try:
-        return version("mplicits")
-    except PackageNotFoundError:
-        return "(not installed)"
