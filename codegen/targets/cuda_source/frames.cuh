@@ -2,6 +2,7 @@
 #include "fused_frame.cuh"
 #include "layered_frame.cuh"
 // frames.cuh: a variant as one object that draws, whichever it is.
+
 // Whether no weight of a hidden layer is beyond float16's range.
 inline bool weights_fit_halves() {
     for (int i = TEXTURED ? 0 : 1; i <= LEVELS; ++i) {

@@ -4,8 +4,8 @@ constexpr int ROUNDS_ALONE = 1, ROUNDS_TOGETHER = 3;  // traced by warps, then b
 
 struct Statistics {
     std::vector<std::vector<int>> waiting;  // [round][level] rays that were traced; the last row is finish()'s
-    unsigned long long evaluated[LEVELS] = {}, asked[LEVELS] = {};
-    int hits = 0;
+    unsigned long long evaluated[LEVELS] = {}, asked[LEVELS] = {};  // as in Work
+    int hits = 0;  // pixels on the surface
 };
 
 class Fused {

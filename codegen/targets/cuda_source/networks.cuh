@@ -12,9 +12,10 @@ struct Layer {
 };
 
 struct Network {
-    int width, layers, outputs;
+    int width;            // of the widest hidden layer, rounded up to a multiple of 16
+    int layers, outputs;  // numbers of hidden layers and of outputs
     Layer layer[MOST_LAYERS];
-    int row[3];
-    float scale[3], offset[3];
-    long long multiply_adds;  // of one evaluation of the value, without padding
+    int row[3];                 // index of the first texel of each output's row
+    float scale[3], offset[3];  // output = scale * (row . last sines) + offset
+    long long multiply_adds;    // of one evaluation of the value, without padding
 };

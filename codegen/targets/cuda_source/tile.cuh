@@ -106,15 +106,15 @@ __device__ inline void activate(const Packed &net, int n, float (&d)[T][2][4], u
     }
     if constexpr (LAST) {
 #pragma unroll
-        for (int half = 0; half < 2; ++half) {
-            const float *row = net.rows + 16 * n + 8 * half + 2 * (lane() % 4);
+        for (int octet = 0; octet < 2; ++octet) {
+            const float *row = net.rows + 16 * n + 8 * octet + 2 * (lane() % 4);
 #pragma unroll
             for (int c = 0; c < Net::OUTPUTS; ++c, row += Net::WIDTH) {
                 float w0 = __ldg(row), w1 = __ldg(row + 1);
 #pragma unroll
                 for (int m = 0; m < T; ++m) {
-                    sums[c][m][0] += w0 * d[m][half][0] + w1 * d[m][half][1];
-                    sums[c][m][1] += w0 * d[m][half][2] + w1 * d[m][half][3];
+                    sums[c][m][0] += w0 * d[m][octet][0] + w1 * d[m][octet][1];
+                    sums[c][m][1] += w0 * d[m][octet][2] + w1 * d[m][octet][3];
                 }
             }
         }
@@ -128,16 +128,16 @@ __device__ inline void first_layer(const Packed &net, const vec4 (&points)[T][2]
     for (int n = Team::first(); n < Tile<Net>::K; n += Team::WARPS) {
         float d[T][2][4];
 #pragma unroll
-        for (int half = 0; half < 2; ++half) {
+        for (int octet = 0; octet < 2; ++octet) {
 #pragma unroll
             for (int side = 0; side < 2; ++side) {
-                int column = 16 * n + 8 * half + 2 * (lane() % 4) + side;
+                int column = 16 * n + 8 * octet + 2 * (lane() % 4) + side;
                 vec4 w = as_vec4(__ldg(net.first + column));
                 float bias = __ldg(net.bias + column);
 #pragma unroll
                 for (int m = 0; m < T; ++m) {
-                    d[m][half][side] = dot(w, points[m][0]) + bias;
-                    d[m][half][2 + side] = dot(w, points[m][1]) + bias;
+                    d[m][octet][side] = dot(w, points[m][0]) + bias;
+                    d[m][octet][2 + side] = dot(w, points[m][1]) + bias;
                 }
             }
         }
@@ -157,13 +157,13 @@ __device__ inline void hidden_layer(const Packed &net, int layer, uint4 *slopes,
     for (int n = Team::first(); n < K; n += Team::WARPS) {
         float d[T][2][4];
 #pragma unroll
-        for (int half = 0; half < 2; ++half) {
-            const float *bias = net.bias + layer * Net::WIDTH + 16 * n + 8 * half + 2 * (lane() % 4);
+        for (int octet = 0; octet < 2; ++octet) {
+            const float *bias = net.bias + layer * Net::WIDTH + 16 * n + 8 * octet + 2 * (lane() % 4);
             float b0 = __ldg(bias), b1 = __ldg(bias + 1);
 #pragma unroll
             for (int m = 0; m < T; ++m) {
-                d[m][half][0] = d[m][half][2] = b0;
-                d[m][half][1] = d[m][half][3] = b1;
+                d[m][octet][0] = d[m][octet][2] = b0;
+                d[m][octet][1] = d[m][octet][3] = b1;
             }
         }
         int place = ((layer - 1) * K + n) * K * 32 + lane();
