@@ -30,6 +30,7 @@ SIDE, FRONT_SIDE = 192, 320
 WHITE = (1.0, 1.0, 1.0), (1.0, 1.0, 1.0)
 """Background at the top and at the bottom, sRGB."""
 PAGE_MOST = 300_000
+"""Most bytes of a web page that is written."""
 COMMANDS = (
     "view spot",
     "render spot -o spot.png",
@@ -38,6 +39,7 @@ COMMANDS = (
     "bake spot --target html -o spot.html",
     "bake spot-small --target shadertoy -o spot.frag",
 )
+"""Examples on the page."""
 FRONT = (("spot", "phong"), ("spot", "normal"), ("bob", "phong"))
 """(model, shading) of the pictures that stand side by side in docs/demo.png."""
 

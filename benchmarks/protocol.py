@@ -16,6 +16,7 @@ from mplicits.mesher.truth import in_model_space, read_mesh
 from mplicits.trainer.shapes.shape import Shape
 
 DATA = Path(os.environ.get("MPLICITS_DATA", Path(__file__).parents[2] / "shared" / "data"))
+"""The folder of meshes that are not part of the repository."""
 
 
 class Truth:

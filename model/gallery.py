@@ -3,6 +3,7 @@
 from pathlib import Path
 
 FOLDER = Path(__file__).parent / "gallery"
+"""Where the models are; each file has its model's name."""
 SUFFIX = ".safetensors"
 FRONTS = {"spot": (215.0, 15.0), "bob": (235.0, 15.0)}
 """Shape -> azimuth and elevation, in degrees, of a camera that sees its face.

@@ -49,8 +49,8 @@ def print_field(program: Program, language: Language, storage: str) -> FieldText
     vec4 field_gradient(vec3 p, int level): grad f_level, f_level;
     vec3 albedo(vec3 p): colour, sRGB.
 
-    storage: "literal", "texture", or "auto", which decides by STORAGES for each network. Raises UserError where
-    there is no such storage here.
+    storage: "literal", "texture", or "auto", which decides by STORAGES for each network. Raises UserError for "packed",
+    which Shadertoy alone has.
     """
     if storage == "packed":
         raise UserError("--storage packed: only shadertoy has it; there is literal, texture, auto")

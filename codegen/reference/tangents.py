@@ -9,6 +9,7 @@ import dataclasses
 from ..ir.program import INPUT, Affine, Cosine, Dot, Function, Op, Product, Program, Sine
 
 AXES = "xyz"
+"""Each axis ends the names of the derivatives along it."""
 
 
 def with_tangents(program: Program, level: int) -> tuple[Program, Function]:

@@ -25,6 +25,7 @@ LANGUAGE = Language(
     suffix="f",
     texel="as_vec4(__ldg(weights + {k}))",
 )
+"""CUDA C++; its weights are an array of texels, not a texture."""
 FRAGMENT = 16
 """Columns that the instruction mma.sync takes at a time; networks are padded to a multiple of it."""
 WIDEST_SPLIT = 128
@@ -57,6 +58,7 @@ HEADERS = (
     "utility",
     "vector",
 )
+"""What the file includes: the toolkit's own, and the standard library's."""
 
 
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:

@@ -39,7 +39,7 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
 
     storage: "literal", "texture", or "auto", which decides by the table STORAGES in printers/field.py. digits: decimals
     that the weights are rounded to, None for all. main: name of the file in glsl/ that follows the field, or GLSL
-    itself. Raises UserError where there is no such storage here.
+    itself. Raises UserError for the storage "packed", which Shadertoy alone has.
     """
     program = lower(model, digits)
     field = print_field(program, dialect.language, storage)

@@ -21,6 +21,7 @@ WIDEST = 64
 PLAIN = "vec3(.6, .5, .39)"
 """Colour of a model without a texture: that of printers/field.py, in linear light."""
 LANGUAGE = Language(function="{type} {name}(vec4 p)")
+"""GLSL ES 3.00, in which every function of the field takes the program's input as it is."""
 
 
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
@@ -58,8 +59,8 @@ def _text(program: Program, model: Model, storage: type[Storage]) -> str:
     albedo = PLAIN
     if program.texture is not None:
         albedo = f"pow(clamp({program.texture.name}(vec4(3.52 * m[2] + t * v, {time})), 0., 1.), vec3(2.2))"
-    shell = re.sub(r"(?m)^//.*\n", "", glsl.load("shadertoy.glsl")).replace(", 1));", f", {time}));")
-    text = "\n".join([*lines, *_field(program), shell.replace("ALBEDO", albedo)])
+    rest = re.sub(r"(?m)^//.*\n", "", glsl.load("shadertoy.glsl")).replace(", 1));", f", {time}));")
+    text = "\n".join([*lines, *_field(program), rest.replace("ALBEDO", albedo)])
     if storage is PackedStorage:
         text = _squeezed(text)
     return header_line(header_facts(model, program, "shadertoy")) + "\n" + text

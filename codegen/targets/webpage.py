@@ -50,7 +50,9 @@ PROBES = 32
 """Most points at which the page compares its field with the reference's."""
 
 _MODULE_LINE = re.compile(r"^import [^;]*;\n|^export (?=\w)", re.MULTILINE)
+"""What of a module's text the joined script has no use for."""
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
+"""A place in page.html that a part of the page is put into, by name."""
 
 
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 Image = NDArray[np.float32]
 """A picture (H, W, 4): red, green, blue, alpha."""
 GOLDEN_RATIO = 0.6180339887498949
+"""(sqrt(5) - 1) / 2."""
 
 
 def golden_order(count: int) -> NDArray[np.intp]:

@@ -17,7 +17,9 @@ from ..draw.supersampling import golden_order, jitters
 from ..draw.tiles import TILE_SIDE, Tile
 
 SAMPLE_SHADER = "#version 330\n" + glsl.load("accumulate.glsl")
+"""Adds a sample of a tile to the fine picture."""
 PRESENT_SHADER = "#version 330\n" + glsl.load("window.glsl")
+"""Puts both pictures onto the screen."""
 FIRST_SIDE = 64
 """Pixels per side of the tiles that are drawn first."""
 FAST_TILE = 0.01

@@ -12,7 +12,7 @@ from ...model.model import Model, load
 from ..draw.compile import bake_numbered
 
 SHADER_SUFFIXES = (".glsl", ".frag", ".fs")
-"""Endings of baked shaders; a file with an ending that is nowhere here is taken for a model."""
+"""Endings of baked shaders; a file with any other ending is read as a model."""
 TRAINED_SUFFIXES = (*MESH_SUFFIXES, ".xyz", ".npz")
 """Endings of shapes, from which a model is trained before it can be shown."""
 CHECKPOINT_SUFFIXES = (".pth",)

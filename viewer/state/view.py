@@ -24,6 +24,7 @@ KEYS = (
 )
 """(key, what it does), as the help and the terminal show them."""
 SHADING_KEYS = {"N": "normal", "P": "phong", "D": "depth", "T": "texture", "X": "steps"}
+"""Key -> shading; `s` saves a picture, so steps have another letter."""
 TURNS = {"LEFT": (-15.0, 0.0), "RIGHT": (15.0, 0.0), "UP": (0.0, 10.0), "DOWN": (0.0, -10.0)}
 """Degrees of azimuth and elevation by which an arrow key turns the camera."""
 SLOW_FRAME, FAST_FRAME = 1 / 12, 1 / 50

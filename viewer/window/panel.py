@@ -15,13 +15,16 @@ from .help import FAINT, bare, place, show_keys
 WIDTH = 300
 """Of the panel, in window coordinates before the display's scale."""
 PANEL_SHADINGS = tuple(name for name in SHADINGS if name != "data")
+"""Choices of the shading, in the order of the table."""
 SAMPLES = (1, 4, 16, 64)
+"""Choices of the rays per pixel."""
 PICTURE_SIZES = {
     "the window's size": None,
     "1920 x 1080": (1920, 1080),
     "3840 x 2160": (3840, 2160),
     "7680 x 4320": (7680, 4320),
 }
+"""Choice -> (width, height) of a saved picture in pixels; None: as the window has it."""
 TIMED_SIDE = 320
 """Pixels per side, at most, of the pictures that levels are timed with."""
 WRONG = 0.98, 0.55, 0.48, 1.0
