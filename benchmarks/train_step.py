@@ -83,7 +83,7 @@ class Case:
     def ours(self) -> Callable[[], None]:
         """Make a step of our trainer."""
         weights = self.weights()
-        step = level.step(self.surface, self.volume, RESIDUAL, torch.Generator().manual_seed(0))
+        step = level.LevelStep(self.surface, self.volume, RESIDUAL, torch.Generator().manual_seed(0))
         optimiser = Optimiser(weights, 1e-4, 0.1)
 
         def run() -> None:

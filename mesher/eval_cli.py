@@ -4,22 +4,32 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..model.gallery import model_path
 from ..model.verb import Verb
 
 if TYPE_CHECKING:
+    from ..model.field_figures import FieldFigures
+    from ..model.model import Model
     from .evaluate import Figures
     from .parallel import Progress
     from .surface import Mesh
 
 DEFAULT_RESOLUTION = 512
 """Cells along each side of the marching cubes' grid, as in the paper; `mesh` has the same default."""
+FIELD_SAMPLES = 100_000
+"""Most points that the field itself is measured at."""
 BOX_DIFFERENCE = 0.2
 """Largest difference of the two bounding boxes' coordinates, model units, that needs no warning."""
 
 
 def eval_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `eval` to a parser."""
-    parser.add_argument("model", type=Path, metavar="M", help="model file (.safetensors), or a mesh to compare")
+    parser.add_argument(
+        "model",
+        type=model_path,
+        metavar="M",
+        help="model file (.safetensors), a name of the gallery, or a mesh to compare",
+    )
     parser.add_argument("shape", type=Path, metavar="SHAPE", help="ground truth: a mesh, PLY OBJ STL GLB")
     parser.add_argument(
         "--resolution",
@@ -44,6 +54,7 @@ def run_eval(args: Namespace) -> None:
     from ..model.errors import UserError
     from ..model.files import show
     from .bar import Bar
+    from .distance import compare_field
     from .evaluate import compare
 
     if not 100 <= args.samples <= 100_000_000:
@@ -52,16 +63,19 @@ def run_eval(args: Namespace) -> None:
         raise UserError(f"--seed {args.seed}: a whole number from 0 is needed")
     bar = Bar(args.quiet)
     try:
-        ours, truth, extraction = _meshes(args, bar)
+        ours, truth, extraction, model = _meshes(args, bar)
         _warn(ours, truth)
         figures = compare(ours, truth, args.samples, args.seed, bar)
     finally:
         bar.end()
+    field = None if model is None else compare_field(model, truth, min(args.samples, FIELD_SAMPLES), args.seed)
     if args.json:
-        print(json.dumps({"model": str(args.model), "shape": str(args.shape)} | extraction | asdict(figures), indent=2))
+        of_field = {} if field is None else {"field": asdict(field)}
+        named = {"model": str(args.model), "shape": str(args.shape)}
+        print(json.dumps(named | extraction | asdict(figures) | of_field, indent=2))
         return
     print(f"{show(args.model)} against {show(args.shape)}; lengths in radii of the unit sphere")
-    print("\n".join(_lines(figures)))
+    print("\n".join([*_lines(figures), *_field_lines(field)]))
 
 
 def _warn(ours: "Mesh", truth: "Mesh") -> None:
@@ -80,11 +94,11 @@ def _warn(ours: "Mesh", truth: "Mesh") -> None:
         )
 
 
-def _meshes(args: Namespace, progress: "Progress") -> "tuple[Mesh, Mesh, dict[str, float]]":
+def _meshes(args: Namespace, progress: "Progress") -> "tuple[Mesh, Mesh, dict[str, float], Model | None]":
     """Make the two meshes that are compared. Raises UserError.
 
     Returns the reconstruction and the ground truth, both in model space, and what --json says about the extraction of
-    the first: nothing where it is a mesh already.
+    the first, with its model: nothing and None where it is a mesh already.
     """
     import time
     from dataclasses import replace
@@ -102,7 +116,7 @@ def _meshes(args: Namespace, progress: "Progress") -> "tuple[Mesh, Mesh, dict[st
                 raise UserError(f"--{option}: {show(args.model)} is a mesh already; leave the option out")
         truth, ours = read_mesh(args.shape), read_mesh(args.model)
         space = normalisation(truth)
-        return in_model_space(ours, *space), in_model_space(truth, *space), {}
+        return in_model_space(ours, *space), in_model_space(truth, *space), {}, None
     resolution = DEFAULT_RESOLUTION if args.resolution is None else args.resolution
     check_resolution(resolution)
     model = up_to(load(args.model), args.level)
@@ -115,7 +129,7 @@ def _meshes(args: Namespace, progress: "Progress") -> "tuple[Mesh, Mesh, dict[st
         "spurious": extracted.spurious,
         "extraction_seconds": round(time.perf_counter() - began, 3),
     }
-    return extracted.mesh, in_model_space(truth, model.centre, model.scale), extraction
+    return extracted.mesh, in_model_space(truth, model.centre, model.scale), extraction, model
 
 
 def _lines(figures: "Figures") -> list[str]:
@@ -132,6 +146,18 @@ def _lines(figures: "Figures") -> list[str]:
         f"components               {figures.components}, the truth has {figures.truth_components}; {closed}",
         f"mesh                     {figures.vertices:,} vertices, {figures.faces:,} faces",
         f"{figures.samples:,} samples on each side, seed {figures.seed}",
+    ]
+
+
+def _field_lines(field: "FieldFigures | None") -> list[str]:
+    """Write what the field is as a distance as lines for people; nothing for a mesh, which has no field."""
+    if field is None:
+        return []
+    low, middle, high = field.gradient
+    return [
+        f"field, in the ball       {field.domain_error:.3e} mean error, too large at {field.domain_excess:.2%}",
+        f"field, in the last band  {field.band_error:.3e} mean error",
+        f"|grad f| on the surface  {low:.2f}, {middle:.2f}, {high:.2f}: 10th, 50th and 90th percentile",
     ]
 
 

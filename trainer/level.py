@@ -6,7 +6,6 @@ import torch
 from torch import Tensor
 
 from .networks import losses
-from .networks.fit import Step
 from .networks.network import Weights, add_derivative, adjoint_pass, initial
 from .pools import Pool
 from .settings import LossWeights
@@ -20,6 +19,8 @@ OUTPUT_FACTOR = 0.1
 """Factor on the output layer's rate: its weights are smaller by omega_0."""
 OUTPUT_FACTOR_PER_DELTA = 5.0
 """The same factor for a residual in a narrow band, per half width: what it has to add is smaller, too."""
+HARD_SHARE = 0.1
+"""Hard points of a step, as a share of its samples off the surface."""
 RESIDUAL = 0.01
 """Factor on a residual's output layer at its start: it begins near zero."""
 
@@ -49,21 +50,42 @@ def rates(width: int, delta: float | None) -> tuple[float, float]:
     return RATE * min(1, RATE_WIDTH / width), factor
 
 
-def step(surface: Pool, volume: Pool, weight: LossWeights, generator: torch.Generator) -> Step:
-    """Make the level's training step: one batch of its loss, half of it on the surface."""
-    half = min(BATCH // 2, len(surface.points), len(volume.points))
-    surface_batches, volume_batches = surface.batches(half, generator), volume.batches(half, generator)
+class LevelStep:
+    """The level's training step: one batch of its loss, half of it on the surface, and some hard points."""
 
-    def run(weights: Weights) -> float:
-        on, around = next(surface_batches), next(volume_batches)
-        residual = adjoint_pass(weights, torch.cat((on.points, around.points)))
-        f = residual.f + torch.cat((on.frozen, around.frozen))
-        gradient = residual.gradient + torch.cat((on.frozen_gradient, around.frozen_gradient))
-        loss, d_f, d_gradient = level_loss(f, gradient, on, around, weight)
+    def __init__(self, surface: Pool, volume: Pool, weight: LossWeights, generator: torch.Generator) -> None:
+        self._half = min(BATCH // 2, len(surface.points), len(volume.points))
+        self._surface, self._volume = surface.batches(self._half, generator), volume.batches(self._half, generator)
+        self._weight, self._generator = weight, generator
+        self.hard: Pool | None = None
+        """Points off the surface that every step sees a few of (Sampler.hard)."""
+
+    def __call__(self, weights: Weights) -> float:
+        """Add the gradients of one batch to the weights' .grad; return the loss, to which hard points add nothing."""
+        on, around = next(self._surface), next(self._volume)
+        pools = [on, around, *([] if self.hard is None else [self._some_of(self.hard)])]
+        residual = adjoint_pass(weights, torch.cat([pool.points for pool in pools]))
+        f = residual.f + torch.cat([pool.frozen for pool in pools])
+        gradient = residual.gradient + torch.cat([pool.frozen_gradient for pool in pools])
+        usual = len(on.points) + len(around.points)
+        loss, d_f, d_gradient = level_loss(f[:usual], gradient[:usual], on, around, self._weight)
+        if self.hard is not None:
+            d_f = torch.cat((d_f, self._hard_derivative(f[usual:], pools[-1], len(around.points))))
+            d_gradient = torch.cat((d_gradient, torch.zeros_like(gradient[usual:])))
         add_derivative(weights, residual, d_f, d_gradient)
         return loss.item()
 
-    return run
+    def _some_of(self, hard: Pool) -> Pool:
+        count = max(1, int(self._half * HARD_SHARE))
+        index = torch.randint(len(hard.points), (count,), generator=self._generator)
+        return hard.take(index.to(hard.points.device))
+
+    def _hard_derivative(self, f: Tensor, hard: Pool, volume: int) -> Tensor:
+        """The derivative of the distance term at hard points, each of which counts as one of `volume` samples."""
+        assert hard.distance is not None
+        weight = self._weight
+        _, d_f = losses.distance(f, hard.distance, weight.excess, weight.lacking)
+        return d_f * (weight.distance * len(f) / volume)
 
 
 def idle_loss(surface: Pool, volume: Pool, weight: LossWeights) -> float:
@@ -86,7 +108,7 @@ def level_loss(
     assert volume.distance is not None
     on = len(surface.points)
     value, d_value = losses.value(f[:on], surface.distance)
-    distance, d_distance = losses.value(f[on:], volume.distance)
+    distance, d_distance = losses.distance(f[on:], volume.distance, weight.excess, weight.lacking)
     normal, d_normal = losses.normal(gradient[:on], surface.normals)
     eikonal, d_eikonal = losses.eikonal(gradient)
     loss = weight.value * value + weight.normal * normal + weight.distance * distance + weight.eikonal * eikonal

@@ -9,12 +9,19 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from . import sampling
+from .networks import losses
 from .networks.nested import field, field_and_gradient, in_band, nested_field_and_gradient
 from .networks.network import Weights
 from .shapes.shape import Doubles, Shape
 
 FIRST_BAND = 0.1
 """Half width of the shell around the surface that level 1 sees more of than of the rest of the domain."""
+FIRST_BAND_SHARE = 0.3
+"""Share of level 1's volume samples in that shell."""
+BALL_RADIUS = 1.03
+"""Radius of the ball that the rest of these samples are in: rays are traced, and distances used, within 1."""
+CORNER_SHARE = 0.06
+"""Share of these samples outside the ball, in the corners of the domain, where no surface may appear either."""
 STRAY_CANDIDATES = 400_000
 """Points of the domain among which strays are searched for."""
 STRAYS = 4096
@@ -25,6 +32,18 @@ STRAY_REACH = 4.0
 """Largest distance, in half widths of the band, that a residual is taught; dithering reaches 3.5."""
 STRAY_SHARE = 0.15
 """Strays among the points that a residual's volume samples are dithered from."""
+HARD_CANDIDATES = 200_000
+"""Points of the band, and as many of the domain, among which hard points are searched for."""
+HARD_SUSPECTS = 100_000
+"""Most candidates whose distance to the surface is computed."""
+HARD_NEAR = 0.2
+"""A candidate is suspect where |f| is below this share of the band's half width."""
+HARD_LEAST_DISTANCE = 0.12
+"""Least distance of a hard point from the surface, in half widths of the band."""
+HARD_FEWEST = 16
+"""Fewer hard points are none: too few to make batches of."""
+HARD_SPREAD = 0.15
+"""Spread of new candidates around the hard points known before, in half widths of the band."""
 OFFSET_SHARE = 0.25
 """Share of a cloud's surface samples moved along their normals. A mesh has exact distances in the band instead."""
 
@@ -53,11 +72,13 @@ class Pool:
         """
         count = len(self.points)
         while True:
-            mixed = self._take(torch.randperm(count, generator=generator).to(self.points.device))
+            mixed = self.take(torch.randperm(count, generator=generator).to(self.points.device))
             for start in range(0, count - size + 1, size):
-                yield mixed._take(slice(start, start + size))
+                yield mixed.take(slice(start, start + size))
 
-    def _take(self, index: Tensor | slice) -> "Pool":
+    def take(self, index: Tensor | slice) -> "Pool":
+        """Return the samples at an index (M,) or a slice."""
+
         def take(column: Tensor | None) -> Tensor | None:
             return None if column is None else column[index]
 
@@ -105,14 +126,48 @@ class Sampler:
     def volume(self, count: int) -> Pool:
         """Draw samples of Omega_{i-1}, where the level is defined, with their distances.
 
-        For level 1, half of them are in the domain and half in a shell around the surface; for a residual, all are in
-        the band |f_{i-1}| < delta_{i-1}.
+        For level 1, they are in a shell around the surface, in the ball that rays are traced in, and a few in the
+        corners of the domain; for a residual, all are in the band |f_{i-1}| < delta_{i-1}.
         """
         points = self._volume_points(count)
         distance = self._shape.distance(points)
         if self._frozen:  # A stray need not learn how far away the surface is, only that it is not here.
             distance = np.clip(distance, -STRAY_REACH * self._delta, STRAY_REACH * self._delta)
         return self._pool(points, distance=np.where(np.abs(distance) < self._shape.resolution, np.nan, distance))
+
+    def hard(self, weights: Weights, known: Pool | None, count: int) -> Pool | None:
+        """Find points of the band where f_i, with the residual `weights` as it is now, is badly wrong.
+
+        Such a point is off the surface, but f_i has the wrong sign there or less than losses.LACK of the distance:
+        loose pieces of surface appear around such points, which are too few for the band's own samples to hold them.
+        known: the hard points that were found before; more are searched for around them. count: at most so many
+        candidates of each kind. Returns None where there are (nearly) no hard points.
+        """
+        count = min(count, HARD_CANDIDATES)
+        seeds = self._shape.surface(count, self._rng).points
+        candidates = [
+            sampling.domain(count, self._rng),
+            seeds + self._rng.uniform(-2 * self._delta, 2 * self._delta, seeds.shape),
+        ]
+        if known is not None:
+            around = np.asarray(known.points.cpu(), np.float64)
+            around = around[self._rng.integers(len(around), size=count // 4)]
+            candidates.append(around + self._rng.normal(scale=HARD_SPREAD * self._delta, size=around.shape))
+        points = np.concatenate(candidates)
+        points = points[self._in_band(points)]
+        f = np.asarray(field([*self._frozen, weights], self._tensor(points)).cpu(), np.float64)
+        suspect = np.flatnonzero(np.abs(f) < HARD_NEAR * self._delta)
+        suspect = self._rng.permutation(suspect)[:HARD_SUSPECTS]
+        points, f = points[suspect], f[suspect]
+        if not len(points):
+            return None
+        distance = self._shape.distance(points)
+        least = max(HARD_LEAST_DISTANCE * self._delta, self._shape.resolution)
+        wrong = (f * np.sign(distance) < losses.LACK * np.abs(distance)) & (np.abs(distance) > least)
+        if np.count_nonzero(wrong) < HARD_FEWEST:
+            return None
+        reach = STRAY_REACH * self._delta
+        return self._pool(points[wrong], distance=np.clip(distance[wrong], -reach, reach))
 
     def coloured(self, count: int) -> Pool:
         """Draw samples of the surface, with colours."""
@@ -135,9 +190,11 @@ class Sampler:
             if len(self._strays):
                 seeds = np.concatenate((seeds, self._rng.choice(self._strays, int(count * STRAY_SHARE))))
             return sampling.dithered(seeds, self._delta, self._in_band, count, self._rng)
-        far = sampling.domain(count // 2, self._rng)
-        near = seeds[len(far) :] + self._rng.uniform(-self._delta, self._delta, (count - len(far), 3))
-        return np.concatenate((far, near))
+        near_count, corner_count = int(count * FIRST_BAND_SHARE), int(count * CORNER_SHARE)
+        near = seeds[:near_count] + self._rng.uniform(-self._delta, self._delta, (near_count, 3))
+        corners = sampling.corners(corner_count, BALL_RADIUS, self._rng)
+        far = sampling.ball(count - near_count - corner_count, BALL_RADIUS, self._rng)
+        return np.concatenate((far, corners, near))
 
     def _find_strays(self) -> Doubles:
         """Find points of the band where the levels before are wrong by half its width or more. Returns (M, 3).

@@ -8,8 +8,10 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from ..model.field_figures import FieldFigures, field_figures
+from . import sampling
 from .bands import delta
-from .networks.nested import field, field_and_gradient
+from .networks.nested import field, field_and_gradient, in_band, nested_field, nested_field_and_gradient
 from .networks.network import Weights
 from .shapes.shape import Doubles, Shape
 
@@ -23,6 +25,8 @@ TRIAL_POINTS = 4096
 """Points that the time of an evaluation is measured at."""
 TRIALS = 4
 """Times that it is measured."""
+FIELD_POINTS = 20_000
+"""Points that the field is compared with the distance at, in the unit ball and in the band each."""
 SEED = 0x5EED
 
 
@@ -34,6 +38,40 @@ class Quality:
     """Mean |f_i|, model units."""
     angle: float
     """Mean angle between grad f_i and the normal, degrees."""
+
+
+class FieldProbe:
+    """Points of the unit ball with their distances, drawn once, at which the nested field is measured."""
+
+    def __init__(self, shape: Shape, device: torch.device) -> None:
+        self._shape, self._device, self._rng = shape, device, np.random.default_rng(SEED)
+        self._points, self._distance = self._known(sampling.ball(FIELD_POINTS, 1.0, self._rng))
+        self._surface = shape.surface(FIELD_POINTS, self._rng, held_out=True).points
+
+    def measure(self, levels: Sequence[Weights], deltas: Sequence[float]) -> FieldFigures:
+        """Measure the field of all levels. deltas: the half widths of the bands of all levels."""
+        before = max(1, len(levels) - 1)
+        width = deltas[before - 1]
+        around = self._surface + self._rng.uniform(-width, width, self._surface.shape)
+        inside = in_band(levels[:before], deltas[:before], _tensor(around, self._device)).cpu().numpy()
+        band, band_distance = self._known(around[inside])
+        _, gradients, _ = nested_field_and_gradient(levels, deltas, _tensor(self._surface, self._device))
+
+        def values(points: Doubles) -> Doubles:
+            f, _ = nested_field(levels, deltas, _tensor(points, self._device))
+            return f.cpu().numpy().astype(np.float64)
+
+        return field_figures(
+            domain=(values(self._points), self._distance),
+            band=(values(band), band_distance),
+            gradients=gradients.cpu().numpy(),
+        )
+
+    def _known(self, points: Doubles) -> tuple[Doubles, Doubles]:
+        """Return those of the points (N, 3) whose distance is known, and their distances."""
+        distance = self._shape.distance(points)
+        known = np.abs(distance) >= self._shape.resolution
+        return points[known], distance[known]
 
 
 class SurfaceProbe:

@@ -61,6 +61,22 @@ def dithered(points: Doubles, delta: float, inside: Mask, count: int, rng: np.ra
     )
 
 
+def ball(count: int, radius: float, rng: np.random.Generator) -> Doubles:
+    """Draw uniform points of the ball around the origin. Returns (count, 3)."""
+    directions = rng.normal(size=(count, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return np.asarray(directions * (radius * np.cbrt(rng.random(count)))[:, None])
+
+
+def corners(count: int, radius: float, rng: np.random.Generator) -> Doubles:
+    """Draw uniform points of the domain outside the ball of a radius of at most 1.2. Returns (count, 3)."""
+    drawn = np.empty((0, 3))
+    while len(drawn) < count:
+        points = domain(4 * count, rng)
+        drawn = np.concatenate((drawn, points[np.linalg.norm(points, axis=1) > radius]))
+    return drawn[:count]
+
+
 def domain(count: int, rng: np.random.Generator) -> Doubles:
     """Draw `count` uniform points of the domain Omega, the cube [-1, 1]^3. Returns (count, 3)."""
     return rng.uniform(-1, 1, (count, 3))

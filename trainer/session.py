@@ -99,11 +99,18 @@ def _save(model: Model, output: Path) -> None:
 
 
 def report(model: Model, output: Path) -> str:
-    """Describe a trained model for people: one line for each level, then one for the file."""
+    """Describe a trained model for people: a line for each level, two for the field, and one for the file."""
     lines = [
         f"level {i}: {record['network']}, mean |f| {record['mean_f']:.2e}, "
         f"mean normal angle {record['angle']:.2f} degrees, delta {level.delta:.4f}, {record['steps']} steps"
         for i, (level, record) in enumerate(zip(model.levels, model.provenance["levels"], strict=True), start=1)
+    ]
+    field = model.provenance["field"]
+    low, middle, high = field["gradient"]
+    lines += [
+        f"distance: off by {field['domain_error']:.2e} in the mean of the unit ball, {field['band_error']:.2e} in the "
+        f"last level's band; too large at {field['domain_excess']:.2%} of the ball",
+        f"|grad f| on the surface: {middle:.2f} in the median, {low:.2f} to {high:.2f} for the middle 80 %",
     ]
     lines.append(f"{show(output)}: {model.parameters()} parameters, {model.provenance['seconds']:.1f} s")
     return "\n".join(lines)

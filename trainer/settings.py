@@ -49,11 +49,15 @@ class LossWeights:
     eikonal: float
     distance: float
     """Of the values off the surface, where the exact distance is known."""
+    excess: float = 1.0
+    """Times `distance`, where a value off the surface exceeds the distance."""
+    lacking: float = 1.0
+    """Times `distance`, where it has less than losses.LACK of the distance, or the wrong sign."""
 
 
-FIRST_LEVEL = LossWeights(value=30_000.0, normal=100.0, eikonal=10.0, distance=3000.0)
+FIRST_LEVEL = LossWeights(value=10_000.0, normal=30.0, eikonal=1.0, distance=3000.0, excess=20.0, lacking=1.0)
 """Level 1 has to be a distance in the whole domain."""
-RESIDUAL = LossWeights(value=300_000.0, normal=100.0, eikonal=3.0, distance=3000.0)
+RESIDUAL = LossWeights(value=300_000.0, normal=100.0, eikonal=3.0, distance=3000.0, excess=10.0, lacking=20.0)
 """A residual spends what it can hold on the surface."""
 
 

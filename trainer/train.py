@@ -40,6 +40,7 @@ class Training:
         self._began = time.perf_counter() if began is None else began
         self._device = device(settings.device)
         self._probe = quality.SurfaceProbe(shape, self._device)
+        self._field_probe = quality.FieldProbe(shape, self._device)
         self._trained = Trained()
 
     def run(self, resume: Model | None = None) -> Model:
@@ -91,12 +92,18 @@ class Training:
             budget = replace(budget, deadline=budget.deadline - self._probe.seconds([*frozen, start()]))
         weight = settings.loss_weights(first=first)
         rate, output_factor = level.rates(width, None if first else deltas[-1])
+        step = level.LevelStep(surface, volume, weight, torch.Generator().manual_seed(seed))
+
+        def review(weights: Weights) -> None:
+            step.hard = sampler.hard(self._final(weights), step.hard, count)
+
         task = Task(
             start=start,
-            step=self._step(level.step(surface, volume, weight, torch.Generator().manual_seed(seed))),
+            step=self._step(step),
             idle=level.idle_loss(surface, volume, weight),
             rate=rate,
             output_factor=output_factor,
+            review=None if first else review,
         )
         outcome = fit(task, budget, self._progress)
         self._progress.end()
@@ -160,6 +167,7 @@ class Training:
         return trained_model(
             trained,
             self._probe.measure(trained.weights()),
+            self._field_probe.measure(trained.weights(), trained.deltas()),
             self._shape,
             self._settings,
             seconds=trained.seconds + time.perf_counter() - self._began,

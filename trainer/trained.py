@@ -9,6 +9,7 @@ import numpy as np
 import torch
 
 from ..model.errors import UserError
+from ..model.field_figures import FieldFigures
 from ..model.model import DEFAULT_ITERATIONS, Level, Model, shape_of
 from .networks.fit import Outcome
 from .networks.network import Weights, from_model, to_model
@@ -89,6 +90,7 @@ def training_record(network: tuple[int, int], omega: float, outcome: Outcome, be
 def trained_model(
     trained: Trained,
     qualities: list[Quality],
+    field: FieldFigures,
     shape: Shape,
     settings: Settings,
     *,
@@ -97,7 +99,8 @@ def trained_model(
 ) -> Model:
     """Put the model together that is saved.
 
-    qualities: one for each level. seconds: of all runs of this training. interrupted: whether Ctrl-C ended it.
+    qualities: one for each level. field: of all levels together. seconds: of all runs of this training. interrupted:
+    whether Ctrl-C ended it.
     """
     first, finer = DEFAULT_ITERATIONS
     texture = trained.texture
@@ -119,6 +122,7 @@ def trained_model(
             "levels": [
                 level.record | asdict(quality) for level, quality in zip(trained.levels, qualities, strict=True)
             ],
+            "field": asdict(field),
             "texture": None if texture is None else texture.record,
             "versions": {"torch": torch.__version__, "numpy": np.__version__},
         },

@@ -129,6 +129,11 @@ def test_a_model_is_at_the_floor_against_its_own_mesh(truth: Path, capsys: pytes
     text = capsys.readouterr().out
     assert f"{figures['chamfer']:.3e}" in text
     assert "times the floor" in text
+    assert 0 < figures["field"]["domain_error"] < 0.1
+    assert 0 < figures["field"]["band_error"] < 2e-2
+    low, middle, high = figures["field"]["gradient"]
+    assert 0 < low < middle < high
+    assert f"{figures['field']['band_error']:.3e}" in text
 
 
 def test_a_mesh_is_compared_with_a_mesh(truth: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -140,7 +145,9 @@ def test_a_mesh_is_compared_with_a_mesh(truth: Path, tmp_path: Path, capsys: pyt
     capsys.readouterr()
     argv = ["eval", str(tmp_path / "moved.obj"), str(tmp_path / "moved.obj"), "--samples", "5000", "--quiet", "--json"]
     assert cli.main(argv) == 0
-    assert json.loads(capsys.readouterr().out)["hausdorff"] < 1e-6
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["hausdorff"] < 1e-6
+    assert "field" not in figures, "a mesh has none"
     assert cli.main([*argv, "--resolution", "64"]) == 2
     assert "is a mesh already" in capsys.readouterr().err
 

@@ -26,6 +26,9 @@ SLOWER = 3.0
 REPORT_EVERY = 10
 """Steps between two reports to the progress."""
 
+REVIEWS = (0.3, 0.5, 0.7, 0.85, 0.93)
+"""Shares of the schedule at which a network is reviewed."""
+
 Step = Callable[[Weights], float]
 """Adds the gradients of the loss of one batch to the weights' .grad, and returns that loss."""
 
@@ -111,6 +114,8 @@ class Task:
     """Peak rate of the hidden layers."""
     output_factor: float
     """Factor on the rate for the output layer."""
+    review: Callable[[Weights], None] | None = None
+    """Looks at the network at the shares REVIEWS of the schedule, so that later steps may mend what it finds."""
 
 
 def fit(task: Task, budget: Budget, progress: TrainingProgress) -> Outcome:
@@ -163,8 +168,12 @@ class _Attempt:
 def _attempt(weights: Weights, task: Task, budget: Budget, progress: TrainingProgress) -> _Attempt:
     optimiser, clock = Optimiser(weights, task.rate, task.output_factor), budget.clock()
     attempt = _Attempt(fraction=budget.done)
+    reviews = [share for share in REVIEWS if task.review and share > budget.done]
     try:
         while (share := clock(attempt.steps)) < 1:
+            if task.review and reviews and share >= reviews[0]:
+                reviews = [later for later in reviews if later > share]
+                task.review([w.detach() for w in weights])
             loss = task.step(weights)
             optimiser.step(schedule(share))
             attempt.steps += 1

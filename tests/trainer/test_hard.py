@@ -1,0 +1,113 @@
+"""Hard points: places off the surface where a residual makes surface, or nearly; they are found and learnt from."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from mplicits.trainer import pools
+from mplicits.trainer.level import HARD_SHARE, LevelStep
+from mplicits.trainer.networks import fit, losses
+from mplicits.trainer.networks.network import Weights, initial, value
+from mplicits.trainer.settings import RESIDUAL
+from mplicits.trainer.shapes.shape import Shape
+from support.ball_training import Log, load_ball
+
+DELTA = 0.05
+CPU = torch.device("cpu")
+
+
+@pytest.fixture(scope="module")
+def ball(tmp_path_factory: pytest.TempPathFactory) -> Shape:
+    return load_ball(tmp_path_factory.mktemp("ball"))
+
+
+def constant(number: float) -> Weights:
+    """A network whose value is `number` everywhere."""
+    return [torch.zeros(4, 3), torch.zeros(4), torch.zeros(1, 4), torch.full((1,), number)]
+
+
+def sampler(ball: Shape, before: float) -> pools.Sampler:
+    """A sampler of level 2, where f_1 is constant."""
+    return pools.Sampler(ball, [constant(before)], [DELTA], CPU, np.random.default_rng(0))
+
+
+def test_points_off_the_surface_where_the_field_vanishes_are_hard(ball: Shape) -> None:
+    hard = sampler(ball, 0.0).hard(constant(0.0), None, 2000)
+    assert hard is not None
+    assert hard.distance is not None
+    away = hard.points.norm(dim=1) - 1
+    assert float(away.abs().min()) > pools.HARD_LEAST_DISTANCE * DELTA - 5e-3
+    reach = pools.STRAY_REACH * DELTA
+    np.testing.assert_allclose(hard.distance, away.clamp(-reach, reach), atol=5e-3)
+    np.testing.assert_array_equal(hard.frozen, 0)
+    again = sampler(ball, 0.0).hard(constant(0.0), hard, 2000)
+    assert again is not None
+    assert len(again.points) > len(hard.points), "more are searched for around those that are known"
+
+
+@pytest.mark.parametrize(("before", "residual"), [(0.04, 0.0), (0.0, 0.04), (2 * DELTA, 0.0)])
+def test_a_field_that_is_not_near_zero_has_no_hard_points(ball: Shape, before: float, residual: float) -> None:
+    """The last case has no band at all."""
+    assert sampler(ball, before).hard(constant(residual), None, 2000) is None
+
+
+def pool(count: int, seed: int) -> pools.Pool:
+    """Random samples, all of which are at a distance of 0.1."""
+    generator = torch.Generator().manual_seed(seed)
+    points = torch.rand(count, 3, generator=generator) * 2 - 1
+    normals = torch.nn.functional.normalize(points, dim=1)
+    return pools.Pool(points, torch.full((count,), 0.1), normals, torch.zeros(count), torch.zeros(count, 3))
+
+
+def test_a_step_also_takes_the_gradient_of_hard_points_and_its_loss_does_not_count_them() -> None:
+    surface, volume, hard = pool(400, 1), pool(400, 2), pool(1, 3)
+    start = initial((8, 1), 5.0, 1, torch.Generator().manual_seed(0))
+    gradients, loss = [], []
+    for more in (None, hard):
+        weights = [w.clone().requires_grad_() for w in start]
+        for w in weights:
+            w.grad = torch.zeros_like(w)
+        step = LevelStep(surface, volume, RESIDUAL, torch.Generator().manual_seed(4))
+        step.hard = more
+        loss.append(step(weights))
+        gradients.append([w.grad for w in weights])
+    assert loss[0] == loss[1]
+    weights = [w.clone().requires_grad_() for w in start]
+    term, _ = losses.distance(value(weights, hard.points)[:, 0], torch.tensor([0.1]), RESIDUAL.excess, RESIDUAL.lacking)
+    count = int(400 * HARD_SHARE)
+    expected = torch.autograd.grad(RESIDUAL.distance * term * count / 400, weights)
+    for without, with_hard, derivative in zip(*gradients, expected, strict=True):
+        assert without is not None
+        assert with_hard is not None
+        torch.testing.assert_close(with_hard - without, derivative, rtol=2e-3, atol=2e-3)
+
+
+def test_a_network_is_reviewed_at_its_shares_of_the_schedule() -> None:
+    seen: list[int] = []
+    steps = 0
+
+    def step(weights: Weights) -> float:
+        nonlocal steps
+        steps += 1
+        return 0.1
+
+    def start() -> Weights:
+        return constant(0.0)
+
+    task = fit.Task(start, step, idle=1.0, rate=1e-3, output_factor=1.0, review=lambda _: seen.append(steps))
+    fit.fit(task, fit.Budget(steps=100), Log())
+    assert seen == [round(share * 100) for share in fit.REVIEWS]
+    seen.clear()
+    steps = 0
+    fit.fit(task, fit.Budget(steps=100, done=0.8), Log())
+    assert len(seen) == 2, "shares that are done already are not reviewed again"
+
+
+def test_level_1_sees_the_ball_and_a_little_of_the_corners(tmp_path: Path) -> None:
+    first = pools.Sampler(load_ball(tmp_path), [], [], CPU, np.random.default_rng(0))
+    radii = first.volume(10_000).points.norm(dim=1)
+    corners = (radii > 1 + np.sqrt(3) * pools.FIRST_BAND).double().mean()
+    assert 0.02 < corners < pools.CORNER_SHARE + 0.01
+    assert float((radii < 0.5).double().mean()) > 0.5**3 * 0.5, "the inside, too, by its volume"
