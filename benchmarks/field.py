@@ -1,0 +1,99 @@
+"""Measure how far trained fields are from a distance, and whether they have loose pieces of surface; writes a page.
+
+    python benchmarks/field.py [FILE...] [--levels 64x1,64x2] [--seconds 60] [--seeds 0,1,2] [-o docs/results/field.md]
+
+FILE: meshes; by default those of meshes/ and thingi32/ in the data's folder. Seconds are those of `mplicits train`.
+"""
+
+import argparse
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference.interpret import nested_field
+from mplicits.mesher.distance import compare_field
+from mplicits.mesher.evaluate import compare
+from mplicits.mesher.extract import extract_model
+from mplicits.mesher.truth import in_model_space, read_mesh
+from mplicits.model.model import Model
+from mplicits.trainer import sampling, settings
+from mplicits.trainer.machine import device, prepare
+from mplicits.trainer.session import TrainingBar
+from mplicits.trainer.settings import Settings
+from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.shapes.shape import Shape
+from mplicits.trainer.train import Training
+from protocol import DATA, Page, machine
+
+RATIO_POINTS = 200_000
+"""Points of the unit ball at which the largest |f| / |d| is looked for."""
+
+
+def largest_ratio(model: Model, shape: Shape) -> float:
+    """Find the largest |f| / |d| in the unit ball farther from the surface than level 1's band is wide."""
+    points = sampling.ball(RATIO_POINTS, 1.0, np.random.default_rng(0))
+    distance = np.abs(shape.distance(points))
+    points, distance = points[distance > model.levels[0].delta], distance[distance > model.levels[0].delta]
+    f, _ = nested_field(lower(model), points.astype(np.float32), len(model.levels))
+    return float((np.abs(f) / distance).max())
+
+
+def row(path: Path, levels: str, seconds: float, seed: int, resolution: int) -> str:
+    """Train a shape and return its row of the table."""
+    began = time.perf_counter()
+    shape, _ = load_shape(str(path))
+    networks = settings.networks(levels)
+    asked = Settings(networks, settings.omegas(None, networks), settings.steps(None, len(networks)), seconds)
+    training = Training(shape, replace(asked, texture=False, seed=seed), TrainingBar(True), began)
+    model = training.run()
+    truth = in_model_space(read_mesh(path), model.centre, model.scale)
+    field = compare_field(model, truth, 100_000)
+    figures = compare(extract_model(model, resolution).mesh, truth)
+    last = model.provenance["levels"][-1]
+    low, middle, high = field.gradient
+    return (
+        f"| {path.stem} | {seed} | {last['mean_f']:.2e} | {last['angle']:.1f} | {field.domain_error:.1e} "
+        f"| {field.domain_excess:.2%} | {largest_ratio(model, shape):.2f} | {low:.2f}, {middle:.2f}, {high:.2f} "
+        f"| {figures.chamfer / figures.floor:.2f} | {figures.hausdorff:.1e} "
+        f"| {figures.components} ({figures.truth_components}) |"
+    )
+
+
+def main() -> None:
+    """Train and measure every shape with every seed."""
+    parser = argparse.ArgumentParser(description="the field as a distance, and loose pieces")
+    parser.add_argument("files", nargs="*", type=Path, metavar="FILE")
+    parser.add_argument("--levels", default="64x1,64x2", metavar="NxD,..")
+    parser.add_argument("--seconds", type=float, default=60.0, metavar="S")
+    parser.add_argument("--seeds", default="0,1,2", metavar="K,..")
+    parser.add_argument("--resolution", type=int, default=512, metavar="N", help="of marching cubes (default 512)")
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/field.md"))
+    options = parser.parse_args()
+    default = [*sorted((DATA / "meshes").glob("*.ply")), *sorted((DATA / "thingi32").glob("*.ply"))]
+    prepare(device("cpu"))
+    page = Page(
+        options.output,
+        "# The field as a distance",
+        "",
+        f"Printed by `python benchmarks/field.py --levels {options.levels} --seconds {options.seconds:g} --seeds "
+        f"{options.seeds}`. Mean error: of the nested field f in the unit ball, against the exact signed distance d. "
+        "It is too large where |f| > 1.05 |d| + 0.001. Largest ratio: of |f| to |d|, farther away than level 1's "
+        f"half width. Gradient: 10th, 50th and 90th percentile of |grad f| on the surface. Marching cubes at "
+        f"{options.resolution}^3, 500,000 samples on each side.",
+        "",
+        f"{machine()}.",
+        "",
+        "| shape | seed | mean abs f | angle, degrees | mean error | too large at | largest ratio | gradient "
+        "| Chamfer, of the floor | Hausdorff | components (truth) |",
+        "|---|---:|---:|---:|---:|---:|---:|---|---:|---:|---:|",
+    )
+    for path in options.files or default:
+        for seed in map(int, options.seeds.split(",")):
+            page.add(row(path, options.levels, options.seconds, seed, options.resolution))
+
+
+if __name__ == "__main__":
+    main()
