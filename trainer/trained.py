@@ -122,7 +122,7 @@ def trained_model(
             "levels": [
                 level.record | asdict(quality) for level, quality in zip(trained.levels, qualities, strict=True)
             ],
-            "field": asdict(field),
+            "field": json.loads(json.dumps(asdict(field))),
             "texture": None if texture is None else texture.record,
             "versions": {"torch": torch.__version__, "numpy": np.__version__},
         },

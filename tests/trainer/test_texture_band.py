@@ -40,7 +40,7 @@ def smear(model: Model) -> float:
 
 
 def test_the_loss_keeps_the_colour_constant_along_normals(painted: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
-    settings = replace(SMALL_SETTINGS, omegas=(8.0, 16.0, 12.0), steps=(100, 200, 300), texture_network=(32, 1))
+    settings = replace(SMALL_SETTINGS, omegas=(8.0, 16.0, 12.0), steps=(150, 200, 900), texture_network=(32, 1))
     model = train(painted, settings)
     assert model.levels[0].delta > 3 * model.levels[1].delta, "the bands differ"
     monkeypatch.setattr(texture, "SMOOTHNESS", 0.0)

@@ -34,10 +34,12 @@ def test_the_default_output_is_the_shapes_name(ball: str, capsys: pytest.Capture
     model = load(Path("ball.safetensors"))
     assert [shape_of(level.network) for level in model.levels] == ["8x0", "8x1"]
     printed = capsys.readouterr().out.splitlines()
-    assert len(printed) == 3
+    assert len(printed) == 5
     assert printed[0].startswith("level 1: 8x0, mean |f| ")
     assert f"{model.provenance['levels'][1]['angle']:.2f} degrees" in printed[1]
-    assert printed[2].startswith("ball.safetensors: ")
+    assert printed[2].startswith("distance: off by ")
+    assert printed[3].startswith("|grad f| on the surface: ")
+    assert printed[4].startswith("ball.safetensors: ")
 
 
 def test_omega_weights_and_seed_are_in_the_provenance(ball: str) -> None:
