@@ -73,15 +73,16 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/field.md"))
     options = parser.parse_args()
     default = [*sorted((DATA / "meshes").glob("*.ply")), *sorted((DATA / "thingi32").glob("*.ply"))]
+    names = "".join(f"{path.name} " for path in options.files)
     prepare(device("cpu"))
     page = Page(
         options.output,
         "# The field as a distance",
         "",
-        f"Printed by `python benchmarks/field.py --levels {options.levels} --seconds {options.seconds:g} --seeds "
-        f"{options.seeds}`. Mean error: of the nested field f in the unit ball, against the exact signed distance d. "
-        "It is too large where |f| > 1.05 |d| + 0.001. Largest ratio: of |f| to |d|, farther away than level 1's "
-        f"half width. Gradient: 10th, 50th and 90th percentile of |grad f| on the surface. Marching cubes at "
+        f"Printed by `python benchmarks/field.py {names}--levels {options.levels} --seconds {options.seconds:g} "
+        f"--seeds {options.seeds}`. Mean error: of the nested field f in the unit ball, against the exact signed "
+        "distance d. It is too large where |f| > 1.05 |d| + 0.001. Largest ratio: of |f| to |d|, farther away than level 1's "
+        "half width. Gradient: 10th, 50th and 90th percentile of |grad f| on the surface. Marching cubes at "
         f"{options.resolution}^3, 500,000 samples on each side.",
         "",
         f"{machine()}.",
