@@ -81,8 +81,8 @@ def main() -> None:
         "",
         f"Printed by `python benchmarks/field.py {names}--levels {options.levels} --seconds {options.seconds:g} "
         f"--seeds {options.seeds}`. Mean error: of the nested field f in the unit ball, against the exact signed "
-        "distance d. It is too large where |f| > 1.05 |d| + 0.001. Largest ratio: of |f| to |d|, farther away than level 1's "
-        "half width. Gradient: 10th, 50th and 90th percentile of |grad f| on the surface. Marching cubes at "
+        "distance d. It is too large where |f| > 1.05 |d| + 0.001. Largest ratio: of |f| to |d|, farther away than "
+        "level 1's half width. Gradient: 10th, 50th and 90th percentile of |grad f| on the surface. Marching cubes at "
         f"{options.resolution}^3, 500,000 samples on each side.",
         "",
         f"{machine()}.",
