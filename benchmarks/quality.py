@@ -6,10 +6,7 @@ Seconds count from reading the file to the last figure, as in `mplicits train --
 """
 
 import argparse
-import os
-import platform
 import time
-from datetime import UTC, datetime
 from pathlib import Path
 
 from mplicits.model.model import save
@@ -19,6 +16,7 @@ from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.train import Training
+from protocol import machine
 
 
 def main() -> None:
@@ -31,7 +29,7 @@ def main() -> None:
     arguments = parser.parse_args()
     networks = settings.networks(arguments.levels)
     prepare(device("cpu"))
-    print(f"{Path(arguments.shape).name}, {platform.machine()}, {os.cpu_count()} cores, {datetime.now(UTC):%Y-%m-%d}\n")
+    print(f"{Path(arguments.shape).name}, {machine()}\n")
     print("| seconds asked | seconds | level | steps | mean abs f | mean normal angle, degrees | delta |")
     print("|---:|---:|---|---:|---:|---:|---:|", flush=True)
     for seconds in map(float, arguments.seconds.split(",")):
