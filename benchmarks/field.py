@@ -18,6 +18,7 @@ from mplicits.mesher.distance import compare_field
 from mplicits.mesher.evaluate import compare
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.truth import in_model_space, read_mesh
+from mplicits.model.field_figures import written
 from mplicits.model.model import Model
 from mplicits.trainer import sampling, settings
 from mplicits.trainer.machine import device, prepare
@@ -55,8 +56,9 @@ def row(path: Path, levels: str, seconds: float, seed: int, resolution: int) -> 
     last = model.provenance["levels"][-1]
     low, middle, high = field.gradient
     return (
-        f"| {path.stem} | {seed} | {last['mean_f']:.2e} | {last['angle']:.1f} | {field.domain_error:.1e} "
-        f"| {field.domain_excess:.2%} | {largest_ratio(model, shape):.2f} | {low:.2f}, {middle:.2f}, {high:.2f} "
+        f"| {path.stem} | {seed} | {last['mean_f']:.2e} | {last['angle']:.1f} | {written(field.domain_error, '.1e')} "
+        f"| {written(field.domain_excess, '.2%')} | {largest_ratio(model, shape):.2f} "
+        f"| {low:.2f}, {middle:.2f}, {high:.2f} "
         f"| {figures.chamfer / figures.floor:.2f} | {figures.hausdorff:.1e} "
         f"| {figures.components} ({figures.truth_components}) |"
     )

@@ -153,10 +153,13 @@ def _field_lines(field: "FieldFigures | None") -> list[str]:
     """Write what the field is as a distance as lines for people; nothing for a mesh, which has no field."""
     if field is None:
         return []
+    from ..model.field_figures import written
+
     low, middle, high = field.gradient
+    error, excess = written(field.domain_error, ".3e"), written(field.domain_excess, ".2%")
     return [
-        f"field, in the ball       {field.domain_error:.3e} mean error, too large at {field.domain_excess:.2%}",
-        f"field, in the last band  {field.band_error:.3e} mean error",
+        f"field, in the ball       {error} mean error, too large at {excess}",
+        f"field, in the last band  {written(field.band_error, '.3e')} mean error",
         f"|grad f| on the surface  {low:.2f}, {middle:.2f}, {high:.2f}: 10th, 50th and 90th percentile",
     ]
 

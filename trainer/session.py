@@ -9,6 +9,7 @@ from typing import NoReturn
 from tqdm import tqdm
 
 from ..model.errors import UserError
+from ..model.field_figures import written
 from ..model.files import show
 from ..model.model import Model, load, save
 from .live import JsonLines, LiveTraining
@@ -108,8 +109,9 @@ def report(model: Model, output: Path) -> str:
     field = model.provenance["field"]
     low, middle, high = field["gradient"]
     lines += [
-        f"distance: off by {field['domain_error']:.2e} in the mean of the unit ball, {field['band_error']:.2e} in the "
-        f"last level's band; too large at {field['domain_excess']:.2%} of the ball",
+        f"distance: off by {written(field['domain_error'], '.2e')} in the mean of the unit ball, "
+        f"{written(field['band_error'], '.2e')} in the last level's band; too large at "
+        f"{written(field['domain_excess'], '.2%')} of the ball",
         f"|grad f| on the surface: {middle:.2f} in the median, {low:.2f} to {high:.2f} for the middle 80 %",
     ]
     lines.append(f"{show(output)}: {model.parameters()} parameters, {model.provenance['seconds']:.1f} s")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mplicits.model.field_figures import field_figures
+from mplicits.model.field_figures import field_figures, written
 
 
 def test_figures_are_what_their_names_say() -> None:
@@ -25,7 +25,8 @@ def test_a_tenth_of_a_percent_of_the_sphere_is_no_excess() -> None:
     )
 
 
-def test_a_band_without_points_has_no_error() -> None:
+def test_where_no_distance_is_known_there_is_no_figure() -> None:
     empty = np.empty(0)
-    some = np.ones(3)
-    assert field_figures((some, some), (empty, empty), np.ones((3, 3), np.float32)).band_error == 0
+    figures = field_figures((empty, empty), (empty, empty), np.ones((3, 3), np.float32))
+    assert (figures.domain_error, figures.domain_excess, figures.band_error) == (None, None, None)
+    assert (written(None, ".2e"), written(0.012, ".2e"), written(0.0, ".2%")) == ("not known", "1.20e-02", "0.00%")

@@ -156,3 +156,26 @@ def test_missing_steps_repeat_the_last_and_missing_omegas_are_the_default() -> N
     assert settings.omegas(None, narrow) == (settings.OMEGAS[0] / 2, settings.OMEGAS[1] / 2)
     with pytest.raises(UserError):
         settings.steps("1.5", 2)
+
+
+def test_a_cloud_too_sparse_for_distances_is_trained_and_saved(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    normals = np.random.default_rng(0).normal(size=(100, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    np.savez(tmp_path / "sparse.npz", points=normals, normals=normals)
+    path = tmp_path / "m.safetensors"
+    argv = [
+        "train",
+        str(tmp_path / "sparse.npz"),
+        "--levels",
+        "8x1,8x1",
+        "--steps",
+        "20,20",
+        "-o",
+        str(path),
+        "--quiet",
+    ]
+    assert cli.main(argv) == 0
+    assert load(path).provenance["field"]["band_error"] is None
+    assert "not known in the last level's band" in capsys.readouterr().out
