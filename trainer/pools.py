@@ -171,7 +171,7 @@ class Sampler:
 
     def coloured(self, count: int) -> Pool:
         """Draw samples of the surface, with colours."""
-        drawn = self._shape.surface(count, self._rng)
+        drawn = self._shape.surface(count, self._rng, colours=True)
         return self._pool(drawn.points, colours=drawn.colours)
 
     def band(self, count: int) -> Pool:

@@ -53,7 +53,7 @@ class Training:
             self._trained = resumed(resume, self._shape, self._settings, self._device)
         taken_over = len(self._trained.levels)
         with_texture = self._shape.coloured and self._settings.texture and self._trained.texture is None
-        budgets = plan.budgets(self._settings, taken_over, with_texture, self._began)
+        budgets = plan.budgets(self._settings, taken_over, with_texture, self._began, self._field_probe.seconds)
         try:
             for index in range(taken_over, len(self._settings.networks)):
                 self._train_level(index, budgets[index])

@@ -11,7 +11,7 @@ from mplicits.trainer.shapes.shape import Doubles, SurfacePoints
 
 @pytest.fixture(scope="module")
 def surface() -> SurfacePoints:
-    return demo.sample_surface(400_000, np.random.default_rng(0))
+    return demo.DemoShape().surface(400_000, np.random.default_rng(0), colours=True)
 
 
 def slopes(points: Doubles, step: float = 1e-5) -> Doubles:

@@ -80,7 +80,7 @@ def test_a_ball_is_read_from_every_cloud_format(tmp_path: Path, ending: str, col
     assert 0 < shape.resolution < 0.3
     assert shape.coloured == coloured
     if coloured:
-        colours = shape.surface(10, np.random.default_rng(0)).colours
+        colours = shape.surface(10, np.random.default_rng(0), colours=True).colours
         assert colours is not None
         np.testing.assert_allclose(colours, [(1, 0, 1)] * 10)
 
@@ -102,7 +102,7 @@ def test_vertex_colours_are_interpolated(tmp_path: Path) -> None:
     red = np.clip((mesh.vertices[:, 0] - CENTRE[0] + 2) / 4 * 255, 0, 255)
     mesh.visual = trimesh.visual.ColorVisuals(mesh, vertex_colors=np.stack([red, 0 * red, 0 * red], 1).astype(np.uint8))
     mesh.export(tmp_path / "ball.ply")
-    surface = load_shape(str(tmp_path / "ball.ply"))[0].surface(500, np.random.default_rng(0))
+    surface = load_shape(str(tmp_path / "ball.ply"))[0].surface(500, np.random.default_rng(0), colours=True)
     assert surface.colours is not None
     assert np.abs(surface.colours[:, 0] - (surface.points[:, 0] + 1) / 2).max() < 0.01
 

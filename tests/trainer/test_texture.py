@@ -66,7 +66,7 @@ def test_the_material_s_image_is_the_colour(tmp_path: Path, name: str, flipped: 
     shape, warnings = load_shape(str(write_ball(tmp_path, name, flipped)))
     assert len(warnings) == flipped
     assert shape.coloured
-    surface = shape.surface(2000, np.random.default_rng(0))
+    surface = shape.surface(2000, np.random.default_rng(0), colours=True)
     assert surface.colours is not None
     assert np.abs(surface.colours - expected(surface.points)).max() < 0.01
 

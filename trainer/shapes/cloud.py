@@ -61,10 +61,13 @@ class CloudShape:
         cloud = self._kept.points, self._kept.normals, self._areas, indices, children
         self._winding = (*cloud, *igl.fast_winding_number_precompute(*cloud))
 
-    def surface(self, count: int, rng: np.random.Generator, held_out: bool = False) -> SurfacePoints:
+    def surface(
+        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colours: bool = False
+    ) -> SurfacePoints:
         """Draw `count` of the points; where there are fewer, each comes as often as the others.
 
-        held_out: draw from the points kept for evaluation, not from those that training sees.
+        held_out: draw from the points kept for evaluation, not from those that training sees. `colours` changes
+        nothing: the points have theirs.
         """
         cloud = self._held_out if held_out else self._kept
         size = len(cloud.points)

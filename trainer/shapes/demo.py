@@ -5,7 +5,7 @@ their union is the smallest of their own distances. That of a tube is the distan
 this holds inside, too, since the radius is less than the curve's reach. All points are in model space.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -66,7 +66,7 @@ def signed_distance(points: Doubles) -> Doubles:
 
 
 def sample_surface(count: int, rng: np.random.Generator) -> SurfacePoints:
-    """Draw `count` points uniformly by area, with exact normals and colours."""
+    """Draw `count` points uniformly by area, with exact normals and no colours."""
     rope = _rope()
     # The area of a tube round a closed curve is its length times its girth (Pappus).
     areas = [2 * np.pi * rope.radius * _speed(curve).mean() * 2 * np.pi for curve in rope.tubes]
@@ -78,7 +78,7 @@ def sample_surface(count: int, rng: np.random.Generator) -> SurfacePoints:
     parts.append((centres + rope.bead_radius * normals, normals))
     order = rng.permutation(count)
     points, directions = (np.concatenate(arrays)[order] for arrays in zip(*parts, strict=True))
-    return SurfacePoints(points, directions, colour(points))
+    return SurfacePoints(points, directions)
 
 
 def colour(points: Doubles) -> Doubles:
@@ -109,9 +109,12 @@ class DemoShape:
     def __init__(self) -> None:
         self.source: dict[str, Any] = {"file": "demo", "sha256": None}
 
-    def surface(self, count: int, rng: np.random.Generator, held_out: bool = False) -> SurfacePoints:
+    def surface(
+        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colours: bool = False
+    ) -> SurfacePoints:
         """Draw `count` points uniformly by area; `held_out` changes nothing, since every call draws new points."""
-        return sample_surface(count, rng)
+        points = sample_surface(count, rng)
+        return replace(points, colours=colour(points.points)) if colours else points
 
     def inputs(self) -> Doubles:
         """Return a dense sample of the surface, since the shape has no points of its own: (100000, 3)."""

@@ -1,5 +1,6 @@
 """A triangle mesh as a shape to train on: uniform samples and exact signed distances, by libigl."""
 
+from dataclasses import replace
 from typing import Any
 
 import igl
@@ -52,20 +53,25 @@ class MeshShape:
         if not mesh.is_watertight:
             self.warnings.append(f"{name}: the mesh is not watertight; inside is where its winding number exceeds 1/2")
 
-    def surface(self, count: int, rng: np.random.Generator, held_out: bool = False) -> SurfacePoints:
+    def surface(
+        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colours: bool = False
+    ) -> SurfacePoints:
         """Draw `count` points uniformly by area, with the normals of the faces.
 
-        `held_out` changes nothing, since every call draws new points.
+        `held_out` changes nothing, since every call draws new points. colours: look them up as well.
         """
         face = np.searchsorted(self._areas, rng.random(count) * self._areas[-1], side="right")
         u, v = rng.random((2, count))
         u, v = np.where(u + v > 1, (1 - u, 1 - v), (u, v))
         weights = np.stack((1 - u - v, u, v), axis=1)[:, :, None]
         corners = self._faces[face]
-        colours = None if self._colours is None else (self._colours[corners] * weights).sum(axis=1)
+        points = SurfacePoints((self._vertices[corners] * weights).sum(axis=1), self._normals[face])
+        if not colours or not self.coloured:
+            return points
         if self._texture is not None:
-            colours = self._texture.colours(face, weights)
-        return SurfacePoints((self._vertices[corners] * weights).sum(axis=1), self._normals[face], colours)
+            return replace(points, colours=self._texture.colours(face, weights))
+        assert self._colours is not None
+        return replace(points, colours=(self._colours[corners] * weights).sum(axis=1))
 
     def inputs(self) -> Doubles:
         """Return the vertices that faces use: (N, 3)."""

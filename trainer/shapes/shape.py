@@ -21,7 +21,7 @@ class SurfacePoints:
     normals: Doubles
     """(N, 3), outward, of length one."""
     colours: Doubles | None = None
-    """(N, 3), sRGB in [0, 1]; None where the shape has no colours."""
+    """(N, 3), sRGB in [0, 1]; None where the shape has none, or they were not asked for."""
 
 
 class Shape(Protocol):
@@ -49,7 +49,7 @@ class Shape(Protocol):
 
     @property
     def coloured(self) -> bool:
-        """Whether `surface` gives colours."""
+        """Whether `surface` can give colours."""
         ...
 
     @property
@@ -57,10 +57,12 @@ class Shape(Protocol):
         """What the model's provenance keeps of the input: its file name and sha256."""
         ...
 
-    def surface(self, count: int, rng: np.random.Generator, held_out: bool = False) -> SurfacePoints:
+    def surface(
+        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colours: bool = False
+    ) -> SurfacePoints:
         """Draw `count` points of the surface, uniform by area where the input allows.
 
-        held_out: draw none of those that training sees.
+        held_out: draw none of those that training sees. colours: ask for colours, which may cost more than the points.
         """
         ...
 
