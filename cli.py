@@ -7,7 +7,7 @@ import os
 import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from .demo import demo_verb
 from .extras import advice
@@ -15,6 +15,10 @@ from .model.errors import UserError
 from .model.files import show
 from .model.verb import Verb
 from .model.version import installed_version
+from .trainer.cli import train_verb
+
+if TYPE_CHECKING:
+    from .model.model import Model
 
 ROOMS = ("trainer", "codegen", "viewer", "mesher")
 """Folders whose cli.py declares VERBS, in the order of the help."""
@@ -33,7 +37,14 @@ class Parser(argparse.ArgumentParser):
 def verbs() -> dict[str, Verb]:
     """Collect the verbs by name, in the order of the help. Imports each room's cli.py; these import nothing heavy."""
     of_rooms = [verb for room in ROOMS for verb in importlib.import_module(f".{room}.cli", __package__).VERBS]
-    return {verb.name: verb for verb in (demo_verb(perform), *of_rooms)}
+    return {verb.name: verb for verb in (demo_verb(perform), train_verb(describe_surface), *of_rooms)}
+
+
+def describe_surface(model: "Model", quiet: bool) -> str:
+    """Describe the surface of a trained model in a line. Only the front door may join training and meshing."""
+    from .mesher import survey
+
+    return survey.describe_surface(model, quiet)
 
 
 def perform(argv: Sequence[str]) -> None:

@@ -4,7 +4,7 @@ import sys
 from importlib.util import find_spec
 
 EXTRAS = {
-    "train": {"igl", "lxml", "networkx", "scipy", "torch", "trimesh"},
+    "train": {"igl", "lxml", "networkx", "scipy", "threadpoolctl", "torch", "trimesh"},
     "mesh": {"igl", "lxml", "networkx", "scipy", "threadpoolctl", "trimesh"},
 }
 """Extra that verbs need -> the modules that come with it and not with mplicits alone.

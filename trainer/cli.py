@@ -3,12 +3,17 @@
 import os
 import time
 from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..model.errors import UserError
 from ..model.files import check_writable, show
 from ..model.verb import Verb
 from .settings import DEFAULT_PRESET, PRESETS, Settings, loss_weights, networks, omegas, steps
+
+if TYPE_CHECKING:
+    from ..model.model import Model
 
 SUFFIX = ".safetensors"
 
@@ -94,7 +99,20 @@ def before_torch() -> None:
     os.environ.setdefault("GOMP_SPINCOUNT", "1000")
 
 
-def run(options: Namespace) -> None:
+def train_verb(describe_surface: "Callable[[Model, bool], str]") -> Verb:
+    """Make the verb `train`.
+
+    describe_surface: describes the surface of the trained model in a line for people; it is told whether to be quiet.
+    """
+    return Verb(
+        "train",
+        "a mesh or an oriented point cloud becomes a model file",
+        arguments,
+        lambda options: run(options, describe_surface),
+    )
+
+
+def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") -> None:
     """Train, save the model, and print its figures. Raises UserError."""
     preset = PRESETS[options.preset]
     sizes = networks(options.levels or preset.levels)
@@ -121,7 +139,7 @@ def run(options: Namespace) -> None:
     from . import session
 
     image = None if options.texture in ("auto", "none") else Path(options.texture)
-    session.run(
+    model = session.run(
         options.shape,
         output,
         settings,
@@ -131,6 +149,8 @@ def run(options: Namespace) -> None:
         live=options.live,
         began=time.perf_counter(),
     )
+    if not (options.live or model.provenance["interrupted"]):
+        print(describe_surface(model, options.quiet))
 
 
 def import_arguments(parser: ArgumentParser) -> None:
@@ -178,7 +198,4 @@ def run_import(options: Namespace) -> None:
     print(f"{show(output)}: {model.parameters()} parameters")
 
 
-VERBS = (
-    Verb("train", "a mesh or an oriented point cloud becomes a model file", arguments, run),
-    Verb("import", "checkpoints of the paper's authors become a model file", import_arguments, run_import),
-)
+VERBS = (Verb("import", "checkpoints of the paper's authors become a model file", import_arguments, run_import),)

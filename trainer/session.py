@@ -61,8 +61,8 @@ def run(
     quiet: bool,
     began: float,
     live: bool = False,
-) -> None:
-    """Train the shape `name` as `mplicits train` does, and write the model to `output`.
+) -> Model:
+    """Train the shape `name` as `mplicits train` does, write the model to `output`, and return it.
 
     image: the file of the texture, where it is not the mesh's own. resume: go on with what `output` holds. quiet: show
     no progress bar. began: the value of time.perf_counter() from which on the user's seconds count. live: print
@@ -84,6 +84,7 @@ def run(
     if training.interrupted:
         bar.say("stopped by Ctrl-C; what is trained so far is saved; go on with --resume")
     print(report(model, output))
+    return model
 
 
 def _save(model: Model, output: Path) -> None:

@@ -14,6 +14,12 @@ from mplicits.trainer import settings
 QUICK = ("--levels", "8x0,8x1", "--steps", "20", "--quiet")
 
 
+@pytest.fixture(autouse=True)
+def coarse_survey(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Look for the components of what 20 steps have learnt on a coarse grid: the surface is everywhere, and costs."""
+    monkeypatch.setattr("mplicits.mesher.survey.RESOLUTION", 16)
+
+
 @pytest.fixture
 def ball(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.chdir(tmp_path)
@@ -34,12 +40,13 @@ def test_the_default_output_is_the_shapes_name(ball: str, capsys: pytest.Capture
     model = load(Path("ball.safetensors"))
     assert [shape_of(level.network) for level in model.levels] == ["8x0", "8x1"]
     printed = capsys.readouterr().out.splitlines()
-    assert len(printed) == 5
+    assert len(printed) == 6
     assert printed[0].startswith("level 1: 8x0, mean |f| ")
     assert f"{model.provenance['levels'][1]['angle']:.2f} degrees" in printed[1]
     assert printed[2].startswith("distance: off by ")
     assert printed[3].startswith("|grad f| on the surface: ")
     assert printed[4].startswith("ball.safetensors: ")
+    assert printed[5].startswith("surface: ")
 
 
 def test_omega_weights_and_seed_are_in_the_provenance(ball: str) -> None:
