@@ -1,4 +1,4 @@
-"""A triangle mesh as a shape to train on: uniform samples and exact signed distances, by libigl."""
+"""A triangle mesh as a shape to train on: uniform samples and signed distances, by libigl."""
 
 from dataclasses import replace
 from typing import Any
@@ -6,29 +6,42 @@ from typing import Any
 import igl
 import numpy as np
 import trimesh
+from numpy.typing import NDArray
 
 from ...model.errors import UserError
+from .creases import corner_normals, face_areas, usable_normals
+from .curved import curved, flat
 from .image import ImageTexture
 from .shape import Doubles, SurfacePoints, normalise, unit
 
 
 class MeshShape:
-    """A `Shape` of triangles, normalised.
+    """A `Shape` of triangles, or of the curved surface that they stand for, normalised.
 
     The sign of the distance is that of the generalised winding number (Jacobson et al. 2013), so that holes and
     intersections do no more harm than they must.
     """
 
     resolution = 0.0
+    noise = 0.0
 
     warnings: list[str]
     """Lines for the user."""
 
     def __init__(
-        self, mesh: trimesh.Trimesh, name: str, source: dict[str, Any], texture: ImageTexture | None = None
+        self,
+        mesh: trimesh.Trimesh,
+        name: str,
+        source: dict[str, Any],
+        texture: ImageTexture | None = None,
+        *,
+        crease: float | None = None,
+        normals: Doubles | None = None,
     ) -> None:
         """name: for people. source: for the provenance. texture: where the mesh has an image.
 
+        crease: angle in degrees above which an edge stays sharp where all else is curved; None keeps the faces flat.
+        normals: (F, 3, 3), of the file, at the faces' corners; curved surfaces have these, creases included.
         Raises UserError where the mesh has no faces, no extent, or bounds no volume.
         """
         vertices = np.asarray(mesh.vertices, dtype=np.float64)
@@ -38,17 +51,27 @@ class MeshShape:
         used = vertices[np.unique(faces)]
         if not np.ptp(used, axis=0).max() > 0:
             raise UserError(f"{name}: all vertices are one point; nothing to train on")
-        _, self.centre, self.scale = normalise(used)
+        _, centre, scale = normalise(used)
+        vertices = (vertices - centre) / scale
         self.name, self.source = name, source
         self.warnings = []
-        self._vertices = (vertices - self.centre) / self.scale
-        self._faces = faces
-        self._texture, self._colours = texture, _vertex_colours(mesh)
+        if _signed_volume(vertices, faces) < 0:
+            faces, texture = faces[:, ::-1].copy(), None if texture is None else texture.reversed()
+            normals = None if normals is None else normals[:, ::-1]
+            self.warnings.append(f"{name}: the faces point inwards; turned round")
+        self._texture, self._colours, self._corners = texture, _vertex_colours(mesh), faces
         self.coloured = texture is not None or self._colours is not None
-        self._orient()
+        self.centre, self.scale = centre, scale
+        self._inputs = vertices[np.unique(faces)]
+        self._facets = flat(vertices, faces)
+        if crease is not None:
+            self._curve(_normals(vertices, faces, crease, normals))
+        self._areas = np.cumsum(face_areas(self._facets.vertices, self._facets.faces))
+        if not self._areas[-1] > 0:
+            raise UserError(f"{name}: every triangle has zero area; nothing to train on")
         self._tree, self._winding = igl.AABB(), igl.FastWindingNumberBVH()
-        self._tree.init(self._vertices, self._faces)
-        self._winding.init(self._vertices, self._faces)
+        self._tree.init(self._facets.vertices, self._facets.faces)
+        self._winding.init(self._facets.vertices, self._facets.faces)
         self._check_volume()
         if not mesh.is_watertight:
             self.warnings.append(f"{name}: the mesh is not watertight; inside is where its winding number exceeds 1/2")
@@ -56,7 +79,7 @@ class MeshShape:
     def surface(
         self, count: int, rng: np.random.Generator, *, held_out: bool = False, colours: bool = False
     ) -> SurfacePoints:
-        """Draw `count` points uniformly by area, with the normals of the faces.
+        """Draw `count` points uniformly by area, with the normals of the faces, or of the curved surface.
 
         `held_out` changes nothing, since every call draws new points. colours: look them up as well.
         """
@@ -64,43 +87,44 @@ class MeshShape:
         u, v = rng.random((2, count))
         u, v = np.where(u + v > 1, (1 - u, 1 - v), (u, v))
         weights = np.stack((1 - u - v, u, v), axis=1)[:, :, None]
-        corners = self._faces[face]
-        points = SurfacePoints((self._vertices[corners] * weights).sum(axis=1), self._normals[face])
-        if not colours or not self.coloured:
-            return points
-        if self._texture is not None:
-            return replace(points, colours=self._texture.colours(face, weights))
-        assert self._colours is not None
-        return replace(points, colours=(self._colours[corners] * weights).sum(axis=1))
+        facets = self._facets
+        positions = (facets.vertices[facets.faces[face]] * weights).sum(axis=1)
+        normals = unit((facets.normals[face] * weights).sum(axis=1))
+        return SurfacePoints(positions, normals, self._colours_at(face, weights) if colours else None)
 
     def inputs(self) -> Doubles:
-        """Return the vertices that faces use: (N, 3)."""
-        return self._vertices[np.unique(self._faces)]
+        """Return the mesh's vertices that faces use: (N, 3)."""
+        return self._inputs
 
     def distance(self, points: Doubles) -> Doubles:
-        """Compute the exact distance, signed by the winding number. Returns (N,)."""
+        """Compute the exact distance to the facets, signed by the winding number. Returns (N,)."""
         inside = self._winding.winding_number(points) > 0.5
         return np.where(inside, -1.0, 1.0) * self.clearance(points)
 
     def clearance(self, points: Doubles) -> Doubles:
         """Compute the exact distance without its sign. Returns (N,)."""
-        squared, _, _ = self._tree.squared_distance(self._vertices, self._faces, points)
+        squared, _, _ = self._tree.squared_distance(self._facets.vertices, self._facets.faces, points)
         return np.asarray(np.sqrt(squared))
 
-    def _orient(self) -> None:
-        """Turn the faces round where the signed volume is negative; store the normals and the running sum of areas."""
-        corners = self._vertices[self._faces]
-        volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
-        if volume < 0:
-            self._faces = self._faces[:, ::-1].copy()
-            self._texture = None if self._texture is None else self._texture.reversed()
-            self.warnings.append(f"{self.name}: the faces point inwards; turned round")
-            corners = corners[:, ::-1]
-        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        self._areas = np.cumsum(np.linalg.norm(cross, axis=1) / 2)
-        self._normals = unit(cross)
-        if not self._areas[-1] > 0:
-            raise UserError(f"{self.name}: every triangle has zero area; nothing to train on")
+    def _curve(self, normals: Doubles) -> None:
+        """Replace the facets by those of the curved surface, which bulges beyond them: it is normalised once more.
+
+        normals: (F, 3, 3), at the faces' corners.
+        """
+        facets = curved(self._facets.vertices, self._facets.faces, normals)
+        vertices, centre, scale = normalise(facets.vertices)
+        self._facets = replace(facets, vertices=vertices)
+        self._inputs = (self._inputs - centre) / scale
+        x, y, z = (float(c) for c in np.array(self.centre) + self.scale * np.array(centre))
+        self.centre, self.scale = (x, y, z), self.scale * scale
+
+    def _colours_at(self, facet: NDArray[np.int64], weights: Doubles) -> Doubles | None:
+        """Look up colours at barycentric coordinates (N, 3, 1) of facets (N,). Returns (N, 3); None without colours."""
+        parent = self._facets.parents[facet]
+        weights = (self._facets.weights[facet] * weights).sum(axis=1)[:, :, None]
+        if self._texture is not None:
+            return self._texture.colours(parent, weights)
+        return None if self._colours is None else (self._colours[self._corners[parent]] * weights).sum(axis=1)
 
     def _check_volume(self) -> None:
         """Raise UserError where no point just below the surface is inside the mesh."""
@@ -108,6 +132,18 @@ class MeshShape:
         depths = np.geomspace(1e-4, 0.3, 2000)[:, None]
         if not (self._winding.winding_number(samples.points - depths * samples.normals) > 0.5).any():
             raise UserError(f"{self.name}: the mesh bounds no volume (no point is inside it); give a closed surface")
+
+
+def _signed_volume(vertices: Doubles, faces: NDArray[np.int64]) -> float:
+    """Compute the volume that faces enclose; it is negative where they point inwards."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
+
+
+def _normals(vertices: Doubles, faces: NDArray[np.int64], crease: float, given: Doubles | None) -> Doubles:
+    """Choose the normals at the corners of faces: those of the file, or else those between creases. (F, 3, 3)."""
+    computed = corner_normals(vertices, faces, crease)
+    return computed if given is None else usable_normals(vertices, faces, given, computed)
 
 
 def _vertex_colours(mesh: trimesh.Trimesh) -> Doubles | None:
