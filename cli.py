@@ -54,7 +54,11 @@ def perform(argv: Sequence[str]) -> None:
     parser.add_argument("--version", action="store_true", help="print the version and exit")
     choices = parser.add_subparsers(title="verbs", metavar="VERB", dest="verb", prog="mplicits")
     for verb in known.values():
-        verb.arguments(choices.add_parser(verb.name, help=verb.help, description=verb.help))
+        verb.arguments(
+            choices.add_parser(
+                verb.name, help=verb.help, description=verb.help, epilog=f"example: mplicits {verb.example}"
+            )
+        )
     if argv and not argv[0].startswith("-") and argv[0] not in known:
         near = get_close_matches(argv[0], known, n=1)
         raise UserError(f"no verb {argv[0]!r}; " + (f"did you mean '{near[0]}'?" if near else "see mplicits --help"))

@@ -26,6 +26,7 @@ def demo_verb(perform: Perform) -> Verb:
         "demo",
         "open Spot, or write its picture, shader and web page; --train: the built-in shape instead",
         demo_arguments,
+        "demo",
         lambda args: run_demo(args, perform),
     )
 
@@ -55,7 +56,8 @@ def run_demo(args: Namespace, perform: Perform) -> None:
     announce(perform, "render", model, "-o", picture)
     announce(perform, "bake", model, "--target", "glsl330", "-o", shader)
     announce(perform, "bake", model, "--target", "html", "-o", page)
-    print("picture, shader and web page:", *map(show, (picture, shader, page)), sep="\n  ", flush=True)
+    print("picture, shader and web page:", *map(show, (picture, shader, page)), sep="\n  ")
+    print(f"open {show(page)} in a browser; train a shape of your own: mplicits train SHAPE.ply", flush=True)
 
 
 def trained_model(args: Namespace, perform: Perform) -> str:

@@ -6,8 +6,8 @@ from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..model.gallery import model_path
-from ..model.verb import MODEL_HELP, Verb
+from ..model.gallery import model_help, model_path
+from ..model.verb import Verb
 from .targets.registry import DEFAULT, TARGETS, Target
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def _info_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `info` to a parser."""
-    parser.add_argument("model", type=model_path, metavar="M", help=MODEL_HELP)
+    parser.add_argument("model", type=model_path, metavar="M", help=model_help())
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
@@ -93,7 +93,7 @@ def _size(model: "Model", target: Target) -> int | None:
 
 def _bake_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `bake` to a parser."""
-    parser.add_argument("model", type=model_path, metavar="M", help=MODEL_HELP)
+    parser.add_argument("model", type=model_path, metavar="M", help=model_help())
     names = ", ".join(f"{name} (default)" if name == DEFAULT else name for name in TARGETS)
     parser.add_argument("--target", default=DEFAULT, help=f"what to write: {names}")
     parser.add_argument(
@@ -134,7 +134,7 @@ def _bake(arguments: Namespace) -> None:
         raise UserError(f"--target {show(arguments.target)}: there is {', '.join(TARGETS)}")
     model = load(arguments.model)
     output = arguments.output or Path(arguments.model.stem + TARGETS[arguments.target].suffix)
-    check_writable(output)
+    check_writable(output, [arguments.model])
     if arguments.precision == "float16":
         exact, model = model, in_float16(model)
         largest, mean = rounding_error(exact, model)
@@ -149,6 +149,12 @@ def _bake(arguments: Namespace) -> None:
 
 
 VERBS = (
-    Verb("info", "levels, parameters, cost and bytes of a model", _info_arguments, _info),
-    Verb("bake", "write a model's weights and the renderer as shader source", _bake_arguments, _bake),
+    Verb("info", "levels, parameters, cost and bytes of a model", _info_arguments, "info spot", _info),
+    Verb(
+        "bake",
+        "write a model's weights and the renderer as shader source",
+        _bake_arguments,
+        "bake spot --target html -o spot.html",
+        _bake,
+    ),
 )

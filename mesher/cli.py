@@ -3,14 +3,14 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from ..model.gallery import model_path
-from ..model.verb import MODEL_HELP, Verb
+from ..model.gallery import model_help, model_path
+from ..model.verb import Verb
 from .eval_cli import DEFAULT_RESOLUTION, EVAL
 
 
 def mesh_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `mesh` to a parser."""
-    parser.add_argument("model", type=model_path, metavar="M", help=MODEL_HELP)
+    parser.add_argument("model", type=model_path, metavar="M", help=model_help())
     parser.add_argument(
         "-o",
         "--output",
@@ -55,7 +55,7 @@ def run_mesh(args: Namespace) -> None:
     output = args.output or Path(args.model.stem + ".ply")
     check_suffix(output)
     check_resolution(args.resolution)
-    check_writable(output)
+    check_writable(output, [args.model])
     model = up_to(load(args.model), args.level)
     bar = Bar(args.quiet)
     began = time.perf_counter()
@@ -92,4 +92,7 @@ def run_mesh(args: Namespace) -> None:
         print(f"{extracted.spurious} spurious component{'s' * (extracted.spurious != 1)} outside the bands: {fate}")
 
 
-VERBS = (Verb("mesh", "a model file becomes a triangle mesh", mesh_arguments, run_mesh, "mesh"), EVAL)
+VERBS = (
+    Verb("mesh", "a model file becomes a triangle mesh", mesh_arguments, "mesh spot -o spot.glb", run_mesh, "mesh"),
+    EVAL,
+)

@@ -164,4 +164,11 @@ def _field_lines(field: "FieldFigures | None") -> list[str]:
     ]
 
 
-EVAL = Verb("eval", "how far a model, or a mesh, is from its ground truth", eval_arguments, run_eval, "mesh")
+EVAL = Verb(
+    "eval",
+    "how far a model, or a mesh, is from its ground truth",
+    eval_arguments,
+    "eval bunny.safetensors bunny.ply",
+    run_eval,
+    "mesh",
+)

@@ -2,6 +2,7 @@
 
 import os
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 from .errors import UserError
@@ -12,9 +13,14 @@ def show(text: str | os.PathLike[str]) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(text))
 
 
-def check_writable(path: Path) -> None:
-    """Check before long work that `write_whole` can write a path. Raises UserError where it cannot."""
+def check_writable(path: Path, reads: Iterable[Path] = ()) -> None:
+    """Check before long work that `write_whole` can write a path.
+
+    reads: the files that the work reads; none of them is written over. Raises UserError where it cannot be written.
+    """
     try:
+        if path.exists() and any(other.exists() and path.samefile(other) for other in reads):
+            raise UserError(f"cannot write {show(path)}: it is what is read; name another file with -o")
         target = path if _is_special(path) else Path(os.path.realpath(path))
         if target.is_dir():
             raise UserError(f"cannot write {show(path)}: it is a folder; name a file")

@@ -4,9 +4,6 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from dataclasses import dataclass
 
-MODEL_HELP = "model file (.safetensors), or a name of the gallery: spot, bob"
-"""Help for an argument that is read by `gallery.model_path`."""
-
 
 @dataclass(frozen=True)
 class Verb:
@@ -18,6 +15,8 @@ class Verb:
     """The line about it in `mplicits --help`."""
     arguments: Callable[[ArgumentParser], None]
     """Adds its arguments to a parser. It is called for every verb at each start, so it imports nothing heavy."""
+    example: str
+    """A command line that does something with it, without the program's name."""
     run: Callable[[Namespace], None]
     """Does the work, and imports what it needs only then. Raises UserError for what the user can mend."""
     extra: str = "train"

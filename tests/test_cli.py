@@ -66,6 +66,40 @@ def test_the_help_lists_every_verb_and_an_example(capsys: pytest.CaptureFixture[
     assert {"demo", "train", "info", "bake", "render", "view"} <= set(listed)
 
 
+@pytest.mark.parametrize(
+    "argv",
+    [
+        ("bake", "{model}", "-o", "{model}"),
+        ("mesh", "{model}", "-o", "{link}"),
+        ("render", "{model}", "-o", "{link}"),
+        ("train", "{model}", "-o", "{link}"),
+        ("train", "shape.obj", "--texture", "{model}", "-o", "{model}"),
+        ("import", "{model}", "-o", "{model}"),
+    ],
+)
+def test_what_is_read_is_not_written_over(
+    argv: tuple[str, ...], model: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = Path(model).read_bytes()
+    link = tmp_path / ("link.ply" if argv[0] == "mesh" else "link.png")
+    link.hardlink_to(model)
+    assert cli.main([part.format(model=model, link=link) for part in argv]) == 2
+    assert "it is what is read; name another file" in capsys.readouterr().err
+    assert Path(model).read_bytes() == before
+
+
+@pytest.mark.parametrize("name", cli.verbs())
+def test_the_help_of_a_verb_ends_with_an_example_that_it_takes(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    verb = cli.verbs()[name]
+    assert cli.main([name, "--help"]) == 0
+    assert capsys.readouterr().out.endswith(f"example: mplicits {verb.example}\n")
+    parser = cli.Parser()
+    verb.arguments(parser)
+    first, *rest = verb.example.split()
+    assert first == name
+    parser.parse_args(rest)
+
+
 def test_it_runs_as_a_module() -> None:
     command = [sys.executable, "-m", "mplicits", "--version"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=True)
@@ -105,7 +139,8 @@ def failing(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
         def run(_: Namespace) -> None:
             raise error
 
-        monkeypatch.setattr("mplicits.cli.verbs", lambda: {"fail": Verb("fail", "fails", lambda _: None, run, extra)})
+        verb = Verb("fail", "fails", lambda _: None, "fail", run, extra)
+        monkeypatch.setattr("mplicits.cli.verbs", lambda: {"fail": verb})
 
     return prepare
 

@@ -52,7 +52,7 @@ class Verbs:
                 model = dataclasses.replace(random_model((4, 0)), provenance={"interrupted": self.interrupted})
                 save(model, Path(args.o))
 
-        return Verb(name, "", self.add_arguments, run)
+        return Verb(name, "", self.add_arguments, "", run)
 
     def all(self) -> dict[str, Verb]:
         return {"demo": demo_verb(cli.perform)} | {

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from ..model.model import Model
 
 SUFFIX = ".safetensors"
+CREASE = 30.0
+"""Angle in degrees above which an edge of a mesh may be a crease."""
 
 
 def arguments(parser: ArgumentParser) -> None:
@@ -64,6 +66,16 @@ def arguments(parser: ArgumentParser) -> None:
         metavar="NxD",
         help="width and hidden layers of the texture (default: those of the last level, 64x2 at most)",
     )
+    facets = parser.add_mutually_exclusive_group()
+    facets.add_argument(
+        "--crease",
+        metavar="DEG",
+        type=float,
+        default=CREASE,
+        help="a mesh stands for a curved surface, smooth but for edges that bend by more than this angle where those "
+        f"beside them do not (default: {CREASE:g}); normals in the file have the last word",
+    )
+    facets.add_argument("--flat", action="store_true", help="keep a mesh's faces flat, and every edge sharp")
     add("--seed", metavar="K", type=int, default=0, help="seed of all random numbers (default: 0)")
     add(
         "--resume",
@@ -108,6 +120,7 @@ def train_verb(describe_surface: "Callable[[Model, bool], str]") -> Verb:
         "train",
         "a mesh or an oriented point cloud becomes a model file",
         arguments,
+        "train bunny.ply -o bunny.safetensors --seconds 60",
         lambda options: run(options, describe_surface),
     )
 
@@ -118,8 +131,8 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") ->
     sizes = networks(options.levels or preset.levels)
     if options.seconds is not None and not 1 <= options.seconds < 1e7:
         raise UserError(f"--seconds: {options.seconds:g}: at least 1 is needed")
-    if not 0 <= options.seed < 2**40:
-        raise UserError(f"--seed: {options.seed}: a whole number from 0 is needed")
+    if not 0 <= options.crease <= 180:
+        raise UserError(f"--crease: {options.crease:g}: an angle from 0 to 180 degrees is needed")
     texture = networks(options.texture_network, "--texture-network")[0] if options.texture_network else None
     settings = Settings(
         networks=sizes,
@@ -134,11 +147,11 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") ->
         texture_network=texture,
     )
     output = Path(options.output or Path(options.shape).stem + SUFFIX)
-    check_writable(output)
+    image = None if options.texture in ("auto", "none") else Path(options.texture)
+    check_writable(output, [Path(options.shape), *([] if image is None else [image])])
     before_torch()
     from . import session
 
-    image = None if options.texture in ("auto", "none") else Path(options.texture)
     model = session.run(
         options.shape,
         output,
@@ -147,6 +160,7 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") ->
         resume=options.resume,
         quiet=options.quiet,
         live=options.live,
+        crease=None if options.flat else options.crease,
         began=time.perf_counter(),
     )
     if not (options.live or model.provenance["interrupted"]):
@@ -186,7 +200,7 @@ def run_import(options: Namespace) -> None:
         if len(file_omegas) != len(options.checkpoints):
             raise UserError(f"--omega: {len(file_omegas)} of {len(options.checkpoints)} numbers, one for each file")
     output = options.output or Path(options.checkpoints[-1].stem + SUFFIX)
-    check_writable(output)
+    check_writable(output, [*options.checkpoints, *([] if options.shape is None else [Path(options.shape)])])
     before_torch()
     from ..model.model import save, shape_of
     from .checkpoint import to_model
@@ -198,4 +212,12 @@ def run_import(options: Namespace) -> None:
     print(f"{show(output)}: {model.parameters()} parameters")
 
 
-VERBS = (Verb("import", "checkpoints of the paper's authors become a model file", import_arguments, run_import),)
+VERBS = (
+    Verb(
+        "import",
+        "checkpoints of the paper's authors become a model file",
+        import_arguments,
+        "import coarse.pth fine.pth -o model.safetensors",
+        run_import,
+    ),
+)

@@ -61,18 +61,19 @@ def run(
     quiet: bool,
     began: float,
     live: bool = False,
+    crease: float | None = None,
 ) -> Model:
     """Train the shape `name` as `mplicits train` does, write the model to `output`, and return it.
 
     image: the file of the texture, where it is not the mesh's own. resume: go on with what `output` holds. quiet: show
     no progress bar. began: the value of time.perf_counter() from which on the user's seconds count. live: print
-    progress as JSON, and save after every level. Raises UserError, and KeyboardInterrupt where Ctrl-C came before there
-    was anything to save.
+    progress as JSON, and save after every level. crease: as of `load_shape`. Raises UserError, and KeyboardInterrupt
+    where Ctrl-C came before there was anything to save.
     """
     prepare(device(settings.device))
     bar = TrainingBar(quiet)
     before = load(output) if resume and output.exists() else None
-    shape, warnings = load_shape(name, image)
+    shape, warnings = load_shape(name, image, crease=crease)
     for warning in warnings:
         bar.say(f"warning: {warning}")
     if live:

@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..model.errors import UserError
-from ..model.verb import MODEL_HELP, Verb
+from ..model.gallery import model_help
+from ..model.verb import Verb
 from .arguments import camera_from, check_space, count, model_arguments, options_from
 
 if TYPE_CHECKING:
@@ -22,7 +23,9 @@ CONTEXTS = ("auto", "osmesa", "egl", "window")
 
 def render_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `mplicits render`."""
-    model_arguments(parser, MODEL_HELP, "draw this mesh (PLY OBJ STL GLB) instead, with the normals of --normal-level")
+    model_arguments(
+        parser, model_help(), "draw this mesh (PLY OBJ STL GLB) instead, with the normals of --normal-level"
+    )
     parser.add_argument("-o", "--output", type=Path, metavar="P.png", help="picture (default: the model's name, .png)")
     parser.add_argument(
         "--context",
@@ -34,7 +37,8 @@ def render_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--split",
         action="store_true",
-        help="left half: own normals, of --level or the mesh; right half: those of --normal-level",
+        help="left half: own normals, of --level or the mesh; right half: those of --normal-level "
+        "(default: level 1, and the last one)",
     )
     parser.add_argument(
         "--benchmark",
@@ -49,7 +53,7 @@ def view_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `mplicits view`."""
     model_arguments(
         parser,
-        MODEL_HELP + "; or a shader that `bake --target glsl330` wrote (.glsl)",
+        model_help() + "; or a shader that `bake --target glsl330` wrote (.glsl)",
         "a mesh (PLY OBJ STL GLB) whose edges and faces the panel can show",
     )
     parser.set_defaults(size="1120x720")
@@ -72,7 +76,7 @@ def run_render(args: Namespace) -> None:
     output = args.output or Path(args.model.stem + ".png")
     check_size(args.size)
     check_name(output)
-    check_writable(output)
+    check_writable(output, [args.model, *([] if args.mesh is None else [args.mesh])])
     if args.benchmark == 0:
         raise UserError("--benchmark 0: at least one frame is needed")
     _check_mesh_options(args)
@@ -80,9 +84,9 @@ def run_render(args: Namespace) -> None:
     options = options_from(args, transparent=args.transparent, split=0.5 * args.split)
     model = load(args.model)
     options.check_texture(model.texture is not None)
+    if args.split and args.mesh is None:
+        options = _two_levels(options, len(model.levels))
     level, normal_level = options.resolved_levels(len(model.levels))
-    if args.split and args.mesh is None and level == normal_level:
-        raise UserError(f"--split: both halves would have the normals of level {level}; lower --level")
     mesh = None if args.mesh is None else read_triangles_for(model, args.mesh, args.space or "input")
     context = open_context(args.context)
     try:
@@ -180,6 +184,18 @@ def _frames_per_second(renderer: "Renderer", args: Namespace, camera: "Camera", 
     return float(f"{1 / statistics.median(seconds[warm_up:]):.4g}")
 
 
+def _two_levels(options: "RenderOptions", levels: int) -> "RenderOptions":
+    """Choose levels 1 and the last one for the halves of --split, where none is asked for. Raises UserError."""
+    from dataclasses import replace
+
+    if options.level is None and options.normal_level is None:
+        options = replace(options, level=1, normal_level=levels)
+    level, normal_level = options.resolved_levels(levels)
+    if level == normal_level:
+        raise UserError(f"--split: both halves would have the normals of level {level}; choose another --level")
+    return options
+
+
 def _check_mesh_options(args: Namespace) -> None:
     """Raise UserError where --space lacks --mesh, or where --mesh has options that only tracing takes."""
     check_space(args)
@@ -199,6 +215,12 @@ def _check_mesh_options(args: Namespace) -> None:
 
 
 VERBS = (
-    Verb("render", "draw a model to a PNG, without a window", render_arguments, run_render),
-    Verb("view", "look at a model in a window", view_arguments, run_view),
+    Verb(
+        "render",
+        "draw a model to a PNG, without a window",
+        render_arguments,
+        "render spot --size 1024 -o spot.png",
+        run_render,
+    ),
+    Verb("view", "look at a model in a window", view_arguments, "view spot", run_view),
 )

@@ -116,4 +116,7 @@ def test_a_name_works_on_the_command_line(
     assert cli.main(["bake", "spot-small"]) == 0
     assert "albedo" in Path("spot-small.glsl").read_text(encoding="utf-8")
     assert cli.main(["info", "spott"]) == 2
-    assert "no such file" in capsys.readouterr().err
+    assert (
+        capsys.readouterr().err.splitlines()[-1]
+        == "mplicits: spott: no such file; did you mean 'spot', of the gallery?"
+    )

@@ -108,6 +108,13 @@ def test_options_change_the_picture_where_they_should(model: Path, tmp_path: Pat
     assert same == ("--storage" in arguments or "--iterations" in arguments)
 
 
+def test_a_split_picture_shows_level_1_and_all_levels(model: Path, tmp_path: Path) -> None:
+    for name, levels in (("asked", ("--level", 1, "--normal-level", 2)), ("default", ())):
+        arguments = ("--size", 32, "--context", "osmesa", "--samples", 1, "--split", *levels)
+        render(model, "-o", tmp_path / f"{name}.png", *arguments)
+    assert np.array_equal(*(np.asarray(Image.open(tmp_path / f"{name}.png")) for name in ("asked", "default")))
+
+
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [

@@ -30,12 +30,17 @@ class TexturedMesh:
     texture: ImageTexture | None
     unwrapped: bool
     """Whether it has texture coordinates."""
+    normals: Doubles | None
+    """(F, 3, 3), of the file, at the faces' corners; None where it has none."""
 
 
-def load_shape(name: str, image: Path | None = None) -> tuple[Shape, list[str]]:
+def load_shape(
+    name: str, image: Path | None = None, *, crease: float | None = None
+) -> tuple[Shape, list[str]]:
     """Read a shape, and return it with the warnings for the user.
 
-    name: a path, or `demo`. image: a file in place of the image of the mesh's material.
+    name: a path, or `demo`. image: a file in place of the image of the mesh's material. crease: curve a mesh, but for
+    edges that bend by more than this angle, degrees; None keeps its faces flat.
 
     Meshes: PLY, OBJ, STL, GLB. Oriented point clouds: PLY without faces (x y z nx ny nz [red green blue]), XYZ (the
     same as text columns, colours 0 to 255), NPZ (arrays `points`, `normals` [, `colours` in 0 to 1]).
@@ -65,7 +70,11 @@ def load_shape(name: str, image: Path | None = None) -> tuple[Shape, list[str]]:
     if image is not None:
         source["texture"] = {"file": image.name, "sha256": hashlib.sha256(image.read_bytes()).hexdigest()}
     if isinstance(content, TexturedMesh):
-        shape: MeshShape | CloudShape = MeshShape(content.mesh, label, source, content.texture)
+        if crease is not None:
+            source["crease"] = crease
+        shape: MeshShape | CloudShape = MeshShape(
+            content.mesh, label, source, content.texture, crease=crease, normals=content.normals
+        )
         if content.texture is None and content.unwrapped:
             shape.warnings.append(f"{label}: texture coordinates, but no readable image; name it with --texture FILE")
     else:
@@ -85,8 +94,10 @@ def _textured(mesh: trimesh.Trimesh, image: Path | None) -> TexturedMesh:
     if not np.isfinite(mesh.vertices).all():
         raise UserError("vertex coordinates that are not finite (NaN or infinity); repair the file")
     texture = image_texture(mesh, image)
+    # trimesh computes normals where the file has none; those of the file are in its cache from the start.
+    normals = np.asarray(mesh.vertex_normals, np.float64)[mesh.faces] if "vertex_normals" in mesh._cache else None
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
-    return TexturedMesh(mesh, texture, isinstance(mesh.visual, trimesh.visual.TextureVisuals))
+    return TexturedMesh(mesh, texture, isinstance(mesh.visual, trimesh.visual.TextureVisuals), normals)
 
 
 def _read_ply(path: Path, image: Path | None) -> TexturedMesh | Cloud:

@@ -1,0 +1,154 @@
+"""The curved surface that a mesh stands for, against the sphere, the cube and the cylinder that it was made from."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from numpy.typing import NDArray
+
+from mplicits.trainer.shapes.creases import corner_normals, usable_normals
+from mplicits.trainer.shapes.curved import Facets, curved, flat
+from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.shapes.mesh import MeshShape
+from support.paths import DATA
+
+SIDES = 24
+
+
+def facets_of(mesh: trimesh.Trimesh, crease: float = 30.0) -> Facets:
+    vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
+    return curved(vertices, faces, corner_normals(vertices, faces, crease))
+
+
+def cylinder(sides: int) -> trimesh.Trimesh:
+    """A cylinder of radius 1 and height 2 around z."""
+    mesh = trimesh.creation.cylinder(1.0, 2.0, sections=sides)
+    mesh.merge_vertices()
+    return mesh
+
+
+def angles(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(np.degrees(np.arccos(np.clip(np.einsum("...i,...i->...", one, other), -1, 1))))
+
+
+def test_an_icosphere_becomes_a_sphere() -> None:
+    mesh = trimesh.creation.icosphere(subdivisions=2)
+    facets = facets_of(mesh)
+    corners = facets.vertices[facets.faces]
+    centres = corners.mean(axis=1)
+    flat_error = 1 - np.linalg.norm(mesh.triangles_center, axis=1).min()
+    assert np.abs(np.linalg.norm(centres, axis=1) - 1).max() < flat_error / 8
+    assert angles(facets.normals, corners / np.linalg.norm(corners, axis=2, keepdims=True)).max() < 1.0
+
+
+def test_a_cube_stays_a_cube() -> None:
+    mesh = trimesh.creation.box((2.0, 2.0, 2.0))
+    facets = facets_of(mesh)
+    assert np.abs(np.abs(facets.vertices).max(axis=1) - 1).max() < 1e-12
+    assert np.abs(facets.normals - mesh.face_normals[facets.parents][:, None]).max() < 1e-12
+
+
+def test_a_cylinder_is_round_between_sharp_rims() -> None:
+    facets = facets_of(cylinder(SIDES))
+    corners = facets.vertices[facets.faces]
+    centres = corners.mean(axis=1)
+    is_cap = np.abs(facets.normals[:, 0, 2]) > 0.5
+    assert np.abs(np.abs(corners[is_cap][:, :, 2]) - 1).max() < 1e-12, "caps are flat"
+    sagitta = 1 - np.cos(np.pi / SIDES)
+    assert np.abs(np.linalg.norm(centres[~is_cap][:, :2], axis=1) - 1).max() < sagitta / 5
+    radial = corners[~is_cap] * (1, 1, 0)
+    assert angles(facets.normals[~is_cap], radial / np.linalg.norm(radial, axis=2, keepdims=True)).max() < 1.0
+    rim = np.abs(np.linalg.norm(corners[is_cap][:, :, :2], axis=2) - 1) < sagitta / 5
+    assert rim.any(axis=1).sum() >= 2 * 5 * SIDES - 2, "the caps are as round as the barrel"
+
+
+@pytest.mark.parametrize(("sides", "round_barrel"), [(5, False), (9, True)])
+def test_a_coarse_bend_is_told_from_a_prism(sides: int, round_barrel: bool) -> None:
+    """Nine sides bend by 40 degrees each, like those beside them; five bend by 72 degrees, as a nut may."""
+    facets = facets_of(cylinder(sides))
+    barrel = facets.vertices[facets.faces[np.abs(facets.normals[:, 0, 2]) < 0.5]].mean(axis=1)
+    inner = np.linalg.norm(barrel[:, :2], axis=1).min()
+    assert (inner > (1 + np.cos(np.pi / sides)) / 2) == round_barrel
+
+
+def test_one_bent_edge_in_a_flat_sheet_is_a_crease_above_its_angle() -> None:
+    """A roof of two flat halves of eight strips each, which bends by 40 degrees along the ridge alone."""
+    x, y = np.meshgrid(np.linspace(-1, 1, 17), np.linspace(-1, 1, 9), indexing="ij")
+    vertices = np.stack((x, y, -np.tan(np.radians(20)) * np.abs(x)), axis=-1).reshape(-1, 3)
+    corner = (np.arange(16)[:, None] * 9 + np.arange(8)).ravel()
+    faces = np.concatenate(
+        (np.stack((corner, corner + 9, corner + 1), axis=1), np.stack((corner + 1, corner + 9, corner + 10), axis=1))
+    )
+    sharp = curved(vertices, faces, corner_normals(vertices, faces, 30.0))
+    assert np.abs(sharp.vertices[:, 2] + np.tan(np.radians(20)) * np.abs(sharp.vertices[:, 0])).max() < 1e-12
+    smooth = corner_normals(vertices, faces, 50.0)
+    assert angles(smooth, np.array([0.0, 0.0, 1.0])).min() < 1.0, "the ridge is round"
+
+
+@pytest.mark.parametrize("kind", ["icosphere", "cylinder", "annulus"])
+def test_no_gap_opens(kind: str) -> None:
+    sizes = {"icosphere": (1,), "cylinder": (1.0, 2.0), "annulus": (0.5, 1.0, 1.0)}
+    mesh = getattr(trimesh.creation, kind)(*sizes[kind])
+    mesh.merge_vertices()
+    facets = facets_of(mesh)
+    assert trimesh.Trimesh(np.round(facets.vertices, 9), facets.faces, process=True).is_watertight
+
+
+def test_spot_is_smooth_and_closed() -> None:
+    mesh = trimesh.load_mesh(DATA / "textured" / "spot.obj", process=False)
+    mesh.merge_vertices(merge_tex=True, merge_norm=True)
+    facets = facets_of(mesh)
+    assert trimesh.Trimesh(np.round(facets.vertices, 9), facets.faces, process=True).is_watertight
+    smooth = mesh.vertex_normals[mesh.faces][facets.parents]
+    mean = np.einsum("fkc,fci->fki", facets.weights, smooth)
+    assert (angles(facets.normals, mean / np.linalg.norm(mean, axis=2, keepdims=True)) < 5).mean() > 0.99
+
+
+def test_normals_of_a_file_are_used_unless_they_are_damaged() -> None:
+    mesh = trimesh.creation.icosphere(subdivisions=1)
+    vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    computed = np.zeros((len(faces), 3, 3))
+    given = 2.0 * vertices[faces]
+    given[0] *= -1
+    given[1] = np.nan
+    given[2] = 0
+    used = usable_normals(vertices, faces, given, computed)
+    np.testing.assert_array_equal(used[:3], 0)
+    np.testing.assert_allclose(used[3:], vertices[faces][3:])
+
+
+def test_a_fine_mesh_is_not_cut() -> None:
+    mesh = trimesh.creation.icosphere(subdivisions=6)
+    facets = facets_of(mesh)
+    assert len(facets.faces) == len(mesh.faces)
+    np.testing.assert_allclose(facets.vertices[facets.faces], mesh.triangles)
+
+
+def test_a_flat_mesh_has_the_faces_normals() -> None:
+    mesh = trimesh.creation.icosphere(subdivisions=1)
+    facets = flat(np.asarray(mesh.vertices), np.asarray(mesh.faces))
+    np.testing.assert_allclose(facets.normals, np.repeat(mesh.face_normals[:, None], 3, axis=1), atol=1e-12)
+
+
+def test_a_curved_shape_fills_the_unit_sphere(tmp_path: Path) -> None:
+    """An icosphere of 80 faces, far from the origin and turned inside out."""
+    mesh = trimesh.creation.icosphere(subdivisions=1)
+    mesh.apply_scale(3.0)
+    mesh.apply_translation((5.0, -7.0, 9.0))
+    mesh.invert()
+    mesh.export(tmp_path / "ball.ply")
+    shape, warnings = load_shape(str(tmp_path / "ball.ply"), crease=30.0)
+    assert isinstance(shape, MeshShape)
+    assert len(warnings) == 1
+    assert shape.source["crease"] == 30.0
+    np.testing.assert_allclose(shape.centre, (5, -7, 9), atol=0.02)
+    drawn = shape.surface(2000, np.random.default_rng(0))
+    assert np.linalg.norm(drawn.points, axis=1).max() <= 1 + 1e-9
+    assert np.abs(np.linalg.norm(drawn.points * shape.scale, axis=1) - 3).max() < 0.03
+    assert np.einsum("ij,ij->i", drawn.points, drawn.normals).min() > 0.99
+    points = np.random.default_rng(1).uniform(-1, 1, (1000, 3))
+    assert (
+        np.abs(shape.distance(points) * shape.scale - (np.linalg.norm(points * shape.scale, axis=1) - 3)).max() < 0.03
+    )
+    assert "crease" not in load_shape(str(tmp_path / "ball.ply"))[0].source
