@@ -44,8 +44,6 @@ HARD_FEWEST = 16
 """Fewer hard points are none: too few to make batches of."""
 HARD_SPREAD = 0.15
 """Spread of new candidates around the hard points known before, in half widths of the band."""
-OFFSET_SHARE = 0.25
-"""Share of a cloud's surface samples moved along their normals. A mesh has exact distances in the band instead."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,19 +107,9 @@ class Sampler:
         self._strays = self._find_strays() if frozen else np.empty((0, 3))
 
     def surface(self, count: int) -> Pool:
-        """Draw samples of the surface, with normals.
-
-        Of a cloud, a part is moved along the normal, where f_i(x + t N) = t and grad f_i(x + t N) = N.
-        """
+        """Draw samples of the surface, with normals."""
         drawn = self._shape.surface(count, self._rng)
-        moved = int(count * OFFSET_SHARE) if self._shape.resolution else 0
-        sides = self._rng.choice((-1.0, 1.0), moved)
-        directions = drawn.normals[:moved] * sides[:, None]
-        t = sampling.offsets(drawn.points[:moved], directions, self._delta, self._shape.clearance)
-        t *= self._rng.random(moved)
-        points = np.concatenate((drawn.points[:moved] + t[:, None] * directions, drawn.points[moved:]))
-        distance = np.concatenate((t * sides, np.zeros(count - moved)))
-        return self._pool(points, distance=distance, normals=drawn.normals)
+        return self._pool(drawn.points, distance=np.zeros(count), normals=drawn.normals)
 
     def volume(self, count: int) -> Pool:
         """Draw samples of Omega_{i-1}, where the level is defined, with their distances.
@@ -133,7 +121,7 @@ class Sampler:
         distance = self._shape.distance(points)
         if self._frozen:  # A stray need not learn how far away the surface is, only that it is not here.
             distance = np.clip(distance, -STRAY_REACH * self._delta, STRAY_REACH * self._delta)
-        return self._pool(points, distance=np.where(np.abs(distance) < self._shape.resolution, np.nan, distance))
+        return self._pool(points, distance=distance)
 
     def hard(self, weights: Weights, known: Pool | None, count: int) -> Pool | None:
         """Find points of the band where f_i, with the residual `weights` as it is now, is badly wrong.
@@ -162,8 +150,8 @@ class Sampler:
         if not len(points):
             return None
         distance = self._shape.distance(points)
-        least = max(HARD_LEAST_DISTANCE * self._delta, self._shape.resolution)
-        wrong = (f * np.sign(distance) < losses.LACK * np.abs(distance)) & (np.abs(distance) > least)
+        far = np.abs(distance) > HARD_LEAST_DISTANCE * self._delta  # not where the distance is NaN
+        wrong = (f * np.sign(distance) < losses.LACK * np.abs(distance)) & far
         if np.count_nonzero(wrong) < HARD_FEWEST:
             return None
         reach = STRAY_REACH * self._delta

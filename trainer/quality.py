@@ -73,7 +73,7 @@ class FieldProbe:
     def _known(self, points: Doubles) -> tuple[Doubles, Doubles]:
         """Return those of the points (N, 3) whose distance is known, and their distances."""
         distance = self._shape.distance(points)
-        known = np.abs(distance) >= self._shape.resolution
+        known = ~np.isnan(distance)
         return points[known], distance[known]
 
 

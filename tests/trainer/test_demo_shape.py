@@ -81,5 +81,4 @@ def test_the_word_demo_loads_the_shape() -> None:
     shape, warnings = load_shape("demo")
     assert shape.name == "demo"
     assert not warnings
-    assert shape.resolution == 0
     assert shape.coloured

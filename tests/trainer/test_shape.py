@@ -32,7 +32,6 @@ def check_is_ball(shape: Shape, tolerance: float = 3e-3) -> None:
     exact = np.linalg.norm(points, axis=1) - 1
     error = np.abs(shape.distance(points) - exact)
     assert error[np.abs(exact) > 0.1].max() < 5 * tolerance
-    np.testing.assert_array_equal(shape.clearance(points), np.abs(shape.distance(points)))
     surface = shape.surface(500, np.random.default_rng(2))
     assert np.abs(np.linalg.norm(surface.points, axis=1) - 1).max() < tolerance
     assert np.einsum("ij,ij->i", surface.points, surface.normals).min() > 0.99
@@ -77,7 +76,6 @@ def test_a_ball_is_read_from_every_cloud_format(tmp_path: Path, ending: str, col
     write_cloud(path, points, normals, np.tile((1.0, 0.0, 1.0), (len(points), 1)) if coloured else None)
     shape, _ = load_shape(str(path))
     check_is_ball(shape, tolerance=2e-2)
-    assert 0 < shape.resolution < 0.3
     assert shape.coloured == coloured
     if coloured:
         colours = shape.surface(10, np.random.default_rng(0), colours=True).colours

@@ -8,26 +8,24 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ...model.errors import UserError
+from .checks import FEWEST
+from .duplicates import merge
+from .planes import LocalPlanes
 from .shape import Doubles, SurfacePoints, normalise, unit
 
 HELD_OUT = 0.05
 """Share of the points kept for evaluation."""
-FEWEST = 100
-"""Fewest points of a cloud."""
-NEIGHBOURS = 8
-"""Nearest neighbours that the spacing of the points is measured with."""
-TRUSTED = 8.0
-"""Distance from the cloud, in spacings of its points, at which the nearest point is as far as the surface to 1 %.
-
-The error is half the squared ratio of the two.
-"""
+NEIGHBOURS = 12
+"""Nearest neighbours that the area of a point is measured with."""
+OPEN = 0.3
+"""Where the winding number is this close to 1/2, the cloud has a hole, which says nothing of the distance there."""
 
 
 class CloudShape:
     """A `Shape` of points with outward normals, normalised.
 
-    The distance is that to the nearest point, as in the paper. Its sign is that of the cloud's winding number (Barill
-    et al. 2018), for which each point is weighted with the area of the disc that its nearest neighbours span.
+    The distance is by the planes through the nearest points where these agree (`LocalPlanes`), and farther away that
+    to the nearest point, as in the paper, with the sign of the cloud's winding number (Barill et al. 2018).
     """
 
     def __init__(
@@ -35,30 +33,22 @@ class CloudShape:
     ) -> None:
         """points, normals: (N, 3), input space; normals of any length. colours: (N, 3) sRGB in [0, 1], or None.
 
-        Raises UserError where there are too few points, values that are not finite, normals of zero length, or where
-        all points are one.
+        They are what `check_cloud` accepts. Raises UserError where too few points are at different places.
         """
-        if len(points) < FEWEST:
-            raise UserError(f"{name}: {len(points)} points; a cloud needs at least {FEWEST}")
-        if not (np.isfinite(points).all() and np.isfinite(normals).all()):
-            raise UserError(f"{name}: coordinates or normals that are not finite (NaN or infinity); repair the file")
-        if not np.ptp(points, axis=0).max() > 0:
-            raise UserError(f"{name}: all points are one point; nothing to train on")
-        if not (np.linalg.norm(normals, axis=1) > 0).all():
-            raise UserError(f"{name}: normals of length zero; a cloud needs a normal at every point")
-        positions, self.centre, self.scale = normalise(points)
         self.name, self.source, self.coloured = name, source, colours is not None
         self.warnings: list[str] = []
-        order = np.random.default_rng(0).permutation(len(points))
-        everything = SurfacePoints(positions, unit(normals), colours)
-        split = max(1, int(len(points) * HELD_OUT))
+        merged = self._merged(SurfacePoints(points, unit(normals), colours))
+        positions, self.centre, self.scale = normalise(merged.points)
+        everything = SurfacePoints(positions, merged.normals, merged.colours)
+        order = np.random.default_rng(0).permutation(len(positions))
+        split = max(1, int(len(positions) * HELD_OUT))
         self._held_out, self._kept = _pick(everything, order[:split]), _pick(everything, order[split:])
-        self._tree = cKDTree(self._kept.points)
-        span = np.asarray(self._tree.query(self._kept.points, k=[NEIGHBOURS + 1], workers=-1)[0])[:, 0]
-        self.resolution = TRUSTED * float(np.median(span)) / NEIGHBOURS**0.5
-        self._areas = np.pi * span**2 / NEIGHBOURS
+        # So cut, a tree finds the nearest of points on a surface from far away some ten times as fast.
+        self._tree = cKDTree(self._kept.points, balanced_tree=False, compact_nodes=False)
+        areas = _areas(self._tree)
+        self._planes = LocalPlanes(self._tree, self._kept.normals, np.sqrt(areas))
         indices, children, _, _ = igl.octree(self._kept.points)
-        cloud = self._kept.points, self._kept.normals, self._areas, indices, children
+        cloud = self._kept.points, self._kept.normals, areas, indices, children
         self._winding = (*cloud, *igl.fast_winding_number_precompute(*cloud))
 
     def surface(
@@ -80,13 +70,32 @@ class CloudShape:
         return self._kept.points
 
     def distance(self, points: Doubles) -> Doubles:
-        """Compute the distance to the nearest point of the cloud, signed by the winding number. Returns (N,)."""
+        """Compute the signed distance, NaN where it is not known. Returns (N,)."""
+        planes, nearest = self._planes.distance(points)
         winding = igl.fast_winding_number(*self._winding, points)
-        return np.where(winding > 0.5, -1.0, 1.0) * self.clearance(points)
+        nearest[np.abs(winding - 0.5) < OPEN] = np.nan
+        return np.where(np.isnan(planes), np.where(winding > 0.5, -nearest, nearest), planes)
 
-    def clearance(self, points: Doubles) -> Doubles:
-        """Compute the distance to the nearest point of the cloud. Returns (N,)."""
-        return np.asarray(self._tree.query(points, workers=-1)[0])
+    def _merged(self, surface: SurfacePoints) -> SurfacePoints:
+        """Merge the points at one place, with a warning. Raises UserError where too few are left."""
+        result = merge(surface)
+        if result.merged:
+            self.warnings.append(f"{self.name}: {result.merged:,} points are where others are; merged with them")
+        if result.dropped:
+            self.warnings.append(f"{self.name}: the normals cancel at {result.dropped:,} places; these are left out")
+        count = len(result.surface.points)
+        if count < FEWEST:
+            raise UserError(f"{self.name}: {count} points at different places; a cloud needs at least {FEWEST}")
+        return result.surface
+
+
+def _areas(tree: cKDTree) -> Doubles:
+    """Estimate the area of the surface that each of a tree's points stands for, by its neighbours. Returns (N,).
+
+    The disc through the k-th neighbour holds k + 1/2 points.
+    """
+    distances = np.asarray(tree.query(tree.data, k=range(2, NEIGHBOURS + 2), workers=-1)[0])
+    return np.asarray(np.pi * (distances**2).sum(axis=1) / (np.arange(1, NEIGHBOURS + 1) + 0.5).sum())
 
 
 def _pick(surface: SurfacePoints, index: NDArray[np.int64]) -> SurfacePoints:

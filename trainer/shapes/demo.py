@@ -103,7 +103,6 @@ class DemoShape:
     name = "demo"
     centre = (0.0, 0.0, 0.0)
     scale = 1.0
-    resolution = 0.0
     coloured = True
 
     def __init__(self) -> None:
@@ -123,10 +122,6 @@ class DemoShape:
     def distance(self, points: Doubles) -> Doubles:
         """Compute the signed distance at points (N, 3). Returns (N,)."""
         return signed_distance(points)
-
-    def clearance(self, points: Doubles) -> Doubles:
-        """Compute the distance at points (N, 3) without its sign. Returns (N,)."""
-        return np.abs(signed_distance(points))
 
 
 @cache

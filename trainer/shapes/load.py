@@ -12,6 +12,7 @@ import trimesh
 
 from ...model.errors import UserError
 from ...model.files import show
+from .checks import check_cloud, check_coordinates
 from .cloud import CloudShape
 from .demo import DemoShape
 from .image import ImageTexture, image_texture
@@ -62,6 +63,8 @@ def load_shape(
     try:
         source: dict[str, Any] = {"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
         content = read(path, image)
+        if not isinstance(content, TexturedMesh):
+            check_cloud(*content)
     except UserError as error:
         raise UserError(f"{label}: {error}") from None
     except Exception as error:  # trimesh's and numpy's readers raise anything on damaged files
@@ -91,8 +94,7 @@ def _read_mesh(path: Path, image: Path | None) -> TexturedMesh:
 
 def _textured(mesh: trimesh.Trimesh, image: Path | None) -> TexturedMesh:
     """Read the texture of a mesh, then merge the vertices at one place that differ by coordinates or normals only."""
-    if not np.isfinite(mesh.vertices).all():
-        raise UserError("vertex coordinates that are not finite (NaN or infinity); repair the file")
+    check_coordinates(np.asarray(mesh.vertices, np.float64))
     texture = image_texture(mesh, image)
     # trimesh computes normals where the file has none; those of the file are in its cache from the start.
     normals = np.asarray(mesh.vertex_normals, np.float64)[mesh.faces] if "vertex_normals" in mesh._cache else None

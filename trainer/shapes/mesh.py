@@ -22,9 +22,6 @@ class MeshShape:
     intersections do no more harm than they must.
     """
 
-    resolution = 0.0
-    noise = 0.0
-
     warnings: list[str]
     """Lines for the user."""
 

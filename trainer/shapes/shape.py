@@ -43,11 +43,6 @@ class Shape(Protocol):
         ...
 
     @property
-    def resolution(self) -> float:
-        """The distance from which on `distance` is right; 0 where it is exact (a mesh, a formula; no sampled cloud)."""
-        ...
-
-    @property
     def coloured(self) -> bool:
         """Whether `surface` can give colours."""
         ...
@@ -71,11 +66,7 @@ class Shape(Protocol):
         ...
 
     def distance(self, points: Doubles) -> Doubles:
-        """Compute the signed distance at points (N, 3). Returns (N,)."""
-        ...
-
-    def clearance(self, points: Doubles) -> Doubles:
-        """Compute the distance at points (N, 3) without its sign, which may cost less. Returns (N,)."""
+        """Compute the signed distance at points (N, 3). Returns (N,), NaN where a cloud does not say."""
         ...
 
 
