@@ -54,7 +54,7 @@ class LocalPlanes:
 
     def _part(self, points: Doubles) -> tuple[Doubles, Doubles]:
         count = min(NEIGHBOURS, len(self._points))
-        distance, index = self._tree.query(points, k=count, workers=-1)
+        distance, index = (np.asarray(column) for column in self._tree.query(points, k=count, workers=-1))
         nearest, spacing = distance[:, 0], self._spacings[index[:, 0]]
         normals = self._normals[index]
         offsets = points[:, None] - self._points[index]
