@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from ..model.model import Model
 
 SUFFIX = ".safetensors"
+LARGEST_NOISE = 0.1
+"""Largest standard deviation of a cloud's points that is taken, as a share of the shape's radius."""
 CREASE = 30.0
 """Angle in degrees above which an edge of a mesh may be a crease."""
 
@@ -76,6 +78,13 @@ def arguments(parser: ArgumentParser) -> None:
         f"beside them do not (default: {CREASE:g}); normals in the file have the last word",
     )
     facets.add_argument("--flat", action="store_true", help="keep a mesh's faces flat, and every edge sharp")
+    add(
+        "--noise",
+        metavar="S",
+        type=float,
+        help="standard deviation of a cloud's points, as a share of the shape's radius: 0.01; "
+        "0: the points are exact, and none is an outlier (default: measured)",
+    )
     add("--seed", metavar="K", type=int, default=0, help="seed of all random numbers (default: 0)")
     add(
         "--resume",
@@ -131,6 +140,10 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") ->
     sizes = networks(options.levels or preset.levels)
     if options.seconds is not None and not 1 <= options.seconds < 1e7:
         raise UserError(f"--seconds: {options.seconds:g}: at least 1 is needed")
+    if options.noise is not None and not 0 <= options.noise <= LARGEST_NOISE:
+        raise UserError(f"--noise: {options.noise:g}: a share of the radius from 0 to {LARGEST_NOISE} is needed")
+    if not 0 <= options.seed < 2**40:
+        raise UserError(f"--seed: {options.seed}: a whole number from 0 is needed")
     if not 0 <= options.crease <= 180:
         raise UserError(f"--crease: {options.crease:g}: an angle from 0 to 180 degrees is needed")
     texture = networks(options.texture_network, "--texture-network")[0] if options.texture_network else None
@@ -145,6 +158,7 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") ->
         weights=loss_weights(options.weights),
         packed=options.packed or (preset.packed and not options.levels),
         texture_network=texture,
+        noise=options.noise,
     )
     output = Path(options.output or Path(options.shape).stem + SUFFIX)
     image = None if options.texture in ("auto", "none") else Path(options.texture)

@@ -4,7 +4,7 @@ import sys
 import tempfile
 from functools import partial
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from tqdm import tqdm
 
@@ -73,7 +73,7 @@ def run(
     prepare(device(settings.device))
     bar = TrainingBar(quiet)
     before = load(output) if resume and output.exists() else None
-    shape, warnings = load_shape(name, image, crease=crease)
+    shape, warnings = load_shape(name, image, crease=crease, noise=settings.noise)
     for warning in warnings:
         bar.say(f"warning: {warning}")
     if live:
@@ -116,5 +116,16 @@ def report(model: Model, output: Path) -> str:
         f"{written(field['domain_excess'], '.2%')} of the ball",
         f"|grad f| on the surface: {middle:.2f} in the median, {low:.2f} to {high:.2f} for the middle 80 %",
     ]
+    if noise := model.provenance["source"].get("noise"):
+        lines.append(_noise(noise))
     lines.append(f"{show(output)}: {model.parameters()} parameters, {model.provenance['seconds']:.1f} s")
     return "\n".join(lines)
+
+
+def _noise(record: dict[str, Any]) -> str:
+    """Describe what was removed from a cloud before training: its record in the provenance."""
+    known = "measured" if record["measured"] else "as given"
+    return (
+        f"noise: {record['deviation']:.2%} of the radius, {known}; {record['outliers']:.1%} of the points outliers; "
+        "the figures above are at held-out points cleaned like the others: what cleaning got wrong they do not see"
+    )

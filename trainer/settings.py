@@ -59,6 +59,13 @@ FIRST_LEVEL = LossWeights(value=10_000.0, normal=30.0, eikonal=1.0, distance=300
 """Level 1 has to be a distance in the whole domain."""
 RESIDUAL = LossWeights(value=300_000.0, normal=100.0, eikonal=3.0, distance=3000.0, excess=10.0, lacking=20.0)
 """A residual spends what it can hold on the surface."""
+NOISY_FIRST_VALUE, NOISY_VALUE = 0.3, 3.0
+"""The most that `value` is of level 1 and of a residual, times the variance of the points' noise.
+
+What the removal of noise has left of it makes f flat where the value term outweighs the Eikonal term.
+"""
+NOISY_EIKONAL = 10.0
+"""`eikonal` of a residual where there is noise."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +91,8 @@ class Settings:
     """Whether weights are quantised in every step (networks/quantised.py)."""
     texture_network: tuple[int, int] | None = None
     """(width, depth) of the texture; None: chosen by the last level's."""
+    noise: float | None = None
+    """Standard deviation of a cloud's points, as a share of the shape's radius; None: measured."""
 
     def texture_size(self) -> tuple[int, int]:
         """Choose (width, depth) of the texture network: what was asked for, or that of the last level within limits."""
@@ -95,9 +104,16 @@ class Settings:
         given = self.omegas[len(self.networks) :]
         return given[0] if given else TEXTURE_OMEGA
 
-    def loss_weights(self, first: bool) -> LossWeights:
-        """Choose the loss weights of level 1, or of a residual: the defaults, changed by `weights`."""
-        return replace(FIRST_LEVEL if first else RESIDUAL, **self.weights)
+    def loss_weights(self, first: bool, noise: float = 0.0) -> LossWeights:
+        """Choose the loss weights of level 1, or of a residual: the defaults, changed by `weights`.
+
+        noise: standard deviation of the noise that was removed from the shape's points, model units.
+        """
+        usual = FIRST_LEVEL if first else RESIDUAL
+        if noise:
+            most = (NOISY_FIRST_VALUE if first else NOISY_VALUE) / noise**2
+            usual = replace(usual, value=min(usual.value, most), eikonal=usual.eikonal if first else NOISY_EIKONAL)
+        return replace(usual, **self.weights)
 
 
 def networks(text: str, option: str = "--levels") -> tuple[tuple[int, int], ...]:

@@ -4,14 +4,14 @@ from typing import Any
 
 import igl
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ...model.errors import UserError
 from .checks import FEWEST
+from .cleaning import clean, pick
 from .duplicates import merge
 from .planes import LocalPlanes
-from .shape import Doubles, SurfacePoints, normalise, unit
+from .shape import Doubles, SurfacePoints, unit
 
 HELD_OUT = 0.05
 """Share of the points kept for evaluation."""
@@ -29,27 +29,33 @@ class CloudShape:
     """
 
     def __init__(
-        self, points: Doubles, normals: Doubles, colours: Doubles | None, name: str, source: dict[str, Any]
+        self,
+        points: Doubles,
+        normals: Doubles,
+        colours: Doubles | None,
+        name: str,
+        source: dict[str, Any],
+        noise: float | None = None,
     ) -> None:
         """points, normals: (N, 3), input space; normals of any length. colours: (N, 3) sRGB in [0, 1], or None.
 
+        noise: standard deviation of the points, as a share of the shape's radius; None: measured (`cleaning.clean`).
         They are what `check_cloud` accepts. Raises UserError where too few points are at different places.
         """
-        self.name, self.source, self.coloured = name, source, colours is not None
+        self.name, self.coloured = name, colours is not None
         self.warnings: list[str] = []
         merged = self._merged(SurfacePoints(points, unit(normals), colours))
-        positions, self.centre, self.scale = normalise(merged.points)
-        everything = SurfacePoints(positions, merged.normals, merged.colours)
-        order = np.random.default_rng(0).permutation(len(positions))
-        split = max(1, int(len(positions) * HELD_OUT))
-        self._held_out, self._kept = _pick(everything, order[:split]), _pick(everything, order[split:])
+        cloud = clean(merged.points, merged.normals, merged.colours, HELD_OUT, noise)
+        self.centre, self.scale, self.noise = cloud.centre, cloud.scale, cloud.noise
+        self._held_out, self._kept = cloud.held_out, cloud.kept
+        self.source = source | ({"noise": cloud.record} if cloud.record else {})
         # So cut, a tree finds the nearest of points on a surface from far away some ten times as fast.
         self._tree = cKDTree(self._kept.points, balanced_tree=False, compact_nodes=False)
         areas = _areas(self._tree)
         self._planes = LocalPlanes(self._tree, self._kept.normals, np.sqrt(areas))
         indices, children, _, _ = igl.octree(self._kept.points)
-        cloud = self._kept.points, self._kept.normals, areas, indices, children
-        self._winding = (*cloud, *igl.fast_winding_number_precompute(*cloud))
+        weighted = self._kept.points, self._kept.normals, areas, indices, children
+        self._winding = (*weighted, *igl.fast_winding_number_precompute(*weighted))
 
     def surface(
         self, count: int, rng: np.random.Generator, *, held_out: bool = False, colours: bool = False
@@ -63,7 +69,7 @@ class CloudShape:
         size = len(cloud.points)
         rounds = -(-count // size)
         index = np.concatenate([rng.permutation(size) for _ in range(rounds)])[:count]
-        return _pick(cloud, index)
+        return pick(cloud, index)
 
     def inputs(self) -> Doubles:
         """Return the points that training sees: (N, 3)."""
@@ -96,8 +102,3 @@ def _areas(tree: cKDTree) -> Doubles:
     """
     distances = np.asarray(tree.query(tree.data, k=range(2, NEIGHBOURS + 2), workers=-1)[0])
     return np.asarray(np.pi * (distances**2).sum(axis=1) / (np.arange(1, NEIGHBOURS + 1) + 0.5).sum())
-
-
-def _pick(surface: SurfacePoints, index: NDArray[np.int64]) -> SurfacePoints:
-    colours = None if surface.colours is None else surface.colours[index]
-    return SurfacePoints(surface.points[index], surface.normals[index], colours)

@@ -103,6 +103,7 @@ class DemoShape:
     name = "demo"
     centre = (0.0, 0.0, 0.0)
     scale = 1.0
+    noise = 0.0
     coloured = True
 
     def __init__(self) -> None:

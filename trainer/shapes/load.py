@@ -36,12 +36,13 @@ class TexturedMesh:
 
 
 def load_shape(
-    name: str, image: Path | None = None, *, crease: float | None = None
+    name: str, image: Path | None = None, *, crease: float | None = None, noise: float | None = None
 ) -> tuple[Shape, list[str]]:
     """Read a shape, and return it with the warnings for the user.
 
     name: a path, or `demo`. image: a file in place of the image of the mesh's material. crease: curve a mesh, but for
     edges that bend by more than this angle, degrees; None keeps its faces flat.
+    noise: standard deviation of a cloud's points, as a share of the shape's radius; None: measured.
 
     Meshes: PLY, OBJ, STL, GLB. Oriented point clouds: PLY without faces (x y z nx ny nz [red green blue]), XYZ (the
     same as text columns, colours 0 to 255), NPZ (arrays `points`, `normals` [, `colours` in 0 to 1]).
@@ -73,6 +74,8 @@ def load_shape(
     if image is not None:
         source["texture"] = {"file": image.name, "sha256": hashlib.sha256(image.read_bytes()).hexdigest()}
     if isinstance(content, TexturedMesh):
+        if noise:
+            raise UserError(f"{label}: --noise is for point clouds; this is a mesh")
         if crease is not None:
             source["crease"] = crease
         shape: MeshShape | CloudShape = MeshShape(
@@ -81,7 +84,7 @@ def load_shape(
         if content.texture is None and content.unwrapped:
             shape.warnings.append(f"{label}: texture coordinates, but no readable image; name it with --texture FILE")
     else:
-        shape = CloudShape(*content, label, source)
+        shape = CloudShape(*content, label, source, noise)
     return shape, shape.warnings
 
 

@@ -22,6 +22,8 @@ class MeshShape:
     intersections do no more harm than they must.
     """
 
+    noise = 0.0
+
     warnings: list[str]
     """Lines for the user."""
 

@@ -43,6 +43,11 @@ class Shape(Protocol):
         ...
 
     @property
+    def noise(self) -> float:
+        """The standard deviation of the noise that was removed from the input's points, model units; 0: none."""
+        ...
+
+    @property
     def coloured(self) -> bool:
         """Whether `surface` can give colours."""
         ...

@@ -1,0 +1,115 @@
+"""Clouds with noise and outliers: how much of both is found, what cleaning leaves, and the weights of training."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from mplicits.model.errors import UserError
+from mplicits.trainer.settings import FIRST_LEVEL, RESIDUAL
+from mplicits.trainer.shapes.cleaning import clean
+from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.shapes.noise import measured, smoothed
+from mplicits.trainer.shapes.outliers import outliers
+from mplicits.trainer.shapes.shape import Doubles, SurfacePoints, unit
+from support.ball_training import SMALL_SETTINGS
+
+
+def ball(count: int = 20_000, noise: float = 0.0, seed: int = 0) -> SurfacePoints:
+    rng = np.random.default_rng(seed)
+    normals = unit(rng.normal(size=(count, 3)))
+    points = normals + rng.normal(scale=noise, size=normals.shape)
+    return SurfacePoints(points, unit(normals + rng.normal(scale=noise, size=normals.shape)))
+
+
+def scattered(count: int, seed: int = 1) -> tuple[Doubles, Doubles]:
+    rng = np.random.default_rng(seed)
+    return rng.uniform(-1.5, 1.5, (count, 3)), unit(rng.normal(size=(count, 3)))
+
+
+def off(points: Doubles) -> float:
+    return float(np.sqrt(((np.linalg.norm(points, axis=1) - 1) ** 2).mean()))
+
+
+@pytest.mark.parametrize("noise", [0.003, 0.01, 0.03])
+def test_noise_is_measured(noise: float) -> None:
+    cloud = ball(noise=noise)
+    assert measured(cloud.points, cloud.normals) == pytest.approx(noise, rel=0.15)
+
+
+def test_exact_points_have_no_noise() -> None:
+    box = trimesh.creation.box((1.0, 1.2, 1.5))
+    points, face = trimesh.sample.sample_surface(box, 5000, seed=0)
+    for surface in (ball(500), ball(20_000), SurfacePoints(points, np.asarray(box.face_normals[face]))):
+        assert measured(surface.points, surface.normals) == 0
+
+
+def test_points_are_moved_to_the_surface() -> None:
+    kept, others = smoothed(ball(noise=0.02), ball(1000, noise=0.02, seed=5), 0.02)
+    assert off(kept.surface.points) < 0.02 / 5
+    assert off(others.surface.points) < 0.02 / 5
+    assert kept.supported.mean() > 0.999
+
+
+def test_the_two_sides_of_a_thin_plate_stay_apart() -> None:
+    rng, count = np.random.default_rng(0), 8000
+    side = rng.choice((-1.0, 1.0), count)
+    normals = np.stack((0 * side, 0 * side, side), axis=1)
+    points = np.concatenate((rng.uniform(-1, 1, (count, 2)), 0.02 * side[:, None]), axis=1)
+    cloud = SurfacePoints(points + rng.normal(scale=0.01, size=points.shape), normals)
+    moved = smoothed(cloud, cloud, 0.01)[0].surface.points
+    inner = (np.abs(moved[:, :2]) < 0.9).all(axis=1)
+    assert np.abs(moved[inner, 2] - 0.02 * side[inner]).max() < 0.015
+
+
+def test_outliers_are_found_and_sparse_parts_are_not() -> None:
+    cloud, (points, normals) = ball(noise=0.005), scattered(1000)
+    found = outliers(np.concatenate((cloud.points, points)), np.concatenate((cloud.normals, normals)))
+    assert not found[: len(cloud.points)].any()
+    far = np.abs(np.linalg.norm(points, axis=1) - 1) > 0.2
+    assert found[len(cloud.points) :][far].mean() > 0.99
+    sparse = (cloud.points[:, 0] < 0.5) | (np.random.default_rng(2).random(len(cloud.points)) < 0.04)
+    assert not outliers(cloud.points[sparse], cloud.normals[sparse]).any()
+
+
+def test_exact_points_stay_as_they_are() -> None:
+    cloud = ball()
+    cleaned = clean(3 * cloud.points + 1, cloud.normals, None, 0.05, None)
+    assert (cleaned.noise, cleaned.record) == (0, {})
+    assert len(cleaned.kept.points) + len(cleaned.held_out.points) == len(cloud.points)
+    everything = np.concatenate((cleaned.held_out.points, cleaned.kept.points)) * cleaned.scale + cleaned.centre
+    order = np.random.default_rng(0).permutation(len(cloud.points))
+    np.testing.assert_allclose(everything, (3 * cloud.points + 1)[order], atol=1e-12)
+
+
+def test_a_noisy_cloud_is_cleaned_and_keeps_its_place_and_size(tmp_path: Path) -> None:
+    cloud, (points, normals) = ball(noise=0.01), scattered(400)
+    everything = np.concatenate((cloud.points, points)), np.concatenate((cloud.normals, normals))
+    np.savez(tmp_path / "ball.npz", points=2 * everything[0] + 5, normals=everything[1])
+    shape, _ = load_shape(str(tmp_path / "ball.npz"))
+    assert shape.scale == pytest.approx(2, rel=0.03)
+    np.testing.assert_allclose(shape.centre, (5, 5, 5), atol=0.02)
+    assert shape.noise == pytest.approx(0.01, rel=0.15)
+    assert shape.source["noise"]["measured"]
+    assert shape.source["noise"]["outliers"] == pytest.approx(400 / 20_400, rel=0.2)
+    assert off(shape.inputs() * shape.scale / 2) < 0.01 / 3
+    exact, _ = load_shape(str(tmp_path / "ball.npz"), noise=0.0)
+    assert (exact.noise, "noise" in exact.source) == (0, False)
+    assert len(exact.inputs()) == round(20_400 * 0.95)
+
+
+def test_a_noise_for_a_mesh_is_refused(tmp_path: Path) -> None:
+    trimesh.creation.icosphere().export(tmp_path / "ball.ply")
+    with pytest.raises(UserError, match="point clouds"):
+        load_shape(str(tmp_path / "ball.ply"), noise=0.01)
+
+
+def test_weights_follow_the_noise() -> None:
+    for first, usual in ((True, FIRST_LEVEL), (False, RESIDUAL)):
+        assert SMALL_SETTINGS.loss_weights(first=first) == usual
+        weight = SMALL_SETTINGS.loss_weights(first=first, noise=0.01)
+        assert weight.value * 0.01**2 < weight.eikonal
+        assert weight.value > SMALL_SETTINGS.loss_weights(first=first, noise=0.02).value
+    assert replace(SMALL_SETTINGS, weights={"value": 7.0}).loss_weights(first=True, noise=0.01).value == 7
