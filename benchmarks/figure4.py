@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from dense_view import STOP, closest_approach
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.targets.glsl330 import bake
-from mplicits.model.model import DEFAULT_ITERATIONS, Model, load, shape_of
+from mplicits.model.model import DEFAULT_ITERATIONS, DEFAULT_STEP_BOUND, Model, load, shape_of
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import open_osmesa
 from mplicits.viewer.draw.options import RenderOptions
@@ -35,10 +35,10 @@ PICTURED = {0.2: "too small", 1.0: "Eq. 5", 4.0: "too large"}
 RED = (0.9, 0.05, 0.05)
 """Colour of a hole, sRGB."""
 MARCHES = {
-    "single": RenderOptions(iterations=DEFAULT_ITERATIONS, rounds=1, step_scale=1.0),
+    "single": RenderOptions(iterations=DEFAULT_ITERATIONS, rounds=1, step_scale=1 / DEFAULT_STEP_BOUND),
     "ours": RenderOptions(),
 }
-"""Name in the table -> how the rays are traced."""
+"""Name in the table -> how the rays are traced: in whole steps, or in those of a file without bounds."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +84,9 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/figure4.md"))
     options = parser.parse_args()
     model = load(options.model)
+    bound = DEFAULT_STEP_BOUND
+    levels = (replace(level, step_bound=bound, band_step_bound=bound) for level in model.levels)
+    model = replace(model, levels=tuple(levels))
     scene = Scene(model, Camera(azimuth=options.azimuth))
     page = Page(
         options.output,

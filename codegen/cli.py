@@ -30,13 +30,14 @@ def _info(arguments: Namespace) -> None:
         print(json.dumps(facts, indent=2))
         return
     print(f"{show(facts['name'])}   {facts['parameters']:,} parameters, sha256 {facts['sha256'][:12]}")
-    print("level  network  parameters  multiply-adds    sines     delta  iterations  max |grad|")
+    print("level  network  parameters  multiply-adds    sines     delta  iterations  max |grad|   step  as band")
     for i, level in enumerate(facts["levels"], start=1):
         print(
             f"{i:5}  {level['network']:>7}  {level['parameters']:10,}  {level['multiply_adds']:13,}"
             f"  {level['sines']:7,}  {level['delta']:8.5f}  {level['iterations']:10}  {level['lipschitz']:10.3f}"
+            f"  {level['step_bound']:5.3f}  {level['band_step_bound']:7.3f}"
         )
-    print("multiply-adds and sines: one value of that level, the levels before it included")
+    print("multiply-adds, sines: one value of that level, the levels before it included; step: factor on steps")
     if facts["texture"]:
         print(f"texture: {facts['texture']}")
     for target, size in facts["bytes"].items():
@@ -65,6 +66,8 @@ def _facts(model: "Model") -> dict[str, Any]:
                 "delta": level.delta,
                 "iterations": level.iterations,
                 "lipschitz": level.lipschitz,
+                "step_bound": level.step_bound,
+                "band_step_bound": level.band_step_bound,
             }
         )
     return {

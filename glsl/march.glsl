@@ -1,9 +1,9 @@
 #include "ball.glsl"
 // march(): multiscale sphere tracing (Section 3.2, Appendix C): f_1 - delta_1, then f_2 - delta_2, ..., then f_level.
 // origin, direction: model space, direction of length 1; footprint: width of a pixel at distance 1.
-// rounds: how often the sequence of levels is gone through; step_scale: factor on every step: 1 for an exact
-// distance, 0.8 for a trained one, whose gradient is in places longer than 1.
-// Reads delta[], iterations[] (one per level) and field().
+// rounds: how often the sequence of levels is gone through; step_scale: factor on every step.
+// Reads delta[], iterations[], step_bound[], band_step_bound[] (one per level) and field(). The bounds are factors on a
+// level's steps: 1 where whole ones pass through no part of the shape, less where f exceeds the distance by too much.
 //
 // Two things are added to the paper's scheme, against holes (benchmarks/holes.py). A ray that leaves a band without
 // having met the surface goes back to the coarser level, and the levels are gone through again: hence rounds. And a
@@ -26,7 +26,8 @@ void advance(inout Hit ray, float f, int reached, int level, float footprint, fl
     }
     bool last = reached == level;
     float pixel = footprint * ray.t;
-    ray.t += step_scale * (last ? f : f - delta[reached - 1] / 1.3);
+    float bound = last ? step_bound[reached - 1] : band_step_bound[reached - 1];
+    ray.t += step_scale * bound * (last ? f : f - delta[reached - 1] / 1.3);
     ray.hit = last && f < 0.5 * pixel && ray.t <= far;
     ray.level = last && abs(f) < 0.05 * pixel || ray.t > far ? -reached : reached;
 }

@@ -14,7 +14,7 @@ void mainImage(out vec4 o, vec2 q) {
         f = field(vec4(3.52 * m[2] + t * v + .002 * e, 1));
         if (k >= 0) { n += f * e; k++; }
         else if (abs(f) < .06 * t / r.y) k = 0;
-        else t += .8 * f;
+        else t += STEP * f;
     }
     o = vec4(mix(vec3(.13, .14, .17), vec3(.33, .36, .41), q.y / r.y), 1);
     if (k > 3) {

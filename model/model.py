@@ -32,13 +32,20 @@ MODEL_KEYS = {"name": str, "levels": list, "inputs": str, "centre": list, "scale
 A float here and below is any finite JSON number. `levels` is a list of objects with the keys `LEVEL_KEYS`.
 """
 LEVEL_KEYS = {"delta": float, "iterations": int, "lipschitz": float}
-"""Keys of the JSON object of one level, and the types of their values; `Level` says what they mean."""
+"""Keys of the JSON object of one level, and the types of their values; `Level` says what they mean.
+
+A level may have the keys `STEP_BOUNDS` as well.
+"""
+STEP_BOUNDS = {"step_bound": float, "band_step_bound": float}
+"""Further keys of the JSON object of one level. A value that is missing, as in older files, is `DEFAULT_STEP_BOUND`."""
 INPUTS = ("xyz", "xyzt")
 """Values of `inputs`: a network takes as many numbers as the text has letters."""
 LEVEL_OUTPUTS, TEXTURE_OUTPUTS = 1, 3
 """How many numbers a level's network and the texture's network give."""
 MOST_ITERATIONS = 10_000
 """Largest value of a level's `iterations`."""
+DEFAULT_STEP_BOUND = 0.8
+"""Factor on a level's steps where nothing was measured."""
 DEFAULT_ITERATIONS = (20, 5)
 """Sphere tracing iterations that training gives to level 1 and to each finer level (Section 4)."""
 
@@ -71,6 +78,13 @@ class Level:
     """Sphere tracing iterations at this level, from 1 to `MOST_ITERATIONS`."""
     lipschitz: float = 1.0
     """Largest |grad f_i| that was measured where level i is defined, above 0."""
+    step_bound: float = DEFAULT_STEP_BOUND
+    """Largest factor on sphere tracing's steps f_i, level i being the last that is traced, in (0, 1].
+
+    With it, no ray that was measured passed through the shape.
+    """
+    band_step_bound: float = DEFAULT_STEP_BOUND
+    """The same for the steps towards the band, f_i - delta_i / 1.3, where a finer level is traced."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +164,10 @@ def validate(model: Model) -> None:
     for i, level in enumerate(model.levels, start=1):
         check_positive(f"levels[{i}].delta", level.delta)
         check_positive(f"levels[{i}].lipschitz", level.lipschitz)
+        for key in STEP_BOUNDS:
+            check_positive(f"levels[{i}].{key}", getattr(level, key))
+            if getattr(level, key) > 1:
+                raise UserError(f"levels[{i}].{key}: must be at most 1")
         if type(level.iterations) is not int or not 1 <= level.iterations <= MOST_ITERATIONS:
             raise UserError(f"levels[{i}].iterations: must be a whole number from 1 to {MOST_ITERATIONS}")
     for prefix, network in model.networks().items():
@@ -220,8 +238,10 @@ def _description(model: Model) -> dict[str, Any]:
 
 
 def _level_description(level: Level) -> dict[str, float | int]:
-    """Return the JSON object of a level: a value for each of LEVEL_KEYS."""
-    return {"delta": float(level.delta), "iterations": level.iterations, "lipschitz": float(level.lipschitz)}
+    """Return the JSON object of a level: values for LEVEL_KEYS, and for STEP_BOUNDS that were measured."""
+    numbers = {"delta": float(level.delta), "iterations": level.iterations, "lipschitz": float(level.lipschitz)}
+    bounds = {key: float(getattr(level, key)) for key in STEP_BOUNDS}
+    return numbers | {key: bound for key, bound in bounds.items() if bound != DEFAULT_STEP_BOUND}
 
 
 def _check_version(metadata: Mapping[str, str]) -> None:
@@ -239,10 +259,13 @@ def _from_file(metadata: Mapping[str, str], tensors: dict[str, Array]) -> Model:
     """Make the model of a file's metadata and tensors; `tensors` is empty afterwards. Raises UserError."""
     description = _read_description(metadata)
     levels = []
-    for i, numbers in enumerate(description["levels"], start=1):
-        check_keys(f"levels[{i}]", numbers, LEVEL_KEYS)
+    for i, given in enumerate(description["levels"], start=1):
+        check_keys(f"levels[{i}]", given, LEVEL_KEYS)
+        numbers = dict.fromkeys(STEP_BOUNDS, DEFAULT_STEP_BOUND) | given
+        check_keys(f"levels[{i}]", numbers, STEP_BOUNDS)
         network = _take_network(tensors, f"level{i}")
-        levels.append(Level(network, float(numbers["delta"]), numbers["iterations"], float(numbers["lipschitz"])))
+        sizes = (float(numbers[key]) for key in ("lipschitz", *STEP_BOUNDS))
+        levels.append(Level(network, float(numbers["delta"]), numbers["iterations"], *sizes))
     texture = _take_network(tensors, "texture") if "texture.layer0.weight" in tensors else None
     if tensors:
         kind = f"a model with {len(levels)} levels"

@@ -8,6 +8,7 @@ Deltas are not stored.
 import hashlib
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from torch import Tensor
 from ..model.errors import UserError
 from ..model.files import show
 from ..model.model import DEFAULT_ITERATIONS, Layer, Level, Model, Network
+from . import tracing
 from .bands import delta
 from .networks.nested import field, field_and_gradient
 from .networks.network import Weights, from_model
@@ -89,14 +91,22 @@ def to_model(paths: Sequence[Path], omegas: Sequence[float | None], shape: str |
     model_levels: list[Level] = []
     for i, network in enumerate(networks):
         around = _around(levels[:i], points, model_levels[-1].delta if model_levels else None)
+        deltas = [*(level.delta for level in model_levels), delta(field(levels[: i + 1], surface))]
+        traced = tracing.measure(levels[: i + 1], deltas, points)
         model_levels.append(
             Level(
                 network,
-                delta=delta(field(levels[: i + 1], surface)),
+                delta=deltas[-1],
                 iterations=finer if i else first,
-                lipschitz=lipschitz(levels[: i + 1], torch.cat((points, around))),
+                lipschitz=max(lipschitz(levels[: i + 1], torch.cat((points, around))), traced.lipschitz),
+                step_bound=traced.step_bounds[-1],
+                band_step_bound=1.0,
             )
         )
+        model_levels[:-1] = [
+            replace(level, band_step_bound=min(level.band_step_bound, bound))
+            for level, bound in zip(model_levels, traced.step_bounds[:-1], strict=False)
+        ]
     return Model(
         name=paths[-1].stem if loaded is None else loaded.name,
         levels=tuple(model_levels),

@@ -9,11 +9,12 @@ import torch
 from torch import Tensor
 
 from ..model.field_figures import FieldFigures, field_figures
-from . import sampling
+from . import sampling, tracing
 from .bands import delta
 from .networks.nested import field, field_and_gradient, in_band, nested_field, nested_field_and_gradient
 from .networks.network import Weights
 from .shapes.shape import Doubles, Shape
+from .tracing import Tracing
 
 POINTS = 100_000
 """Held-out points of the surface that quality is measured at."""
@@ -102,10 +103,15 @@ class SurfaceProbe:
         """Compute the last level's delta by Eq. 5, at the input's own points and at 300,000 more of the surface."""
         return delta(field(levels, self._all))
 
+    def tracing(self, levels: Sequence[Weights], deltas: Sequence[float]) -> Tracing:
+        """Measure how the last level can be traced. deltas: the half widths of the bands of all levels."""
+        return tracing.measure(levels, deltas, self._held_out)
+
     def seconds(self, levels: Sequence[Weights]) -> float:
-        """Estimate how many seconds `delta`, `lipschitz` and `measure` will take on networks like these."""
+        """Estimate how many seconds `delta`, `tracing`, `lipschitz` and `measure` will take on networks like these."""
         sample = self._held_out[:TRIAL_POINTS]
-        points = len(self._all) / 2 + LIPSCHITZ_POINTS + len(self._held_out)  # a value costs half as much
+        values = len(self._all) + tracing.evaluations(len(levels))
+        points = values / 2 + LIPSCHITZ_POINTS + len(self._held_out)  # a value costs half as much
         trials = []
         for _ in range(TRIALS):  # one trial of a few milliseconds may be interrupted by other work: the shortest counts
             began = time.perf_counter()

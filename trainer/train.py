@@ -115,8 +115,12 @@ class Training:
         weights = self._final(outcome.weights)
         levels = [*frozen, weights]
         delta = self._probe.delta(levels)
-        lipschitz = quality.lipschitz(levels, torch.cat((surface.points, volume.points)))
-        self._trained.levels.append(TrainedLevel(weights, delta, lipschitz, record))
+        tracing = self._probe.tracing(levels, [*deltas, delta])
+        sampled = quality.lipschitz(levels, torch.cat((surface.points, volume.points)))
+        lipschitz = max(sampled, tracing.lipschitz)
+        *as_bands, last = tracing.step_bounds
+        self._trained.lower_band_bounds(as_bands)
+        self._trained.levels.append(TrainedLevel(weights, delta, lipschitz, last, 1.0, record))
 
     def _check_first_level(self, outcome: Outcome) -> None:
         """Raise UserError where level 1 is no model of the shape: it failed, or had no time for a step."""

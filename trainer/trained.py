@@ -2,6 +2,7 @@
 
 import json
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -27,8 +28,16 @@ class TrainedLevel:
     """Half width of its band, model units (Eq. 5)."""
     lipschitz: float
     """Largest |grad f_i| measured in its domain."""
+    step_bound: float
+    """Largest factor on its steps with which no ray passed through the shape, where it is the last level traced."""
+    band_step_bound: float
+    """The same where a finer level is traced; 1 while there is none."""
     record: dict[str, Any]
     """What the provenance tells of its training; see `training_record`."""
+
+    def bounds(self) -> tuple[float, float, float]:
+        """Return the bounds that a `Level` has, in its order."""
+        return self.lipschitz, self.step_bound, self.band_step_bound
 
 
 @dataclass
@@ -67,6 +76,11 @@ class Trained:
     def deltas(self) -> list[float]:
         """List the half widths of the levels' bands."""
         return [level.delta for level in self.levels]
+
+    def lower_band_bounds(self, bounds: Sequence[float]) -> None:
+        """Lower the levels' bounds as bands to those that were measured when a finer level was traced."""
+        for level, bound in zip(self.levels, bounds, strict=True):
+            level.band_step_bound = min(level.band_step_bound, bound)
 
 
 def training_record(network: tuple[int, int], omega: float, outcome: Outcome, began: float) -> dict[str, Any]:
@@ -107,7 +121,7 @@ def trained_model(
     return Model(
         name=shape.name,
         levels=tuple(
-            Level(to_model(level.weights), level.delta, finer if i else first, level.lipschitz)
+            Level(to_model(level.weights), level.delta, finer if i else first, *level.bounds())
             for i, level in enumerate(trained.levels)
         ),
         texture=None if texture is None else to_model(texture.weights),
@@ -153,7 +167,9 @@ def resumed(model: Model, shape: Shape, settings: Settings, device: torch.device
         if (fraction := _fraction(record)) is not None and fraction < 1:
             trained.unfinished = Unfinished(weights, fraction)
             break
-        trained.levels.append(TrainedLevel(weights, level.delta, level.lipschitz, record))
+        trained.levels.append(
+            TrainedLevel(weights, level.delta, level.lipschitz, level.step_bound, level.band_step_bound, record)
+        )
     record = model.provenance.get("texture")
     if model.texture is not None and record and len(trained.levels) == len(asked) and _fraction(record) == 1:
         trained.texture = TrainedTexture([w.to(device) for w in from_model(model.texture)], record)

@@ -37,7 +37,9 @@ def lower(model: Model, digits: int | None = None) -> Program:
         sha256=model.sha256(),
         constants=constants,
         moving=moving,
-        bands=tuple(Band(level.delta, level.iterations) for level in model.levels),
+        bands=tuple(
+            Band(level.delta, level.iterations, level.step_bound, level.band_step_bound) for level in model.levels
+        ),
         values=tuple(values),
         gradients=tuple(gradients),
         texture=texture,

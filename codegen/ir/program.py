@@ -161,6 +161,10 @@ class Band:
     """Half width of the band |f_i| < delta in which the next finer level is defined (Eq. 3), model units."""
     iterations: int
     """Steps at this level per round."""
+    step_bound: float
+    """Factor on the steps of this level where it is the last that is traced, in (0, 1]."""
+    band_step_bound: float
+    """Factor on its steps where a finer level is traced, in (0, 1]."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,8 +39,8 @@ class TraceSettings:
     """(L,) half widths of all levels' bands, model units."""
     footprint: float
     """Width of a pixel at distance 1, model units."""
-    step_scale: float
-    """Factor on every step."""
+    bounds: NDArray[np.float64]
+    """(L,) factors on the steps of all levels, of `level` as the last."""
 
 
 @dataclass(eq=False)
@@ -75,7 +75,7 @@ class Rays:
         self.level[indices[entered]] += 1
         indices, f, reached = indices[~entered], f[~entered], reached[~entered]
         last, pixel = reached == settings.level, settings.footprint * self.t[indices]
-        self.t[indices] += settings.step_scale * np.where(last, f, f - deltas[reached - 1] / OFFSET)
+        self.t[indices] += settings.bounds[reached - 1] * np.where(last, f, f - deltas[reached - 1] / OFFSET)
         left = self.t[indices] > self.far[indices]
         self.hit[indices] = last & (f < 0.5 * pixel) & ~left
         self.level[indices] = np.where((last & (np.abs(f) < 0.05 * pixel)) | left, 0, reached)
@@ -88,14 +88,16 @@ def march(
     level: int,
     footprint: float,
     rounds: int = 32,
-    step_scale: float = 0.8,
+    step_scale: float = 1.0,
 ) -> Rays:
     """Trace f_level along rays.
 
     origin: (3,), of all rays; directions: (N, 3) of length 1, model space. footprint: width of a pixel at distance 1.
-    rounds: how often the levels are gone through; step_scale: factor on every step.
+    rounds: how often the levels are gone through; step_scale: factor on every step, beside each level's own.
     """
-    settings = TraceSettings(level, np.array([band.delta for band in program.bands]), footprint, step_scale)
+    deltas, bounds = np.array([(band.delta, band.band_step_bound) for band in program.bands]).T
+    bounds[level - 1] = program.bands[level - 1].step_bound
+    settings = TraceSettings(level, deltas, footprint, step_scale * bounds)
     t, far, meets = ball(origin, directions, 1.0 + settings.deltas[level - 1])
     rays = Rays(t, far, np.where(meets, 1, 0), np.zeros(len(t), np.int64), np.zeros(len(t), np.bool_), [0] * level)
     while (rays.level > 0).any() and len(rays.traced) < rounds:

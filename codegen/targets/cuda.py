@@ -33,9 +33,11 @@ WIDEST_SPLIT = 128
 
 Its rounding to single halves would be the whole error of a picture (docs/cuda.md).
 """
+PER_LEVEL = {"DELTAS": "delta", "STEP_BOUNDS": "step_bound", "BAND_STEP_BOUNDS": "band_step_bound"}
+"""Name of a constant array of floats -> the number of a Band that it holds for each level."""
 TILED = ("origin", "jitter")
 """Uniforms that CUDA lacks: it draws whole pictures, one ray through the centre of each pixel."""
-READ_BY_GLSL = ("field", "iterations", "delta")
+READ_BY_GLSL = ("field", "iterations", "delta", "step_bound", "band_step_bound")
 """What functions in glsl/ use without declaring it: the generated field, and the uniforms with an entry per level."""
 
 HEADERS = (
@@ -162,7 +164,11 @@ def _model_constants(program: Program) -> list[str]:
         f"constexpr bool MOVING = {str(program.moving).lower()};  // a field of (x, y, z, t)",
         f"#define TEXTURED {textured}",
         f"constexpr int ITERATIONS[LEVELS] = {{{', '.join(str(band.iterations) for band in program.bands)}}};",
-        f"constexpr float DELTAS[LEVELS] = {{{', '.join(LANGUAGE.number(band.delta) for band in program.bands)}}};",
+        *(
+            f"constexpr float {constant}[LEVELS] = "
+            f"{{{', '.join(LANGUAGE.number(getattr(band, name)) for band in program.bands)}}};"
+            for constant, name in PER_LEVEL.items()
+        ),
     ]
 
 

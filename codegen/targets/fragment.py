@@ -63,7 +63,9 @@ def prologue(facts: Mapping[str, Any], program: Program, dialect: Dialect, weigh
     number = dialect.language.number
     arrays = {
         "iterations": f"int[]({', '.join(str(band.iterations) for band in program.bands)})",
-        "delta": f"float[]({', '.join(number(band.delta) for band in program.bands)})",
+    } | {
+        name: f"float[]({', '.join(number(getattr(band, name)) for band in program.bands)})"
+        for name in ("delta", "step_bound", "band_step_bound")
     }
 
     def declaration(uniform: Uniform) -> str:

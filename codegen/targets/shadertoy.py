@@ -1,5 +1,6 @@
 """Target shadertoy: the text of Shadertoy's Image tab."""
 
+import math
 import re
 from dataclasses import replace
 
@@ -59,7 +60,9 @@ def _text(program: Program, model: Model, storage: type[Storage]) -> str:
     albedo = PLAIN
     if program.texture is not None:
         albedo = f"pow(clamp({program.texture.name}(vec4(3.52 * m[2] + t * v, {time})), 0., 1.), vec3(2.2))"
+    bound = _bound(program)
     rest = re.sub(r"(?m)^//.*\n", "", glsl.load("shadertoy.glsl")).replace(", 1));", f", {time}));")
+    rest = rest.replace("STEP * f", "f" if bound == 1 else f"{LANGUAGE.number(bound)} * f")
     text = "\n".join([*lines, *_field(program), rest.replace("ALBEDO", albedo)])
     if storage is PackedStorage:
         text = _squeezed(text)
@@ -78,6 +81,12 @@ def _field(program: Program) -> list[str]:
         lines.append(f"    if (abs(f) > {_short(band.delta)}) return f - {_short(band.delta / OFFSET)};")
         lines.append(f"    f += {function.name}(p);")
     return [*lines, "    return f;", "}"]
+
+
+def _bound(program: Program) -> float:
+    """Return the factor on every step, of two digits: the smallest of all levels'."""
+    *coarser, last = program.bands
+    return math.floor(100 * min(last.step_bound, *(band.band_step_bound for band in coarser), 1.0) + 1e-6) / 100
 
 
 def _short(value: float) -> str:

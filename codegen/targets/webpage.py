@@ -12,7 +12,7 @@ import numpy as np
 from ... import glsl
 from ...model.checks import WIDEST
 from ...model.errors import UserError
-from ...model.model import FORMAT, MOST_ITERATIONS, VERSION, Model, to_bytes
+from ...model.model import DEFAULT_STEP_BOUND, FORMAT, MOST_ITERATIONS, STEP_BOUNDS, VERSION, Model, to_bytes
 from ..ir.lower import lower
 from ..ir.program import Array, Program
 from ..printers.field import PLAIN, STORAGES, print_field
@@ -93,7 +93,14 @@ def facts_json(facts: dict[str, Any]) -> str:
     It may stand in a script element, for nothing in it opens or closes a tag or a comment.
     """
     shared = {
-        "format": {"name": FORMAT, "version": VERSION, "widest": WIDEST, "most_iterations": MOST_ITERATIONS},
+        "format": {
+            "name": FORMAT,
+            "version": VERSION,
+            "widest": WIDEST,
+            "most_iterations": MOST_ITERATIONS,
+            "step_bounds": list(STEP_BOUNDS),
+            "default_step_bound": DEFAULT_STEP_BOUND,
+        },
         "storages": STORAGES,
         "texture_width": TEXTURE_WIDTH,
         "unroll": UNROLL,

@@ -1,19 +1,25 @@
 """Multiscale sphere tracing finds what dense marching of the last level finds, and what the analytic shape has."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import torch
 from numpy.typing import NDArray
 
 from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.reference.march import march
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.model import Model, load
+from mplicits.trainer import tracing
+from mplicits.trainer.networks.network import from_model
 from mplicits.trainer.shapes import demo
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
-from support.dense_views import VIEWS, compare
+from support.dense_views import STOP, VIEWS, compare
 from support.paths import DEMO
 
 SIDE = 96
@@ -40,6 +46,46 @@ def test_ten_views_have_no_holes_and_the_same_silhouette_as_dense_marching(osmes
     assert difference.extra <= 0.002 * difference.outline
     assert np.median(difference.apart) < 0.002
     assert np.quantile(difference.apart, 0.9) < 0.01, "only grazing rays may stop early"
+
+
+def bounded(model: Model, step_bound: float, band_step_bound: float) -> Model:
+    """Return a model with these bounds at every level."""
+    levels = (replace(level, step_bound=step_bound, band_step_bound=band_step_bound) for level in model.levels)
+    return replace(model, levels=tuple(levels))
+
+
+def test_measured_bounds_lose_no_pixel_and_make_fewer_steps(osmesa: Context, renderer: Renderer, model: Model) -> None:
+    """Where a picture with steps of 0.8 differs, dense marching decides; elsewhere the test above has compared it."""
+    levels, deltas = [from_model(level.network) for level in model.levels], [level.delta for level in model.levels]
+    points = torch.from_numpy(demo.DemoShape().inputs().astype(np.float32))
+    band, last = tracing.measure(levels, deltas, points).step_bounds
+    assert 0.8 < band <= 1
+    assert last == 1, "the last level is wrong by less than any part of this shape is thin"
+    traced = bounded(model, last, band)
+    shader = Renderer(osmesa, bake(traced))
+    for camera in VIEWS[:3]:
+        eye, directions, footprint = camera.rays(SIDE, SIDE)
+        old, new = data(renderer, camera), data(shader, camera)
+        differ = (old[..., 3] != new[..., 3]) | (np.abs(old[..., 0] - new[..., 0]) > 0.02)
+        closest, end = dense_march(lower(model), eye, directions[differ], 2, footprint)
+        hit, t = new[differ][:, 3] > 0.5, new[differ][:, 0]
+        assert not ((closest == 0) & (~hit | (t > end + 0.02))).any()
+        assert not (hit & (closest > STOP)).any()
+        assert new[..., 1].sum() < 0.95 * old[..., 1].sum()
+    shader.release()
+
+
+@pytest.mark.parametrize("level", [1, 2])
+def test_numpy_and_glsl_take_the_same_bound_for_the_same_step(osmesa: Context, model: Model, level: int) -> None:
+    uneven = bounded(model, 0.9, 0.6)
+    shader = Renderer(osmesa, bake(uneven))
+    drawn = data(shader, VIEWS[0], level=level).reshape(-1, 4)
+    shader.release()
+    eye, directions, footprint = VIEWS[0].rays(SIDE, SIDE)
+    rays = march(lower(uneven), eye, directions.reshape(-1, 3), level, footprint)
+    assert (rays.steps == drawn[:, 1]).mean() > 0.98
+    mixed_up = march(lower(bounded(model, 0.6, 0.9)), eye, directions.reshape(-1, 3), level, footprint)
+    assert (mixed_up.steps == drawn[:, 1]).mean() < 0.9
 
 
 def test_one_round_as_in_the_paper_leaves_holes(renderer: Renderer) -> None:

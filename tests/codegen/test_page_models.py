@@ -91,6 +91,10 @@ BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
         lambda data: changed(data, describe(lambda d: d["levels"][1].update(delta=-1))),
         "levels[2].delta: must be a positive number",
     ),
+    "step bound": (
+        lambda data: changed(data, describe(lambda d: d["levels"][0].update(step_bound=1.5))),
+        "levels[1].step_bound: must be a positive number of at most 1",
+    ),
     "not finite": (lambda data: data[:-4] + struct.pack("<f", float("nan")), "has values that are not finite"),
 }
 

@@ -48,7 +48,8 @@ window.ask = {
     number: (values) => values.map(number),
     fit: (cases) => cases.map((given) => fitting(...given)),
     uniforms: (options) => {
-        const model = {levels: [{delta: 0.1, iterations: 20}, {delta: 0.02, iterations: 5}]};
+        const bounds = {step_bound: 0.9, band_step_bound: 0.7};
+        const model = {levels: [{delta: 0.1, iterations: 20, bounds}, {delta: 0.02, iterations: 5, bounds}]};
         return uniforms({model, camera: HOME, options}, null, [300, 200]);
     },
     camera: ([hash, turn, factor, aspect]) => {
@@ -125,6 +126,7 @@ def test_the_page_sets_every_uniform_of_the_table(ask: Ask) -> None:
         assert told["shading"] == value
     names = {uniform.name for uniform in (*UNIFORMS, TIME)}
     assert set(told) == names - {"origin"}, "the painter sets a tile's origin"
+    assert (told["step_bound"], told["band_step_bound"]) == ([0.9, 0.9], [0.7, 0.7])
     assert (told["rounds"], told["step_scale"]) == (*default("rounds"), list(default("step_scale")))
 
 

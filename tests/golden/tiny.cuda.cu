@@ -39,6 +39,8 @@ constexpr bool MOVING = false;  // a field of (x, y, z, t)
 #define TEXTURED 1
 constexpr int ITERATIONS[LEVELS] = {20, 5};
 constexpr float DELTAS[LEVELS] = {1.f, .5f};
+constexpr float STEP_BOUNDS[LEVELS] = {.8f, .8f};
+constexpr float BAND_STEP_BOUNDS[LEVELS] = {.8f, .8f};
 
 const float WEIGHTS[27][4] = {
     {.913f, -3.223f, .711f, 2.9f},
@@ -82,7 +84,7 @@ struct Uniforms {
     int level = LEVELS;  // level that is traced
     int normal_level = LEVELS;  // level whose gradient is the normal
     int rounds = 32;  // how often the levels are gone through
-    float step_scale = .8f;  // factor on every step: a trained gradient is in places longer than 1
+    float step_scale = 1.f;  // another factor on every step; below 1: safer, slower
     int shading = 0;  // 0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 data: (t, steps, level, hit)
     vec3 light = vec3(-.5f, .7f, .8f);  // direction to the light, camera space
     vec3 background_bottom = vec3(.13f, .14f, .17f);  // sRGB
@@ -90,6 +92,8 @@ struct Uniforms {
 };
 __constant__ int iterations[LEVELS];  // sphere tracing steps at each level, per round
 __constant__ float delta[LEVELS];  // half width of each level's band, model units
+__constant__ float step_bound[LEVELS];  // factor on each level's steps where it is the one traced
+__constant__ float band_step_bound[LEVELS];  // the same where a finer level is traced
 __constant__ float time;  // fourth input of the field
 constexpr float DEFAULT_TIME = 0.f;
 // Names of the shadings; the index is the uniform's value.

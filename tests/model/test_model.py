@@ -8,10 +8,17 @@ import numpy as np
 import pytest
 
 from mplicits.model.errors import UserError
-from mplicits.model.model import Model, load, save
+from mplicits.model.model import DEFAULT_STEP_BOUND, Model, load, save
+from support.paths import DEMO
 from support.random_model import random_model
 
 NASTY_NAMES = ['"/*', "</script>", "a\nb", "\r\n#version 100", "*/ }", "\u2028", "\udcff", "\\", "${x}", "é" * 300]
+
+
+def bounded(model: Model, **bounds: float) -> Model:
+    """Return a model with these step bounds at every level."""
+    levels = tuple(dataclasses.replace(level, **bounds) for level in model.levels)  # type: ignore[arg-type]
+    return dataclasses.replace(model, levels=levels)
 
 
 def assert_same(a: Model, b: Model) -> None:
@@ -23,6 +30,7 @@ def assert_same(a: Model, b: Model) -> None:
         np.testing.assert_array_equal(tensor, b.tensors()[key])
     for one, other in zip(a.levels, b.levels, strict=True):
         assert (one.delta, one.iterations, one.lipschitz) == (other.delta, other.iterations, other.lipschitz)
+        assert (one.step_bound, one.band_step_bound) == (other.step_bound, other.band_step_bound)
 
 
 @pytest.mark.parametrize(
@@ -32,8 +40,10 @@ def assert_same(a: Model, b: Model) -> None:
         random_model((8, 1), (12, 2), (16, 2), texture=(8, 1)),
         random_model((8, 1), inputs="xyzt"),
         dataclasses.replace(random_model((8, 1)), centre=(1, -2.5, 3e-9), scale=17, provenance={"a": [None, "é"]}),
+        bounded(random_model((8, 1), (8, 0)), step_bound=0.931, band_step_bound=1.0),
+        bounded(random_model((8, 1)), step_bound=DEFAULT_STEP_BOUND, band_step_bound=0.7),
     ],
-    ids=["one", "three-textured", "xyzt", "placed"],
+    ids=["one", "three-textured", "xyzt", "placed", "bounds", "band's bound"],
 )
 def test_a_saved_model_is_read_as_it_was(model: Model, tmp_path: Path) -> None:
     save(model, tmp_path / "m.safetensors")
@@ -52,8 +62,19 @@ def test_the_hash_covers_what_a_renderer_depends_on() -> None:
     assert same.sha256() == model.sha256()
     finer = dataclasses.replace(model.levels[1], delta=0.25)
     assert dataclasses.replace(model, levels=(model.levels[0], finer)).sha256() != model.sha256()
+    assert bounded(model, step_bound=0.9).sha256() != model.sha256()
+    assert bounded(model, band_step_bound=0.9).sha256() != model.sha256()
     assert dataclasses.replace(model, texture=None).sha256() != model.sha256()
     assert random_model((8, 1), (12, 1), texture=(8, 1), seed=1).sha256() != model.sha256()
+
+
+def test_a_file_without_bounds_means_what_it_did_before_there_were_any(tmp_path: Path) -> None:
+    """tests/data/demo.safetensors is one: steps of 0.8, and its old hash."""
+    model = load(DEMO)
+    assert {(level.step_bound, level.band_step_bound) for level in model.levels} == {(0.8, 0.8)}
+    assert model.sha256().startswith("12706929a4eb")
+    save(model, tmp_path / "m.safetensors")
+    assert b"step_bound" not in (tmp_path / "m.safetensors").read_bytes()
 
 
 @pytest.mark.parametrize(
@@ -64,6 +85,9 @@ def test_the_hash_covers_what_a_renderer_depends_on() -> None:
         {"iterations": 0},
         {"iterations": True},
         {"lipschitz": -1.0},
+        {"step_bound": 0.0},
+        {"step_bound": 1.01},
+        {"band_step_bound": float("nan")},
         {"network": ()},
         {"network": random_model((8, 1)).levels[0].network[:2]},
     ],

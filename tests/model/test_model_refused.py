@@ -101,6 +101,8 @@ PLACES = [
     ("levels", 0, "delta"),
     ("levels", 0, "iterations"),
     ("levels", 0, "lipschitz"),
+    ("levels", 0, "step_bound"),
+    ("levels", 0, "band_step_bound"),
 ]
 
 

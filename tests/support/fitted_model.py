@@ -24,7 +24,10 @@ def distance(points: Array) -> Array:
 
 
 def fitted_model(widths: tuple[int, int] = (24, 96)) -> Model:
-    """Fit two levels of these widths without hidden N -> N layers, with the deltas of Eq. 5, and a 16x0 texture."""
+    """Fit two levels of these widths without hidden N -> N layers, with the deltas of Eq. 5, and a 16x0 texture.
+
+    Its step bounds differ, so that a target that mixes them up makes other steps.
+    """
     rng = np.random.default_rng(5)
     points = rng.normal(size=(6000, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
@@ -36,7 +39,11 @@ def fitted_model(widths: tuple[int, int] = (24, 96)) -> Model:
     texture = _fit(16, 3.0, surface, 0.5 + 0.4 * np.sin(surface * (3.0, 4.0, 5.0)), rng)
     errors = _run(first, surface), _run(first, surface) + _run(second, surface)
     deltas = [1.3 * float(np.abs(error).max()) for error in errors]
-    return Model("fitted", (Level(first, deltas[0], 20), Level(second, deltas[1], 5)), texture)
+    levels = (
+        Level(first, deltas[0], 20, step_bound=0.78, band_step_bound=0.7),
+        Level(second, deltas[1], 5, step_bound=0.75),
+    )
+    return Model("fitted", levels, texture)
 
 
 def _fit(width: int, omega: float, points: Array, truth: Array, rng: np.random.Generator) -> Network:

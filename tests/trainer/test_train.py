@@ -88,6 +88,11 @@ def test_the_lipschitz_constant_is_near_one(model: Model) -> None:
         assert 0.9 < part.lipschitz < 2
 
 
+def test_a_thick_ball_allows_whole_steps(model: Model) -> None:
+    for part in model.levels:
+        assert (part.step_bound, part.band_step_bound) == (1, 1)
+
+
 def test_the_iterations_are_the_paper_s(model: Model) -> None:
     assert [part.iterations for part in model.levels] == [20, 5]
 

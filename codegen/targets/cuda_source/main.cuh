@@ -20,6 +20,8 @@ inline void set_constants(const Arguments &a) {
     check(cudaMemcpyToSymbol(weights, WEIGHTS, sizeof WEIGHTS), "cudaMemcpyToSymbol");
     check(cudaMemcpyToSymbol(iterations, a.steps.data(), LEVELS * sizeof(int)), "cudaMemcpyToSymbol");
     check(cudaMemcpyToSymbol(delta, a.deltas.data(), LEVELS * sizeof(float)), "cudaMemcpyToSymbol");
+    check(cudaMemcpyToSymbol(step_bound, STEP_BOUNDS, LEVELS * sizeof(float)), "cudaMemcpyToSymbol");
+    check(cudaMemcpyToSymbol(band_step_bound, BAND_STEP_BOUNDS, LEVELS * sizeof(float)), "cudaMemcpyToSymbol");
     check(cudaMemcpyToSymbol(time, &a.time, sizeof(float)), "cudaMemcpyToSymbol");
 }
 

@@ -6,6 +6,7 @@ import {Device} from "./device.js";
 // be drawn and the values of the uniforms.
 const TILE = 512; // pixels along the side of the small target
 const BATCH = 20; // milliseconds of drawing that are asked for at once
+const PER_LEVEL = ["delta", "step_bound", "band_step_bound"]; // uniforms that are arrays of floats
 
 export class Painter {
     constructor(canvas, sources) {
@@ -78,7 +79,7 @@ export class Painter {
             if (name === "camera") gl.uniformMatrix4fv(location, false, value);
             else if (name === "iterations") gl.uniform1iv(location, value);
             else if (typeof value === "number") gl.uniform1i(location, value);
-            else if (name === "delta" || value.length === 1) gl.uniform1fv(location, value);
+            else if (PER_LEVEL.includes(name) || value.length === 1) gl.uniform1fv(location, value);
             else gl[`uniform${value.length}fv`](location, value);
         }
         gl.bindFramebuffer(gl.FRAMEBUFFER, this.tile.framebuffer);

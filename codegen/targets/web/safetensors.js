@@ -4,11 +4,11 @@ import {shared} from "./facts.js";
 // What breaks that format is a ModelError, whose message is one line that names what is wrong.
 export class ModelError extends Error {}
 
-const FORMAT = shared.format;
+const FORMAT = shared.format, STEP_BOUNDS = FORMAT.step_bounds;
 const LARGEST = 3.4028234663852886e38, SMALLEST = 1.1754943508222875e-38; // of the normal 32-bit floats
 
-// Returns {name, inputs, levels: [{network, delta, iterations}], texture, parameters}. A network is a list of layers
-// {rows, columns, weight, bias}; `texture` is a network or null; `parameters` counts all weights and biases.
+// Returns {name, inputs, levels: [{network, delta, iterations, bounds}], texture, parameters}. A network is a list
+// of layers {rows, columns, weight, bias}; `texture` is a network or null; `parameters` counts all weights and biases.
 // buffer: the file's ArrayBuffer; half: whether tensors of 16-bit floats are accepted too. Throws ModelError.
 export function parseModel(buffer, half = false) {
     const header = readHeader(buffer);
@@ -29,6 +29,7 @@ export function parseModel(buffer, half = false) {
     for (const tensor of tensors.values()) parameters += tensor.values.length;
     const levels = description.levels.map((level, i) => ({
         network: takeNetwork(tensors, `level${i + 1}`, inputs, 1), delta: level.delta, iterations: level.iterations,
+        bounds: Object.fromEntries(STEP_BOUNDS.map((key) => [key, level[key] ?? FORMAT.default_step_bound])),
     }));
     const texture = tensors.has("texture.layer0.weight") ? takeNetwork(tensors, "texture", inputs, 3) : null;
     if (tensors.size) {
@@ -73,6 +74,11 @@ function describe(text) {
         if (!isObject(level)) throw new ModelError(`levels[${i + 1}]: is not an object of keys and values`);
         if (!(typeof level.delta === "number" && level.delta >= SMALLEST && level.delta <= LARGEST))
             throw new ModelError(`levels[${i + 1}].delta: must be a positive number`);
+        for (const key of STEP_BOUNDS) {
+            const {[key]: bound = FORMAT.default_step_bound} = level;
+            if (!(typeof bound === "number" && bound >= SMALLEST && bound <= 1))
+                throw new ModelError(`levels[${i + 1}].${key}: must be a positive number of at most 1`);
+        }
         const most = FORMAT.most_iterations;
         if (!(Number.isInteger(level.iterations) && level.iterations >= 1 && level.iterations <= most))
             throw new ModelError(`levels[${i + 1}].iterations: must be a whole number from 1 to ${most}`);

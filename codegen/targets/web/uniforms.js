@@ -15,7 +15,9 @@ export function uniforms({model, camera, options}, loops, [width, height], k = 0
     return {
         resolution: [width, height], jitter: jitter(k), camera: matrix(camera, width / height), focal: [FOCAL],
         level, normal_level: normalLevel, iterations: steps, rounds, delta: model.levels.map(({delta}) => delta),
-        step_scale: defaults.step_scale, shading: shadings.indexOf(options.shading), light: options.light,
+        step_bound: model.levels.map(({bounds}) => bounds.step_bound),
+        band_step_bound: model.levels.map(({bounds}) => bounds.band_step_bound), step_scale: defaults.step_scale,
+        shading: shadings.indexOf(options.shading), light: options.light,
         background_bottom: options.background[0], background_top: options.background[1], time: [options.time],
     };
 }

@@ -113,6 +113,7 @@ export class Variants {
         const values = {
             ...uniforms(asked(scene, {level: levels, normalLevel: levels, shading: "data"}), null, [1, 1]),
             rounds: 1, iterations: Array(levels).fill(1), step_scale: [1],
+            step_bound: Array(levels).fill(1), band_step_bound: Array(levels).fill(1),
         };
         expected.forEach((_, k) => {
             const camera = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, ...points.slice(3 * k, 3 * k + 3), 1];
