@@ -100,6 +100,12 @@ def test_a_noisy_cloud_is_cleaned_and_keeps_its_place_and_size(tmp_path: Path) -
     assert len(exact.inputs()) == round(20_400 * 0.95)
 
 
+def test_outliers_of_a_sparse_cloud_do_not_set_its_size() -> None:
+    cloud, (points, normals) = ball(4000, noise=0.02), scattered(60)
+    everything = np.concatenate((cloud.points, points)), np.concatenate((cloud.normals, normals))
+    assert clean(*everything, None, 0.05, None).scale < 1.08
+
+
 def test_a_noise_for_a_mesh_is_refused(tmp_path: Path) -> None:
     trimesh.creation.icosphere().export(tmp_path / "ball.ply")
     with pytest.raises(UserError, match="point clouds"):

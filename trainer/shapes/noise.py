@@ -41,6 +41,8 @@ CHUNK = 8192
 """Points that are moved at once."""
 SUPPORT = 0.15
 """A point where the neighbours weigh less than this share of the usual is none of the surface's."""
+ALONE = 1.5
+"""Nor is one where they weigh less than this: a point by itself weighs 1."""
 FARTHEST = 5.0
 """Nor is one that was farther away from it than so many standard deviations."""
 
@@ -94,7 +96,7 @@ def smoothed(cloud: SurfacePoints, others: SurfacePoints, noise: float) -> tuple
         return fine.pull(rough.pull(points, 2)[0], 2)
 
     start, weight = first(cloud)
-    again, least = _Surface(start, narrow, NARROW_NEIGHBOURS), SUPPORT * float(np.median(weight))
+    again, least = _Surface(start, narrow, NARROW_NEIGHBOURS), max(ALONE, SUPPORT * float(np.median(weight)))
 
     def second(own: SurfacePoints, points: SurfacePoints, weight: Doubles) -> Smoothed:
         moved = again.pull(points, 1)[0].points
