@@ -7,11 +7,14 @@ range scans (benchmarks/scans.py). Everything is compared with the mesh, in the 
 """
 
 import argparse
+import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
 import trimesh
+from PIL import Image
 
 import scans
 from mplicits.mesher.evaluate import compare
@@ -32,6 +35,28 @@ GOAL = 1.3
 """Largest Chamfer distance of a mesh's vertices, as a multiple of the mesh's own."""
 
 
+CAMERAS = ("30,20", "150,20", "270,-40")
+"""Views of the scans' model, the last one from below."""
+SIDE = 256
+"""Pixels of a view."""
+
+
+def picture_of(page: Path) -> Path:
+    """Name the picture of the scans' model beside the page."""
+    return page.with_name(f"{page.stem}-bunny-scans.png")
+
+
+def picture(model: Path, output: Path) -> None:
+    """Draw a model with `mplicits render` from all cameras, side by side."""
+    views = []
+    for camera in CAMERAS:
+        view = model.with_suffix(".png")
+        asked = ["render", str(model), "-o", str(view), "--size", str(SIDE), f"--camera={camera}"]
+        subprocess.run([sys.executable, "-m", "mplicits", *asked], check=True)
+        views.append(np.asarray(Image.open(view).convert("RGB")))
+    Image.fromarray(np.concatenate(views, axis=1)).save(output)
+
+
 def train(path: Path, options: argparse.Namespace) -> Model:
     """Train a file as `mplicits train --texture none` does."""
     shape, _ = load_shape(str(path))
@@ -41,8 +66,10 @@ def train(path: Path, options: argparse.Namespace) -> Model:
     return Training(shape, asked, TrainingBar(True)).run()
 
 
-def row(name: str, path: Path, truth: Path, options: argparse.Namespace, page: Page, mesh: float | None) -> float:
-    """Train a file, compare it with the mesh `truth`, and add its row. Returns its Chamfer distance.
+def row(
+    name: str, path: Path, truth: Path, options: argparse.Namespace, page: Page, mesh: float | None
+) -> tuple[Model, float]:
+    """Train a file, compare it with the mesh `truth`, and add its row. Returns the model, and its Chamfer distance.
 
     mesh: the Chamfer distance that the mesh itself has reached, where it was trained.
     """
@@ -57,7 +84,7 @@ def row(name: str, path: Path, truth: Path, options: argparse.Namespace, page: P
         f"| {figures.hausdorff:.1e} | {figures.components} | {'yes' if figures.watertight else 'no'} "
         f"| {model.provenance['seconds']:.0f} |"
     )
-    return figures.chamfer
+    return model, figures.chamfer
 
 
 def rows(name: str, folder: Path, options: argparse.Namespace, page: Page) -> None:
@@ -65,12 +92,14 @@ def rows(name: str, folder: Path, options: argparse.Namespace, page: Page) -> No
     if name == "scans":
         points, normals = scans.cloud(options.data / SCANS)
         np.savez(folder / "scans.npz", points=points, normals=normals)
-        row("bunny scans", folder / "scans.npz", options.data / "meshes" / "bunny.ply", options, page, None)
+        model, _ = row("bunny scans", folder / "scans.npz", options.data / "meshes" / "bunny.ply", options, page, None)
+        save(model, folder / "scans.safetensors")
+        picture(folder / "scans.safetensors", picture_of(options.output))
         return
     path = options.data / "meshes" / f"{name}.ply"
     mesh = trimesh.load_mesh(path, process=False)
     np.savez(folder / f"{name}.npz", points=mesh.vertices, normals=mesh.vertex_normals)
-    reached = row(f"{name} mesh", path, path, options, page, None)
+    _, reached = row(f"{name} mesh", path, path, options, page, None)
     row(f"{name} vertices", folder / f"{name}.npz", path, options, page, reached)
 
 
@@ -109,6 +138,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for name in options.shapes.split(","):
             rows(name, Path(folder), options, page)
+    if "scans" in options.shapes.split(","):
+        page.add("", f"![The model of the scans from two sides and from below]({picture_of(options.output).name})")
 
 
 if __name__ == "__main__":
