@@ -6,13 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import trimesh
 
 from mplicits import cli
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference.interpret import colour, nested_field
 from mplicits.model import gallery
 from mplicits.model.model import load
+from mplicits.trainer.cli import CREASE
+from mplicits.trainer.shapes.load import load_shape
 from mplicits.viewer.arguments import camera_from
 from mplicits.viewer.draw.camera import Camera
 from support.paths import DATA
@@ -49,16 +50,19 @@ def test_models_are_the_meshes_and_their_colours(name: str) -> None:
     path = DATA / "textured" / MESHES[name.partition("-")[0]]
     if not path.exists():
         pytest.skip(f"{path.name} is not in MPLICITS_DATA")
-    mesh: trimesh.Trimesh = trimesh.load_mesh(path, process=False)
-    points, _, colours = trimesh.sample.sample_surface(mesh, 4000, sample_color=True, seed=1)
+    shape, _ = load_shape(str(path), crease=CREASE)
+    surface = shape.surface(4000, np.random.default_rng(1), colours=True)
+    assert surface.colours is not None
     model = load(gallery.model_path(name))
-    at = ((np.asarray(points) - model.centre) / model.scale).astype(np.float32)
+    assert model.provenance["source"] == shape.source, "curved, as `train` takes a mesh"
+    points = surface.points * shape.scale + shape.centre
+    at = ((points - model.centre) / model.scale).astype(np.float32)
     program = lower(model)
     value, reached = nested_field(program, at, len(model.levels))
     small = name.endswith("small")
     assert (reached == len(model.levels)).mean() > 0.999
     assert np.abs(value).mean() < (3e-3 if small else 1e-3)
-    error = ((colour(program, at) - np.asarray(colours, float)[:, :3] / 255) ** 2).mean()
+    error = ((colour(program, at) - surface.colours) ** 2).mean()
     assert error < (0.02 if small else 0.003)
 
 

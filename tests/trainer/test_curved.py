@@ -100,9 +100,13 @@ def test_spot_is_smooth_and_closed() -> None:
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
     facets = facets_of(mesh)
     assert trimesh.Trimesh(np.round(facets.vertices, 9), facets.faces, process=True).is_watertight
-    smooth = mesh.vertex_normals[mesh.faces][facets.parents]
-    mean = np.einsum("fkc,fci->fki", facets.weights, smooth)
-    assert (angles(facets.normals, mean / np.linalg.norm(mean, axis=2, keepdims=True)) < 5).mean() > 0.99
+    flat_normals = trimesh.Trimesh(facets.vertices, facets.faces, process=False).face_normals
+    middle = facets.normals.mean(axis=1)
+    away = angles(middle / np.linalg.norm(middle, axis=1, keepdims=True), flat_normals)
+    assert away.mean() < 1, (
+        "the normals are the curved surface's own; those interpolated over a face are 2.3 degrees off"
+    )
+    assert (away < 15).mean() > 0.99
 
 
 def test_normals_of_a_file_are_used_unless_they_are_damaged() -> None:

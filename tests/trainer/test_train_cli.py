@@ -165,9 +165,7 @@ def test_missing_steps_repeat_the_last_and_missing_omegas_are_the_default() -> N
         settings.steps("1.5", 2)
 
 
-def test_a_sparse_cloud_is_trained_and_saved(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_sparse_cloud_is_trained_and_saved(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     normals = np.random.default_rng(0).normal(size=(100, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     np.savez(tmp_path / "sparse.npz", points=normals, normals=normals)

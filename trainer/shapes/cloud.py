@@ -78,6 +78,9 @@ class CloudShape:
     def distance(self, points: Doubles) -> Doubles:
         """Compute the signed distance, NaN where it is not known. Returns (N,)."""
         planes, nearest = self._planes.distance(points)
+        if self.noise:
+            # What cleaning has left of the noise tilts single planes, and f would be held to a few wrong signs.
+            planes[:] = np.nan
         winding = igl.fast_winding_number(*self._winding, points)
         nearest[np.abs(winding - 0.5) < OPEN] = np.nan
         return np.where(np.isnan(planes), np.where(winding > 0.5, -nearest, nearest), planes)

@@ -34,7 +34,7 @@ def corner_normals(vertices: Doubles, faces: Whole, crease: float) -> Doubles:
     links = coo_array((np.ones(len(one), np.int8), (one, other)), shape=(count, count))
     groups, group = connected_components(links, directed=False)
     sums = np.zeros((groups, 3))
-    np.add.at(sums, group, (of_faces[:, None] * _angles(vertices, faces)[:, :, None]).reshape(-1, 3))
+    np.add.at(sums, group, (of_faces[:, None] * corner_angles(vertices, faces)[:, :, None]).reshape(-1, 3))
     normals = unit(sums)[group].reshape(-1, 3, 3)
     return np.asarray(np.where(np.linalg.norm(normals, axis=2, keepdims=True) > 0.5, normals, of_faces[:, None]))
 
@@ -125,7 +125,7 @@ def _share_an_end(start: Whole, end: Whole, one: Whole, other: Whole) -> NDArray
     )
 
 
-def _angles(vertices: Doubles, faces: Whole) -> Doubles:
+def corner_angles(vertices: Doubles, faces: Whole) -> Doubles:
     """Compute the angles of faces at their corners, radians (F, 3)."""
     corners = vertices[faces]
     forth = unit((np.roll(corners, -1, axis=1) - corners).reshape(-1, 3))

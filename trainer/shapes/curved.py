@@ -9,13 +9,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .creases import Whole, edge_pairs, face_normals
+from .creases import Whole, corner_angles, edge_pairs, face_normals
 from .shape import Doubles, unit
 
 MOST_CUTS = 5
 """Most small triangles along an edge: the chord errors of a patch fall to a 25th of the facet's."""
 MOST_FACES = 300_000
 """A mesh is cut into at most so many small triangles, or not at all: scans are fine enough as they are."""
+DECIMALS = 7
+"""Places and normals that agree to so many digits after the point, in model space, are one."""
 CREASED = 0.03
 """Squared sine of the angle between the normals on both sides of an edge, from which on it is a crease: 10 degrees."""
 ALONG = 0.5
@@ -53,12 +55,13 @@ def curved(vertices: Doubles, faces: Whole, normals: Doubles) -> Facets:
     cuts = int(np.clip(np.sqrt(MOST_FACES / max(1, len(faces))), 1, MOST_CUTS))
     grid, small = _cut_triangle(cuts)
     points = _patches(vertices[faces], _edge_points(vertices, faces, normals), grid)
-    turned = _turned(normals, grid)
     offsets = len(grid) * np.arange(len(faces))
+    vertices, facets = points.reshape(-1, 3), (small[None] + offsets[:, None, None]).reshape(-1, 3)
+    turned = _turned(normals, grid).reshape(-1, 3)
     return Facets(
-        vertices=points.reshape(-1, 3),
-        faces=(small[None] + offsets[:, None, None]).reshape(-1, 3),
-        normals=turned[:, small].reshape(-1, 3, 3),
+        vertices=vertices,
+        faces=facets,
+        normals=turned[facets] if cuts == 1 else _own_normals(vertices, facets, turned),
         parents=np.repeat(np.arange(len(faces)), len(small)),
         weights=np.tile(grid[small], (len(faces), 1, 1)),
     )
@@ -129,3 +132,19 @@ def _turned(normals: Doubles, grid: Doubles) -> Doubles:
     """Interpolate the normals of corners (F, 3, 3) at barycentric coordinates (M, 3): (F, M, 3), of length one."""
     mixed = np.einsum("mk,fki->fmi", grid, normals, optimize=True)
     return unit(mixed.reshape(-1, 3)).reshape(mixed.shape)
+
+
+def _own_normals(vertices: Doubles, facets: Whole, turned: Doubles) -> Doubles:
+    """Compute the patches' own normals at the corners of facets, as means over the facets around a place.
+
+    Those interpolated between corners are none of the patch's: a field cannot have both. They only tell the sides of a
+    crease apart. vertices, turned: (V, 3), places and interpolated normals. facets: (F, 3). Returns (F, 3, 3).
+    """
+    places = np.round(np.concatenate((vertices, turned), axis=1), DECIMALS)
+    groups, group = np.unique(places, axis=0, return_inverse=True)
+    corners = group.reshape(-1)[facets]
+    sums = np.zeros((len(groups), 3))
+    weighted = face_normals(vertices, facets)[:, None] * corner_angles(vertices, facets)[:, :, None]
+    np.add.at(sums, corners, weighted)
+    own = unit(sums)[corners]
+    return np.asarray(np.where(np.linalg.norm(own, axis=2, keepdims=True) > 0.5, own, turned[facets]))
