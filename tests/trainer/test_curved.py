@@ -23,7 +23,7 @@ def facets_of(mesh: trimesh.Trimesh, crease: float = 30.0) -> Facets:
 
 def cylinder(sides: int) -> trimesh.Trimesh:
     """A cylinder of radius 1 and height 2 around z."""
-    mesh = trimesh.creation.cylinder(1.0, 2.0, sections=sides)
+    mesh: trimesh.Trimesh = trimesh.creation.cylinder(1.0, 2.0, sections=sides)
     mesh.merge_vertices()
     return mesh
 

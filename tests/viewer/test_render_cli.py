@@ -112,7 +112,8 @@ def test_a_split_picture_shows_level_1_and_all_levels(model: Path, tmp_path: Pat
     for name, levels in (("asked", ("--level", 1, "--normal-level", 2)), ("default", ())):
         arguments = ("--size", 32, "--context", "osmesa", "--samples", 1, "--split", *levels)
         render(model, "-o", tmp_path / f"{name}.png", *arguments)
-    assert np.array_equal(*(np.asarray(Image.open(tmp_path / f"{name}.png")) for name in ("asked", "default")))
+    asked, default = (np.asarray(Image.open(tmp_path / f"{name}.png")) for name in ("asked", "default"))
+    assert np.array_equal(asked, default)
 
 
 @pytest.mark.parametrize(
