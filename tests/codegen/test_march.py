@@ -40,6 +40,7 @@ def data(renderer: Renderer, camera: Camera, **options: int) -> NDArray[np.float
     return renderer.render((SIDE, SIDE), camera, RenderOptions(shading="data", **options))  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_ten_views_have_no_holes_and_the_same_silhouette_as_dense_marching(osmesa: Context, model: Model) -> None:
     difference = compare(model, osmesa, SIDE)
     assert difference.holes == 0

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from mplicits.model import gallery
 from mplicits.model.model import load
 from mplicits.trainer.cli import CREASE
 from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.shapes.shape import Shape
 from mplicits.viewer.arguments import camera_from
 from mplicits.viewer.draw.camera import Camera
 from support.paths import DATA
@@ -23,6 +25,12 @@ SIZES = ("-small", "", "-large")
 NAMES = [name + size for name in ("spot", "bob") for size in SIZES]
 MESHES = {"spot": "spot.obj", "bob": "bob_tri.obj"}
 MOST = 1_500_000
+
+
+@cache
+def curved_shape(path: Path) -> Shape:
+    """The shape of a mesh as `train` takes it."""
+    return load_shape(str(path), crease=CREASE)[0]
 
 
 def test_the_gallery_has_two_shapes_in_three_sizes() -> None:
@@ -50,7 +58,7 @@ def test_models_are_the_meshes_and_their_colours(name: str) -> None:
     path = DATA / "textured" / MESHES[name.partition("-")[0]]
     if not path.exists():
         pytest.skip(f"{path.name} is not in MPLICITS_DATA")
-    shape, _ = load_shape(str(path), crease=CREASE)
+    shape = curved_shape(path)
     surface = shape.surface(4000, np.random.default_rng(1), colours=True)
     assert surface.colours is not None
     model = load(gallery.model_path(name))

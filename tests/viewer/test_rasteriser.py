@@ -209,7 +209,7 @@ def test_render_takes_a_mesh_of_either_space(
         (["--mesh", "none.ply", "--shade", "steps", "--rounds", "3"], "--rounds, --shade steps: nothing is traced"),
         (["--mesh", "none.ply", "--normal-level", "3"], "levels 1 to 2"),
         (["--space", "model"], "it needs --mesh"),
-        (["--split"], "lower --level"),
+        (["--split", "--level", "2"], "another --level"),
     ],
 )
 def test_bad_arguments_are_one_line(
