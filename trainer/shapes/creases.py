@@ -26,7 +26,7 @@ def corner_normals(vertices: Doubles, faces: Whole, crease: float) -> Doubles:
     of_faces = face_normals(vertices, faces)
     count = faces.size
     first, second = edge_pairs(faces)
-    smooth = ~_creases(vertices, faces, of_faces, crease)
+    smooth = ~_creases(vertices, faces, first, second, of_faces, crease)
     first, second = first[smooth], second[smooth]
     # Half edge 3 f + k runs from corner k to corner k + 1 of face f; across it, the ends come in the opposite order.
     one = np.concatenate((first, next_half_edges(first)))
@@ -79,14 +79,15 @@ def next_half_edges(half_edges: Whole) -> Whole:
     return np.asarray(half_edges - half_edges % 3 + (half_edges + 1) % 3)
 
 
-def _creases(vertices: Doubles, faces: Whole, normals: Doubles, crease: float) -> NDArray[np.bool_]:
-    """Tell which edges are creases, (E,) in the order of `edge_pairs`.
+def _creases(
+    vertices: Doubles, faces: Whole, first: Whole, second: Whole, normals: Doubles, crease: float
+) -> NDArray[np.bool_]:
+    """Tell which of the edges `first`, `second` (E,) of `edge_pairs` are creases, (E,).
 
     An edge bends by the angle between the normals of its faces. It is a crease where it bends by more than `crease`
     degrees, and by `ALONE` times as much as the edges beside it that run along it: those of a round part that is cut
     coarsely bend alike. From `SHARP` on it is a crease at any rate. normals: (F, 3), of the faces.
     """
-    first, second = edge_pairs(faces)
     corners = faces.ravel()
     start, end = corners[first], corners[second]
     direction = unit(vertices[end] - vertices[start])

@@ -98,12 +98,8 @@ class MeshShape:
     def distance(self, points: Doubles) -> Doubles:
         """Compute the exact distance to the facets, signed by the winding number. Returns (N,)."""
         inside = self._winding.winding_number(points) > 0.5
-        return np.where(inside, -1.0, 1.0) * self.clearance(points)
-
-    def clearance(self, points: Doubles) -> Doubles:
-        """Compute the exact distance without its sign. Returns (N,)."""
         squared, _, _ = self._tree.squared_distance(self._facets.vertices, self._facets.faces, points)
-        return np.asarray(np.sqrt(squared))
+        return np.asarray(np.where(inside, -1.0, 1.0) * np.sqrt(squared))
 
     def _curve(self, normals: Doubles) -> None:
         """Replace the facets by those of the curved surface, which bulges beyond them: it is normalised once more.
