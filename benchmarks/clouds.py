@@ -21,13 +21,11 @@ from mplicits.mesher.evaluate import compare
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.truth import in_model_space, read_mesh
 from mplicits.model.model import Model, save
-from mplicits.trainer import settings
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.session import TrainingBar
-from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.train import Training
-from protocol import DATA, Page, machine
+from protocol import DATA, Page, machine, training_settings
 
 SCANS = Path("scans") / "stanford_bunny_scans.zip"
 """The range scans, in the data's folder."""
@@ -60,9 +58,7 @@ def picture(model: Path, output: Path) -> None:
 def train(path: Path, options: argparse.Namespace) -> Model:
     """Train a file as `mplicits train --texture none` does."""
     shape, _ = load_shape(str(path))
-    networks = settings.networks(options.levels)
-    steps = settings.steps(options.steps, len(networks))
-    asked = Settings(networks, settings.omegas(None, networks), steps, texture=False, seed=options.seed)
+    asked = training_settings(options.levels, options.steps, seed=options.seed)
     return Training(shape, asked, TrainingBar(True)).run()
 
 

@@ -1,13 +1,14 @@
 """Measure how far trained fields are from a distance, and whether they have loose pieces of surface; writes a page.
 
-    python benchmarks/field.py [FILE...] [--levels 64x1,64x2] [--seconds 60] [--seeds 0,1,2] [-o docs/results/field.md]
+    python benchmarks/field.py [FILE...] [--levels 64x1,64x2] [--seconds 60 | --steps 1000,2200] [--seeds 0,1,2]
+        [--keep FOLDER] [-o docs/results/field.md]
 
-FILE: meshes; by default those of meshes/ and thingi32/ in the data's folder. Seconds are those of `mplicits train`.
+FILE: meshes; by default those of meshes/ and thingi32/ in the data's folder. Seconds and steps are those of
+`mplicits train`; steps do not depend on what else the machine does.
 """
 
 import argparse
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,15 +20,14 @@ from mplicits.mesher.evaluate import compare
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.truth import in_model_space, read_mesh
 from mplicits.model.field_figures import written
-from mplicits.model.model import Model
-from mplicits.trainer import sampling, settings
+from mplicits.model.model import Model, save
+from mplicits.trainer import sampling
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.session import TrainingBar
-from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.trainer.train import Training
-from protocol import DATA, Page, machine
+from protocol import DATA, Page, machine, training_settings
 
 RATIO_POINTS = 200_000
 """Points of the unit ball at which the largest |f| / |d| is looked for."""
@@ -42,17 +42,17 @@ def largest_ratio(model: Model, shape: Shape) -> float:
     return float((np.abs(f) / distance).max())
 
 
-def row(path: Path, levels: str, seconds: float, seed: int, resolution: int) -> str:
+def row(path: Path, seed: int, options: argparse.Namespace) -> str:
     """Train a shape and return its row of the table."""
     began = time.perf_counter()
     shape, _ = load_shape(str(path))
-    networks = settings.networks(levels)
-    asked = Settings(networks, settings.omegas(None, networks), settings.steps(None, len(networks)), seconds)
-    training = Training(shape, replace(asked, texture=False, seed=seed), TrainingBar(True), began)
-    model = training.run()
+    asked = training_settings(options.levels, options.steps, None if options.steps else options.seconds, seed)
+    model = Training(shape, asked, TrainingBar(True), began).run()
+    if options.keep:
+        save(model, options.keep / f"{path.stem}-{seed}.safetensors")
     truth = in_model_space(read_mesh(path), model.centre, model.scale)
     field = compare_field(model, truth, 100_000)
-    figures = compare(extract_model(model, resolution).mesh, truth)
+    figures = compare(extract_model(model, options.resolution).mesh, truth)
     last = model.provenance["levels"][-1]
     low, middle, high = field.gradient
     return (
@@ -70,18 +70,21 @@ def main() -> None:
     parser.add_argument("files", nargs="*", type=Path, metavar="FILE")
     parser.add_argument("--levels", default="64x1,64x2", metavar="NxD,..")
     parser.add_argument("--seconds", type=float, default=60.0, metavar="S")
+    parser.add_argument("--steps", metavar="N,..", help="in place of seconds")
     parser.add_argument("--seeds", default="0,1,2", metavar="K,..")
     parser.add_argument("--resolution", type=int, default=512, metavar="N", help="of marching cubes (default 512)")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="folder to save the models in")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/field.md"))
     options = parser.parse_args()
     default = [*sorted((DATA / "meshes").glob("*.ply")), *sorted((DATA / "thingi32").glob("*.ply"))]
     names = "".join(f"{path.name} " for path in options.files)
+    length = f"--steps {options.steps}" if options.steps else f"--seconds {options.seconds:g}"
     prepare(device("cpu"))
     page = Page(
         options.output,
         "# The field as a distance",
         "",
-        f"Printed by `python benchmarks/field.py {names}--levels {options.levels} --seconds {options.seconds:g} "
+        f"Printed by `python benchmarks/field.py {names}--levels {options.levels} {length} "
         f"--seeds {options.seeds}`. Mean error: of the nested field f in the unit ball, against the exact signed "
         "distance d. It is too large where |f| > 1.05 |d| + 0.001. Largest ratio: of |f| to |d|, farther away than "
         "level 1's half width. Gradient: 10th, 50th and 90th percentile of |grad f| on the surface. Marching cubes at "
@@ -95,7 +98,7 @@ def main() -> None:
     )
     for path in options.files or default:
         for seed in map(int, options.seeds.split(",")):
-            page.add(row(path, options.levels, options.seconds, seed, options.resolution))
+            page.add(row(path, seed, options))
 
 
 if __name__ == "__main__":

@@ -1,12 +1,13 @@
 """Compare ways to reconstruct a surface from a noisy oriented cloud; writes a page and pictures.
 
-    python benchmarks/noise.py [--shapes armadillo,lucy,bunny] [--noise 0,0.005,0.01,0.02] [--outliers 0]
-        [--methods ours,uncleaned,siren,hash,poisson] [--steps 700,2500] [-o docs/results/noise.md]
+    python benchmarks/noise.py [--cases armadillo:0.01,armadillo:0.01:0.05,...] [--steps 700,2500]
+        [--methods ours,uncleaned,siren,hash,poisson] [-o docs/results/noise.md]
 
-A cloud is 100,000 points of a mesh in model space, uniform by area, with the normals of the faces. Noise is Gaussian,
-on each coordinate of the points and, in the same size, of the normals; outliers are further points of the cube
-[-1, 1]^3 with normals of any direction. ours: as `mplicits train CLOUD`. uncleaned: the same with `--noise 0`. siren:
-one SIREN of as many parameters, hash: a hash grid, each on the cloud as it is, for the seconds that our training took.
+A case is SHAPE:NOISE or SHAPE:NOISE:OUTLIERS, with a share of outliers. A cloud is 100,000 points of a mesh in model
+space, uniform by area, with the normals of the faces. Noise is Gaussian, on each coordinate of the points and, in the
+same size, of the normals; outliers are further points of the cube [-1, 1]^3 with normals of any direction. ours: as
+`mplicits train CLOUD`. uncleaned: the same with `--noise 0`. siren: one SIREN of as many parameters, hash: a hash grid,
+each on the cloud as it is, for the seconds that our training took.
 poisson: screened Poisson (Kazhdan and Hoppe 2013) of pymeshlab, which has to be installed, by its defaults (depth 8).
 """
 
@@ -28,18 +29,21 @@ from mplicits.mesher.grid import Grid
 from mplicits.mesher.metrics import SampledSurface
 from mplicits.mesher.surface import Mesh
 from mplicits.mesher.truth import in_model_space, read_mesh
-from mplicits.trainer import settings
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.session import TrainingBar
-from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.cloud import CloudShape
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Doubles, SurfacePoints, unit
 from mplicits.trainer.train import Training
-from protocol import DATA, Page, machine
+from protocol import DATA, Page, machine, training_settings
 
 POINTS = 100_000
 """Points of a cloud, without the outliers."""
+CASES = ",".join(
+    f"{shape}:{case}"
+    for case in ("0.01", "0.02", "0.005", "0", "0.01:0.05", "0.01:0.01")
+    for shape in ("armadillo", "lucy", "bunny")
+)
 METHODS = ("ours", "uncleaned", "siren", "hash", "poisson")
 GRADIENT_STEP = 5e-4
 """Length of the central differences that gradients are measured with."""
@@ -85,9 +89,7 @@ def ours(cloud: SurfacePoints, noise: float | None, options: argparse.Namespace)
     """Train as `mplicits train` does. noise: as its option says."""
     began = time.perf_counter()
     shape = CloudShape(cloud.points, cloud.normals, None, "cloud", {}, noise)
-    sizes = settings.networks(options.levels)
-    steps = settings.steps(options.steps, len(sizes))
-    asked = Settings(sizes, settings.omegas(None, sizes), steps, None, False, options.seed, noise=noise)
+    asked = replace(training_settings(options.levels, options.steps, seed=options.seed), noise=noise)
     model = Training(shape, asked, TrainingBar(quiet=True)).run()
     return of_model("ours" if noise is None else "ours, --noise 0", model, time.perf_counter() - began), shape
 
@@ -164,9 +166,7 @@ def picture(mesh: Mesh, path: Path) -> None:
 def main() -> None:
     """Reconstruct every case by every method, and write the page."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--shapes", default="armadillo,lucy,bunny", metavar="NAME,..")
-    parser.add_argument("--noise", default="0,0.005,0.01,0.02", metavar="S,..")
-    parser.add_argument("--outliers", default="0", metavar="SHARE,..")
+    parser.add_argument("--cases", default=CASES, metavar="SHAPE:NOISE[:OUTLIERS],..")
     parser.add_argument("--methods", default=",".join(METHODS), metavar="NAME,..", help=f"of {', '.join(METHODS)}")
     parser.add_argument("--levels", default="64x1,64x2", metavar="NxD,..")
     parser.add_argument("--steps", default="700,2500", metavar="N,..", help="of our levels (default 700,2500)")
@@ -182,8 +182,8 @@ def main() -> None:
         options.output,
         "# Noisy clouds",
         "",
-        f"Printed by `python benchmarks/noise.py --shapes {options.shapes} --noise {options.noise} --outliers "
-        f"{options.outliers} --methods {options.methods} --levels {options.levels} --steps {options.steps} "
+        f"Printed by `python benchmarks/noise.py --cases {options.cases} "
+        f"--methods {options.methods} --levels {options.levels} --steps {options.steps} "
         f"--resolution {options.resolution} --samples {options.samples}{' --pictures' * options.pictures}`; what a row "
         "is stands at the head of that script. Chamfer: squared L2, both directions summed, in the truth's model "
         "space. |grad f|: 5th, 50th and 95th percentile on the true surface, and the share of it between 0.8 and 1.2. "
@@ -195,26 +195,21 @@ def main() -> None:
         "| --- | --- | ---: | ---: | ---: | --- | ---: | ---: |",
     )
     drawn: list[str] = []
-    cases = [
-        (name, float(noise), float(outliers))
-        for name in options.shapes.split(",")
-        for noise in options.noise.split(",")
-        for outliers in options.outliers.split(",")
-    ]
-    for number, (name, noise, outliers) in enumerate(cases):
+    for number, case in enumerate(options.cases.split(",")):
+        name, noise, outliers = (*case.split(":"), "0")[:3]
         path = options.data / "meshes" / f"{name}.ply"
         mesh, _ = load_shape(str(path))
         truth = in_model_space(read_mesh(path), mesh.centre, mesh.scale)
-        cloud = noisy_cloud(SampledSurface(truth), noise, outliers, options.seed + 1)
-        case = f"{name}, noise {noise:.1%}, outliers {outliers:.0%}"
+        cloud = noisy_cloud(SampledSurface(truth), float(noise), float(outliers), options.seed + 1)
+        title = f"{name}, noise {float(noise):.1%}, outliers {float(outliers):.0%}"
         for made in reconstructions(cloud, options):
-            page.add(row(case, made, truth, options))
+            page.add(row(title, made, truth, options))
             if options.pictures and not number and len(made.mesh.faces):
                 file = options.output.with_name(f"noise-{made.name.split(',')[-1].strip(' -').replace(' ', '-')}.png")
                 picture(made.mesh, file)
                 drawn.append(f"![{made.name}]({file.name})")
     if drawn:
-        page.add("", f"{cases[0][0]}, noise {cases[0][1]:.1%}, in the order of the rows:", "", " ".join(drawn))
+        page.add("", "The first case, in the order of the rows:", "", " ".join(drawn))
 
 
 if __name__ == "__main__":

@@ -10,13 +10,11 @@ import time
 from pathlib import Path
 
 from mplicits.model.model import save
-from mplicits.trainer import settings
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.session import TrainingBar
-from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.train import Training
-from protocol import machine
+from protocol import machine, training_settings
 
 
 def main() -> None:
@@ -27,7 +25,6 @@ def main() -> None:
     parser.add_argument("--seconds", default="60,150,300", metavar="S,..")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="folder to save the models in")
     arguments = parser.parse_args()
-    networks = settings.networks(arguments.levels)
     prepare(device("cpu"))
     print(f"{Path(arguments.shape).name}, {machine()}\n")
     print("| seconds asked | seconds | level | steps | mean abs f | mean normal angle, degrees | delta |")
@@ -35,9 +32,8 @@ def main() -> None:
     for seconds in map(float, arguments.seconds.split(",")):
         began = time.perf_counter()
         shape, _ = load_shape(arguments.shape)
-        omegas, steps = settings.omegas(None, networks), settings.steps(None, len(networks))
-        training = Training(shape, Settings(networks, omegas, steps, seconds, texture=False), TrainingBar(True), began)
-        model = training.run()
+        asked = training_settings(arguments.levels, seconds=seconds)
+        model = Training(shape, asked, TrainingBar(True), began).run()
         for i, (level, record) in enumerate(zip(model.levels, model.provenance["levels"], strict=True), start=1):
             print(
                 f"| {seconds:g} | {model.provenance['seconds']:.1f} | {i}: {record['network']} | {record['steps']} "

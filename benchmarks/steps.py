@@ -21,17 +21,15 @@ from mplicits.codegen.ir.program import Program
 from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.model import DEFAULT_STEP_BOUND, Model, load, save
-from mplicits.trainer import settings
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.session import TrainingBar
-from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.train import Training
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import open_osmesa
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
-from protocol import Page, machine
+from protocol import Page, machine, training_settings
 
 NEAR = 3
 """Pixels from a silhouette up to which every ray is marched densely."""
@@ -119,12 +117,8 @@ def trained(path: Path, levels: str, steps: str, keep: Path) -> Model:
     kept = keep / f"{path.stem}.safetensors"
     if kept.exists():
         return load(kept)
-    networks = settings.networks(levels)
     shape, _ = load_shape(str(path))
-    asked = settings.steps(steps, len(networks))
-    model = Training(
-        shape, Settings(networks, settings.omegas(None, networks), asked, None, texture=False), TrainingBar(True)
-    ).run()
+    model = Training(shape, training_settings(levels, steps), TrainingBar(True)).run()
     keep.mkdir(parents=True, exist_ok=True)
     save(model, kept)
     return model
