@@ -73,7 +73,7 @@ def row(
     if options.keep:
         save(model, options.keep / f"{name.replace(' ', '-')}.safetensors")
     surface = extract_model(model, options.resolution).mesh
-    figures = compare(surface, in_model_space(read_mesh(truth), model.centre, model.scale), options.samples)
+    figures = compare(surface, in_model_space(read_mesh(truth), *model.place), options.samples)
     page.add(
         f"| {name} | {figures.chamfer:.2e} | {figures.chamfer / figures.floor:.2f} "
         f"| {'' if mesh is None else f'{figures.chamfer / mesh:.2f}'} | {figures.normal_angle:.1f} "

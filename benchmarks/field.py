@@ -50,7 +50,7 @@ def row(path: Path, seed: int, options: argparse.Namespace) -> str:
     model = Training(shape, asked, TrainingBar(True), began).run()
     if options.keep:
         save(model, options.keep / f"{path.stem}-{seed}.safetensors")
-    truth = in_model_space(read_mesh(path), model.centre, model.scale)
+    truth = in_model_space(read_mesh(path), *model.place)
     field = compare_field(model, truth, 100_000)
     figures = compare(extract_model(model, options.resolution).mesh, truth)
     last = model.provenance["levels"][-1]

@@ -128,7 +128,7 @@ def main() -> None:
     context = open_osmesa()
     fronts = {name: {shading: np.empty(0, np.float32) for of, shading in FRONT if of == name} for name in models}
     for name, model in models.items():
-        camera = Camera(*(gallery.front(paths[name]) or ()))
+        camera = Camera(*(model.front or ()))
         save_png(folder / f"{name}.png", strip(model, camera, context, fronts[name]), name)
         page.add(f"![{name}]({folder.name}/{name}.png)", "", f"{name}", "")
     row = np.concatenate([fronts[name][shading] for name, shading in FRONT], axis=1)

@@ -79,6 +79,9 @@ def _facts(model: "Model") -> dict[str, Any]:
         "inputs": model.inputs,
         "centre": model.centre,
         "scale": model.scale,
+        "up": model.up,
+        "front": model.front,
+        "credit": model.credit,
         "bytes": {name: _size(model, target) for name, target in TARGETS.items()},
         "provenance": model.provenance,
     }

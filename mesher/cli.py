@@ -47,7 +47,7 @@ def run_mesh(args: Namespace) -> None:
     import time
 
     from ..model.files import check_writable, show, write_whole
-    from ..model.model import load
+    from ..model.model import MODEL_SPACE, load
     from .bar import Bar
     from .extract import check_resolution, extract_model, up_to
     from .write import check_suffix, to_bytes
@@ -64,8 +64,8 @@ def run_mesh(args: Namespace) -> None:
     finally:
         bar.end()
     seconds = time.perf_counter() - began
-    centre, scale = (model.centre, model.scale) if args.space == "input" else ((0.0, 0.0, 0.0), 1.0)
-    write_whole(output, to_bytes(extracted.mesh, output.suffix.lower(), centre, scale))
+    place = model.place if args.space == "input" else MODEL_SPACE
+    write_whole(output, to_bytes(extracted.mesh, output.suffix.lower(), *place))
     vertices, faces = len(extracted.mesh.vertices), len(extracted.mesh.faces)
     if args.json:
         print(

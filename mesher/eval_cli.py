@@ -129,7 +129,7 @@ def _meshes(args: Namespace, progress: "Progress") -> "tuple[Mesh, Mesh, dict[st
         "spurious": extracted.spurious,
         "extraction_seconds": round(time.perf_counter() - began, 3),
     }
-    return extracted.mesh, in_model_space(truth, model.centre, model.scale), extraction, model
+    return extracted.mesh, in_model_space(truth, *model.place), extraction, model
 
 
 def _lines(figures: "Figures") -> list[str]:

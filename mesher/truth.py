@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..model.errors import UserError
 from ..model.files import show
 from ..model.mesh_file import load_mesh
+from ..model.orientation import DEFAULT_UP, upright
 from .surface import Mesh
 
 FARTHEST = 100.0
@@ -45,12 +46,14 @@ def normalisation(mesh: trimesh.Trimesh) -> tuple[tuple[float, float, float], fl
     return (float(x), float(y), float(z)), float(np.linalg.norm(used - (x, y, z), axis=1).max())
 
 
-def in_model_space(mesh: trimesh.Trimesh, centre: tuple[float, float, float], scale: float) -> Mesh:
-    """Move a mesh from input space into model space, where input space = model space * scale + centre.
+def in_model_space(
+    mesh: trimesh.Trimesh, centre: tuple[float, float, float], scale: float, up: str = DEFAULT_UP
+) -> Mesh:
+    """Move a mesh from input space into model space. centre, scale, up: those of a model (`Model.place`).
 
     Raises UserError where it then lies far from the unit sphere, as it does where centre and scale are another shape's.
     """
-    vertices = (np.asarray(mesh.vertices, np.float64) - centre) / scale
+    vertices = (upright(np.asarray(mesh.vertices, np.float64), up) - centre) / scale
     reach = np.abs(vertices).max()
     if not reach <= FARTHEST:
         raise UserError(f"the two are not of one shape: one is {reach:.3g} radii away, by the other's centre and scale")

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..model.errors import UserError
 from ..model.files import show
+from ..model.orientation import DEFAULT_UP, as_in_file
 from .surface import Array, Mesh
 
 OPTIONS: dict[str, dict[str, Any]] = {
@@ -26,8 +27,8 @@ def check_suffix(path: Path) -> None:
         raise UserError(f"{show(path)}: a mesh is written as {', '.join(OPTIONS)}")
 
 
-def to_bytes(mesh: Mesh, suffix: str, centre: tuple[float, float, float], scale: float) -> bytes:
-    """Return a mesh as a file, with its vertices in input space = model space * scale + centre.
+def to_bytes(mesh: Mesh, suffix: str, centre: tuple[float, float, float], scale: float, up: str = DEFAULT_UP) -> bytes:
+    """Return a mesh as a file, with its vertices in input space. centre, scale, up: those of a model (`Model.place`).
 
     suffix: a key of OPTIONS. Colours are written as sRGB, in a GLB as linear light, which is what glTF asks for.
     """
@@ -35,9 +36,9 @@ def to_bytes(mesh: Mesh, suffix: str, centre: tuple[float, float, float], scale:
     if mesh.colours is not None:
         colours = _bytes(_linear(mesh.colours) if suffix == ".glb" else mesh.colours)
     written = trimesh.Trimesh(
-        mesh.vertices.astype(np.float64) * scale + centre,
+        as_in_file(mesh.vertices.astype(np.float64) * scale + centre, up),
         mesh.faces,
-        vertex_normals=mesh.normals,
+        vertex_normals=None if mesh.normals is None else as_in_file(mesh.normals.astype(np.float64), up),
         vertex_colors=colours,
         process=False,
     )

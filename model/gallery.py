@@ -9,11 +9,6 @@ from .files import show
 FOLDER = Path(__file__).parent / "gallery"
 """Where the models are; each file has its model's name."""
 SUFFIX = ".safetensors"
-FRONTS = {"spot": (215.0, 15.0), "bob": (235.0, 15.0)}
-"""Shape -> azimuth and elevation, in degrees, of a camera that sees its face.
-
-A model's name up to the first dash is the name of its shape: "spot-large" shows Spot.
-"""
 
 
 def names() -> list[str]:
@@ -42,8 +37,3 @@ def model_path(text: str) -> Path:
     if near:
         raise UserError(f"{show(text)}: no such file; did you mean {near[0]!r}, of the gallery?")
     return path
-
-
-def front(path: Path) -> tuple[float, float] | None:
-    """Return the azimuth and elevation, in degrees, to look from at a file of the gallery; None for other files."""
-    return FRONTS.get(path.stem.partition("-")[0]) if path.parent == FOLDER else None

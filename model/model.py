@@ -21,6 +21,7 @@ from safetensors.numpy import save as to_safetensors
 from .checks import check_finite, check_json, check_keys, check_network, check_positive
 from .errors import UserError
 from .files import show, write_whole
+from .orientation import DEFAULT_UP, check_front, check_up
 
 FORMAT = "mplicits"
 """Value of the metadata key `format`."""
@@ -38,6 +39,8 @@ A level may have the keys `STEP_BOUNDS` as well.
 """
 STEP_BOUNDS = {"step_bound": float, "band_step_bound": float}
 """Further keys of the JSON object of one level. A value that is missing, as in older files, is `DEFAULT_STEP_BOUND`."""
+OPTIONAL_KEYS = {"up": str, "front": list, "credit": str}
+"""Further keys of the JSON object under `model`; a value that is missing is the default of `Model`."""
 INPUTS = ("xyz", "xyzt")
 """Values of `inputs`: a network takes as many numbers as the text has letters."""
 LEVEL_OUTPUTS, TEXTURE_OUTPUTS = 1, 3
@@ -101,9 +104,15 @@ class Model:
     texture: Network | None = None
     """From a point in model space to a colour: 3 numbers, sRGB in [0, 1], to be clamped. None for no colours."""
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Where model space's origin lies in input space: input space = model space * scale + centre."""
+    """Where model space's origin lies in input space, turned upright: that is model space * scale + centre."""
     scale: float = 1.0
     """Length of model space's unit in input space, above 0."""
+    up: str = DEFAULT_UP
+    """Axis of input space that points up, "x", "y" or "z"; in model space it is y (`orientation.upright`)."""
+    front: tuple[float, float] | None = None
+    """Azimuth and elevation, in degrees, of a camera that sees the shape as it wants to be seen; None: not known."""
+    credit: str = ""
+    """Author and licence of the shape, any text; empty where they are not known."""
     inputs: str = "xyz"
     """What the networks take: "xyz", a point in model space, or "xyzt", a point and a time, for a field that moves."""
     provenance: dict[str, Any] = field(default_factory=dict)
@@ -112,6 +121,11 @@ class Model:
     def __post_init__(self) -> None:
         """Refuse what is no valid model. Raises UserError."""
         validate(self)
+
+    @property
+    def place(self) -> tuple[tuple[float, float, float], float, str]:
+        """The centre, the scale and the axis that is up: where model space lies in input space."""
+        return self.centre, self.scale, self.up
 
     def networks(self) -> dict[str, Network]:
         """Return the prefix of each network's tensor names, `level1`, ... and `texture`, and that network."""
@@ -142,6 +156,10 @@ class Model:
         return digest.hexdigest()
 
 
+MODEL_SPACE = ((0.0, 0.0, 0.0), 1.0, DEFAULT_UP)
+"""The `Model.place` of a model whose input space is model space."""
+
+
 def shape_of(network: Network) -> str:
     """Name a network's size as the paper's (N, d), written `NxD`: width N, and D hidden layers of N to N numbers."""
     return f"{network[0].weight.shape[0]}x{len(network) - 2}"
@@ -158,6 +176,11 @@ def validate(model: Model) -> None:
     check_positive("scale", model.scale)
     if len(model.centre) != 3:
         raise UserError("centre: three numbers are needed")
+    check_up(model.up)
+    if model.front is not None:
+        check_front(model.front)
+    if not isinstance(model.credit, str):
+        raise UserError("credit: not a text")
     check_json("provenance", model.provenance)
     if not model.levels:
         raise UserError("levels: there must be at least one")
@@ -226,7 +249,12 @@ def load(path: Path) -> Model:
 
 
 def _description(model: Model) -> dict[str, Any]:
-    """Return the JSON object of a model: a value for each of MODEL_KEYS."""
+    """Return the JSON object of a model: a value for each of MODEL_KEYS, and for OPTIONAL_KEYS where there is one."""
+    further = {
+        "up": None if model.up == DEFAULT_UP else model.up,
+        "front": None if model.front is None else [float(angle) for angle in model.front],
+        "credit": model.credit or None,
+    }
     return {
         "name": model.name,
         "levels": [_level_description(level) for level in model.levels],
@@ -234,7 +262,7 @@ def _description(model: Model) -> dict[str, Any]:
         "centre": [float(coordinate) for coordinate in model.centre],
         "scale": float(model.scale),
         "provenance": model.provenance,
-    }
+    } | {key: value for key, value in further.items() if value is not None}
 
 
 def _level_description(level: Level) -> dict[str, float | int]:
@@ -272,6 +300,9 @@ def _from_file(metadata: Mapping[str, str], tensors: dict[str, Array]) -> Model:
         raise UserError(f"{min(tensors)}: not a tensor of {kind}, or the layer before it is missing")
     for i, coordinate in enumerate(description["centre"]):
         check_finite(f"centre[{i}]", coordinate)
+    if "front" in description:
+        check_front(description["front"])
+        description["front"] = tuple(float(angle) for angle in description["front"])
     description |= {
         "levels": tuple(levels),
         "texture": texture,
@@ -281,7 +312,7 @@ def _from_file(metadata: Mapping[str, str], tensors: dict[str, Array]) -> Model:
 
 
 def _read_description(metadata: Mapping[str, str]) -> dict[str, Any]:
-    """Read the JSON object in a file's metadata: a value for each of MODEL_KEYS, other keys left out.
+    """Read the JSON object in a file's metadata: values for MODEL_KEYS and OPTIONAL_KEYS, other keys left out.
 
     Raises UserError where it is no JSON, or where a value is missing or of another type.
     """
@@ -291,8 +322,9 @@ def _read_description(metadata: Mapping[str, str]) -> dict[str, Any]:
         description = json.loads(metadata["model"], parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
         raise UserError(f"metadata key 'model' is not JSON ({error})") from None
-    check_keys("metadata key 'model'", description, MODEL_KEYS)
-    return {key: float(description[key]) if kind is float else description[key] for key, kind in MODEL_KEYS.items()}
+    keys = MODEL_KEYS | {key: kind for key, kind in OPTIONAL_KEYS.items() if key in description}
+    check_keys("metadata key 'model'", description, keys)
+    return {key: float(description[key]) if kind is float else description[key] for key, kind in keys.items()}
 
 
 def _refuse_constant(constant: str) -> None:

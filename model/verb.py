@@ -1,5 +1,6 @@
 """What a room's cli.py declares: the verbs of the command line that the room knows how to do."""
 
+import re
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,3 +22,8 @@ class Verb:
     """Does the work, and imports what it needs only then. Raises UserError for what the user can mend."""
     extra: str = "train"
     """The extra of pyproject.toml that a message proposes where a package is missing that the extra brings."""
+
+
+def take_negative_numbers(parser: ArgumentParser) -> None:
+    """Let an option take a value such as -30,20, which is no option itself: Python 3.14's rule, for older versions."""
+    parser._negative_number_matcher = re.compile(r"-\.?\d")

@@ -29,7 +29,7 @@ UNITS: dict[str, set[str]] = {
     "viewer.draw": {"glsl", "model", "codegen.targets"},
     "viewer.state": {"glsl", "model", "codegen.targets", "viewer.draw"},
     "viewer.window": {"model", "codegen.targets", "viewer.draw", "viewer.state"},
-    "viewer": {"model", "codegen.targets", "viewer.draw", "viewer.window"},
+    "viewer": {"model", "codegen.targets", "viewer.draw", "viewer.state", "viewer.window"},
     "": {"model", "codegen", "trainer", "mesher", "viewer"},
 }
 """Folder, as a dotted name -> the other folders that its files may import from.

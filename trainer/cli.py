@@ -4,13 +4,15 @@ import os
 import time
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..model.errors import UserError
 from ..model.files import check_writable, show
-from ..model.verb import Verb
-from .settings import DEFAULT_PRESET, PRESETS, Settings, loss_weights, networks, omegas, steps
+from ..model.orientation import UPRIGHT
+from ..model.verb import Verb, take_negative_numbers
+from .settings import DEFAULT_PRESET, PRESETS, Settings, front, loss_weights, networks, omegas, steps
 
 if TYPE_CHECKING:
     from ..model.model import Model
@@ -85,6 +87,12 @@ def arguments(parser: ArgumentParser) -> None:
         help="standard deviation of a cloud's points, as a share of the shape's radius: 0.01; "
         "0: the points are exact, and none is an outlier (default: measured)",
     )
+    add(
+        "--up",
+        choices=UPRIGHT,
+        help="axis of the shape's file that points up (default: y, or what the file's format says)",
+    )
+    presentation_arguments(parser)
     add("--seed", metavar="K", type=int, default=0, help="seed of all random numbers (default: 0)")
     add(
         "--resume",
@@ -109,6 +117,17 @@ def arguments(parser: ArgumentParser) -> None:
         action="store_true",
         help="for programs: progress as lines of JSON on stdout, and the model file is written after every level",
     )
+
+
+def presentation_arguments(parser: ArgumentParser) -> None:
+    """Add the options that say how a model is presented, which the model file keeps."""
+    take_negative_numbers(parser)
+    parser.add_argument(
+        "--front",
+        metavar="AZ,EL",
+        help="the first view of the model: degrees around, 0 from +z and 90 from +x, and degrees above",
+    )
+    parser.add_argument("--credit", metavar="TEXT", help="author and licence of the shape: 'Keenan Crane, CC0'")
 
 
 def before_torch() -> None:
@@ -159,6 +178,9 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") ->
         packed=options.packed or (preset.packed and not options.levels),
         texture_network=texture,
         noise=options.noise,
+        up=options.up,
+        front=front(options.front),
+        credit=options.credit or "",
     )
     output = Path(options.output or Path(options.shape).stem + SUFFIX)
     image = None if options.texture in ("auto", "none") else Path(options.texture)
@@ -201,6 +223,7 @@ def import_arguments(parser: ArgumentParser) -> None:
         help="the shape that they were trained on: its points give the bands, its coordinates the "
         "model's; without it, the last level's surface gives the bands",
     )
+    presentation_arguments(parser)
 
 
 def run_import(options: Namespace) -> None:
@@ -213,13 +236,13 @@ def run_import(options: Namespace) -> None:
             raise UserError(f"--omega {options.omega}: numbers joined by commas are needed") from None
         if len(file_omegas) != len(options.checkpoints):
             raise UserError(f"--omega: {len(file_omegas)} of {len(options.checkpoints)} numbers, one for each file")
-    output = options.output or Path(options.checkpoints[-1].stem + SUFFIX)
+    output, view = options.output or Path(options.checkpoints[-1].stem + SUFFIX), front(options.front)
     check_writable(output, [*options.checkpoints, *([] if options.shape is None else [Path(options.shape)])])
     before_torch()
     from ..model.model import save, shape_of
     from .checkpoint import to_model
 
-    model = to_model(options.checkpoints, file_omegas, options.shape)
+    model = replace(to_model(options.checkpoints, file_omegas, options.shape), front=view, credit=options.credit or "")
     save(model, output)
     for number, level in enumerate(model.levels, start=1):
         print(f"level {number}: {shape_of(level.network)}, delta {level.delta:.4g}, slope up to {level.lipschitz:.3g}")

@@ -2,6 +2,7 @@
 
 import sys
 import tempfile
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
@@ -12,6 +13,7 @@ from ..model.errors import UserError
 from ..model.field_figures import written
 from ..model.files import show
 from ..model.model import Model, load, save
+from ..model.orientation import DEFAULT_UP, FILES_UP
 from .live import JsonLines, LiveTraining
 from .machine import device, prepare
 from .settings import Settings
@@ -73,7 +75,11 @@ def run(
     prepare(device(settings.device))
     bar = TrainingBar(quiet)
     before = load(output) if resume and output.exists() else None
-    shape, warnings = load_shape(name, image, crease=crease, noise=settings.noise)
+    if before:
+        kept = {key: getattr(settings, key) or getattr(before, key) for key in ("up", "front", "credit")}
+        settings = replace(settings, **kept)
+    settings = replace(settings, up=settings.up or FILES_UP.get(Path(name).suffix.lower(), DEFAULT_UP))
+    shape, warnings = load_shape(name, image, crease=crease, noise=settings.noise, up=settings.up or DEFAULT_UP)
     for warning in warnings:
         bar.say(f"warning: {warning}")
     if live:

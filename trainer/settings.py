@@ -4,6 +4,7 @@ import re
 from dataclasses import dataclass, field, replace
 
 from ..model.errors import UserError
+from ..model.orientation import check_front
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,11 @@ class Settings:
     """(width, depth) of the texture; None: chosen by the last level's."""
     noise: float | None = None
     """Standard deviation of a cloud's points, as a share of the shape's radius; None: measured."""
+    up: str | None = None
+    """Axis of the shape's file that points up; None: as the file's format says, or y."""
+    front: tuple[float, float] | None = None
+    """Kept in the model (`Model.front`), as is `credit`."""
+    credit: str = ""
 
     def texture_size(self) -> tuple[int, int]:
         """Choose (width, depth) of the texture network: what was asked for, or that of the last level within limits."""
@@ -177,6 +183,19 @@ def loss_weights(text: str | None) -> dict[str, float]:
         if chosen[key] < 0:
             raise UserError(f"--weights: {part!r}: must not be negative")
     return chosen
+
+
+def front(text: str | None) -> tuple[float, float] | None:
+    """Parse the first view of a model: `215,15` -> (215.0, 15.0), degrees around and above. Raises UserError."""
+    if text is None:
+        return None
+    angles = tuple(_numbers("--front", text))
+    try:
+        check_front(angles)
+    except UserError as error:
+        raise UserError(f"--{error}") from None
+    azimuth, elevation = angles
+    return azimuth, elevation
 
 
 def _numbers(option: str, text: str) -> list[float]:

@@ -12,6 +12,7 @@ import torch
 from ..model.errors import UserError
 from ..model.field_figures import FieldFigures
 from ..model.model import DEFAULT_ITERATIONS, Level, Model, shape_of
+from ..model.orientation import DEFAULT_UP
 from .networks.fit import Outcome
 from .networks.network import Weights, from_model, to_model
 from .quality import Quality
@@ -127,6 +128,9 @@ def trained_model(
         texture=None if texture is None else to_model(texture.weights),
         centre=shape.centre,
         scale=shape.scale,
+        up=settings.up or DEFAULT_UP,
+        front=settings.front,
+        credit=settings.credit,
         provenance={
             "source": shape.source,
             "seed": settings.seed,

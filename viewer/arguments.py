@@ -1,6 +1,5 @@
 """The arguments that `mplicits render` and `mplicits view` share, and what they make: a camera and options."""
 
-import re
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable
 from pathlib import Path
@@ -8,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from ..codegen.targets.orbit import AZIMUTH, ELEVATION, FOV
 from ..model.errors import UserError
-from ..model.gallery import front, model_path
+from ..model.gallery import model_path
+from ..model.verb import take_negative_numbers
 
 if TYPE_CHECKING:
     from .draw.camera import Camera
@@ -20,8 +20,7 @@ SHADES = ("phong", "normal", "texture", "depth", "steps")
 
 def model_arguments(parser: ArgumentParser, model_help: str, mesh_help: str) -> None:
     """Add the arguments that both verbs have. model_help, mesh_help: what `--help` says of M and of --mesh."""
-    # -30,20 is a value, not an option: Python 3.14's rule, for the versions before it.
-    parser._negative_number_matcher = re.compile(r"-\.?\d")
+    take_negative_numbers(parser)
     parser.add_argument("model", type=model_path, metavar="M", help=model_help)
     parser.add_argument(
         "--size", type=_size, default="512", metavar="WxH", help="pixels, WxH or N (default %(default)s)"
@@ -31,7 +30,7 @@ def model_arguments(parser: ArgumentParser, model_help: str, mesh_help: str) -> 
         type=_numbers(2, 3),
         metavar="AZ,EL,DIST",
         help="degrees around, degrees above, distance in radii of the shape "
-        f"(default: {AZIMUTH:g},{ELEVATION:g}, a gallery's model from its front; it fits)",
+        f"(default: {AZIMUTH:g},{ELEVATION:g}, or the front that the model names; it fits)",
     )
     parser.add_argument("--fov", type=float, default=FOV, help=f"vertical field of view, degrees (default {FOV:g})")
     parser.add_argument("--level", type=int, metavar="L", help="last level traced (default: all)")
@@ -67,11 +66,11 @@ def check_space(args: Namespace) -> None:
         raise UserError("--space: of the mesh's coordinates; it needs --mesh")
 
 
-def camera_from(args: Namespace) -> "Camera":
-    """Return the `Camera` that the arguments ask for."""
+def camera_from(args: Namespace, front: tuple[float, float] | None) -> "Camera":
+    """Return the `Camera` that the arguments ask for. front: the azimuth and elevation that the model names."""
     from .draw.camera import Camera
 
-    azimuth, elevation, *distance = args.camera or front(args.model) or (AZIMUTH, ELEVATION)
+    azimuth, elevation, *distance = args.camera or front or (AZIMUTH, ELEVATION)
     width, height = args.size
     return Camera(azimuth, elevation, distance[0] if distance else None, fov=args.fov, aspect=width / height)
 

@@ -80,9 +80,9 @@ def run_render(args: Namespace) -> None:
     if args.benchmark == 0:
         raise UserError("--benchmark 0: at least one frame is needed")
     _check_mesh_options(args)
-    camera = camera_from(args)
     options = options_from(args, transparent=args.transparent, split=0.5 * args.split)
     model = load(args.model)
+    camera = camera_from(args, model.front)
     options.check_texture(model.texture is not None)
     if args.split and args.mesh is None:
         options = _two_levels(options, len(model.levels))
@@ -141,13 +141,15 @@ def run_render(args: Namespace) -> None:
 def run_view(args: Namespace) -> None:
     """Run `mplicits view`: open the desktop window."""
     from .draw.tiles import check_size
+    from .state.source import open_source
     from .window.show_window import show_window
 
     check_size(args.size)
     check_space(args)
+    source = open_source(args.model, args.storage)
     show_window(
-        args.model,
-        camera_from(args),
+        source,
+        camera_from(args, source.front),
         options_from(args),
         args.size,
         args.storage,

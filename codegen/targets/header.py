@@ -16,16 +16,17 @@ PREFIX = "// "
 def header_facts(model: Model, program: Program, target: str) -> dict[str, Any]:
     """Return what every header says of the text and its model.
 
-    That is the version of mplicits, the target, and the model's name, the first 12 digits of its hash, and the shape of
-    each level's network.
+    That is the version of mplicits, the target, and the model's name, the first 12 digits of its hash, the shape of
+    each level's network, and its front and credit where it has them.
     """
+    further = {"front": model.front, "credit": model.credit or None}
     return {
         "mplicits": installed_version(),
         "target": target,
         "name": program.name,
         "sha256": program.sha256[:12],
         "levels": [shape_of(level.network) for level in model.levels],
-    }
+    } | {key: value for key, value in further.items() if value is not None}
 
 
 def header_line(facts: Mapping[str, Any]) -> str:

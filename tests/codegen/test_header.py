@@ -35,7 +35,7 @@ def test_every_text_opens_with_the_model_it_was_made_from(target: str) -> None:
 def test_a_baked_shader_is_read_back_as_it_was_made(storage: str, textured: bool) -> None:
     model = random_model((16, 1), (24, 2), texture=(8, 1) if textured else None, name=NAME)
     shader, text = glsl330.bake(model, storage), glsl330.standalone(model, storage)
-    read_back, name = read_shader(text)
+    read_back, name, _ = read_shader(text)
     assert (name, read_back.text) == (NAME, text)
     assert read_back.facts() == shader.facts()
     assert read_back.textured == textured

@@ -12,13 +12,14 @@ from mplicits import cli
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference.interpret import colour, nested_field
 from mplicits.model import gallery
-from mplicits.model.model import load
+from mplicits.model.model import load, save
 from mplicits.trainer.cli import CREASE
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.viewer.arguments import camera_from
 from mplicits.viewer.draw.camera import Camera
 from support.paths import DATA
+from support.random_model import random_model
 
 FOLDER = gallery.FOLDER
 SIZES = ("-small", "", "-large")
@@ -106,7 +107,8 @@ def test_a_name_is_looked_at_from_its_front(
     cli.verbs()[verb].arguments(parser)
 
     def camera(*argv: str) -> Camera:
-        camera = camera_from(parser.parse_args(argv))
+        arguments = parser.parse_args(argv)
+        camera = camera_from(arguments, load(arguments.model).front)
         assert isinstance(camera, Camera)
         return camera
 
@@ -114,9 +116,8 @@ def test_a_name_is_looked_at_from_its_front(
     assert 0 < abs(seen.azimuth - (180 if name.startswith("spot") else 270)) <= 60
     assert seen.distance is None
     assert camera(name, "--camera", "1,2,3") == Camera(1, 2, 3, aspect=size[0] / size[1])
-    Path(f"{name}.safetensors").write_bytes(b"")
-    for path in (f"{name}.safetensors", f"./{name}.safetensors", f"./{name}"):
-        assert camera(path) == Camera(aspect=size[0] / size[1]), "other files are looked at from the usual place"
+    save(random_model((4, 0)), Path("m.safetensors"))
+    assert camera("m.safetensors") == Camera(aspect=size[0] / size[1]), "no front: looked at from the usual place"
 
 
 def test_a_name_works_on_the_command_line(

@@ -24,7 +24,8 @@ def bounded(model: Model, **bounds: float) -> Model:
 def assert_same(a: Model, b: Model) -> None:
     """Fail unless two models are equal in every value."""
     assert a.sha256() == b.sha256()
-    assert (a.name, a.inputs, a.centre, a.scale, a.provenance) == (b.name, b.inputs, b.centre, b.scale, b.provenance)
+    assert (a.name, a.inputs, a.place, a.provenance) == (b.name, b.inputs, b.place, b.provenance)
+    assert (a.front, a.credit) == (b.front, b.credit)
     assert a.tensors().keys() == b.tensors().keys()
     for key, tensor in a.tensors().items():
         np.testing.assert_array_equal(tensor, b.tensors()[key])
@@ -40,10 +41,11 @@ def assert_same(a: Model, b: Model) -> None:
         random_model((8, 1), (12, 2), (16, 2), texture=(8, 1)),
         random_model((8, 1), inputs="xyzt"),
         dataclasses.replace(random_model((8, 1)), centre=(1, -2.5, 3e-9), scale=17, provenance={"a": [None, "é"]}),
+        dataclasses.replace(random_model((8, 1)), up="z", front=(-215, 15.5), credit="A. Author </script> \n*/"),
         bounded(random_model((8, 1), (8, 0)), step_bound=0.931, band_step_bound=1.0),
         bounded(random_model((8, 1)), step_bound=DEFAULT_STEP_BOUND, band_step_bound=0.7),
     ],
-    ids=["one", "three-textured", "xyzt", "placed", "bounds", "band's bound"],
+    ids=["one", "three-textured", "xyzt", "placed", "presented", "bounds", "band's bound"],
 )
 def test_a_saved_model_is_read_as_it_was(model: Model, tmp_path: Path) -> None:
     save(model, tmp_path / "m.safetensors")

@@ -13,9 +13,10 @@ import glfw
 import numpy as np
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.state.source import open_source
 from mplicits.viewer.window.window import Window
 
-window = Window(Path("m.safetensors"), Camera(), RenderOptions(samples=2), SIZE, watch=WATCH)
+window = Window(open_source(Path("m.safetensors")), Camera(), RenderOptions(samples=2), SIZE, watch=WATCH)
 desk, view, handle = window.desk, window.desk.shown.view, window.handle
 report = {}
 

@@ -10,6 +10,7 @@ from mplicits.model.errors import UserError
 from mplicits.model.model import save
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.state.source import open_source
 from mplicits.viewer.window.show_window import show_window
 from support.fitted_model import fitted_model
 from support.random_model import random_model
@@ -23,7 +24,7 @@ def test_without_a_display_the_error_names_render_and_the_web_page(
         monkeypatch.delenv(name, raising=False)
     save(random_model((4, 0)), tmp_path / "m.safetensors")
     with pytest.raises(UserError, match=r"mplicits render.*page") as raised:
-        show_window(tmp_path / "m.safetensors", Camera(), RenderOptions(), (32, 32), "auto")
+        show_window(open_source(tmp_path / "m.safetensors"), Camera(), RenderOptions(), (32, 32), "auto")
     assert "\n" not in str(raised.value)
 
 
@@ -31,7 +32,7 @@ def test_options_that_the_model_does_not_fit_are_refused_before_a_window_opens(t
     save(random_model((4, 0)), tmp_path / "m.safetensors")
     for options, reason in ((RenderOptions(shading="texture"), "no texture"), (RenderOptions(level=2), "level 2")):
         with pytest.raises(UserError, match=reason):
-            show_window(tmp_path / "m.safetensors", Camera(), options, (32, 32), "auto")
+            show_window(open_source(tmp_path / "m.safetensors"), Camera(), options, (32, 32), "auto")
 
 
 EVENTS = """

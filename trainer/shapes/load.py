@@ -3,7 +3,7 @@
 import hashlib
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import trimesh
 
 from ...model.errors import UserError
 from ...model.files import show
+from ...model.orientation import DEFAULT_UP, upright
 from .checks import check_cloud, check_coordinates
 from .cloud import CloudShape
 from .demo import DemoShape
@@ -36,13 +37,19 @@ class TexturedMesh:
 
 
 def load_shape(
-    name: str, image: Path | None = None, *, crease: float | None = None, noise: float | None = None
+    name: str,
+    image: Path | None = None,
+    *,
+    crease: float | None = None,
+    noise: float | None = None,
+    up: str = DEFAULT_UP,
 ) -> tuple[Shape, list[str]]:
     """Read a shape, and return it with the warnings for the user.
 
     name: a path, or `demo`. image: a file in place of the image of the mesh's material. crease: curve a mesh, but for
     edges that bend by more than this angle, degrees; None keeps its faces flat.
     noise: standard deviation of a cloud's points, as a share of the shape's radius; None: measured.
+    up: the axis of the file that points up; the shape is turned so that y does.
 
     Meshes: PLY, OBJ, STL, GLB. Oriented point clouds: PLY without faces (x y z nx ny nz [red green blue]), XYZ (the
     same as text columns, colours 0 to 255), NPZ (arrays `points`, `normals` [, `colours` in 0 to 1]).
@@ -51,6 +58,8 @@ def load_shape(
     if name == "demo":
         if image is not None:
             raise UserError(f"--texture {show(image)}: the built-in shape has its own colours")
+        if up != DEFAULT_UP:
+            raise UserError(f"--up {up}: the built-in shape has {DEFAULT_UP} up")
         return DemoShape(), []
     path, label = Path(name), show(Path(name).name)
     if os.path.isdir(path):
@@ -73,6 +82,9 @@ def load_shape(
         raise UserError(f"{label}: not a readable {path.suffix[1:].upper()} file ({reason})") from None
     if image is not None:
         source["texture"] = {"file": image.name, "sha256": hashlib.sha256(image.read_bytes()).hexdigest()}
+    if up != DEFAULT_UP:
+        source["up"] = up
+        content = _turned(content, up)
     if isinstance(content, TexturedMesh):
         if noise:
             raise UserError(f"{label}: --noise is for point clouds; this is a mesh")
@@ -86,6 +98,15 @@ def load_shape(
     else:
         shape = CloudShape(*content, label, source, noise)
     return shape, shape.warnings
+
+
+def _turned(content: TexturedMesh | Cloud, up: str) -> TexturedMesh | Cloud:
+    """Turn what was read so that the axis `up` becomes y."""
+    if isinstance(content, TexturedMesh):
+        content.mesh.vertices = upright(np.asarray(content.mesh.vertices, np.float64), up)
+        return replace(content, normals=None if content.normals is None else upright(content.normals, up))
+    points, normals, colours = content
+    return upright(points, up), upright(normals, up), colours
 
 
 def _read_mesh(path: Path, image: Path | None) -> TexturedMesh:

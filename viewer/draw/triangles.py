@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from ...model.errors import UserError
 from ...model.files import show
 from ...model.mesh_file import load_mesh
-from ...model.model import Model
+from ...model.model import MODEL_SPACE, Model
+from ...model.orientation import DEFAULT_UP, upright
 
 LEAST_REACH, MOST_REACH = 0.01, 100.0
 """Bounds of how far a mesh reaches from the shape's centre, in radii of the shape: others are not of the same shape."""
@@ -32,8 +33,8 @@ class Triangles:
         return float(np.linalg.norm(self.vertices[self.faces], axis=-1).max())
 
 
-def read_triangles(path: Path, centre: tuple[float, float, float], scale: float) -> Triangles:
-    """Read a PLY, OBJ, STL or GLB file whose space is model space * scale + centre.
+def read_triangles(path: Path, centre: tuple[float, float, float], scale: float, up: str = DEFAULT_UP) -> Triangles:
+    """Read a PLY, OBJ, STL or GLB file into model space. centre, scale, up: those of a model (`Model.place`).
 
     Normals are those of a PLY or OBJ, where it has any, else the means of the faces' normals around each vertex; those
     of a closed mesh point outwards. Raises UserError, one line, where the file cannot be read, or where its size and
@@ -46,8 +47,8 @@ def read_triangles(path: Path, centre: tuple[float, float, float], scale: float)
     if path.suffix.lower() == ".stl":
         mesh.merge_vertices()  # an STL repeats each corner in each triangle
     with np.errstate(all="ignore"):  # what is not finite is refused below
-        vertices = (np.asarray(mesh.vertices, np.float64) - centre) / scale
-        normals = np.array(mesh.vertex_normals, np.float64)
+        vertices = (upright(np.asarray(mesh.vertices, np.float64), up) - centre) / scale
+        normals = upright(np.array(mesh.vertex_normals, np.float64), up)
     faces = np.asarray(mesh.faces, np.int32)
     used = vertices[faces]
     reach = float(np.linalg.norm(used, axis=-1).max())
@@ -67,7 +68,7 @@ def read_triangles_for(model: Model, path: Path, space: str) -> Triangles:
 
     space: of the file's coordinates; "input", that of the shape which the model was trained on, or "model".
     """
-    return read_triangles(path, *(((0.0, 0.0, 0.0), 1.0) if space == "model" else (model.centre, model.scale)))
+    return read_triangles(path, *(MODEL_SPACE if space == "model" else model.place))
 
 
 def _flux(corners: NDArray[np.float64], normals: NDArray[np.float64]) -> float:

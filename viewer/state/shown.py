@@ -61,9 +61,12 @@ class Shown:
 
     def adopt(self, source: Source, renderer: Renderer) -> None:
         """Show what `compiled` gave in place of what was shown."""
+        another = source.path != self.source.path
         self.renderer.release()
         self.renderer, self.source, self.level_timings = renderer, source, []
         self.view.adopt(source.shader.levels, source.textured)
+        if another and source.front is not None:
+            self.view.look_from(source.front)
 
     def lay_over(self, mesh: MeshSource | None) -> None:
         """Put a mesh, hidden at first, or none, in the place of the mesh that was laid over the model."""

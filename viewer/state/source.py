@@ -33,6 +33,8 @@ class Source:
     """None if the file is a shader."""
     textured: bool
     """Whether the model has colours of its own."""
+    front: tuple[float, float] | None
+    """Azimuth and elevation, in degrees, of the first view; None where the file names none."""
 
 
 def open_source(path: Path, storage: str = "auto") -> Source:
@@ -43,14 +45,14 @@ def open_source(path: Path, storage: str = "auto") -> Source:
     if path.suffix.lower() not in SHADER_SUFFIXES:
         model = load(path)
         shader = bake_numbered(model, storage, "main.glsl")
-        return Source(path, show(model.name), shader, model, model.texture is not None)
+        return Source(path, show(model.name), shader, model, model.texture is not None, model.front)
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "not text"
         raise UserError(f"cannot read {show(path)}: {reason}") from None
     try:
-        shader, name = read_shader(text)
+        shader, name, front = read_shader(text)
     except UserError as error:
         raise UserError(f"{show(path)}: {error}") from None
-    return Source(path, show(name), shader, None, shader.textured)
+    return Source(path, show(name), shader, None, shader.textured, front)

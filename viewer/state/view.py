@@ -108,6 +108,11 @@ class View:
         self.split = None if self.split is None or self.split > levels else self.split
         self.levels, self.textured, self.changed = levels, textured, True
 
+    def look_from(self, front: tuple[float, float]) -> None:
+        """Look at the whole shape from (azimuth, elevation), degrees, and come back there by the key R."""
+        self.home = replace(self.home, azimuth=front[0], elevation=front[1], distance=None, target=(0.0, 0.0, 0.0))
+        self.move(self.home)
+
     def set(self, **options: object) -> None:
         """Change some of the RenderOptions."""
         self.options, self.changed = replace(self.options, **options), True  # type: ignore[arg-type]

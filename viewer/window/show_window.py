@@ -7,12 +7,13 @@ from ..draw.camera import Camera
 from ..draw.context import NoDisplayError
 from ..draw.options import RenderOptions
 from ..state.overlay import MeshSource
+from ..state.source import Source
 from ..state.view import keys
 from .window import Window
 
 
 def show_window(
-    path: Path,
+    source: Source,
     camera: Camera,
     options: RenderOptions,
     size: tuple[int, int],
@@ -20,16 +21,23 @@ def show_window(
     watch: bool = False,
     mesh: tuple[Path, str] | None = None,
 ) -> None:
-    """Open a window that shows the model or shader file `path`, and return when the user closes it.
+    """Open a window that shows a model or shader file, and return when the user closes it.
 
-    camera, options: how it is shown at first. size: (width, height) of the window, as the system counts it.
+    source: the file. camera, options: how it is shown at first.
+    size: (width, height) of the window, as the system counts it.
     storage: how shaders hold the weights. watch: load the file again when it changes.
     mesh: file laid over the model, and the space of its coordinates, "input" or "model".
     Raises UserError if there is no display, if a file cannot be read, or if its shader cannot be drawn here.
     """
     try:
         window = Window(
-            path, camera, options, size, storage=storage, watch=watch, mesh=None if mesh is None else MeshSource(*mesh)
+            source,
+            camera,
+            options,
+            size,
+            storage=storage,
+            watch=watch,
+            mesh=None if mesh is None else MeshSource(*mesh),
         )
     except NoDisplayError as error:
         raise UserError(

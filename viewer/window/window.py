@@ -11,7 +11,7 @@ from ..draw.options import RenderOptions
 from ..state.desk import Desk
 from ..state.exports import save_picture
 from ..state.overlay import MeshSource
-from ..state.source import open_source
+from ..state.source import Source
 from ..state.view import TURNS, View, keys
 from .drop import drop
 from .gui import Gui, open_gui
@@ -27,7 +27,7 @@ class Window:
 
     def __init__(
         self,
-        path: Path,
+        source: Source,
         camera: Camera,
         options: RenderOptions,
         size: tuple[int, int],
@@ -42,7 +42,6 @@ class Window:
         """
         import glfw
 
-        source = open_source(path, storage)
         view = View(camera, options, source.shader.levels, source.textured)
         options.resolved_levels(view.levels)
         options.check_texture(source.textured)
