@@ -2,10 +2,11 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from ..ir.program import Affine, Array, Dot, Function, Op, Program, Transposed
+from ..ir.program import Affine, Array, Dot, Function, Op, Product, Program, Transposed
 from .cstyle import Blocks, Language, Storage, constants_of
 
 TEXTURE_WIDTH = 1024
@@ -56,7 +57,8 @@ def lay_out(program: Program, functions: tuple[Function, ...]) -> TexelLayout:
 class TexelStorage(Storage):
     """Weights in texels, laid out as `layout` says.
 
-    A value of n blocks is an array of n vec4, or one vec4 where n is 1.
+    A value of n blocks is an array of n vec4, or one vec4 where n is 1 or where only the loop that computes it reads
+    it: arrays cost memory on every device, and SwiftShader has 512 KiB for all that a fragment keeps.
     """
 
     def __init__(self, program: Program, language: Language, functions: tuple[Function, ...]) -> None:
@@ -80,22 +82,28 @@ class TexelStorage(Storage):
         counter that llvmpipe adds takes exponential time (minutes for five layers of 32).
         """
         blocks = self.blocks(function)
-        for run in _runs(function.ops, blocks):
+        runs = _runs(function.ops, blocks)
+        for i, run in enumerate(runs):
+            later = {name for other in runs[i + 1 :] for op in other for name in _sources(op)} | set(function.outputs)
+            inner = {op.result for op in run if not isinstance(op, Dot)} - later
+            names = blocks | dict.fromkeys(inner, 1)
             before, body, after = [], [], []
             for op in run:
                 if isinstance(op, Dot):
                     number = self.language.number
                     before.append(f"float {op.result} = 0.;")
-                    body.append(f"{op.result} += dot({self._at(op.row, blocks)}, {self._at(op.source, blocks)});")
+                    body.append(f"{op.result} += dot({self._at(op.row, names)}, {self._at(op.source, names)});")
                     after.append(f"{op.result} = {number(op.scale)} * {op.result} + {number(op.bias)};")
                     continue
-                n = blocks[op.result]
-                before.append(f"vec4 {op.result}{'' if n == 1 else f'[{n}]'};")
+                n = names[op.result]
+                if op.result not in inner:
+                    before.append(f"vec4 {op.result}{'' if n == 1 else f'[{n}]'};")
                 if isinstance(op, Affine | Transposed):
                     body += self._product(op, blocks)
+                    right = "s"
                 else:
-                    right = self.elementwise(op, lambda name: self._at(name, blocks))
-                    body.append(f"{self._at(op.result, blocks)} = {right};")
+                    right = self.elementwise(op, partial(self._at, blocks=names))
+                body.append(f"{'vec4 ' if op.result in inner else ''}{self._at(op.result, names)} = {right};")
             yield from before
             yield from _loop("k", _length(run[0], blocks), body)
             yield from after
@@ -111,7 +119,7 @@ class TexelStorage(Storage):
         return total
 
     def _product(self, op: Affine | Transposed, blocks: Blocks) -> Iterator[str]:
-        """Yield the lines that compute block k of a matrix's product with the source."""
+        """Yield the lines that compute `s`, block k of a matrix's product with the source."""
         n, m, base = blocks[op.result], blocks[op.source], self.layout.offsets[op.matrix]
         start = "vec4(0)"
         if isinstance(op, Transposed):
@@ -125,13 +133,17 @@ class TexelStorage(Storage):
             yield term.format(j=0)
         else:
             yield from _loop("j", m, [term.format(j=f"j + {u}" if u else "j") for u in range(unroll)], unroll)
-        yield f"{self._at(op.result, blocks)} = s;"
 
     def _at(self, name: str, blocks: Blocks, k: str = "k") -> str:
         """Return the expression of block `k`: an element of a value's array, or a texel of a constant vector."""
         if name in self.layout.offsets:
             return f"texel({self.layout.offsets[name]} + {k})"
         return name if blocks[name] == 1 else f"{name}[{k}]"
+
+
+def _sources(op: Op) -> tuple[str, ...]:
+    """Return the names that an op reads, apart from a product's matrix and bias and a dot's row."""
+    return (op.left, op.right) if isinstance(op, Product) else (op.source,)
 
 
 def _length(op: Op, blocks: Blocks) -> int:

@@ -3,6 +3,7 @@
 And models with rounded weights, which pages carry.
 """
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -140,3 +141,9 @@ def test_bake_names_its_file_and_says_what_float16_costs(
     assert main(["bake", "ball.safetensors", "--target", "glsl300es"]) == 0
     assert Path("ball.es.frag").read_text().startswith("#version 300 es\n")
     assert main(["bake", "ball.safetensors", "--digits", "3", "--precision", "float16"]) == 2
+
+
+def test_only_values_that_a_later_loop_reads_are_arrays() -> None:
+    text = glsl300es.bake(random_model((8, 2)), "texture").text
+    arrays = re.findall(r"vec4 (\w+)\[2\];", text)
+    assert arrays == ["h0", "h1", *("a0", "h0", "a1", "h1", "g2", "g1", "g0")]

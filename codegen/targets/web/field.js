@@ -9,7 +9,8 @@ import {READERS, countLoops, layOut, looped} from "./texels.js";
 // TEXTURE_WIDTH texels wide and of height 0 where there is none; and the loop iterations that a call costs at each
 // level, as llvmpipe counts them.
 // storage: "texture", "literal", or "auto", which takes for each function the first storage that holds its width.
-export function printField(model, storage) {
+// unroll: products of a 4 x 4 block in one iteration of a loop, at most.
+export function printField(model, storage, unroll = shared.unroll) {
     const {constants, values, gradients, texture} = lowered(model);
     const functions = [...values, ...gradients, ...(texture ? [texture] : [])];
     const isLiteral = (code) => storageOf(code, storage) === "literal";
@@ -17,12 +18,12 @@ export function printField(model, storage) {
     const {offsets, texels, height} = layOut(inTexture, constants);
     const parts = [[...declareLiterals(functions.filter(isLiteral), constants), ...(inTexture.length ? READERS : [])]];
     for (const code of functions)
-        parts.push(printFunction(code, isLiteral(code) ? straight(code) : looped(code, offsets)));
+        parts.push(printFunction(code, isLiteral(code) ? straight(code) : looped(code, offsets, unroll)));
     const input = `vec4(p, ${model.inputs === "xyzt" ? "time" : "1."})`;
     parts.push(printValue(values, input), printGradient(gradients, input), printAlbedo(texture, input));
     const upTo = (list) => {
         let total = 0;
-        return list.map((code) => (total += isLiteral(code) ? 0 : countLoops(code)));
+        return list.map((code) => (total += isLiteral(code) ? 0 : countLoops(code, unroll)));
     };
     const loops = {value: upTo(values), gradient: upTo(gradients), texture: texture ? upTo([texture])[0] : 0};
     return {text: parts.map((lines) => `${lines.join("\n")}\n`).join("\n"), texels, height, loops};

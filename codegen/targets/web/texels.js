@@ -4,7 +4,6 @@ import {isProduct} from "./lower.js";
 
 // Prints weights in a texture of four floats a texel, read in loops, as codegen/printers/texels.py does.
 export const TEXTURE_WIDTH = shared.texture_width;
-const UNROLL = shared.unroll; // most products of a 4 x 4 block in one iteration of a loop
 
 const COLUMN = `(k) & ${TEXTURE_WIDTH - 1}`, ROW = `(k) >> ${Math.log2(TEXTURE_WIDTH)}`;
 
@@ -33,52 +32,58 @@ export function layOut(functions, constants) {
     return {offsets, texels: image, height};
 }
 
-// Returns a function's statements: one loop for each run of ops over the same blocks.
-export function looped({ops, blocks}, offsets) {
-    const at = (value, k = "k") => offsets.has(value) ? `texel(${offsets.get(value)} + ${k})`
-        : blocks.get(value) === 1 ? value : `${value}[${k}]`;
-    const lines = [];
-    for (const group of fused(ops, blocks)) {
+// Returns a function's statements: one loop for each run of ops over the same blocks. A value that only its own run
+// reads is a vec4 inside the loop, not an array. most: products of a 4 x 4 block in one iteration, at most.
+export function looped({ops, blocks, outputs}, offsets, most) {
+    const runs = fused(ops, blocks), lines = [];
+    runs.forEach((run, i) => {
+        const later = new Set([...outputs, ...runs.slice(i + 1).flat().flatMap(sources)]);
+        const isInner = (op) => op.kind !== "dot" && !later.has(op.result);
+        const inner = new Set(run.filter(isInner).map(({result}) => result));
+        const at = (value, k = "k") => offsets.has(value) ? `texel(${offsets.get(value)} + ${k})`
+            : blocks.get(value) === 1 || inner.has(value) ? value : `${value}[${k}]`;
         const before = [], body = [], after = [];
-        for (const op of group) {
+        for (const op of run) {
             if (op.kind === "dot") {
                 before.push(`float ${op.result} = 0.;`);
                 body.push(`${op.result} += dot(${at(op.row)}, ${at(op.source)});`);
                 after.push(`${op.result} = 1. * ${op.result} + ${number(op.offset)};`);
                 continue;
             }
-            const n = blocks.get(op.result);
-            before.push(`vec4 ${op.result}${n === 1 ? "" : `[${n}]`};`);
-            if (isProduct(op)) body.push(...product(op, n, blocks.get(op.source), offsets.get(op.matrix), at));
-            else body.push(`${at(op.result)} = ${elementwise(op, at)};`);
+            const n = blocks.get(op.result), type = inner.has(op.result) ? "vec4 " : "";
+            if (!type) before.push(`vec4 ${op.result}${n === 1 ? "" : `[${n}]`};`);
+            if (isProduct(op)) body.push(...product(op, n, blocks.get(op.source), offsets.get(op.matrix), at, most));
+            body.push(`${type}${at(op.result)} = ${isProduct(op) ? "s" : elementwise(op, at)};`);
         }
-        lines.push(...before, ...loop("k", span(group[0], blocks), body), ...after);
-    }
+        lines.push(...before, ...loop("k", span(run[0], blocks), body), ...after);
+    });
     return lines;
 }
 
-// Returns the loop iterations that one call of a function costs. As llvmpipe counts them, the test that ends a loop is
-// an iteration too.
-export function countLoops({ops, blocks}) {
+// Returns the loop iterations that one call of what `looped` gives costs. As llvmpipe counts them, the test that ends a
+// loop is an iteration too.
+export function countLoops({ops, blocks}, most) {
     let total = 0;
     for (const group of fused(ops, blocks)) {
         const sources = group.filter(isProduct).map(({source}) => blocks.get(source)).filter((m) => m > 1);
-        const inner = sources.reduce((sum, m) => sum + m / unroll(m) + 1, 0);
+        const inner = sources.reduce((sum, m) => sum + m / unroll(m, most) + 1, 0);
         total += span(group[0], blocks) * (1 + inner) + 1;
     }
     return total;
 }
 
-// Returns the lines that compute block k, of n, of a product: the matrix at texel `base` times a source of m blocks.
-function product(op, n, m, base, at) {
+// Returns the lines that compute s, block k, of n, of a product: the matrix at texel `base` times a source of m blocks.
+function product(op, n, m, base, at, most) {
     const term = (j) => op.kind === "transposed"
         ? `s += ${at(op.source, j)} * block(${base} + 4 * k + ${4 * n} * (${j}));`
         : `s += block(${base} + ${4 * m} * k + 4 * (${j})) * ${at(op.source, j)};`;
-    const step = unroll(m), terms = Array.from({length: step}, (_, u) => term(u ? `j + ${u}` : "j"));
+    const step = unroll(m, most), terms = Array.from({length: step}, (_, u) => term(u ? `j + ${u}` : "j"));
     return [`vec4 s = ${op.bias ? at(op.bias) : "vec4(0)"};`,
-        ...(m === 1 ? [term("0")] : loop("j", m, terms, step)), `${at(op.result)} = s;`];
+        ...(m === 1 ? [term("0")] : loop("j", m, terms, step))];
 }
 
+// Returns the names that an op reads, apart from constants that have a place of their own in it.
+const sources = ({source, left, right}) => [source, left, right].filter(Boolean);
 const span = (op, blocks) => blocks.get(op.kind === "dot" ? op.source : op.result);
 
 // Returns runs of ops over equally many blocks, in which no op needs a whole vector that its own run computes.
@@ -92,8 +97,8 @@ function fused(ops, blocks) {
 }
 
 // Returns how many products one iteration computes: the largest divisor of their count, but never all of them at once.
-function unroll(count) {
-    for (let u = Math.min(UNROLL, count - 1); u > 1; --u) if (count % u === 0) return u;
+function unroll(count, most) {
+    for (let u = Math.min(most, count - 1); u > 1; --u) if (count % u === 0) return u;
     return 1;
 }
 
