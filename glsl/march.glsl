@@ -8,7 +8,7 @@
 // Two things are added to the paper's scheme, against holes (benchmarks/holes.py). A ray that leaves a band without
 // having met the surface goes back to the coarser level, and the levels are gone through again: hence rounds. And a
 // band's offset surface is traced at delta / 1.3 = max |f_i(x_j)| (Eq. 5), so that a ray crosses |f_i| = delta in
-// finitely many steps. A ray stops within 1/20 pixel of the surface; one that is out of rounds hits within 1/2 pixel.
+// finitely many steps. A ray that begins inside the shape, or goes back behind the eye, is done. A ray stops within 1/20 pixel of the surface; one that is out of rounds hits within 1/2 pixel.
 // All rays go through the levels together: on a GPU the branches on the level are uniform.
 struct Hit {
     bool hit;
@@ -28,8 +28,8 @@ void advance(inout Hit ray, float f, int reached, int level, float footprint, fl
     float pixel = footprint * ray.t;
     float bound = last ? step_bound[reached - 1] : band_step_bound[reached - 1];
     ray.t += step_scale * bound * (last ? f : f - delta[reached - 1] / 1.3);
-    ray.hit = last && f < 0.5 * pixel && ray.t <= far;
-    ray.level = last && abs(f) < 0.05 * pixel || ray.t > far ? -reached : reached;
+    ray.hit = last && f < 0.5 * pixel && ray.t <= far && ray.t >= 0.0;
+    ray.level = last && abs(f) < 0.05 * pixel || ray.t > far || ray.t < 0.0 ? -reached : reached;
 }
 
 Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, float step_scale) {

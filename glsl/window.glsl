@@ -1,3 +1,4 @@
+#include "dither.glsl"
 #include "srgb.glsl"
 // The window's picture onto the screen: the refined samples where there are any, elsewhere the coarse picture.
 uniform sampler2D coarse; // sRGB
@@ -10,5 +11,6 @@ void main() {
     vec2 place = (gl_FragCoord.xy - corner) / size;
     vec4 sum = texture(fine, place);
     color = sum.a > 0.0 ? vec4(srgb(sum.rgb / sum.a), 1.0) : vec4(texture(coarse, place).rgb, 1.0);
+    color.rgb += dither(gl_FragCoord.xy);
     if (abs(gl_FragCoord.x - corner.x - divider) < 1.0) color.rgb = mix(color.rgb, vec3(1.0), 0.55);
 }

@@ -1,10 +1,12 @@
 """Which way is up, and where the front is: how a shape lies in its file, and how people want to see it first."""
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING
 
-from .checks import check_finite
 from .errors import UserError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 UPRIGHT = {
     "y": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
@@ -20,13 +22,17 @@ FILES_UP = {".glb": "y"}
 DEFAULT_UP = "y"
 
 
-def upright(vectors: NDArray[np.float64], up: str) -> NDArray[np.float64]:
+def upright(vectors: "NDArray[np.float64]", up: str) -> "NDArray[np.float64]":
     """Turn vectors (..., 3) of a file whose axis `up` points up so that y does."""
+    import numpy as np
+
     return vectors if up == DEFAULT_UP else vectors @ np.array(UPRIGHT[up]).T
 
 
-def as_in_file(vectors: NDArray[np.float64], up: str) -> NDArray[np.float64]:
+def as_in_file(vectors: "NDArray[np.float64]", up: str) -> "NDArray[np.float64]":
     """Turn vectors (..., 3) back from what `upright` made of them."""
+    import numpy as np
+
     return vectors if up == DEFAULT_UP else vectors @ np.array(UPRIGHT[up])
 
 
@@ -38,6 +44,8 @@ def check_up(up: object) -> None:
 
 def check_front(front: object) -> None:
     """Raise UserError where `front` is not an azimuth and an elevation in degrees."""
+    from .checks import check_finite
+
     if not isinstance(front, (tuple, list)) or len(front) != 2:
         raise UserError("front: two numbers are needed, azimuth and elevation in degrees")
     for name, angle in zip(("azimuth", "elevation"), front, strict=True):

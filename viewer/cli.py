@@ -21,6 +21,12 @@ CONTEXTS = ("auto", "osmesa", "egl", "window")
 """Choices of --context: the kinds that `open_context` knows."""
 
 
+NOTHING_SEEN = (
+    "mplicits: note: the shape is not in the picture: the camera is inside it, or looks past it; "
+    "--camera AZ,EL alone, without a distance, shows all of it"
+)
+
+
 def render_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `mplicits render`."""
     model_arguments(
@@ -107,12 +113,13 @@ def run_render(args: Namespace) -> None:
         renderer.release()
     finally:
         context.release()
-    width, height = args.size
+    if not image[..., 3].any():
+        print(NOTHING_SEEN, file=sys.stderr)
     if args.json:
         report = {
             "output": str(output),
-            "width": width,
-            "height": height,
+            "width": args.size[0],
+            "height": args.size[1],
             "samples": args.samples,
             "shade": args.shade,
             "mesh": None if mesh is None else str(args.mesh),
@@ -130,7 +137,7 @@ def run_render(args: Namespace) -> None:
         print(json.dumps(report))
         return
     line = (
-        f"{show(output)}: {width}x{height}, {args.samples} samples, {context.kind} on {context.renderer}; "
+        f"{show(output)}: {args.size[0]}x{args.size[1]}, {args.samples} samples, {context.kind} on {context.renderer}; "
         f"compiled in {compile_seconds:.2f} s, drawn in {frame_seconds:.2f} s"
     )
     if frames_per_second is not None:

@@ -76,7 +76,7 @@ class Rays:
         indices, f, reached = indices[~entered], f[~entered], reached[~entered]
         last, pixel = reached == settings.level, settings.footprint * self.t[indices]
         self.t[indices] += settings.bounds[reached - 1] * np.where(last, f, f - deltas[reached - 1] / OFFSET)
-        left = self.t[indices] > self.far[indices]
+        left = (self.t[indices] > self.far[indices]) | (self.t[indices] < 0)
         self.hit[indices] = last & (f < 0.5 * pixel) & ~left
         self.level[indices] = np.where((last & (np.abs(f) < 0.05 * pixel)) | left, 0, reached)
 

@@ -129,3 +129,15 @@ def test_a_camera_inside_the_ball_sees_the_shape_and_one_that_looks_away_sees_no
     assert 0.01 < (inside[..., 3] > 0.5).mean() < 1
     away = data(renderer, Camera(0, 0, distance=3, target=(0, 0, -100)))
     assert not away[..., 3].any()
+
+
+def test_rays_that_begin_inside_the_shape_are_done_at_once(renderer: Renderer, model: Model) -> None:
+    surface = demo.DemoShape().surface(100, np.random.default_rng(0))
+    eye = surface.points[0] - 0.05 * surface.normals[0]
+    assert demo.signed_distance(eye[None])[0] < -0.03
+    camera = Camera(0, 0, distance=1e-3, target=(float(eye[0]), float(eye[1]), float(eye[2])))
+    drawn = data(renderer, camera)
+    assert not drawn[..., 3].any()
+    assert drawn[..., 1].max() <= 2
+    eye, directions, footprint = camera.rays(SIDE, SIDE)
+    assert march(lower(model), eye, directions.reshape(-1, 3), 2, footprint).steps.max() <= 2

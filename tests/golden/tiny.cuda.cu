@@ -110,22 +110,19 @@ __device__ inline vec4 texel(int k) { return as_vec4(__ldg(weights + k)); }
 __device__ inline mat4 block(int k) { return mat4(texel(k), texel(k + 1), texel(k + 2), texel(k + 3)); }
 
 __device__ inline float network1(vec4 p) {
-    vec4 a0;
     vec4 h0;
     for (int k = 0; k < 1; ++k) {
         vec4 s = vec4(0);
         s += block(0 + 4 * k + 4 * (0)) * p;
-        a0 = s;
+        vec4 a0 = s;
         h0 = sin(a0);
     }
-    vec4 a1;
-    vec4 h1;
     float f = 0.;
     for (int k = 0; k < 1; ++k) {
         vec4 s = texel(8 + k);
         s += block(4 + 4 * k + 4 * (0)) * h0;
-        a1 = s;
-        h1 = sin(a1);
+        vec4 a1 = s;
+        vec4 h1 = sin(a1);
         f += dot(texel(9 + k), h1);
     }
     f = 1.f * f + .14306f;
@@ -133,15 +130,13 @@ __device__ inline float network1(vec4 p) {
 }
 
 __device__ inline float network2(vec4 p) {
-    vec4 a0[2];
-    vec4 h0[2];
     float f = 0.;
     for (int k = 0; k < 2; ++k) {
         vec4 s = vec4(0);
         s += block(10 + 4 * k + 4 * (0)) * p;
-        a0[k] = s;
-        h0[k] = sin(a0[k]);
-        f += dot(texel(18 + k), h0[k]);
+        vec4 a0 = s;
+        vec4 h0 = sin(a0);
+        f += dot(texel(18 + k), h0);
     }
     f = .1f * f + -.00515f;
     return f;
@@ -156,29 +151,24 @@ __device__ inline vec4 network1_gradient(vec4 p) {
         a0 = s;
         h0 = sin(a0);
     }
-    vec4 a1;
-    vec4 h1;
     float f = 0.;
-    vec4 c1;
     vec4 g1;
     for (int k = 0; k < 1; ++k) {
         vec4 s = texel(8 + k);
         s += block(4 + 4 * k + 4 * (0)) * h0;
-        a1 = s;
-        h1 = sin(a1);
+        vec4 a1 = s;
+        vec4 h1 = sin(a1);
         f += dot(texel(9 + k), h1);
-        c1 = cos(a1);
+        vec4 c1 = cos(a1);
         g1 = texel(9 + k) * c1;
     }
     f = 1.f * f + .14306f;
-    vec4 e1;
-    vec4 c0;
     vec4 g0;
     for (int k = 0; k < 1; ++k) {
         vec4 s = vec4(0);
         s += g1 * block(4 + 4 * k + 4 * (0));
-        e1 = s;
-        c0 = cos(a0);
+        vec4 e1 = s;
+        vec4 c0 = cos(a0);
         g0 = e1 * c0;
     }
     vec4 gradient;
@@ -191,45 +181,39 @@ __device__ inline vec4 network1_gradient(vec4 p) {
 }
 
 __device__ inline vec4 network2_gradient(vec4 p) {
-    vec4 a0[2];
-    vec4 h0[2];
     float f = 0.;
-    vec4 c0[2];
     vec4 g0[2];
     for (int k = 0; k < 2; ++k) {
         vec4 s = vec4(0);
         s += block(10 + 4 * k + 4 * (0)) * p;
-        a0[k] = s;
-        h0[k] = sin(a0[k]);
-        f += dot(texel(18 + k), h0[k]);
-        c0[k] = cos(a0[k]);
-        g0[k] = texel(18 + k) * c0[k];
+        vec4 a0 = s;
+        vec4 h0 = sin(a0);
+        f += dot(texel(18 + k), h0);
+        vec4 c0 = cos(a0);
+        g0[k] = texel(18 + k) * c0;
     }
     f = .1f * f + -.00515f;
-    vec4 e0;
     vec4 gradient;
     for (int k = 0; k < 1; ++k) {
         vec4 s = vec4(0);
         for (int j = 0; j < 2; ++j) {
             s += g0[j] * block(10 + 4 * k + 4 * (j));
         }
-        e0 = s;
+        vec4 e0 = s;
         gradient = .1f * e0;
     }
     return vec4(gradient.xyz, f);
 }
 
 __device__ inline vec3 network_texture(vec4 p) {
-    vec4 a0;
-    vec4 h0;
     float r = 0.;
     float g = 0.;
     float b = 0.;
     for (int k = 0; k < 1; ++k) {
         vec4 s = vec4(0);
         s += block(20 + 4 * k + 4 * (0)) * p;
-        a0 = s;
-        h0 = sin(a0);
+        vec4 a0 = s;
+        vec4 h0 = sin(a0);
         r += dot(texel(24 + k), h0);
         g += dot(texel(25 + k), h0);
         b += dot(texel(26 + k), h0);

@@ -156,7 +156,7 @@ vec2 ball(vec3 origin, vec3 direction, float radius) {
 // Two things are added to the paper's scheme, against holes (benchmarks/holes.py). A ray that leaves a band without
 // having met the surface goes back to the coarser level, and the levels are gone through again: hence rounds. And a
 // band's offset surface is traced at delta / 1.3 = max |f_i(x_j)| (Eq. 5), so that a ray crosses |f_i| = delta in
-// finitely many steps. A ray stops within 1/20 pixel of the surface; one that is out of rounds hits within 1/2 pixel.
+// finitely many steps. A ray that begins inside the shape, or goes back behind the eye, is done. A ray stops within 1/20 pixel of the surface; one that is out of rounds hits within 1/2 pixel.
 // All rays go through the levels together: on a GPU the branches on the level are uniform.
 struct Hit {
     bool hit;
@@ -176,8 +176,8 @@ void advance(inout Hit ray, float f, int reached, int level, float footprint, fl
     float pixel = footprint * ray.t;
     float bound = last ? step_bound[reached - 1] : band_step_bound[reached - 1];
     ray.t += step_scale * bound * (last ? f : f - delta[reached - 1] / 1.3);
-    ray.hit = last && f < 0.5 * pixel && ray.t <= far;
-    ray.level = last && abs(f) < 0.05 * pixel || ray.t > far ? -reached : reached;
+    ray.hit = last && f < 0.5 * pixel && ray.t <= far && ray.t >= 0.0;
+    ray.level = last && abs(f) < 0.05 * pixel || ray.t > far || ray.t < 0.0 ? -reached : reached;
 }
 
 Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, float step_scale) {
@@ -208,13 +208,16 @@ vec3 linear(vec3 srgb) {
     return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(vec3(0.04045), c));
 }
 // phong(): Phong shading with one key light, a sky above and a warm ground below, linear light.
+// Above 0.6, where white is lit, a shoulder keeps shades apart that would all be clipped to 1.
 // albedo: linear; normal, view (to the eye), light (to the light), up: length 1, one space for all.
 vec3 phong(vec3 albedo, vec3 normal, vec3 view, vec3 light, vec3 up) {
     float key = max(dot(normal, light), 0.0);
     float highlight = pow(max(dot(reflect(-light, normal), view), 0.0), 48.0);
     float rim = pow(1.0 - max(dot(normal, view), 0.0), 4.0);
     vec3 ambient = mix(vec3(0.16, 0.13, 0.12), vec3(0.34, 0.38, 0.46), 0.5 + 0.5 * dot(normal, up));
-    return albedo * (ambient + 1.05 * key * vec3(1.0, 0.96, 0.9)) + 0.14 * highlight + 0.10 * rim;
+    vec3 lit = albedo * (ambient + 1.05 * key * vec3(1.0, 0.96, 0.9)) + 0.14 * highlight + 0.10 * rim;
+    vec3 over = max(lit - 0.6, vec3(0.0));
+    return lit - over + over / (1.0 + 2.0 * over);
 }
 // srgb(): linear light to sRGB, each channel in [0, 1] (IEC 61966-2-1).
 vec3 srgb(vec3 linear) {

@@ -18,7 +18,8 @@ from mplicits.viewer.window.window import Window
 
 window = Window(open_source(Path("m.safetensors")), Camera(), RenderOptions(samples=2), SIZE, watch=WATCH)
 desk, view, handle = window.desk, window.desk.shown.view, window.handle
-report = {}
+report = {"greeting": desk.message}
+desk.message = ""  # it would lie over the pictures that are compared
 
 def screen():
     "The window's pixels (H, W, 3) in [0, 1], top row first."

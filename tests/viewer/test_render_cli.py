@@ -232,3 +232,14 @@ def test_benchmark_prints_the_median_rate_of_its_frames(tmp_path: Path, capsys: 
     assert "frames per second, median of 3" in capsys.readouterr().out
     assert cli.main([*argv[:-1], "0"]) == 2
     assert "at least one frame" in capsys.readouterr().err
+
+
+def test_a_camera_inside_the_shape_is_told_of(model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["render", str(model), "-o", str(tmp_path / "m.png"), "--size", "32", "--json"]
+    assert cli.main([*arguments, "--camera", "30,20,0.01"]) == 0
+    said = capsys.readouterr()
+    assert json.loads(said.out)["coverage"] == 0
+    assert "the camera is inside it" in said.err
+    assert len(said.err.splitlines()) == 1
+    assert cli.main(arguments) == 0
+    assert not capsys.readouterr().err

@@ -107,7 +107,10 @@ mouse("click", 4)
 report["nearer"] = view.camera.away < home.away
 mouse("key", "h")
 report["help"] = view.help
-mouse("key", "h")
+mouse("key", "Escape")
+report["escaped"] = [view.help, bool(glfw.window_should_close(handle))]
+mouse("key", "m")
+report["m"], desk.message = desk.message, ""
 report["level"] = view.options.level
 mouse("mousemove", 30, 75)
 mouse("mousedown", 1)
@@ -122,6 +125,12 @@ report["turntable"] = view.turntable
 mouse("key", "space")
 settle()
 report["picture"] = difference()
+mouse("key", "Tab")
+report["open"] = view.panel
+glfw.set_window_size(handle, 480, 400)
+for _ in range(10):
+    glfw.wait_events_timeout(0.02)
+report["folded"] = not view.panel
 """
 
 
@@ -133,7 +142,12 @@ def test_the_mouse_turns_the_picture_and_works_the_panel(tmp_path: Path, xvfb: d
     assert report["turned"] == pytest.approx(342.0)
     assert report["panned"]
     assert report["nearer"]
+    assert "h: all keys" in str(report["greeting"])
     assert report["help"]
+    assert report["escaped"] == [False, False], "Esc closes the help, and not the window"
+    assert "drop one here" in str(report["m"])
+    assert report["open"]
+    assert report["folded"], "below 500 pixels"
     assert report["level"] is None
     assert report["panel"] == [1, True], "a click on the slider's left end is for the panel alone"
     assert report["wider"] == 300

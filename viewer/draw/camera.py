@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.targets.orbit import AZIMUTH, ELEVATION, FOV, MARGIN, ZOOM
+from ...codegen.targets.camera import basis, fitting_distance
+from ...codegen.targets.orbit import AZIMUTH, ELEVATION, FOV, ZOOM
 from ...model.errors import UserError
 
 FARTHEST = 1000.0
@@ -43,7 +44,7 @@ class Camera:
         """Distance to the target, in model units, also where `distance` is None."""
         if self.distance is not None:
             return self.distance
-        return min(FARTHEST, MARGIN / math.sin(math.atan(min(1.0, self.aspect) / self.focal)))
+        return min(FARTHEST, fitting_distance(self.aspect, self.focal))
 
     @property
     def focal(self) -> float:
@@ -52,12 +53,8 @@ class Camera:
 
     def matrix(self) -> NDArray[np.float32]:
         """Return the map (4, 4) from camera to model space; its columns are right, up, back and the eye."""
-        azimuth, elevation = math.radians(self.azimuth), math.radians(self.elevation)
-        sin_a, cos_a, sin_e, cos_e = math.sin(azimuth), math.cos(azimuth), math.sin(elevation), math.cos(elevation)
         matrix = np.eye(4)
-        matrix[:3, 0] = cos_a, 0.0, -sin_a
-        matrix[:3, 1] = -sin_e * sin_a, cos_e, -sin_e * cos_a
-        matrix[:3, 2] = cos_e * sin_a, sin_e, cos_e * cos_a
+        matrix[:3, :3] = basis(self.azimuth, self.elevation)
         matrix[:3, 3] = self.target + self.away * matrix[:3, 2]
         return matrix.astype(np.float32)
 

@@ -25,12 +25,13 @@ def to_png(image: NDArray[np.float32], title: str = "", transparent: bool = Fals
     """Encode an image as the bytes of an 8-bit PNG file.
 
     image: (H, W, 4) float32, sRGB and alpha, [0, 1], top row first; what lies outside is clipped. title: a text that
-    the file holds, "" for none. transparent: keeps alpha.
+    the file holds, "" for none. transparent: keeps alpha. Without alpha, colours are dithered.
     """
     channels = image if transparent else image[..., :3]
     pixels = np.empty(channels.shape, np.uint8)
-    for row, out in zip(channels, pixels, strict=True):  # row by row: an 8K picture fits the memory only once
-        out[:] = np.rint(np.clip(row, 0.0, 1.0) * 255.0)
+    for y, (row, out) in enumerate(zip(channels, pixels, strict=True)):  # an 8K picture fits the memory only once
+        noise = 0.0 if transparent else _dither(y, len(row))
+        out[:] = np.rint(np.clip(row, 0.0, 1.0) * 255.0 + noise)
     info = PngInfo()
     if title:
         info.add_itxt("Title", title)
@@ -38,6 +39,16 @@ def to_png(image: NDArray[np.float32], title: str = "", transparent: bool = Fals
     data = io.BytesIO()
     Image.fromarray(pixels).save(data, "png", pnginfo=info)
     return data.getvalue()
+
+
+def _dither(y: int, width: int) -> NDArray[np.float32]:
+    """Return what is added to a row of pixels, (width, 1), before it is rounded (glsl/dither.glsl, times 255).
+
+    It is less than a half either way, so that a colour of 8 bits stays as it is.
+    """
+    phase = 0.06711056 * (np.arange(width) + 0.5) + 0.00583715 * (y + 0.5)
+    noise = np.modf(52.9829189 * np.modf(phase)[0])[0] - 0.5
+    return np.asarray(0.998 * noise, np.float32)[:, None]
 
 
 def check_name(path: Path) -> None:

@@ -20,7 +20,7 @@ KEYS = (
     ("s", "save a picture"),
     ("Tab", "panel"),
     ("h", "these keys"),
-    ("Esc", "quit"),
+    ("Esc", "close the help, or quit"),
 )
 """(key, what it does), as the help and the terminal show them."""
 SHADING_KEYS = {"N": "normal", "P": "phong", "D": "depth", "T": "texture", "X": "steps"}

@@ -8,10 +8,13 @@ import glfw
 
 from ..draw.context import Context
 from ..state.desk import Desk
+from .help import show_line
 from .panel import WIDTH, Panel
 
 SETTLING_FRAMES = 3
 """Frames that ImGui takes until it shows what an event did."""
+NARROW = 500
+"""Width of a window, in window coordinates before the display's scale, below which the panel folds."""
 FONT_SIZE = 15.0
 """In window coordinates, before the display's scale."""
 CONTROLS = glfw.KEY_LEFT_CONTROL, glfw.KEY_RIGHT_CONTROL
@@ -73,6 +76,10 @@ class Gui:
         """
         return round(WIDTH * self._ui_scale() * self._ratio()) if self.roomy() else 0
 
+    def narrow(self) -> bool:
+        """Return whether an open panel would hide most of the picture."""
+        return bool(glfw.get_window_size(self._window)[0] < NARROW * self._ui_scale())
+
     def roomy(self) -> bool:
         """Return whether the window is wide enough for a panel beside the picture."""
         return bool(glfw.get_window_size(self._window)[0] >= 2 * WIDTH * self._ui_scale())
@@ -82,6 +89,20 @@ class Gui:
 
         area: (width, height) of the picture on the screen, in framebuffer pixels.
         """
+        imgui, scale = self._imgui, self._begin()
+        self._panel.draw(imgui, desk, area, scale)
+        self._popup = imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
+        imgui.render()
+        self._frames_left = max(0, self._frames_left - 1)
+
+    def build_notice(self, line: str) -> None:
+        """Make a frame that shows a line of text in the middle of the window; the context must be current."""
+        self._begin()
+        show_line(self._imgui, line)
+        self._imgui.render()
+
+    def _begin(self) -> float:
+        """Begin a frame of the window's present size. Returns the panel's scale."""
         imgui = self._imgui
         io = imgui.get_io()
         now = time.perf_counter()
@@ -95,10 +116,7 @@ class Gui:
             self._scale = scale
         imgui.backends.opengl3_new_frame()
         imgui.new_frame()
-        self._panel.draw(imgui, desk, area, scale)
-        self._popup = imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
-        imgui.render()
-        self._frames_left = max(0, self._frames_left - 1)
+        return scale
 
     def draw(self) -> None:
         """Draw the frame onto the screen; the context must be current."""

@@ -6,6 +6,8 @@ from ..state.view import KEYS
 
 FAINT = 0.60, 0.62, 0.66, 1.0
 """RGBA of text that matters less."""
+TIP_WIDTH = 22
+"""Of an explanation, in heights of the font."""
 
 
 def show_keys(imgui: Any, left: float, size: Any) -> tuple[float, float, float, float]:
@@ -27,6 +29,24 @@ def show_keys(imgui: Any, left: float, size: Any) -> tuple[float, float, float, 
     covered = place(imgui)
     imgui.end()
     return covered
+
+
+def show_line(imgui: Any, line: str) -> None:
+    """Draw a line of text in the middle of the window."""
+    size = imgui.get_io().display_size
+    imgui.set_next_window_pos((size.x / 2, size.y / 2), imgui.Cond_.always, (0.5, 0.5))
+    imgui.begin("line", None, bare(imgui) | imgui.WindowFlags_.always_auto_resize)
+    imgui.text_unformatted(line)
+    imgui.end()
+
+
+def tip(imgui: Any, text: str) -> None:
+    """Explain the control that was made last to a pointer that rests on it."""
+    if imgui.begin_item_tooltip():
+        imgui.push_text_wrap_pos(TIP_WIDTH * imgui.get_font_size())
+        imgui.text_unformatted(text)
+        imgui.pop_text_wrap_pos()
+        imgui.end_tooltip()
 
 
 def place(imgui: Any) -> tuple[float, float, float, float]:

@@ -10,7 +10,8 @@ from ..state.desk import Desk
 from ..state.exports import record_turntable, save_picture, save_target
 from ..state.jobs import LevelTiming, Turntable, time_levels
 from ..state.overlay import MESH_MODES
-from .help import FAINT, bare, place, show_keys
+from ..state.view import View
+from .help import FAINT, bare, place, show_keys, tip
 
 WIDTH = 300
 """Of the panel, in window coordinates before the display's scale."""
@@ -75,26 +76,13 @@ class Panel:
         clamp = imgui.SliderFlags_.always_clamp  # A number may be typed.
         view, source = desk.shown.view, desk.shown.source
         options = view.options
-        level, normal_level = options.resolved_levels(view.levels)
         imgui.text(source.name)
         imgui.push_style_color(imgui.Col_.text, FAINT)
         imgui.text(desk.drawing.timing)
         imgui.pop_style_color()
         imgui.separator()
         if view.levels > 1:
-            changed, level = imgui.slider_int("level", level, 1, view.levels, f"%d of {view.levels}", clamp)
-            if changed:
-                view.set(level=level, normal_level=max(level, normal_level))
-            changed, normal_level = imgui.slider_int("normals of", normal_level, 1, view.levels, "level %d", clamp)
-            if changed:
-                view.set(level=level, normal_level=normal_level)
-            changed, split = imgui.checkbox("split view", view.split is not None)
-            if changed:
-                view.split, view.changed = view.levels if split else None, True
-            if view.split is not None:
-                changed, right = imgui.slider_int("on the right", view.split, 1, view.levels, "level %d", clamp)
-                if changed:
-                    view.split, view.changed = right, True
+            self._traced(imgui, view)
         shadings = [name for name in PANEL_SHADINGS if view.textured or name != "texture"]
         changed, index = imgui.combo("shading", shadings.index(options.shading), shadings)
         if changed:
@@ -108,9 +96,11 @@ class Panel:
             if changed:
                 view.mesh, view.changed = MESH_MODES[index], True
         changed, index = imgui.combo("samples", _nearest(SAMPLES, options.samples), [str(n) for n in SAMPLES])
+        tip(imgui, "Rays per pixel of the picture at rest: more make smoother edges, and take longer.")
         if changed:
             view.set(samples=SAMPLES[index])
         changed, resolution = imgui.slider_float("resolution", 100 * view.resolution, 12.5, 100.0, "%.0f %%", clamp)
+        tip(imgui, "Pixels that are drawn along each side, as a share of the window's.")
         if changed:
             view.resolution, view.changed = min(1.0, max(0.125, resolution / 100)), True
         changed, turntable = imgui.checkbox("turntable", view.turntable)
@@ -119,6 +109,25 @@ class Panel:
         imgui.same_line()
         if imgui.button("reset the camera"):
             view.key("R")
+
+    def _traced(self, imgui: Any, view: View) -> None:
+        clamp = imgui.SliderFlags_.always_clamp  # A number may be typed.
+        level, normal_level = view.options.resolved_levels(view.levels)
+        changed, level = imgui.slider_int("level", level, 1, view.levels, f"%d of {view.levels}", clamp)
+        tip(imgui, "The last level that is traced: 1 is coarse, the last one is the shape.")
+        if changed:
+            view.set(level=level, normal_level=max(level, normal_level))
+        changed, normal_level = imgui.slider_int("normals of", normal_level, 1, view.levels, "level %d", clamp)
+        tip(imgui, "The level whose gradient gives the normals: a fine one's details on a coarse one's shape.")
+        if changed:
+            view.set(level=level, normal_level=normal_level)
+        changed, split = imgui.checkbox("split view", view.split is not None)
+        if changed:
+            view.split, view.changed = view.levels if split else None, True
+        if view.split is not None:
+            changed, right = imgui.slider_int("on the right", view.split, 1, view.levels, "level %d", clamp)
+            if changed:
+                view.split, view.changed = right, True
 
     def _march(self, imgui: Any, desk: Desk) -> None:
         clamp = imgui.SliderFlags_.always_clamp  # A number may be typed.
@@ -129,15 +138,18 @@ class Panel:
         steps = list(options.resolved_iterations(shown.source.shader.iterations))
         for i in range(view.levels):
             changed, value = imgui.slider_int(f"steps, level {i + 1}", steps[i], 1, 64, "%d", clamp)
+            tip(imgui, "Steps along a ray at this level, before it goes on with the next.")
             if changed:
                 steps[i] = max(1, min(64, value))
                 view.set(iterations=tuple(steps))
         logarithmic = clamp | imgui.SliderFlags_.logarithmic
         changed, value = imgui.slider_float("delta scale", options.delta_scale, 0.1, 10.0, "%.2f", logarithmic)
+        tip(imgui, "Factor on the width of the bands in which finer levels are evaluated.")
         if changed:
             view.set(delta_scale=min(10.0, max(0.1, value)))
         step_scale = options.step_scale or (shown.renderer.default("step_scale") or default("step_scale"))[0]
         changed, value = imgui.slider_float("step scale", step_scale, 0.1, 1.2, "%.2f", clamp)
+        tip(imgui, "Factor on the steps along rays: below 1 safer and slower, above 1 rays may miss thin parts.")
         if changed:
             view.set(step_scale=min(1.2, max(0.1, value)))
         if imgui.button("defaults"):
@@ -185,7 +197,9 @@ class Panel:
                     imgui.table_next_column()
                     imgui.text(text)
             imgui.end_table()
-        if imgui.button("measure"):
+        measure = imgui.button("measure")
+        tip(imgui, "Draws the picture up to each level: milliseconds, steps of a ray, and rays that ended there.")
+        if measure:
             shrink = min(1.0, TIMED_SIDE / max(area))
             size = max(1, round(area[0] * shrink)), max(1, round(area[1] * shrink))
 

@@ -14,6 +14,7 @@ from ..state.overlay import MeshSource
 from ..state.source import Source
 from ..state.view import TURNS, View, keys
 from .drop import drop
+from .greeting import GREETING, greet
 from .gui import Gui, open_gui
 
 LONGEST_WAIT = 1.0
@@ -47,6 +48,8 @@ class Window:
         options.check_texture(source.textured)
         self.context = open_window(size, f"{source.name}   compiling", visible=True)
         self.handle = self.context.handle
+        self.gui: Gui | None = open_gui(self.context)
+        greet(self.context, self.gui, source.name, options)
         self._pointer = (0.0, 0.0)
         self._title = ""
         self._printed = ""
@@ -56,15 +59,18 @@ class Window:
                 self.context, source, view, storage=storage, watch=watch, mesh=mesh, wake=glfw.post_empty_event
             )
         except UserError:
+            if self.gui is not None:
+                self.gui.release()
             self.context.release()
             raise
-        self.gui: Gui | None = open_gui(self.context)
         view.panel = self.gui is not None and self.gui.roomy()
         self._frame_seconds = 1 / _refresh_rate()
         with self.context:
             glfw.swap_interval(1)
         self._listen()
         self._fit()
+        if self.gui is not None:
+            self.desk.say(GREETING)
 
     @property
     def area(self) -> tuple[int, int, int, int]:
@@ -127,12 +133,17 @@ class Window:
         """Do what a key does, given its name: ESCAPE, S or one of View.key."""
         import glfw
 
-        if name == "ESCAPE":
+        view = self.desk.shown.view
+        if name == "ESCAPE" and view.help and self.gui is not None:
+            view.help = False
+        elif name == "ESCAPE":
             glfw.set_window_should_close(self.handle, True)
         elif name == "S":
             save_picture(self.desk, self.area[2:])
         else:
-            self.desk.shown.view.key(name)
+            view.key(name)
+            if name == "M" and self.desk.shown.overlay is None:
+                self.desk.say("no mesh lies over the model: drop one here, or start with --mesh FILE")
             if name == "TAB":
                 self._fit()
             if name == "H" and self.gui is None:
@@ -161,6 +172,8 @@ class Window:
         import glfw
 
         def resized(*_: Any) -> None:
+            if self.gui is not None and self.gui.narrow():
+                self.desk.shown.view.panel = False
             self._fit()
             self._wake()
 

@@ -66,8 +66,10 @@ __device__ inline vec3 operator-(vec3 a, float b) { return a - vec3(b); }
 __device__ inline vec3 operator*(vec3 a, vec3 b) { return vec3(a.x * b.x, a.y * b.y, a.z * b.z); }
 __device__ inline vec3 operator*(float a, vec3 b) { return vec3(a) * b; }
 __device__ inline vec3 operator*(vec3 a, float b) { return a * vec3(b); }
-__device__ inline vec3 operator/(vec3 a, float b) { return vec3(a.x / b, a.y / b, a.z / b); }
+__device__ inline vec3 operator/(vec3 a, vec3 b) { return vec3(a.x / b.x, a.y / b.y, a.z / b.z); }
+__device__ inline vec3 operator/(vec3 a, float b) { return a / vec3(b); }
 __device__ inline float dot(vec3 a, vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+__device__ inline vec3 max(vec3 a, vec3 b) { return vec3(max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)); }
 __device__ inline float length(vec3 a) { return sqrtf(dot(a, a)); }
 __device__ inline vec3 normalize(vec3 a) { return 1.0f / sqrtf(dot(a, a)) * a; }
 __device__ inline vec3 reflect(vec3 incident, vec3 normal) { return incident - 2.0f * dot(normal, incident) * normal; }

@@ -1,0 +1,53 @@
+"""The small picture that travels in a page is what the shaders draw there first."""
+
+import base64
+import io
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from mplicits.codegen.targets import glsl330, webpage
+from mplicits.model.gallery import model_path
+from mplicits.model.model import Model, load
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import Context
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.renderer import Renderer
+
+SMALL = load(model_path("spot-small"))
+BACKDROP = 0.4
+LARGEST_ERROR = 0.03
+"""Root mean square error of a poster, most of which is WebP's."""
+
+
+def poster_of(page: str) -> np.ndarray:
+    """Decode the poster of a page: (side, side, 4) in [0, 1]."""
+    found = re.search(r'src="data:image/webp;base64,([^"]+)"', page)
+    assert found
+    data = base64.b64decode(found[1])
+    assert len(data) < 6000
+    return np.asarray(Image.open(io.BytesIO(data)).convert("RGBA"), np.float64) / 255
+
+
+@pytest.mark.parametrize(
+    "model",
+    [SMALL, replace(SMALL, front=None, texture=None)],
+    ids=["with colours, from its front", "plain, from the usual place"],
+)
+def test_the_poster_is_the_first_picture(model: Model, osmesa: Context) -> None:
+    poster = poster_of(webpage.standalone(model))
+    side = len(poster)
+    renderer = Renderer(osmesa, glsl330.bake(model))
+
+    def error(camera: Camera) -> float:
+        drawn = renderer.render((side, side), camera, RenderOptions(samples=4, transparent=True)).astype(np.float64)
+        over = [BACKDROP * (1 - image[..., 3:]) + image[..., 3:] * image[..., :3] for image in (poster, drawn)]
+        return float(np.sqrt(np.mean((over[0] - over[1]) ** 2)))
+
+    camera = Camera(*(model.front or ()))
+    assert error(camera) < LARGEST_ERROR
+    assert error(camera.orbited(4, 0)) > LARGEST_ERROR, "the tolerance tells another view apart"
+    renderer.release()
