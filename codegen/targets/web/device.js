@@ -1,3 +1,4 @@
+import {shared} from "./facts.js";
 import {TEXTURE_WIDTH} from "./texels.js";
 
 // WebGL2 as the renderer uses it. What a device cannot do is a DeviceError, whose message is one line for the visitor.
@@ -43,8 +44,16 @@ export class Device {
         return /llvmpipe/i.test(this.name);
     }
 
+    // Most products of a 4 x 4 block in one iteration of a loop. SwiftShader has 512 KiB of stack for all that a
+    // fragment keeps, of which each product in the text takes some, and where they do not suffice, its process dies at
+    // the first draw.
+    get unroll() {
+        return /swiftshader/i.test(this.name) ? 2 : shared.unroll;
+    }
+
     // Throws DeviceError where a weight texture of so many rows, or the uniforms of so many levels, do not fit.
     check(height, levels) {
+        if (this.lost) return;
         const gl = this.gl, side = gl.getParameter(gl.MAX_TEXTURE_SIZE);
         if (Math.max(TEXTURE_WIDTH, height) > side) {
             throw new DeviceError(`The weights need a texture of ${TEXTURE_WIDTH} x ${height}; `
@@ -139,8 +148,8 @@ export class Device {
         if (this.lost) throw new ContextLost();
     }
 
-    // Returns what the promise `work` gives. An error of a lost context is left out: contextLost in shown.js tells the
-    // visitor of it.
+    // Returns what the promise `work` gives. An error of a lost context is left out: recovery.js tells the visitor of
+    // it.
     async unlessLost(work) {
         try {
             return await work;
