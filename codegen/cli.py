@@ -22,28 +22,14 @@ def _info_arguments(parser: ArgumentParser) -> None:
 
 def _info(arguments: Namespace) -> None:
     """Run `mplicits info`: print what is known of a model. Raises UserError."""
-    from ..model.files import show
     from ..model.model import load
+    from .description import describe
 
     facts = _facts(load(arguments.model))
     if arguments.json:
         print(json.dumps(facts, indent=2))
         return
-    print(f"{show(facts['name'])}   {facts['parameters']:,} parameters, sha256 {facts['sha256'][:12]}")
-    print("level  network  parameters  multiply-adds    sines     delta  iterations  max |grad|   step  as band")
-    for i, level in enumerate(facts["levels"], start=1):
-        print(
-            f"{i:5}  {level['network']:>7}  {level['parameters']:10,}  {level['multiply_adds']:13,}"
-            f"  {level['sines']:7,}  {level['delta']:8.5f}  {level['iterations']:10}  {level['lipschitz']:10.3f}"
-            f"  {level['step_bound']:5.3f}  {level['band_step_bound']:7.3f}"
-        )
-    print("multiply-adds, sines: one value of that level, the levels before it included; step: factor on steps")
-    if facts["texture"]:
-        print(f"texture: {facts['texture']}")
-    for target, size in facts["bytes"].items():
-        print(f"bytes as {target}: {'too wide' if size is None else f'{size:,}'}")
-    for key, value in facts["provenance"].items():
-        print(f"{show(key)}: {show(value)}")
+    print("\n".join(describe(facts)))
 
 
 def _facts(model: "Model") -> dict[str, Any]:
@@ -92,7 +78,7 @@ def _size(model: "Model", target: Target) -> int | None:
     from ..model.errors import UserError
 
     try:
-        return len(target(model).encode())
+        return target.size(model)
     except UserError:
         return None
 

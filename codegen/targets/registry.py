@@ -5,6 +5,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, cast
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from ...model.model import Model
 
 
@@ -16,6 +18,8 @@ class Target:
     """Name of the module. It is loaded when the target is first called, so that the table alone loads nothing."""
     suffix: str
     """How the output file's name ends where the user gives none."""
+    poster: bool = False
+    """Whether the text holds a small picture of the model, which takes seconds to draw."""
 
     def __call__(self, model: "Model", storage: str = "auto", digits: int | None = None) -> str:
         """Return the text of the whole output file, by the module's function `standalone`.
@@ -23,14 +27,22 @@ class Target:
         storage: how weights are stored: "auto", or a way that the target has. digits: decimals that the weights are
         rounded to, None for all. Raises UserError where the target does not take the model or the storage.
         """
-        module = import_module(f".{self.module}", __package__)
-        return cast("str", module.standalone(model, storage=storage, digits=digits))
+        return self._standalone(model, storage=storage, digits=digits)
+
+    def size(self, model: "Model") -> int:
+        """Count the bytes of the output file, without the poster where it has one. Raises UserError likewise."""
+        return len(self._standalone(model, **({"poster": False} if self.poster else {})).encode())
+
+    @property
+    def _standalone(self) -> "Callable[..., str]":
+        """The module's function."""
+        return cast("Callable[..., str]", import_module(f".{self.module}", __package__).standalone)
 
 
 TARGETS = {
     "glsl330": Target("glsl330", suffix=".glsl"),
     "glsl300es": Target("glsl300es", suffix=".es.frag"),
-    "html": Target("webpage", suffix=".html"),
+    "html": Target("webpage", suffix=".html", poster=True),
     "shadertoy": Target("shadertoy", suffix=".frag"),
     "cuda": Target("cuda", suffix=".cu"),
 }

@@ -1,0 +1,81 @@
+"""What `mplicits info` prints for people, from the facts that `mplicits info --json` prints."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ..model.files import show
+
+LABEL = 12
+"""Width of the first column."""
+
+
+def describe(facts: Mapping[str, Any]) -> list[str]:
+    """Write the facts of a model as the lines of a table. Texts from its file are escaped."""
+    lines = [show(facts["name"]) + (f", by {show(facts['credit'])}" if facts["credit"] else "")]
+    lines += [f"{label:{LABEL}}{text}" for label, text in _rows(facts)]
+    lines += ["", *_levels(facts), "", "bytes as     " + _bytes(facts["bytes"])]
+    return lines
+
+
+def _rows(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield the label and the text of each line before the levels."""
+    colours = f", colours by {facts['texture']}" if facts["texture"] else ", no colours"
+    yield "parameters", f"{facts['parameters']:,}{colours}; sha256 {facts['sha256'][:12]}"
+    x, y, z = (f"{c:.4g}" for c in facts["centre"])
+    yield "space", f"{facts['up']} is up in the shape's file, its centre {x}, {y}, {z}, its radius {facts['scale']:.4g}"
+    if facts["front"]:
+        azimuth, elevation = facts["front"]
+        yield "first view", f"{azimuth:g} degrees around, {elevation:g} above"
+    if facts["inputs"] == "xyzt":
+        yield "moves", "it takes a time as its fourth input"
+    yield from _history(facts["provenance"])
+
+
+def _history(provenance: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield the lines of what training has noted, as far as it has: a file may hold anything there."""
+    source, seconds, field = (provenance.get(key) for key in ("source", "seconds", "field"))
+    if isinstance(source, dict) and isinstance(source.get("file"), str):
+        digest = source.get("sha256")
+        yield "trained on", show(source["file"]) + (f", sha256 {show(digest)[:12]}" if isinstance(digest, str) else "")
+    if isinstance(seconds, (int, float)):
+        steps = [level.get("steps") for level in provenance.get("levels", []) if isinstance(level, dict)]
+        walked = f", steps {', '.join(show(str(count)) for count in steps)}" if steps else ""
+        unfinished = "; interrupted" if provenance.get("interrupted") else ""
+        yield "for", f"{seconds:.0f} s, seed {show(str(provenance.get('seed')))}{walked}{unfinished}"
+    if isinstance(field, dict) and isinstance(error := field.get("domain_error"), float):
+        yield "distance", f"off by {error:.1e} of the radius in the mean of the unit ball"
+
+
+def _levels(facts: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the table of the levels; what training measured of them stands there where its notes have it."""
+    records = facts["provenance"].get("levels")
+    records = records if isinstance(records, list) and len(records) == len(facts["levels"]) else []
+    figures = [_figures(record) for record in records]
+    measured = [f"  {mean:8.1e}  {angle:5.1f}" for mean, angle in filter(None, figures)]
+    if len(measured) < len(facts["levels"]):
+        measured = []
+    yield "level  network  parameters  multiply-adds  sines    delta  iterations  max |grad|  step  band" + (
+        "  mean |f|  angle" if measured else ""
+    )
+    for i, level in enumerate(facts["levels"]):
+        row = (
+            f"{i + 1:5}  {level['network']:>7}  {level['parameters']:10,}  {level['multiply_adds']:13,}"
+            f"  {level['sines']:5,}  {level['delta']:7.5f}  {level['iterations']:10}  {level['lipschitz']:10.2f}"
+            f"  {level['step_bound']:4.2f}  {level['band_step_bound']:4.2f}"
+        )
+        yield row + (measured[i] if measured else "")
+    yield "multiply-adds, sines: of one value, with the levels before it; step, band: factors on the steps of rays"
+    if measured:
+        yield "mean |f|: on the surface, in radii of the shape; angle: of normals there, in degrees"
+
+
+def _figures(record: object) -> tuple[float, float] | None:
+    """Read mean |f| and the mean angle of a level's record; None where it has none."""
+    if not isinstance(record, dict):
+        return None
+    mean, angle = record.get("mean_f"), record.get("angle")
+    return (mean, angle) if isinstance(mean, float) and isinstance(angle, float) else None
+
+
+def _bytes(sizes: Mapping[str, int | None]) -> str:
+    return ", ".join(f"{name} {'too wide' if size is None else f'{size:,}'}" for name, size in sizes.items())
