@@ -4,18 +4,39 @@ Each raises UserError, one line that begins with the tensor or key that is wrong
 """
 
 import json
+import shlex
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .errors import UserError
+from .files import show
 
 WIDEST = 4096
 """Most outputs of a layer."""
+SHAPES = {
+    ".obj": "a mesh",
+    ".stl": "a mesh",
+    ".glb": "a mesh",
+    ".ply": "a mesh or a point cloud",
+    ".xyz": "a point cloud",
+    ".npz": "a point cloud",
+}
+"""Ending of a file, in lower case, from which a model is trained first -> what it holds."""
 
 _SMALLEST, _LARGEST = float(np.finfo(np.float32).tiny), float(np.finfo(np.float32).max)
 _TYPE_NAMES = {str: "a text", list: "a list", dict: "an object of keys and values", int: "a whole number"}
+
+
+def shape_hint(path: Path) -> str | None:
+    """Say what to do with a file that a model is trained from first, going by its ending; None for other files."""
+    kind = SHAPES.get(path.suffix.lower())
+    if kind is None:
+        return None
+    name = show(f"./{path}" if str(path).startswith("-") else path)
+    return f"{kind}; train it with: mplicits train {shlex.quote(name)}"
 
 
 def check_keys(where: str, value: object, keys: Mapping[str, type]) -> None:

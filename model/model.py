@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save as to_safetensors
 
-from .checks import check_finite, check_json, check_keys, check_network, check_positive
+from .checks import check_finite, check_json, check_keys, check_network, check_positive, shape_hint
 from .errors import UserError
 from .files import show, write_whole
 from .orientation import DEFAULT_UP, check_front, check_up
@@ -243,7 +243,8 @@ def load(path: Path) -> Model:
     except OSError as error:
         raise UserError(f"{show(path)}: {_one_line(error.strerror or str(error))}") from None
     except SafetensorError as error:
-        raise UserError(f"{show(path)}: not a model file, or a damaged one ({_one_line(str(error))})") from None
+        reason = shape_hint(path) or f"not a model file, or a damaged one ({_one_line(str(error))})"
+        raise UserError(f"{show(path)}: {reason}") from None
     except UserError as error:
         raise UserError(f"{show(path)}: {_one_line(str(error))}") from None
 

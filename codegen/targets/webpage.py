@@ -1,7 +1,9 @@
 """Target html: one page that shows the model from a file, without a network. Its source is the folder web/."""
 
 import base64
+import io
 import json
+import math
 import re
 from dataclasses import replace
 from importlib.resources import files
@@ -10,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ... import glsl
-from ...model.checks import WIDEST
+from ...model.checks import SHAPES, WIDEST
 from ...model.errors import UserError
 from ...model.model import DEFAULT_STEP_BOUND, FORMAT, MOST_ITERATIONS, STEP_BOUNDS, VERSION, Model, to_bytes
 from ..ir.lower import lower
@@ -19,12 +21,14 @@ from ..printers.field import PLAIN, STORAGES, print_field
 from ..printers.texels import TEXTURE_WIDTH, UNROLL
 from ..reference import interpret
 from ..reference.digits import near_surface
+from ..reference.poster import poster as draw_poster
 from ..reference.rounding import in_decimals, is_float16
 from . import fragment, orbit, shadertoy
+from .camera import basis, fitting_distance
 from .glsl300es import DIALECT
 from .header import header_facts
 from .shader import LEAST_STEPS, LOOP_LIMIT
-from .uniforms import SHADINGS, UNIFORMS
+from .uniforms import SHADINGS, UNIFORMS, uniform
 
 PRINTER = ("facts.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js", "field.js")
 """Modules in web/ that read a model and print its field."""
@@ -42,10 +46,15 @@ SCRIPTS = (
     "gestures.js",
     "controls.js",
     "view.js",
+    "recovery.js",
     "shown.js",
     "page.js",
 )
 """All modules in web/, in the order in which the page's one script holds them."""
+POSTER_SIDE = 160
+"""Pixels of the picture that is seen until the page has drawn its own."""
+POSTER_QUALITY = 85
+"""Of its WebP, from 0 to 100."""
 PROBES = 32
 """Most points at which the page compares its field with the reference's."""
 
@@ -55,13 +64,15 @@ _PLACE = re.compile(r"\{\{(\w+)\}\}")
 """A place in page.html that a part of the page is put into, by name."""
 
 
-def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
+def standalone(model: Model, storage: str = "auto", digits: int | None = None, poster: bool = True) -> str:
     """Return the text of the page.
 
     storage: the page draws from a texture at once. With "auto" it also compiles literals (for networks up to 64 wide)
     and keeps what is faster there; "literal" does so for wider networks too; "texture" does without literals.
     digits: decimals to which the weights are rounded first, None for none. Weights that 16-bit floats hold exactly
-    travel in those. Raises UserError where the weights cannot be stored so.
+    travel in those.
+    poster: whether the page opens with a small picture of the model, which takes seconds to draw.
+    Raises UserError where the weights cannot be stored so.
     """
     weights = model if digits is None else in_decimals(model, digits)
     if storage == "packed":
@@ -73,6 +84,7 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
     prologue = fragment.prologue(header, replace(program, moving=True), DIALECT, field.weights)
     parts = {
         "css": _read("page.css"),
+        "poster": _poster(model, program) if poster else "data:,",
         "js": script(),
         "facts": facts_json(header | _facts(model, program, storage, digits)),
         "weights": _wrapped(base64.b64encode(_bytes(weights)).decode()),
@@ -101,6 +113,7 @@ def facts_json(facts: dict[str, Any]) -> str:
             "step_bounds": list(STEP_BOUNDS),
             "default_step_bound": DEFAULT_STEP_BOUND,
         },
+        "shapes": SHAPES,
         "storages": STORAGES,
         "texture_width": TEXTURE_WIDTH,
         "unroll": UNROLL,
@@ -154,6 +167,20 @@ def _bytes(model: Model) -> bytes:
     """Return a model file without its provenance, in 16-bit floats where they hold every weight."""
     kind = np.float16 if is_float16(model) else np.float32
     return to_bytes(replace(model, provenance={}), kind)
+
+
+def _poster(model: Model, program: Program) -> str:
+    """Return a picture of the model, as the page first shows it, as the URL of a WebP of some 3 kB."""
+    from PIL import Image
+
+    azimuth, elevation = model.front or (orbit.AZIMUTH, orbit.ELEVATION)
+    focal = 1 / math.tan(math.radians(orbit.FOV) / 2)
+    light, plain = np.array(uniform("light").default, np.float64), np.array([float(c) for c in PLAIN.split(",")])
+    view = basis(azimuth, elevation), fitting_distance(1.0, focal), focal
+    pixels = np.round(255 * draw_poster(program, *view, light, plain, POSTER_SIDE)).astype(np.uint8)
+    data = io.BytesIO()
+    Image.fromarray(pixels).save(data, "WEBP", quality=POSTER_QUALITY, method=6)
+    return "data:image/webp;base64," + base64.b64encode(data.getvalue()).decode()
 
 
 def _numbers(values: np.ndarray) -> list[float]:

@@ -28,13 +28,6 @@ if TYPE_CHECKING:
 
 HOSTILE = "</script><script>alert(1)</script>"
 """A model's name that would run, were it not escaped."""
-DROP = """([bytes, name]) => {
-    const transfer = new DataTransfer();
-    transfer.items.add(new File([new Uint8Array(bytes)], name));
-    for (const kind of ["dragover", "drop"])
-        document.body.dispatchEvent(new DragEvent(kind, {dataTransfer: transfer, bubbles: true, cancelable: true}));
-}"""
-"""Drops a file of these bytes and this name on the page, as a person would with the mouse."""
 pytestmark = pytest.mark.slow
 
 
@@ -105,7 +98,7 @@ def test_a_broken_model_dropped_is_refused_in_one_line_and_the_old_one_stays(
 ) -> None:
     spoil, said = BROKEN[name]
     data = spoil(model_bytes(tmp_path, fitted_model((4, 4))))
-    shown.page.evaluate(DROP, [list(data), "other.safetensors"])
+    shown.drop(data, "other.safetensors")
     shown.page.wait_for_selector("#message:not([hidden])")
     line = shown.message()
     assert line.startswith("other.safetensors: ")
@@ -124,12 +117,14 @@ def test_a_model_that_is_dropped_or_opened_is_shown(
     small = Layer(last.weight * np.float32(0.02), last.bias * np.float32(0.02))
     three = Model(HOSTILE, (*model.levels, replace(model.levels[1], network=(hidden, small))), None)
     with visit(browser, page_file, size=(640, 640)) as visited:
-        visited.page.evaluate(DROP, [list(model_bytes(tmp_path, three)), "other.safetensors"])
+        visited.drop(model_bytes(tmp_path, three), "other.safetensors")
         visited.until("document.title.includes('alert')")
         visited.still()
         assert visited.page.inner_text("h1") == HOSTILE
+        visited.unfold()
         assert visited.page.inner_text("#level") == "Level\n1\n2\n3"
         assert "Texture" not in visited.page.inner_text("#shading")
+        visited.fold()
         assert visited.root("storage") == "texture"
         assert float(visited.root("error") or "nan") < 1e-5
         theirs = desktop(Renderer(osmesa, glsl330.bake(three)), Camera(), RenderOptions())
@@ -147,7 +142,7 @@ def test_a_name_that_is_html_is_shown_as_text(browser: "Browser", tmp_path: Path
     with visit(browser, file) as visited:
         visited.until("document.documentElement.dataset.storage")
         assert (visited.page.title(), visited.page.inner_text("h1")) == (HOSTILE, HOSTILE)
-        assert visited.page.locator("script").count() == file.read_text().count("<script") == 7
+        assert visited.page.locator("script").count() == file.read_text().count("<script") == 8
         assert visited.said == []
 
 

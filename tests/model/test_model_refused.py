@@ -179,6 +179,22 @@ def test_missing_metadata_and_other_safetensors_files_are_refused(path: Path) ->
     assert "not a model file" in refusal(path)
 
 
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("spot.obj", "a mesh; train it with: mplicits train spot.obj"),
+        ("my cow.PLY", "a mesh or a point cloud; train it with: mplicits train 'my cow.PLY'"),
+        ("-x.npz", "a point cloud; train it with: mplicits train ./-x.npz"),
+    ],
+)
+def test_a_shape_in_a_model_s_place_is_told_from_a_damaged_model(
+    name: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path(name).write_text("v 0 0 0\n")
+    assert refusal(Path(name)) == said
+
+
 def with_one(value: float, shape: tuple[int, ...]) -> Any:
     """An array of zeros with `value` at its end."""
     array = np.zeros(shape, np.float32)

@@ -21,6 +21,12 @@ DRIVERS = {"SwiftShader": "swiftshader", "llvmpipe": "gl-egl"}
 """Name of a software GL -> ANGLE's name for the back end that reaches it."""
 PATIENCE = 300_000
 """Most milliseconds that a picture may take."""
+_DROP = """([bytes, name]) => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([new Uint8Array(bytes)], name));
+    for (const kind of ["dragover", "drop"])
+        document.body.dispatchEvent(new DragEvent(kind, {dataTransfer: transfer, bubbles: true, cancelable: true}));
+}"""
 
 
 @contextmanager
@@ -62,6 +68,20 @@ class Visit:
         value = self.page.evaluate("key => document.documentElement.dataset[key] ?? null", key)
         assert value is None or isinstance(value, str)
         return value
+
+    def unfold(self) -> None:
+        """Show the panel where it is folded."""
+        if not self.page.is_visible("#panel"):
+            self.page.click("#fold")
+
+    def fold(self) -> None:
+        """Fold the panel where it is shown, so that the canvas fills the window."""
+        if self.page.is_visible("#panel"):
+            self.page.click("#fold")
+
+    def drop(self, data: bytes, name: str) -> None:
+        """Drop a file on the page, as a person would with the mouse."""
+        self.page.evaluate(_DROP, [list(data), name])
 
     def message(self) -> str:
         """Return the message that is shown, or an empty text."""

@@ -5,10 +5,13 @@ import {shared} from "./facts.js";
 // target: [x, y, z]}; none of these functions changes the one that it is given.
 const ORBIT = shared.camera;
 const NEAREST = ORBIT.zoom[0], FARTHEST = ORBIT.zoom[1];
-export const HOME = Object.freeze({
-    azimuth: ORBIT.azimuth, elevation: ORBIT.elevation, distance: null, target: Object.freeze([0, 0, 0]),
-});
 export const FOCAL = 1 / Math.tan(ORBIT.fov * Math.PI / 360); // 1 / tan(fov / 2), vertical
+
+// Returns the camera that sees a model first. front: the azimuth and elevation that the model names, if it does.
+export function homeOf(front) {
+    const [azimuth, elevation] = front ?? [ORBIT.azimuth, ORBIT.elevation];
+    return Object.freeze({azimuth, elevation, distance: null, target: Object.freeze([0, 0, 0])});
+}
 
 function away(camera, aspect) {
     return camera.distance ?? ORBIT.margin / Math.sin(Math.atan(Math.min(1, aspect) / FOCAL));
@@ -51,8 +54,8 @@ export function toHash(camera) {
     return `#${parts.join("&")}`;
 }
 
-// Returns the camera that a hash describes; what is missing or out of range is as at HOME.
-export function fromHash(hash) {
+// Returns the camera that a hash describes; what is missing or out of range is as at `home`.
+export function fromHash(hash, home) {
     const given = new URLSearchParams(hash.replace(/^#/, ""));
     const read = (key, least, most) => {
         const value = Number(given.get(key) || NaN);
@@ -60,8 +63,8 @@ export function fromHash(hash) {
     };
     const target = (given.get("at") ?? "").split(",").map(Number);
     return {
-        azimuth: read("az", -360, 360) ?? HOME.azimuth, elevation: read("el", -90, 90) ?? HOME.elevation,
+        azimuth: read("az", -360, 360) ?? home.azimuth, elevation: read("el", -90, 90) ?? home.elevation,
         distance: read("d", NEAREST, FARTHEST),
-        target: target.length === 3 && target.every((c) => Math.abs(c) <= FARTHEST) ? target : [...HOME.target],
+        target: target.length === 3 && target.every((c) => Math.abs(c) <= FARTHEST) ? target : [...home.target],
     };
 }

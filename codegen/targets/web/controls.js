@@ -34,8 +34,10 @@ export function lightBall(ball, light, onMove) {
         light = [x * shrink, y * shrink, Math.sqrt(1 - (Math.min(length, 0.98)) ** 2)];
         ball.style.setProperty("--x", `${50 + 46 * light[0]}%`);
         ball.style.setProperty("--y", `${50 - 46 * light[1]}%`);
-        ball.setAttribute("aria-valuenow", String(Math.round(Math.atan2(light[1], light[0]) * 180 / Math.PI)));
-        ball.setAttribute("aria-valuetext", `${light[0].toFixed(1)} right, ${light[1].toFixed(1)} up`);
+        const degrees = (radians) => Math.round(radians * 180 / Math.PI);
+        const around = degrees(Math.atan2(light[1], light[0])), away = degrees(Math.acos(light[2]));
+        ball.setAttribute("aria-valuenow", String(around));
+        ball.setAttribute("aria-valuetext", `${around} degrees from the right, ${away} from the viewer`);
     };
     const follow = (event) => {
         const box = ball.getBoundingClientRect();

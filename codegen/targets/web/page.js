@@ -5,7 +5,7 @@ import {element, fail, root, say} from "./messages.js";
 import {
     contextLost, contextRestored, copy, embedded, entitle, goToLevel, leave, save, shade, showSteps, start, take,
 } from "./shown.js";
-import {canvas, followHash, openRenderer, options, pan, reset, resize, set, turn, zoom} from "./view.js";
+import {canvas, css, followHash, openRenderer, options, pan, reset, resize, set, turn, zoom} from "./view.js";
 
 // Connects the page's parts to what they do.
 const BACKGROUNDS = {
@@ -22,7 +22,6 @@ function setBackground(name) {
 }
 
 function fold(folded) {
-    element("side").classList.toggle("folded", folded);
     root.classList.toggle("unfolded", !folded);
     element("fold").setAttribute("aria-expanded", String(!folded));
 }
@@ -33,10 +32,9 @@ function fullScreen() {
 }
 
 function wirePanel() {
-    const css = (colour) => `rgb(${colour.map((c) => Math.round(255 * c)).join(" ")})`;
     const swatches = Object.entries(BACKGROUNDS).map(([value, {bottom, top}]) => (
         {value, label: value, paint: `linear-gradient(${css(top)}, ${css(bottom)})`}));
-    const first = matchMedia("(prefers-color-scheme: light)").matches ? "paper" : "slate";
+    const first = root.dataset.tone === "light" ? "paper" : "slate";
     fillChoices(element("background"), swatches, first, setBackground);
     setBackground(first);
     const scales = [["auto", "Auto"], [1, "1"], [0.5, "½"], [0.25, "¼"]].map(([value, label]) => ({value, label}));
@@ -55,7 +53,7 @@ function wirePanel() {
 
 function wireButtons() {
     const buttons = {
-        fold: () => fold(!element("side").classList.contains("folded")),
+        fold: () => fold(root.classList.contains("unfolded")),
         save, full: fullScreen, reset, open: () => element("file").click(), copy,
     };
     for (const [id, action] of Object.entries(buttons)) element(id).addEventListener("click", action);
@@ -90,12 +88,14 @@ function wireWindow() {
 }
 
 async function main() {
-    fold(innerWidth <= 600);
     const own = embedded();
     entitle(own.model);
+    element("poster").hidden = location.hash !== ""; // it shows the first view
     openRenderer();
     resize();
     for (const wire of [wirePanel, wireButtons, wireHands, wireWindow]) wire();
+    fold(!root.classList.contains("unfolded"));
+    root.dataset.ready = "";
     await start(own);
 }
 

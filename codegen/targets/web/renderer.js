@@ -13,7 +13,7 @@ const PATIENCE = 15000; // milliseconds of refining after which no further sampl
 
 export class Renderer {
     // sources: the GLSL in the page, by name. listener: {frame({milliseconds, size, samples, settled}),
-    // stored(storage, error), failed(error)}.
+    // progress(size, share), stored(storage, error), trying(isTried), failed(error)}.
     constructor(canvas, sources, listener) {
         const loaded = () => {
             this.fresh = true;
@@ -128,6 +128,7 @@ export class Renderer {
                 painter.put(this.quick, this.still);
             }
             refining.pass = this.pass(this.scene, size, refining.samples);
+            refining.tiles = refining.pass.tiles.length;
             refining.spent = 0;
         }
         refining.spent += await painter.batch(variants.current, refining.pass, this.still, 1 / (refining.samples + 1));
@@ -137,9 +138,13 @@ export class Renderer {
             painter.put(this.still);
             this.shown = now;
         }
-        if (!complete) return;
+        if (!complete) {
+            if (refining.samples === 0) this.listener.progress(size, 1 - refining.pass.tiles.length / refining.tiles);
+            return;
+        }
         refining.pass = null;
         ++refining.samples;
+        variants.current.proven = true;
         if (refining.samples >= this.samples || now - refining.began > this.patience) this.drawn = version;
         const settled = this.drawn === version;
         this.listener.frame({milliseconds: refining.spent, size, samples: refining.samples, settled});

@@ -7,7 +7,8 @@ export class ModelError extends Error {}
 const FORMAT = shared.format, STEP_BOUNDS = FORMAT.step_bounds;
 const LARGEST = 3.4028234663852886e38, SMALLEST = 1.1754943508222875e-38; // of the normal 32-bit floats
 
-// Returns {name, inputs, levels: [{network, delta, iterations, bounds}], texture, parameters}. A network is a list
+// Returns {name, inputs, front, credit, levels: [{network, delta, iterations, bounds}], texture, parameters}.
+// front: [azimuth, elevation] in degrees, or null; credit: a text, which may be empty. A network is a list
 // of layers {rows, columns, weight, bias}; `texture` is a network or null; `parameters` counts all weights and biases.
 // buffer: the file's ArrayBuffer; half: whether tensors of 16-bit floats are accepted too. Throws ModelError.
 export function parseModel(buffer, half = false) {
@@ -37,7 +38,8 @@ export function parseModel(buffer, half = false) {
         throw new ModelError(`${extra}: not a tensor of a model with ${levels.length} levels, `
             + "or the layer before it is missing");
     }
-    return {name: description.name, inputs: description.inputs, levels, texture, parameters};
+    const {name, front, credit} = description;
+    return {name, inputs: description.inputs, front, credit, levels, texture, parameters};
 }
 
 // Returns the header's entries by tensor name, and the offset in the file at which the tensors' bytes begin.
@@ -66,7 +68,7 @@ function describe(text) {
         throw new ModelError("metadata key 'model' is not JSON");
     }
     if (!isObject(description)) throw new ModelError("metadata key 'model': is not an object of keys and values");
-    const {name, inputs, levels} = description;
+    const {name, inputs, levels, front = null, credit = ""} = description;
     if (typeof name !== "string" || !name) throw new ModelError("name: not a text, or empty");
     if (inputs !== "xyz" && inputs !== "xyzt") throw new ModelError("inputs: is neither 'xyz' nor 'xyzt'");
     if (!Array.isArray(levels) || !levels.length) throw new ModelError("levels: there must be at least one");
@@ -83,7 +85,11 @@ function describe(text) {
         if (!(Number.isInteger(level.iterations) && level.iterations >= 1 && level.iterations <= most))
             throw new ModelError(`levels[${i + 1}].iterations: must be a whole number from 1 to ${most}`);
     });
-    return description;
+    const isAngle = (value, most) => typeof value === "number" && Math.abs(value) <= most;
+    if (front !== null && !(Array.isArray(front) && front.length === 2 && isAngle(front[0], 360) && isAngle(front[1], 90)))
+        throw new ModelError("front: azimuth from -360 to 360, elevation from -90 to 90 degrees");
+    if (typeof credit !== "string") throw new ModelError("credit: not a text");
+    return {...description, front, credit};
 }
 
 // Returns {shape, values: Float32Array} of one tensor, whose bytes are `start` and its own offsets into the file.

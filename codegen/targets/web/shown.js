@@ -2,45 +2,50 @@ import {choose, copyText, fillChoices} from "./controls.js";
 import {facts, shared} from "./facts.js";
 import {printField} from "./field.js";
 import {memoryOf} from "./memory.js";
-import {element, fail, isExpected, root, say} from "./messages.js";
+import {compiling, element, enter, fail, isExpected, root, say} from "./messages.js";
+import {afterLoss, reduced, tellBack, tellLost} from "./recovery.js";
 import {probes} from "./reference.js";
-import {parseModel} from "./safetensors.js";
+import {ModelError, parseModel} from "./safetensors.js";
 import {stepsOf} from "./uniforms.js";
-import {draw, options, renderer, set} from "./view.js";
+import {centre, draw, options, renderer, set} from "./view.js";
 
 // The model that is shown, the page's own or one that was dropped: {model, probes, storage, shadertoy, memory}.
 // storage: how its second variant stores weights; "texture": it has none. shadertoy: the text to copy, or null.
-let shown = null;
+// whole: the same with all levels, where the driver failed at them. next: what to show when a lost context is back.
+let shown = null, next = null;
 const SHADING_LABELS = {phong: "Phong", normal: "Normals", depth: "Depth", steps: "Steps", texture: "Texture"};
 
 // Returns the page's own model.
 export function embedded() {
     const bytes = Uint8Array.from(atob(element("weights").textContent), (letter) => letter.charCodeAt(0));
-    return {
+    return reduced({
         model: parseModel(bytes.buffer, true), probes: {points: facts.points, values: facts.values},
         storage: facts.storage, shadertoy: facts.shadertoy, memory: memoryOf(facts.sha256),
-    };
+    });
 }
 
 // Shows a model: fills the page with what it has, and hands it to the renderer.
-export async function start(next) {
-    shown = next;
-    const {model} = next, levels = model.levels.length;
+export async function start(chosen) {
+    shown = next = chosen;
+    const {model} = chosen, levels = model.levels.length;
     const shapes = model.levels.map(({network}) => `${network[0].rows}x${network.length - 2}`);
     entitle(model);
-    element("shapes").textContent = `${shapes.join(" > ")} · ${model.parameters.toLocaleString("en")} parameters`;
-    element("copy").hidden = !next.shadertoy;
+    const size = `${shapes.join(" > ")} · ${model.parameters.toLocaleString("en")} parameters`;
+    element("shapes").textContent = model.credit ? `${size} · ${model.credit}` : size;
+    element("copy").hidden = !chosen.shadertoy;
     element("moment").hidden = model.inputs !== "xyzt";
-    Object.assign(options, {level: levels, normalLevel: null});
-    if (options.shading === "texture" && !model.texture) options.shading = "phong";
+    const shading = options.shading === "texture" && !model.texture ? "phong" : options.shading;
+    set({level: levels, normalLevel: null, shading}, true);
     const numbers = shapes.map((_, i) => ({value: i + 1, label: String(i + 1)}));
     fillChoices(element("level"), numbers, levels, (level) => set({level}));
     const same = {value: null, label: "same"};
     fillChoices(element("normals"), [same, ...numbers], null, (normalLevel) => set({normalLevel}));
     const possible = shared.shadings.filter((name) => name in SHADING_LABELS && (name !== "texture" || model.texture));
     const choices = possible.map((value) => ({value, label: SHADING_LABELS[value]}));
-    fillChoices(element("shading"), choices, options.shading, (shading) => set({shading}));
+    fillChoices(element("shading"), choices, shading, (value) => set({shading: value}));
     showSteps();
+    if (renderer.device.lost) return tellLost(next);
+    tellBack(shown);
     await load();
 }
 
@@ -50,28 +55,53 @@ export function entitle({name}) {
 
 function load() {
     const {model, storage, probes: points, memory} = shown;
+    compiling();
     draw(true);
-    const literal = storage === "texture" ? null : printField(model, storage);
-    return renderer.load(model, printField(model, "texture"), literal, points, memory);
+    const {unroll} = renderer.device, literal = storage === "texture" ? null : printField(model, storage, unroll);
+    return renderer.load(model, printField(model, "texture", unroll), literal, points, memory);
 }
 
-// Shows the model in a file. Where something is wrong with it, a message says so and the old model stays.
+// Shows the model in a file, whole and in the middle. Where something is wrong with it, a message says so and the old
+// model stays.
 export async function take(file) {
     if (!file) return;
     try {
+        refuseShape(file.name);
         const model = parseModel(await file.arrayBuffer());
         renderer.device.check(printField(model, "texture").height, model.levels.length);
         say("");
         leave();
+        centre(model.front);
+        element("poster").hidden = true;
         await start({model, probes: probes(model), storage: "texture", shadertoy: null, memory: memoryOf("")});
     } catch (error) {
-        if (isExpected(error)) say(`${file.name}: ${error.message}`);
-        else fail(error);
+        if (!isExpected(error)) fail(error);
+        say(`${printable(file.name)}: ${error.message}`);
+        if (root.dataset.state !== "compiling") return;
+        enter("drawing", "Drawing");
+        draw(true);
     }
 }
 
+// Throws a ModelError for a file from which a model is trained first.
+function refuseShape(name) {
+    const kind = shared.shapes[name.toLowerCase().match(/\.\w+$/)?.[0]];
+    if (kind) throw new ModelError(`${kind}; train it with: mplicits train ${quoted(printable(name))}`);
+}
+
+// Returns a file's name without characters that do not print.
+const printable = (name) => name.replace(/[\p{C}\p{Zl}\p{Zp}]/gu, (c) => `\\u{${c.codePointAt(0).toString(16)}}`);
+
+// Returns a file's name as a shell reads it as one argument that is no option, as shape_hint in model/checks.py does.
+function quoted(name) {
+    const path = name.startsWith("-") ? `./${name}` : name;
+    return /^[\w@%+=:,./-]+$/.test(path) ? path : `'${path.replaceAll("'", `'"'"'`)}'`;
+}
+
 export function showSteps() {
-    element("steps").textContent = stepsOf(shown.model, options).join(" · ");
+    const steps = stepsOf(shown.model, options);
+    element("steps").textContent = steps.join(" · ");
+    element("iterations").setAttribute("aria-valuetext", `${steps.join(", ")} steps`);
 }
 
 export function shade(shading) {
@@ -110,13 +140,17 @@ export function leave() {
 
 export function contextLost(event) {
     event.preventDefault();
-    shown.memory.interrupted("texture");
-    root.dataset.state = "lost";
-    say("The graphics driver was reset. The picture comes back when the driver does; if not, reload the page.", false);
+    next = afterLoss(shown, renderer.variants.current);
+    tellLost(next);
 }
 
 export function contextRestored() {
-    say("");
+    if (next) comeBack().catch(fail);
+}
+
+async function comeBack() {
     renderer.open();
-    load().catch(fail);
+    if (next !== shown) return start(next);
+    tellBack(shown);
+    return load();
 }

@@ -4,15 +4,15 @@ import {asked, uniforms} from "./uniforms.js";
 
 // The model's shader has two variants. The one with its weights in a texture is there at once; the one with literals is
 // compiled while that one draws, and is kept where it proves the faster one.
-// A variant is {storage, program, names, weights, loops, cost, start}. storage: "texture" or "literal"; names: each
+// A variant is {storage, program, names, weights, loops, cost, start, proven}. storage: "texture" or "literal"; names: each
 // uniform's location; weights: a texture, or null; loops: the loop iterations of the field's functions (field.js) where
 // the driver limits them, else null; cost: milliseconds that a pixel takes, 0 while unknown; start: when its compiler
-// was called, by performance.now().
+// was called, by performance.now(); proven: whether it has drawn a whole picture.
 const LITERAL_LIMIT = 60000; // milliseconds that compiling the literals may take
 
 export class Variants {
     // scene: as uniforms.js describes it; its model is set here. listener: {loaded(), stored(storage, error),
-    // failed(error)}. The variant to draw with is `current`, which is null before there is one.
+    // trying(isTried), failed(error)}. The variant to draw with is `current`, which is null before there is one.
     constructor(painter, scene, listener) {
         Object.assign(this, {painter, scene, listener, current: null, generation: 0});
     }
@@ -42,6 +42,7 @@ export class Variants {
     async race(literal, isWanted, memory) {
         const {painter, scene} = this, remembered = memory.read();
         memory.write("trying");
+        this.listener.trying(true);
         const variant = await this.compile("literal", literal, scene.model, isWanted, LITERAL_LIMIT).catch(() => null);
         await painter.exclusively(async () => {
             if (!isWanted()) return this.drop(variant);
@@ -53,7 +54,7 @@ export class Variants {
             this.drop(faster ? this.current : variant);
             memory.write(faster ? "literal" : "texture");
             if (faster) await this.keep(variant);
-        });
+        }).finally(() => isWanted() && this.listener.trying(false));
     }
 
     // Returns a variant of what printField gave; null where it is no longer wanted, or takes longer than `limit`
@@ -70,7 +71,7 @@ export class Variants {
         }
         const {program, names} = device.finish(begun);
         const weights = height ? device.texture(gl.RGBA32F, TEXTURE_WIDTH, height, gl.NEAREST, texels) : null;
-        return {storage, program, names, weights, loops: device.limitsLoops ? loops : null, cost: 0, start};
+        return {storage, program, names, weights, loops: device.limitsLoops ? loops : null, cost: 0, start, proven: false};
     }
 
     drop(variant) {

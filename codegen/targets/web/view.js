@@ -1,6 +1,6 @@
-import {HOME, fromHash, orbited, panned, toHash, zoomed} from "./camera.js";
-import {shared} from "./facts.js";
-import {element, listener, root} from "./messages.js";
+import {fromHash, homeOf, orbited, panned, toHash, zoomed} from "./camera.js";
+import {facts, shared} from "./facts.js";
+import {drawing, element, listener, root} from "./messages.js";
 import {Renderer} from "./renderer.js";
 
 // What is seen: a camera, which is kept in the URL's hash, and options. The renderer is told whenever one changes.
@@ -8,13 +8,14 @@ import {Renderer} from "./renderer.js";
 // ("auto", or pixels drawn per pixel of the canvas along each axis), time, light (camera space), and background, which
 // is [bottom, top].
 export const canvas = element("view");
+const NO_STEPS = [0.01, 0.01, 0.05]; // heat(0) in glsl/heat.glsl
 const {light} = shared.defaults;
 export const options = {
     level: 1, normalLevel: null, shading: "phong", iterations: 1, resolution: "auto", time: 0,
     light: light.map((c) => c / Math.hypot(...light)), background: [],
 };
 export let renderer = null;
-let camera = fromHash(location.hash), naming = 0;
+let home = homeOf(facts.front), camera = fromHash(location.hash, home), naming = 0;
 
 export function openRenderer() {
     const sources = ["prologue", "main", "accumulate", "present"].map((id) => [id, element(id).textContent]);
@@ -23,14 +24,26 @@ export function openRenderer() {
 
 // Has the renderer draw. moving: coarse pixels will do until it rests.
 export function draw(moving) {
-    root.dataset.state = "drawing";
+    drawing();
     renderer.show(camera, {...options}, moving);
 }
 
 // Changes options, and draws.
 export function set(change, moving = false) {
     Object.assign(options, change);
+    paintStage();
     draw(moving);
+}
+
+export const css = (colour) => `rgb(${colour.map((c) => Math.round(255 * c)).join(" ")})`;
+
+// Paints what is behind the canvas, until the first draw, and under the text as the shader paints the background.
+function paintStage() {
+    const stage = element("stage"), isHeat = options.shading === "steps";
+    const [bottom, top] = (isHeat ? [NO_STEPS, NO_STEPS] : options.background).map(css);
+    stage.dataset.tone = isHeat ? "dark" : root.dataset.tone;
+    stage.style.setProperty("--bottom", bottom);
+    stage.style.setProperty("--top", top);
 }
 
 function move(next) {
@@ -45,10 +58,16 @@ const aspect = () => canvas.width / canvas.height;
 export const turn = (right, up) => move(orbited(camera, -180 * right, -180 * up));
 export const pan = (right, up) => move(panned(camera, -right, -up, aspect()));
 export const zoom = (factor) => move(zoomed(camera, factor, aspect()));
-export const reset = () => move(HOME);
+export const reset = () => move(home);
+
+// Puts another shape into the middle, whole: seen from the front that its model names, or else turned as this one is.
+export function centre(front) {
+    home = homeOf(front);
+    move(front ? home : {...camera, distance: home.distance, target: home.target});
+}
 
 export function followHash() {
-    camera = fromHash(location.hash);
+    camera = fromHash(location.hash, home);
     draw(true);
 }
 
