@@ -96,7 +96,7 @@ def _bake_arguments(parser: ArgumentParser) -> None:
         default="auto",
         choices=("auto", "literal", "texture", "packed"),
         help="how weights are stored (auto: literals up to 64 wide, a texture above; "
-        "shadertoy: packed where training kept weights to a few bits)",
+        "shadertoy: packed in the fewest bits that keep the picture)",
     )
     rounding = parser.add_mutually_exclusive_group()
     rounding.add_argument("--digits", type=_digits, metavar="N", help="decimals of the weights (default: all)")
@@ -121,6 +121,7 @@ def _bake(arguments: Namespace) -> None:
     from ..model.files import check_writable, show, write_whole
     from ..model.model import load
     from .reference.rounding import in_float16, rounding_error
+    from .targets.header import read_header
 
     if arguments.target not in TARGETS:
         raise UserError(f"--target {show(arguments.target)}: there is {', '.join(TARGETS)}")
@@ -138,6 +139,19 @@ def _bake(arguments: Namespace) -> None:
     text = TARGETS[arguments.target](model, storage=arguments.storage, digits=arguments.digits)
     write_whole(output, text)
     print(f"{show(output)}: {arguments.target}, {len(text.encode()):,} bytes", file=sys.stderr)
+    if arguments.target == "shadertoy":
+        _print_error(read_header(text).get("error"))
+
+
+def _print_error(error: dict[str, float] | None) -> None:
+    """Print what rounding the weights of a text cost, as its header says it; nothing where it cost nothing."""
+    if error:
+        colours = f", colours by {error['colour']:g}/255" if "colour" in error else ""
+        print(
+            f"weights of few bits: near the surface, distances are off by {error['f']:.1e} (the shape has radius 1), "
+            f"normals by {error['degrees']:g} degrees{colours} (root mean square)",
+            file=sys.stderr,
+        )
 
 
 VERBS = (

@@ -5,7 +5,7 @@
 // samples around the surface for the normal (tap 0 to 3). Loops that begin at min(iFrame, 0) are not unrolled.
 // o: colour; q: pixel; r: resolution; z: the smaller side; a: azimuth, elevation; m: camera, columns right, up, back;
 // j: sample; u: a point of the image, in it; v, l: directions of the ray and to the light; n: normal; e: offset of a
-// tap; w: colour of a sample, linear light; b, h: of the ball that the shape is in; t: along the ray.
+// tap, later what of the colour is over .6; w: colour of a sample, linear light; b, h: of the ball that the shape is in; t: along the ray.
 void mainImage(out vec4 o, vec2 q) {
     vec2 r = iResolution.xy, u;
     float z = min(r.x, r.y);
@@ -32,6 +32,8 @@ void mainImage(out vec4 o, vec2 q) {
             n = normalize(n);
             w = pow(ALBEDO, vec3(2.2)) * (mix(vec3(.16, .13, .12), vec3(.34, .38, .46), .5 + .5 * dot(n, m[1]))
                 + max(dot(n, l), 0.) * vec3(1.05, 1, .95)) + .14 * pow(max(dot(reflect(v, n), l), 0.), 48.);
+            e = max(w - .6, 0.);
+            w += e / (1. + 2. * e) - e;
         }
         o += vec4(w, 1);
     }

@@ -1,128 +1,168 @@
-"""Quantised weights (model/quantise.py) as whole numbers, which make a short text.
+"""Weights of few bits (model/quantise.py) as whole numbers with several weights in each, which make a short text.
 
-Sixteen weights of a hidden layer are packed in three integers. Compilers fold the unpacking, so that the weights are
-constants all the same.
+A layer's weights are multiples of one step, from -h to h. Add h to each, and they are digits of base B = 2 h + 1. Four
+numbers, an ivec4, hold the four columns of a mat4, one digit of each number for each column; where four digits do not
+fit 31 bits, two ivec4 hold two columns each. Macros take them apart in constant expressions, which compilers fold where
+they parse them: what runs are literals. The macros:
+
+- L(B, S) opens a layer: its base and its step. It computes y[0], y[1], ... from the vec4 x[0], x[1], ...;
+- D(v, k) is the digit that is worth k, of each number of the ivec4 v, as a vec4 of multiples of the step;
+- M(v) and N(v, w) are the mat4 of one ivec4 and of two;
+- R0, R1, ... compute one vec4 of a layer, one macro for each width and number of digits;
+- E(i, ..) is the share of x[i] and x[i + 1] in an output.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import count
 from string import ascii_lowercase
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ...model.quantise import MAX_FINE, MAX_HIDDEN, are_multiples, step_of
-from ..ir.program import INPUT, Affine, Array, Dot, Function, Sine
-from .cstyle import Storage
+from ...model.quantise import are_multiples, step_of
+from ..ir.program import INPUT, Affine, Array, Dot, Function, Program, Sine
+from .cstyle import Language, Storage
 
-UNPACK = """\
-mat4 M(int a,int b,int c){ // 16 weights of 6 bits
-ivec3 v=ivec3(a,b,c),u=v>>30&3;
-return mat4(v<<26>>26,u.x*16+u.y*4+u.z-32,v<<20>>26,v<<14>>26,v<<8>>26,v<<2>>26);
-}"""
-"""GLSL of the function that unpacks what `pack` packs."""
-FIELDS = ((0, 4, 7, 10, 13), (1, 5, 8, 11, 14), (2, 6, 9, 12, 15))
-"""Which of the sixteen numbers each integer holds, 6 bits each from its lowest up.
+LARGEST = 2047
+"""Largest multiple of its step that a weight can be."""
+LIMIT = 1 << 31
+"""Every number in the text is less."""
+MACROS = """\
+#define D(v,k)vec4(v/(k)%ivec4(B)-B/2)
+#define L(b,s){const int B=b;const float S=s;
+#define M(v)mat4(D(v,1),D(v,B),D(v,B*B),D(v,B*B*B))
+#define N(v,w)mat4(D(v,1),D(v,B),D(w,1),D(w,B))
+#define E(i,a,b,c,d)dot(D(ivec4(a,b,c,d),1),x[i])+dot(D(ivec4(a,b,c,d),B),x[i+1])"""
+"""All but R0, R1, ..."""
 
-Number 3 is spread over the top two bits of all three.
-"""
-LAYERS = ascii_lowercase
-"""The names of the layers' values, in order."""
+Whole = NDArray[np.int64]
 
 
-def pack(block: Array) -> str:
-    """Return a mat4 as text, `M(...)`.
+@dataclass(frozen=True, eq=False)
+class _Layer:
+    """One layer as whole numbers."""
 
-    block: (16,) whole numbers from -32 to 31, column after column. Raises ValueError where one is larger.
-    """
-    whole = [int(value) for value in np.rint(block)]
-    if not all(-32 <= value < 32 for value in whole):
-        raise ValueError("a weight is not a multiple of its step that fits 6 bits")
-    integers = []
-    for position, fields in enumerate(FIELDS):
-        packed = (whole[3] + 32 >> 4 - 2 * position & 3) << 30
-        for k, field in enumerate(fields):
-            packed |= (whole[field] & 63) << 6 * k
-        integers.append(packed - (1 << 32 if packed >> 31 else 0))
-    return f"M({','.join(map(str, integers))})"
+    weights: Whole
+    """(rows, columns) multiples of the step."""
+    bias: Whole
+    """(rows,) multiples of the step; none in the first layer, whose bias is a column of its matrix."""
+    base: int
+    """Base of the digits, odd."""
+    step: float
+    """What one is worth."""
+    inputs: tuple[float, ...]
+    """Factors of the components of the input, for the first layer; none for others."""
+
+    @property
+    def shape(self) -> tuple[int, int, bool]:
+        """What its macro depends on: components of its input, digits in a number, and whether it adds a bias."""
+        return self.weights.shape[1], 4 if self.base**4 <= LIMIT else 2, bool(len(self.bias))
 
 
 class PackedStorage(Storage):
-    """Weights as whole numbers, for functions that compute values only: it prints no gradients.
+    """Weights as whole numbers, for functions that compute values only: it prints no gradients."""
 
-    A value of a layer is variables a0, a1, ... of the first layer, b0, b1, ... of the second, each a vec4 that one
-    expression computes: sin(step * (M(..) * a0 + M(..) * a1 + ... + vec4(..))).
-    """
+    def __init__(self, program: Program, language: Language, functions: tuple[Function, ...]) -> None:
+        super().__init__(program, language, functions)
+        ops = [op for function in functions for op in function.ops if isinstance(op, Affine)]
+        self._layers = {op.matrix: self._first(op) if op.source == INPUT else self._hidden(op) for op in ops}
+        shapes = dict.fromkeys(layer.shape for layer in self._layers.values())
+        self._macros = {shape: f"R{k}" for k, shape in enumerate(shapes)}
 
     def declarations(self) -> list[str]:
-        """Return the function that unpacks a mat4."""
-        return UNPACK.splitlines() if self.functions else []
+        """Return the macros."""
+        rows = [_row_macro(name, *shape) for shape, name in self._macros.items()]
+        return [*MACROS.splitlines(), *rows] if self.functions else []
 
     def statements(self, function: Function) -> Iterator[str]:
         """Yield a layer's lines for each Affine and the Sine after it, and an output's for each Dot.
 
-        Raises ValueError for other ops, and for weights that are not quantised.
+        Raises ValueError for other ops, and for weights that are no multiples of a step.
         """
-        letters = {INPUT: INPUT}
+        blocks = max(self.program.widths(function).values()) // 4
+        yield f"vec4[{blocks}] x,y;"
+        outputs = [op for op in function.ops if isinstance(op, Dot)]
+        base = 2 * max(_multiples(self.program.constants[op.row])[1] for op in outputs) + 1
         for op, after in zip(function.ops, (*function.ops[1:], None), strict=True):
             match op, after:
-                case Affine(source=source), Sine(result=result):
-                    letters[result] = LAYERS[len(letters) - 1]
-                    layer = self._first if source == INPUT else self._hidden
-                    yield from layer(op, letters[source], letters[result])
+                case Affine(matrix=matrix), Sine():
+                    yield from self._layer(self._layers[matrix])
                 case Sine(), _:
                     pass
-                case Dot(source=source), _:
-                    yield self._output(op, letters[source])
+                case Dot(), _:
+                    if op is outputs[0]:
+                        yield f"const int B={base};"
+                    yield self._output(op, base)
                 case _:
                     raise ValueError(f"{type(op).__name__} cannot be packed")
 
-    def _first(self, op: Affine, source: str, result: str) -> Iterator[str]:
-        """Yield the first layer: the steps of its columns go into the input, and its matrices are whole numbers."""
+    def _first(self, op: Affine) -> _Layer:
+        """Return the first layer, whose two steps, of the matrix and of the bias in it, go into the input."""
         matrix = self.program.constants[op.matrix]
-        steps = np.array([*[_step(matrix[:, :3], MAX_FINE)] * 3, _step(matrix[:, 3], MAX_FINE)])
-        yield f"{source}*=vec4({','.join(map(self.language.number, steps))});"
-        yield from _declared(
-            f"{result}{o}=sin(mat4({_whole((block / steps).T.ravel())})*{source})"
-            for o, block in enumerate(matrix.reshape(-1, 4, 4))
+        weights, h, step = _multiples(matrix[:, :3])
+        bias, k, bias_step = _multiples(matrix[:, 3:])
+        return _Layer(
+            np.hstack([weights, bias]), np.empty(0, np.int64), 2 * max(h, k) + 1, 1.0, (step, step, step, bias_step)
         )
 
-    def _hidden(self, op: Affine, source: str, result: str) -> Iterator[str]:
+    def _hidden(self, op: Affine) -> _Layer:
         matrix = self.program.constants[op.matrix]
         bias = self.program.constants[op.bias] if op.bias else np.zeros(len(matrix), np.float32)
-        step = _step(matrix, MAX_HIDDEN)
+        weights, h, step = _multiples(matrix)
         if not are_multiples(bias, step):
             raise ValueError(f"{op.bias} is not quantised with its layer's step")
-        rows = []
-        for o in range(len(matrix) // 4):
-            terms = [
-                f"{pack(matrix[4 * o : 4 * o + 4, 4 * i : 4 * i + 4].T.ravel() / step)}*{source}{i}"
-                for i in range(matrix.shape[1] // 4)
-            ]
-            terms.append(f"vec4({_whole(bias[4 * o : 4 * o + 4] / step)})")
-            rows.append(f"{result}{o}=sin({self.language.number(step)}*({'+'.join(terms)}))")
-        yield from _declared(rows)
+        return _Layer(weights, np.rint(bias / step).astype(np.int64), 2 * h + 1, step, ())
 
-    def _output(self, op: Dot, source: str) -> str:
-        row, number = self.program.constants[op.row], self.language.number
-        step = _step(row, MAX_FINE)
-        parts = (row / step).reshape(-1, 4)
-        terms = "+".join(f"dot(vec4({_whole(part)}),{source}{k})" for k, part in enumerate(parts))
-        return f"float {op.result}={number(step * op.scale)}*({terms})+{number(op.bias)};"
+    def _layer(self, layer: _Layer) -> Iterator[str]:
+        number, name = self.language.number, self._macros[layer.shape]
+        if layer.inputs:
+            yield f"x[0]=p*vec4({','.join(map(number, layer.inputs))});"
+        yield f"L({layer.base},{number(layer.step)})"
+        for o in range(len(layer.weights) // 4):
+            rows = slice(4 * o, 4 * o + 4)
+            numbers = [*layer.bias[rows].tolist(), *_numbers(layer.weights[rows], layer.base, layer.shape[1])]
+            yield f"{name}({o},{','.join(map(str, numbers))})"
+        yield "x=y;}"
 
-
-def _declared(assignments: Iterable[str]) -> Iterator[str]:
-    """Yield one declaration of several vec4, a line for each."""
-    lines = list(assignments)
-    return (f"{'' if k else 'vec4 '}{line}{',' if k + 1 < len(lines) else ';'}" for k, line in enumerate(lines))
-
-
-def _whole(values: Array) -> str:
-    """Return the nearest whole numbers as text, with commas between."""
-    return ",".join(str(int(value)) for value in np.rint(values))
+    def _output(self, op: Dot, base: int) -> str:
+        number = self.language.number
+        row, _, step = _multiples(self.program.constants[op.row])
+        blocks = row.reshape(-1, 4)
+        terms = []
+        for k in range(0, len(blocks) - 1, 2):
+            terms.append(f"E({k},{','.join(map(str, _numbers(blocks[k : k + 2].T, base, 2)))})")
+        if len(blocks) % 2:
+            terms.append(f"dot(vec4({','.join(map(str, blocks[-1]))}),x[{len(blocks) - 1}])")
+        return f"float {op.result}={number(step * op.scale)}*({'+'.join(terms)})+({number(op.bias)});"
 
 
-def _step(array: Array, largest: int) -> float:
-    """Return the step of quantised weights (model/quantise.py). Raises ValueError where they are not quantised."""
-    step = step_of(array, largest)
+def _numbers(rows: Whole, base: int, digits: int) -> list[int]:
+    """Return the numbers of four rows (4, columns) of multiples: four for the first `digits` columns, and so on."""
+    places = [base**place for place in range(digits)]
+    chunks = (rows[:, k : k + digits] + base // 2 for k in range(0, rows.shape[1], digits))
+    return [
+        sum(int(digit) * place for digit, place in zip(row, places, strict=True)) for rows in chunks for row in rows
+    ]
+
+
+def _row_macro(name: str, inputs: int, digits: int, biased: bool) -> str:
+    """Return the macro that computes y[j] from the biases and the numbers of four rows; see `_Layer.shape`."""
+    letters = (letter for letter in ascii_lowercase if letter not in "jxy")
+    further = (f"{letter}{k}" for k in count() for letter in ascii_lowercase)
+    names = [next(letters, None) or next(further) for _ in range(4 * inputs // digits + 4 * biased)]
+    fours = [f"ivec4({','.join(names[k : k + 4])})" for k in range(0, len(names), 4)]
+    terms = [f"vec4{fours.pop(0)[5:]}"] if biased else []
+    for i in range(inputs // 4):
+        matrix = f"M({fours[i]})" if digits == 4 else f"N({fours[2 * i]},{fours[2 * i + 1]})"
+        terms.append(f"{matrix}*x[{i}]")
+    return f"#define {name}(j,{','.join(names)})y[j]=sin(S*({'+'.join(terms)}));"
+
+
+def _multiples(array: Array) -> tuple[Whole, int, float]:
+    """Return weights as multiples of their step, the largest of these, and the step. Raises ValueError for others."""
+    step = step_of(array, LARGEST)
     if step is None:
-        raise ValueError(f"weights are not multiples, up to {largest}, of one step")
-    return step
+        raise ValueError(f"weights are not multiples, up to {LARGEST}, of one step")
+    multiples = np.rint(array.astype(np.float64) / step).astype(np.int64)
+    return multiples, max(1, int(np.abs(multiples).max())), step

@@ -158,7 +158,7 @@ def _probes(program: Program) -> Array:
 def _shadertoy(model: Model, digits: int | None) -> str | None:
     """Return what the button "Copy as Shadertoy" copies; None, and no button, where that target refuses the model."""
     try:
-        return shadertoy.standalone(model, digits=digits)
+        return shadertoy.exact(model, digits)
     except UserError:
         return None
 

@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +19,6 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.printers.packed import FIELDS, pack
 from mplicits.codegen.reference import digits, interpret
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.registry import TARGETS
@@ -100,24 +100,23 @@ def draw(
     return np.frombuffer(data, np.float32).reshape(size[1], size[0], 4)[::-1]
 
 
-def picture(osmesa: Context, text: str, mouse: tuple[float, float] = (0, 0)) -> NDArray[np.int16]:
-    """Draw a text as Shadertoy does at time 0; returns (H, W, 3), from 0 to 255. mouse: iMouse, in pixels."""
-    inputs = {"iResolution": (*SIZE, 1), "iTime": 0.0, "iMouse": (*mouse, 0, 0), "iFrame": 0}
-    return (draw(osmesa, INPUTS + text + MAIN, SIZE, inputs)[..., :3].clip(0, 1) * 255).round().astype(np.int16)
+def picture(
+    osmesa: Context,
+    text: str,
+    mouse: tuple[float, float, float, float] = (0, 0, 0, 0),
+    time: float = 0.0,
+    size: tuple[int, int] = SIZE,
+) -> NDArray[np.int16]:
+    """Draw a text as Shadertoy does; returns (H, W, 3), from 0 to 255. mouse: iMouse, in pixels; time: iTime."""
+    inputs = {"iResolution": (*size, 1), "iTime": time, "iMouse": mouse, "iFrame": 0}
+    return (draw(osmesa, INPUTS + text + MAIN, size, inputs)[..., :3].clip(0, 1) * 255).round().astype(np.int16)
 
 
-def test_three_integers_hold_sixteen_weights() -> None:
-    for block in np.random.default_rng(0).integers(-32, 32, (200, 16)):
-        integers = [int(number) for number in re.findall(r"-?\d+", pack(block.astype(np.float32)))]
-        assert all(-(2**31) <= number < 2**31 for number in integers)
-        unpacked = np.zeros(16, int)
-        for number, fields in zip(integers, FIELDS, strict=True):
-            unpacked[list(fields)] = [(number >> 6 * k & 63) - 64 * (number >> 6 * k + 5 & 1) for k in range(5)]
-        top = [number >> 30 & 3 for number in integers]
-        unpacked[3] = top[0] * 16 + top[1] * 4 + top[2] - 32
-        np.testing.assert_array_equal(unpacked, block)
-    with pytest.raises(ValueError, match="multiple"):
-        pack(np.full(16, 40, np.float32))
+@pytest.fixture(scope="module")
+def small() -> str:
+    """The text of a small model, credited and with a front."""
+    model = random_model((16, 1), (8, 0), texture=(8, 0), name="small")
+    return SHADERTOY(replace(quantise.quantised_model(model), front=(200.0, 10.0), credit="someone, CC0"), "packed")
 
 
 @pytest.mark.parametrize("storage", ["packed", "literal"])
@@ -156,10 +155,10 @@ def test_a_step_that_was_rounded_down_holds_the_largest_weight() -> None:
 def test_the_text_draws_what_the_renderer_draws(osmesa: Context) -> None:
     """Normals by differences, a gamma of 2.2 and a plain background make it no other silhouette or shading."""
     model = load(DEMO)
-    ours = picture(osmesa, SHADERTOY(model))
-    camera = Camera(np.degrees(0.52), np.degrees(0.35), 3.52)
-    theirs = Renderer(osmesa, bake(model)).render(SIZE, camera)
-    nothing = picture(osmesa, SHADERTOY(model).replace("k > 3", "k > 4"))
+    text = SHADERTOY(model, "literal")
+    ours = picture(osmesa, text)
+    theirs = Renderer(osmesa, bake(model)).render(SIZE, Camera())
+    nothing = picture(osmesa, text.replace("k>3", "k>4"))
     inside, expected = np.abs(ours - nothing).max(-1) > 0, theirs[..., 3] > 0
     assert (inside & expected).sum() / (inside | expected).sum() > 0.99
     both = inside & expected
@@ -168,15 +167,72 @@ def test_the_text_draws_what_the_renderer_draws(osmesa: Context) -> None:
     assert np.percentile(difference, 90) < 24  # at edges and stripes a pixel's centre decides
 
 
-def test_dragging_the_mouse_orbits_the_camera(osmesa: Context) -> None:
-    text = SHADERTOY(load(DEMO))
-    assert np.abs(picture(osmesa, text) - picture(osmesa, text, (100, 40))).mean() > 2
+def test_a_drag_adds_to_the_turn_which_goes_on(osmesa: Context, small: str) -> None:
+    still = picture(osmesa, small)
+    down, up = (picture(osmesa, small, (100, 40, 60 * sign, 50 * sign)) for sign in (1, -1))
+    assert np.abs(still - down).mean() > 2
+    np.testing.assert_array_equal(down, up)
+    assert np.abs(up - picture(osmesa, small, (100, 40, -60, -50), time=2)).mean() > 2
+    np.testing.assert_array_equal(still, picture(osmesa, small, (100, 40, 100, 40)))  # no jump at the button's press
+    turned = re.sub(r"#define VIEW .*", f"#define VIEW vec2({200 + np.degrees(0.6):.4f}, 10.)", small)
+    assert np.abs(picture(osmesa, small, time=2) - picture(osmesa, turned)).mean() < 1
+
+
+def test_the_camera_stops_before_the_poles(osmesa: Context, small: str) -> None:
+    below = re.sub(r"#define VIEW .*", f"#define VIEW vec2(200., {np.degrees(-1.4):.4f})", small)
+    far, farther = (picture(osmesa, small, (0, y, 0, 0)) for y in (90, 1000))
+    np.testing.assert_array_equal(far, farther)
+    assert np.abs(far - picture(osmesa, below)).mean() < 0.1
+
+
+def test_the_smaller_side_holds_the_shape(osmesa: Context, small: str) -> None:
+    """A strip shows the square picture in its middle, but for the background, a gradient over its height."""
+    flat = re.sub("#define (BOTTOM|TOP) .*", r"#define \1 vec3(0)", small)
+    square = picture(osmesa, flat, size=(48, 48))
+    assert (square.max(-1) > 0).mean() > 0.05
+    for size in ((384, 48), (48, 384)):
+        strip = picture(osmesa, flat, size=size)
+        middle = strip[:, 168:216] if size[0] > size[1] else strip[168:216]
+        assert (np.abs(middle - square).max(-1) > 8).mean() < 0.01
+        assert ((strip.max(-1) > 0).sum() - (square.max(-1) > 0).sum()) < 0.02 * square[..., 0].size
+
+
+def test_four_samples_soften_edges_alone(osmesa: Context, small: str) -> None:
+    one, four = (picture(osmesa, small.replace("#define AA 1", f"#define AA {n}")) for n in (1, 2))
+    changed = np.abs(one - four).max(-1) > 8
+    assert 0.002 < changed.mean() < 0.2
+    assert len(np.unique(four.reshape(-1, 3), axis=0)) > len(np.unique(one.reshape(-1, 3), axis=0))
+
+
+def test_the_level_is_a_knob(osmesa: Context) -> None:
+    model = quantise.quantised_model(random_model((16, 1), (18, 2)))
+    points = np.random.default_rng(2).uniform(-1, 1, (32 * 32, 3)).astype(np.float32)
+    text = SHADERTOY(model, "packed").replace("#define LEVEL 2", "#define LEVEL 1")
+    field = draw(osmesa, INPUTS + text + PROBE, (32, 32), {}, points)[::-1, :, 0].ravel()
+    np.testing.assert_allclose(field, interpret.field(lower(model), points, 1), atol=2e-5)
+
+
+def test_the_head_says_what_it_is_and_holds_any_text(tmp_path: Path) -> None:
+    model = random_model((8, 0), name='a "name" */\n#error\\')
+    text = SHADERTOY(replace(model, credit="A\n#error\u2028 B, CC BY 4.0 \\", front=(-30.0, 5.0)), "packed")
+    head = text[: text.index("#define VIEW")].splitlines()
+    assert all(line.startswith("// ") and not line.endswith("\\") for line in head)
+    assert text.isascii()
+    assert "CC BY 4.0" in head[1]
+    assert "#define VIEW vec2(-30., 5.)" in text
+    assert "mplicits" in head[2]
+    for knob in ("SPEED", "LIGHT", "COLOUR", "BOTTOM", "TOP", "STEPS", "AA"):
+        assert re.search(rf"(?m)^#define {knob} .*//", text) or knob == "TOP"
+    if shutil.which("glslangValidator"):
+        file = tmp_path / "text.frag"
+        file.write_text("#version 300 es\nprecision highp float; precision highp int;\n" + INPUTS + text + MAIN)
+        assert subprocess.run(["glslangValidator", str(file)], capture_output=True, check=False).returncode == 0
 
 
 @pytest.mark.skipif(importlib.util.find_spec("wgpu_shadertoy") is None, reason="wgpu-shadertoy is not installed")
 def test_another_shadertoy_player_draws_the_same(osmesa: Context, tmp_path: Path) -> None:
     for name, model in (("packed", quantise.quantised_model(random_model((16, 1), (8, 0)))), ("literal", load(DEMO))):
-        text = SHADERTOY(model)
+        text = SHADERTOY(model, name)
         (tmp_path / "text.frag").write_text(text)
         command = [sys.executable, "-c", PLAYER, "text.frag", "x".join(map(str, SIZE)), "player.png"]
         player = subprocess.run(
@@ -198,7 +254,7 @@ def test_another_shadertoy_player_draws_the_same(osmesa: Context, tmp_path: Path
 
 def test_chromium_draws_the_same(osmesa: Context, browser: "Browser", tmp_path: Path) -> None:
     """Chromium draws by WebGL2 on SwiftShader, whose sine is off by 2e-4."""
-    text = SHADERTOY(quantise.quantised_model(random_model((16, 1), (8, 0))))
+    text = SHADERTOY(quantise.quantised_model(random_model((16, 1), (8, 0))), "packed")
     fragment = "#version 300 es\nprecision highp float; precision highp int;\n" + INPUTS + text + MAIN
     (tmp_path / "player.html").write_text(WEBGL.replace("THE_TEXT", json.dumps(fragment)))
     with visit(browser, tmp_path / "player.html", SIZE, share=1) as visited:
@@ -217,12 +273,12 @@ def test_digits_are_the_fewest_that_keep_the_surface() -> None:
     fewest = digits.fewest_digits(model)
     errors = [digits.error(exact, lower(model, count), points) for count in (fewest - 1, fewest)]
     assert errors[1] < digits.SHARE * model.levels[-1].delta < errors[0]
-    assert SHADERTOY(model) == SHADERTOY(model, digits=fewest)
+    assert SHADERTOY(model, "literal") == SHADERTOY(model, "literal", digits=fewest)
 
 
 def test_the_text_equals_the_golden_file(request: pytest.FixtureRequest) -> None:
     text = SHADERTOY(
-        quantise.quantised_model(random_model((4, 1), (8, 0), texture=(4, 0), name='tiny "/*\n</script>\\'))
+        quantise.quantised_model(random_model((4, 1), (8, 0), texture=(4, 0), name='tiny "/*\n</script>\\')), "packed"
     )
     check_golden(text, GOLDEN_TEXT, request)
 

@@ -1,54 +1,96 @@
 // {"mplicits": "VERSION", "target": "shadertoy", "name": "tiny \"/*\n</script>\\", "sha256": "e453f4b1682a", "levels": ["4x1", "8x0"]}
-mat4 M(int a,int b,int c){
-ivec3 v=ivec3(a,b,c),u=v>>30&3;
-return mat4(v<<26>>26,u.x*16+u.y*4+u.z-32,v<<20>>26,v<<14>>26,v<<8>>26,v<<2>>26);
-}
+// "tiny \"/*\n</script>\\"
+// as a neural signed distance function, made with mplicits. Drag to orbit; change what is below.
+#define VIEW vec2(30., 20.) // azimuth, elevation at first, degrees
+#define SPEED .3 // of the turntable, radians a second
+#define LIGHT vec3(-.5, .7, .8) // direction to it: right, up, back
+#define COLOUR(c) c // of the surface, sRGB; c: the model's
+#define BOTTOM vec3(.13, .14, .17) // of the background, sRGB
+#define TOP vec3(.33, .36, .41)
+#define LEVEL 2 // finest level, from 1
+#define STEPS 200 // of a ray, at most
+#define AA 1 // 2: 2 x 2 samples a pixel
+#define D(v,k)vec4(v/(k)%ivec4(B)-B/2)
+#define L(b,s){const int B=b;const float S=s;
+#define M(v)mat4(D(v,1),D(v,B),D(v,B*B),D(v,B*B*B))
+#define N(v,w)mat4(D(v,1),D(v,B),D(w,1),D(w,B))
+#define E(i,a,b,c,d)dot(D(ivec4(a,b,c,d),1),x[i])+dot(D(ivec4(a,b,c,d),B),x[i+1])
+#define R0(j,a,b,c,d,e,f,g,h)y[j]=sin(S*(N(ivec4(a,b,c,d),ivec4(e,f,g,h))*x[0]));
+#define R1(j,a,b,c,d,e,f,g,h)y[j]=sin(S*(vec4(a,b,c,d)+M(ivec4(e,f,g,h))*x[0]));
 float network1(vec4 p){
-p*=vec4(.0261,.0261,.0261,.00735);
-vec4 a0=sin(mat4(35,-123,27,111,-59,80,59,81,-117,105,11,-127,97,-127,62,-88)*p);
-vec4 b0=sin(.0393*(M(-1988325161,-567063965,971816519)*a0+vec4(-19,11,1,-10)));
-float f=.00837*(dot(vec4(-4,114,127,-42),b0))+.14306;
+vec4[1] x,y;
+x[0]=p*vec4(.0261,.0261,.0261,.00735);
+L(255,1.)
+R0(0,17502,52789,47584,53278,57130,232,48333,9945)
+x=y;}
+L(63,.0393)
+R1(0,-19,11,1,-10,6578829,10169084,15500495,6174358)
+x=y;}
+const int B=255;
+float f=.00837*(dot(vec4(-4,114,127,-42),x[0]))+(.14306);
 return f;
 }
 float network2(vec4 p){
-p*=vec4(.0235,.0235,.0235,.00696);
-vec4 a0=sin(mat4(-51,-31,35,81,27,111,-118,-74,-46,-77,94,107,49,-86,127,-39)*p),
-a1=sin(mat4(-125,-14,-127,-116,-46,84,-27,23,-99,-76,-86,-57,-113,37,123,-17)*p);
-float f=.00675*(dot(vec4(117,0,-19,31),a0)+dot(vec4(127,115,-10,66),a1))+-.00515;
+vec4[2] x,y;
+x[0]=p*vec4(.0235,.0235,.0235,.00696);
+L(255,1.)
+R0(0,39346,60786,2457,13723,44961,10505,64991,22674)
+R0(1,20657,53918,25500,38261,3598,41871,63791,28120)
+x=y;}
+const int B=255;
+float f=.00675*(E(0,65014,61837,29943,49373))+(-.00515);
 return f;
 }
 vec3 network_texture(vec4 p){
-p*=vec4(.0255,.0255,.0255,.00758);
-vec4 a0=sin(mat4(8,61,-101,122,75,55,60,-127,-22,113,112,95,127,121,-93,125)*p);
-float r=.00752*(dot(vec4(127,105,-7,-87),a0))+.22875;
-float g=.00817*(dot(vec4(91,127,-70,12),a0))+-.94327;
-float b=.00886*(dot(vec4(-16,119,-127,64),a0))+.43844;
+vec4[1] x,y;
+x[0]=p*vec4(.0255,.0255,.0255,.00758);
+L(255,1.)
+R0(0,51645,46598,47711,249,64875,63480,8909,64482)
+x=y;}
+const int B=255;
+float r=.00752*(dot(vec4(127,105,-7,-87),x[0]))+(.22875);
+float g=.00817*(dot(vec4(91,127,-70,12),x[0]))+(-.94327);
+float b=.00886*(dot(vec4(-16,119,-127,64),x[0]))+(.43844);
 return vec3(r,g,b);
 }
 float field(vec4 p){
 float f=network1(p);
+#if LEVEL>=2
 if(abs(f)>1.)return f-.769;
 f+=network2(p);
+#endif
 return f;
 }
 void mainImage(out vec4 o,vec2 q){
-vec2 r=iResolution.xy,a=iMouse.x>0.?6.28*iMouse.xy/r-vec2(3.14,2.5):vec2(.52+.3*iTime,.35),s=sin(a),c=cos(a);
+vec2 r=iResolution.xy,u;
+float z=min(r.x,r.y);
+vec2 a=radians(VIEW)+vec2(SPEED*iTime,0)-3.14*(iMouse.xy-abs(iMouse.zw))/z,s,c;
+a.y=clamp(a.y,-1.4,1.4);
+s=sin(a);
+c=cos(a);
 mat3 m=mat3(c.x,0,-s.x,-s.y*s.x,c.y,-s.y*c.x,c.y*s.x,s.y,c.y*c.x);
-vec3 v=normalize(m*vec3((2.*q-r)/r.y,-3.17)),l=m*vec3(-.43,.6,.68),n=vec3(0),e;
+vec3 l=m*normalize(LIGHT);
+o=vec4(0);
+for(int j=min(iFrame,0);j<AA*AA;j++){
+u=q+(vec2(j % AA,j/AA)+.5)/float(AA)-.5;
+vec3 v=normalize(m*vec3((2.*u-r)/z,-3.17)),n=vec3(0),e,w=pow(mix(BOTTOM,TOP,u.y/r.y),vec3(2.2));
 float b=3.52*dot(m[2],v),h=sqrt(max(b*b-11.35,0.)),t=-b-h,f;
 int k=-1;
-for(int i=min(iFrame,0);i<200&&k<4&&t<h-b;i++){
+for(int i=min(iFrame,0);i<STEPS&&k<4&&t<h-b;i++){
 e=k<0?vec3(0):vec3(k+3>>1&1,k>>1&1,k&1)-.5;
 f=field(vec4(3.52*m[2]+t*v+.002*e,1));
 if(k>=0){n+=f*e;k++;}
-else if(abs(f)<.06*t/r.y)k=0;
+else if(abs(f)<.06*t/z)k=0;
 else t+=.8*f;
 }
-o=vec4(mix(vec3(.13,.14,.17),vec3(.33,.36,.41),q.y/r.y),1);
 if(k>3){
 n=normalize(n);
-o.rgb=pow(clamp(network_texture(vec4(3.52*m[2]+t*v,1)),0.,1.),vec3(2.2))*(mix(vec3(.16,.13,.12),vec3(.34,.38,.46),.5+.5*dot(n,m[1]))
+w=pow(clamp(COLOUR(network_texture(vec4(3.52*m[2]+t*v,1))),0.,1.),vec3(2.2))*(mix(vec3(.16,.13,.12),vec3(.34,.38,.46),.5+.5*dot(n,m[1]))
 +max(dot(n,l),0.)*vec3(1.05,1,.95))+.14*pow(max(dot(reflect(v,n),l),0.),48.);
-o=pow(o,vec4(.4545));
+e=max(w-.6,0.);
+w+=e/(1.+2.*e)-e;
 }
+o+=vec4(w,1);
+}
+o=pow(o/o.a,vec4(.4545));
 }
