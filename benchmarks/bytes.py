@@ -1,27 +1,38 @@
 """Measure the quality of emitted weights against the bytes of Shadertoy text; writes docs/results/bytes.md.
 
     python benchmarks/bytes.py [--shapes armadillo,spot] [--steps 4000,6000] [--keep FOLDER] [-o FILE]
+    python benchmarks/bytes.py --gallery [-o docs/results/shadertoy.md]
 
 Decimals: trained as always, then rounded to so many decimals, as others bake it. Packed: quantised by
-model/quantise.py from the first step of training on, as the presets `tiny` and `small`.
+model/quantise.py from the first step of training on, as the presets `tiny` and `small`. With --gallery, it trains
+nothing, and compares the texts of the gallery's models with the same ones whose weights have seven decimals.
 """
 
 import argparse
+import time
 from pathlib import Path
 
+import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
+from mplicits.codegen.reference.bits import cost, fewest_bits
 from mplicits.codegen.reference.rounding import in_decimals
 from mplicits.codegen.targets.registry import TARGETS
+from mplicits.codegen.targets.shadertoy import WIDEST
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.metrics import SampledSurface, chamfer
-from mplicits.model.model import save
+from mplicits.model import gallery
+from mplicits.model.model import Network, load, save, shape_of
+from mplicits.model.quantise import step_of
 from mplicits.trainer import settings
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.settings import PRESETS, Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.train import Training
+from mplicits.viewer.draw.compile import VERTEX_SHADER
+from mplicits.viewer.draw.context import Context, open_osmesa
 from protocol import DATA, Page, Truth, machine
 
 SHAPES = {"armadillo": "meshes/armadillo.ply", "spot": "textured/spot.obj"}
@@ -34,8 +45,76 @@ TO_BEAT = (
 )
 
 
+SIDE = 600
+"""Pixels along each side of the pictures that are compared."""
+INPUTS = "uniform vec3 iResolution; uniform float iTime; uniform vec4 iMouse; uniform int iFrame;\n"
+MAIN = "out vec4 c; void main() { if (iResolution.x < 0.) discard; mainImage(c, gl_FragCoord.xy); }\n"
+
+
+def picture(context: Context, text: str) -> NDArray[np.float64]:
+    """Draw a Shadertoy text as it opens. Returns (SIDE, SIDE, 3), whole numbers from 0 to 255."""
+    with context as gl:
+        program = gl.program(vertex_shader=VERTEX_SHADER, fragment_shader="#version 330\n" + INPUTS + text + MAIN)
+        program["iResolution"] = SIDE, SIDE, 1
+        target = gl.framebuffer([gl.texture((SIDE, SIDE), 4, dtype="f4")])
+        target.use()
+        gl.vertex_array(program, []).render(moderngl.TRIANGLES, vertices=3)
+        drawn = np.frombuffer(target.read(components=3, dtype="f4"), np.float32).reshape(SIDE, SIDE, 3)
+    return np.rint(255 * drawn.clip(0, 1).astype(np.float64))
+
+
+def write_gallery(output: Path) -> None:
+    """Write the page of the gallery's models."""
+    shadertoy = TARGETS["shadertoy"]
+    page = Page(
+        output,
+        "# Shadertoy texts of the gallery",
+        "",
+        "Printed by `python benchmarks/bytes.py --gallery`. Bytes: of the whole text, ready to paste; beside it those "
+        "with as many decimals as keep the surface, as models were baked before they were packed. Bits: log2 of how "
+        "many values a weight of a hidden layer can have, of each level and of the texture. Off by: root mean square "
+        "and largest abs(f - f packed) near the surface of the last level (model units; the shape has radius 1), angle "
+        "between normals, colours of 255, all measured in numpy. PSNR: of the text's first picture, "
+        f"{SIDE} x {SIDE} from the model's front on OSMesa, against that with seven decimals. Seconds: of `bake`, "
+        "processor time.",
+        "",
+        f"{machine()}.",
+        "",
+        "| model | levels + texture | bytes | with decimals | bits | f off by | largest | normals, degrees "
+        "| colours | PSNR, dB | s |",
+        "| --- | --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: |",
+    )
+    context = open_osmesa()
+    for name in gallery.names():
+        model = load(gallery.model_path(name))
+        if max(layer.weight.shape[0] for network in model.networks().values() for layer in network) > WIDEST:
+            page.add(f"| {name} | | too wide | | | | | | | | |")
+            continue
+        began = time.process_time()
+        text = shadertoy(model)
+        seconds = time.process_time() - began
+        packed = fewest_bits(model)
+        assert packed is not None
+        paid = cost(model, packed)
+        difference = picture(context, text) - picture(context, shadertoy(model, "literal", 7))
+        psnr = 10 * np.log10(255**2 / np.square(difference).mean())
+        bits = ", ".join(_bits(network) for network in packed.networks().values())
+        shapes = ", ".join(shape_of(level.network) for level in model.levels)
+        assert model.texture is not None
+        page.add(
+            f"| {name} | {shapes} + {shape_of(model.texture)} | {len(text):,} "
+            f"| {len(shadertoy(model, 'literal')):,} | {bits} | {paid.distance:.1e} | {paid.largest:.1e} "
+            f"| {paid.angle:.2f} | {paid.colour:.1f} | {psnr:.1f} | {seconds:.1f} |"
+        )
+
+
+def _bits(network: Network) -> str:
+    largest = [np.abs(layer.weight).max() / (step_of(layer.weight, 2047) or 1) for layer in network[1:-1]]
+    return f"{np.log2(2 * max(largest) + 1):.1f}"
+
+
 def main() -> None:
-    """Train all networks, and write the page."""
+    """Train all networks, and write the page; or, with --gallery, the other one."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--shapes", default="armadillo,spot")
     parser.add_argument("--steps", default="4000,6000")
@@ -43,11 +122,15 @@ def main() -> None:
     parser.add_argument("--samples", type=int, default=500_000)
     parser.add_argument("--data", type=Path, default=DATA, metavar="FOLDER")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="folder to save the models in")
-    parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/bytes.md"))
+    parser.add_argument("--gallery", action="store_true", help="compare texts of the gallery's models instead")
+    parser.add_argument("-o", "--output", type=Path, help="default: docs/results/bytes.md, or shadertoy.md")
     options = parser.parse_args()
+    if options.gallery:
+        write_gallery(options.output or Path("docs/results/shadertoy.md"))
+        return
     prepare(device("cpu"))
     page = Page(
-        options.output,
+        options.output or Path("docs/results/bytes.md"),
         "# Bytes of Shadertoy text against quality",
         "",
         "Printed by `python benchmarks/bytes.py`. Bytes: of the whole text, ready to paste. Chamfer: of "

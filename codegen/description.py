@@ -78,4 +78,6 @@ def _figures(record: object) -> tuple[float, float] | None:
 
 
 def _bytes(sizes: Mapping[str, int | None]) -> str:
-    return ", ".join(f"{name} {'too wide' if size is None else f'{size:,}'}" for name, size in sizes.items())
+    most = {"shadertoy": "at most "}
+    cells = ((name, "too wide" if size is None else f"{most.get(name, '')}{size:,}") for name, size in sizes.items())
+    return ", ".join(f"{name} {cell}" for name, cell in cells)

@@ -30,7 +30,14 @@ class Target:
         return self._standalone(model, storage=storage, digits=digits)
 
     def size(self, model: "Model") -> int:
-        """Count the bytes of the output file, without the poster where it has one. Raises UserError likewise."""
+        """Count the bytes of the output file, without the poster where it has one. Raises UserError likewise.
+
+        For Shadertoy they are the most that it can be: the search for the fewest bits takes seconds.
+        """
+        if self.module == "shadertoy":
+            from .shadertoy import exact
+
+            return len(exact(model).encode())
         return len(self._standalone(model, **({"poster": False} if self.poster else {})).encode())
 
     @property

@@ -8,6 +8,7 @@ from mplicits.codegen.reference import bits, compensated
 from mplicits.codegen.reference.compensated import Samples, Sizes
 from mplicits.codegen.targets import shadertoy
 from mplicits.codegen.targets.header import read_header
+from mplicits.codegen.targets.registry import TARGETS
 from mplicits.model import quantise
 from mplicits.model.model import Model, Network, load
 from support.paths import DEMO
@@ -99,3 +100,9 @@ def test_a_model_without_a_surface_keeps_its_decimals(monkeypatch: pytest.Monkey
     assert shadertoy.standalone(random_model((8, 1))) == shadertoy.standalone(random_model((8, 1)), "literal")
     packed = quantise.quantised_model(random_model((8, 1)))
     assert shadertoy.standalone(packed) == shadertoy.standalone(packed, "packed")
+
+
+def test_info_does_not_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shadertoy, "fewest_bits", None)
+    model = random_model((8, 1))
+    assert TARGETS["shadertoy"].size(model) == len(shadertoy.standalone(model, "literal"))
