@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from mplicits.codegen.targets.registry import TARGETS
 from mplicits.model.model import save
 from support.browser import visit
 from support.page_pictures import MODEL, differ
@@ -32,6 +33,89 @@ def test_the_picture_comes_back_with_a_lost_context(browser: "Browser", page_fil
         visited.still()
         assert not differ(visited.saved(), before)
         assert visited.said == []
+
+
+def test_a_context_that_stays_lost_is_spoken_of_and_may_still_come_back(
+    browser: "Browser", page_file: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "page.html"
+    file.write_text(page_file.read_text().replace("const WAIT = 12000;", "const WAIT = 300;"))
+    with visit(browser, file) as visited:
+        visited.still()
+        visited.page.evaluate("""() => {
+            window.extension = document.getElementById("view").getContext("webgl2").getExtension("WEBGL_lose_context");
+            window.extension.loseContext();
+        }""")
+        visited.until("document.documentElement.dataset.state === 'failed'")
+        assert "did not come back. Now you see the picture that travels in the page. Reload" in visited.message()
+        assert visited.page.is_visible("#poster")
+        assert visited.page.evaluate("getComputedStyle(document.getElementById('view')).opacity") == "0"
+        visited.page.evaluate("window.extension.restoreContext()")
+        visited.still()
+        assert (visited.message(), visited.said) == ("", [])
+
+
+FATAL = """window.losses = 0;
+let levels = 0;
+const context = WebGL2RenderingContext.prototype, {shaderSource, drawArrays} = context;
+context.shaderSource = function (shader, text) {
+    levels = Number(text.match(/const int LEVELS = (\\d+);/)?.[1] ?? levels);
+    return shaderSource.call(this, shader, text);
+};
+context.drawArrays = function (...numbers) {
+    drawArrays.apply(this, numbers);
+    if (levels <= %d || this.isContextLost()) return;
+    const extension = this.getExtension("WEBGL_lose_context");
+    const restore = () => setTimeout(() => extension.restoreContext());
+    this.canvas.addEventListener("webglcontextlost", restore, {once: true});
+    extension.loseContext();
+    ++window.losses;
+};"""
+"""Has the driver die of each draw of a model with more than %d levels, and come back."""
+
+
+def test_a_model_that_kills_the_driver_comes_back_with_fewer_levels(browser: "Browser", tmp_path: Path) -> None:
+    file = tmp_path / "page.html"
+    file.write_text(TARGETS["html"](random_model((4, 0), (4, 0), (4, 0))))
+    said = "The graphics driver failed at the 3 levels of this model. Here are the first 2."
+    with visit(browser, file, script=FATAL % 2) as visited:
+        visited.still()
+        visited.unfold()
+        assert visited.message() == said
+        assert visited.page.inner_text("#level") == "Level\n1\n2"
+        assert "4x0 > 4x0 · " in visited.page.inner_text("header")
+        assert float(visited.root("error") or "nan") < 1e-5
+        assert visited.page.evaluate("window.losses") == 1
+        visited.page.reload()
+        visited.still()
+        assert visited.message() == said
+        assert visited.page.evaluate("window.losses") == 0, "what the driver died of is not tried again"
+        save(random_model((4, 0), (4, 0), name="other"), tmp_path / "other.safetensors")
+        visited.page.set_input_files("#file", tmp_path / "other.safetensors")
+        visited.until("document.title === 'other'")
+        visited.still()
+        assert (visited.message(), visited.said) == ("", [])
+
+
+def test_a_model_that_kills_the_driver_at_its_first_level_leaves_the_poster(browser: "Browser", tmp_path: Path) -> None:
+    file = tmp_path / "page.html"
+    file.write_text(TARGETS["html"](random_model((4, 0), (4, 0), (4, 0))))
+    with visit(browser, file, script=FATAL % 0) as visited:
+        visited.until("document.documentElement.dataset.state === 'failed'")
+        assert visited.message().startswith("The graphics driver fails at this model, even at its first level alone.")
+        assert visited.page.is_visible("#poster")
+        assert visited.root("drawn") is None
+        assert visited.page.evaluate("window.losses") == 3
+
+
+def test_a_graphics_process_that_dies_is_survived(browser: "Browser", page_file: Path) -> None:
+    with visit(browser, page_file) as visited:
+        visited.still()
+        browser.new_browser_cdp_session().send("Browser.crashGpuProcess")
+        visited.page.wait_for_selector("#message:not([hidden])")
+        assert visited.message().startswith("The graphics driver was reset.")
+        visited.still()
+        assert visited.message() == ""
 
 
 def test_the_faster_variant_is_kept_and_remembered(browser: "Browser", page_file: Path) -> None:

@@ -34,16 +34,17 @@ export function reduced(shown) {
 // Tells the visitor that the context is lost, and later whether it stays so. next: what afterLoss gave.
 export function tellLost(next) {
     const poster = element("poster"), hasPoster = poster && !poster.hidden;
-    const still = hasPoster ? " Meanwhile this is a picture of it that travels in the page." : "";
+    const picture = "you see the picture that travels in the page";
     const giveUp = (text) => {
         enter("failed", "");
-        say(`${text} Reload the page to try again.${still.replace("Meanwhile this", "This")}`, false);
+        say(`${text} ${hasPoster ? `Now ${picture}. ` : ""}Reload the page to try again.`, false);
     };
     delete root.dataset.drawn;
     clearTimeout(waiting);
     if (!next) return giveUp("The graphics driver fails at this model, even at its first level alone.");
     enter("lost", "The graphics driver was reset");
-    say(`The graphics driver was reset. The model comes back when the driver does.${still}`, false);
+    const meanwhile = hasPoster ? `; until then ${picture}` : "";
+    say(`The graphics driver was reset. The model comes back when the driver does${meanwhile}.`, false);
     waiting = setTimeout(() => giveUp("The graphics driver was reset and did not come back."), WAIT);
 }
 

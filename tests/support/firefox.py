@@ -1,0 +1,89 @@
+"""Firefox as the page's tests use it: on a display made for the tests, WebGL2 on llvmpipe, driven over Marionette.
+
+Marionette is Firefox's own remote protocol: each message is its length in bytes, a colon, and JSON. A command is
+[0, number, name, parameters], its answer [1, number, error, result].
+"""
+
+import json
+import shutil
+import socket
+import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+PREFERENCES = {
+    "marionette.port": 0,
+    "webgl.force-enabled": True,
+    "browser.shell.checkDefaultBrowser": False,
+    "browser.startup.homepage_override.mstone": "ignore",
+    "datareporting.policy.dataSubmissionEnabled": False,
+    "toolkit.telemetry.enabled": False,
+}
+"""What differs from a new profile: any free port, WebGL without a GPU, and none of the first start's windows."""
+PATIENCE = 120
+"""Most seconds that Firefox may take to start, and a page to become true."""
+
+
+class Firefox:
+    """A running Firefox with one window."""
+
+    def __init__(self, port: int) -> None:
+        self._socket = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE)
+        self._stream = self._socket.makefile("rb")
+        self._read()
+        self.ask("WebDriver:NewSession", {})
+
+    def ask(self, command: str, parameters: dict[str, Any]) -> Any:
+        """Return the answer to a command of the protocol. Raises RuntimeError with Firefox's message."""
+        text = json.dumps([0, 1, command, parameters])
+        self._socket.sendall(f"{len(text)}:{text}".encode())
+        _, _, error, result = self._read()
+        if error:
+            raise RuntimeError(f"{command}: {error['message']}")
+        return result
+
+    def evaluate(self, expression: str) -> Any:
+        """Return the value of a JavaScript expression in the page."""
+        parameters = {"script": f"return ({expression});", "args": []}
+        return self.ask("WebDriver:ExecuteScript", parameters)["value"]
+
+    def until(self, condition: str) -> None:
+        """Wait until a JavaScript expression is true. Raises TimeoutError with what the page says meanwhile."""
+        end = time.monotonic() + PATIENCE
+        while not self.evaluate(condition):
+            if time.monotonic() > end:
+                raise TimeoutError(f"{condition} after {PATIENCE} s: {self.evaluate('document.body.innerText')}")
+            time.sleep(0.2)
+
+    def _read(self) -> Any:
+        length = b""
+        while not length.endswith(b":"):
+            length += self._stream.read(1)
+        return json.loads(self._stream.read(int(length[:-1])))
+
+
+@contextmanager
+def firefox(profile: Path, environment: dict[str, str]) -> Iterator[Firefox]:
+    """Start Firefox with a new profile in an empty folder. Skips the test where it is not installed."""
+    path = shutil.which("firefox-esr") or shutil.which("firefox")
+    if path is None:
+        pytest.skip("Firefox is not installed (Debian: firefox-esr)")
+    lines = [f"user_pref({json.dumps(name)}, {json.dumps(value)});\n" for name, value in PREFERENCES.items()]
+    (profile / "user.js").write_text("".join(lines))
+    command = [path, "--marionette", "--no-remote", "--profile", str(profile), "about:blank"]
+    process = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        port, end = profile / "MarionetteActivePort", time.monotonic() + PATIENCE
+        while not (port.exists() and port.read_text()):
+            assert process.poll() is None, "Firefox does not start"
+            assert time.monotonic() < end, f"Firefox does not start within {PATIENCE} s"
+            time.sleep(0.2)
+        yield Firefox(int(port.read_text()))
+    finally:
+        process.terminate()
+        process.wait(PATIENCE)
