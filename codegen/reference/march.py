@@ -87,7 +87,7 @@ def march(
     directions: NDArray[np.float64],
     level: int,
     footprint: float,
-    rounds: int = 32,
+    rounds: int = 64,
     step_scale: float = 1.0,
 ) -> Rays:
     """Trace f_level along rays.

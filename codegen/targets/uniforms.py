@@ -59,7 +59,7 @@ UNIFORMS = (
     Uniform("int", "level", LEVELS, "level that is traced"),
     Uniform("int", "normal_level", LEVELS, "level whose gradient is the normal"),
     Uniform("int", "iterations", None, "sphere tracing steps at each level, per round", per_level=True),
-    Uniform("int", "rounds", (32,), "how often the levels are gone through"),
+    Uniform("int", "rounds", (64,), "how often the levels are gone through"),
     Uniform("float", "delta", None, "half width of each level's band, model units", per_level=True),
     Uniform("float", "step_bound", None, "factor on each level's steps where it is the one traced", per_level=True),
     Uniform("float", "band_step_bound", None, "the same where a finer level is traced", per_level=True),

@@ -83,7 +83,7 @@ struct Uniforms {
     float focal = 2.75f;  // 1 / tan(fov / 2), vertical
     int level = LEVELS;  // level that is traced
     int normal_level = LEVELS;  // level whose gradient is the normal
-    int rounds = 32;  // how often the levels are gone through
+    int rounds = 64;  // how often the levels are gone through
     float step_scale = 1.f;  // another factor on every step; below 1: safer, slower
     int shading = 0;  // 0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 data: (t, steps, level, hit)
     vec3 light = vec3(-.5f, .7f, .8f);  // direction to the light, camera space

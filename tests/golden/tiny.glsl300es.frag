@@ -14,7 +14,7 @@ uniform float focal; // 2.75: 1 / tan(fov / 2), vertical
 uniform int level; // LEVELS: level that is traced
 uniform int normal_level; // LEVELS: level whose gradient is the normal
 uniform int iterations[LEVELS]; // int[](20, 5): sphere tracing steps at each level, per round
-uniform int rounds; // 32: how often the levels are gone through
+uniform int rounds; // 64: how often the levels are gone through
 uniform float delta[LEVELS]; // float[](1., .5): half width of each level's band, model units
 uniform float step_bound[LEVELS]; // float[](.8, .8): factor on each level's steps where it is the one traced
 uniform float band_step_bound[LEVELS]; // float[](.8, .8): the same where a finer level is traced
