@@ -201,7 +201,7 @@ def test_the_panel_sets_iterations_and_resolution_and_can_be_folded(shown: Visit
     for _ in range(4):
         page.keyboard.press("ArrowLeft")
     page.click("#resolution label:has-text('½')")
-    shown.until("/^[\\d.]+ m?s · 34 × 64( |$)/m.test(document.getElementById('status').textContent)")
+    shown.until("/^[\\d.]+ m?s · 33 × 64( |$)/m.test(document.getElementById('status').textContent)")
     page.click("#resolution label:has-text('Auto')")
     page.click("#fold")
     assert not page.is_visible("#panel")

@@ -44,11 +44,12 @@ context.getSyncParameter = function (sync, name) {
 )
 """Has compilers not end while `held` is set, and each piece of drawing take 30 ms while `slow` is; without literals."""
 WATCH = """() => {
-    window.seen = {status: [], spoken: [], bar: []};
+    window.seen = {status: [], spoken: [], bar: [], covered: []};
     const element = (id) => document.getElementById(id);
     const watch = (id, list, read) => new MutationObserver(() => list.push(read(element(id)))).observe(
         element(id), {attributes: true, childList: true, characterData: true, subtree: true});
     watch("status", window.seen.status, (line) => line.textContent.split("\\n")[0]);
+    watch("status", window.seen.covered, () => getComputedStyle(element("view")).opacity === "0");
     watch("spoken", window.seen.spoken, (line) => line.textContent);
     watch("progress", window.seen.bar, (bar) => bar.hidden ? "gone" : bar.getAttribute("aria-valuenow") ?? "unknown");
 }"""
@@ -150,6 +151,9 @@ def test_bar_status_line_and_live_region_tell_the_present_state(browser: "Browse
         assert any(line.startswith("Drawing 49 × 40 · ") for line in seen["status"])
         assert seen["status"][-1].endswith("samples")
         assert seen["spoken"] == ["The picture is drawn"]
+        covered = [line for line, covers in zip(seen["status"], seen["covered"], strict=True) if covers]
+        assert any("×" in line for line in covered), "frames that are coarser than the poster are not shown"
+        assert not seen["covered"][-1]
         page.keyboard.press("ArrowLeft")
         visited.until("document.documentElement.dataset.state === 'drawing'")
         visited.still()
@@ -229,7 +233,7 @@ def test_the_shape_has_what_the_panel_leaves_free(browser: "Browser", page_file:
                 assert box(visited, "#view") == (0, 0, width, 900)
             visited.unfold()
             assert box(visited, "#view") == (0, 0, box(visited, "#side")[0], 900)
-            visited.until(f"document.getElementById('view').width === Math.round({SHARE} * (innerWidth - 300))")
+            visited.until(f"document.getElementById('view').width === Math.round({SHARE} * (innerWidth - 308))")
 
 
 def test_the_sheet_of_a_phone_is_seen_whole(browser: "Browser", page_file: Path) -> None:

@@ -26,6 +26,7 @@ export function fail(error) {
 
 let line = "", field = "", trial = ""; // the status line's parts
 let isAwaited = true; // whether the picture that is being drawn will be spoken of
+let isOther = false; // whether the visitor asked for another picture than the poster's
 
 // Changes the state: "compiling", "drawing", "still", "lost" or "failed". text: the status line's first half. share: of
 // the work that is done, for the bar; NaN: unknown, null: no bar.
@@ -58,6 +59,11 @@ export function compiling() {
     speak("Compiling the shader");
 }
 
+// Has the next frame take the poster's place, however coarse it is.
+export function uncover() {
+    isOther = true;
+}
+
 // Begins a picture, unless the state says that none can be drawn yet.
 export function drawing() {
     if (root.dataset.state === "still") enter("drawing", "Drawing");
@@ -68,7 +74,8 @@ const dimensions = ([width, height]) => `${width} × ${height}`;
 // What the renderer calls.
 export const listener = {
     frame({milliseconds, size, samples, settled}) {
-        root.dataset.drawn = "";
+        const poster = element("poster"), isFiner = size[1] >= poster.naturalHeight || samples > 1 || settled;
+        if (isFiner || isOther || poster.hidden) root.dataset.drawn = "";
         if (root.dataset.state === "compiling") return;
         const time = milliseconds < 10 ? `${milliseconds.toFixed(1)} ms`
             : milliseconds < 1000 ? `${Math.round(milliseconds)} ms` : `${(milliseconds / 1000).toFixed(1)} s`;
@@ -81,6 +88,7 @@ export const listener = {
     },
     // A share of the first sample of every pixel is drawn.
     progress(size, share) {
+        if (share > 0.5) root.dataset.drawn = "";
         if (root.dataset.state === "compiling") return;
         enter("drawing", `Drawing ${dimensions(size)} · ${Math.floor(100 * share)} %`, share);
     },

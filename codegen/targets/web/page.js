@@ -1,7 +1,7 @@
 import {fillChoices, lightBall, listenToDrops} from "./controls.js";
 import {shared} from "./facts.js";
 import {listenToHands, listenToKeys} from "./gestures.js";
-import {element, fail, root, say} from "./messages.js";
+import {element, fail, root, say, uncover} from "./messages.js";
 import {
     contextLost, contextRestored, copy, embedded, entitle, goToLevel, leave, save, shade, showSteps, start, take,
 } from "./shown.js";
@@ -48,6 +48,7 @@ function wirePanel() {
         set({time: Number(target.value)}, true);
         element("instant").textContent = target.value;
     });
+    element("panel").addEventListener("input", uncover, {capture: true});
     element("panel").addEventListener("submit", (event) => event.preventDefault());
 }
 

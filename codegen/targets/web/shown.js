@@ -2,7 +2,7 @@ import {choose, copyText, fillChoices} from "./controls.js";
 import {facts, shared} from "./facts.js";
 import {printField} from "./field.js";
 import {memoryOf} from "./memory.js";
-import {compiling, element, enter, fail, isExpected, root, say} from "./messages.js";
+import {compiling, element, enter, fail, isExpected, root, say, uncover} from "./messages.js";
 import {afterLoss, reduced, tellBack, tellLost} from "./recovery.js";
 import {probes} from "./reference.js";
 import {ModelError, parseModel} from "./safetensors.js";
@@ -107,6 +107,7 @@ export function showSteps() {
 export function shade(shading) {
     if (shading === "texture" && !shown.model.texture) return;
     choose(element("shading"), shading);
+    uncover();
     set({shading});
 }
 
@@ -114,6 +115,7 @@ export function goToLevel(level) {
     if (level > shown.model.levels.length) return;
     choose(element("level"), level);
     choose(element("normals"), null);
+    uncover();
     set({level, normalLevel: null});
 }
 

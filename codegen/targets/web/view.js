@@ -1,6 +1,6 @@
 import {fromHash, homeOf, orbited, panned, toHash, zoomed} from "./camera.js";
 import {facts, shared} from "./facts.js";
-import {drawing, element, listener, root} from "./messages.js";
+import {drawing, element, listener, root, uncover} from "./messages.js";
 import {Renderer} from "./renderer.js";
 
 // What is seen: a camera, which is kept in the URL's hash, and options. The renderer is told whenever one changes.
@@ -48,6 +48,7 @@ function paintStage() {
 
 function move(next) {
     camera = next;
+    uncover();
     draw(true);
     clearTimeout(naming);
     naming = setTimeout(() => history.replaceState(null, "", toHash(camera)), 250);
@@ -68,6 +69,7 @@ export function centre(front) {
 
 export function followHash() {
     camera = fromHash(location.hash, home);
+    uncover();
     draw(true);
 }
 
