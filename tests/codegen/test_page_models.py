@@ -84,6 +84,11 @@ BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
         lambda data: changed(data, describe(lambda d: d["levels"][1].update(delta=-1))),
         "levels[2].delta: must be a positive number",
     ),
+    "front": (
+        lambda data: changed(data, describe(lambda d: d.update(front=[1]))),
+        "front: azimuth from -360 to 360, elevation from -90 to 90 degrees",
+    ),
+    "credit": (lambda data: changed(data, describe(lambda d: d.update(credit=3))), "credit: not a text"),
     "step bound": (
         lambda data: changed(data, describe(lambda d: d["levels"][0].update(step_bound=1.5))),
         "levels[1].step_bound: must be a positive number of at most 1",
@@ -115,19 +120,21 @@ def test_a_model_that_is_dropped_or_opened_is_shown(
     model = fitted_model((20, 24))
     hidden, last = model.levels[1].network
     small = Layer(last.weight * np.float32(0.02), last.bias * np.float32(0.02))
-    three = Model(HOSTILE, (*model.levels, replace(model.levels[1], network=(hidden, small))), None)
+    levels = (*model.levels, replace(model.levels[1], network=(hidden, small)))
+    three = Model(HOSTILE, levels, None, front=(75.0, -10.0), credit=HOSTILE)
     with visit(browser, page_file, size=(640, 640)) as visited:
         visited.drop(model_bytes(tmp_path, three), "other.safetensors")
         visited.until("document.title.includes('alert')")
         visited.still()
         assert visited.page.inner_text("h1") == HOSTILE
         visited.unfold()
+        assert visited.page.inner_text("#shapes").endswith(f" parameters · {HOSTILE}")
         assert visited.page.inner_text("#level") == "Level\n1\n2\n3"
         assert "Texture" not in visited.page.inner_text("#shading")
         visited.fold()
         assert visited.root("storage") == "texture"
         assert float(visited.root("error") or "nan") < 1e-5
-        theirs = desktop(Renderer(osmesa, glsl330.bake(three)), Camera(), RenderOptions())
+        theirs = desktop(Renderer(osmesa, glsl330.bake(three)), Camera(75, -10), RenderOptions())
         assert not differ(visited.saved(), theirs)
         save(MODEL, tmp_path / "chosen.safetensors")
         visited.page.set_input_files("#file", tmp_path / "chosen.safetensors")
@@ -138,10 +145,13 @@ def test_a_model_that_is_dropped_or_opened_is_shown(
 
 def test_a_name_that_is_html_is_shown_as_text(browser: "Browser", tmp_path: Path) -> None:
     file = tmp_path / "hostile.html"
-    file.write_text(TARGETS["html"](random_model((4, 0), name=HOSTILE)))
+    file.write_text(TARGETS["html"](replace(random_model((4, 0), name=HOSTILE), credit=HOSTILE, front=(-60, 5))))
     with visit(browser, file) as visited:
         visited.until("document.documentElement.dataset.storage")
         assert (visited.page.title(), visited.page.inner_text("h1")) == (HOSTILE, HOSTILE)
+        assert visited.page.inner_text("#shapes").endswith(HOSTILE)
+        visited.page.keyboard.press("r")
+        visited.until("location.hash === '#az=-60&el=5'")
         assert visited.page.locator("script").count() == file.read_text().count("<script") == 8
         assert visited.said == []
 
