@@ -40,6 +40,18 @@ def test_chromium_draws_every_size_of_model(name: str, browser: "Browser", tmp_p
         assert (visited.message(), visited.said) == ("", [])
 
 
+def test_literals_that_swiftshader_would_die_of_are_not_tried(browser: "Browser", tmp_path: Path) -> None:
+    file = tmp_path / "page.html"
+    for shapes, tried in ((((64, 1), (64, 2), (64, 2)), False), (((4, 0), (8, 0)), True)):
+        model = random_model(*shapes)
+        file.write_text(standalone(model))
+        with visit(browser, file, share=0.05) as visited:
+            visited.until(f"{STATE}.drawn === '' && {STATE}.error")
+            remembered = visited.page.evaluate("key => localStorage.getItem(key)", f"mplicits {model.sha256()}")
+            assert (remembered is not None) == tried
+            assert (visited.message(), visited.said) == ("", [])
+
+
 def test_firefox_draws_a_model_of_the_gallery(xvfb: dict[str, str], tmp_path: Path) -> None:
     file, profile = tmp_path / "page.html", tmp_path / "profile"
     file.write_text(standalone(model_of("spot-small"), storage="texture"))

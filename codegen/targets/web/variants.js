@@ -34,7 +34,8 @@ export class Variants {
             await this.keep(variant);
             this.listener.loaded();
         });
-        if (isWanted() && literal && device.patient && !["texture", "trying"].includes(memory.read()))
+        const isPossible = literal && device.patient && device.survives(literal.text);
+        if (isWanted() && isPossible && !["texture", "trying"].includes(memory.read()))
             device.unlessLost(this.race(literal, isWanted, memory)).catch(this.listener.failed);
     }
 
