@@ -9,6 +9,8 @@ from .march import march
 
 COSTLIEST = 40_000
 """Most multiply-adds that a value of the level drawn costs; of dearer models a coarser level is drawn."""
+ROUNDS = 8
+"""How often rays go through the levels: enough for all but those that graze a silhouette."""
 SKY, GROUND, KEY = np.array([[0.34, 0.38, 0.46], [0.16, 0.13, 0.12], [1.0, 0.96, 0.9]])
 
 Pixels = NDArray[np.float64]
@@ -32,7 +34,7 @@ def poster(
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     eye = distance * basis[:, 2]
     level = _affordable(program)
-    traced = march(program, eye, directions, level, 2 / (focal * rays))
+    traced = march(program, eye, directions, level, 2 / (focal * rays), ROUNDS)
     hit = traced.hit
     points = (eye + traced.t[hit, None] * directions[hit]).astype(np.float32)
     normals, _ = field_gradient(program, points, level)
