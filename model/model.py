@@ -104,7 +104,7 @@ class Model:
     texture: Network | None = None
     """From a point in model space to a colour: 3 numbers, sRGB in [0, 1], to be clamped. None for no colours."""
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Where model space's origin lies in input space, turned upright: that is model space * scale + centre."""
+    """Where model space's origin lies in input space turned upright, which is model space * scale + centre."""
     scale: float = 1.0
     """Length of model space's unit in input space, above 0."""
     up: str = DEFAULT_UP
