@@ -50,11 +50,11 @@ window.ask = {
     uniforms: (options) => {
         const bounds = {step_bound: 0.9, band_step_bound: 0.7};
         const model = {levels: [{delta: 0.1, iterations: 20, bounds}, {delta: 0.02, iterations: 5, bounds}]};
-        return uniforms({model, camera: HOME, options}, null, [300, 200]);
+        return uniforms({model, camera: homeOf(null), options}, null, [300, 200]);
     },
     camera: ([hash, turn, factor, aspect]) => {
-        const camera = zoomed(orbited(fromHash(hash), ...turn), factor, aspect);
-        return [FOCAL, matrix(HOME, aspect), matrix(camera, aspect)];
+        const camera = zoomed(orbited(fromHash(hash, homeOf(null)), ...turn), factor, aspect);
+        return [FOCAL, matrix(homeOf(null), aspect), matrix(camera, aspect)];
     },
 };
 null;

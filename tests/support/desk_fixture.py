@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +16,12 @@ from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.state.desk import Desk
 from mplicits.viewer.state.source import open_source
 from mplicits.viewer.state.view import View
-from support.random_model import random_model
+from support.fitted_model import fitted_model
 
 AREA = (24, 16)
 """(width, height) of the picture in pixels."""
+TWO = replace(fitted_model((4, 8)), name="two")
+"""A model of two levels with colours."""
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 """An OBJ file."""
 
@@ -30,7 +33,7 @@ def open_desk(osmesa: Context, tmp_path: Path) -> Iterator[Callable[..., Desk]]:
 
     def opened(watch: bool = False, **options: object) -> Desk:
         path = tmp_path / "two.safetensors"
-        save(random_model((4, 0), (8, 0), texture=(4, 0), name="two"), path)
+        save(TWO, path)
         source = open_source(path)
         view = View(Camera(), RenderOptions(**options), source.shader.levels, source.textured)  # type: ignore[arg-type]
         view.resize(AREA)

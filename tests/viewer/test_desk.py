@@ -16,7 +16,7 @@ from mplicits.viewer.state import jobs
 from mplicits.viewer.state.desk import Desk
 from mplicits.viewer.state.picture import Scene
 from mplicits.viewer.window.drop import drop
-from support.desk_fixture import AREA, is_open, picture_of, settle
+from support.desk_fixture import AREA, TWO, is_open, picture_of, settle
 from support.random_model import random_model
 
 
@@ -123,7 +123,7 @@ def test_a_baked_shader_file_draws_the_same_picture_as_its_model(
     before = picture_of(desk)
     for storage in ("literal", "texture"):
         path = tmp_path / f"{storage}.glsl"
-        path.write_text(standalone(random_model((4, 0), (8, 0), texture=(4, 0), name="two"), storage))
+        path.write_text(standalone(TWO, storage))
         desk.open(path)
         settle(desk, partial(is_open, desk, path))
         assert desk.shown.source.name == "two"
@@ -136,7 +136,7 @@ def test_a_watched_file_is_shown_when_it_changes_and_the_picture_stays_where_it_
 ) -> None:
     monkeypatch.setattr("mplicits.viewer.state.files.WATCH_INTERVAL", 0.01)
     path = tmp_path / "shader.glsl"
-    good = standalone(random_model((4, 0), (8, 0)))
+    good = standalone(TWO)
     path.write_text(good)
     desk = open_desk(watch=True)
     desk.open(path)
@@ -190,7 +190,7 @@ def test_a_split_view_is_saved_as_it_is_shown(open_desk: Callable[..., Desk], tm
     scene = desk.shown.view.scene(AREA)
     desk.work.begin(jobs.write_picture(desk.drawn_by(), tmp_path / "p.png", scene, "two"), draws=True)
     settle(desk, lambda: desk.work.job is None)
-    assert np.abs(np.asarray(Image.open(tmp_path / "p.png")) / 255 - picture_of(desk)).max() < 0.6 / 255
+    assert np.abs(np.asarray(Image.open(tmp_path / "p.png")) / 255 - picture_of(desk)).max() < 1.1 / 255
 
 
 @pytest.mark.parametrize(

@@ -98,7 +98,7 @@ class Picture:
         """Put what is drawn so far onto the screen, or onto another framebuffer.
 
         corner: (x, y from the bottom) of the place there, in pixels. size: its (width, height).
-        split: a line is drawn between the halves.
+        split: a line is drawn between the halves. The screen has 8 bits, for which colours are dithered.
         """
         with self._context as gl:
             for unit, (name, buffer) in enumerate((("coarse", self._coarse), ("fine", self._fine))):
@@ -107,6 +107,7 @@ class Picture:
             self._present["corner"] = corner
             self._present["size"] = size
             self._present["divider"] = size[0] // 2 if split else -9.0
+            self._present["dithered"] = onto is None
             target = onto or gl.screen
             target.use()
             target.viewport = (*corner, *size)
