@@ -75,6 +75,7 @@ def demo() -> tuple[Model, Model]:
     return model, fewest
 
 
+@pytest.mark.slow
 def test_the_fewest_bits_keep_surface_and_colours(demo: tuple[Model, Model]) -> None:
     model, fewest = demo
     paid = bits.cost(model, fewest)
@@ -84,6 +85,7 @@ def test_the_fewest_bits_keep_surface_and_colours(demo: tuple[Model, Model]) -> 
         assert all(quantise.step_of(layer.weight, bits.HIDDEN[-1]) is not None for layer in network[1:-1])
 
 
+@pytest.mark.slow
 def test_the_text_says_what_it_cost(demo: tuple[Model, Model], monkeypatch: pytest.MonkeyPatch) -> None:
     model, fewest = demo
     monkeypatch.setattr(shadertoy, "fewest_bits", lambda model: fewest)

@@ -136,6 +136,7 @@ report["folded"] = not view.panel
 
 @pytest.mark.skipif(shutil.which("xdotool") is None, reason="xdotool is not installed (Debian: xdotool)")
 @pytest.mark.skipif(find_spec("imgui_bundle") is None, reason="imgui-bundle is not installed (extra view)")
+@pytest.mark.slow
 def test_the_mouse_turns_the_picture_and_works_the_panel(tmp_path: Path, xvfb: dict[str, str]) -> None:
     save(random_model((4, 0), (4, 0)), tmp_path / "m.safetensors")
     report = run(MOUSE, (620, 400), tmp_path, xvfb)
