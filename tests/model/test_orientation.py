@@ -84,6 +84,7 @@ def test_training_keeps_up_front_and_credit_and_resuming_may_change_the_last_two
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("mplicits.mesher.survey.RESOLUTION", 16)
     trimesh.creation.cone(radius=1.0, height=3.0).export("cone.obj")
     train = ["train", "cone.obj", "--levels", "8x0", "--steps", "20", "--quiet"]
     assert cli.main([*train, "--up", "z", "--front=-30,10", "--credit", "Nobody, CC0"]) == 0
