@@ -7,13 +7,15 @@ from ..model.files import show
 
 LABEL = 12
 """Width of the first column."""
+MOST_SECONDS = 1e9
+"""A training that took longer is none."""
 
 
 def describe(facts: Mapping[str, Any]) -> list[str]:
     """Write the facts of a model as the lines of a table. Texts from its file are escaped."""
     lines = [show(facts["name"]) + (f", by {show(facts['credit'])}" if facts["credit"] else "")]
     lines += [f"{label:{LABEL}}{text}" for label, text in _rows(facts)]
-    lines += ["", *_levels(facts), "", "bytes as     " + _bytes(facts["bytes"])]
+    lines += ["", *_levels(facts), "", f"{'bytes as':{LABEL}}" + _bytes(facts["bytes"])]
     return lines
 
 
@@ -37,8 +39,10 @@ def _history(provenance: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     if isinstance(source, dict) and isinstance(source.get("file"), str):
         digest = source.get("sha256")
         yield "trained on", show(source["file"]) + (f", sha256 {show(digest)[:12]}" if isinstance(digest, str) else "")
-    if isinstance(seconds, (int, float)):
-        steps = [level.get("steps") for level in provenance.get("levels", []) if isinstance(level, dict)]
+    if isinstance(seconds, (int, float)) and abs(seconds) < MOST_SECONDS:
+        levels = provenance.get("levels")
+        records = levels if isinstance(levels, list) else []
+        steps = [record.get("steps") for record in records if isinstance(record, dict)]
         walked = f", steps {', '.join(show(str(count)) for count in steps)}" if steps else ""
         unfinished = "; interrupted" if provenance.get("interrupted") else ""
         yield "for", f"{seconds:.0f} s, seed {show(str(provenance.get('seed')))}{walked}{unfinished}"
