@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from ..model.errors import UserError
 from ..model.files import show
 from ..model.orientation import DEFAULT_UP, as_in_file
-from .surface import Array, Mesh
+from ..model.srgb import Values, to_linear
+from .surface import Mesh
 
 OPTIONS: dict[str, dict[str, Any]] = {
     ".ply": {"vertex_normal": True},
@@ -34,7 +35,7 @@ def to_bytes(mesh: Mesh, suffix: str, centre: tuple[float, float, float], scale:
     """
     colours = None
     if mesh.colours is not None:
-        colours = _bytes(_linear(mesh.colours) if suffix == ".glb" else mesh.colours)
+        colours = _bytes(to_linear(mesh.colours) if suffix == ".glb" else mesh.colours)
     written = trimesh.Trimesh(
         as_in_file(mesh.vertices.astype(np.float64) * scale + centre, up),
         mesh.faces,
@@ -46,11 +47,6 @@ def to_bytes(mesh: Mesh, suffix: str, centre: tuple[float, float, float], scale:
     return data.encode() if isinstance(data, str) else bytes(data)
 
 
-def _linear(colours: Array) -> Array:
-    """Convert sRGB to linear light (IEC 61966-2-1)."""
-    return np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4).astype(np.float32)
-
-
-def _bytes(colours: Array) -> NDArray[np.uint8]:
+def _bytes(colours: Values) -> NDArray[np.uint8]:
     """Convert colours in [0, 1] to whole numbers from 0 to 255."""
     return np.round(np.clip(colours, 0, 1) * 255).astype(np.uint8)

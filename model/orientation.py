@@ -44,7 +44,7 @@ def check_up(up: object) -> None:
 
 def check_front(front: object) -> None:
     """Raise UserError where `front` is not an azimuth and an elevation in degrees."""
-    from .checks import check_finite
+    from .checks import check_finite  # loads numpy
 
     if not isinstance(front, (tuple, list)) or len(front) != 2:
         raise UserError("front: two numbers are needed, azimuth and elevation in degrees")

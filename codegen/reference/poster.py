@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ...model.srgb import Values, to_linear, to_srgb
 from ..ir.program import Array, Program
 from .interpret import colour, field_gradient
 from .march import march
@@ -41,12 +42,12 @@ def poster(
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     albedo = np.broadcast_to(plain, points.shape) if program.texture is None else colour(program, points)
     toward = basis @ (light / np.linalg.norm(light))
-    lit = _phong(_linear(albedo), normals, -directions[hit], toward, basis[:, 1])
+    lit = _phong(to_linear(albedo), normals, -directions[hit], toward, basis[:, 1])
     samples = np.zeros((len(directions), 4))
     samples[hit] = np.concatenate((np.clip(lit, 0, 1), np.ones((len(lit), 1))), axis=1)
     means = samples.reshape(side, 2, side, 2, 4).mean(axis=(1, 3))
     covered = np.maximum(means[..., 3:], 1e-9)
-    return np.concatenate((_srgb(means[..., :3] / covered), means[..., 3:]), axis=-1)
+    return np.concatenate((to_srgb(means[..., :3] / covered), means[..., 3:]), axis=-1)
 
 
 def _affordable(program: Program) -> int:
@@ -55,7 +56,7 @@ def _affordable(program: Program) -> int:
     return max(1, int((costs <= COSTLIEST).sum()))
 
 
-def _phong(albedo: Array | Pixels, normal: Array, view: Pixels, light: Pixels, up: Pixels) -> Pixels:
+def _phong(albedo: Values, normal: Array, view: Pixels, light: Pixels, up: Pixels) -> Pixels:
     """Shade as glsl/phong.glsl does. albedo, and what is returned: (N, 3), linear light."""
     facing = normal @ light
     reflected = 2 * facing[:, None] * normal - light
@@ -67,13 +68,3 @@ def _phong(albedo: Array | Pixels, normal: Array, view: Pixels, light: Pixels, u
     lit = lit + (0.14 * highlight + 0.10 * rim)[:, None]
     over = np.maximum(lit - 0.6, 0)
     return np.asarray(lit - over + over / (1 + 2 * over))
-
-
-def _linear(srgb: Array | Pixels) -> Pixels:
-    """Convert sRGB to linear light (IEC 61966-2-1)."""
-    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
-
-
-def _srgb(linear: Pixels) -> Pixels:
-    """Convert linear light to sRGB (IEC 61966-2-1)."""
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)

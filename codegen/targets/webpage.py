@@ -28,7 +28,7 @@ from .camera import basis, fitting_distance
 from .glsl300es import DIALECT
 from .header import header_facts
 from .shader import LEAST_STEPS, LOOP_LIMIT
-from .uniforms import SHADINGS, UNIFORMS, uniform
+from .uniforms import SHADINGS, UNIFORMS, default
 
 PRINTER = ("facts.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js", "field.js")
 """Modules in web/ that read a model and print its field."""
@@ -175,7 +175,7 @@ def _poster(model: Model, program: Program) -> str:
 
     azimuth, elevation = model.front or (orbit.AZIMUTH, orbit.ELEVATION)
     focal = 1 / math.tan(math.radians(orbit.FOV) / 2)
-    light, plain = np.array(uniform("light").default, np.float64), np.array([float(c) for c in PLAIN.split(",")])
+    light, plain = np.array(default("light")), np.array([float(c) for c in PLAIN.split(",")])
     view = basis(azimuth, elevation), fitting_distance(1.0, focal), focal
     pixels = np.round(255 * draw_poster(program, *view, light, plain, POSTER_SIDE)).astype(np.uint8)
     data = io.BytesIO()

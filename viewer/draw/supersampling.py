@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ...model import srgb
+
 Image = NDArray[np.float32]
 """A picture (H, W, 4): red, green, blue, alpha."""
 GOLDEN_RATIO = 0.6180339887498949
@@ -25,19 +27,19 @@ def jitters(samples: int) -> NDArray[np.float32]:
 
 
 def to_linear(sample: Image, transparent: bool) -> Image:
-    """Decode sRGB to linear light (IEC 61966-2-1), as glsl/linear.glsl does; alpha stays.
+    """Decode sRGB to linear light; alpha stays.
 
     transparent: multiply colours by alpha, so that the background does not count in a mean.
     """
     rgb, alpha = np.clip(sample[..., :3], 0, 1), sample[..., 3:]
-    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    linear = srgb.to_linear(rgb)
     return np.concatenate([linear * alpha if transparent else linear, alpha], axis=-1, dtype=np.float32)
 
 
 def from_linear(mean: NDArray[np.floating], transparent: bool) -> Image:
-    """Encode linear light (H, W, 4) as sRGB, as glsl/srgb.glsl does; the inverse of `to_linear`."""
+    """Encode linear light (H, W, 4) as sRGB; the inverse of `to_linear`."""
     linear, alpha = mean[..., :3], mean[..., 3:]
     if transparent:
         linear = np.clip(linear / np.maximum(alpha, 1e-6), 0, 1)
-    rgb = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
+    rgb = srgb.to_srgb(linear)
     return np.concatenate([rgb, alpha], axis=-1, dtype=np.float32)

@@ -5,15 +5,15 @@ from pathlib import Path
 
 from ...codegen.targets.read_shader import read_shader
 from ...codegen.targets.shader import Shader
+from ...model.checks import SHAPES
 from ...model.errors import UserError
 from ...model.files import show
-from ...model.mesh_file import SUFFIXES as MESH_SUFFIXES
 from ...model.model import Model, load
 from ..draw.compile import bake_numbered
 
 SHADER_SUFFIXES = (".glsl", ".frag", ".fs")
 """Endings of baked shaders; a file with any other ending is read as a model."""
-TRAINED_SUFFIXES = (*MESH_SUFFIXES, ".xyz", ".npz")
+TRAINED_SUFFIXES = tuple(SHAPES)
 """Endings of shapes, from which a model is trained before it can be shown."""
 CHECKPOINT_SUFFIXES = (".pth",)
 """Endings of checkpoints, which are imported before they can be shown, all levels of one shape at once."""
