@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..model.gallery import model_help, model_path
-from ..model.verb import Verb
+from ..model.verb import Verb, output_arguments
 from .targets.registry import DEFAULT, TARGETS, Target
 
 if TYPE_CHECKING:
@@ -88,9 +88,7 @@ def _bake_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("model", type=model_path, metavar="M", help=model_help())
     names = ", ".join(f"{name} (default)" if name == DEFAULT else name for name in TARGETS)
     parser.add_argument("--target", default=DEFAULT, help=f"what to write: {names}")
-    parser.add_argument(
-        "-o", "--output", type=Path, metavar="FILE", help="file to write (default: M's name and the target's ending)"
-    )
+    output_arguments(parser, "FILE", "file to write (default: M's name and the target's ending)")
     parser.add_argument(
         "--storage",
         default="auto",
@@ -119,6 +117,7 @@ def _bake(arguments: Namespace) -> None:
     """Run `mplicits bake`: write a model as shader source. Raises UserError."""
     from ..model.errors import UserError
     from ..model.files import check_writable, show, write_whole
+    from ..model.kinds import GENERATED
     from ..model.model import load
     from .reference.rounding import in_float16, rounding_error
     from .targets.header import read_header
@@ -127,7 +126,7 @@ def _bake(arguments: Namespace) -> None:
         raise UserError(f"--target {show(arguments.target)}: there is {', '.join(TARGETS)}")
     model = load(arguments.model)
     output = arguments.output or Path(arguments.model.stem + TARGETS[arguments.target].suffix)
-    check_writable(output, [arguments.model])
+    check_writable(output, [arguments.model], kind=GENERATED, force=arguments.force)
     if arguments.precision == "float16":
         exact, model = model, in_float16(model)
         largest, mean = rounding_error(exact, model)

@@ -4,20 +4,14 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from ..model.gallery import model_help, model_path
-from ..model.verb import Verb
+from ..model.verb import Verb, output_arguments
 from .eval_cli import DEFAULT_RESOLUTION, EVAL
 
 
 def mesh_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of `mesh` to a parser."""
     parser.add_argument("model", type=model_path, metavar="M", help=model_help())
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="OUT",
-        help="mesh file: .ply .obj .stl .glb (default: the model's name, .ply)",
-    )
+    output_arguments(parser, "OUT", "mesh file: .ply .obj .stl .glb (default: the model's name, .ply)")
     parser.add_argument(
         "--resolution",
         type=int,
@@ -47,6 +41,7 @@ def run_mesh(args: Namespace) -> None:
     import time
 
     from ..model.files import check_writable, show, write_whole
+    from ..model.kinds import MESH
     from ..model.model import MODEL_SPACE, load
     from .bar import Bar
     from .extract import check_resolution, extract_model, up_to
@@ -55,7 +50,7 @@ def run_mesh(args: Namespace) -> None:
     output = args.output or Path(args.model.stem + ".ply")
     check_suffix(output)
     check_resolution(args.resolution)
-    check_writable(output, [args.model])
+    check_writable(output, [args.model], kind=MESH, force=args.force)
     model = up_to(load(args.model), args.level)
     bar = Bar(args.quiet)
     began = time.perf_counter()

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from .errors import UserError
+from .kinds import Kind, is_other
 
 
 def show(text: str | os.PathLike[str]) -> str:
@@ -13,10 +14,11 @@ def show(text: str | os.PathLike[str]) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(text))
 
 
-def check_writable(path: Path, reads: Iterable[Path] = ()) -> None:
-    """Check before long work that `write_whole` can write a path.
+def check_writable(path: Path, reads: Iterable[Path] = (), *, kind: Kind | None = None, force: bool = False) -> None:
+    """Check before long work that `write_whole` can write a path, and that nothing is lost by it.
 
-    reads: the files that the work reads; none of them is written over. Raises UserError where it cannot be written.
+    reads: the files that the work reads; none of them is written over. kind: what will be written; a file of another
+    kind is written over only by `force`. Raises UserError where the path cannot, or must not, be written.
     """
     try:
         if path.exists() and any(other.exists() and path.samefile(other) for other in reads):
@@ -28,6 +30,10 @@ def check_writable(path: Path, reads: Iterable[Path] = ()) -> None:
             raise UserError(f"cannot write {show(path)}: the folder {show(target.parent)} does not exist")
         if not os.access(target if target.exists() else target.parent, os.W_OK):
             raise UserError(f"cannot write {show(path)}: permission denied; name a place you may write to")
+        if kind is not None and not force and is_other(target, kind):
+            raise UserError(
+                f"cannot write {show(path)}: it is there and not {kind.name}; name another file with -o, or add --force"
+            )
     except OSError as error:
         raise _refusal(path, error) from None
 

@@ -1,6 +1,7 @@
 """Triangle meshes from files, read by trimesh (extra `mesh`) and checked."""
 
 import os
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,9 @@ SUFFIXES = (".ply", ".obj", ".stl", ".glb")
 """How the names of files that are taken for meshes end, in lower case."""
 LARGEST = 1e30
 """Largest coordinate that a file may have: its powers are still finite numbers."""
+
+LONGEST_HEADER = 65_536
+"""Bytes of a PLY in which its header is looked for."""
 
 
 def load_mesh(path: Path, why: str = "") -> "trimesh.Trimesh":
@@ -47,3 +51,29 @@ def load_mesh(path: Path, why: str = "") -> "trimesh.Trimesh":
     if not np.abs(mesh.vertices[mesh.referenced_vertices]).max() <= LARGEST:
         raise UserError(f"{label}: vertex coordinates that are not finite (NaN, infinity, huge); repair the file")
     return mesh
+
+
+def mesh_files(path: Path) -> list[Path]:
+    """List the files that reading a mesh reads: itself, the materials of an OBJ, and the images that are named there.
+
+    A file that cannot be read names none.
+    """
+    files = [path]
+    if path.suffix.lower() == ".obj":
+        files += (library := _named(path, rb"mtllib"))
+        files += [image for material in library for image in _named(material, rb"map_\w+")]
+    elif path.suffix.lower() == ".ply":
+        files += _named(path, rb"comment[ \t]+TextureFile", LONGEST_HEADER)
+    return files
+
+
+def _named(path: Path, keyword: bytes, length: int = -1) -> list[Path]:
+    """List the files that the lines of a keyword, in the first bytes of a file, name: the last word after options."""
+    try:
+        with path.open("rb") as file:
+            content = file.read(length) if path.is_file() else b""
+    except OSError:
+        return []
+    values = re.findall(rb"^[ \t]*" + keyword + rb"[ \t]+(\S[^\r\n]*)", content, re.MULTILINE)
+    names = [value.split()[-1] if value.startswith(b"-") else value.rstrip() for value in values]
+    return [path.parent / os.fsdecode(name) for name in names if b"\0" not in name]

@@ -4,6 +4,7 @@ import re
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 
 @dataclass(frozen=True)
@@ -27,3 +28,9 @@ class Verb:
 def take_negative_numbers(parser: ArgumentParser) -> None:
     """Let an option take a value such as -30,20, which is no option itself: Python 3.14's rule, for older versions."""
     parser._negative_number_matcher = re.compile(r"-\.?\d")
+
+
+def output_arguments(parser: ArgumentParser, metavar: str, text: str) -> None:
+    """Add the options of a verb's output file: -o and --force, which `check_writable` takes. text: the help of -o."""
+    parser.add_argument("-o", "--output", type=Path, metavar=metavar, help=text)
+    parser.add_argument("--force", action="store_true", help="write over a file of another kind, too")

@@ -88,6 +88,48 @@ def test_what_is_read_is_not_written_over(
     assert Path(model).read_bytes() == before
 
 
+@pytest.mark.parametrize(
+    ("argv", "output"),
+    [
+        (("train", "{model}"), "notes.txt"),
+        (("import", "{model}"), "other.safetensors"),
+        (("bake", "{model}"), "{model}.glsl"),
+        (("mesh", "{model}"), "picture.ply"),
+        (("render", "{model}"), "picture.png"),
+    ],
+)
+def test_a_file_of_another_kind_is_written_over_only_by_force(
+    argv: tuple[str, ...], output: str, model: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With --force all but `bake` still end with an error of their own, since what they read is made up."""
+    path = tmp_path / output.format(model=Path(model).name)
+    path.write_text("something else\n")
+    command = [*(part.format(model=model) for part in argv), "-o", str(path)]
+    if argv[0] in {"train", "import"}:
+        command[1] = str(tmp_path / "missing.obj")
+    assert cli.main(command) == 2
+    assert "it is there and not a" in (line := capsys.readouterr().err)
+    assert len(line.splitlines()) == 1
+    assert path.read_text() == "something else\n"
+    if argv[0] in {"train", "import"}:
+        assert cli.main([*command, "--force"]) == 2
+        assert "no such file" in capsys.readouterr().err
+    elif argv[0] == "bake":
+        assert cli.main([*command, "--force"]) == cli.main(command) == 0, "an earlier output may be written over"
+
+
+def test_images_that_a_mesh_names_are_not_written_over(
+    model: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "m.obj").write_text("mtllib a b.mtl\nv 0 0 0\n")
+    (tmp_path / "a b.mtl").write_text("newmtl m\nmap_Kd -s 1 1 1 tex.png\n")
+    picture = tmp_path / "tex.png"
+    picture.write_bytes(b"\x89PNG\r\n\x1a\n")
+    for argv in (["render", model, "--mesh"], ["train"]):
+        assert cli.main([*argv, str(tmp_path / "m.obj"), "-o", str(picture), "--force"]) == 2
+        assert "it is what is read" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("name", cli.verbs())
 def test_the_help_of_a_verb_ends_with_an_example_that_it_takes(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     verb = cli.verbs()[name]

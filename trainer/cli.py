@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 from ..model.errors import UserError
 from ..model.files import check_writable, show
+from ..model.kinds import MODEL
 from ..model.orientation import UPRIGHT
-from ..model.verb import Verb, take_negative_numbers
+from ..model.verb import Verb, output_arguments, take_negative_numbers
 from .settings import DEFAULT_PRESET, PRESETS, Settings, front, loss_weights, networks, omegas, steps
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def arguments(parser: ArgumentParser) -> None:
         metavar="SHAPE",
         help="a mesh (PLY OBJ STL GLB), an oriented point cloud (PLY XYZ NPZ), or the word `demo`",
     )
-    add("-o", "--output", metavar="M.safetensors", help="the model file (default: the shape's name, in this folder)")
+    output_arguments(parser, "M.safetensors", "the model file (default: the shape's name, in this folder)")
     add("--levels", metavar="NxD,..", help="width and hidden layers of each level, coarse to fine: 64x1,64x2,128x2")
     presets = "; ".join(f"{name} = {preset.levels}{' --packed' * preset.packed}" for name, preset in PRESETS.items())
     add(
@@ -182,10 +183,13 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") ->
         front=front(options.front),
         credit=options.credit or "",
     )
-    output = Path(options.output or Path(options.shape).stem + SUFFIX)
-    image = None if options.texture in ("auto", "none") else Path(options.texture)
-    check_writable(output, [Path(options.shape), *([] if image is None else [image])])
     before_torch()
+    from ..model.mesh_file import mesh_files
+
+    output = options.output or Path(Path(options.shape).stem + SUFFIX)
+    image = None if options.texture in ("auto", "none") else Path(options.texture)
+    reads = [*mesh_files(Path(options.shape)), *([] if image is None else [image])]
+    check_writable(output, reads, kind=MODEL, force=options.force)
     from . import session
 
     model = session.run(
@@ -209,13 +213,7 @@ def import_arguments(parser: ArgumentParser) -> None:
     add(
         "checkpoints", metavar="FILE.pth", nargs="+", type=Path, help="networks of the authors' release, coarse to fine"
     )
-    add(
-        "-o",
-        "--output",
-        metavar="M.safetensors",
-        type=Path,
-        help="the model file (default: the last checkpoint's name, in this folder)",
-    )
+    output_arguments(parser, "M.safetensors", "the model file (default: the last checkpoint's name, in this folder)")
     add("--omega", metavar="W,..", help="omega_0 of each file, for files that lack it (*_with_w0.pth)")
     add(
         "--shape",
@@ -236,9 +234,12 @@ def run_import(options: Namespace) -> None:
             raise UserError(f"--omega {options.omega}: numbers joined by commas are needed") from None
         if len(file_omegas) != len(options.checkpoints):
             raise UserError(f"--omega: {len(file_omegas)} of {len(options.checkpoints)} numbers, one for each file")
-    output, view = options.output or Path(options.checkpoints[-1].stem + SUFFIX), front(options.front)
-    check_writable(output, [*options.checkpoints, *([] if options.shape is None else [Path(options.shape)])])
     before_torch()
+    from ..model.mesh_file import mesh_files
+
+    output, view = options.output or Path(options.checkpoints[-1].stem + SUFFIX), front(options.front)
+    reads = [*options.checkpoints, *([] if options.shape is None else mesh_files(Path(options.shape)))]
+    check_writable(output, reads, kind=MODEL, force=options.force)
     from ..model.model import save, shape_of
     from .checkpoint import to_model
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from ..model.errors import UserError
 from ..model.gallery import model_help
-from ..model.verb import Verb
+from ..model.verb import Verb, output_arguments
 from .arguments import camera_from, check_space, count, model_arguments, options_from
 
 if TYPE_CHECKING:
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from .draw.options import RenderOptions
     from .draw.renderer import Renderer
     from .draw.triangles import Triangles
+    from .state.source import Source
 
 CONTEXTS = ("auto", "osmesa", "egl", "window")
 """Choices of --context: the kinds that `open_context` knows."""
@@ -32,7 +33,7 @@ def render_arguments(parser: ArgumentParser) -> None:
     model_arguments(
         parser, model_help(), "draw this mesh (PLY OBJ STL GLB) instead, with the normals of --normal-level"
     )
-    parser.add_argument("-o", "--output", type=Path, metavar="P.png", help="picture (default: the model's name, .png)")
+    output_arguments(parser, "P.png", "picture (default: the model's name, .png)")
     parser.add_argument(
         "--context",
         choices=CONTEXTS,
@@ -72,17 +73,15 @@ def run_render(args: Namespace) -> None:
     import sys
     import time
 
-    from ..model.files import check_writable, show
+    from ..model.files import show
     from ..model.model import load
     from .draw.context import open_context
-    from .draw.screenshot import check_name, save_png
+    from .draw.screenshot import save_png
     from .draw.tiles import check_size
     from .draw.triangles import read_triangles_for
 
-    output = args.output or Path(args.model.stem + ".png")
     check_size(args.size)
-    check_name(output)
-    check_writable(output, [args.model, *([] if args.mesh is None else [args.mesh])])
+    output = _output(args)
     if args.benchmark == 0:
         raise UserError("--benchmark 0: at least one frame is needed")
     _check_mesh_options(args)
@@ -146,23 +145,61 @@ def run_render(args: Namespace) -> None:
 
 
 def run_view(args: Namespace) -> None:
-    """Run `mplicits view`: open the desktop window."""
+    """Run `mplicits view`: show the desktop window until the user closes it.
+
+    The window opens before most is imported, but not for a file that cannot be a model.
+    """
+    from ..model.files import show
     from .draw.tiles import check_size
-    from .state.source import open_source
-    from .window.show_window import show_window
 
     check_size(args.size)
     check_space(args)
-    source = open_source(args.model, args.storage)
-    show_window(
-        source,
-        camera_from(args, source.front),
-        options_from(args),
-        args.size,
-        args.storage,
-        args.watch,
-        None if args.mesh is None else (args.mesh, args.space or "input"),
-    )
+    source = None if _may_be_model(args.model) else _open_source(args)
+    from .window.greeting import greeted
+
+    background = None if args.background is None else args.background[1]
+    with greeted(show(args.model.stem), args.size, background) as (context, gui):
+        from .state.overlay import MeshSource
+        from .window.window import Window
+
+        source = source or _open_source(args)
+        mesh = None if args.mesh is None else MeshSource(args.mesh, args.space or "input")
+        camera, options = camera_from(args, source.front), options_from(args)
+        window = Window(context, gui, source, camera, options, storage=args.storage, watch=args.watch, mesh=mesh)
+        try:
+            window.loop()
+        finally:
+            window.close()
+
+
+def _may_be_model(path: Path) -> bool:
+    """Whether a path is a file that begins as models do, which is seen at once; a shader does not."""
+    import os
+
+    from ..model.kinds import MODEL, is_other
+
+    return path.is_file() and os.access(path, os.R_OK) and not is_other(path, MODEL)
+
+
+def _open_source(args: Namespace) -> "Source":
+    """Read the model or shader that the window is to show. Raises UserError."""
+    from .state.source import open_source
+
+    return open_source(args.model, args.storage)
+
+
+def _output(args: Namespace) -> Path:
+    """Return the picture's path. Raises UserError where it cannot, or must not, be written."""
+    from ..model.files import check_writable
+    from ..model.kinds import PICTURE
+    from ..model.mesh_file import mesh_files
+    from .draw.screenshot import check_name
+
+    output: Path = args.output or Path(args.model.stem + ".png")
+    check_name(output)
+    reads = [args.model, *([] if args.mesh is None else mesh_files(args.mesh))]
+    check_writable(output, reads, kind=PICTURE, force=args.force)
+    return output
 
 
 def _compiled_renderer(context: "Context", model: "Model", mesh: "Triangles | None", storage: str) -> "Renderer":

@@ -1,0 +1,50 @@
+"""The kinds of files that the verbs write, told by what is in a file: its name may say anything."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+LOOKED_AT = 1 << 25
+"""Bytes of a file that are looked at."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of file."""
+
+    name: str
+    """With its article, for messages."""
+    holds: Callable[[bytes], bool]
+    """Whether the first `LOOKED_AT` bytes of a file, which are some, are those of such a file."""
+
+
+def is_other(path: Path, kind: Kind) -> bool:
+    """Whether a path is a file with something in it that is not of a kind. Raises OSError where it cannot be read."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        content = file.read(LOOKED_AT)
+    return bool(content) and not kind.holds(content)
+
+
+def _is_model(content: bytes) -> bool:
+    header = content[8 : 8 + int.from_bytes(content[:8], "little")]
+    return header.startswith(b"{") and re.search(rb'"format"\s*:\s*"mplicits"', header) is not None
+
+
+def _is_mesh(content: bytes) -> bool:
+    """Tell PLY, GLB and STL by how they begin, or by the triangles that they count; OBJ by the lines of vertices."""
+    triangles = int.from_bytes(content[80:84], "little")
+    return (
+        content.startswith((b"ply\n", b"ply\r", b"glTF", b"solid "))
+        or (len(content) >= 84 and len(content) == min(84 + 50 * triangles, LOOKED_AT))
+        or re.search(rb"^v[ \t]+[-+.\d]", content, re.MULTILINE) is not None
+    )
+
+
+MODEL = Kind("a model", _is_model)
+MESH = Kind("a mesh", _is_mesh)
+PICTURE = Kind("a PNG picture", lambda content: content.startswith(b"\x89PNG\r\n\x1a\n"))
+GENERATED = Kind("a text that mplicits wrote", lambda content: b'{"mplicits": "' in content)
+"""What every target of `bake` writes: its header line, or the page's, begins so (codegen/targets/header.py)."""

@@ -1,0 +1,64 @@
+"""Files of a kind are told from others by what is in them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+from safetensors.numpy import save_file
+
+from mplicits.codegen.targets import cuda, glsl300es, glsl330, shadertoy, webpage
+from mplicits.mesher.surface import Mesh
+from mplicits.mesher.write import OPTIONS, to_bytes
+from mplicits.model.kinds import GENERATED, MESH, MODEL, PICTURE, is_other
+from mplicits.model.model import load, save
+from support.paths import DEMO, ROOT
+from support.random_model import random_model
+
+KINDS = (MODEL, MESH, PICTURE, GENERATED)
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> dict[Path, object]:
+    """Files of each kind, and of none."""
+    folder = tmp_path_factory.mktemp("kinds")
+    kinds: dict[Path, object] = {}
+    save(load(DEMO), folder / "model")
+    kinds[folder / "model"] = kinds[DEMO] = MODEL
+    Image.new("RGB", (3, 3)).save(folder / "picture", "png")
+    kinds[folder / "picture"] = PICTURE
+    ball = trimesh.creation.icosphere(1)
+    mesh = Mesh(np.asarray(ball.vertices, np.float32), np.asarray(ball.faces))
+    for suffix in OPTIONS:
+        path = folder / f"mesh{suffix}"
+        path.write_bytes(to_bytes(mesh, suffix, (0.0, 0.0, 0.0), 1.0))
+        kinds[path] = MESH
+    (folder / "ascii.stl").write_text(trimesh.exchange.stl.export_stl_ascii(ball))
+    kinds[folder / "ascii.stl"] = MESH
+    small = random_model((4, 0))
+    for target in (glsl330, glsl300es, shadertoy, cuda, webpage):
+        path = folder / target.__name__
+        more = {"poster": False} if target is webpage else {}
+        path.write_text(target.standalone(small, **more))
+        kinds[path] = GENERATED
+    save_file({"x": np.zeros(3, np.float32)}, folder / "other.safetensors", {"format": "pt"})
+    (folder / "bytes").write_bytes(bytes(200))
+    for path in (folder / "other.safetensors", folder / "bytes", ROOT / "README.md", ROOT / "glsl" / "main.glsl"):
+        kinds[path] = None
+    return kinds
+
+
+def test_each_file_is_of_its_kind_alone(files: dict[Path, object]) -> None:
+    for path, own in files.items():
+        assert path.stat().st_size
+        for kind in KINDS:
+            assert is_other(path, kind) == (kind is not own), (path.name, kind.name)
+
+
+def test_a_file_that_is_empty_or_missing_is_of_no_other_kind(tmp_path: Path) -> None:
+    (tmp_path / "empty").touch()
+    for kind in KINDS:
+        assert not is_other(tmp_path / "empty", kind)
+        assert not is_other(tmp_path / "missing", kind)
+        assert not is_other(Path("/dev/null"), kind)
