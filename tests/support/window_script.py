@@ -8,15 +8,19 @@ from typing import Any
 
 START = """
 import json, subprocess, sys, threading, time
+from contextlib import ExitStack
 from pathlib import Path
 import glfw
 import numpy as np
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.state.source import open_source
+from mplicits.viewer.window.greeting import greeted
 from mplicits.viewer.window.window import Window
 
-window = Window(open_source(Path("m.safetensors")), Camera(), RenderOptions(samples=2), SIZE, watch=WATCH)
+stack = ExitStack()
+context, gui = stack.enter_context(greeted("m", SIZE, None))
+window = Window(context, gui, open_source(Path("m.safetensors")), Camera(), RenderOptions(samples=2), watch=WATCH)
 desk, view, handle = window.desk, window.desk.shown.view, window.handle
 report = {"greeting": desk.message}
 desk.message = ""  # it would lie over the pictures that are compared
@@ -59,6 +63,7 @@ def user(*actions):
 """
 END = """
 window.close()
+stack.close()
 print(json.dumps(report))
 """
 

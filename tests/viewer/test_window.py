@@ -1,38 +1,93 @@
 """The window under Xvfb, with real events: what they do, what is on the screen, and when the window sleeps."""
 
+import json
+import re
 import shutil
+import subprocess
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
-from mplicits.model.errors import UserError
+from mplicits.cli import main
 from mplicits.model.model import save
-from mplicits.viewer.draw.camera import Camera
-from mplicits.viewer.draw.options import RenderOptions
-from mplicits.viewer.state.source import open_source
-from mplicits.viewer.window.show_window import show_window
 from support.fitted_model import fitted_model
 from support.random_model import random_model
 from support.window_script import run
 
 
-def test_without_a_display_the_error_names_render_and_the_web_page(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+@pytest.fixture
+def without_display(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No window can be opened."""
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    save(random_model((4, 0)), tmp_path / "m.safetensors")
-    with pytest.raises(UserError, match=r"mplicits render.*page") as raised:
-        show_window(open_source(tmp_path / "m.safetensors"), Camera(), RenderOptions(), (32, 32), "auto")
-    assert "\n" not in str(raised.value)
 
 
-def test_options_that_the_model_does_not_fit_are_refused_before_a_window_opens(tmp_path: Path) -> None:
+@pytest.mark.usefixtures("without_display")
+def test_without_a_display_the_error_names_render_and_the_web_page(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     save(random_model((4, 0)), tmp_path / "m.safetensors")
-    for options, reason in ((RenderOptions(shading="texture"), "no texture"), (RenderOptions(level=2), "level 2")):
-        with pytest.raises(UserError, match=reason):
-            show_window(open_source(tmp_path / "m.safetensors"), Camera(), options, (32, 32), "auto")
+    assert main(["view", str(tmp_path / "m.safetensors")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.search(r"mplicits render.*page", line)
+
+
+@pytest.mark.usefixtures("without_display")
+@pytest.mark.parametrize(
+    "name", ["none.safetensors", "broken.safetensors", "shape.obj", "none.glsl", "broken.glsl", "."]
+)
+def test_what_is_no_model_is_refused_before_a_window_opens(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for file in ("broken.safetensors", "shape.obj", "broken.glsl"):
+        (tmp_path / file).write_bytes(b"\7" * 40)
+    assert main(["view", str(tmp_path / name)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert str(tmp_path / name) in line
+    assert "display" not in line
+
+
+GREETING = """
+import json, os, sys, time
+from contextlib import contextmanager
+from PIL import ImageGrab
+from mplicits.cli import main
+from mplicits.viewer.window import greeting
+greeted = greeting.greeted
+
+@contextmanager
+def watched(*arguments):
+    with greeted(*arguments) as window:
+        imported = [name for name in ("numpy", "mplicits.viewer.draw.renderer") if name in sys.modules]
+        end = time.perf_counter() + 5
+        seen = []
+        while len(seen) < 10 and time.perf_counter() < end:  # the display server takes its time
+            screen = ImageGrab.grab(xdisplay=os.environ["DISPLAY"]).convert("RGB").crop((0, 0, 320, 200))
+            seen = screen.getcolors(64000)
+        print(json.dumps([imported, screen.getpixel((5, 5)), len(seen), window[1] is not None]))
+        yield window
+
+greeting.greeted = watched
+sys.exit(main(["view", "m.safetensors", "--size", "320x200", "--background", "0000ff,ff8000", *sys.argv[1:]]))
+"""
+
+
+@pytest.mark.parametrize(("options", "reason"), [(["--shade", "texture"], "no texture"), (["--level", "2"], "level 2")])
+def test_a_window_greets_before_the_model_is_read_and_closes_where_it_does_not_fit_the_options(
+    options: list[str], reason: str, tmp_path: Path, xvfb: dict[str, str]
+) -> None:
+    save(random_model((4, 0)), tmp_path / "m.safetensors")
+    command = [sys.executable, "-c", GREETING, *options]
+    done = subprocess.run(command, cwd=tmp_path, env=xvfb, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 2, done.stderr
+    imported, corner, colours, notice = json.loads(done.stdout)
+    assert imported == [], "they take longer than to open a window"
+    assert corner == [255, 128, 0]
+    assert (colours > 10) == notice, "a notice lies on the background"
+    (line,) = done.stderr.splitlines()
+    assert reason in line
 
 
 EVENTS = """

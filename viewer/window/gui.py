@@ -2,14 +2,16 @@
 
 import time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import glfw
 
 from ..draw.context import Context
-from ..state.desk import Desk
-from .help import show_line
-from .panel import WIDTH, Panel
+from .parts import WIDTH, Place, show_line
+
+if TYPE_CHECKING:  # They import all that draws a model, and a window says what it waits for before that.
+    from ..state.desk import Desk
+    from .panel import Panel
 
 SETTLING_FRAMES = 3
 """Frames that ImGui takes until it shows what an event did."""
@@ -40,7 +42,7 @@ class Gui:
         import imgui_bundle
         from imgui_bundle import imgui
 
-        self._context, self._imgui, self._panel = context, imgui, Panel()
+        self._context, self._imgui = context, imgui
         self._window: Any = context.handle
         self._keys = _keys(imgui)
         self._frames_left = SETTLING_FRAMES
@@ -48,6 +50,8 @@ class Gui:
         """Whether the mouse button that is held went down on the panel."""
         self._popup = False
         """Whether a list of choices is open, to which every click belongs."""
+        self._covered: list[Place] = []
+        """What the panel and its like cover."""
         self._pointer = (-1.0, -1.0)
         self._last = time.perf_counter()
         self._gui = imgui.create_context()
@@ -84,22 +88,23 @@ class Gui:
         """Return whether the window is wide enough for a panel beside the picture."""
         return bool(glfw.get_window_size(self._window)[0] >= 2 * WIDTH * self._ui_scale())
 
-    def build(self, desk: Desk, area: tuple[int, int]) -> None:
+    def build(self, panel: "Panel", desk: "Desk", area: tuple[int, int]) -> None:
         """Make the next frame, and let the desk do what the user has asked for; the context must be current.
 
         area: (width, height) of the picture on the screen, in framebuffer pixels.
         """
         imgui, scale = self._imgui, self._begin()
-        self._panel.draw(imgui, desk, area, scale)
+        self._covered = panel.draw(imgui, desk, area, scale)
         self._popup = imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
         imgui.render()
         self._frames_left = max(0, self._frames_left - 1)
 
     def build_notice(self, line: str) -> None:
         """Make a frame that shows a line of text in the middle of the window; the context must be current."""
-        self._begin()
-        show_line(self._imgui, line)
-        self._imgui.render()
+        for _ in range(2):  # In the first, ImGui measures the line and hides it.
+            self._begin()
+            show_line(self._imgui, line)
+            self._imgui.render()
 
     def _begin(self) -> float:
         """Begin a frame of the window's present size. Returns the panel's scale."""
@@ -174,7 +179,9 @@ class Gui:
 
     def _over(self) -> bool:
         """Return whether the pointer is on something that the panel drew last."""
-        return self._popup or self._panel.covers(*self._pointer)
+        x, y = self._pointer
+        covered = (left <= x < right and top <= y < bottom for left, top, right, bottom in self._covered)
+        return self._popup or any(covered)
 
     def _ratio(self) -> float:
         """Return how many framebuffer pixels make one window coordinate."""

@@ -11,10 +11,9 @@ from ..state.exports import record_turntable, save_picture, save_target
 from ..state.jobs import LevelTiming, Turntable, time_levels
 from ..state.overlay import MESH_MODES
 from ..state.view import View
-from .help import FAINT, bare, place, show_keys, tip
+from .help import show_keys
+from .parts import FAINT, WIDTH, Place, bare, place, tip
 
-WIDTH = 300
-"""Of the panel, in window coordinates before the display's scale."""
 PANEL_SHADINGS = tuple(name for name in SHADINGS if name != "data")
 """Choices of the shading, in the order of the table."""
 SAMPLES = (1, 4, 16, 64)
@@ -36,17 +35,13 @@ class Panel:
     """Draws the panel and what lies over the picture with `imgui`, and does what the user asks for there."""
 
     def __init__(self) -> None:
-        self._covered: list[tuple[float, float, float, float]] = []
-        """(left, top, right, bottom) of each ImGui window that was drawn last, window coordinates."""
+        self._covered: list[Place] = []
+        """Of each ImGui window of the frame that is being made."""
         self._picture_size = 0
         """Index into PICTURE_SIZES."""
 
-    def covers(self, x: float, y: float) -> bool:
-        """Return whether a point, in window coordinates, is on what was drawn last."""
-        return any(left <= x < right and top <= y < bottom for left, top, right, bottom in self._covered)
-
-    def draw(self, imgui: Any, desk: Desk, area: tuple[int, int], scale: float) -> None:
-        """Draw the panel, if it is open, and what lies over the picture.
+    def draw(self, imgui: Any, desk: Desk, area: tuple[int, int], scale: float) -> list[Place]:
+        """Draw the panel, if it is open, and what lies over the picture; return the places that these cover.
 
         area: (width, height) of the picture, in framebuffer pixels. scale: of the display.
         """
@@ -71,6 +66,7 @@ class Panel:
         self._news(imgui, desk, left, size)
         if view.help:
             self._covered.append(show_keys(imgui, left, size))
+        return self._covered
 
     def _look(self, imgui: Any, desk: Desk) -> None:
         clamp = imgui.SliderFlags_.always_clamp  # A number may be typed.

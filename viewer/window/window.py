@@ -4,9 +4,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-from ...model.errors import UserError
 from ..draw.camera import Camera
-from ..draw.context import open_window
+from ..draw.context import Context
 from ..draw.options import RenderOptions
 from ..state.desk import Desk
 from ..state.exports import save_picture
@@ -14,9 +13,13 @@ from ..state.overlay import MeshSource
 from ..state.source import Source
 from ..state.view import TURNS, View, keys
 from .drop import drop
-from .greeting import GREETING, greet
-from .gui import Gui, open_gui
+from .gui import Gui
+from .panel import Panel
 
+GREETING = "h: all keys.  Drop a model, a mesh or a point cloud here to look at it."
+"""What a window with a panel says when its first picture comes."""
+NO_PANEL = "a panel with every setting: pip install 'mplicits[view]'"
+"""What is printed, after the keys, where there is none."""
 LONGEST_WAIT = 1.0
 """Seconds between two looks at Ctrl-C, which GLFW's wait does not notice."""
 DEFAULT_RATE = 60
@@ -24,45 +27,38 @@ DEFAULT_RATE = 60
 
 
 class Window:
-    """A visible GLFW window with a desk, and with a panel if imgui-bundle is installed."""
+    """A visible GLFW window with a desk, and with a panel if it has a GUI."""
 
     def __init__(
         self,
+        context: Context,
+        gui: Gui | None,
         source: Source,
         camera: Camera,
         options: RenderOptions,
-        size: tuple[int, int],
         *,
         storage: str = "auto",
         watch: bool = False,
         mesh: MeshSource | None = None,
     ) -> None:
-        """Open the window; the arguments are those of show_window.
+        """Compile the shader, and listen to the events of a window.
 
-        Raises UserError if there is no display, if a file cannot be read, or if its shader cannot be drawn here.
+        context, gui: of the window (`greeted`); they stay the caller's. source: what is shown. camera, options: how, at
+        first. storage: how shaders hold the weights. watch: load the file again when it changes. mesh: laid over the
+        model. Raises UserError if the model does not fit the options, or if its shader cannot be drawn here.
         """
         import glfw
 
         view = View(camera, options, source.shader.levels, source.textured)
         options.resolved_levels(view.levels)
         options.check_texture(source.textured)
-        self.context = open_window(size, f"{source.name}   compiling", visible=True)
-        self.handle = self.context.handle
-        self.gui: Gui | None = open_gui(self.context)
-        greet(self.context, self.gui, source.name, options)
+        self.context, self.handle, self.gui = context, context.handle, gui
+        self._panel = Panel()
         self._pointer = (0.0, 0.0)
         self._title = ""
         self._printed = ""
         """The message that was printed last, where there is no panel."""
-        try:
-            self.desk = Desk(
-                self.context, source, view, storage=storage, watch=watch, mesh=mesh, wake=glfw.post_empty_event
-            )
-        except UserError:
-            if self.gui is not None:
-                self.gui.release()
-            self.context.release()
-            raise
+        self.desk = Desk(context, source, view, storage=storage, watch=watch, mesh=mesh, wake=glfw.post_empty_event)
         view.panel = self.gui is not None and self.gui.roomy()
         self._frame_seconds = 1 / _refresh_rate()
         with self.context:
@@ -71,6 +67,8 @@ class Window:
         self._fit()
         if self.gui is not None:
             self.desk.say(GREETING)
+        else:
+            print(f"{keys()}\n{NO_PANEL}", flush=True)
 
     @property
     def area(self) -> tuple[int, int, int, int]:
@@ -113,7 +111,7 @@ class Window:
         self.desk.stale = False
         with self.context as gl:
             if self.gui is not None:
-                self.gui.build(self.desk, self.area[2:])
+                self.gui.build(self._panel, self.desk, self.area[2:])
             x, y, width, height = self.area
             gl.screen.use()
             self.desk.drawing.picture.show((x, y), (width, height), self.desk.shown.view.split is not None)
@@ -123,11 +121,8 @@ class Window:
                 glfw.swap_buffers(self.handle)
 
     def close(self) -> None:
-        """End the work and free the window."""
+        """End the work."""
         self.desk.close()
-        if self.gui is not None:
-            self.gui.release()
-        self.context.release()
 
     def key(self, name: str) -> None:
         """Do what a key does, given its name: ESCAPE, S or one of View.key."""
