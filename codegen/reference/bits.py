@@ -1,9 +1,11 @@
 """The fewest bits that the weights of a model need as text, found by rounding them and measuring what it costs."""
 
 from dataclasses import dataclass, replace
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
+from tqdm import tqdm
 
 from ...model.model import Array, Level, Model, Network
 from ...model.quantise import MAX_FINE, MAX_HIDDEN, is_quantised
@@ -58,8 +60,16 @@ def fewest_bits(model: Model) -> Model | None:
     """Return the model with weights rounded to the fewest bits that keep its surface and its colours.
 
     The levels are rounded one after the other, each so that it makes up for the error of those before. Returns None
-    where no number of bits that is tried is enough, or where no surface is found.
+    where no number of bits that is tried is enough, or where no surface is found. On a terminal, a progress bar shows
+    which network is being rounded.
     """
+    attempts = ATTEMPTS * len(model.networks())
+    with tqdm(total=attempts, bar_format="{desc}|{bar}| {percentage:3.0f}%", leave=False, disable=None) as bar:
+        return _all_rounded(model, bar)
+
+
+def _all_rounded(model: Model, bar: "tqdm[NoReturn]") -> Model | None:
+    """Do the work of `fewest_bits`. bar: counts attempts."""
     program = lower(model)
     surface = _surface(program, POINTS, 1)
     if len(surface) < 500:
@@ -78,14 +88,16 @@ def fewest_bits(model: Model) -> Model | None:
         exact = [other.network for other in model.levels[: i + 1]]
         samples = _level_samples(exact, earlier, training[:count], _reach(model, i), i == 0 and last > 0)
         checks = _level_samples(exact, earlier, held_out[:count], 0.0, False)
-        network = _fewest(level.network, samples, checks, limits, _start(level.network, int(i == last)))
+        _announce(bar, i, f"level {i + 1}")
+        network = _fewest(level.network, samples, checks, limits, _start(level.network, int(i == last)), bar)
         if network is None:
             return None
         levels.append(replace(level, network=network))
     texture = model.texture
     if texture is not None:
         samples, checks = (Samples(points, output(texture, points)) for points in (training, held_out))
-        texture = _fewest(texture, samples, checks, (COLOUR, 0.0), _start(texture, 2))
+        _announce(bar, len(levels), "texture")
+        texture = _fewest(texture, samples, checks, (COLOUR, 0.0), _start(texture, 2), bar)
         if texture is None:
             return None
     return replace(model, levels=tuple(levels), texture=texture)
@@ -109,19 +121,32 @@ def cost(model: Model, coarse: Model) -> Cost:
     return Cost(_rms(error), float(error.max()), float(np.degrees(_rms(np.arccos(cosine)))), colour)
 
 
+def _announce(bar: "tqdm[NoReturn]", done: int, name: str) -> None:
+    """Show that so many networks are done, which may have taken fewer attempts than they had, and which one is next."""
+    bar.update(ATTEMPTS * done - bar.n)
+    bar.set_description(f"rounding weights, {name}")
+
+
 def _fewest(
-    network: Network, samples: Samples, checks: Samples, limits: tuple[float, float], start: int
+    network: Network,
+    samples: Samples,
+    checks: Samples,
+    limits: tuple[float, float],
+    start: int,
+    bar: "tqdm[NoReturn]",
 ) -> Network | None:
     """Return a network rounded so that its errors stay within limits; None where none of HIDDEN does.
 
     limits: of the values, and of the differences between neighbours by their distance. start: the largest multiple that
-    is tried first. The error goes roughly with the step, so that each attempt says which one is worth the next.
+    is tried first. bar: moves by one at each attempt. The error goes roughly with the step, so that each attempt says
+    which one is worth the next.
     """
     trained = is_quantised(network)
     first, last = (MAX_FINE, MAX_FINE) if trained else (FIRST, LAST)
     best, failed, tried = None, -1, HIDDEN.index(start)
     for _ in range(ATTEMPTS):
         attempt = rounded(network, samples, Sizes(first, HIDDEN[tried], last))
+        bar.update()
         excess = _excess(attempt, checks, limits)
         wanted = HIDDEN[tried] * excess
         if excess <= 1:

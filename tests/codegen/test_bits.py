@@ -1,5 +1,8 @@
 """Weights are rounded so that they make up for one another, and to the fewest bits that keep the surface."""
 
+import io
+import re
+
 import numpy as np
 import pytest
 
@@ -102,6 +105,19 @@ def test_a_model_without_a_surface_keeps_its_decimals(monkeypatch: pytest.Monkey
     assert shadertoy.standalone(random_model((8, 1))) == shadertoy.standalone(random_model((8, 1)), "literal")
     packed = quantise.quantised_model(random_model((8, 1)))
     assert shadertoy.standalone(packed) == shadertoy.standalone(packed, "packed")
+
+
+def test_a_terminal_shows_which_network_is_rounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown = {}
+    for terminal in (True, False):
+        stream = io.StringIO()
+        monkeypatch.setattr(stream, "isatty", lambda terminal=terminal: terminal)
+        monkeypatch.setattr("sys.stderr", stream)
+        assert bits.fewest_bits(random_model((8, 1))) is not None
+        shown[terminal] = stream.getvalue()
+    assert re.search(r"\rrounding weights, level 1: \|.*\| +[1-9][0-9]*%", shown[True])
+    assert shown[True].endswith("\r"), "the bar is wiped"
+    assert shown[False] == ""
 
 
 def test_info_does_not_search(monkeypatch: pytest.MonkeyPatch) -> None:
