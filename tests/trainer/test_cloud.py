@@ -140,6 +140,7 @@ cases = {
     "large": 1e90 * ball,
     "small": 1e-90 * ball,
     "on a grid": np.stack(np.meshgrid(*[np.arange(12.0)] * 3), axis=-1).reshape(-1, 3),
+    "columns": np.concatenate([ball[:300] * (1 + 0.03 * random.normal(size=(300, 1))) for _ in range(40)]),
 }
 for name, points in cases.items():
     np.savez("cloud.npz", points=points, normals=unit(points + (0, 0, 1e-3 * abs(points).max())))
@@ -197,6 +198,13 @@ def test_a_few_places_that_occur_often_are_refused(tmp_path: Path) -> None:
     points = np.tile(on_ball(50), (10, 1))
     np.savez(tmp_path / "cloud.npz", points=points, normals=points)
     assert "50 points at different places" in refusal(tmp_path / "cloud.npz")
+
+
+def test_a_noise_that_no_point_fits_is_refused(tmp_path: Path) -> None:
+    noisy = on_ball(2000) * np.random.default_rng(0).normal(1, 0.02, (2000, 1))
+    np.savez(tmp_path / "cloud.npz", points=noisy, normals=noisy)
+    with pytest.raises(UserError, match=r"^cloud\.npz: 0 points are left without a noise of 1e-06"):
+        load_shape(str(tmp_path / "cloud.npz"), noise=1e-6)
 
 
 def ball_and_the_same_twice() -> tuple[CloudShape, CloudShape]:

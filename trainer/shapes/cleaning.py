@@ -6,9 +6,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...model.errors import UserError
 from . import noise
+from .duplicates import merge
 from .outliers import outliers
 from .shape import Doubles, SurfacePoints, normalise, unit
+
+FEWEST_LEFT = 50
+"""Fewest points that training sees after noise is removed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +42,7 @@ def clean(
     points, normals: (N, 3), input space; normals of any length. colours: (N, 3) or None. held_out: share of the points
     to keep. deviation: standard deviation of the points, as a share of the shape's radius: of the largest distance from
     the centre of the bounding box. None: measured; 0: the points are exact, and all are used as they are.
+    Raises UserError, without the file's name, where removing the noise leaves too few points.
     """
     directions = unit(normals)
     found = np.zeros(len(points), np.bool_) if deviation == 0 else outliers(points, directions)
@@ -49,6 +55,8 @@ def clean(
     if amount:
         parts = noise.smoothed(kept, others, amount)
         kept, others = (pick(part.surface, np.flatnonzero(part.supported)) for part in parts)
+        if len(kept.points) < FEWEST_LEFT or not len(others.points):
+            raise UserError(f"{len(kept.points)} points are left without a noise of {amount:.2g}; give another --noise")
         # The noise of the outermost points made the shape too large.
         _, offset, radius = normalise(np.concatenate((kept.points, others.points)))
         kept, others = _moved(kept, offset, radius), _moved(others, offset, radius)
@@ -56,6 +64,8 @@ def clean(
         centre, scale, amount = (x, y, z), scale * radius, amount / radius
     removed = 1 - (len(kept.points) + len(others.points)) / len(points)
     record = {"deviation": amount, "measured": deviation is None, "outliers": removed} if amount or removed else {}
+    if amount:
+        kept = merge(kept).surface  # Points that lay above one another may end at one place.
     return CleanCloud(kept, others, centre, scale, amount, record)
 
 

@@ -17,6 +17,11 @@ HELD_OUT = 0.05
 """Share of the points kept for evaluation."""
 NEIGHBOURS = 12
 """Nearest neighbours that the area of a point is measured with."""
+COARSE = 1e-4
+"""Points nearer to one another than this, as a share of the shape's size, are one to the winding number.
+
+Each halving of a distance adds a level to its octree: a million points in close pairs would fill 25 GB.
+"""
 OPEN = 0.3
 """Where the winding number is this close to 1/2, the cloud has a hole, which says nothing of the distance there."""
 
@@ -40,12 +45,16 @@ class CloudShape:
         """points, normals: (N, 3), input space; normals of any length. colours: (N, 3) sRGB in [0, 1], or None.
 
         noise: standard deviation of the points, as a share of the shape's radius; None: measured (`cleaning.clean`).
-        They are what `check_cloud` accepts. Raises UserError where too few points are at different places.
+        They are what `check_cloud` accepts. Raises UserError where too few points are at different places,
+        or are left without the noise.
         """
         self.name, self.coloured = name, colours is not None
         self.warnings: list[str] = []
         merged = self._merged(SurfacePoints(points, unit(normals), colours))
-        cloud = clean(merged.points, merged.normals, merged.colours, HELD_OUT, noise)
+        try:
+            cloud = clean(merged.points, merged.normals, merged.colours, HELD_OUT, noise)
+        except UserError as error:
+            raise UserError(f"{name}: {error}") from None
         self.centre, self.scale, self.noise = cloud.centre, cloud.scale, cloud.noise
         self._held_out, self._kept = cloud.held_out, cloud.kept
         self.source = source | ({"noise": cloud.record} if cloud.record else {})
@@ -53,8 +62,9 @@ class CloudShape:
         self._tree = cKDTree(self._kept.points, balanced_tree=False, compact_nodes=False)
         areas = _areas(self._tree)
         self._planes = LocalPlanes(self._tree, self._kept.normals, np.sqrt(areas))
-        indices, children, _, _ = igl.octree(self._kept.points)
-        weighted = self._kept.points, self._kept.normals, areas, indices, children
+        coarse = merge(self._kept, COARSE).surface
+        indices, children, _, _ = igl.octree(coarse.points)
+        weighted = coarse.points, coarse.normals, _areas(cKDTree(coarse.points)), indices, children
         self._winding = (*weighted, *igl.fast_winding_number_precompute(*weighted))
 
     def surface(

@@ -28,10 +28,13 @@ class Merged:
     """Places that were left out because their normals cancel."""
 
 
-def merge(surface: SurfacePoints) -> Merged:
-    """Merge the points that are at one place: the first of them stays, with the mean of their normals and colours."""
+def merge(surface: SurfacePoints, apart: float = APART) -> Merged:
+    """Merge the points that are at one place: the first of them stays, with the mean of their normals and colours.
+
+    apart: points nearer to one another than this are; a share of half the diagonal, as `APART`.
+    """
     low, high = surface.points.min(axis=0), surface.points.max(axis=0)
-    group = _groups((surface.points - low) / (float(np.linalg.norm(high - low)) / 2 * APART))
+    group = _groups((surface.points - low) / (float(np.linalg.norm(high - low)) / 2 * apart))
     places, first, counts = np.unique(group, return_index=True, return_counts=True)
     order = np.argsort(first)
     index = np.empty(len(places), np.int64)
