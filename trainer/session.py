@@ -95,14 +95,14 @@ def run(
 
 
 def _save(model: Model, output: Path) -> None:
-    """Save the model; where that fails after all (a full disk), save it in the system's folder for temporary files.
+    """Save the model; where that fails after all (a full disk), save it in a new folder for temporary files.
 
     Raises UserError in that case, which names the file that was written.
     """
     try:
         save(model, output)
     except UserError as error:
-        rescue = Path(tempfile.gettempdir()) / output.name
+        rescue = Path(tempfile.mkdtemp(prefix="mplicits-")) / output.name
         save(model, rescue)
         raise UserError(f"{error}; the trained model is in {show(rescue)}") from None
 

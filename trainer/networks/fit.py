@@ -133,9 +133,12 @@ def fit(task: Task, budget: Budget, progress: TrainingProgress) -> Outcome:
         line = (
             f"{attempt.failed} at step {attempt.steps} (loss {attempt.loss:.3g}, {task.idle:.3g} without the network)"
         )
-        if restarts == RESTARTS:
+        if restarts == RESTARTS or attempt.interrupted:
             progress.say(f"{line}: it adds nothing, after {restarts} restarts")
+            # What has diverged is not finite, and no model file would take it.
+            weights = task.start()
             weights[-2:] = [torch.zeros_like(w) for w in weights[-2:]]
+            attempt.loss = task.idle
             break
         progress.say(f"{line}: restarted with rate {rate / SLOWER:.2g}")
         rate /= SLOWER
@@ -191,4 +194,6 @@ def _attempt(weights: Weights, task: Task, budget: Budget, progress: TrainingPro
         attempt.fraction = 1.0
     except KeyboardInterrupt:
         attempt.interrupted = True
+    if not all(bool(torch.isfinite(w).all()) for w in weights):
+        attempt.failed = "diverged"
     return attempt
