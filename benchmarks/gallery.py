@@ -2,7 +2,8 @@
 
     python benchmarks/gallery.py [-o docs/gallery.md]
 
-A model's web page is written if it has at most PAGE_MOST bytes; of larger ones, the table has the size.
+A model's web page is written if it has at most PAGE_MOST bytes; of larger ones, the table has the size. Models that are
+not yet named as the gallery calls them, but after the mesh that they were trained on, are renamed in their files.
 """
 
 import argparse
@@ -17,7 +18,7 @@ from mplicits.codegen.targets.registry import TARGETS
 from mplicits.model import gallery
 from mplicits.model.errors import UserError
 from mplicits.model.files import write_whole
-from mplicits.model.model import Model, load, shape_of
+from mplicits.model.model import Model, load, save, shape_of
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context, open_osmesa
 from mplicits.viewer.draw.options import RenderOptions
@@ -66,6 +67,15 @@ def strip(model: Model, camera: Camera, context: Context, front: dict[str, NDArr
     return np.concatenate(pictures, axis=1)
 
 
+def named(name: str, path: Path) -> Model:
+    """Load a model of the gallery. People read its name on pages and windows, so that of its mesh's file gives way."""
+    model = load(path)
+    if model.name != name:
+        model = replace(model, name=name)
+        save(model, path)
+    return model
+
+
 def shadertoy(model: Model) -> str:
     """Return the size of the Shadertoy text in bytes as a cell of the table, or that the model is too wide for it."""
     try:
@@ -98,7 +108,7 @@ def main() -> None:
         "| --- | --- |" + " ---: |" * 7,
     )
     paths = {name: gallery.model_path(name) for name in gallery.names()}
-    models = {name: load(path) for name, path in paths.items()}
+    models = {name: named(name, path) for name, path in paths.items()}
     pages = []
     for name, model in models.items():
         assert model.texture is not None

@@ -138,7 +138,7 @@ def test_the_demo_makes_a_picture_and_keeps_its_model(tmp_path: Path) -> None:
     command, out = [sys.executable, "-m", "mplicits", "demo", "--no-window"], tmp_path / "out"
     subprocess.run(command, cwd=tmp_path, check=True)
     assert {path.name for path in out.iterdir()} == {"demo.glsl", "demo.html", "demo.png"}
-    assert Image.open(out / "demo.png").info["Title"] == "spot.obj"
+    assert Image.open(out / "demo.png").info["Title"] == "spot"
     subprocess.run([*command, "--seconds", "60"], cwd=tmp_path, check=True)
     assert {path.name for path in out.iterdir()} == {"demo.safetensors", "demo.glsl", "demo.html", "demo.png"}
     assert hues(out / "demo.png") > 4, "a slow machine learns pale colours in a minute, but all of them"

@@ -46,6 +46,7 @@ def test_the_gallery_has_two_shapes_in_three_sizes() -> None:
 def test_models_are_textured_and_say_where_they_come_from(name: str) -> None:
     model = load(gallery.model_path(name))
     assert model.texture is not None
+    assert model.name == name, "what people read on pages and windows"
     assert model.provenance["source"]["file"] == MESHES[name.partition("-")[0]]
     assert not model.provenance["interrupted"]
     text = (FOLDER / "README.md").read_text(encoding="utf-8")
