@@ -1,5 +1,7 @@
 """The fewest decimals that the weights of a model need as text."""
 
+import math
+
 import numpy as np
 
 from ...model.model import Model
@@ -24,7 +26,12 @@ def fewest_digits(model: Model) -> int:
 
 
 def error(exact: Program, rounded: Program, points: Array) -> float:
-    """Return the root mean square difference of two programs' last levels at points (N, 3) float32, model units."""
+    """Return the root mean square difference of two programs' last levels at points (N, 3) float32, model units.
+
+    It is infinite without points: nothing tells then what rounding costs.
+    """
+    if not len(points):
+        return math.inf
     level = len(exact.bands)
     difference = interpret.field(exact, points, level) - interpret.field(rounded, points, level)
     return float(np.sqrt(np.mean(np.square(difference, dtype=np.float64))))

@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -133,6 +134,25 @@ def test_the_field_equals_the_reference(osmesa: Context, storage: str) -> None:
     exact = away & (reached == 3)
     assert exact.sum() > 300
     np.testing.assert_allclose(field[exact], expected[exact], rtol=0, atol=2e-5 * np.abs(expected).max())
+
+
+def test_a_model_of_many_layers_is_packed(osmesa: Context) -> None:
+    """As many as there are of one shape, with steps of their own."""
+    model = quantise.quantised_model(random_model((4, 8), (4, 9)))
+    points = np.random.default_rng(2).uniform(-1, 1, (64 * 64, 3)).astype(np.float32)
+    field = draw(osmesa, INPUTS + SHADERTOY(model, "packed") + PROBE, (64, 64), {}, points)[::-1, :, 0].ravel()
+    nested, reached = interpret.nested_field(lower(model), points, 2)
+    np.testing.assert_allclose(field[reached == 2], nested[reached == 2], rtol=0, atol=1e-3)
+    assert SHADERTOY.size(model) == len(SHADERTOY(model, "packed").encode())
+
+
+def test_a_model_without_a_surface_is_written_without_a_warning() -> None:
+    model = random_model((4, 0))
+    level = model.levels[0]
+    *hidden, last = level.network
+    away = replace(level, network=(*hidden, Layer(last.weight, last.bias + 50)))
+    with warnings.catch_warnings(action="error"):
+        assert SHADERTOY(replace(model, levels=(away,)))
 
 
 def test_a_quantised_model_is_not_quantised_again() -> None:
