@@ -7,17 +7,20 @@ Deltas are not stored.
 
 import hashlib
 import re
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
+from ..model.checks import WIDEST
 from ..model.errors import UserError
 from ..model.files import show
-from ..model.model import DEFAULT_ITERATIONS, Layer, Level, Model, Network
+from ..model.model import DEFAULT_ITERATIONS, Array, Layer, Level, Model, Network
 from . import tracing
 from .bands import delta
 from .networks.nested import field, field_and_gradient
@@ -27,15 +30,19 @@ from .shapes.load import load_shape
 
 UNSCALED = "_with_w0"
 """In the name of a file whose weights lack omega_0."""
-POINTS = 100_000
-"""Points that set out for a zero level set."""
+POINTS, FEWEST_POINTS = 100_000, 10_000
+"""Most and fewest points that set out for a zero level set."""
+WORK = 2e10
+"""Products of weights and points above which fewer points do."""
 NEWTON, NEAR, FEWEST = 8, 1e-3, 1000
 """Newton steps towards a zero level set; |f| that counts as on it; fewest points that must get there."""
 FLATTEST = 1e-2
 """A gradient whose squared length is below this makes no longer Newton steps than one at this."""
 LARGEST_NORM = 1.02
 """Norm up to which a point counts as in the unit ball."""
-_KEY = re.compile(r"^net\.(?:net\.)?(\d+)\.(?:\d+\.)?(weight|bias)$")
+MOST_WEIGHTS, MOST_LAYERS = 1_000_000, 32
+"""Most weights and layers of a network that is imported, for time; the authors' largest have some 640,000 in 6."""
+_KEY = re.compile(r"^net\.(?:net\.)?(\d{1,4})\.(?:\d{1,4}\.)?(weight|bias)$", re.ASCII)
 
 
 def read_network(path: Path, omega: float | None) -> Network:
@@ -48,25 +55,57 @@ def read_network(path: Path, omega: float | None) -> Network:
     if not path.is_file():
         raise UserError(f"{show(path)}: no such file")
     try:
-        state = torch.load(path, map_location="cpu", weights_only=True)
+        with warnings.catch_warnings(action="ignore"):
+            state = torch.load(path, map_location="cpu", weights_only=True)
     except Exception:  # torch raises anything on damaged files
         raise UserError(f"{label}: not a checkpoint that can be read without running code from it") from None
     layers: dict[int, dict[str, np.ndarray]] = {}
     for key, tensor in state.items() if isinstance(state, dict) else ():
-        match = _KEY.match(str(key))
-        if match is None or not isinstance(tensor, Tensor) or not torch.isfinite(tensor).all():
-            raise UserError(f"{label}: {show(str(key))[:60]}: not a weight of the authors' networks, or not finite")
-        layers.setdefault(int(match[1]), {})[match[2]] = tensor.float().numpy()
+        match, array = _KEY.match(str(key)), _plain(tensor)
+        if match is None or array is None:
+            raise UserError(f"{label}: {show(str(key)[:60])}: not a weight of the authors' networks, or not finite")
+        pair = layers.setdefault(int(match[1]), {})
+        if match[2] in pair:
+            raise UserError(f"{label}: {show(str(key)[:60])}: a second {match[2]} of layer {int(match[1])}")
+        pair[match[2]] = array
     if len(layers) < 2 or any(len(pair) != 2 for pair in layers.values()):
         raise UserError(f"{label}: no layers net.0.0.weight, net.0.0.bias, ... in it")
+    count = sum(array.size for pair in layers.values() for array in pair.values())
+    if count > MOST_WEIGHTS or len(layers) > MOST_LAYERS:
+        raise UserError(
+            f"{label}: {count:,} weights in {len(layers)} layers; {MOST_WEIGHTS:,} in {MOST_LAYERS} are the most"
+        )
     if UNSCALED in path.stem and omega is None:
         raise UserError(f"{label}: its weights lack omega_0; give it with --omega (it stands in config.yaml beside it)")
-    factor = np.float32(1.0 if omega is None else omega)
+    factor = 1.0 if omega is None else omega
     pairs = [layers[index] for index in sorted(layers)]
     return (
-        *(Layer(factor * pair["weight"], factor * pair["bias"]) for pair in pairs[:-1]),
+        *(Layer(_scaled(pair["weight"], factor), _scaled(pair["bias"], factor)) for pair in pairs[:-1]),
         Layer(pairs[-1]["weight"], pairs[-1]["bias"]),
     )
+
+
+def _plain(tensor: object) -> Array | None:
+    """Return the float32 array of a dense tensor of finite numbers, no longer than a layer; None for all else."""
+    if (
+        not isinstance(tensor, Tensor)
+        or tensor.is_nested
+        or tensor.layout != torch.strided
+        or tensor.is_meta
+        or not tensor.dtype.is_floating_point
+        or not 1 <= tensor.ndim <= 2
+        or max(tensor.shape) > WIDEST
+        or not torch.isfinite(tensor).all()
+    ):
+        return None
+    array: Array = tensor.detach().float().numpy()
+    return array
+
+
+def _scaled(array: Array, factor: float) -> Array:
+    """Multiply an array by omega_0. What overflows is refused as not finite later."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.asarray(np.float32(factor) * array)
 
 
 def to_model(paths: Sequence[Path], omegas: Sequence[float | None], shape: str | None) -> Model:
@@ -76,6 +115,7 @@ def to_model(paths: Sequence[Path], omegas: Sequence[float | None], shape: str |
     the deltas (Eq. 5), and its normalisation becomes the model's. None: the zero level set of the last level stands for
     the shape. Raises UserError, one line.
     """
+    names = ", ".join(show(path.name) for path in paths)
     networks = [read_network(path, omega) for path, omega in zip(paths, omegas, strict=True)]
     # Each is checked on its own, so that a complaint names the file.
     for path, network in zip(paths, networks, strict=True):
@@ -84,7 +124,10 @@ def to_model(paths: Sequence[Path], omegas: Sequence[float | None], shape: str |
         except UserError as error:
             raise UserError(f"{show(path.name)}: {error}") from None
     levels = [from_model(network) for network in networks]
-    points = zero_set(levels)
+    try:
+        points = zero_set(levels)
+    except UserError as error:
+        raise UserError(f"{names}: {error}") from None
     loaded = None if shape is None else load_shape(shape)[0]
     surface = points if loaded is None else torch.from_numpy(loaded.inputs().astype(np.float32))
     first, finer = DEFAULT_ITERATIONS
@@ -107,7 +150,8 @@ def to_model(paths: Sequence[Path], omegas: Sequence[float | None], shape: str |
             replace(level, band_step_bound=min(level.band_step_bound, bound))
             for level, bound in zip(model_levels, traced.step_bounds[:-1], strict=False)
         ]
-    return Model(
+    return _model(
+        names,
         name=paths[-1].stem if loaded is None else loaded.name,
         levels=tuple(model_levels),
         centre=(0.0, 0.0, 0.0) if loaded is None else loaded.centre,
@@ -122,12 +166,22 @@ def to_model(paths: Sequence[Path], omegas: Sequence[float | None], shape: str |
     )
 
 
+def _model(names: str, **fields: Any) -> Model:
+    """Make the model. Raises UserError, which begins with the files' names, where what was measured is no number."""
+    try:
+        return Model(**fields)
+    except UserError as error:
+        raise UserError(f"{names}: {error}") from None
+
+
 def zero_set(levels: Sequence[Weights]) -> Tensor:
     """Find points of the unit ball where the last level is zero: where f_1 = 0, from there where f_2 = 0, and so on.
 
     Returns (N, 3) float32. Raises UserError where too few points get there.
     """
-    directions = np.random.default_rng(0).normal(size=(POINTS, 4))
+    weights = sum(w.numel() for level in levels for w in level)
+    count = int(np.clip(WORK / weights, FEWEST_POINTS, POINTS))
+    directions = np.random.default_rng(0).normal(size=(count, 4))
     points = torch.from_numpy((directions[:, :3] / np.linalg.norm(directions, axis=1)[:, None]).astype(np.float32))
     for i in range(len(levels)):
         for _ in range(NEWTON):

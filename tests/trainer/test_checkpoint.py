@@ -1,18 +1,20 @@
 """Importing checkpoints as the authors' release writes them: the field, the bands, and the files that are refused."""
 
 from collections import OrderedDict
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 
 from mplicits import cli
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
 from mplicits.model.model import Model, Network, load
+from mplicits.trainer.checkpoint import read_network
 from support.fitted_model import fitted_model
-
-torch = pytest.importorskip("torch", reason="PyTorch is not installed (extra train)")
+from support.random_model import random_model
 
 MODEL = fitted_model((24, 48))
 
@@ -86,6 +88,46 @@ def test_a_given_shape_sets_the_model_s_space_and_the_deltas(tmp_path: Path) -> 
     assert model.levels[0].delta == pytest.approx(expected, rel=1e-4)
 
 
+def changed(network: Network, change: Callable[[torch.Tensor], object], path: Path) -> str:
+    """Write a checkpoint whose second weight is changed."""
+    state = torch.load(write(network, path), weights_only=True)
+    torch.save(state | {"net.1.0.weight": change(state["net.1.0.weight"])}, path)
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda weight: weight.to("meta"),
+        lambda weight: weight.to_sparse(),
+        lambda weight: weight.to_sparse_csr(),
+        lambda weight: torch.quantize_per_tensor(weight, 0.1, 0, torch.qint8),
+        lambda weight: torch.nested.nested_tensor([torch.zeros(2), torch.zeros(3)]),
+        lambda weight: weight.to(torch.complex64),
+        lambda weight: torch.zeros(1).expand(1 << 20, 1 << 20),
+        lambda weight: torch.tensor(1.0),
+        lambda weight: weight * torch.nan,
+    ],
+    ids=["meta", "sparse", "rows", "quantised", "nested", "complex", "huge", "number", "nan"],
+)
+@pytest.mark.filterwarnings("ignore")
+def test_tensors_that_are_no_weights_are_refused_by_name(
+    tmp_path: Path, change: Callable[[torch.Tensor], object], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = changed(MODEL.levels[0].network, change, tmp_path / "bad.pth")
+    assert cli.main(["import", path, "-o", str(tmp_path / "m.safetensors")]) == 2
+    assert capsys.readouterr().err.startswith("mplicits: bad.pth: net.1.0.weight: not a weight")
+
+
+def test_parameters_and_doubles_are_taken(tmp_path: Path) -> None:
+    network = MODEL.levels[0].network
+    plain = read_network(write(network, tmp_path / "plain.pth"), None)
+    for change in (torch.nn.Parameter, torch.Tensor.double):
+        other = read_network(Path(changed(network, change, tmp_path / "other.pth")), None)
+        for one, two in zip(plain, other, strict=True):
+            np.testing.assert_array_equal(one.weight, two.weight)
+
+
 def test_bad_files_are_refused_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     good = str(write(MODEL.levels[0].network, tmp_path / "good.pth"))
     (tmp_path / "noise.pth").write_bytes(b"\0" * 100)
@@ -100,6 +142,9 @@ def test_bad_files_are_refused_in_one_line(tmp_path: Path, capsys: pytest.Captur
         tmp_path / "wide.pth",
     )
     torch.save({"run": Path("x")}, tmp_path / "code.pth")
+    torch.save({f"net.{'9' * 5000}.0.weight": torch.zeros(4, 3)}, tmp_path / "digits.pth")
+    write(random_model((1024, 1)).levels[0].network, tmp_path / "huge.pth")
+    write(random_model((1, 40)).levels[0].network, tmp_path / "deep.pth")
     lacking = str(write(MODEL.levels[0].network, tmp_path / "best_with_w0.pth"))
     cases = {
         "no such file": [str(tmp_path / "none.pth")],
@@ -108,9 +153,12 @@ def test_bad_files_are_refused_in_one_line(tmp_path: Path, capsys: pytest.Captur
         "other.pth: model": [str(tmp_path / "other.pth")],
         "wide.pth: ": [str(tmp_path / "wide.pth")],
         "code.pth: not a checkpoint": [str(tmp_path / "code.pth")],
+        "digits.pth: net.999": [str(tmp_path / "digits.pth")],
+        "huge.pth: 1,054,721 weights in 3 layers": [str(tmp_path / "huge.pth")],
+        "weights in 42 layers": [str(tmp_path / "deep.pth")],
         "--omega": [lacking],
         "--omega: 1 of 2": [good, good, "--omega", "30"],
-        "level 1 has no surface": [good, "--omega", "1e-6"],
+        "good.pth: level 1 has no surface": [good, "--omega", "1e-6"],
     }
     for reason, argv in cases.items():
         assert cli.main(["import", *argv, "-o", str(tmp_path / "m.safetensors")]) == 2, reason
