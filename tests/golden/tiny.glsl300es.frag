@@ -151,12 +151,13 @@ vec3 albedo(vec3 p) {
     return clamp(network_texture(vec4(p, 1.)), 0., 1.);
 }
 
-// background(): soft vertical gradient, sRGB, darker towards the corners.
+// background(): soft vertical gradient, sRGB. A dark one is darker towards the corners, a light one stays clean.
 // pixel, resolution: pixels, origin bottom left; bottom, top: sRGB.
 vec3 background(vec2 pixel, vec2 resolution, vec3 bottom, vec3 top) {
     vec2 plane = pixel / resolution;
     vec2 corner = plane - 0.5;
-    return mix(bottom, top, smoothstep(0.0, 1.0, plane.y)) * (1.0 - 0.35 * dot(corner, corner));
+    float dark = 1.0 - smoothstep(0.45, 0.75, dot(bottom + top, vec3(1.0 / 6.0)));
+    return mix(bottom, top, smoothstep(0.0, 1.0, plane.y)) * (1.0 - 0.35 * dark * dot(corner, corner));
 }
 // camera_ray(): direction, length 1, model space, of the ray through a point of the image.
 // pixel, resolution: pixels, origin bottom left; camera: columns right, up, back, eye; focal: 1 / tan(fov / 2), vertical.

@@ -90,6 +90,16 @@ def test_options_do_not_leak_into_the_next_picture(renderer: Renderer) -> None:
     np.testing.assert_array_equal(renderer.render(SIZE, Camera()), before)
 
 
+def test_a_light_background_is_clean_and_a_dark_one_darker_in_the_corners(renderer: Renderer) -> None:
+    white, grey = (
+        renderer.render(SIZE, Camera(), RenderOptions(background=((shade,) * 3, (shade,) * 3))) for shade in (1.0, 0.4)
+    )
+    around = white[..., 3] == 0
+    assert around[0].all()
+    np.testing.assert_array_equal(white[around][:, :3], 1.0)
+    assert grey[0, 0, 0] < 0.92 * grey[0, SIZE[0] // 2, 0] < 0.37
+
+
 def test_supersampling_averages_in_linear_light(osmesa: Context) -> None:
     disc = """#version 330
 uniform vec2 resolution, origin, jitter;
