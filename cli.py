@@ -1,10 +1,12 @@
 """The front door: the command `mplicits`, which collects the verbs of the rooms and runs one of them."""
 
 import argparse
+import errno
 import importlib
 import io
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, NoReturn
@@ -24,6 +26,9 @@ ROOMS = ("trainer", "codegen", "viewer", "mesher")
 """Folders whose cli.py declares VERBS, in the order of the help."""
 ABOUT = "A mesh or an oriented point cloud becomes a small multiscale neural SDF, baked into shaders."
 EXAMPLE = "example: mplicits train bunny.ply -o bunny.safetensors"
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+"""What the operating system says of a disk, or of an output, that takes no more."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -76,29 +81,66 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     argv: the arguments, sys.argv's by default. Other exceptions are bugs and pass through.
     """
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # A file name need not be text that the terminal can show.
-            stream.reconfigure(errors="backslashreplace")
     argv = sys.argv[1:] if argv is None else argv
+    _prepare_streams()
+    try:
+        with warnings.catch_warnings():
+            if not sys.warnoptions:  # Libraries warn their callers, not the user; python -W shows it.
+                warnings.simplefilter("ignore")
+            code = _perform(argv)
+        sys.stdout.flush()
+    except (Exception, KeyboardInterrupt) as error:
+        ending = _ending(error, argv)
+        if ending is None:
+            raise
+        code, line = ending
+        if isinstance(error, OSError):
+            # What is still buffered has nowhere to go, and must not complain at exit.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if line:
+            return fail(line, code)
+    return code
+
+
+def _ending(error: BaseException, argv: Sequence[str]) -> tuple[int, str] | None:
+    """Return the exit code and the line that an exception ends in; the line is empty where nothing is to be said.
+
+    None: the exception is a bug.
+    """
+    code, line = 2, None
+    match error:
+        case UserError():
+            line = str(error)
+        case ModuleNotFoundError():
+            line = advice(error, verbs()[argv[0]].extra)
+        case KeyboardInterrupt():
+            code, line = 130, "interrupted"
+        case MemoryError():
+            line = "out of memory: close other programs, or ask for less (a lower resolution, a smaller file)"
+        case BrokenPipeError():  # The reader left.
+            code, line = 141, ""
+        case OSError(errno=number) if number in FULL:
+            line = f"cannot write to the standard output: {error.strerror}"
+    return None if line is None else (code, line)
+
+
+def _perform(argv: Sequence[str]) -> int:
+    """Run one command line. Returns the exit code of argparse after --help, 0 otherwise."""
     try:
         perform(argv)
-        sys.stdout.flush()
-    except UserError as error:
-        return fail(str(error), 2)
-    except ModuleNotFoundError as error:
-        line = advice(error, verbs()[argv[0]].extra)
-        if line is None:
-            raise
-        return fail(line, 2)
-    except KeyboardInterrupt:
-        return fail("interrupted", 130)
-    except BrokenPipeError:
-        # The reader left. What is still buffered has nowhere to go, and must not complain at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 141
-    except SystemExit as done:  # argparse, after --help
+    except SystemExit as done:
         return done.code if isinstance(done.code, int) else 0
     return 0
+
+
+def _prepare_streams() -> None:
+    """Make the output and error streams take any text, also where the caller has closed them."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 (it stays open)
+        stream = getattr(sys, name)
+        if isinstance(stream, io.TextIOWrapper):  # A file name need not be text that the terminal can show.
+            stream.reconfigure(errors="backslashreplace")
 
 
 def fail(line: str, code: int) -> int:

@@ -1,12 +1,19 @@
 """Output files that appear whole or not at all, and paths and texts as they may stand in a message."""
 
+import fcntl
 import os
 import tempfile
+import time
 from collections.abc import Iterable
 from pathlib import Path
 
 from .errors import UserError
 from .kinds import Kind, is_other
+
+TEMPORARY = ".mplicits-"
+"""How the names of files begin that are being written."""
+FRESH = 10.0
+"""Seconds for which such a file is not taken for one that was left: its process may be about to lock it."""
 
 
 def show(text: str | os.PathLike[str]) -> str:
@@ -42,7 +49,8 @@ def write_whole(path: Path, data: bytes | str) -> None:
     """Write a file so that readers never see half of it: beside `path` first, then renamed.
 
     data: bytes, or a text that is written as UTF-8. A link stays a link; a device or a pipe (/dev/stdout) is written to
-    as it is. Raises UserError where the path cannot be written (no folder, no permission, disk full).
+    as it is. Raises UserError where the path cannot be written (no folder, no permission, disk full), and
+    BrokenPipeError where nobody reads a pipe to its end.
     """
     check_writable(path)
     # Characters that are not Unicode can reach a text through a file name. They must not end the work here.
@@ -53,18 +61,34 @@ def write_whole(path: Path, data: bytes | str) -> None:
         if _is_special(path):
             path.write_bytes(content)
             return
-        descriptor, temporary = tempfile.mkstemp(prefix=".mplicits-", dir=target.parent)
+        _sweep(target.parent)
+        descriptor, temporary = tempfile.mkstemp(prefix=TEMPORARY, dir=target.parent)
         with os.fdopen(descriptor, "wb") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
             file.write(content)
         umask = os.umask(0)
         os.umask(umask)
         os.chmod(temporary, 0o666 & ~umask)
         os.replace(temporary, target)
+    except BrokenPipeError:  # The reader of a pipe left, which is no error.
+        raise
     except OSError as error:
         raise _refusal(path, error) from None
     finally:
         if temporary is not None and os.path.exists(temporary):
             os.unlink(temporary)
+
+
+def _sweep(folder: Path) -> None:
+    """Remove files that killed processes have left half written in a folder: nobody locks them any longer."""
+    for path in folder.glob(f"{TEMPORARY}*"):
+        try:
+            with path.open("rb") as file:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                if time.time() - path.stat().st_mtime > FRESH:
+                    path.unlink()
+        except OSError:
+            continue  # Another process writes it, or it is not ours to remove.
 
 
 def _is_special(path: Path) -> bool:

@@ -1,5 +1,6 @@
 """The gallery: models that come with the package and are called by name, as in `mplicits view spot`."""
 
+import os
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -29,11 +30,11 @@ def model_path(text: str) -> Path:
     UserError where there is nothing of that name, but something of the gallery has nearly the same.
     """
     path = Path(text)
-    if path.is_file() or "/" in text:
+    if os.path.isfile(path) or "/" in text:
         return path
     if text in names():
         return FOLDER / (text + SUFFIX)
-    near = [] if path.suffix or path.exists() else get_close_matches(text, names(), n=1)
+    near = [] if path.suffix or os.path.exists(path) else get_close_matches(text, names(), n=1)
     if near:
         raise UserError(f"{show(text)}: no such file; did you mean {near[0]!r}, of the gallery?")
     return path

@@ -46,6 +46,8 @@ def load_mesh(path: Path, why: str = "") -> "trimesh.Trimesh":
         raise UserError(f"{label}: not a readable {path.suffix[1:].upper()} file ({reason})") from None
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
         raise UserError(f"{label}: no triangles in it{why}")
+    if mesh.vertices.ndim != 2 or mesh.vertices.shape[1] != 3:
+        raise UserError(f"{label}: vertices of {mesh.vertices.shape[-1]} coordinates; three are needed")
     if mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices):
         raise UserError(f"{label}: triangles of vertices that are not in it; repair the file")
     if not np.abs(mesh.vertices[mesh.referenced_vertices]).max() <= LARGEST:

@@ -160,6 +160,7 @@ def test_it_runs_as_a_module() -> None:
         (["render", "m", "--size", "b\ni\ng"], "--size"),
         (["bake", "m", "--digits", "many"], "--digits"),
         (["info", "no\nsuch.safetensors"], "no\\nsuch.safetensors: no such file"),
+        (["info", "n" * 5000], "nnn: File name too long"),
         (["info", "\udcff.safetensors"], "\\udcff.safetensors: no such file"),
         (["demo", "--out-dir", "/dev/null/a\nb"], "/dev/null/a\\nb: Not a directory"),
     ],
@@ -197,6 +198,7 @@ def failing(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
             2,
             "the package 'no_such_package' is missing; run: pip install no_such_package",
         ),
+        (MemoryError(), 2, "out of memory: close other programs, or ask for less (a lower resolution, a smaller file)"),
     ],
 )
 def test_exit_codes(
@@ -258,3 +260,25 @@ def test_a_reader_that_leaves_is_no_error(model: str) -> None:
         process.stdout.close()
         assert process.stderr.read() == ""
     assert process.returncode == 141
+
+
+@pytest.mark.parametrize(
+    ("redirection", "code", "said"),
+    [
+        ("> /dev/full", 2, "mplicits: cannot write to the standard output: No space left on device\n"),
+        (">&-", 0, ""),
+        ("2>&-", 0, ""),
+    ],
+)
+def test_output_that_nobody_takes(redirection: str, code: int, said: str) -> None:
+    command = ["bash", "-c", f"{sys.executable} -m mplicits --version {redirection}"]
+    done = subprocess.run(command, stderr=subprocess.PIPE, text=True, cwd=ROOT, check=False)
+    assert (done.returncode, done.stderr) == (code, said)
+
+
+def test_a_text_written_to_a_reader_that_leaves_is_no_error(model: str) -> None:
+    script = f"{sys.executable} -m mplicits bake {model} --target html -o /dev/stdout | head -c 1 > /dev/null"
+    done = subprocess.run(
+        ["bash", "-c", f"set -o pipefail; {script}"], stderr=subprocess.PIPE, text=True, cwd=ROOT, check=False
+    )
+    assert (done.returncode, done.stderr) == (141, "")

@@ -125,6 +125,13 @@ def test_the_demo_stops_where_a_verb_fails(verb: str, demo: tuple[Verbs, list[st
     assert verbs.called[-1] == verb
 
 
+def test_seconds_that_are_no_duration_make_no_folder(demo: tuple[Verbs, list[str]]) -> None:
+    _, argv = demo
+    for seconds in ("nan", "0", "-1", "1e9", "many"):
+        assert cli.main([*argv, "--train", f"--seconds={seconds}"]) == 2
+    assert not Path(argv[-1]).exists()
+
+
 def hues(path: Path) -> int:
     """Count the hues of a picture, of sixteen. The background and a shape without colours have three."""
     hsv = np.asarray(Image.open(path).convert("RGB").convert("HSV"))

@@ -1,11 +1,15 @@
 """Output files appear whole or not at all, and a path that cannot be written is refused with one line."""
 
+import fcntl
+import os
 import resource
+import threading
 from pathlib import Path
 from typing import NoReturn
 
 import pytest
 
+from mplicits.model import files
 from mplicits.model.errors import UserError
 from mplicits.model.files import check_writable, show, write_whole
 
@@ -44,6 +48,28 @@ def test_a_full_disk_leaves_the_old_file(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
     with pytest.raises(UserError, match="No space left"):
         write_whole(Path("/dev/full"), "text")
+
+
+def test_what_a_killed_process_left_is_swept_and_what_another_one_writes_is_not(tmp_path: Path) -> None:
+    left, written, fresh = (tmp_path / f"{files.TEMPORARY}{name}" for name in ("left", "written", "fresh"))
+    for path in (left, written, fresh):
+        path.write_bytes(b"half")
+        if path is not fresh:
+            os.utime(path, (0, 0))
+    with written.open("rb") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        write_whole(tmp_path / "m", b"x")
+    assert {path.name for path in tmp_path.iterdir()} == {"m", written.name, fresh.name}
+
+
+def test_a_reader_of_a_pipe_that_leaves_is_no_user_s_error(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    leave = threading.Timer(0.3, lambda: os.close(reader))
+    leave.start()
+    with pytest.raises(BrokenPipeError):
+        write_whole(pipe, bytes(1 << 22))
 
 
 def test_ctrl_c_while_writing_leaves_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -163,6 +163,7 @@ REFUSED = [
     ("picture.stl", lambda path: path.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(64)), "picture.stl: "),
     ("empty.ply", empty_ply, "empty"),
     ("empty.obj", lambda path: path.write_text(""), "empty.obj: "),
+    ("flat.obj", lambda path: path.write_text("v 0 0\nv 1 0\nv 0 1\nf 1 2 3\n"), "points of 2 coordinates"),
     ("nan.ply", nan_mesh, "not finite"),
     ("triangle.ply", flat, "bounds no volume"),
     ("triangle.stl", flat, "bounds no volume"),

@@ -16,7 +16,6 @@ from mplicits import cli
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
 from mplicits.model import quantise
-from mplicits.model.errors import UserError
 from mplicits.trainer.shapes.image import ImageTexture
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Doubles
@@ -83,17 +82,15 @@ def test_an_image_may_be_given_by_name(tmp_path: Path) -> None:
     assert shape.source["texture"]["file"] == "named.png"
 
 
-def test_a_damaged_image_of_the_material_gives_a_warning_or_is_refused(tmp_path: Path) -> None:
+def test_a_damaged_image_of_the_material_gives_a_warning(tmp_path: Path) -> None:
     path, image = write_ball(tmp_path), tmp_path / "material_0.png"
     data = image.read_bytes()
-    image.write_bytes(b"no picture")
-    shape, warnings = load_shape(str(path))
-    assert not shape.coloured
-    assert len(warnings) == 1
-    assert "no readable image" in warnings[0]
-    image.write_bytes(data[: len(data) // 2])
-    with pytest.raises(UserError, match=r"ball\.obj: .*image file is truncated"):
-        load_shape(str(path))
+    for damaged in (b"no picture", data[: len(data) // 2]):
+        image.write_bytes(damaged)
+        shape, warnings = load_shape(str(path))
+        assert not shape.coloured
+        assert len(warnings) == 1
+        assert "no readable image" in warnings[0]
 
 
 def header(width: int, height: int) -> bytes:

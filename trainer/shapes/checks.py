@@ -17,7 +17,9 @@ FEWEST = 100
 
 
 def check_coordinates(points: Doubles) -> None:
-    """Raise UserError where coordinates (N, 3) are not finite, or out of the range that can be computed with."""
+    """Raise UserError where coordinates are not (N, 3), not finite, or out of the range that can be computed with."""
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise UserError(f"points of {points.shape[-1]} coordinates; three are needed")
     if not np.isfinite(points).all():
         raise UserError("coordinates that are not finite (NaN or infinity); repair the file")
     largest = float(np.abs(points).max(initial=0.0))

@@ -68,10 +68,16 @@ def image_texture(mesh: trimesh.Trimesh, file: Path | None) -> ImageTexture | No
 
 
 def _of_material(material: Any) -> Image.Image | None:
-    """Return the image of a material of trimesh, of either kind; None where it has none."""
+    """Return the image of a material of trimesh, of either kind; None where it has none, or a damaged one."""
     image = getattr(material, "baseColorTexture", None)
     image = getattr(material, "image", None) if image is None else image
-    return image if isinstance(image, Image.Image) else None
+    if not isinstance(image, Image.Image):
+        return None
+    try:
+        image.load()
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
+        return None
+    return image
 
 
 def _read(file: Path) -> Image.Image:

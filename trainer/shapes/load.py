@@ -110,7 +110,13 @@ def _turned(content: TexturedMesh | Cloud, up: str) -> TexturedMesh | Cloud:
 
 
 def _read_mesh(path: Path, image: Path | None) -> TexturedMesh:
-    mesh = trimesh.load_mesh(path, process=False)
+    try:
+        mesh = trimesh.load_mesh(path, process=False)
+    except OSError:  # Of an image that is cut off. The mesh has no images then, about which there is a warning.
+        mesh = trimesh.load_mesh(path, process=False, skip_materials=True)
+        if isinstance(mesh.visual, trimesh.visual.TextureVisuals):
+            material: Any = trimesh.visual.material.SimpleMaterial
+            mesh.visual.material = material()
     if not isinstance(mesh, trimesh.Trimesh):
         raise UserError("the mesh is empty; a shape needs triangles, or points with normals")
     return _textured(mesh, image)
