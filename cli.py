@@ -15,6 +15,7 @@ from .demo import demo_verb
 from .extras import advice
 from .model.errors import UserError
 from .model.files import show
+from .model.interrupts import INTERRUPTED
 from .model.verb import Verb
 from .model.version import installed_version
 from .trainer.cli import train_verb
@@ -114,7 +115,7 @@ def _ending(error: BaseException, argv: Sequence[str]) -> tuple[int, str] | None
         case ModuleNotFoundError():
             line = advice(error, verbs()[argv[0]].extra)
         case KeyboardInterrupt():
-            code, line = 130, "interrupted"
+            code, line = INTERRUPTED, "interrupted"
         case MemoryError():
             line = "out of memory: close other programs, or ask for less (a lower resolution, a smaller file)"
         case BrokenPipeError():  # The reader left.

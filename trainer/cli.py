@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from ..model.errors import UserError
 from ..model.files import check_writable, show
+from ..model.interrupts import begin_work
 from ..model.kinds import MODEL
 from ..model.orientation import UPRIGHT
 from ..model.verb import Verb, output_arguments, take_negative_numbers
@@ -194,6 +195,7 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") ->
     check_writable(output, reads, kind=MODEL, force=options.force)
     from . import session
 
+    begin_work()
     model = session.run(
         options.shape,
         output,

@@ -1,0 +1,34 @@
+"""What Ctrl-C does while modules are loaded: the process ends at once, for libraries swallow the exception or abort."""
+
+import os
+import signal
+import threading
+from types import FrameType
+
+INTERRUPTED = 130
+"""Exit code after Ctrl-C."""
+
+
+def end_imports_at_once() -> None:
+    """Let Ctrl-C end the process at once where a module is being loaded; elsewhere it is KeyboardInterrupt as ever.
+
+    Nothing changes where the caller has Ctrl-C ignored (nohup), or in a thread that is not the main one.
+    """
+    usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if usual and threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, _end_or_raise)
+
+
+def begin_work() -> None:
+    """Let Ctrl-C be KeyboardInterrupt everywhere from now on: there is something to lose, and somebody who saves it."""
+    if signal.getsignal(signal.SIGINT) is _end_or_raise:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _end_or_raise(_: int, frame: FrameType | None) -> None:
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            os.write(2, b"mplicits: interrupted\n")
+            os._exit(INTERRUPTED)
+        frame = frame.f_back
+    raise KeyboardInterrupt

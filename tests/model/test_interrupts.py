@@ -1,0 +1,64 @@
+"""Ctrl-C in the first seconds, in which mostly modules are loaded, ends the command with one line and no traceback."""
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import trimesh
+
+from mplicits.model.interrupts import INTERRUPTED, begin_work, end_imports_at_once
+from support.paths import ROOT
+
+NOT_IGNORED = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+START = NOT_IGNORED + "import sys; from mplicits.__main__ import main; print(flush=True); sys.exit(main())"
+TRAIN = ["train", "ball.ply", "-o", "ball.safetensors", "--levels", "8x1", "--steps", "1000000", "--quiet"]
+
+
+@pytest.fixture
+def handler() -> Iterator[None]:
+    """What SIGINT does is as it was after the test."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.parametrize("seconds", [0.05, 0.3, 0.6, 1.0, 1.6])
+def test_ctrl_c_while_modules_are_loaded(seconds: float, tmp_path: Path) -> None:
+    trimesh.creation.icosphere(1).export(tmp_path / "ball.ply")
+    command = [sys.executable, "-c", START, *TRAIN]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        process.stdout.readline()
+        time.sleep(seconds)
+        process.send_signal(signal.SIGINT)
+        _, error = process.communicate(timeout=60)
+    assert (process.returncode, error) == (INTERRUPTED, "mplicits: interrupted\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["ball.ply"]
+
+
+def test_an_interrupted_import_ends_the_process_though_the_module_catches_everything(tmp_path: Path) -> None:
+    (tmp_path / "stubborn.py").write_text(
+        "import signal\ntry:\n    signal.raise_signal(signal.SIGINT)\nexcept BaseException:\n    pass\n"
+    )
+    code = "from mplicits.model.interrupts import *; end_imports_at_once(); import sys; sys.path.append(sys.argv[1])\n"
+    command = [sys.executable, "-c", NOT_IGNORED + code + "import stubborn; print('swallowed')", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT.parent, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (INTERRUPTED, "", "mplicits: interrupted\n")
+
+
+@pytest.mark.usefixtures("handler")
+def test_elsewhere_it_is_an_exception_and_at_work_it_is_everywhere() -> None:
+    end_imports_at_once()
+    ours = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)
+    begin_work()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler is not ours
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_imports_at_once()
+    begin_work()
+    assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN, "what a caller has set stays"
