@@ -33,6 +33,13 @@ def test_the_picture_at_rest_is_what_render_draws(open_desk: Callable[..., Desk]
     np.testing.assert_allclose(picture_of(desk), other, atol=2e-5)
 
 
+def test_the_time_of_a_slow_picture_is_in_seconds(open_desk: Callable[..., Desk]) -> None:
+    drawing = open_desk().drawing
+    for seconds, line in ((0.0251, "24x16 in 25.1 ms"), (24.0188, "24x16 in 24.0 s")):
+        drawing._tell(seconds, AREA)
+        assert drawing.timing == line
+
+
 def test_nothing_is_drawn_while_nothing_changes(open_desk: Callable[..., Desk]) -> None:
     desk = open_desk(samples=2)
     settle(desk)

@@ -22,7 +22,7 @@ class Drawing:
     def __init__(self, context: Context) -> None:
         self.picture = Picture(context)
         self.timing = ""
-        """How many pixels were drawn last, and in how many milliseconds: a line for the user."""
+        """How many pixels were drawn last, and in how long: a line for the user."""
         self.changed = False
         """Whether the picture has been drawn on since the owner last reset this."""
         self._complete = True
@@ -76,4 +76,5 @@ class Drawing:
         self.picture.release()
 
     def _tell(self, seconds: float, size: tuple[int, int]) -> None:
-        self.timing = f"{size[0]}x{size[1]} in {1000 * seconds:.1f} ms"
+        took = f"{1000 * seconds:.1f} ms" if seconds < 1.0 else f"{seconds:.1f} s"
+        self.timing = f"{size[0]}x{size[1]} in {took}"
