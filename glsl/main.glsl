@@ -1,5 +1,6 @@
 #include "background.glsl"
 #include "camera_ray.glsl"
+#include "skip.glsl"
 #include "march.glsl"
 #include "shade.glsl"
 #include "base_colour.glsl"
@@ -13,7 +14,7 @@ void main() {
     vec2 pixel = gl_FragCoord.xy + origin + jitter;
     vec3 eye = camera[3].xyz;
     vec3 direction = camera_ray(pixel, resolution, camera, focal);
-    Hit ray = march(eye, direction, 2.0 / (focal * resolution.y), level, rounds, step_scale);
+    Hit ray = march(eye, direction, 2.0 / (focal * resolution.y), level, rounds, step_scale, schedule);
     color = vec4(background(pixel, resolution, background_bottom, background_top), 0.0);
     if (ray.hit) {
         vec3 p = eye + ray.t * direction;

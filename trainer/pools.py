@@ -25,7 +25,7 @@ CORNER_SHARE = 0.06
 STRAY_CANDIDATES = 400_000
 """Points of the domain among which strays are searched for."""
 STRAY_SUSPECTS = 50_000
-"""Most candidates whose distance to the surface is computed: a level that learnt little has most of them in its band."""
+"""Most candidates whose distance to the surface is computed: a level that learnt little has a band full of them."""
 STRAYS = 4096
 """Strays that are kept."""
 STRAY_ERROR = 0.5

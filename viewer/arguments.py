@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..codegen.targets.orbit import AZIMUTH, ELEVATION, FOV
+from ..codegen.targets.uniforms import SCHEDULES
 from ..model.errors import UserError
 from ..model.gallery import model_path
 from ..model.verb import take_negative_numbers
@@ -38,6 +39,12 @@ def model_arguments(parser: ArgumentParser, model_help: str, mesh_help: str) -> 
     parser.add_argument("--shade", choices=SHADES, default="phong", help="default phong")
     parser.add_argument("--iterations", type=_numbers(1, 64, int), metavar="20,5,5", help="steps at each level")
     parser.add_argument("--rounds", type=int, metavar="N", help="passes through the levels (default: the shader's)")
+    parser.add_argument(
+        "--schedule",
+        choices=SCHEDULES,
+        default=SCHEDULES[-1],
+        help="how rays are traced: as the paper does, or in fewer steps (default %(default)s)",
+    )
     parser.add_argument("--delta-scale", type=float, default=1.0, metavar="X", help="factor on the bands' widths")
     parser.add_argument("--step-scale", type=float, metavar="X", help="factor on the steps; below 1: safer, slower")
     parser.add_argument("--plain", action="store_true", help="without the model's colours")
@@ -85,6 +92,7 @@ def options_from(args: Namespace, **more: Any) -> "RenderOptions":
         shading=args.shade,
         iterations=args.iterations,
         rounds=args.rounds,
+        schedule=args.schedule,
         delta_scale=args.delta_scale,
         step_scale=args.step_scale,
         light=args.light,

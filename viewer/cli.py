@@ -212,7 +212,11 @@ def _compiled_renderer(context: "Context", model: "Model", mesh: "Triangles | No
 
     if sys.stderr.isatty():
         print(f"compiling the shader on {context.renderer}", end="\r", file=sys.stderr, flush=True)
-    renderer = Renderer(context, bake(model, storage)) if mesh is None else Rasteriser(context, model, mesh, storage)
+    renderer = (
+        Renderer(context, bake(model, storage, cells=True))
+        if mesh is None
+        else Rasteriser(context, model, mesh, storage)
+    )
     if sys.stderr.isatty():
         print("\x1b[K", end="", file=sys.stderr, flush=True)
     return renderer

@@ -8,7 +8,7 @@ from typing import NoReturn
 TYPES = frozenset({"bool", "int", "float", "vec2", "vec3", "vec4", "mat3", "mat4"})
 """GLSL's types that CUDA has, the vectors and matrices by cuda_source/vectors.cuh."""
 BUILT_INS = frozenset(
-    {"abs", "clamp", "dot", "max", "mix", "normalize", "pow", "reflect", "smoothstep", "sqrt", "step"}
+    {"abs", "clamp", "dot", "max", "min", "mix", "normalize", "pow", "reflect", "smoothstep", "sqrt", "step"}
 )
 """GLSL's functions that vectors.cuh defines."""
 MEMBERS = frozenset({"x", "y", "z", "w", "xyz"})

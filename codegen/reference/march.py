@@ -9,8 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..ir.program import Array, Program
+from .cells import Cells, skip
 from .interpret import nested_field
 
+NEAR = 0.05
+"""Radius of a free sphere, model units, above which a relaxed step is a plain one (glsl/march.glsl)."""
 OFFSET = 1.3
 """The offset surface of a band is traced where |f_i| is delta over this (glsl/march.glsl)."""
 
@@ -42,6 +45,11 @@ class TraceSettings:
     bounds: NDArray[np.float64]
     """(L,) factors on the steps of all levels, of `level` as the last."""
 
+    def free_radius(self, f: Array, reached: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the radii (M,) of spheres that are free of the shape, by the field f (M,) of level `reached` (M,)."""
+        last = reached == self.level
+        return self.bounds[reached - 1] * np.where(last, f, f - self.deltas[reached - 1] / OFFSET)
+
 
 @dataclass(eq=False)
 class Rays:
@@ -59,23 +67,56 @@ class Rays:
     """(N,) whether the ray has met the surface."""
     evaluations: list[int]
     """How often each level's network was evaluated, at index level - 1."""
+    before: NDArray[np.float64]
+    """(N, 2) where the last free sphere is, as the distance from the origin, and its radius; 0: there is none."""
     traced: list[list[int]] = field(default_factory=list)
-    """How many rays were traced in each phase of each round, [round][level - 1]."""
+    """How many rays were traced in each phase of each round, [round][level - 1]; of the plain schedule."""
     evaluations_outside: int = 0
-    """How often level 1's network was evaluated for rays that were traced at level 1, which is outside its band."""
+    """How often level 1's network was evaluated for rays that were traced at level 1; of the plain schedule."""
 
-    def step(self, indices: NDArray[np.intp], f: Array, reached: NDArray[np.int64], settings: TraceSettings) -> None:
-        """Move some rays by one step: into the band of the level that they are traced at, or along.
+    def advance(self, indices: NDArray[np.intp], f: Array, reached: NDArray[np.int64], settings: TraceSettings) -> None:
+        """Move some rays by one plain step: into the band of the level that they are traced at, or along.
 
         indices: (M,) of the rays; f: (M,) value of the field where they are; reached: (M,) the level of which f is.
         """
         self.steps[indices] += 1
-        deltas = settings.deltas
-        entered = (reached == self.level[indices]) & (reached < settings.level) & (np.abs(f) < deltas[reached - 1])
+        entered = (reached == self.level[indices]) & (reached < settings.level)
+        entered &= np.abs(f) < settings.deltas[reached - 1]
         self.level[indices[entered]] += 1
         indices, f, reached = indices[~entered], f[~entered], reached[~entered]
+        self._move(indices, settings.free_radius(f, reached), f, reached, settings)
+
+    def stride(self, indices: NDArray[np.intp], f: Array, reached: NDArray[np.int64], settings: TraceSettings) -> None:
+        """Move some rays by one relaxed step; takes what `advance` takes."""
+        self.steps[indices] += 1
+        pixel, radius = settings.footprint * self.t[indices], settings.free_radius(f, reached)
+        at, free = self.before[indices].T
+        moved = self.t[indices] - at
+        known = (free > 0) & (moved > 0)
+        gap = known & (radius > 0) & (moved > free + radius + pixel) & (moved > 1.00001 * free)
+        back = indices[gap]
+        self.t[back], self.hit[back], self.level[back], self.before[back, 1] = at[gap] + free[gap], False, 1, 0
+        slope = np.where(known, (free - radius) / np.where(known, moved, 1), 1)
+        nearest = np.maximum(slope, 0)
+        ahead = np.minimum(2 * radius / (1 + nearest) + pixel, radius / np.maximum(nearest, 0.5))
+        past = known & (radius < 0)
+        change = np.where(known & (radius > 0) & (radius < NEAR), np.maximum(ahead, radius), radius)
+        change[past] = np.maximum(radius[past] / slope[past], -moved[past])
+        kept = ~past & ~gap
+        self.before[indices[kept]] = np.stack([self.t[indices[kept]], radius[kept]], axis=1)
+        self._move(indices[~gap], change[~gap], f[~gap], reached[~gap], settings)
+
+    def _move(
+        self,
+        indices: NDArray[np.intp],
+        change: NDArray[np.float64],
+        f: Array,
+        reached: NDArray[np.int64],
+        settings: TraceSettings,
+    ) -> None:
+        """Move rays by a step (M,), and find out whether they hit there or are done."""
         last, pixel = reached == settings.level, settings.footprint * self.t[indices]
-        self.t[indices] += settings.bounds[reached - 1] * np.where(last, f, f - deltas[reached - 1] / OFFSET)
+        self.t[indices] += change
         left = (self.t[indices] > self.far[indices]) | (self.t[indices] < 0)
         self.hit[indices] = last & (f < 0.5 * pixel) & ~left
         self.level[indices] = np.where((last & (np.abs(f) < 0.05 * pixel)) | left, 0, reached)
@@ -89,18 +130,49 @@ def march(
     footprint: float,
     rounds: int = 64,
     step_scale: float = 1.0,
+    schedule: str = "plain",
+    cells: Cells | None = None,
 ) -> Rays:
     """Trace f_level along rays.
 
     origin: (3,), of all rays; directions: (N, 3) of length 1, model space. footprint: width of a pixel at distance 1.
     rounds: how often the levels are gone through; step_scale: factor on every step, beside each level's own.
+    schedule: "plain" or "relaxed". cells: what the relaxed one skips; only where `level` is the last one.
     """
     deltas, bounds = np.array([(band.delta, band.band_step_bound) for band in program.bands]).T
     bounds[level - 1] = program.bands[level - 1].step_bound
     settings = TraceSettings(level, deltas, footprint, step_scale * bounds)
     t, far, meets = ball(origin, directions, 1.0 + settings.deltas[level - 1])
-    rays = Rays(t, far, np.where(meets, 1, 0), np.zeros(len(t), np.int64), np.zeros(len(t), np.bool_), [0] * level)
-    while (rays.level > 0).any() and len(rays.traced) < rounds:
+    none, never = np.zeros(len(t), np.int64), np.zeros(len(t), np.bool_)
+    rays = Rays(t, far, np.where(meets, 1, 0), none, never, [0] * level, np.zeros((len(t), 2)))
+    relaxed = schedule == "relaxed"
+
+    def evaluate(active: NDArray[np.intp], deepest: int) -> tuple[Array, NDArray[np.int64]]:
+        points = (origin + rays.t[active, None] * directions[active]).astype(np.float32)
+        f, reached = nested_field(program, points, deepest)
+        for i in range(deepest):
+            rays.evaluations[i] += int(np.count_nonzero(reached > i))
+        return f, reached
+
+    def leave_out_empty_cells() -> None:
+        far_out = np.flatnonzero((rays.level == 1) & (rays.t > 0))  # an eye inside the shape is found out first
+        if cells is None or not len(far_out):
+            return
+        moved = skip(cells, origin, directions[far_out], rays.t[far_out], rays.far[far_out])
+        rays.before[far_out[moved > rays.t[far_out]], 1] = 0
+        rays.t[far_out] = moved
+        rays.level[far_out[moved > rays.far[far_out]]] = 0
+
+    for _ in range(rounds):
+        if not (rays.level > 0).any():
+            break
+        if relaxed:
+            for _ in range(program.bands[level - 1].iterations):
+                leave_out_empty_cells()
+                active = np.flatnonzero(rays.level > 0)
+                f, reached = evaluate(active, level)
+                rays.stride(active, f, reached, settings)
+            continue
         rays.traced.append([])
         for phase in range(1, level + 1):
             active = np.flatnonzero(rays.level == phase)
@@ -108,11 +180,8 @@ def march(
             for _ in range(program.bands[phase - 1].iterations):
                 if not len(active):
                     break
-                points = (origin + rays.t[active, None] * directions[active]).astype(np.float32)
-                f, reached = nested_field(program, points, phase)
-                for i in range(phase):
-                    rays.evaluations[i] += int(np.count_nonzero(reached > i))
+                f, reached = evaluate(active, phase)
                 rays.evaluations_outside += len(active) if phase == 1 else 0
-                rays.step(active, f, reached, settings)
+                rays.advance(active, f, reached, settings)
                 active = active[rays.level[active] == phase]
     return rays

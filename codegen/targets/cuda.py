@@ -35,9 +35,9 @@ Its rounding to single halves would be the whole error of a picture (docs/cuda.m
 """
 PER_LEVEL = {"DELTAS": "delta", "STEP_BOUNDS": "step_bound", "BAND_STEP_BOUNDS": "band_step_bound"}
 """Name of a constant array of floats -> the number of a Band that it holds for each level."""
-TILED = ("origin", "jitter")
-"""Uniforms that CUDA lacks: it draws whole pictures, one ray through the centre of each pixel."""
-READ_BY_GLSL = ("field", "iterations", "delta", "step_bound", "band_step_bound")
+LACKING = ("origin", "jitter", "schedule")
+"""Uniforms that CUDA lacks: it draws whole pictures by the plain schedule, one ray through the centre of each pixel."""
+READ_BY_GLSL = ("field", "iterations", "delta", "step_bound", "band_step_bound", "skip")
 """What functions in glsl/ use without declaring it: the generated field, and the uniforms with an entry per level."""
 
 HEADERS = (
@@ -146,7 +146,7 @@ def _head(model: Model, program: Program) -> list[str]:
         "// Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores; layered, a",
         "// product by cuBLAS per layer, over all pixels. cuBLAS is part of the CUDA toolkit; it is opened at run time",
         "// by the variant that needs it: nothing is to be linked. In order: check, vectors, uniforms, camera_ray,",
-        "// settings, the field, networks, shade, arguments, march, background, colours, simple, stepping, mma,",
+        "// settings, the field, networks, shade, arguments, skip, march, background, colours, simple, stepping, mma,",
         "// packed, team, tile, adjoint, queues, fused, cublas, layered, picture, benchmark, main. Of these,",
         "// camera_ray, shade, march and background are the functions of the GLSL targets.",
     ]
@@ -180,7 +180,7 @@ def _uniforms() -> list[str]:
         *(
             f"    {uniform.type} {uniform.name} = {_default(uniform)};  // {uniform.meaning}"
             for uniform in UNIFORMS
-            if not uniform.per_level and uniform.name not in TILED
+            if not uniform.per_level and uniform.name not in LACKING
         ),
         "};",
         *(

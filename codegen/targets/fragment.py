@@ -11,6 +11,7 @@ from ..ir.lower import lower
 from ..ir.program import Array, Program
 from ..printers.cstyle import Language
 from ..printers.field import print_field
+from ..reference.cells import empty_cells
 from .header import header_facts, header_line
 from .shader import Shader
 from .uniforms import TIME, UNIFORMS, Uniform
@@ -34,12 +35,13 @@ class Dialect:
     """Functions, as text, that `language` names and GLSL itself does not have."""
 
 
-def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main: str) -> Shader:
+def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main: str, cells: bool = False) -> Shader:
     """Make the fragment shader of a model.
 
     storage: "literal", "texture", or "auto", which decides by the table STORAGES in printers/field.py. digits: decimals
     that the weights are rounded to, None for all. main: name of the file in glsl/ that follows the field, or GLSL
-    itself. Raises UserError for the storage "packed", which Shadertoy alone has.
+    itself. cells: whether rays skip the empty cells of a grid, which a renderer hands to the shader as a texture; files
+    that stand alone have none. Raises UserError for the storage "packed", which Shadertoy alone has.
     """
     program = lower(model, digits)
     field = print_field(program, dialect.language, storage)
@@ -52,9 +54,12 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
         iterations=tuple(band.iterations for band in program.bands),
         deltas=tuple(band.delta for band in program.bands),
         textured=program.texture is not None,
+        cells=empty_cells(program) if cells else None,
     )
     facts = header_facts(model, program, dialect.target) | shader.facts()
     body = glsl.load(main) if main.endswith(".glsl") else main
+    if shader.cells is not None:
+        body = f"#define CELLS\n{body}"
     return replace(shader, text="\n".join([prologue(facts, program, dialect, field.weights), field.text, body]))
 
 

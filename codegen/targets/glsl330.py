@@ -19,9 +19,11 @@ DIALECT = fragment.Dialect(
 )
 
 
-def bake(model: Model, storage: str = "auto", digits: int | None = None, main: str = "main.glsl") -> Shader:
+def bake(
+    model: Model, storage: str = "auto", digits: int | None = None, main: str = "main.glsl", cells: bool = False
+) -> Shader:
     """Make the fragment shader of a model; see fragment.bake."""
-    return fragment.bake(model, DIALECT, storage, digits, main)
+    return fragment.bake(model, DIALECT, storage, digits, main, cells)
 
 
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:

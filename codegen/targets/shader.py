@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..ir.program import Array
+from ..reference.cells import Cells
 
 LOOP_LIMIT = 65_535
 """Loop iterations after which Mesa's llvmpipe stops a fragment, silently (LP_MAX_TGSI_LOOP_ITERATIONS)."""
@@ -35,6 +36,8 @@ class Shader:
     """Default of the uniform `delta`: half width of each level's band, model units."""
     textured: bool = False
     """Whether the colour is the model's own, not the one of all models without a texture."""
+    cells: Cells | None = None
+    """The grid for the sampler `cells` of skip.glsl; None where rays skip nothing."""
     files: tuple[str, ...] = ()
     """Names of the files in glsl/ that `#line` directives in the text tell apart (glsl.load_numbered)."""
 
@@ -54,7 +57,9 @@ class Shader:
 
         Raises ValueError where one is missing or is no such number.
         """
-        lists = {key: tuple(_number(value, kind) for value in _list(facts.get(key))) for key, kind in LISTS.items()}
+        lists: dict[str, Any] = {
+            key: tuple(_number(value, kind) for value in _list(facts.get(key))) for key, kind in LISTS.items()
+        }
         if len({len(values) for values in lists.values()}) != 1 or not lists["deltas"]:
             raise ValueError("the lists are not of one length")
         return cls(
@@ -65,15 +70,19 @@ class Shader:
             **lists,
         )
 
-    def worst_loops(self, level: int, normal_level: int, iterations: Sequence[int], rounds: int) -> int:
+    def worst_loops(self, level: int, normal_level: int, iterations: Sequence[int], rounds: int, schedule: str) -> int:
         """Return an upper bound of the loop iterations of one fragment; LOOP_LIMIT is what llvmpipe allows.
 
         level: the level that is traced; normal_level: the level whose gradient is the normal, both counted from 1.
-        iterations: sphere tracing steps at each level, per round.
+        iterations: sphere tracing steps at each level, per round; of the schedule "relaxed", a round has those of the
+        last level alone, and each may look for the next cell that is not empty.
         """
-        phases = zip(iterations[:level], self.value_loops[:level], strict=True)
+        phases, skips = list(zip(iterations[:level], self.value_loops[:level], strict=True)), 0
+        if schedule == "relaxed":
+            phases = [(steps, loops + 1) for steps, loops in phases[-1:]]
+            skips = 4 * (0 if self.cells is None else len(self.cells.sizes))
         one_round = sum(1 + steps * (1 + loops) + 1 for steps, loops in phases) + 2
-        return rounds * one_round + 1 + self.gradient_loops[normal_level - 1] + self.texture_loops
+        return rounds * one_round + skips + 1 + self.gradient_loops[normal_level - 1] + self.texture_loops
 
 
 def _list(value: object) -> list[object]:

@@ -2,13 +2,17 @@
 
 GLSL declares them from it, and the page's settings, CUDA's arguments and the window's panel take their defaults there.
 Not in it are uniforms of single files in glsl/, which declare them themselves, and which are 0 unless they are set:
-`plain` (base_colour.glsl), `split` (main.glsl, mesh.glsl), and those that place a mesh (mesh.vert.glsl).
+`plain` (base_colour.glsl), `split` (main.glsl, mesh.glsl), the grid of cells (skip.glsl), and those that place a mesh
+(mesh.vert.glsl).
 """
 
 from dataclasses import dataclass
 
 SHADINGS = ("phong", "normal", "depth", "steps", "texture", "data")
 """The shading modes: the index of each is its value of the uniform `shading` (in glsl/shade.glsl, SHADE_PHONG, ...)."""
+
+SCHEDULES = ("plain", "relaxed")
+"""The schedules of sphere tracing: the index of each is its value of the uniform `schedule` (glsl/march.glsl)."""
 
 LEVELS = "LEVELS"
 """Stands for a default that depends on the model: its number of levels."""
@@ -64,6 +68,7 @@ UNIFORMS = (
     Uniform("float", "step_bound", None, "factor on each level's steps where it is the one traced", per_level=True),
     Uniform("float", "band_step_bound", None, "the same where a finer level is traced", per_level=True),
     Uniform("float", "step_scale", (1,), "another factor on every step; below 1: safer, slower"),
+    Uniform("int", "schedule", (1,), "how rays are traced: 0 plain, 1 relaxed"),
     Uniform("int", "shading", (0,), "0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 data: (t, steps, level, hit)"),
     Uniform("vec3", "light", (-0.5, 0.7, 0.8), "direction to the light, camera space"),
     Uniform("vec3", "background_bottom", (0.13, 0.14, 0.17), "sRGB"),

@@ -20,6 +20,7 @@ from ..ir.program import Array, Program
 from ..printers.field import PLAIN, STORAGES, print_field
 from ..printers.texels import TEXTURE_WIDTH, UNROLL
 from ..reference import interpret
+from ..reference.cells import FIRST, OVERESTIMATE
 from ..reference.digits import near_surface
 from ..reference.poster import poster as draw_poster
 from ..reference.rounding import in_decimals, is_float16
@@ -35,6 +36,7 @@ PRINTER = ("facts.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", 
 SCRIPTS = (
     *PRINTER,
     "reference.js",
+    "cells.js",
     "camera.js",
     "uniforms.js",
     "device.js",
@@ -120,6 +122,7 @@ def facts_json(facts: dict[str, Any]) -> str:
         "plain": PLAIN,
         "defaults": {entry.name: entry.default for entry in UNIFORMS if isinstance(entry.default, tuple)},
         "shadings": SHADINGS,
+        "cells": {"first": FIRST, "least": 32, "most": 64, "overestimate": OVERESTIMATE},
         "loop_limit": LOOP_LIMIT,
         "least_steps": LEAST_STEPS,
         "camera": {

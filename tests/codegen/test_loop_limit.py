@@ -42,14 +42,15 @@ def wide(loops: int) -> Shader:
 
 def test_the_last_level_s_steps_and_then_the_rounds_are_lowered_to_what_fits() -> None:
     shader = wide(2000)
-    steps, rounds = schedule_that_fits(shader, 2, 2, (20, 5), 32)
+    steps, rounds = schedule_that_fits(shader, 2, 2, (20, 5), 32, "plain")
     assert steps == (20, LEAST_STEPS)
     assert 1 <= rounds < 32
-    assert shader.worst_loops(2, 2, steps, rounds) <= LOOP_LIMIT < shader.worst_loops(2, 2, steps, rounds + 1)
-    assert schedule_that_fits(shader, 2, 2, (20, 1), 32)[0] == (20, 1)
-    assert schedule_that_fits(wide(10), 2, 2, (20, 5), 8) == ((20, 5), 8)
+    assert shader.worst_loops(2, 2, steps, rounds, "plain") <= LOOP_LIMIT
+    assert shader.worst_loops(2, 2, steps, rounds + 1, "plain") > LOOP_LIMIT
+    assert schedule_that_fits(shader, 2, 2, (20, 1), 32, "plain")[0] == (20, 1)
+    assert schedule_that_fits(wide(10), 2, 2, (20, 5), 8, "plain") == ((20, 5), 8)
     with pytest.raises(UserError, match="--iterations"):
-        schedule_that_fits(wide(30_000), 2, 2, (20, 5), 8)
+        schedule_that_fits(wide(30_000), 2, 2, (20, 5), 8, "plain")
 
 
 def test_the_renderer_keeps_software_within_the_limit(osmesa: Context) -> None:
@@ -58,5 +59,5 @@ def test_the_renderer_keeps_software_within_the_limit(osmesa: Context) -> None:
     assert 1 < renderer.schedule(many)[1] < renderer.wanted_rounds(many) == 1000
     assert renderer.schedule(RenderOptions()) == ((20, 5), renderer.wanted_rounds(RenderOptions()))
     with pytest.raises(UserError, match="loop iterations"):
-        renderer.render((4, 4), Camera(), RenderOptions(iterations=(10_000, 20)))
+        renderer.render((4, 4), Camera(), RenderOptions(schedule="plain", iterations=(10_000, 20)))
     renderer.release()

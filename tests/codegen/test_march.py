@@ -8,6 +8,7 @@ import torch
 from numpy.typing import NDArray
 
 from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference.cells import empty_cells
 from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.reference.march import march
 from mplicits.codegen.targets.glsl330 import bake
@@ -36,7 +37,7 @@ def renderer(osmesa: Context, model: Model) -> Renderer:
     return Renderer(osmesa, bake(model))
 
 
-def data(renderer: Renderer, camera: Camera, **options: int) -> NDArray[np.float32]:
+def data(renderer: Renderer, camera: Camera, **options: int | str) -> NDArray[np.float32]:
     """Return (SIDE, SIDE, 4): for each pixel the distance, the steps, the level and whether the ray hit."""
     return renderer.render((SIDE, SIDE), camera, RenderOptions(shading="data", **options))  # type: ignore[arg-type]
 
@@ -68,7 +69,7 @@ def test_measured_bounds_lose_no_pixel_and_make_fewer_steps(osmesa: Context, ren
     shader = Renderer(osmesa, bake(traced))
     for camera in VIEWS[:3]:
         eye, directions, footprint = camera.rays(SIDE, SIDE)
-        old, new = data(renderer, camera), data(shader, camera)
+        old, new = (data(each, camera, schedule="plain") for each in (renderer, shader))
         differ = (old[..., 3] != new[..., 3]) | (np.abs(old[..., 0] - new[..., 0]) > 0.02)
         closest, end = dense_march(lower(model), eye, directions[differ], 2, footprint)
         hit, t = new[differ][:, 3] > 0.5, new[differ][:, 0]
@@ -82,7 +83,7 @@ def test_measured_bounds_lose_no_pixel_and_make_fewer_steps(osmesa: Context, ren
 def test_numpy_and_glsl_take_the_same_bound_for_the_same_step(osmesa: Context, model: Model, level: int) -> None:
     uneven = bounded(model, 0.9, 0.6)
     shader = Renderer(osmesa, bake(uneven))
-    drawn = data(shader, VIEWS[0], level=level).reshape(-1, 4)
+    drawn = data(shader, VIEWS[0], level=level, schedule="plain").reshape(-1, 4)
     shader.release()
     eye, directions, footprint = VIEWS[0].rays(SIDE, SIDE)
     rays = march(lower(uneven), eye, directions.reshape(-1, 3), level, footprint)
@@ -93,13 +94,16 @@ def test_numpy_and_glsl_take_the_same_bound_for_the_same_step(osmesa: Context, m
 
 def test_one_round_as_in_the_paper_leaves_holes(renderer: Renderer) -> None:
     """Rounds exist because of these holes; if this test fails, they are not needed any more."""
-    full, once = (data(renderer, VIEWS[0], rounds=rounds)[..., 3] > 0.5 for rounds in (32, 1))
+    drawn = [data(renderer, VIEWS[0], rounds=rounds, schedule="plain") for rounds in (32, 1)]
+    full, once = (picture[..., 3] > 0.5 for picture in drawn)
     assert (full & ~once).sum() > 0.05 * full.sum()
 
 
 @pytest.mark.parametrize(("level", "rounds"), [(2, 32), (2, 1), (1, 32)])
-def test_the_march_in_numpy_takes_the_same_steps(renderer: Renderer, model: Model, level: int, rounds: int) -> None:
-    shader = data(renderer, VIEWS[0], level=level, rounds=rounds)[..., :4].reshape(-1, 4)
+def test_the_plain_march_in_numpy_takes_the_same_steps(
+    renderer: Renderer, model: Model, level: int, rounds: int
+) -> None:
+    shader = data(renderer, VIEWS[0], level=level, rounds=rounds, schedule="plain").reshape(-1, 4)
     eye, directions, footprint = VIEWS[0].rays(SIDE, SIDE)
     rays = march(lower(model), eye, directions.reshape(-1, 3), level, footprint, rounds)
     assert (rays.hit == (shader[:, 3] > 0.5)).mean() > 0.999
@@ -108,6 +112,48 @@ def test_the_march_in_numpy_takes_the_same_steps(renderer: Renderer, model: Mode
     assert rays.evaluations[0] == rays.steps.sum()
     assert rays.traced[0][0] == np.count_nonzero(rays.steps)
     assert rays.evaluations_outside <= rays.evaluations[0]
+
+
+@pytest.mark.parametrize("level", [1, 2])
+def test_the_relaxed_march_in_numpy_takes_the_same_steps(osmesa: Context, model: Model, level: int) -> None:
+    """With the grid of cells, which is skipped at the last level alone."""
+    shader = bake(model, cells=True)
+    renderer = Renderer(osmesa, shader)
+    drawn = data(renderer, VIEWS[0], level=level).reshape(-1, 4)
+    renderer.release()
+    eye, directions, footprint = VIEWS[0].rays(SIDE, SIDE)
+    cells = shader.cells if level == 2 else None
+    rays = march(lower(model), eye, directions.reshape(-1, 3), level, footprint, schedule="relaxed", cells=cells)
+    assert (rays.hit == (drawn[:, 3] > 0.5)).mean() > 0.999
+    assert (rays.steps == drawn[:, 1]).mean() > 0.98, "steps may differ where rounding moves f across a threshold"
+    assert np.abs(rays.t - drawn[:, 0])[rays.hit].mean() < 1e-4
+
+
+def test_the_relaxed_march_costs_half_and_sees_the_same(model: Model) -> None:
+    program = lower(model)
+    cells = empty_cells(program)
+    costs = [program.cost(function).multiply_adds for function in program.values]
+    for camera in VIEWS[:2]:
+        eye, directions, footprint = camera.rays(SIDE, SIDE)
+        directions = directions.reshape(-1, 3)
+        plain = march(program, eye, directions, 2, footprint)
+        relaxed = march(program, eye, directions, 2, footprint, schedule="relaxed", cells=cells)
+        assert np.dot(relaxed.evaluations, costs) < 0.5 * np.dot(plain.evaluations, costs)
+        closest, _ = dense_march(program, eye, directions, 2, footprint)
+        assert not ((closest == 0) & ~relaxed.hit).any()
+        assert not (relaxed.hit & (closest > STOP)).any()
+        both = plain.hit & relaxed.hit
+        pixels = np.abs(plain.t - relaxed.t)[both] / (footprint * plain.t[both])
+        assert np.quantile(pixels, 0.99) < 0.25, "each ends within 1/20 pixel of the surface"
+
+
+def test_no_point_of_the_surface_is_in_an_empty_cell(model: Model) -> None:
+    cells = empty_cells(lower(model))
+    assert cells is not None
+    surface = demo.DemoShape().surface(20_000, np.random.default_rng(1)).points
+    x, y, z = (np.floor((surface / cells.half + 1) / 2 * len(cells.sizes)).astype(int)).T
+    assert (cells.sizes[z, y, x] == 0).all()
+    assert (cells.sizes == 0).mean() < 0.1, "most of the ball is empty"
 
 
 def test_depth_is_the_analytic_shape_s(renderer: Renderer) -> None:

@@ -6,7 +6,7 @@
 // Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores; layered, a
 // product by cuBLAS per layer, over all pixels. cuBLAS is part of the CUDA toolkit; it is opened at run time
 // by the variant that needs it: nothing is to be linked. In order: check, vectors, uniforms, camera_ray,
-// settings, the field, networks, shade, arguments, march, background, colours, simple, stepping, mma,
+// settings, the field, networks, shade, arguments, skip, march, background, colours, simple, stepping, mma,
 // packed, team, tile, adjoint, queues, fused, cublas, layered, picture, benchmark, main. Of these,
 // camera_ray, shade, march and background are the functions of the GLSL targets.
 

@@ -19,6 +19,7 @@ uniform float delta[LEVELS]; // float[](1., .5): half width of each level's band
 uniform float step_bound[LEVELS]; // float[](.8, .8): factor on each level's steps where it is the one traced
 uniform float band_step_bound[LEVELS]; // float[](.8, .8): the same where a finer level is traced
 uniform float step_scale; // 1.: another factor on every step; below 1: safer, slower
+uniform int schedule; // 1: how rays are traced: 0 plain, 1 relaxed
 uniform int shading; // 0: 0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 data: (t, steps, level, hit)
 uniform vec3 light; // vec3(-0.5, 0.7, 0.8): direction to the light, camera space
 uniform vec3 background_bottom; // vec3(0.13, 0.14, 0.17): sRGB
@@ -165,6 +166,35 @@ vec3 camera_ray(vec2 pixel, vec2 resolution, mat4 camera, float focal) {
     vec2 plane = (2.0 * pixel - resolution) / resolution.y;
     return normalize(mat3(camera) * vec3(plane, -focal));
 }
+// skip(): where a ray meets the next cell of the grid that may hold a part of the shape; t itself where it is in one.
+// origin, direction: model space; t, far: distances along the ray, at which it is and at which it leaves the ball.
+// The grid (codegen/reference/cells.py) fills a cube around the origin. The texel of a cell that is not empty is 0; that
+// of an empty one is 1 + the binary logarithm of the edge, in cells, of the largest empty cube that holds it, of those
+// whose edges and corners are multiples of a power of 2. Without CELLS there is no grid, and nothing is skipped.
+#ifdef CELLS
+uniform highp usampler3D cells;
+uniform int cell_count; // along an edge; 0: no grid, nothing is skipped
+uniform float cells_half; // half the edge of the cube, model units
+
+float skip(vec3 origin, vec3 direction, float t, float far) {
+    float scale = 0.5 * float(cell_count) / cells_half; // cells per model unit
+    vec3 start = scale * (origin + cells_half), along = scale * direction;
+    along += vec3(equal(along, vec3(0.0))) * 1e-6;
+    for (int i = 0; i < 4 * cell_count && t <= far; ++i) {
+        vec3 place = start + t * along;
+        ivec3 cell = clamp(ivec3(floor(place)), 0, cell_count - 1);
+        uint size = texelFetch(cells, cell, 0).r;
+        if (size == 0u) break;
+        float edge = float(1 << (int(size) - 1));
+        vec3 corner = edge * floor(vec3(cell) / edge);
+        vec3 leaving = (corner + edge * step(0.0, along) - place) / along;
+        t += max(min(leaving.x, min(leaving.y, leaving.z)), 0.0) + 1e-3 / scale;
+    }
+    return t;
+}
+#else
+float skip(vec3 origin, vec3 direction, float t, float far) { return t; }
+#endif
 // ball(): where a ray meets the ball of a radius around the origin.
 // origin, direction: model space, direction of length 1; radius: model units.
 // Returns (entry, exit) along the ray, entry > exit where it misses.
@@ -175,15 +205,26 @@ vec2 ball(vec3 origin, vec3 direction, float radius) {
 }
 // march(): multiscale sphere tracing (Section 3.2, Appendix C): f_1 - delta_1, then f_2 - delta_2, ..., then f_level.
 // origin, direction: model space, direction of length 1; footprint: width of a pixel at distance 1.
-// rounds: how often the sequence of levels is gone through; step_scale: factor on every step.
-// Reads delta[], iterations[], step_bound[], band_step_bound[] (one per level) and field(). The bounds are factors on a
-// level's steps: 1 where whole ones pass through no part of the shape, less where f exceeds the distance by too much.
+// rounds: how often the sequence of levels is gone through; step_scale: factor on every step; schedule: see below.
+// Reads delta[], iterations[], step_bound[], band_step_bound[] (one per level), field() and skip(). The bounds are
+// factors on a level's steps: 1 where whole ones pass through no part of the shape, less where f exceeds the distance by
+// too much.
 //
 // Two things are added to the paper's scheme, against holes (benchmarks/holes.py). A ray that leaves a band without
 // having met the surface goes back to the coarser level, and the levels are gone through again: hence rounds. And a
 // band's offset surface is traced at delta / 1.3 = max |f_i(x_j)| (Eq. 5), so that a ray crosses |f_i| = delta in
-// finitely many steps. A ray that begins inside the shape, or goes back behind the eye, is done. A ray stops within 1/20 pixel of the surface; one that is out of rounds hits within 1/2 pixel.
-// All rays go through the levels together: on a GPU the branches on the level are uniform.
+// finitely many steps. A ray that begins inside the shape, or goes back behind the eye, is done. A ray stops within
+// 1/20 pixel of the surface; one that is out of rounds hits within 1/2 pixel.
+//
+// SCHEDULE_PLAIN: a step is as long as the free sphere's radius, and all rays go through the levels together: on a GPU
+// the branches on the level are uniform.
+// SCHEDULE_RELAXED: skip() leaves out empty space, each step is taken by the finest level defined where it begins, and
+// it goes where the surface is expected, but only so far that its sphere and the next one overlap (stride()). Far from
+// the shape the field may exceed the distance by a third, and such spheres are not free: steps are plain there.
+const int SCHEDULE_PLAIN = 0;
+const int SCHEDULE_RELAXED = 1;
+const float NEAR = 0.05; // radius of a free sphere, model units, above which a relaxed step is a plain one
+
 struct Hit {
     bool hit;
     float t;
@@ -191,30 +232,88 @@ struct Hit {
     int steps;
 };
 
-// One step of a ray that is at ray.level, where the field is f, of the finest level `reached` that is defined there.
+// The radius of the sphere around a ray that is free of the shape by f, the field of level `reached`.
+float free_radius(float f, int reached, int level, float step_scale) {
+    bool last = reached == level;
+    float bound = last ? step_bound[reached - 1] : band_step_bound[reached - 1];
+    return step_scale * bound * (last ? f : f - delta[reached - 1] / 1.3);
+}
+
+// Moves a ray by a step, and tells whether it hits there or is done.
+void move(inout Hit ray, float change, float f, int reached, int level, float pixel, float far) {
+    bool last = reached == level;
+    ray.t += change;
+    ray.hit = last && f < 0.5 * pixel && ray.t <= far && ray.t >= 0.0;
+    ray.level = last && abs(f) < 0.05 * pixel || ray.t > far || ray.t < 0.0 ? -reached : reached;
+}
+
+// One plain step of a ray that is at ray.level, where the field is f, of the finest level `reached` that is defined.
 void advance(inout Hit ray, float f, int reached, int level, float footprint, float far, float step_scale) {
     ++ray.steps;
     if (reached == ray.level && reached < level && abs(f) < delta[reached - 1]) {
         ++ray.level;
         return;
     }
-    bool last = reached == level;
-    float pixel = footprint * ray.t;
-    float bound = last ? step_bound[reached - 1] : band_step_bound[reached - 1];
-    ray.t += step_scale * bound * (last ? f : f - delta[reached - 1] / 1.3);
-    ray.hit = last && f < 0.5 * pixel && ray.t <= far && ray.t >= 0.0;
-    ray.level = last && abs(f) < 0.05 * pixel || ray.t > far || ray.t < 0.0 ? -reached : reached;
+    move(ray, free_radius(f, reached, level, step_scale), f, reached, level, footprint * ray.t, far);
 }
 
-Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, float step_scale) {
+// One relaxed step. before: where the last free sphere is along the ray, and its radius; 0: there is none.
+//
+// The radii of this sphere and the last one say how fast the surface comes near. The step goes where it would be met, but
+// no farther than to where the next sphere, if they go on like that, touches this one; and where that turns out wrong,
+// with a gap of over a pixel, back to the end of the last sphere (Keinert et al., Enhanced sphere tracing, 2014; Balint
+// and Valasek, Accelerating sphere tracing, 2018). Past the surface, false position between the two.
+void stride(inout Hit ray, inout vec2 before, float f, int reached, int level, float footprint, float far,
+            float step_scale) {
+    ++ray.steps;
+    float pixel = footprint * ray.t;
+    float radius = free_radius(f, reached, level, step_scale);
+    float moved = ray.t - before.x;
+    bool known = before.y > 0.0 && moved > 0.0;
+    if (known && radius > 0.0 && moved > before.y + radius + pixel && moved > 1.00001 * before.y) {
+        ray.t = before.x + before.y;
+        ray.hit = false;
+        ray.level = 1;
+        before.y = 0.0;
+        return;
+    }
+    float slope = known ? (before.y - radius) / moved : 1.0;
+    float change = radius;
+    if (known && radius < 0.0) {
+        change = max(radius / slope, -moved);
+    } else {
+        if (known && radius > 0.0 && radius < NEAR) {
+            float nearest = max(slope, 0.0);
+            float touching = 2.0 * radius / (1.0 + nearest) + pixel;
+            change = min(touching, radius / max(nearest, 0.5));
+            change = max(change, radius);
+        }
+        before = vec2(ray.t, radius);
+    }
+    move(ray, change, f, reached, level, pixel, far);
+}
+
+Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, float step_scale, int schedule) {
     vec2 span = ball(origin, direction, 1.0 + delta[level - 1]);
     Hit ray = Hit(false, max(span.x, 0.0), span.x < span.y && span.y > 0.0 ? 1 : 0, 0);
+    vec2 before = vec2(0.0);
+    bool relaxed = schedule == SCHEDULE_RELAXED;
     for (int round = 0; round < rounds && ray.level > 0; ++round) {
-        for (int phase = 1; phase <= level; ++phase) {
-            for (int i = 0; i < iterations[phase - 1] && ray.level == phase; ++i) {
+        for (int phase = relaxed ? level : 1; phase <= level; ++phase) {
+            for (int i = 0; i < iterations[phase - 1] && (relaxed ? ray.level > 0 : ray.level == phase); ++i) {
+                if (relaxed && ray.level == 1) {
+                    float t = skip(origin, direction, ray.t, span.y);
+                    if (t > ray.t) before.y = 0.0;
+                    ray.t = t;
+                    if (t > span.y) {
+                        ray.level = -1;
+                        break;
+                    }
+                }
                 int reached;
                 float f = field(origin + ray.t * direction, phase, reached);
-                advance(ray, f, reached, level, footprint, span.y, step_scale);
+                if (relaxed) stride(ray, before, f, reached, level, footprint, span.y, step_scale);
+                else advance(ray, f, reached, level, footprint, span.y, step_scale);
             }
         }
     }
@@ -282,7 +381,7 @@ void main() {
     vec2 pixel = gl_FragCoord.xy + origin + jitter;
     vec3 eye = camera[3].xyz;
     vec3 direction = camera_ray(pixel, resolution, camera, focal);
-    Hit ray = march(eye, direction, 2.0 / (focal * resolution.y), level, rounds, step_scale);
+    Hit ray = march(eye, direction, 2.0 / (focal * resolution.y), level, rounds, step_scale, schedule);
     color = vec4(background(pixel, resolution, background_bottom, background_top), 0.0);
     if (ray.hit) {
         vec3 p = eye + ray.t * direction;

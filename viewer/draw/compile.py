@@ -33,13 +33,13 @@ class ShaderError(UserError):
         self.log = log
 
 
-def bake_numbered(model: Model, storage: str, main: str) -> Shader:
+def bake_numbered(model: Model, storage: str, main: str, cells: bool = False) -> Shader:
     """Bake a model as glsl330.bake does, in such a way that `compile_program` places errors in the files of glsl/.
 
-    main: name of the file in glsl/ that follows the field.
+    main: name of the file in glsl/ that follows the field; cells: as there.
     """
     text, files = glsl.load_numbered(main)
-    return replace(bake(model, storage, main=text), files=files)
+    return replace(bake(model, storage, main=text, cells=cells), files=files)
 
 
 def compile_program(
@@ -64,6 +64,13 @@ def weight_texture(gl: moderngl.Context, weights: NDArray[np.float32]) -> modern
     if max(height, width) > largest:
         raise UserError(f"the weights need a texture of {width}x{height}; this driver's largest is {largest}")
     texture = gl.texture((width, height), 4, np.ascontiguousarray(weights, np.float32).tobytes(), dtype="f4")
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return texture
+
+
+def cell_texture(gl: moderngl.Context, sizes: NDArray[np.uint8]) -> moderngl.Texture3D:
+    """Make the R8UI texture of Cells.sizes, (N, N, N)."""
+    texture = gl.texture3d(sizes.shape[::-1], 1, np.ascontiguousarray(sizes).tobytes(), alignment=1, dtype="u1")
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     return texture
 

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from ...codegen.targets.shader import LEAST_STEPS, LOOP_LIMIT, Shader
-from ...codegen.targets.uniforms import SHADINGS
+from ...codegen.targets.uniforms import SCHEDULES, SHADINGS
 from ...model.errors import UserError
 from ...model.model import MOST_ITERATIONS
 
@@ -27,6 +27,8 @@ class RenderOptions:
     """Level whose gradient is the normal; None: that of `level`. A finer one is normal mapping (Section 3.2)."""
     shading: str = "phong"
     """One of SHADINGS."""
+    schedule: str = "relaxed"
+    """How rays are traced, one of SCHEDULES."""
     iterations: tuple[int, ...] | None = None
     """Sphere tracing steps per level and round; the last number stands for the levels that are not given."""
     rounds: int | None = None
@@ -51,6 +53,8 @@ class RenderOptions:
     def __post_init__(self) -> None:
         if self.shading not in SHADINGS:
             raise UserError(f"shading {self.shading!r} is none of {', '.join(SHADINGS)}")
+        if self.schedule not in SCHEDULES:
+            raise UserError(f"schedule {self.schedule!r} is none of {', '.join(SCHEDULES)}")
         _check_number("samples", self.samples, MAX_SAMPLES)
         for steps in self.iterations or ():
             _check_number("iterations", steps, MOST_ITERATIONS)
@@ -99,7 +103,7 @@ def _check_number(name: str, value: int, most: int) -> None:
 
 
 def schedule_that_fits(
-    shader: Shader, level: int, normal_level: int, iterations: tuple[int, ...], rounds: int
+    shader: Shader, level: int, normal_level: int, iterations: tuple[int, ...], rounds: int, schedule: str
 ) -> tuple[tuple[int, ...], int]:
     """Return iterations of each level and rounds, at most those given, whose worst fragment stays within LOOP_LIMIT.
 
@@ -107,13 +111,13 @@ def schedule_that_fits(
     LEAST_STEPS: it costs most, and a ray that is not done comes back in the next round. Raises UserError where even
     one round may not fit.
     """
-    if shader.worst_loops(level, normal_level, iterations, rounds) > LOOP_LIMIT:
+    if shader.worst_loops(level, normal_level, iterations, rounds, schedule) > LOOP_LIMIT:
         last = min(iterations[level - 1], LEAST_STEPS)
         iterations = (*iterations[: level - 1], last, *iterations[level:])
-    while shader.worst_loops(level, normal_level, iterations, rounds) > LOOP_LIMIT:
+    while shader.worst_loops(level, normal_level, iterations, rounds, schedule) > LOOP_LIMIT:
         rounds -= 1
         if rounds == 0:
-            worst = shader.worst_loops(level, normal_level, iterations, 1)
+            worst = shader.worst_loops(level, normal_level, iterations, 1, schedule)
             raise UserError(
                 f"software OpenGL stops a pixel after {LOOP_LIMIT} loop iterations and this needs up to {worst}; "
                 "lower --iterations or --level, use --storage literal, or draw on a GPU (--context egl)"

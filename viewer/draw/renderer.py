@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from ...codegen.targets.shader import Shader
-from ...codegen.targets.uniforms import SHADINGS
+from ...codegen.targets.uniforms import SCHEDULES, SHADINGS
 from ...model.errors import UserError
 from .camera import Camera
-from .compile import VERTEX_SHADER, NumberedText, compile_program, weight_texture
+from .compile import VERTEX_SHADER, NumberedText, cell_texture, compile_program, weight_texture
 from .context import Context
 from .edges import Edges
 from .framebuffer import check_drawn, free, read_pixels
@@ -20,6 +20,9 @@ from .options import RenderOptions, schedule_that_fits
 from .supersampling import Image, from_linear, jitters, to_linear
 from .tiles import Tile, check_size, largest_tile, tiles
 from .uniforms import picture_uniforms, tile_uniforms, write_uniform
+
+CELL_UNIT = 1
+"""Texture unit of the grid of cells; the weights have unit 0."""
 
 
 class Renderer:
@@ -44,9 +47,11 @@ class Renderer:
         self._edges_are_drawn = False
         self._framebuffer: moderngl.Framebuffer | None = None
         self._weights: moderngl.Texture | None = None
+        self._cells: moderngl.Texture3D | None = None
         start = time.perf_counter()
         with context as gl:
             self._program = compile_program(gl, self.vertex_shader, (shader.text, shader.files), context.renderer)
+            write_uniform(self._program, "cells", CELL_UNIT)
             self._vertices = self._vertex_array(gl)
             members = {name: self._program[name] for name in self._program}
             self._uniforms = {name: member for name, member in members.items() if isinstance(member, moderngl.Uniform)}
@@ -54,6 +59,8 @@ class Renderer:
             try:
                 if shader.weights is not None:
                     self._weights = weight_texture(gl, shader.weights)
+                if shader.cells is not None:
+                    self._cells = cell_texture(gl, shader.cells.sizes)
                 self.draw(self._target(gl, (1, 1)), (0, 0, 1, 1))
                 check_drawn(gl, context.renderer)
             except UserError:
@@ -73,7 +80,7 @@ class Renderer:
             return iterations, rounds
         level, normal_level = options.resolved_levels(self.shader.levels)
         shaded = max(level, normal_level) if options.split else normal_level
-        return schedule_that_fits(self.shader, level, shaded, iterations, rounds)
+        return schedule_that_fits(self.shader, level, shaded, iterations, rounds, options.schedule)
 
     def wanted_rounds(self, options: RenderOptions) -> int:
         """Return the rounds of the options, or the shader's default."""
@@ -187,8 +194,9 @@ class Renderer:
         with self.context:
             if self._framebuffer is not None:
                 free(self._framebuffer)
-            if self._weights is not None:
-                self._weights.release()
+            for texture in (self._weights, self._cells):
+                if texture is not None:
+                    texture.release()
             self._vertices.release()
             self._program.release()
 
@@ -231,6 +239,7 @@ class Renderer:
             "rounds": rounds,
             "delta": tuple(delta * options.delta_scale for delta in self.shader.deltas),
             "step_scale": options.step_scale,
+            "schedule": SCHEDULES.index(options.schedule),
             "shading": SHADINGS.index(options.shading),
             "plain": options.plain,
             "split": options.split,
@@ -238,12 +247,18 @@ class Renderer:
             "background_top": top,
             "background_bottom": bottom,
         }
+        if self.shader.cells is not None:
+            empty = level == self.shader.levels and options.delta_scale == 1.0  # of that surface, in those bands
+            count = len(self.shader.cells.sizes) if empty else 0
+            values |= {"cell_count": count, "cells_half": self.shader.cells.half}
         return {name: value for name, value in values.items() if value is not None}
 
     def _draw_surface(self, target: moderngl.Framebuffer, tile: Tile, corner: tuple[int, int]) -> None:
         """Draw a tile without edges into the `target`, which is bound and cleared."""
         if self._weights is not None:
             self._weights.use(0)
+        if self._cells is not None:
+            self._cells.use(CELL_UNIT)
         self._write(tile_uniforms(tile, corner))
         self._vertices.render(moderngl.TRIANGLES, vertices=3)
 

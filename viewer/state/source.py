@@ -44,7 +44,7 @@ def open_source(path: Path, storage: str = "auto") -> Source:
     """
     if path.suffix.lower() not in SHADER_SUFFIXES:
         model = load(path)
-        shader = bake_numbered(model, storage, "main.glsl")
+        shader = bake_numbered(model, storage, "main.glsl", cells=True)
         return Source(path, show(model.name), shader, model, model.texture is not None, model.front)
     try:
         text = path.read_text(encoding="utf-8")

@@ -1,3 +1,4 @@
+#include "skip.cuh"
 #include "march.glsl"
 #include "background.glsl"
 #include "shade.glsl"

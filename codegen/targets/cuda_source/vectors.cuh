@@ -41,6 +41,7 @@ __device__ inline float abs(float a) { return fabsf(a); }
 __device__ inline int abs(int a) { return a < 0 ? -a : a; }
 __device__ inline float sqrt(float a) { return sqrtf(a); }
 __device__ inline float max(float a, float b) { return fmaxf(a, b); }
+__device__ inline float min(float a, float b) { return fminf(a, b); }
 __device__ inline float pow(float a, float exponent) { return powf(a, exponent); }
 __device__ inline float step(float edge, float a) { return a < edge ? 0.0f : 1.0f; }
 __device__ inline float clamp(float a, float low, float high) { return fminf(fmaxf(a, low), high); }

@@ -6,6 +6,7 @@ import {Device} from "./device.js";
 // be drawn and the values of the uniforms.
 const TILE = 512; // pixels along the side of the small target
 const BATCH = 20; // milliseconds of drawing that are asked for at once
+const CELL_UNIT = 1; // texture unit of the grid of cells; everything else has unit 0
 const PER_LEVEL = ["delta", "step_bound", "band_step_bound"]; // uniforms that are arrays of floats
 
 export class Painter {
@@ -20,7 +21,7 @@ export class Painter {
         const program = (source) => device.finish(device.begin(`#version 300 es\nprecision highp float;\n${source}`));
         Object.assign(this, {
             device, accumulate: program(this.sources.accumulate), present: program(this.sources.present),
-            tile: device.target(device.sampleFormat, TILE, TILE, device.gl.NEAREST),
+            tile: device.target(device.sampleFormat, TILE, TILE, device.gl.NEAREST), cells: null,
         });
     }
 
@@ -68,11 +69,21 @@ export class Painter {
         return milliseconds;
     }
 
+    // Takes the grid of empty cells that rays of the model skip, or null.
+    hold(cells) {
+        this.device.gl.deleteTexture(this.cells);
+        this.cells = cells && this.device.grid(cells.count, cells.sizes);
+    }
+
     // Draws a rectangle of the picture's sample into the small target, at [column, row] of it.
     draw({program, names, weights}, values, [x, y], [width, height], [column, row] = [0, 0]) {
         const {gl} = this.device;
         gl.useProgram(program);
         gl.bindTexture(gl.TEXTURE_2D, weights);
+        if (names.cells) gl.uniform1i(names.cells, CELL_UNIT);
+        gl.activeTexture(gl.TEXTURE0 + CELL_UNIT);
+        gl.bindTexture(gl.TEXTURE_3D, this.cells);
+        gl.activeTexture(gl.TEXTURE0);
         for (const [name, value] of Object.entries({...values, origin: [x - column, y - row]})) {
             const location = names[name];
             if (!location) continue;

@@ -22,6 +22,16 @@ function fieldValue(model, point) {
     return [value, level];
 }
 
+// Whether a point [x, y, z] may be within `reach` of the surface: by level 1 alone, or by all levels, each in the band of
+// the one before it, wider by that.
+export function isNear({levels}, point, byAll, reach) {
+    let value = 0;
+    return levels.slice(0, byAll ? levels.length : 1).every(({network, delta}, i) => {
+        value += networkValue(network, point);
+        return Math.abs(value) < reach + (byAll && i + 1 === levels.length ? 0 : delta);
+    });
+}
+
 // Returns {points, values}: the coordinates, one after another, of up to `count` points near the surface, which are
 // found by walking inwards from the unit sphere, and the field's value at each.
 export function probes(model, count = 16) {

@@ -7,11 +7,12 @@ import {shared} from "./facts.js";
 // Returns an object from each uniform's name to its number or list of numbers, for sample k of every pixel of a picture
 // of [width, height] pixels. loops: the loop iterations of the field's functions (field.js), where the driver limits
 // them; else null.
-export function uniforms({model, camera, options}, loops, [width, height], k = 0) {
+export function uniforms({model, camera, options, cells}, loops, [width, height], k = 0) {
     const {defaults, shadings} = shared;
     const [level, normalLevel] = [options.level, options.normalLevel ?? options.level]
         .map((wanted) => Math.min(wanted, model.levels.length));
-    const {steps, rounds} = fitting(loops, level, normalLevel, stepsOf(model, options), defaults.rounds[0]);
+    const skipped = cells && level === model.levels.length ? cells.count : 0; // the cells are empty of that surface
+    const {steps, rounds} = fitting(loops, level, normalLevel, stepsOf(model, options), defaults.rounds[0], skipped);
     return {
         resolution: [width, height], jitter: jitter(k), camera: matrix(camera, width / height), focal: [FOCAL],
         level, normal_level: normalLevel, iterations: steps, rounds, delta: model.levels.map(({delta}) => delta),
@@ -19,6 +20,7 @@ export function uniforms({model, camera, options}, loops, [width, height], k = 0
         band_step_bound: model.levels.map(({bounds}) => bounds.band_step_bound), step_scale: defaults.step_scale,
         shading: shadings.indexOf(options.shading), light: options.light,
         background_bottom: options.background[0], background_top: options.background[1], time: [options.time],
+        schedule: defaults.schedule[0], cell_count: skipped, cells_half: [cells ? cells.half : 1],
     };
 }
 
@@ -33,11 +35,12 @@ export function stepsOf(model, options) {
 }
 
 // Returns the steps and rounds, at most those given, that llvmpipe draws whole, as schedule_that_fits in
-// viewer/draw/options.py chooses them. Where not even one round fits, it is tried all the same.
-function fitting(loops, level, normalLevel, steps, rounds) {
+// viewer/draw/options.py chooses them for the relaxed schedule. Where not even one round fits, it is tried all the same.
+// skipped: cells along an edge of the grid, 0 where there is none.
+function fitting(loops, level, normalLevel, steps, rounds, skipped) {
     if (!loops) return {steps, rounds};
-    const once = 1 + loops.gradient[normalLevel - 1] + loops.texture;
-    const round = () => steps.slice(0, level).reduce((sum, count, i) => sum + 2 + count * (1 + loops.value[i]), 2);
+    const once = 1 + 4 * skipped + loops.gradient[normalLevel - 1] + loops.texture;
+    const round = () => 4 + steps[level - 1] * (2 + loops.value[level - 1]);
     const isTooLong = () => rounds * round() + once > shared.loop_limit;
     if (isTooLong())
         steps = steps.map((count, i) => (i === level - 1 ? Math.min(count, shared.least_steps) : count));

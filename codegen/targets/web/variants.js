@@ -1,3 +1,4 @@
+import {emptyCells} from "./cells.js";
 import {pause} from "./device.js";
 import {TEXTURE_WIDTH} from "./texels.js";
 import {asked, uniforms} from "./uniforms.js";
@@ -28,15 +29,28 @@ export class Variants {
         await this.painter.exclusively(async () => {
             if (!isWanted()) return this.drop(variant);
             this.drop(this.current);
-            this.scene.model = model;
+            Object.assign(this.scene, {model, cells: null});
+            this.painter.hold(null);
             this.probes = probes;
             await this.warm(variant);
             await this.keep(variant);
             this.listener.loaded();
         });
+        if (isWanted()) device.unlessLost(this.findCells(model, isWanted)).catch(this.listener.failed);
         const isPossible = literal && device.patient && device.survives(literal.text);
         if (isWanted() && isPossible && !["texture", "trying"].includes(memory.read()))
             device.unlessLost(this.race(literal, isWanted, memory)).catch(this.listener.failed);
+    }
+
+    // Finds the cells that rays of a model skip from then on, while the page draws without.
+    async findCells(model, isWanted) {
+        const cells = await emptyCells(model, isWanted, () => pause(0));
+        if (!cells) return;
+        await this.painter.exclusively(() => {
+            if (!isWanted()) return;
+            this.painter.hold(cells);
+            this.scene.cells = cells;
+        });
     }
 
     // Compiles the literals while the other variant draws, times both on what is seen, and keeps the faster.
@@ -63,7 +77,7 @@ export class Variants {
     async compile(storage, {text, texels, height, loops}, model, isWanted, limit = Infinity) {
         const {device, sources: {prologue, main}} = this.painter, {gl} = device, start = performance.now();
         const opening = prologue.replace(/const int LEVELS = \d+;/, `const int LEVELS = ${model.levels.length};`);
-        const begun = device.begin(`${opening}\n${text}\n${main}`);
+        const begun = device.begin(`${opening}\n#define CELLS\n${text}\n${main}`);
         while (!device.isReady(begun)) {
             await pause(15);
             if (isWanted() && performance.now() - start < limit) continue;
@@ -114,7 +128,7 @@ export class Variants {
         if (!painter.device.float || !expected.length) return null;
         const values = {
             ...uniforms(asked(scene, {level: levels, normalLevel: levels, shading: "data"}), null, [1, 1]),
-            rounds: 1, iterations: Array(levels).fill(1), step_scale: [1],
+            schedule: 0, rounds: 1, iterations: Array(levels).fill(1), step_scale: [1],
             step_bound: Array(levels).fill(1), band_step_bound: Array(levels).fill(1),
         };
         expected.forEach((_, k) => {
