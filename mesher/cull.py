@@ -4,6 +4,7 @@ import numpy as np
 
 from .field import Field
 from .grid import CORNERS, EXTENT, Cells, Grid, compact, crossed, joined, lattice, sorted_unique
+from .memory import check_memory
 from .parallel import Progress, over
 from .surface import Array, Whole
 
@@ -11,6 +12,10 @@ FIRST = 4
 """Culling begins with 2^FIRST blocks along each side of the grid."""
 CHUNK = 2048
 """How many blocks of 2^3 cells are searched for the surface at a time."""
+BYTES_OF_BLOCK = 1700
+"""Memory that a block of 2^3 cells near the surface takes at most until its mesh is written; measured."""
+BYTES_OF_COLUMN = 200
+"""Memory that a cell of a layer takes where the whole grid is evaluated."""
 BLOCK_CELLS = lattice(2, 2, 2)
 """Places (x, y, z) of the 8 cells in a block of 2^3 cells: (8, 3)."""
 BLOCK_VERTICES = lattice(3, 3, 3)
@@ -24,6 +29,7 @@ def culled(field: Field, grid: Grid, progress: Progress) -> Cells:
 
     A block is left out where the field's clearance at its centre exceeds half its diagonal; the others are halved along
     each side. The field is evaluated at the vertices of the blocks of 2^3 cells that are left in the end.
+    Raises UserError where these do not fit the memory.
     """
     size = 2 ** max((grid.resolution - 1).bit_length() - FIRST, 1)
     side = -(-grid.resolution // size)
@@ -36,6 +42,7 @@ def culled(field: Field, grid: Grid, progress: Progress) -> Cells:
         (clearance,) = over(centres, lambda part: (field.clearance(part),), progress, field.chunk)
         blocks = blocks[clearance <= size * grid.diagonal / 2]
         if size == 2:
+            check_memory(BYTES_OF_BLOCK * len(blocks), grid.resolution)
             cells = _evaluated_blocks(field, np.sort(blocks @ grid.steps), grid, progress)
             return _closed(field, cells, grid, progress)
         size //= 2
@@ -44,7 +51,11 @@ def culled(field: Field, grid: Grid, progress: Progress) -> Cells:
 
 
 def dense(field: Field, grid: Grid, progress: Progress) -> Cells:
-    """Find the cells that the surface passes by evaluating the field at every vertex, one layer in x after another."""
+    """Find the cells that the surface passes by evaluating the field at every vertex, one layer in x after another.
+
+    Raises UserError where a layer does not fit the memory.
+    """
+    check_memory(BYTES_OF_COLUMN * grid.resolution**2, grid.resolution)
     layer = int(grid.steps[0])
     progress.begin("evaluating", (grid.resolution + 1) * layer)
     cells = lattice(1, grid.resolution, grid.resolution) @ grid.steps
