@@ -9,6 +9,7 @@ import numpy as np
 
 from .errors import UserError
 from .files import show
+from .strips import mesh_of_strips
 
 if TYPE_CHECKING:
     import trimesh
@@ -39,6 +40,8 @@ def load_mesh(path: Path, why: str = "") -> "trimesh.Trimesh":
         mesh = trimesh.load(path, process=False)
         if isinstance(mesh, trimesh.Scene):  # load(force="mesh") would drop the normals of files that are no scene.
             mesh = mesh.to_mesh()
+        if isinstance(mesh, trimesh.PointCloud):
+            mesh = mesh_of_strips(mesh) or mesh
     except Exception as error:  # On damaged files trimesh's readers raise anything.
         # An ImportError says that trimesh wants to guess an encoding, for the file is no text at all.
         text = "" if isinstance(error, ImportError) else str(error)

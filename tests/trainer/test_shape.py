@@ -1,5 +1,6 @@
 """Meshes and clouds read from files: formats, normalisation, distances, and every input that is refused."""
 
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +9,9 @@ import pytest
 import trimesh
 
 from mplicits.model.errors import UserError
+from mplicits.model.mesh_file import load_mesh
 from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.shapes.mesh import MeshShape
 from mplicits.trainer.shapes.shape import Doubles, Shape, unit
 
 CENTRE = np.array((3.0, -2.0, 5.0))
@@ -188,6 +191,44 @@ def test_a_bad_input_is_refused_in_one_line(tmp_path: Path, name: str, write: ob
     assert says in str(refusal.value)
     assert "\n" not in str(refusal.value)
     assert Path(name).stem in str(refusal.value)
+
+
+def line(form: str, binary: bool, numbers: list[Any]) -> bytes:
+    return struct.pack(form, *numbers) if binary else (" ".join(map(str, numbers)) + "\n").encode()
+
+
+def strips_ply(path: Path, binary: bool, rows: list[list[int]]) -> None:
+    """Write a ball with the normals and colours of its vertices, and with triangle strips."""
+    mesh = ball(2)
+    head = ["ply", f"format {'binary_big_endian' if binary else 'ascii'} 1.0", f"element vertex {len(mesh.vertices)}"]
+    head += [f"property float {name}" for name in ("x", "y", "z", "nx", "ny", "nz")]
+    head += [f"property uchar {name}" for name in ("red", "green", "blue")]
+    head += [f"element tristrips {len(rows)}", "property list int int vertex_indices", "end_header", ""]
+    data = "\n".join(head).encode()
+    for vertex, normal in zip(mesh.vertices.tolist(), mesh.vertex_normals.tolist(), strict=True):
+        data += line(">6f3B", binary, [*vertex, *normal, 200, 100, 0])
+    for row in rows:
+        data += line(f">{len(row) + 1}i", binary, [len(row), *row])
+    path.write_bytes(data)
+
+
+@pytest.mark.parametrize("binary", [True, False], ids=["bytes", "text"])
+def test_triangle_strips_are_a_mesh(tmp_path: Path, binary: bool) -> None:
+    """Strips of one triangle, the first two joined: c b d goes on from a b c; a repeated vertex has no triangle."""
+    faces = ball(2).faces.tolist()
+    a, b, c = faces[0]
+    second = next(k for k, face in enumerate(faces) if k and {b, c} <= set(face))
+    (d,) = set(faces[second]) - {b, c}
+    others = [face for k, face in enumerate(faces) if k not in {0, second}]
+    strips_ply(tmp_path / "s.ply", binary, [[a, b, c, d, d, -1, *(v for face in others for v in (*face, -1))]])
+    shape, warnings = load_shape(str(tmp_path / "s.ply"))
+    assert isinstance(shape, MeshShape)
+    assert not warnings, "it is closed, and its faces point outwards"
+    assert len(load_mesh(tmp_path / "s.ply").faces) == len(faces)
+    assert shape.distance(np.zeros((1, 3)))[0] < -0.9
+    drawn = shape.surface(5, np.random.default_rng(0), colours=True)
+    assert drawn.colours is not None
+    assert np.abs(drawn.colours * 255 - (200, 100, 0)).max() < 1e-9
 
 
 def test_a_name_with_control_characters_is_escaped(tmp_path: Path) -> None:

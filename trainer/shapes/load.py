@@ -13,6 +13,7 @@ import trimesh
 from ...model.errors import UserError
 from ...model.files import show
 from ...model.orientation import DEFAULT_UP, upright
+from ...model.strips import mesh_of_strips
 from .checks import check_cloud, check_coordinates
 from .cloud import CloudShape
 from .demo import DemoShape
@@ -134,8 +135,9 @@ def _textured(mesh: trimesh.Trimesh, image: Path | None) -> TexturedMesh:
 
 def _read_ply(path: Path, image: Path | None) -> TexturedMesh | Cloud:
     loaded: Any = trimesh.load(path, process=False)
-    if isinstance(loaded, trimesh.Trimesh) and len(loaded.faces):
-        return _textured(loaded, image)
+    mesh = loaded if isinstance(loaded, trimesh.Trimesh) and len(loaded.faces) else mesh_of_strips(loaded)
+    if mesh is not None:
+        return _textured(mesh, image)
     _no_image(image)
     columns = loaded.metadata.get("_ply_raw", {}).get("vertex", {}).get("data", {})
     names = set(columns.dtype.names if isinstance(columns, np.ndarray) else columns)
