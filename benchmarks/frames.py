@@ -1,0 +1,165 @@
+"""Compares the schedules of sphere tracing by the work and the time of a frame: writes docs/results/frames.md.
+
+    python benchmarks/frames.py spot armadillo.safetensors ... [--side 512] [--views 10] [--timed 2] [-o FILE]
+
+The multiply-adds of tracing are counted in numpy (codegen/reference/march.py) on every fourth pixel in each direction;
+those of a picture's gradients and colours, which are the same for all schedules, are not among them. Whole pictures are
+drawn by OSMesa with both schedules, in turn, and timed. The rays on which these pictures differ are marched densely.
+"""
+
+import argparse
+import statistics
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dense_view import STOP
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.ir.program import Program
+from mplicits.codegen.reference.cells import Cells, empty_cells
+from mplicits.codegen.reference.dense import dense_march
+from mplicits.codegen.reference.march import march
+from mplicits.codegen.targets.glsl330 import bake
+from mplicits.model.gallery import model_path
+from mplicits.model.model import load, shape_of
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import open_osmesa
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.renderer import Renderer
+from protocol import Page, machine
+
+THIN = 4
+"""Of the pixels, every so many in each direction are counted."""
+ELEVATIONS = (20, -25, 50, 0)
+"""Of the views, in turn, degrees."""
+APART = 0.25
+"""Pixels along a ray by which the ends of two schedules differ enough to be checked by dense marching."""
+BEHIND = 1.0
+"""Pixels behind the end of dense marching from which on a hit is of another part of the shape."""
+
+Picture = NDArray[np.float32]
+"""(side, side, 4): distance along the ray, steps, level, and whether the ray hit."""
+
+
+@dataclass
+class Work:
+    """What tracing all views by one schedule takes."""
+
+    multiply_adds: float = 0.0
+    """Of the rays that were counted."""
+    evaluations: NDArray[np.float64] = field(default_factory=lambda: np.zeros(1))
+    """Of each level's network."""
+    seconds: list[float] = field(default_factory=list)
+    """Of the processor, for each frame that was timed."""
+    lost: int = 0
+    """Rays that miss, or end behind, what dense marching meets."""
+    extra: int = 0
+    """Rays that hit although dense marching passes at over STOP pixels."""
+
+
+def count(program: Program, camera: Camera, side: int, cells: Cells | None) -> list[NDArray[np.float64]]:
+    """Count the evaluations of each level by the plain schedule, the relaxed one, and that with cells, in a view."""
+    eye, directions, footprint = camera.rays(side, side)
+    rays, levels = directions[::THIN, ::THIN].reshape(-1, 3), len(program.bands)
+    ways = [("plain", None), ("relaxed", None), ("relaxed", cells)]
+    traced = [march(program, eye, rays, levels, footprint, schedule=schedule, cells=skip) for schedule, skip in ways]
+    return [np.asarray(one.evaluations, np.float64) for one in traced]
+
+
+def judge(program: Program, camera: Camera, pictures: list[Picture], works: list[Work]) -> tuple[int, float]:
+    """Add what each schedule's picture loses to its work, by dense marching of the rays on which they differ.
+
+    Returns how many pixels the first picture hits, and the median distance between the ends of rays, in pixels.
+    """
+    side = len(pictures[0])
+    eye, directions, footprint = camera.rays(side, side)
+    hits = [picture[..., 3] > 0.5 for picture in pictures]
+    both = hits[0] & hits[1]
+    pixels = np.abs(pictures[0][..., 0] - pictures[1][..., 0]) / (footprint * np.maximum(pictures[0][..., 0], 1e-6))
+    differ = (hits[0] ^ hits[1]) | (both & (pixels > APART))
+    closest, end = dense_march(program, eye, directions[differ], len(program.bands), footprint)
+    for hit, picture, work in zip(hits, pictures, works, strict=True):
+        behind = picture[differ][:, 0] > end * (1 + BEHIND * footprint)
+        work.lost += int(((closest == 0) & (~hit[differ] | behind)).sum())
+        work.extra += int(((closest > STOP) & hit[differ]).sum())
+    return int(hits[0].sum()), float(np.median(pixels[both]))
+
+
+def measure(page: Page, path: Path, side: int, views: int, timed: int) -> None:
+    """Add the row of one model. side: of a picture, pixels; views, timed: cameras, and how many have frames timed."""
+    model = load(path)
+    program = lower(model)
+    costs = np.array([program.cost(function).multiply_adds for function in program.values], np.float64)
+    began = time.process_time()
+    cells = empty_cells(program)
+    finding = time.process_time() - began
+    renderer = Renderer(open_osmesa(), bake(model, cells=True))
+    plain, relaxed, alone = works = [Work() for _ in range(3)]
+    hits, apart = 0, []
+    for view in range(views):
+        camera = Camera(azimuth=30 + 360 * view / views, elevation=ELEVATIONS[view % 4])
+        counts = count(program, camera, side, cells)
+        for work, evaluations in zip((plain, alone, relaxed), counts, strict=True):
+            work.multiply_adds += float(evaluations @ costs)
+            work.evaluations = work.evaluations + evaluations
+        if view >= timed:
+            continue
+        for schedule, work in (("plain", plain), ("relaxed", relaxed)):
+            began = time.process_time()
+            renderer.timed((side, side), camera, RenderOptions(schedule=schedule))
+            work.seconds.append(time.process_time() - began)
+        drawn = [RenderOptions(shading="data", schedule=schedule) for schedule in ("plain", "relaxed")]
+        pictures = [renderer.render((side, side), camera, options) for options in drawn]
+        covered, difference = judge(program, camera, pictures, works[:2])
+        hits += covered
+        apart.append(difference)
+    renderer.release()
+    speed = statistics.median(old / new for old, new in zip(plain.seconds, relaxed.seconds, strict=True))
+    levels = " > ".join(shape_of(level.network) for level in model.levels)
+    counted = [", ".join(f"{number / 1000:,.0f}" for number in work.evaluations) for work in (plain, relaxed)]
+    saved, saved_alone = (plain.multiply_adds / work.multiply_adds for work in (relaxed, alone))
+    page.add(
+        f"| {model.name} | {levels} | {counted[0]} | {counted[1]} "
+        f"| 1 / {saved:.2f} | 1 / {saved_alone:.2f} | {finding:.1f} | {speed:.2f} | {hits:,} "
+        f"| {plain.lost}, {relaxed.lost} | {plain.extra}, {relaxed.extra} | {max(apart):.3f} |"
+    )
+
+
+def main() -> None:
+    """Write the table for the models that the command line names."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("models", type=model_path, nargs="+", metavar="M")
+    parser.add_argument("--side", type=int, default=512, help="pixels per side (default 512)")
+    parser.add_argument("--views", type=int, default=10, help="cameras around the shape (default 10)")
+    parser.add_argument("--timed", type=int, default=2, help="of these, drawn and timed (default 2)")
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/frames.md"))
+    options = parser.parse_args()
+    page = Page(
+        options.output,
+        "# The work of a frame",
+        "",
+        f"Printed by `python benchmarks/frames.py {' '.join(path.stem for path in options.models)} "
+        f"--side {options.side} --views {options.views} --timed {options.timed}`, {machine()}.",
+        "",
+        f"{options.views} views of {options.side} x {options.side}, all levels. Plain: a step is as long as the free "
+        "sphere's radius. Relaxed: `glsl/march.glsl`, `glsl/skip.glsl`. Evaluations of each level, in thousands, on "
+        f"every {THIN}th pixel in each direction; multiply-adds of tracing, without those of gradients and colours, "
+        "which are the same. In one file: without the grid of cells, as shaders that stand alone are. Cells: "
+        f"seconds to find them. Of {options.timed} views, frames with one sample and their colours were drawn by "
+        "OSMesa with both schedules, in turn (ratio of the processor's seconds), and the rays on which these pictures "
+        "differ marched densely. Lost: dense marching meets a part of the shape that tracing misses, or sees another "
+        f"part behind. Extra: tracing hits, and the ray passes at over {STOP:g} pixel.",
+        "",
+        "| model | levels | evaluations: plain | relaxed | multiply-adds | in one file | cells, s | frames per second, "
+        "times | pixels hit | lost: plain, relaxed | extra | ends apart, median, pixels |",
+        "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
+    )
+    for path in options.models:
+        measure(page, path, options.side, options.views, options.timed)
+
+
+if __name__ == "__main__":
+    main()
