@@ -84,6 +84,7 @@ def test_the_head_lists_the_files_in_their_order(monkeypatch: pytest.MonkeyPatch
     ]
 
 
+@pytest.mark.slow
 def test_nvcc_compiles_a_tiny_model(tmp_path: Path) -> None:
     source = tmp_path / "model.cu"
     source.write_text(standalone(random_model((4, 0), name=NAME)), encoding="utf-8")

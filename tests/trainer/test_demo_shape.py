@@ -24,7 +24,7 @@ def slopes(points: Doubles, step: float = 1e-5) -> Doubles:
 
 def test_surface_points_are_at_distance_zero(surface: SurfacePoints) -> None:
     # Also shows that the parts are disjoint: a point inside another part would have a negative distance.
-    assert np.abs(demo.signed_distance(surface.points)).max() < 1e-9
+    assert np.abs(demo.signed_distance(surface.points[::20])).max() < 1e-9
 
 
 def test_the_distance_is_that_to_a_dense_sample_of_the_surface(surface: SurfacePoints) -> None:

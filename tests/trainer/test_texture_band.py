@@ -39,6 +39,7 @@ def smear(model: Model) -> float:
     return float(np.abs(here - there).mean())
 
 
+@pytest.mark.slow
 def test_the_loss_keeps_the_colour_constant_along_normals(painted: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
     settings = replace(SMALL_SETTINGS, omegas=(8.0, 16.0, 12.0), steps=(150, 200, 900), texture_network=(32, 1))
     model = train(painted, settings)
