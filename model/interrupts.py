@@ -1,8 +1,10 @@
-"""What Ctrl-C does while modules are loaded: the process ends at once, for libraries swallow the exception or abort."""
+"""What Ctrl-C does where a library would swallow the exception, or die of it."""
 
 import os
 import signal
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
 
 INTERRUPTED = 130
@@ -23,6 +25,23 @@ def begin_work() -> None:
     """Let Ctrl-C be KeyboardInterrupt everywhere from now on: there is something to lose, and somebody who saves it."""
     if signal.getsignal(signal.SIGINT) is _end_or_raise:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@contextmanager
+def held_back() -> Iterator[None]:
+    """Hold back Ctrl-C until the end of the block, which may be of C code that cannot take an exception."""
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        yield
+        return
+    pressed = []
+    signal.signal(signal.SIGINT, lambda *_: pressed.append(True))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if pressed:
+        raise KeyboardInterrupt
 
 
 def _end_or_raise(_: int, frame: FrameType | None) -> None:

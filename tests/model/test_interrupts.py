@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import trimesh
 
-from mplicits.model.interrupts import INTERRUPTED, begin_work, end_imports_at_once
+from mplicits.model.interrupts import INTERRUPTED, begin_work, end_imports_at_once, held_back
 from support.paths import ROOT
 
 NOT_IGNORED = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
@@ -62,3 +62,20 @@ def test_elsewhere_it_is_an_exception_and_at_work_it_is_everywhere() -> None:
     end_imports_at_once()
     begin_work()
     assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN, "what a caller has set stays"
+
+
+@pytest.mark.usefixtures("handler")
+def test_ctrl_c_can_be_held_back() -> None:
+    done = []
+
+    def work() -> None:
+        with held_back():
+            signal.raise_signal(signal.SIGINT)
+            done.append("all of the block")
+
+    with pytest.raises(KeyboardInterrupt):
+        work()
+    assert done
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    with held_back():
+        pass

@@ -11,6 +11,7 @@ from ... import glsl
 from ...codegen.targets.glsl330 import bake
 from ...codegen.targets.shader import Shader
 from ...model.errors import UserError
+from ...model.interrupts import held_back
 from ...model.model import Model
 
 NumberedText = tuple[str, tuple[str, ...]]
@@ -47,7 +48,8 @@ def compile_program(
 ) -> moderngl.Program:
     """Compile and link a program. Raises ShaderError, which names the `driver`, where that refuses a shader."""
     try:
-        return gl.program(vertex_shader=vertex[0], fragment_shader=fragment[0])
+        with held_back():  # moderngl dies of an exception while it builds its program.
+            return gl.program(vertex_shader=vertex[0], fragment_shader=fragment[0])
     except moderngl.Error as error:
         log = [line.strip() for line in str(error).splitlines() if line.strip()]
         complaints = [line for line in log if "error" in line.lower() and re.search(r"\d", line)] or log[-1:]
