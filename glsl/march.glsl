@@ -15,11 +15,11 @@
 // SCHEDULE_PLAIN: a step is as long as the free sphere's radius, and all rays go through the levels together: on a GPU
 // the branches on the level are uniform.
 // SCHEDULE_RELAXED: skip() leaves out empty space, each step is taken by the finest level defined where it begins, and
-// it goes where the surface is expected, but only so far that its sphere and the next one overlap (stride()). Far from
-// the shape the field may exceed the distance by a third, and such spheres are not free: steps are plain there.
+// it goes where the surface is expected, but only so far that its sphere and the next one overlap (stride()). Large
+// spheres may be none: far from the shape, the field may exceed the distance by a third. Steps are plain there.
 const int SCHEDULE_PLAIN = 0;
 const int SCHEDULE_RELAXED = 1;
-const float NEAR = 0.05; // radius of a free sphere, model units, above which a relaxed step is a plain one
+const float NEAR = 2.0; // pixels: radius of a free sphere above which a relaxed step is a plain one
 
 struct Hit {
     bool hit;
@@ -56,8 +56,8 @@ void advance(inout Hit ray, float f, int reached, int level, float footprint, fl
 // One relaxed step. before: where the last free sphere is along the ray, and its radius; 0: there is none.
 //
 // The radii of this sphere and the last one say how fast the surface comes near. The step goes where it would be met, but
-// no farther than to where the next sphere, if they go on like that, touches this one; and where that turns out wrong,
-// with a gap of over a pixel, back to the end of the last sphere (Keinert et al., Enhanced sphere tracing, 2014; Balint
+// no farther than nine tenths of the way to where the next sphere, if they go on like that, is a pixel away from this
+// one; and where that turns out wrong, with a gap of over a pixel, back to the end of the last sphere (Keinert et al., Enhanced sphere tracing, 2014; Balint
 // and Valasek, Accelerating sphere tracing, 2018). Past the surface, false position between the two.
 void stride(inout Hit ray, inout vec2 before, float f, int reached, int level, float footprint, float far,
             float step_scale) {
@@ -78,9 +78,9 @@ void stride(inout Hit ray, inout vec2 before, float f, int reached, int level, f
     if (known && radius < 0.0) {
         change = max(radius / slope, -moved);
     } else {
-        if (known && radius > 0.0 && radius < NEAR) {
+        if (known && radius > 0.0 && radius < NEAR * pixel) {
             float nearest = max(slope, 0.0);
-            float touching = 2.0 * radius / (1.0 + nearest) + pixel;
+            float touching = 0.9 * (2.0 * radius / (1.0 + nearest) + pixel);
             change = min(touching, radius / max(nearest, 0.5));
             change = max(change, radius);
         }

@@ -1,11 +1,10 @@
 """The fewest bits that the weights of a model need as text, found by rounding them and measuring what it costs."""
 
 from dataclasses import dataclass, replace
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from ...model.model import Array, Level, Model, Network
 from ...model.quantise import MAX_FINE, MAX_HIDDEN, is_quantised
@@ -13,6 +12,9 @@ from ..ir.lower import lower
 from ..ir.program import Program
 from . import interpret
 from .compensated import Samples, Sizes, output, rounded
+
+if TYPE_CHECKING:
+    from tqdm import tqdm
 
 ANGLE = 0.0125
 """Root mean square error of the gradient near the surface that rounding may make; times 57.3, degrees of normals."""
@@ -63,6 +65,8 @@ def fewest_bits(model: Model) -> Model | None:
     where no number of bits that is tried is enough, or where no surface is found. On a terminal, a progress bar shows
     which network is being rounded.
     """
+    from tqdm import tqdm
+
     attempts = ATTEMPTS * len(model.networks())
     with tqdm(total=attempts, bar_format="{desc}|{bar}| {percentage:3.0f}%", leave=False, disable=None) as bar:
         return _all_rounded(model, bar)

@@ -12,8 +12,8 @@ from ..ir.program import Array, Program
 from .cells import Cells, skip
 from .interpret import nested_field
 
-NEAR = 0.05
-"""Radius of a free sphere, model units, above which a relaxed step is a plain one (glsl/march.glsl)."""
+NEAR = 2.0
+"""Radius of a free sphere, pixels, above which a relaxed step is a plain one (glsl/march.glsl)."""
 OFFSET = 1.3
 """The offset surface of a band is traced where |f_i| is delta over this (glsl/march.glsl)."""
 
@@ -98,9 +98,9 @@ class Rays:
         self.t[back], self.hit[back], self.level[back], self.before[back, 1] = at[gap] + free[gap], False, 1, 0
         slope = np.where(known, (free - radius) / np.where(known, moved, 1), 1)
         nearest = np.maximum(slope, 0)
-        ahead = np.minimum(2 * radius / (1 + nearest) + pixel, radius / np.maximum(nearest, 0.5))
+        ahead = np.minimum(0.9 * (2 * radius / (1 + nearest) + pixel), radius / np.maximum(nearest, 0.5))
         past = known & (radius < 0)
-        change = np.where(known & (radius > 0) & (radius < NEAR), np.maximum(ahead, radius), radius)
+        change = np.where(known & (radius > 0) & (radius < NEAR * pixel), np.maximum(ahead, radius), radius)
         change[past] = np.maximum(radius[past] / slope[past], -moved[past])
         kept = ~past & ~gap
         self.before[indices[kept]] = np.stack([self.t[indices[kept]], radius[kept]], axis=1)

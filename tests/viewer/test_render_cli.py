@@ -15,7 +15,7 @@ from mplicits.codegen.targets.uniforms import SHADINGS
 from mplicits.model.errors import UserError
 from mplicits.model.model import save
 from mplicits.viewer.arguments import SHADES
-from mplicits.viewer.cli import CONTEXTS, VERBS
+from mplicits.viewer.cli import CONTEXTS, VERBS, storage_for
 from mplicits.viewer.draw.context import Context, open_context
 from mplicits.viewer.draw.screenshot import save_png
 from support.fitted_model import fitted_model
@@ -106,6 +106,22 @@ def test_options_change_the_picture_where_they_should(model: Path, tmp_path: Pat
         pictures.append(np.asarray(Image.open(tmp_path / f"{i}.png"), float))
     same = np.abs(pictures[0] - pictures[1]).max() <= 2
     assert same == ("--storage" in arguments or "--iterations" in arguments)
+
+
+@pytest.mark.parametrize(
+    ("storage", "rays", "parameters", "software", "chosen"),
+    [
+        ("auto", 256 * 256 * 4, 21_893, True, "texture"),
+        ("auto", 1024 * 1024 * 4, 21_893, True, "auto"),
+        ("auto", 512 * 512 * 4, 8_501, True, "auto"),
+        ("auto", 256 * 256 * 4, 21_893, False, "auto"),
+        ("literal", 1, 21_893, True, "literal"),
+    ],
+)
+def test_software_compiles_literals_where_many_rays_pay_for_them(
+    storage: str, rays: int, parameters: int, software: bool, chosen: str
+) -> None:
+    assert storage_for(storage, rays, parameters, software) == chosen
 
 
 def test_a_split_picture_shows_level_1_and_all_levels(model: Path, tmp_path: Path) -> None:
