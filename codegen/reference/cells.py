@@ -12,10 +12,10 @@ COUNT = 128
 """Cells along an edge of the grid, a power of 2."""
 FIRST = 16
 """Cells along an edge that the search begins with; each that may hold a part is then cut into eight, and so on."""
-OVERESTIMATE = 1.5
+OVERESTIMATE = 1.3
 """How many times the distance to the shape |f| may be: a cell is empty where |f| in its middle exceeds this times the
-way to its corner. Over the unit ball, sixteen trained shapes reach 1.29 to 1.66 (docs/results/field.md), the largest in
-slits that they close."""
+way to its corner. Trained fields may exceed the distance by more, 1.66 times at worst in slits that they close
+(docs/results/field.md), but not so near to their own surface: benchmarks/frames.py counts what is lost."""
 CHUNK = 65_536
 """Cells whose field is evaluated at a time."""
 

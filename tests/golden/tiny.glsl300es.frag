@@ -260,9 +260,10 @@ void advance(inout Hit ray, float f, int reached, int level, float footprint, fl
 // One relaxed step. before: where the last free sphere is along the ray, and its radius; 0: there is none.
 //
 // The radii of this sphere and the last one say how fast the surface comes near. The step goes where it would be met, but
-// no farther than nine tenths of the way to where the next sphere, if they go on like that, is a pixel away from this
-// one; and where that turns out wrong, with a gap of over a pixel, back to the end of the last sphere (Keinert et al., Enhanced sphere tracing, 2014; Balint
-// and Valasek, Accelerating sphere tracing, 2018). Past the surface, false position between the two.
+// no farther than nine tenths of the way to where the next sphere, if they go on like that, is a pixel away from this one;
+// and where that turns out wrong, with a gap of over a pixel, back to the end of the last sphere (Keinert et al., Enhanced
+// sphere tracing, 2014; Balint and Valasek, Accelerating sphere tracing, 2018). Past the surface, false position between
+// the two.
 void stride(inout Hit ray, inout vec2 before, float f, int reached, int level, float footprint, float far,
             float step_scale) {
     ++ray.steps;
