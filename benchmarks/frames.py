@@ -144,6 +144,8 @@ def main() -> None:
         f"Printed by `python benchmarks/frames.py {' '.join(path.stem for path in options.models)} "
         f"--side {options.side} --views {options.views} --timed {options.timed}`, {machine()}.",
         "",
+        "Models that are not the gallery's are those that `benchmarks/field.py --steps 1000,2200 --keep DIR` leaves.",
+        "",
         f"{options.views} views of {options.side} x {options.side}, all levels. Plain: a step is as long as the free "
         "sphere's radius. Relaxed: `glsl/march.glsl`, `glsl/skip.glsl`. Evaluations of each level, in thousands, on "
         f"every {THIN}th pixel in each direction; multiply-adds of tracing, without those of gradients and colours, "
