@@ -282,7 +282,7 @@ Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, f
                     if (t > ray.t) before.y = 0.0;
                     ray.t = t;
                     if (t > span.y) {
-                        ray.level = -1;
+                        ray.level = ray.steps > 0 ? -1 : 0;
                         break;
                     }
                 }

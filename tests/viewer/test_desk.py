@@ -135,7 +135,7 @@ def test_a_baked_shader_file_draws_the_same_picture_as_its_model(
         settle(desk, partial(is_open, desk, path))
         assert desk.shown.source.name == "two"
         assert desk.shown.source.textured
-        assert np.quantile(np.abs(picture_of(desk) - before), 0.95) < 1e-3, "only the silhouette may differ"
+        assert np.quantile(np.abs(picture_of(desk) - before), 0.95) < 5e-3, "a file has no grid of cells"
 
 
 def test_a_watched_file_is_shown_when_it_changes_and_the_picture_stays_where_it_does_not_compile(
@@ -205,7 +205,7 @@ def test_a_split_view_is_saved_as_it_is_shown(open_desk: Callable[..., Desk], tm
     [
         ("float delta[LEVELS] = float[](", "float delta[LEVELS] = float[](.5e, "),
         ('"deltas": [1.0,', '"deltas": [null,'),
-        ('"iterations": [20,', '"iterations": [70000,'),
+        ('"value_loops": [0, 0', '"value_loops": [0, 70000'),
     ],
 )
 def test_the_user_is_told_of_a_shader_file_with_malformed_or_too_large_numbers(
