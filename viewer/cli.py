@@ -22,12 +22,6 @@ CONTEXTS = ("auto", "osmesa", "egl", "window")
 """Choices of --context: the kinds that `open_context` knows."""
 
 
-LITERALS_PAY = 0.005
-"""Rays, for the square of the number of parameters, from which on literals are compiled on software OpenGL.
-
-By the processor's seconds of `render --storage literal` and `texture`: with 8,501 parameters they pay from 340,000 rays
-on, with 21,893 from 2.5 million.
-"""
 NOTHING_SEEN = (
     "mplicits: note: the shape is not in the picture: the camera is inside it, or looks past it; "
     "--camera AZ,EL alone, without a distance, shows all of it"
@@ -101,9 +95,7 @@ def run_render(args: Namespace) -> None:
     mesh = None if args.mesh is None else read_triangles_for(model, args.mesh, args.space or "input")
     context = open_context(args.context)
     try:
-        rays = args.size[0] * args.size[1] * (args.samples + (args.benchmark or 0))
-        storage = storage_for(args.storage, rays, model.parameters(), context.software)
-        renderer = _compiled_renderer(context, model, mesh, storage)
+        renderer = _compiled_renderer(context, model, mesh, args)
         iterations, rounds = renderer.schedule(options)
         if mesh is None and rounds < (wanted_rounds := renderer.wanted_rounds(options)):
             print(
@@ -210,31 +202,23 @@ def _output(args: Namespace) -> Path:
     return output
 
 
-def storage_for(storage: str, rays: int, parameters: int, software: bool) -> str:
-    """Choose how a shader holds the weights that is compiled for one run: `storage`, where that is not "auto".
-
-    rays: of all pictures. parameters: of the model. software: whether the CPU compiles and draws: literals draw
-    three to five times as fast as a texture there, but compile for longer than a small picture takes.
-    """
-    few = rays < LITERALS_PAY * parameters**2
-    return "texture" if storage == "auto" and software and few else storage
-
-
-def _compiled_renderer(context: "Context", model: "Model", mesh: "Triangles | None", storage: str) -> "Renderer":
+def _compiled_renderer(context: "Context", model: "Model", mesh: "Triangles | None", args: Namespace) -> "Renderer":
     """Compile what draws the model, or the mesh where there is one; a terminal says so meanwhile."""
     import sys
 
     from ..codegen.targets.glsl330 import bake
+    from .draw.compile import storage_for
     from .draw.rasteriser import Rasteriser
     from .draw.renderer import Renderer
 
+    rays = args.size[0] * args.size[1] * (args.samples + (args.benchmark or 0))
+    storage = storage_for(args.storage, rays, model.parameters(), context.software)
     if sys.stderr.isatty():
         print(f"compiling the shader on {context.renderer}", end="\r", file=sys.stderr, flush=True)
-    renderer = (
-        Renderer(context, bake(model, storage, cells=True))
-        if mesh is None
-        else Rasteriser(context, model, mesh, storage)
-    )
+    if mesh is None:
+        renderer = Renderer(context, bake(model, storage, cells=True))
+    else:
+        renderer = Rasteriser(context, model, mesh, storage)
     if sys.stderr.isatty():
         print("\x1b[K", end="", file=sys.stderr, flush=True)
     return renderer

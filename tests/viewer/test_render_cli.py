@@ -15,7 +15,8 @@ from mplicits.codegen.targets.uniforms import SHADINGS
 from mplicits.model.errors import UserError
 from mplicits.model.model import save
 from mplicits.viewer.arguments import SHADES
-from mplicits.viewer.cli import CONTEXTS, VERBS, storage_for
+from mplicits.viewer.cli import CONTEXTS, VERBS
+from mplicits.viewer.draw.compile import storage_for
 from mplicits.viewer.draw.context import Context, open_context
 from mplicits.viewer.draw.screenshot import save_png
 from support.fitted_model import fitted_model
