@@ -35,8 +35,10 @@ PICTURED = {0.2: "too small", 1.0: "Eq. 5", 4.0: "too large"}
 RED = (0.9, 0.05, 0.05)
 """Colour of a hole, sRGB."""
 MARCHES = {
-    "single": RenderOptions(iterations=DEFAULT_ITERATIONS, rounds=1, step_scale=1 / DEFAULT_STEP_BOUND),
-    "ours": RenderOptions(),
+    "single": RenderOptions(
+        schedule="plain", iterations=DEFAULT_ITERATIONS, rounds=1, step_scale=1 / DEFAULT_STEP_BOUND
+    ),
+    "ours": RenderOptions(schedule="plain"),
 }
 """Name in the table -> how the rays are traced: in whole steps, or in those of a file without bounds."""
 

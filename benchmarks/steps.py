@@ -96,7 +96,7 @@ def measure(page: Page, model: Model, side: int, views: int) -> None:
     program = lower(model)
     old, new = (Renderer(open_osmesa(), bake(kind)) for kind in (fixed(model), model))
     at_old, at_new = Count(), Count()
-    options = RenderOptions(shading="data")
+    options = RenderOptions(shading="data", schedule="plain")
     hits = 0
     for camera in cameras:
         pictures = [renderer.render((side, side), camera, options) for renderer in (old, new)]
