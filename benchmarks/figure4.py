@@ -5,7 +5,7 @@
 All bands are scaled by one factor at rendering. A hole is a pixel that is drawn as background although dense marching
 with the model's own deltas finds that its ray meets the last level's surface; the pictures show holes in red. "single"
 is the paper's one pass of 20 steps of level 1 and then 5 of each finer level, each as long as the field's value;
-"ours" has the defaults of `mplicits render`.
+"ours" has the defaults of `mplicits render --schedule plain`.
 """
 
 import argparse
