@@ -113,6 +113,7 @@ def test_simple_draws_what_glsl_draws(fitted: Path, fitted_shader: Renderer, arg
     camera = Camera(azimuth, elevation, distance[0] if distance else None, fov=float(given.get("--fov", "35")))
     top, bottom = (tuple(int(c[i : i + 2], 16) / 255 for i in (0, 2, 4)) for c in ("ff8000", "203040"))
     options = RenderOptions(
+        schedule="plain",
         level=int(given["--level"]) if "--level" in given else None,
         normal_level=int(given["--normal-level"]) if "--normal-level" in given else None,
         shading=given.get("--shade", "phong"),
@@ -135,7 +136,9 @@ def fitted_shader(osmesa: Context) -> Renderer:
 def test_data_is_that_of_glsl(fitted: Path, fitted_shader: Renderer, variant: str, side: int, rounds: int) -> None:
     """The level that a ray ended in included, which is 0 only where the ray never came near the ball."""
     ours = data(fitted, variant, side, "--rounds", str(rounds))
-    theirs = fitted_shader.render((side, side), Camera(30, 20), RenderOptions(shading="data", rounds=rounds))
+    theirs = fitted_shader.render(
+        (side, side), Camera(30, 20), RenderOptions(shading="data", rounds=rounds, schedule="plain")
+    )
     assert set(np.unique(theirs[..., 2])) == {0, 1, 2}
     assert (ours[..., 1:] == theirs[..., 1:]).mean(axis=(0, 1)).min() > 0.99, "steps, level, hit"
     assert ((ours[..., 2] == 0) == (ours[..., 1] == 0)).all()
