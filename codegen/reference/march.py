@@ -13,7 +13,9 @@ from .cells import Cells, skip
 from .interpret import nested_field
 
 NEAR = 2.0
-"""Radius of a free sphere, pixels, above which a relaxed step is a plain one (glsl/march.glsl)."""
+"""Radius of a free sphere, in gaps, above which a relaxed step is a plain one (glsl/march.glsl)."""
+GAP = 0.005
+"""Largest gap between two free spheres, model units, where a pixel is wider than that; else, a pixel."""
 OFFSET = 1.3
 """The offset surface of a band is traced where |f_i| is delta over this (glsl/march.glsl)."""
 
@@ -93,14 +95,15 @@ class Rays:
         at, free = self.before[indices].T
         moved = self.t[indices] - at
         known = (free > 0) & (moved > 0)
-        gap = known & (radius > 0) & (moved > free + radius + pixel) & (moved > 1.00001 * free)
+        most = np.minimum(pixel, GAP)
+        gap = known & (radius > 0) & (moved > free + radius + most) & (moved > 1.00001 * free)
         back = indices[gap]
         self.t[back], self.hit[back], self.level[back], self.before[back, 1] = at[gap] + free[gap], False, 1, 0
         slope = np.where(known, (free - radius) / np.where(known, moved, 1), 1)
         nearest = np.maximum(slope, 0)
-        ahead = np.minimum(0.9 * (2 * radius / (1 + nearest) + pixel), radius / np.maximum(nearest, 0.5))
+        ahead = np.minimum(0.9 * (2 * radius / (1 + nearest) + most), radius / np.maximum(nearest, 0.5))
         past = known & (radius < 0)
-        change = np.where(known & (radius > 0) & (radius < NEAR * pixel), np.maximum(ahead, radius), radius)
+        change = np.where(known & (radius > 0) & (radius < NEAR * most), np.maximum(ahead, radius), radius)
         change[past] = np.maximum(radius[past] / slope[past], -moved[past])
         kept = ~past & ~gap
         self.before[indices[kept]] = np.stack([self.t[indices[kept]], radius[kept]], axis=1)

@@ -223,7 +223,8 @@ vec2 ball(vec3 origin, vec3 direction, float radius) {
 // spheres may be none: far from the shape, the field may exceed the distance by a third. Steps are plain there.
 const int SCHEDULE_PLAIN = 0;
 const int SCHEDULE_RELAXED = 1;
-const float NEAR = 2.0; // pixels: radius of a free sphere above which a relaxed step is a plain one
+const float NEAR = 2.0; // gaps: radius of a free sphere above which a relaxed step is a plain one
+const float GAP = 0.005; // model units, of pixels that are wider: largest gap between two free spheres
 
 struct Hit {
     bool hit;
@@ -270,8 +271,9 @@ void stride(inout Hit ray, inout vec2 before, float f, int reached, int level, f
     float pixel = footprint * ray.t;
     float radius = free_radius(f, reached, level, step_scale);
     float moved = ray.t - before.x;
+    float gap = min(pixel, GAP);
     bool known = before.y > 0.0 && moved > 0.0;
-    if (known && radius > 0.0 && moved > before.y + radius + pixel && moved > 1.00001 * before.y) {
+    if (known && radius > 0.0 && moved > before.y + radius + gap && moved > 1.00001 * before.y) {
         ray.t = before.x + before.y;
         ray.hit = false;
         ray.level = 1;
@@ -283,9 +285,9 @@ void stride(inout Hit ray, inout vec2 before, float f, int reached, int level, f
     if (known && radius < 0.0) {
         change = max(radius / slope, -moved);
     } else {
-        if (known && radius > 0.0 && radius < NEAR * pixel) {
+        if (known && radius > 0.0 && radius < NEAR * gap) {
             float nearest = max(slope, 0.0);
-            float touching = 0.9 * (2.0 * radius / (1.0 + nearest) + pixel);
+            float touching = 0.9 * (2.0 * radius / (1.0 + nearest) + gap);
             change = min(touching, radius / max(nearest, 0.5));
             change = max(change, radius);
         }
