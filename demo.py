@@ -10,7 +10,7 @@ from pathlib import Path
 from .model.errors import UserError
 from .model.files import show
 from .model.verb import Verb
-from .trainer.cli import MOST_SECONDS
+from .trainer.cli import is_duration
 
 MODEL = "spot"
 """The gallery's model that the demo shows."""
@@ -63,7 +63,7 @@ def run_demo(args: Namespace, perform: Perform) -> None:
 
 def trained_model(args: Namespace, perform: Perform) -> str:
     """Return the path of a model of the built-in shape; train it where it is not there or is wanted anew."""
-    if args.seconds and not is_duration(args.seconds):
+    if args.seconds and not is_time(args.seconds):
         raise UserError(f"--seconds {show(args.seconds)}: a number from 1 is needed")
     make_folder(args.out_dir)
     model = str(args.out_dir / "demo.safetensors")
@@ -74,10 +74,10 @@ def trained_model(args: Namespace, perform: Perform) -> str:
     return model
 
 
-def is_duration(text: str) -> bool:
+def is_time(text: str) -> bool:
     """Whether a text is a number of seconds that `train` takes, so that no folder is made in vain."""
     try:
-        return 1 <= float(text) < MOST_SECONDS
+        return is_duration(float(text))
     except ValueError:
         return False
 

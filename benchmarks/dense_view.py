@@ -10,6 +10,30 @@ from mplicits.viewer.draw.camera import Camera
 STOP = 0.05
 """Pixels: a ray that passes the surface closer than this may count as a hit or not (glsl/march.glsl)."""
 
+ELEVATIONS = (20, -25, 50, 0)
+"""Of the views around a model, in turn, degrees."""
+
+Picture = NDArray[np.float32]
+"""(side, side, 4): distance along the ray, steps, level, and whether the ray hit."""
+
+
+def views(count: int) -> list[Camera]:
+    """Return cameras around a model, at different heights."""
+    return [Camera(azimuth=30 + 360 * i / count, elevation=ELEVATIONS[i % 4]) for i in range(count)]
+
+
+def lost_and_extra(
+    rays: NDArray[np.float32], closest: NDArray[np.float32], farthest: NDArray[np.floating]
+) -> tuple[int, int]:
+    """Count the rays that tracing loses, and those that it hits although they pass at over STOP pixels.
+
+    rays: (N, 4), of a Picture. closest: (N,) pixels, of dense marching. farthest: (N,) distance along the ray beyond
+    which a hit is of another part of the shape than the one that dense marching meets.
+    """
+    hit = rays[:, 3] > 0.5
+    lost = (closest == 0) & (~hit | (rays[:, 0] > farthest))
+    return int(lost.sum()), int(((closest > STOP) & hit).sum())
+
 
 def closest_approach(program: Program, camera: Camera, side: int) -> NDArray[np.float32]:
     """Return how close each ray of a picture of side x side pixels comes to the last level's surface.

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from dense_view import STOP
+from dense_view import STOP, Picture, lost_and_extra, views
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.ir.program import Program
 from mplicits.codegen.reference.cells import Cells, empty_cells
@@ -33,15 +33,10 @@ from protocol import Page, machine
 
 THIN = 4
 """Of the pixels, every so many in each direction are counted."""
-ELEVATIONS = (20, -25, 50, 0)
-"""Of the views, in turn, degrees."""
 APART = 0.25
 """Pixels along a ray by which the ends of two schedules differ enough to be checked by dense marching."""
 BEHIND = 1.0
 """Pixels behind the end of dense marching from which on a hit is of another part of the shape."""
-
-Picture = NDArray[np.float32]
-"""(side, side, 4): distance along the ray, steps, level, and whether the ray hit."""
 
 
 @dataclass
@@ -81,15 +76,15 @@ def judge(program: Program, camera: Camera, pictures: list[Picture], works: list
     pixels = np.abs(pictures[0][..., 0] - pictures[1][..., 0]) / (footprint * np.maximum(pictures[0][..., 0], 1e-6))
     differ = (hits[0] ^ hits[1]) | (both & (pixels > APART))
     closest, end = dense_march(program, eye, directions[differ], len(program.bands), footprint)
-    for hit, picture, work in zip(hits, pictures, works, strict=True):
-        behind = picture[differ][:, 0] > end * (1 + BEHIND * footprint)
-        work.lost += int(((closest == 0) & (~hit[differ] | behind)).sum())
-        work.extra += int(((closest > STOP) & hit[differ]).sum())
+    for picture, work in zip(pictures, works, strict=True):
+        lost, extra = lost_and_extra(picture[differ], closest, end * (1 + BEHIND * footprint))
+        work.lost += lost
+        work.extra += extra
     return int(hits[0].sum()), float(np.median(pixels[both]))
 
 
-def measure(page: Page, path: Path, side: int, views: int, timed: int) -> None:
-    """Add the row of one model. side: of a picture, pixels; views, timed: cameras, and how many have frames timed."""
+def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int) -> None:
+    """Add the row of one model. side: of a picture, pixels; timed: how many cameras have frames drawn and timed."""
     model = load(path)
     program = lower(model)
     costs = np.array([program.cost(function).multiply_adds for function in program.values], np.float64)
@@ -99,8 +94,7 @@ def measure(page: Page, path: Path, side: int, views: int, timed: int) -> None:
     renderer = Renderer(open_osmesa(), bake(model, cells=True))
     plain, relaxed, alone = works = [Work() for _ in range(3)]
     hits, apart = 0, []
-    for view in range(views):
-        camera = Camera(azimuth=30 + 360 * view / views, elevation=ELEVATIONS[view % 4])
+    for view, camera in enumerate(cameras):
         counts = count(program, camera, side, cells)
         for work, evaluations in zip((plain, alone, relaxed), counts, strict=True):
             work.multiply_adds += float(evaluations @ costs)
@@ -160,7 +154,7 @@ def main() -> None:
         "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
     )
     for path in options.models:
-        measure(page, path, options.side, options.views, options.timed)
+        measure(page, path, options.side, views(options.views), options.timed)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, binary_erosion
 
-from dense_view import STOP
+from dense_view import Picture, lost_and_extra, views
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.ir.program import Program
 from mplicits.codegen.reference.dense import dense_march
@@ -35,11 +35,6 @@ NEAR = 3
 """Pixels from a silhouette up to which every ray is marched densely."""
 APART = 0.01
 """Distance along a ray by which two hits are of different parts of the shape, model units."""
-ELEVATIONS = (20, -25, 50, 0)
-"""Of the views, in turn, degrees."""
-
-Picture = NDArray[np.float32]
-"""(side, side, 4): distance along the ray, steps, level, and whether the ray hit."""
 
 
 @dataclass
@@ -82,17 +77,17 @@ def count(program: Program, camera: Camera, pictures: list[Picture], counts: lis
     eye, directions, footprint = camera.rays(side, side)
     closest, end = dense_march(program, eye, directions[where], len(program.bands), footprint)
     for picture, total in zip(pictures, counts, strict=True):
-        hit, t, steps = picture[where][:, 3] > 0.5, picture[where][:, 0], picture[..., 1]
-        total.lost += int(((closest == 0) & (~hit | (t > end + APART))).sum())
-        total.extra += int(((closest > STOP) & hit).sum())
+        lost, extra = lost_and_extra(picture[where], closest, end + APART)
+        steps = picture[..., 1]
+        total.lost += lost
+        total.extra += extra
         total.steps += int(steps.sum())
         total.rays += int((steps > 0).sum())
     return int((pictures[-1][..., 3] > 0.5).sum())
 
 
-def measure(page: Page, model: Model, side: int, views: int) -> None:
-    """Add one row to the table. side: of a picture, in pixels; views: number of cameras."""
-    cameras = [Camera(azimuth=30 + 360 * i / views, elevation=ELEVATIONS[i % 4]) for i in range(views)]
+def measure(page: Page, model: Model, side: int, cameras: list[Camera]) -> None:
+    """Add one row to the table. side: of a picture, in pixels."""
     program = lower(model)
     old, new = (Renderer(open_osmesa(), bake(kind)) for kind in (fixed(model), model))
     at_old, at_new = Count(), Count()
@@ -156,7 +151,7 @@ def main() -> None:
     for path in options.models:
         is_model = path.suffix == ".safetensors"
         model = load(path) if is_model else trained(path, options.levels, options.steps, options.keep)
-        measure(page, model, options.side, options.views)
+        measure(page, model, options.side, views(options.views))
 
 
 if __name__ == "__main__":

@@ -28,6 +28,11 @@ CREASE = 30.0
 """Angle in degrees above which an edge of a mesh may be a crease."""
 
 
+def is_duration(seconds: float) -> bool:
+    """Whether a training may take so many seconds."""
+    return 1 <= seconds < MOST_SECONDS
+
+
 def arguments(parser: ArgumentParser) -> None:
     """Add the options of `train`."""
     add = parser.add_argument
@@ -161,7 +166,7 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") ->
     """Train, save the model, and print its figures. Raises UserError."""
     preset = PRESETS[options.preset]
     sizes = networks(options.levels or preset.levels)
-    if options.seconds is not None and not 1 <= options.seconds < MOST_SECONDS:
+    if options.seconds is not None and not is_duration(options.seconds):
         raise UserError(f"--seconds: {options.seconds:g}: at least 1 is needed")
     if options.noise is not None and not 0 <= options.noise <= LARGEST_NOISE:
         raise UserError(f"--noise: {options.noise:g}: a share of the radius from 0 to {LARGEST_NOISE} is needed")
