@@ -95,19 +95,19 @@ class Rays:
         at, free = self.before[indices].T
         moved = self.t[indices] - at
         known = (free > 0) & (moved > 0)
-        most = np.minimum(pixel, GAP)
-        gap = known & (radius > 0) & (moved > free + radius + most) & (moved > 1.00001 * free)
-        back = indices[gap]
-        self.t[back], self.hit[back], self.level[back], self.before[back, 1] = at[gap] + free[gap], False, 1, 0
+        gap = np.minimum(pixel, GAP)
+        apart = known & (radius > 0) & (moved > free + radius + gap) & (moved > 1.00001 * free)
+        back = indices[apart]
+        self.t[back], self.hit[back], self.level[back], self.before[back, 1] = at[apart] + free[apart], False, 1, 0
         slope = np.where(known, (free - radius) / np.where(known, moved, 1), 1)
         nearest = np.maximum(slope, 0)
-        ahead = np.minimum(0.9 * (2 * radius / (1 + nearest) + most), radius / np.maximum(nearest, 0.5))
+        ahead = np.minimum(0.9 * (2 * radius / (1 + nearest) + gap), radius / np.maximum(nearest, 0.5))
         past = known & (radius < 0)
-        change = np.where(known & (radius > 0) & (radius < NEAR * most), np.maximum(ahead, radius), radius)
+        change = np.where(known & (radius > 0) & (radius < NEAR * gap), np.maximum(ahead, radius), radius)
         change[past] = np.maximum(radius[past] / slope[past], -moved[past])
-        kept = ~past & ~gap
+        kept = ~past & ~apart
         self.before[indices[kept]] = np.stack([self.t[indices[kept]], radius[kept]], axis=1)
-        self._move(indices[~gap], change[~gap], f[~gap], reached[~gap], settings)
+        self._move(indices[~apart], change[~apart], f[~apart], reached[~apart], settings)
 
     def _move(
         self,

@@ -57,6 +57,8 @@ POSTER_SIDE = 160
 """Pixels of the picture that is seen until the page has drawn its own."""
 POSTER_QUALITY = 85
 """Of its WebP, from 0 to 100."""
+CELLS = 32, 64
+"""Cells along an edge of the grid that the page finds: of large models, and of others."""
 PROBES = 32
 """Most points at which the page compares its field with the reference's."""
 
@@ -122,7 +124,7 @@ def facts_json(facts: dict[str, Any]) -> str:
         "plain": PLAIN,
         "defaults": {entry.name: entry.default for entry in UNIFORMS if isinstance(entry.default, tuple)},
         "shadings": SHADINGS,
-        "cells": {"first": FIRST, "least": 32, "most": 64, "overestimate": OVERESTIMATE},
+        "cells": {"first": FIRST, "least": CELLS[0], "most": CELLS[1], "overestimate": OVERESTIMATE},
         "loop_limit": LOOP_LIMIT,
         "least_steps": LEAST_STEPS,
         "camera": {
