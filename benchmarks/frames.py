@@ -91,7 +91,7 @@ def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int
     began = time.process_time()
     cells = empty_cells(program)
     finding = time.process_time() - began
-    renderer = Renderer(open_osmesa(), bake(model, cells=True))
+    renderer = Renderer(open_osmesa(), bake(model, passes=True))
     plain, relaxed, alone = works = [Work() for _ in range(3)]
     hits, apart = 0, []
     for view, camera in enumerate(cameras):

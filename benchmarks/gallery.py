@@ -58,7 +58,7 @@ def panels(levels: int) -> dict[str, RenderOptions]:
 
 def strip(model: Model, camera: Camera, context: Context, front: dict[str, NDArray[np.float32]]) -> NDArray[np.float32]:
     """Draw the panels of a model side by side, and into `front` its pictures for docs/demo.png, by their shadings."""
-    renderer = Renderer(context, bake(model, "texture", cells=True))  # literals compile for longer than these draw
+    renderer = Renderer(context, bake(model, "texture", passes=True))  # literals compile for longer than these draw
     pictures = [renderer.render((SIDE, SIDE), camera, options) for options in panels(len(model.levels)).values()]
     for shading in front:
         options = RenderOptions(samples=4, shading=shading)

@@ -52,7 +52,7 @@ def glsl(model: Model, storage: str, size: int) -> tuple[str, str]:
     try:
         if context.software:
             return NOT_RUN, NOT_RUN
-        renderer = Renderer(context, bake(model, storage, cells=True))
+        renderer = Renderer(context, bake(model, storage, passes=True))
         seconds = [renderer.timed((size, size), Camera(), RenderOptions())[0] for _ in range(FRAMES // 10 + FRAMES)]
         compiling = renderer.compile_seconds
         renderer.release()

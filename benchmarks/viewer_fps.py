@@ -46,7 +46,7 @@ def rate(picture: Picture, renderer: Renderer, view: View, size: tuple[int, int]
 def row(context: Context, path: Path, size: tuple[int, int], frames: int) -> str:
     """Measure a model, and return its line of the table."""
     model = load(path)
-    renderer, picture = Renderer(context, bake(model, cells=True)), Picture(context)
+    renderer, picture = Renderer(context, bake(model, passes=True)), Picture(context)
     view = View(Camera(aspect=size[0] / size[1]), RenderOptions(), len(model.levels), model.texture is not None)
     full = rate(picture, renderer, view, size, frames, adapt=False)
     moving = rate(picture, renderer, view, size, frames, adapt=True)

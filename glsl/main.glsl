@@ -2,9 +2,7 @@
 #include "camera_ray.glsl"
 #include "skip.glsl"
 #include "march.glsl"
-#include "shade.glsl"
-#include "base_colour.glsl"
-uniform float split; // share of the width, from the left, that wears the traced level's own normals
+#include "surface.glsl"
 
 // The fragment: one ray. color.rgb is sRGB, color.a is 1 on the surface and 0 on the background.
 // SHADE_DATA writes (t, steps, level that the ray ended in, hit) instead; level 0: it never came near the shape.
@@ -12,18 +10,10 @@ void main() {
     // Never true; a shader that may discard compiles in half the time on llvmpipe (one variant instead of two).
     if (resolution.x < 0.0) discard;
     vec2 pixel = gl_FragCoord.xy + origin + jitter;
-    vec3 eye = camera[3].xyz;
     vec3 direction = camera_ray(pixel, resolution, camera, focal);
-    Hit ray = march(eye, direction, 2.0 / (focal * resolution.y), level, rounds, step_scale, schedule);
+    Hit ray = march(camera[3].xyz, direction, 2.0 / (focal * resolution.y), level, rounds, step_scale, schedule);
     color = vec4(background(pixel, resolution, background_bottom, background_top), 0.0);
-    if (ray.hit) {
-        vec3 p = eye + ray.t * direction;
-        vec3 normal = normalize(field_gradient(p, pixel.x < split * resolution.x ? level : normal_level).xyz);
-        vec3 toward = normalize(mat3(camera) * light);
-        vec3 colour = shade(shading, normal, direction, ray.t, length(eye), ray.steps, base_colour(p), toward,
-                            camera[1].xyz);
-        color = vec4(colour, 1.0);
-    }
+    if (ray.hit) color = vec4(surface(pixel, direction, ray.t, ray.steps), 1.0);
     if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 64.0), color.a);
     if (shading == SHADE_DATA) color = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));
 }

@@ -1,4 +1,5 @@
 #include "ball.glsl"
+#include "schedules.glsl"
 // march(): multiscale sphere tracing (Section 3.2, Appendix C): f_1 - delta_1, then f_2 - delta_2, ..., then f_level.
 // origin, direction: model space, direction of length 1; footprint: width of a pixel at distance 1.
 // rounds: how often the sequence of levels is gone through; step_scale: factor on every step; schedule: see below.
@@ -17,8 +18,6 @@
 // SCHEDULE_RELAXED: skip() leaves out empty space, each step is taken by the finest level defined where it begins, and
 // it goes where the surface is expected, but only so far that its sphere and the next one overlap (stride()). Large
 // spheres may be none: far from the shape, the field may exceed the distance by a third. Steps are plain there.
-const int SCHEDULE_PLAIN = 0;
-const int SCHEDULE_RELAXED = 1;
 const float NEAR = 2.0; // gaps: radius of a free sphere above which a relaxed step is a plain one
 const float GAP = 0.005; // model units, of pixels that are wider: largest gap between two free spheres
 

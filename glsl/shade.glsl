@@ -1,17 +1,11 @@
 #include "heat.glsl"
 #include "linear.glsl"
 #include "phong.glsl"
+#include "shadings.glsl"
 #include "srgb.glsl"
 // shade(): colour, sRGB, of the surface at p under one of the shading modes.
 // normal: length 1; direction: of the ray, length 1; t: distance along it; steps: taken by march().
 // albedo: sRGB; light (to the light), up: length 1. All in model space. eye: distance of the eye from the origin.
-const int SHADE_PHONG = 0;
-const int SHADE_NORMAL = 1;
-const int SHADE_DEPTH = 2;
-const int SHADE_STEPS = 3;
-const int SHADE_TEXTURE = 4;
-const int SHADE_DATA = 5;
-
 vec3 shade(int shading, vec3 normal, vec3 direction, float t, float eye, int steps, vec3 albedo, vec3 light, vec3 up) {
     if (shading == SHADE_NORMAL) return 0.5 + 0.5 * normal;
     if (shading == SHADE_DEPTH) return vec3(clamp(0.5 - 0.45 * (t - eye), 0.0, 1.0));

@@ -216,7 +216,7 @@ def _compiled_renderer(context: "Context", model: "Model", mesh: "Triangles | No
     if sys.stderr.isatty():
         print(f"compiling the shader on {context.renderer}", end="\r", file=sys.stderr, flush=True)
     if mesh is None:
-        renderer = Renderer(context, bake(model, storage, cells=True))
+        renderer = Renderer(context, bake(model, storage, passes=True))
     else:
         renderer = Rasteriser(context, model, mesh, storage)
     if sys.stderr.isatty():

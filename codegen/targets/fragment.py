@@ -13,7 +13,7 @@ from ..printers.cstyle import Language
 from ..printers.field import print_field
 from ..reference.cells import empty_cells
 from .header import header_facts, header_line
-from .shader import Shader
+from .shader import PASSES, Shader
 from .uniforms import TIME, UNIFORMS, Uniform
 
 
@@ -35,13 +35,14 @@ class Dialect:
     """Functions, as text, that `language` names and GLSL itself does not have."""
 
 
-def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main: str, cells: bool = False) -> Shader:
+def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main: str, passes: bool = False) -> Shader:
     """Make the fragment shader of a model.
 
     storage: "literal", "texture", or "auto", which decides by the table STORAGES in printers/field.py. digits: decimals
     that the weights are rounded to, None for all. main: name of the file in glsl/ that follows the field, or GLSL
-    itself. cells: whether rays skip the empty cells of a grid, which a renderer hands to the shader as a texture; files
-    that stand alone have none. Raises UserError for the storage "packed", which Shadertoy alone has.
+    itself. passes: whether the shader is for a renderer, which draws a frame in passes and hands them a grid of empty
+    cells as a texture; files that stand alone have neither. Raises UserError for the storage "packed", which Shadertoy
+    alone has.
     """
     program = lower(model, digits)
     field = print_field(program, dialect.language, storage)
@@ -54,13 +55,19 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
         iterations=tuple(band.iterations for band in program.bands),
         deltas=tuple(band.delta for band in program.bands),
         textured=program.texture is not None,
-        cells=empty_cells(program) if cells else None,
+        cells=empty_cells(program) if passes else None,
     )
     facts = header_facts(model, program, dialect.target) | shader.facts()
     body = glsl.load(main) if main.endswith(".glsl") else main
+    opening = prologue(facts, program, dialect, field.weights)
+    whole = replace(shader, text="\n".join([opening, field.text, body]))
+    if not passes:
+        return whole
     if shader.cells is not None:
-        body = f"#define CELLS\n{body}"
-    return replace(shader, text="\n".join([prologue(facts, program, dialect, field.weights), field.text, body]))
+        opening += "#define CELLS\n"
+    bodies = {name: glsl.load_numbered(f"{name}.glsl") for name in PASSES}
+    texts = {name: "\n".join([opening, *[field.text] * PASSES[name], text]) for name, (text, _) in bodies.items()}
+    return replace(whole, passes={name: (texts[name], files) for name, (_, files) in bodies.items()})
 
 
 def prologue(facts: Mapping[str, Any], program: Program, dialect: Dialect, weights: Array | None) -> str:

@@ -20,10 +20,10 @@ DIALECT = fragment.Dialect(
 
 
 def bake(
-    model: Model, storage: str = "auto", digits: int | None = None, main: str = "main.glsl", cells: bool = False
+    model: Model, storage: str = "auto", digits: int | None = None, main: str = "main.glsl", passes: bool = False
 ) -> Shader:
     """Make the fragment shader of a model; see fragment.bake."""
-    return fragment.bake(model, DIALECT, storage, digits, main, cells)
+    return fragment.bake(model, DIALECT, storage, digits, main, passes)
 
 
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:

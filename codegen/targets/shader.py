@@ -12,6 +12,15 @@ LOOP_LIMIT = 65_535
 LEAST_STEPS = 3
 """Sphere tracing steps per round of the last level, where LOOP_LIMIT forbids more."""
 
+NumberedText = tuple[str, tuple[str, ...]]
+"""A shader's text, and the names of the files in glsl/ that its `#line` directives tell apart (glsl.load_numbered)."""
+PASSES = {"near": False, "trace": True, "behind": False, "colour": True}
+"""The passes of a frame, in this order, and whether each evaluates the field; glsl/near.glsl, ... say what they do.
+
+The second and the fourth draw only where the depth that the pass before has left lets them. Drivers see to that before
+a fragment shader begins, and software ones, which mask branches and do not skip them, draw a frame twice as fast.
+"""
+
 LISTS = {"value_loops": int, "gradient_loops": int, "iterations": int, "deltas": float}
 """Keys of a shader's facts that are lists with a number for each level."""
 
@@ -36,8 +45,10 @@ class Shader:
     """Default of the uniform `delta`: half width of each level's band, model units."""
     textured: bool = False
     """Whether the colour is the model's own, not the one of all models without a texture."""
+    passes: Mapping[str, NumberedText] | None = None
+    """The same frame in passes, for a renderer that has depth buffers: the text of each one of PASSES, by name."""
     cells: Cells | None = None
-    """The grid for the sampler `cells` of skip.glsl; None where rays skip nothing."""
+    """The grid for the sampler `cells` of skip.glsl, which passes read; None where rays skip nothing."""
     files: tuple[str, ...] = ()
     """Names of the files in glsl/ that `#line` directives in the text tell apart (glsl.load_numbered)."""
 

@@ -2,17 +2,17 @@
 
 GLSL declares them from it, and the page's settings, CUDA's arguments and the window's panel take their defaults there.
 Not in it are uniforms of single files in glsl/, which declare them themselves, and which are 0 unless they are set:
-`plain` (base_colour.glsl), `split` (main.glsl, mesh.glsl), the grid of cells (skip.glsl), and those that place a mesh
-(mesh.vert.glsl).
+`plain` (base_colour.glsl), `split` (surface.glsl, mesh.glsl), the grid of cells (skip.glsl), what passes of a frame
+leave to others (`rays`, behind.glsl, colour.glsl), and those that place a mesh (mesh.vert.glsl).
 """
 
 from dataclasses import dataclass
 
 SHADINGS = ("phong", "normal", "depth", "steps", "texture", "data")
-"""The shading modes: the index of each is its value of the uniform `shading` (in glsl/shade.glsl, SHADE_PHONG, ...)."""
+"""The shading modes: the index of each is its value of the uniform `shading` (glsl/shadings.glsl)."""
 
 SCHEDULES = ("plain", "relaxed")
-"""The schedules of sphere tracing: the index of each is its value of the uniform `schedule` (glsl/march.glsl)."""
+"""The schedules of sphere tracing: the index of each is its value of the uniform `schedule` (glsl/schedules.glsl)."""
 
 LEVELS = "LEVELS"
 """Stands for a default that depends on the model: its number of levels."""

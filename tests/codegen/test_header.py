@@ -94,4 +94,4 @@ def test_glsl_declares_the_table_of_uniforms_and_names_its_shadings() -> None:
     for uniform in UNIFORMS:
         assert f"uniform {uniform.type} {uniform.declared} = " in text, uniform.name
     for value, name in enumerate(SHADINGS):
-        assert f"const int SHADE_{name.upper()} = {value};\n" in read("shade.glsl")
+        assert f"const int SHADE_{name.upper()} = {value};\n" in read("shadings.glsl")

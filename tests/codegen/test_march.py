@@ -117,7 +117,7 @@ def test_the_plain_march_in_numpy_takes_the_same_steps(
 @pytest.mark.parametrize("level", [1, 2])
 def test_the_relaxed_march_in_numpy_takes_the_same_steps(osmesa: Context, model: Model, level: int) -> None:
     """With the grid of cells, which is skipped at the last level alone."""
-    shader = bake(model, cells=True)
+    shader = bake(model, passes=True)
     renderer = Renderer(osmesa, shader)
     drawn = data(renderer, VIEWS[0], level=level).reshape(-1, 4)
     renderer.release()

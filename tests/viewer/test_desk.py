@@ -155,7 +155,11 @@ def test_a_watched_file_is_shown_when_it_changes_and_the_picture_stays_where_it_
     assert f"line {line}" in desk.log[0]
     assert "normalise" in desk.log[0]
     np.testing.assert_array_equal(picture_of(desk), before)
-    path.write_text(good.replace("color = vec4(colour, 1.0)", "color = vec4(1.0, 0.0, 0.0, 1.0)"))
+    path.write_text(
+        good.replace(
+            "color = vec4(surface(pixel, direction, ray.t, ray.steps), 1.0)", "color = vec4(1.0, 0.0, 0.0, 1.0)"
+        )
+    )
     settle(desk, lambda: not desk.log and not desk.shown.view.changed)
     assert np.isclose(picture_of(desk), (1, 0, 0), atol=1e-3).all(axis=-1).any()
 

@@ -45,7 +45,7 @@ MEAN = 0.2
 
 @pytest.fixture(scope="module")
 def renderer(osmesa: Context) -> Renderer:
-    return Renderer(osmesa, bake(load(DEMO), cells=True))
+    return Renderer(osmesa, bake(load(DEMO), passes=True))
 
 
 @pytest.fixture(scope="module")

@@ -9,13 +9,11 @@ from numpy.typing import NDArray
 
 from ... import glsl
 from ...codegen.targets.glsl330 import bake
-from ...codegen.targets.shader import Shader
+from ...codegen.targets.shader import NumberedText, Shader
 from ...model.errors import UserError
 from ...model.interrupts import held_back
 from ...model.model import Model
 
-NumberedText = tuple[str, tuple[str, ...]]
-"""A shader's text, and the names of the files in glsl/ that its `#line` directives tell apart (glsl.load_numbered)."""
 VERTEX_SHADER = """#version 330
 void main() {  // one triangle that covers the picture
     gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0);
@@ -40,13 +38,13 @@ class ShaderError(UserError):
         self.log = log
 
 
-def bake_numbered(model: Model, storage: str, main: str, cells: bool = False) -> Shader:
+def bake_numbered(model: Model, storage: str, main: str) -> Shader:
     """Bake a model as glsl330.bake does, in such a way that `compile_program` places errors in the files of glsl/.
 
-    main: name of the file in glsl/ that follows the field; cells: as there.
+    main: name of the file in glsl/ that follows the field.
     """
     text, files = glsl.load_numbered(main)
-    return replace(bake(model, storage, main=text, cells=cells), files=files)
+    return replace(bake(model, storage, main=text), files=files)
 
 
 def storage_for(storage: str, rays: int, parameters: int, software: bool) -> str:

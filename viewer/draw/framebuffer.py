@@ -15,6 +15,13 @@ def free(framebuffer: moderngl.Framebuffer) -> None:
     framebuffer.release()
 
 
+def texture_of(framebuffer: moderngl.Framebuffer) -> moderngl.Texture:
+    """Return the texture that the framebuffer draws into."""
+    texture = framebuffer.color_attachments[0]
+    assert isinstance(texture, moderngl.Texture)
+    return texture
+
+
 def read_pixels(target: moderngl.Framebuffer, size: tuple[int, int]) -> Image:
     """Return the lower left `size` (width, height) pixels as (H, W, 4) float32, bottom row first."""
     data = target.read(viewport=(0, 0, *size), components=4, dtype="f4")

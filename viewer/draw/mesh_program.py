@@ -3,8 +3,8 @@
 import numpy as np
 
 from ... import glsl
+from ...codegen.targets.shader import NumberedText
 from .camera import Camera
-from .compile import NumberedText
 
 DEPTH_SHADER = """#version 330 core
 void main() {}

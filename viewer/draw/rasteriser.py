@@ -8,15 +8,16 @@ import numpy as np
 from ...model.errors import UserError
 from ...model.model import Model
 from .camera import Camera
-from .compile import bake_numbered, compile_program
+from .compile import bake_numbered
 from .context import Context
 from .framebuffer import set_color_mask
 from .mesh_program import DEPTH_SHADER, clip_planes, mesh_vertex_shader
 from .options import RenderOptions
+from .program import UNITS, Program
 from .renderer import Renderer
 from .tiles import Tile
 from .triangles import Triangles
-from .uniforms import tile_uniforms, write_uniform
+from .uniforms import tile_uniforms
 
 
 class Rasteriser(Renderer):
@@ -29,7 +30,7 @@ class Rasteriser(Renderer):
     def __init__(self, context: Context, model: Model, mesh: Triangles, storage: str = "auto") -> None:
         self._mesh = mesh
         self.vertex_shader = mesh_vertex_shader()
-        self._resources: list[moderngl.Buffer | moderngl.VertexArray | moderngl.Program] = []
+        self._buffers: list[moderngl.Buffer] = []
         self._backdrop = Renderer(context, bake_numbered(model, storage, "backdrop.glsl"))
         try:
             super().__init__(context, bake_numbered(model, storage, "mesh.glsl"))
@@ -58,17 +59,18 @@ class Rasteriser(Renderer):
         self._backdrop.release()
         super().release()
         with self.context:
-            for resource in self._resources:
-                resource.release()
+            for buffer in self._buffers:
+                buffer.release()
 
-    def _vertex_array(self, gl: moderngl.Context) -> moderngl.VertexArray:
+    def _take_vertices(self, gl: moderngl.Context) -> None:
         vertices = np.concatenate([self._mesh.vertices, self._mesh.normals], axis=1)
         corners, faces = gl.buffer(vertices.tobytes()), gl.buffer(self._mesh.faces.tobytes())
         # A program of its own: software GL would compile the network again for a draw without colours.
-        self._depth_program = compile_program(gl, self.vertex_shader, (DEPTH_SHADER, ()), self.context.renderer)
-        self._depth_vertices = gl.vertex_array(self._depth_program, [(corners, "3f 12x", "position")], faces)
-        self._resources = [self._depth_vertices, self._depth_program, corners, faces]
-        return gl.vertex_array(self._program, [(corners, "3f 3f", "position", "normal")], faces)
+        depth = Program(gl, self.vertex_shader, (DEPTH_SHADER, ()), self.context.renderer)
+        depth.take([(corners, "3f 12x", "position")], faces)
+        self._programs["main"].take([(corners, "3f 3f", "position", "normal")], faces)
+        self._programs["depth"] = depth
+        self._buffers = [corners, faces]
 
     def _reset_uniforms(self) -> None:
         super()._reset_uniforms()
@@ -77,24 +79,22 @@ class Rasteriser(Renderer):
     def _write(self, values: dict[str, object]) -> None:
         super()._write(values)
         self._backdrop._write(values)
-        for name, value in values.items():
-            write_uniform(self._depth_program, name, value)
 
     def _draw_surface(self, target: moderngl.Framebuffer, tile: Tile, corner: tuple[int, int]) -> None:
         gl = self.context.gl
         self._backdrop._draw_surface(target, tile, corner)
         if self._weights is not None:
-            self._weights.use(0)
+            self._weights.use(UNITS["weights"])
         self._write(tile_uniforms(tile, corner))
         gl.enable_only(moderngl.DEPTH_TEST)
         try:
             gl.depth_func = "<"
             # Depth first, so that the network runs once a pixel, whatever the order of the triangles.
             set_color_mask(target, (False,) * 4)
-            self._depth_vertices.render(moderngl.TRIANGLES)
+            self._programs["depth"].draw()
             set_color_mask(target, (True,) * 4)
             gl.depth_func = "<="
-            self._vertices.render(moderngl.TRIANGLES)
+            self._programs["main"].draw()
         finally:
             gl.depth_func = "<"
             set_color_mask(target, (True,) * 4)

@@ -8,27 +8,29 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from ...codegen.targets.shader import Shader
+from ...codegen.targets.shader import NumberedText, Shader
 from ...codegen.targets.uniforms import SCHEDULES, SHADINGS
 from ...model.errors import UserError
 from .camera import Camera
-from .compile import VERTEX_SHADER, NumberedText, cell_texture, compile_program, weight_texture
+from .compile import VERTEX_SHADER, cell_texture, weight_texture
 from .context import Context
 from .edges import Edges
-from .framebuffer import check_drawn, free, read_pixels
+from .framebuffer import check_drawn, free, read_pixels, set_color_mask, texture_of
 from .options import RenderOptions, schedule_that_fits
+from .program import UNITS, Program
 from .supersampling import Image, from_linear, jitters, to_linear
 from .tiles import Tile, check_size, largest_tile, tiles
-from .uniforms import picture_uniforms, tile_uniforms, write_uniform
+from .uniforms import picture_uniforms, tile_uniforms
 
-CELL_UNIT = 1
-"""Texture unit of the grid of cells; the weights have unit 0."""
+ALWAYS, WHERE_NEAR = "1", "<="
+"""Depth tests of a pass: it draws, and chooses where the next one does; it draws where the one before has said so."""
 
 
 class Renderer:
-    """Draws pictures with one shader: holds its program, its weight texture and an RGBA32F framebuffer in a context.
+    """Draws pictures with one shader: holds its programs, its textures and RGBA32F framebuffers in a context.
 
-    Raises UserError where the driver refuses the shader or the weights.
+    A frame is drawn in the shader's passes where it has some, else at once. Raises UserError where the driver refuses
+    the shader or the weights.
     """
 
     vertex_shader: NumberedText = (VERTEX_SHADER, ())
@@ -46,17 +48,17 @@ class Renderer:
         self.edges = None
         self._edges_are_drawn = False
         self._framebuffer: moderngl.Framebuffer | None = None
+        self._rays: moderngl.Framebuffer | None = None
         self._weights: moderngl.Texture | None = None
         self._cells: moderngl.Texture3D | None = None
+        self._programs: dict[str, Program] = {}
         start = time.perf_counter()
         with context as gl:
-            self._program = compile_program(gl, self.vertex_shader, (shader.text, shader.files), context.renderer)
-            write_uniform(self._program, "cells", CELL_UNIT)
-            self._vertices = self._vertex_array(gl)
-            members = {name: self._program[name] for name in self._program}
-            self._uniforms = {name: member for name, member in members.items() if isinstance(member, moderngl.Uniform)}
-            self._defaults = {name: uniform.read() for name, uniform in self._uniforms.items()}
             try:
+                texts = {"main": (shader.text, shader.files)} if shader.passes is None else shader.passes
+                for name, text in texts.items():
+                    self._programs[name] = Program(gl, self.vertex_shader, text, context.renderer)
+                self._take_vertices(gl)
                 if shader.weights is not None:
                     self._weights = weight_texture(gl, shader.weights)
                 if shader.cells is not None:
@@ -86,14 +88,12 @@ class Renderer:
         """Return the rounds of the options, or the shader's default."""
         if options.rounds is not None:
             return options.rounds
-        default = self._defaults.get("rounds")
-        if not default:  # the driver leaves out what the shader makes no use of
-            return 1
-        return int(np.frombuffer(default, np.int32)[0])
+        default = self._default("rounds")
+        return int(np.frombuffer(default, np.int32)[0]) if default else 1
 
     def default(self, name: str) -> tuple[float, ...]:
         """Return the shader's default of a uniform of floats; () where the shader has no such uniform in use."""
-        return tuple(np.frombuffer(self._defaults.get(name, b""), np.float32).tolist())
+        return tuple(np.frombuffer(self._default(name), np.float32).tolist())
 
     def render(self, size: tuple[int, int], camera: Camera, options: RenderOptions | None = None) -> Image:
         """Draw a picture of `size` (width, height) pixels and return it: (H, W, 4) float32, top row first.
@@ -192,40 +192,40 @@ class Renderer:
     def release(self) -> None:
         """Free the framebuffer, the textures and the program in the context."""
         with self.context:
-            if self._framebuffer is not None:
-                free(self._framebuffer)
+            for framebuffer in (self._framebuffer, self._rays):
+                if framebuffer is not None:
+                    free(framebuffer)
             for texture in (self._weights, self._cells):
                 if texture is not None:
                     texture.release()
-            self._vertices.release()
-            self._program.release()
+            for program in self._programs.values():
+                program.release()
 
-    def _vertex_array(self, gl: moderngl.Context) -> moderngl.VertexArray:
-        return gl.vertex_array(self._program, [])
+    def _take_vertices(self, gl: moderngl.Context) -> None:
+        """Tell the programs, which are compiled, what they draw."""
+        for program in self._programs.values():
+            program.take()
+
+    def _default(self, name: str) -> bytes:
+        """Return the shader's default of a uniform; b"" where no program makes use of it."""
+        return next((program.defaults[name] for program in self._programs.values() if name in program.defaults), b"")
 
     def _target(self, gl: moderngl.Context, size: tuple[int, int]) -> moderngl.Framebuffer:
         """Return the framebuffer that tiles are drawn into, of `size` (width, height)."""
         # One format for every draw: software GL compiles the shader again for each new one.
-        old = self._framebuffer
-        if old is not None and old.size == size:
-            return old
-        new = gl.framebuffer([gl.texture(size, 4, dtype="f4")], gl.depth_renderbuffer(size))
-        _ = gl.error  # moderngl binds again what was bound before, which may be gone; a bad framebuffer raises
-        new.use()
-        if old is not None:
-            free(old)
-        self._framebuffer = new
-        return new
+        if self._framebuffer is None or self._framebuffer.size != size:
+            self._framebuffer = _new_framebuffer(gl, size, self._framebuffer)
+        return self._framebuffer
 
     def _reset_uniforms(self) -> None:
         """Give every uniform the shader's default."""
-        for name, default in self._defaults.items():
-            self._uniforms[name].write(default)
+        for program in self._programs.values():
+            program.reset()
 
     def _write(self, values: dict[str, object]) -> None:
         """Write uniforms, name -> value, of whatever this renderer draws with."""
-        for name, value in values.items():
-            write_uniform(self._program, name, value)
+        for program in self._programs.values():
+            program.write(values)
 
     def _option_uniforms(self, options: RenderOptions) -> dict[str, object]:
         """Return name -> value of the uniforms that differ from the shader's defaults by the options."""
@@ -256,11 +256,50 @@ class Renderer:
     def _draw_surface(self, target: moderngl.Framebuffer, tile: Tile, corner: tuple[int, int]) -> None:
         """Draw a tile without edges into the `target`, which is bound and cleared."""
         if self._weights is not None:
-            self._weights.use(0)
+            self._weights.use(UNITS["weights"])
         if self._cells is not None:
-            self._cells.use(CELL_UNIT)
+            self._cells.use(UNITS["cells"])
         self._write(tile_uniforms(tile, corner))
-        self._vertices.render(moderngl.TRIANGLES, vertices=3)
+        if self.shader.passes is None:
+            self._programs["main"].draw(3)
+            return
+        gl = self.context.gl
+        needed = corner[0] + tile[2], corner[1] + tile[3]
+        if self._rays is None or any(side < least for side, least in zip(self._rays.size, needed, strict=True)):
+            self._rays = _new_framebuffer(gl, target.size, self._rays)
+        gl.enable_only(moderngl.DEPTH_TEST)
+        try:
+            self._rays.use()
+            self._rays.viewport = target.viewport
+            self._draw_pass("near", ALWAYS)
+            self._draw_pass("trace", WHERE_NEAR)
+            target.use()
+            texture_of(self._rays).use(UNITS["rays"])
+            self._draw_pass("behind", ALWAYS)
+            self._draw_pass("colour", WHERE_NEAR)
+        finally:
+            gl.depth_func = "<"
+            gl.enable_only(moderngl.NOTHING)
+        set_color_mask(target, (False,) * 4)
+        target.clear(depth=1.0, viewport=target.viewport)
+        set_color_mask(target, (True,) * 4)
+
+    def _draw_pass(self, name: str, test: str) -> None:
+        """Draw a pass into the framebuffer in use. test: ALWAYS or WHERE_NEAR."""
+        self.context.gl.depth_func = test
+        self._programs[name].draw(3)
+
+
+def _new_framebuffer(
+    gl: moderngl.Context, size: tuple[int, int], old: moderngl.Framebuffer | None
+) -> moderngl.Framebuffer:
+    """Return an RGBA32F framebuffer with a depth buffer, and free the one whose place it takes."""
+    new = gl.framebuffer([gl.texture(size, 4, dtype="f4")], gl.depth_renderbuffer(size))
+    _ = gl.error  # moderngl binds again what was bound before, which may be gone; a bad framebuffer raises
+    new.use()
+    if old is not None:
+        free(old)
+    return new
 
 
 def _sample_offsets(options: RenderOptions) -> NDArray[np.float32]:

@@ -7,7 +7,13 @@ from ...codegen.targets.uniforms import UNIFORMS
 from .camera import Camera
 from .tiles import Tile
 
-INTEGERS = {uniform.name for uniform in UNIFORMS if uniform.type == "int"} | {"plain", "cells", "cell_count"}
+INTEGERS = {uniform.name for uniform in UNIFORMS if uniform.type == "int"} | {
+    "plain",
+    "cells",
+    "cell_count",
+    "rays",
+    "weights",
+}
 """Names of the uniforms whose values are written as 32-bit integers; `plain` is a bool (glsl/base_colour.glsl)."""
 
 

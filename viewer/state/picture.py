@@ -10,7 +10,7 @@ from ... import glsl
 from ..draw.camera import Camera
 from ..draw.compile import VERTEX_SHADER
 from ..draw.context import Context
-from ..draw.framebuffer import free
+from ..draw.framebuffer import free, texture_of
 from ..draw.options import RenderOptions
 from ..draw.renderer import Renderer
 from ..draw.supersampling import golden_order, jitters
@@ -102,7 +102,7 @@ class Picture:
         """
         with self._context as gl:
             for unit, (name, buffer) in enumerate((("coarse", self._coarse), ("fine", self._fine))):
-                _texture(buffer).use(unit)
+                texture_of(buffer).use(unit)
                 self._present[name] = unit
             self._present["corner"] = corner
             self._present["size"] = size
@@ -150,7 +150,7 @@ class Picture:
             self._tile = _resized(gl, self._tile, (side, side))
         renderer.prepare(scene.size, scene.camera, options, offset)
         renderer.draw(self._tile, tile)
-        _texture(self._tile).use(0)
+        texture_of(self._tile).use(0)
         self._sample["corner"] = tile[:2]
         self._fine.use()
         self._fine.viewport = tile
@@ -175,10 +175,3 @@ def _resized(gl: moderngl.Context, buffer: moderngl.Framebuffer, size: tuple[int
         return buffer
     free(buffer)
     return _buffer(gl, size)
-
-
-def _texture(buffer: moderngl.Framebuffer) -> moderngl.Texture:
-    """Return the texture that the framebuffer draws into."""
-    texture = buffer.color_attachments[0]
-    assert isinstance(texture, moderngl.Texture)
-    return texture

@@ -3,13 +3,13 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from ...codegen.targets.glsl330 import bake
 from ...codegen.targets.read_shader import read_shader
 from ...codegen.targets.shader import Shader
 from ...model.checks import SHAPES
 from ...model.errors import UserError
 from ...model.files import show
 from ...model.model import Model, load
-from ..draw.compile import bake_numbered
 
 SHADER_SUFFIXES = (".glsl", ".frag", ".fs")
 """Endings of baked shaders; a file with any other ending is read as a model."""
@@ -44,7 +44,7 @@ def open_source(path: Path, storage: str = "auto") -> Source:
     """
     if path.suffix.lower() not in SHADER_SUFFIXES:
         model = load(path)
-        shader = bake_numbered(model, storage, "main.glsl", cells=True)
+        shader = bake(model, storage, passes=True)
         return Source(path, show(model.name), shader, model, model.texture is not None, model.front)
     try:
         text = path.read_text(encoding="utf-8")

@@ -1,0 +1,15 @@
+#include "background.glsl"
+#include "heat.glsl"
+#include "shadings.glsl"
+uniform sampler2D rays; // what near.glsl and trace.glsl wrote, pixel by pixel
+
+// Third pass of a frame: what main.glsl draws without the field: the background, and all of SHADE_STEPS and SHADE_DATA.
+// The depth is 1 where the fourth pass, colour.glsl, has to draw over it, and 0 elsewhere.
+void main() {
+    vec4 ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
+    vec2 pixel = gl_FragCoord.xy + origin + jitter;
+    color = vec4(background(pixel, resolution, background_bottom, background_top), 0.0);
+    if (shading == SHADE_STEPS) color = vec4(heat(ray.y / 64.0), ray.w);
+    if (shading == SHADE_DATA) color = ray;
+    gl_FragDepth = shading == SHADE_STEPS || shading == SHADE_DATA ? 0.0 : ray.w;
+}

@@ -1,0 +1,101 @@
+"""A frame drawn in passes is the frame drawn at once, pixel by pixel and whatever it shows, but for rounding."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from mplicits.codegen.targets.glsl330 import bake
+from mplicits.model.model import Model
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import Context
+from mplicits.viewer.draw.edges import Edges
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.renderer import Renderer
+from mplicits.viewer.draw.triangles import Triangles
+from support.random_model import random_model
+
+SIZE = (40, 32)
+CAMERA = Camera(30, 20)
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    return random_model((8, 0), (8, 0), texture=(8, 0))
+
+
+@pytest.fixture(scope="module")
+def both(osmesa: Context, model: Model) -> Iterator[tuple[Renderer, Renderer]]:
+    """The same shader in passes, without a grid of cells, and at once."""
+    shader = replace(bake(model, "literal", passes=True), cells=None)
+    renderers = Renderer(osmesa, shader), Renderer(osmesa, replace(shader, passes=None))
+    yield renderers
+    for renderer in renderers:
+        renderer.release()
+
+
+def assert_alike(passes: NDArray[np.float32], at_once: NDArray[np.float32]) -> None:
+    """Two programs may round differently, and a ray that only just touches the surface then hits in one of them."""
+    assert np.isclose(passes, at_once, rtol=1e-3, atol=1e-3).all(axis=-1).mean() > 0.997
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        *(RenderOptions(shading=shading) for shading in ("phong", "normal", "depth", "steps", "texture", "data")),
+        RenderOptions(schedule="plain", samples=4, transparent=True),
+        RenderOptions(level=1, normal_level=2, split=0.5, plain=True),
+    ],
+)
+def test_passes_draw_what_one_draw_does(both: tuple[Renderer, Renderer], options: RenderOptions) -> None:
+    for camera in (CAMERA, Camera(30, 20, 1.3)):
+        passes, at_once = (renderer.render(SIZE, camera, options) for renderer in both)
+        assert at_once[..., 3].mean() > 0.05
+        assert_alike(passes, at_once)
+
+
+def test_a_tile_may_lie_anywhere_in_a_target_that_holds_more(both: tuple[Renderer, Renderer], osmesa: Context) -> None:
+    pictures = []
+    with osmesa as gl:
+        target = gl.framebuffer([gl.texture((64, 48), 4, dtype="f4")], gl.depth_renderbuffer((64, 48)))
+        for renderer in both:
+            target.clear(0.25, 0.25, 0.25, 0.25)
+            renderer.prepare(SIZE, CAMERA, RenderOptions())
+            renderer.draw(target, (4, 8, 20, 24), (30, 11))
+            pictures.append(np.frombuffer(target.read(components=4, dtype="f4"), np.float32).reshape(48, 64, 4))
+        target.color_attachments[0].release()
+        target.depth_attachment.release()
+        target.release()
+    assert_alike(pictures[0], pictures[1])
+    assert (pictures[0][:11] == 0.25).all(), "nothing is drawn beside the tile"
+    assert not (pictures[0][11:35, 30:50] == 0.25).any()
+
+
+def test_the_edges_of_a_mesh_lie_over_all_passes(both: tuple[Renderer, Renderer], osmesa: Context) -> None:
+    corners = np.array([(-1, -1, 0), (1, -1, 0.2), (0, 1, -0.2)], np.float32)
+    edges = Edges(osmesa, Triangles(corners, np.zeros((3, 3), np.float32), np.array([(0, 1, 2)], np.int32)))
+    without = both[0].render(SIZE, CAMERA)
+    for renderer in both:
+        renderer.edges = edges
+    passes, at_once = (renderer.render(SIZE, CAMERA) for renderer in both)
+    for renderer in both:
+        renderer.edges = None
+    edges.release()
+    assert_alike(passes, at_once)
+    drawn = (passes != without).any(axis=-1)
+    assert drawn[without[..., 3] > 0.5].any()
+    assert drawn[without[..., 3] < 0.5].any(), "beside the shape too"
+
+
+def test_rays_that_meet_no_cell_are_not_traced(osmesa: Context, model: Model) -> None:
+    """As with the grid at once: a ray's distance and level are those that it leaves the ball with."""
+    shader = bake(model, "literal", passes=True)
+    renderer = Renderer(osmesa, shader)
+    far = Camera(30, 20, 9.0)
+    picture = renderer.render(SIZE, far, RenderOptions(shading="data"))
+    renderer.release()
+    missed = picture[..., 1] == 0
+    assert 0.3 < missed.mean() < 1.0
+    assert (picture[missed][:, 2:] == 0).all()
