@@ -203,6 +203,9 @@ vec2 ball(vec3 origin, vec3 direction, float radius) {
     float h = b * b - dot(origin, origin) + radius * radius;
     return h < 0.0 ? vec2(1.0, -1.0) : vec2(-sqrt(h), sqrt(h)) - b;
 }
+// The schedules of sphere tracing, values of the uniform `schedule`: march.glsl says what they are.
+const int SCHEDULE_PLAIN = 0;
+const int SCHEDULE_RELAXED = 1;
 // march(): multiscale sphere tracing (Section 3.2, Appendix C): f_1 - delta_1, then f_2 - delta_2, ..., then f_level.
 // origin, direction: model space, direction of length 1; footprint: width of a pixel at distance 1.
 // rounds: how often the sequence of levels is gone through; step_scale: factor on every step; schedule: see below.
@@ -221,8 +224,6 @@ vec2 ball(vec3 origin, vec3 direction, float radius) {
 // SCHEDULE_RELAXED: skip() leaves out empty space, each step is taken by the finest level defined where it begins, and
 // it goes where the surface is expected, but only so far that its sphere and the next one overlap (stride()). Large
 // spheres may be none: far from the shape, the field may exceed the distance by a third. Steps are plain there.
-const int SCHEDULE_PLAIN = 0;
-const int SCHEDULE_RELAXED = 1;
 const float NEAR = 2.0; // gaps: radius of a free sphere above which a relaxed step is a plain one
 const float GAP = 0.005; // model units, of pixels that are wider: largest gap between two free spheres
 
@@ -347,6 +348,13 @@ vec3 phong(vec3 albedo, vec3 normal, vec3 view, vec3 light, vec3 up) {
     vec3 over = max(lit - 0.6, vec3(0.0));
     return lit - over + over / (1.0 + 2.0 * over);
 }
+// The shading modes, values of the uniform `shading`: shade.glsl says what they show.
+const int SHADE_PHONG = 0;
+const int SHADE_NORMAL = 1;
+const int SHADE_DEPTH = 2;
+const int SHADE_STEPS = 3;
+const int SHADE_TEXTURE = 4;
+const int SHADE_DATA = 5;
 // srgb(): linear light to sRGB, each channel in [0, 1] (IEC 61966-2-1).
 vec3 srgb(vec3 linear) {
     vec3 c = clamp(linear, 0.0, 1.0);
@@ -355,13 +363,6 @@ vec3 srgb(vec3 linear) {
 // shade(): colour, sRGB, of the surface at p under one of the shading modes.
 // normal: length 1; direction: of the ray, length 1; t: distance along it; steps: taken by march().
 // albedo: sRGB; light (to the light), up: length 1. All in model space. eye: distance of the eye from the origin.
-const int SHADE_PHONG = 0;
-const int SHADE_NORMAL = 1;
-const int SHADE_DEPTH = 2;
-const int SHADE_STEPS = 3;
-const int SHADE_TEXTURE = 4;
-const int SHADE_DATA = 5;
-
 vec3 shade(int shading, vec3 normal, vec3 direction, float t, float eye, int steps, vec3 albedo, vec3 light, vec3 up) {
     if (shading == SHADE_NORMAL) return 0.5 + 0.5 * normal;
     if (shading == SHADE_DEPTH) return vec3(clamp(0.5 - 0.45 * (t - eye), 0.0, 1.0));
@@ -375,6 +376,16 @@ vec3 base_colour(vec3 p) {
     return plain ? vec3(0.80, 0.74, 0.66) : albedo(p);
 }
 uniform float split; // share of the width, from the left, that wears the traced level's own normals
+// surface(): colour, sRGB, of a pixel whose ray has met the surface, under the mode `shading`.
+// pixel: pixels, origin bottom left; direction: of the ray, length 1, model space; t: distance along it; steps: taken
+// by march().
+vec3 surface(vec2 pixel, vec3 direction, float t, int steps) {
+    vec3 eye = camera[3].xyz;
+    vec3 p = eye + t * direction;
+    vec3 normal = normalize(field_gradient(p, pixel.x < split * resolution.x ? level : normal_level).xyz);
+    vec3 toward = normalize(mat3(camera) * light);
+    return shade(shading, normal, direction, t, length(eye), steps, base_colour(p), toward, camera[1].xyz);
+}
 
 // The fragment: one ray. color.rgb is sRGB, color.a is 1 on the surface and 0 on the background.
 // SHADE_DATA writes (t, steps, level that the ray ended in, hit) instead; level 0: it never came near the shape.
@@ -382,18 +393,10 @@ void main() {
     // Never true; a shader that may discard compiles in half the time on llvmpipe (one variant instead of two).
     if (resolution.x < 0.0) discard;
     vec2 pixel = gl_FragCoord.xy + origin + jitter;
-    vec3 eye = camera[3].xyz;
     vec3 direction = camera_ray(pixel, resolution, camera, focal);
-    Hit ray = march(eye, direction, 2.0 / (focal * resolution.y), level, rounds, step_scale, schedule);
+    Hit ray = march(camera[3].xyz, direction, 2.0 / (focal * resolution.y), level, rounds, step_scale, schedule);
     color = vec4(background(pixel, resolution, background_bottom, background_top), 0.0);
-    if (ray.hit) {
-        vec3 p = eye + ray.t * direction;
-        vec3 normal = normalize(field_gradient(p, pixel.x < split * resolution.x ? level : normal_level).xyz);
-        vec3 toward = normalize(mat3(camera) * light);
-        vec3 colour = shade(shading, normal, direction, ray.t, length(eye), ray.steps, base_colour(p), toward,
-                            camera[1].xyz);
-        color = vec4(colour, 1.0);
-    }
+    if (ray.hit) color = vec4(surface(pixel, direction, ray.t, ray.steps), 1.0);
     if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 64.0), color.a);
     if (shading == SHADE_DATA) color = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));
 }
