@@ -56,6 +56,9 @@ def model_arguments(parser: ArgumentParser, model_help: str, mesh_help: str) -> 
     )
     parser.add_argument("--background", type=_colours, metavar="#RRGGBB[,#RRGGBB]", help="one colour, or top,bottom")
     parser.add_argument("--samples", type=count, default=4, metavar="N", help="rays per pixel (default 4)")
+    parser.add_argument(
+        "--time", type=float, metavar="T", help="moment, from 0 to 1, of a model that moves (default 0)"
+    )
     parser.add_argument("--mesh", type=Path, metavar="LOW.ply", help=mesh_help)
     parser.add_argument(
         "--space",
@@ -71,6 +74,12 @@ def check_space(args: Namespace) -> None:
     """Raise UserError where --space is given without --mesh."""
     if args.mesh is None and args.space is not None:
         raise UserError("--space: of the mesh's coordinates; it needs --mesh")
+
+
+def check_time(args: Namespace, name: str, moving: bool) -> None:
+    """Raise UserError where --time is given for a model that is not `moving`. name: the model's, as it may be shown."""
+    if args.time is not None and not moving:
+        raise UserError(f"--time: {name} does not move")
 
 
 def camera_from(args: Namespace, front: tuple[float, float] | None) -> "Camera":
@@ -99,6 +108,7 @@ def options_from(args: Namespace, **more: Any) -> "RenderOptions":
         background=args.background,
         plain=args.plain,
         samples=args.samples,
+        time=args.time or 0.0,
         **more,
     )
 

@@ -2,12 +2,12 @@
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..model.errors import UserError
 from ..model.gallery import model_help
 from ..model.verb import Verb, output_arguments
-from .arguments import camera_from, check_space, count, model_arguments, options_from
+from .arguments import camera_from, check_space, check_time, count, model_arguments, options_from
 
 if TYPE_CHECKING:
     from ..model.model import Model
@@ -33,7 +33,7 @@ def render_arguments(parser: ArgumentParser) -> None:
     model_arguments(
         parser, model_help(), "draw this mesh (PLY OBJ STL GLB) instead, with the normals of --normal-level"
     )
-    output_arguments(parser, "P.png", "picture (default: the model's name, .png)")
+    output_arguments(parser, "P.png", "picture (default: the model's name, .png), or video, see --frames")
     parser.add_argument(
         "--context",
         choices=CONTEXTS,
@@ -46,6 +46,21 @@ def render_arguments(parser: ArgumentParser) -> None:
         action="store_true",
         help="left half: own normals, of --level or the mesh; right half: those of --normal-level "
         "(default: level 1, and the last one)",
+    )
+    parser.add_argument(
+        "--frames",
+        type=count,
+        metavar="N",
+        help="a video of N pictures instead (-o movie.mp4 or .gif): the motion there and back of a model that moves, "
+        "a turn around any other",
+    )
+    parser.add_argument("--fps", type=count, metavar="N", help="pictures of a video in a second (default 30)")
+    parser.add_argument("--once", action="store_true", help="of a motion: from time 0 to 1, not back again")
+    parser.add_argument(
+        "--turn",
+        type=float,
+        metavar="DEGREES",
+        help="by how much the camera goes around in a video (default: 0 where the model moves, else 360)",
     )
     parser.add_argument(
         "--benchmark",
@@ -68,7 +83,7 @@ def view_arguments(parser: ArgumentParser) -> None:
 
 
 def run_render(args: Namespace) -> None:
-    """Run `mplicits render`: draw a model file to a PNG, without a window."""
+    """Run `mplicits render`: draw a model file to a PNG or a video, without a window."""
     import json
     import sys
     import time
@@ -79,8 +94,10 @@ def run_render(args: Namespace) -> None:
     from .draw.screenshot import save_png
     from .draw.tiles import check_size
     from .draw.triangles import read_triangles_for
+    from .record import check_options, record, shot_from
 
     check_size(args.size)
+    check_options(args)
     output = _output(args)
     if args.benchmark == 0:
         raise UserError("--benchmark 0: at least one frame is needed")
@@ -89,6 +106,8 @@ def run_render(args: Namespace) -> None:
     model = load(args.model)
     camera = camera_from(args, model.front)
     options.check_texture(model.texture is not None)
+    check_time(args, show(model.name), model.inputs == "xyzt")
+    shot = shot_from(args, model.inputs == "xyzt")
     if args.split and args.mesh is None:
         options = _two_levels(options, len(model.levels))
     level, normal_level = options.resolved_levels(len(model.levels))
@@ -96,52 +115,59 @@ def run_render(args: Namespace) -> None:
     context = open_context(args.context)
     try:
         renderer = _compiled_renderer(context, model, mesh, args)
-        iterations, rounds = renderer.schedule(options)
-        if mesh is None and rounds < (wanted_rounds := renderer.wanted_rounds(options)):
-            print(
-                f"mplicits: note: {rounds} rounds of {','.join(map(str, iterations[:level]))} steps, "
-                f"not {wanted_rounds} rounds: software OpenGL's loop limit allows no more",
-                file=sys.stderr,
-            )
+        rounds = 0 if mesh is not None else _rounds(renderer, options, level)
         start = time.perf_counter()
-        image = renderer.render(args.size, camera, options)
-        frame_seconds = time.perf_counter() - start
-        save_png(output, image, model.name, args.transparent)
+        if shot is None:
+            image = renderer.render(args.size, camera, options)
+            coverage, frame_seconds = float(image[..., 3].mean()), time.perf_counter() - start
+            save_png(output, image, model.name, args.transparent)
+        else:
+            coverage = record(renderer, output, args.size, shot, camera, options)
+            frame_seconds = (time.perf_counter() - start) / shot.frames
         frames_per_second = None if args.benchmark is None else _frames_per_second(renderer, args, camera, options)
         compile_seconds = renderer.compile_seconds
         renderer.release()
     finally:
         context.release()
-    if not image[..., 3].any():
+    if not coverage:
         print(NOTHING_SEEN, file=sys.stderr)
-    if args.json:
-        report = {
-            "output": str(output),
-            "width": args.size[0],
-            "height": args.size[1],
-            "samples": args.samples,
-            "shade": args.shade,
-            "mesh": None if mesh is None else str(args.mesh),
-            "level": level if mesh is None else None,
-            "normal_level": normal_level,
-            "split": args.split,
-            "rounds": rounds if mesh is None else 0,
-            "context": context.kind,
-            "renderer": context.renderer,
-            "coverage": round(float(image[..., 3].mean()), 6),
-            "compile_seconds": round(compile_seconds, 3),
-            "frame_seconds": round(frame_seconds, 3),
-            "frames_per_second": frames_per_second,
-        }
-        print(json.dumps(report))
-        return
+    report = {
+        "output": str(output),
+        "width": args.size[0],
+        "height": args.size[1],
+        "samples": args.samples,
+        "shade": args.shade,
+        "time": options.time if model.inputs == "xyzt" and shot is None else None,
+        "frames": None if shot is None else shot.frames,
+        "fps": None if shot is None else shot.rate,
+        "mesh": None if mesh is None else str(args.mesh),
+        "level": level if mesh is None else None,
+        "normal_level": normal_level,
+        "split": args.split,
+        "rounds": rounds,
+        "context": context.kind,
+        "renderer": context.renderer,
+        "coverage": round(coverage, 6),
+        "compile_seconds": round(compile_seconds, 3),
+        "frame_seconds": round(frame_seconds, 3),
+        "frames_per_second": frames_per_second,
+    }
+    print(json.dumps(report) if args.json else _line(report, args.benchmark))
+
+
+def _line(report: dict[str, Any], benchmark: int | None) -> str:
+    """Write the line that tells people what was drawn. benchmark: frames that were timed."""
+    from ..model.files import show
+
+    video = f"{report['frames']} pictures, {report['fps']} a second, " if report["frames"] else ""
     line = (
-        f"{show(output)}: {args.size[0]}x{args.size[1]}, {args.samples} samples, {context.kind} on {context.renderer}; "
-        f"compiled in {compile_seconds:.2f} s, drawn in {frame_seconds:.2f} s"
+        f"{show(report['output'])}: {video}{report['width']}x{report['height']}, {report['samples']} samples, "
+        f"{report['context']} on {report['renderer']}; compiled in {report['compile_seconds']:.2f} s, "
+        f"drawn in {report['frame_seconds']:.2f} s{' each' if video else ''}"
     )
-    if frames_per_second is not None:
-        line += f"; {frames_per_second:.4g} frames per second, median of {args.benchmark}"
-    print(line)
+    if report["frames_per_second"] is not None:
+        line += f"; {report['frames_per_second']:.4g} frames per second, median of {benchmark}"
+    return line
 
 
 def run_view(args: Namespace) -> None:
@@ -163,6 +189,7 @@ def run_view(args: Namespace) -> None:
         from .window.window import Window
 
         source = source or _open_source(args)
+        check_time(args, source.name, source.shader.moving)
         mesh = None if args.mesh is None else MeshSource(args.mesh, args.space or "input")
         camera, options = camera_from(args, source.front), options_from(args)
         window = Window(context, gui, source, camera, options, storage=args.storage, watch=args.watch, mesh=mesh)
@@ -189,17 +216,35 @@ def _open_source(args: Namespace) -> "Source":
 
 
 def _output(args: Namespace) -> Path:
-    """Return the picture's path. Raises UserError where it cannot, or must not, be written."""
+    """Return the path of the picture or video. Raises UserError where it cannot, or must not, be written."""
     from ..model.files import check_writable
-    from ..model.kinds import PICTURE
+    from ..model.kinds import PICTURE, VIDEO
     from ..model.mesh_file import mesh_files
+    from .draw.movie import check_movie
     from .draw.screenshot import check_name
 
-    output: Path = args.output or Path(args.model.stem + ".png")
-    check_name(output)
+    output: Path = args.output or Path(args.model.stem + (".png" if args.frames is None else ".mp4"))
+    if args.frames is None:
+        check_name(output)
+    else:
+        check_movie(output, args.size)
     reads = [args.model, *([] if args.mesh is None else mesh_files(args.mesh))]
-    check_writable(output, reads, kind=PICTURE, force=args.force)
+    check_writable(output, reads, kind=PICTURE if args.frames is None else VIDEO, force=args.force)
     return output
+
+
+def _rounds(renderer: "Renderer", options: "RenderOptions", level: int) -> int:
+    """Return how often rays go through the levels; a note on stderr says where these are fewer than wanted."""
+    import sys
+
+    iterations, rounds = renderer.schedule(options)
+    if rounds < (wanted_rounds := renderer.wanted_rounds(options)):
+        print(
+            f"mplicits: note: {rounds} rounds of {','.join(map(str, iterations[:level]))} steps, "
+            f"not {wanted_rounds} rounds: software OpenGL's loop limit allows no more",
+            file=sys.stderr,
+        )
+    return rounds
 
 
 def _compiled_renderer(context: "Context", model: "Model", mesh: "Triangles | None", args: Namespace) -> "Renderer":
@@ -211,7 +256,7 @@ def _compiled_renderer(context: "Context", model: "Model", mesh: "Triangles | No
     from .draw.rasteriser import Rasteriser
     from .draw.renderer import Renderer
 
-    rays = args.size[0] * args.size[1] * (args.samples + (args.benchmark or 0))
+    rays = args.size[0] * args.size[1] * (args.samples * (args.frames or 1) + (args.benchmark or 0))
     storage = storage_for(args.storage, rays, model.parameters(), context.software)
     if sys.stderr.isatty():
         print(f"compiling the shader on {context.renderer}", end="\r", file=sys.stderr, flush=True)
@@ -269,7 +314,7 @@ def _check_mesh_options(args: Namespace) -> None:
 VERBS = (
     Verb(
         "render",
-        "draw a model to a PNG, without a window",
+        "draw a model to a PNG or a video, without a window",
         render_arguments,
         "render spot --size 1024 -o spot.png",
         run_render,

@@ -1,11 +1,13 @@
 """A grid of which cells may hold a part of the shape: rays skip the empty ones (glsl/skip.glsl)."""
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..ir.program import Program
+from ..ir.still import still
 from .interpret import field, nested_field
 
 COUNT = 128
@@ -20,36 +22,75 @@ CHUNK = 65_536
 """Cells whose field is evaluated at a time."""
 
 
+MOVING_COUNT, MOMENTS = 64, 32
+"""Of a field that moves: cells along an edge, and the grids that follow one another in time, each for an equal share of
+the times from 0 to 1."""
+
+
 @dataclass(frozen=True, eq=False)
 class Cells:
     """Which cells of a cube around the origin the last level's surface cannot meet, and in which larger empty cubes."""
 
-    sizes: NDArray[np.uint8]
-    """(N, N, N), index [z, y, x]: 0 for a cell that may hold a part of the surface; for an empty one, 1 + log2 of the
-    edge, in cells, of the largest empty cube that holds it, of those at multiples of their edge."""
+    grids: NDArray[np.uint8]
+    """(M, N, N, N), index [m, z, y, x]: M grids that follow one another in time, 1 where the field does not move, of N
+    cells along an edge. 0 for a cell that may hold a part of the surface; for an empty one, 1 + log2 of the edge, in
+    cells, of the largest empty cube that holds it, of those at multiples of their edge."""
     half: float
     """Half the edge of the cube, model units: it holds the ball that rays are traced in."""
 
+    @property
+    def count(self) -> int:
+        """Cells along an edge of a grid, N."""
+        return int(self.grids.shape[-1])
 
-def empty_cells(program: Program, count: int = COUNT) -> Cells | None:
-    """Find the cells that the surface of the last level does not meet; None for a field that moves.
+    def moment(self, time: float) -> int | None:
+        """Return the index of the grid for a time; None before 0 and after 1, where a field that moves has none."""
+        moments = len(self.grids)
+        if moments == 1:
+            return 0
+        return min(int(time * moments), moments - 1) if 0.0 <= time <= 1.0 else None
 
-    count: cells along an edge, a power of 2, FIRST at least.
+
+def empty_cells(program: Program, count: int | None = None, moments: int = MOMENTS) -> Cells:
+    """Find the cells that the surface of the last level does not meet.
+
+    count: cells along an edge, a power of 2, FIRST at least; None for COUNT, or MOVING_COUNT where the field moves.
+    moments: grids for a field that moves. A cell is empty in one where it is in the middle of the grid's times, by more
+    than level 1 changes anywhere in half of them.
     """
-    if program.moving:
-        return None
+    half = 1.0 + program.bands[0].delta
+    if not program.moving:
+        return Cells(_sizes(program, count or COUNT, half)[None], half)
+    programs = [still(program, (k + 0.5) / moments) for k in range(moments)]
+    coarse = _middles(_all_cells(FIRST), FIRST, half)
+    values = [field(one, coarse[np.linalg.norm(coarse, axis=1) < half], 1) for one in programs]
+    changes = [float(np.abs(after - before).max()) for before, after in itertools.pairwise(values)]
+    slacks = [0.5 * OVERESTIMATE * max(changes[max(0, k - 1) : k + 1]) for k in range(moments)]
+    grids = [_sizes(one, count or MOVING_COUNT, half, slack) for one, slack in zip(programs, slacks, strict=True)]
+    return Cells(np.stack(grids), half)
+
+
+def _all_cells(edge: int) -> NDArray[np.int64]:
+    """Return all cells of a grid with so many along an edge, (edge^3, 3), as x, y, z."""
+    return np.indices((edge,) * 3).reshape(3, -1).T
+
+
+def _middles(cells: NDArray[np.int64], edge: int, half: float) -> NDArray[np.float32]:
+    """Return the middles (N, 3), model units, of cells (N, 3) of a grid with so many along an edge."""
+    return (((2 * cells + 1) / edge - 1) * half).astype(np.float32)
+
+
+def _sizes(program: Program, count: int, half: float, slack: float = 0.0) -> NDArray[np.uint8]:
+    """Return one of Cells.grids. slack: what is added to every cell's reach, in the unit of f."""
     deltas = [band.delta for band in program.bands]
-    half = 1.0 + deltas[0]
-    axis = np.arange(FIRST)
-    cells = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
-    edge = FIRST
+    cells, edge = _all_cells(FIRST), FIRST
     while True:
-        points = (((2 * cells + 1) / edge - 1) * half).astype(np.float32)
-        reach = OVERESTIMATE * np.sqrt(3) * half / edge
+        points = _middles(cells, edge, half)
+        reach = OVERESTIMATE * np.sqrt(3) * half / edge + slack
         parts = np.array_split(points, 1 + len(points) // CHUNK)
         cells = cells[np.concatenate([_near(program, part, deltas, reach, edge == count) for part in parts])]
         if edge == count:
-            return Cells(_sizes(cells, count), half)
+            return _sizes_around(cells, count)
         cells = (2 * cells[:, None] + np.indices((2, 2, 2)).reshape(3, 8).T).reshape(-1, 3)
         edge *= 2
 
@@ -64,8 +105,8 @@ def _near(
     return np.asarray((reached == len(deltas)) & (np.abs(value) < reach), np.bool_)
 
 
-def _sizes(occupied: NDArray[np.int64], count: int) -> NDArray[np.uint8]:
-    """Return Cells.sizes of a grid in which the cells (M, 3), as x, y, z, are occupied."""
+def _sizes_around(occupied: NDArray[np.int64], count: int) -> NDArray[np.uint8]:
+    """Return the sizes of a grid in which the cells (M, 3), as x, y, z, are occupied."""
     full: NDArray[np.bool_] = np.zeros((count, count, count), np.bool_)
     full[occupied[:, 2], occupied[:, 1], occupied[:, 0]] = True
     sizes = np.where(full, 0, 1).astype(np.uint8)
@@ -86,8 +127,11 @@ def skip(
     t: NDArray[np.float64],
     far: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Move rays (N, 3), from t (N,) up to far (N,), to the next cell that is not empty, as glsl/skip.glsl does."""
-    count = len(cells.sizes)
+    """Move rays (N, 3), from t (N,) up to far (N,), to the next cell that is not empty, as glsl/skip.glsl does.
+
+    cells: of a field that does not move.
+    """
+    count = cells.count
     scale = 0.5 * count / cells.half
     start, along = scale * (origin + cells.half), scale * directions
     along = np.where(along == 0, 1e-6, along)
@@ -96,7 +140,7 @@ def skip(
     while len(active):
         place = start + t[active, None] * along[active]
         cell = np.clip(np.floor(place).astype(np.int64), 0, count - 1)
-        size = cells.sizes[cell[:, 2], cell[:, 1], cell[:, 0]].astype(np.int64)
+        size = cells.grids[0, cell[:, 2], cell[:, 1], cell[:, 0]].astype(np.int64)
         empty = size > 0
         active, place, cell = active[empty], place[empty], cell[empty]
         edge = (1 << (size[empty] - 1))[:, None]

@@ -7,6 +7,7 @@ import numpy as np
 from ...model.model import Model
 from ..ir.lower import lower
 from ..ir.program import Array, Program
+from ..ir.still import stills
 from . import interpret
 
 SHARE = 0.05
@@ -18,11 +19,19 @@ POINTS = 4000
 
 
 def fewest_digits(model: Model) -> int:
-    """Return the fewest decimals whose root mean square error near the surface is under SHARE of the last delta."""
-    exact = lower(model)
-    points = near_surface(exact)
+    """Return the fewest decimals whose root mean square error near the surface is under SHARE of the last delta.
+
+    Of a model that moves, they are enough at each of the times that `stills` samples.
+    """
+    moments = [(exact, near_surface(exact)) for exact in stills(lower(model))]
     allowed = SHARE * model.levels[-1].delta
-    return next((digits for digits in range(1, MOST) if error(exact, lower(model, digits), points) < allowed), MOST)
+
+    def enough(digits: int) -> bool:
+        rounded = stills(lower(model, digits))
+        errors = (error(exact, few, points) for (exact, points), few in zip(moments, rounded, strict=True))
+        return all(one < allowed for one in errors)
+
+    return next((digits for digits in range(1, MOST) if enough(digits)), MOST)
 
 
 def error(exact: Program, rounded: Program, points: Array) -> float:
@@ -40,7 +49,8 @@ def error(exact: Program, rounded: Program, points: Array) -> float:
 def near_surface(program: Program) -> Array:
     """Return points (N, 3) float32 in the last level's band: random ones, moved to the surface by Newton's method.
 
-    N is at most POINTS: points that do not arrive, or leave [-1, 1]^3, are left out.
+    Of a program that moves, they are those of time 0. N is at most POINTS: points that do not arrive, or leave
+    [-1, 1]^3, are left out.
     """
     level = len(program.bands)
     points = np.random.default_rng(0).uniform(-0.7, 0.7, (POINTS, 3)).astype(np.float32)

@@ -8,6 +8,7 @@ import numpy as np
 from ...model.errors import UserError
 from ...model.model import Array, Layer, Model, Network
 from ..ir.lower import lower, output_scale
+from ..ir.still import stills
 from . import interpret
 from .digits import near_surface
 
@@ -51,10 +52,13 @@ def rounding_error(model: Model, coarse: Model) -> tuple[float, float]:
 
     model: with its exact weights; coarse: the same with rounded ones.
     """
-    program, levels = lower(model), len(model.levels)
-    points = near_surface(program)
-    difference = np.abs(interpret.field(program, points, levels) - interpret.field(lower(coarse), points, levels))
-    return float(difference.max(initial=0)), float(difference.mean()) if len(points) else 0.0
+    level = len(model.levels)
+    differences = []
+    for exact, rounded in zip(stills(lower(model)), stills(lower(coarse)), strict=True):
+        points = near_surface(exact)
+        differences.append(np.abs(interpret.field(exact, points, level) - interpret.field(rounded, points, level)))
+    difference = np.concatenate(differences)
+    return float(difference.max(initial=0)), float(difference.mean()) if len(difference) else 0.0
 
 
 def _with_networks(model: Model, change: Callable[[Network], Network]) -> Model:

@@ -55,6 +55,7 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
         iterations=tuple(band.iterations for band in program.bands),
         deltas=tuple(band.delta for band in program.bands),
         textured=program.texture is not None,
+        moving=program.moving,
         cells=empty_cells(program) if passes else None,
     )
     facts = header_facts(model, program, dialect.target) | shader.facts()

@@ -45,10 +45,12 @@ class Shader:
     """Default of the uniform `delta`: half width of each level's band, model units."""
     textured: bool = False
     """Whether the colour is the model's own, not the one of all models without a texture."""
+    moving: bool = False
+    """Whether the field moves, and the shader has the uniform `time`."""
     passes: Mapping[str, NumberedText] | None = None
     """The same frame in passes, for a renderer that has depth buffers: the text of each one of PASSES, by name."""
     cells: Cells | None = None
-    """The grid for the sampler `cells` of skip.glsl, which passes read; None where rays skip nothing."""
+    """The grids for the sampler `cells` of skip.glsl, which passes read; None where rays skip nothing."""
     files: tuple[str, ...] = ()
     """Names of the files in glsl/ that `#line` directives in the text tell apart (glsl.load_numbered)."""
 
@@ -60,7 +62,8 @@ class Shader:
     def facts(self) -> dict[str, Any]:
         """Return what the header line keeps of this shader, so that `of_facts` can make it again from the text."""
         lists = {key: list(getattr(self, key)) for key in LISTS}
-        return {**lists, "texture_loops": self.texture_loops, "textured": self.textured}
+        moving = {"moving": True} if self.moving else {}
+        return {**lists, "texture_loops": self.texture_loops, "textured": self.textured, **moving}
 
     @classmethod
     def of_facts(cls, facts: Mapping[str, Any], text: str, weights: Array | None) -> "Shader":
@@ -78,6 +81,7 @@ class Shader:
             weights=weights,
             texture_loops=_number(facts.get("texture_loops"), int),
             textured=facts.get("textured") is True,
+            moving=facts.get("moving") is True,
             **lists,
         )
 
@@ -91,7 +95,7 @@ class Shader:
         phases, skips = list(zip(iterations[:level], self.value_loops[:level], strict=True)), 0
         if schedule == "relaxed":
             phases = [(steps, loops + 1) for steps, loops in phases[-1:]]
-            skips = 4 * (0 if self.cells is None else len(self.cells.sizes))
+            skips = 4 * (0 if self.cells is None else self.cells.count)
         one_round = sum(1 + steps * (1 + loops) + 1 for steps, loops in phases) + 2
         return rounds * one_round + skips + 1 + self.gradient_loops[normal_level - 1] + self.texture_loops
 

@@ -58,7 +58,9 @@ POSTER_SIDE = 160
 POSTER_QUALITY = 85
 """Of its WebP, from 0 to 100."""
 CELLS = 32, 64
-"""Cells along an edge of the grid that the page finds: of large models, and of others."""
+"""Cells along an edge of the grid that the page finds: of large models and of those that move, and of others."""
+CELL_MOMENTS = 16
+"""Grids that it finds for a model that moves, one after the other in time."""
 PROBES = 32
 """Most points at which the page compares its field with the reference's."""
 
@@ -124,7 +126,13 @@ def facts_json(facts: dict[str, Any]) -> str:
         "plain": PLAIN,
         "defaults": {entry.name: entry.default for entry in UNIFORMS if isinstance(entry.default, tuple)},
         "shadings": SHADINGS,
-        "cells": {"first": FIRST, "least": CELLS[0], "most": CELLS[1], "overestimate": OVERESTIMATE},
+        "cells": {
+            "first": FIRST,
+            "least": CELLS[0],
+            "most": CELLS[1],
+            "moments": CELL_MOMENTS,
+            "overestimate": OVERESTIMATE,
+        },
         "loop_limit": LOOP_LIMIT,
         "least_steps": LEAST_STEPS,
         "camera": {
@@ -152,7 +160,10 @@ def _facts(model: Model, program: Program, storage: str, digits: int | None) -> 
 
 
 def _probes(program: Program) -> Array:
-    """Return points (N, 3) float32 near the surface, within every level's band and the ball that rays are traced in."""
+    """Return points (N, 3) float32 near the surface, within every level's band and the ball that rays are traced in.
+
+    The surface is that of time 0, where the field moves.
+    """
     points = near_surface(program)
     points = points[np.linalg.norm(points, axis=1) < 1]
     _, reached = interpret.nested_field(program, points, len(program.values))
@@ -175,7 +186,7 @@ def _bytes(model: Model) -> bytes:
 
 
 def _poster(model: Model, program: Program) -> str:
-    """Return a picture of the model, as the page first shows it, as the URL of a WebP of some 3 kB."""
+    """Return a picture of the model, as the page first shows it, at time 0, as the URL of a WebP of some 3 kB."""
     from PIL import Image
 
     azimuth, elevation = model.front or (orbit.AZIMUTH, orbit.ELEVATION)

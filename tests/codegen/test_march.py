@@ -149,11 +149,10 @@ def test_the_relaxed_march_costs_half_and_sees_the_same(model: Model) -> None:
 
 def test_no_point_of_the_surface_is_in_an_empty_cell(model: Model) -> None:
     cells = empty_cells(lower(model))
-    assert cells is not None
     surface = demo.DemoShape().surface(20_000, np.random.default_rng(1)).points
-    x, y, z = (np.floor((surface / cells.half + 1) / 2 * len(cells.sizes)).astype(int)).T
-    assert (cells.sizes[z, y, x] == 0).all()
-    assert (cells.sizes == 0).mean() < 0.1, "most of the ball is empty"
+    x, y, z = (np.floor((surface / cells.half + 1) / 2 * cells.count).astype(int)).T
+    assert (cells.grids[0, z, y, x] == 0).all()
+    assert (cells.grids == 0).mean() < 0.1, "most of the ball is empty"
 
 
 def test_depth_is_the_analytic_shape_s(renderer: Renderer) -> None:

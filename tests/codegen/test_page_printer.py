@@ -19,7 +19,7 @@ from mplicits.codegen.targets import glsl330
 from mplicits.codegen.targets.glsl300es import DIALECT
 from mplicits.codegen.targets.shader import LOOP_LIMIT, Shader
 from mplicits.codegen.targets.uniforms import SHADINGS, TIME, UNIFORMS, default
-from mplicits.codegen.targets.webpage import PRINTER, facts_json, script
+from mplicits.codegen.targets.webpage import CELL_MOMENTS, PRINTER, facts_json, script
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model, load, save
 from mplicits.viewer.draw.camera import Camera
@@ -57,7 +57,7 @@ window.ask = {
     cells: async (bytes) => {
         const file = Uint8Array.from(atob(bytes), (letter) => letter.charCodeAt(0));
         const found = await emptyCells(parseModel(file.buffer), () => true, async () => {});
-        return found && {...found, sizes: [...found.sizes]};
+        return {...found, grids: found.grids.map((grid) => [...grid])};
     },
     camera: ([hash, turn, factor, aspect]) => {
         const camera = zoomed(orbited(fromHash(hash, homeOf(null)), ...turn), factor, aspect);
@@ -126,17 +126,20 @@ def test_the_page_asks_llvmpipe_for_what_it_draws_whole(ask: Ask) -> None:
     assert ask("fit", [[loops, *given, 0] for given in schedules]) == [schedule(shader, *given) for given in schedules]
 
 
-@pytest.mark.parametrize("name", ["demo", "one level", "moving"])
-def test_the_page_finds_the_cells_that_codegen_finds(ask: Ask, name: str, tmp_path: Path) -> None:
-    model = load(DEMO) if name == "demo" else MODELS[name]
+@pytest.mark.parametrize(
+    ("model", "count", "moments"),
+    [(load(DEMO), 64, 1), (MODELS["one level"], 64, 1), (MODELS["moving"], 32, CELL_MOMENTS)],
+    ids=["demo", "one level", "moving"],
+)
+def test_the_page_finds_the_cells_that_codegen_finds(
+    ask: Ask, model: Model, count: int, moments: int, tmp_path: Path
+) -> None:
     save(model, tmp_path / "model.safetensors")
     found = ask("cells", base64.b64encode((tmp_path / "model.safetensors").read_bytes()).decode())
-    cells = empty_cells(lower(model), 64)
-    if cells is None:
-        assert found is None
-        return
-    assert (found["count"], found["half"]) == (64, pytest.approx(cells.half))
-    differ = np.asarray(found["sizes"]).reshape(cells.sizes.shape) != cells.sizes
+    cells = empty_cells(lower(model), count, moments)
+    assert (found["count"], found["half"]) == (count, pytest.approx(cells.half))
+    assert len(found["grids"]) == moments
+    differ = np.asarray(found["grids"]).reshape(cells.grids.shape) != cells.grids
     assert differ.mean() < 1e-3, "rounding decides at some cells"
 
 

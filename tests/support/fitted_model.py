@@ -33,11 +33,11 @@ def fitted_model(widths: tuple[int, int] = (24, 96)) -> Model:
     points /= np.linalg.norm(points, axis=1)[:, None]
     surface = points * radius(points)[:, None]
     points *= rng.uniform(0.05, 1.05, 6000)[:, None]
-    first = _fit(widths[0], 1.5, points, distance(points)[:, None], rng)
+    first = fit(widths[0], 1.5, points, distance(points)[:, None], rng)
     near = surface * rng.uniform(0.75, 1.25, (6000, 1))
-    second = _fit(widths[1], 4.0, near, distance(near)[:, None] - _run(first, near), rng)
-    texture = _fit(16, 3.0, surface, 0.5 + 0.4 * np.sin(surface * (3.0, 4.0, 5.0)), rng)
-    errors = _run(first, surface), _run(first, surface) + _run(second, surface)
+    second = fit(widths[1], 4.0, near, distance(near)[:, None] - evaluate(first, near), rng)
+    texture = fit(16, 3.0, surface, 0.5 + 0.4 * np.sin(surface * (3.0, 4.0, 5.0)), rng)
+    errors = evaluate(first, surface), evaluate(first, surface) + evaluate(second, surface)
     deltas = [1.3 * float(np.abs(error).max()) for error in errors]
     levels = (
         Level(first, deltas[0], 20, step_bound=0.78, band_step_bound=0.7),
@@ -46,19 +46,19 @@ def fitted_model(widths: tuple[int, int] = (24, 96)) -> Model:
     return Model("fitted", levels, texture)
 
 
-def _fit(width: int, omega: float, points: Array, truth: Array, rng: np.random.Generator) -> Network:
-    """Fit a network to truth: (N, outputs) at points (N, 3).
+def fit(width: int, omega: float, points: Array, truth: Array, rng: np.random.Generator) -> Network:
+    """Fit a network to truth: (N, outputs) at points (N, 3), or (N, 4) where they have a time.
 
     Its only hidden layer is of random sines; its last layer solves the normal equations.
     """
-    weight, bias = rng.normal(0, omega, (width, 3)), rng.uniform(-np.pi, np.pi, width)
+    weight, bias = rng.normal(0, omega, (width, points.shape[1])), rng.uniform(-np.pi, np.pi, width)
     features = np.concatenate([np.sin(points @ weight.T + bias), np.ones((len(points), 1))], axis=1)
     solution = np.linalg.solve(features.T @ features + 1e-4 * np.eye(width + 1), features.T @ truth)
     hidden = Layer(weight.astype(np.float32), bias.astype(np.float32))
     return hidden, Layer(solution[:-1].T.astype(np.float32), solution[-1].astype(np.float32))
 
 
-def _run(network: Network, points: Array) -> Array:
-    """Evaluate a network at points (N, 3). Returns (N, outputs)."""
+def evaluate(network: Network, points: Array) -> Array:
+    """Evaluate a network of one hidden layer at points (N, inputs). Returns (N, outputs)."""
     hidden, last = network
     return np.asarray(np.sin(points @ hidden.weight.T + hidden.bias) @ last.weight.T + last.bias, float)

@@ -86,7 +86,7 @@ def test_a_turntable_video_shows_one_turn(open_desk: Callable[..., Desk], tmp_pa
     av = pytest.importorskip("av", reason="PyAV is not installed (extra view)")
     desk, path = open_desk(), tmp_path / "turn.mp4"
     desk.work.begin(
-        jobs.Turntable((32, 24), seconds=0.4, rate=10).write(
+        jobs.Video((32, 24), seconds=0.4, rate=10).write(
             desk.shown.renderer, path, Scene(AREA, Camera(), desk.shown.view.options)
         )
     )

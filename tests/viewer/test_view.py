@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mplicits.codegen.targets.motion import PERIOD
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.state.view import SCALES, SLOW_FRAME, View
@@ -72,7 +73,7 @@ def test_the_turntable_goes_on_until_space_again(view: View) -> None:
 
 def test_a_model_without_a_texture_is_not_shaded_with_it(view: View) -> None:
     view.set(shading="texture", level=2)
-    view.adopt(levels=1, textured=False)
+    view.adopt(levels=1, textured=False, moves=False)
     assert (view.options.shading, view.options.level) == ("phong", None)
     view.key("T")
     assert view.options.shading == "phong"
@@ -105,3 +106,24 @@ def test_the_key_m_goes_through_the_modes_of_a_mesh(view: View) -> None:
         view.key("M")
     assert seen == ["hidden", "edges", "faces", "faces and edges", "hidden"]
     assert view.changed
+
+
+def test_space_plays_and_pauses_a_motion_there_and_back() -> None:
+    view = View(Camera(), RenderOptions(time=0.5), levels=1, textured=False, moves=True)
+    assert view.phase == pytest.approx(0.25)
+    view.key("SPACE")
+    assert (view.playing, view.turntable, view.animated) == (True, False, True)
+    times = []
+    for _ in range(4):
+        view.play(PERIOD / 4)
+        times.append(view.options.time)
+    assert times == pytest.approx([1.0, 0.5, 0.0, 0.5])
+    view.key("SPACE")
+    assert not view.animated
+    view.changed = view.moved = False
+    view.seek(0.2)
+    assert (view.options.time, view.changed, view.moved) == (0.2, True, True)
+    view.adopt(levels=1, textured=False, moves=False)
+    assert (view.options.time, view.moves) == (0.0, False)
+    view.key("SPACE")
+    assert (view.playing, view.turntable) == (False, True)

@@ -14,8 +14,8 @@ from support.window_script import run
 
 FILES = """
 from mplicits.codegen.targets.registry import TARGETS
-from mplicits.viewer.state.exports import free_path, record_turntable, save_picture
-from mplicits.viewer.state.jobs import Turntable, write_target
+from mplicits.viewer.state.exports import free_path, record_video, save_picture
+from mplicits.viewer.state.jobs import Video, write_target
 view.options = RenderOptions()
 drop = lambda name: window._on_drop(handle, [str(Path(name).absolute())])
 settle()
@@ -42,7 +42,7 @@ for name in ("model", *TARGETS):
     desk.work.begin(write_target(name, desk.shown.source.model, free_path("export", "." + name)))
     settle()
 save_picture(desk, (40, 30)); settle()
-record_turntable(desk, window.area[2:], Turntable((32, 24), seconds=0.2, rate=10)); settle()
+record_video(desk, window.area[2:], Video((32, 24), seconds=0.2, rate=10)); settle()
 report["exports"] = sorted(path.name for path in Path().iterdir() if path.stem in ("export", "fitted"))
 drop("shape.obj")
 for _ in range(20):

@@ -39,6 +39,8 @@ class RenderOptions:
     """Factor on every step."""
     samples: int = 1
     """Rays per pixel."""
+    time: float = 0.0
+    """Moment from 0 to 1 of a model that moves; 0 for others."""
     light: tuple[float, float, float] | None = None
     """Direction towards the light, of any length, in camera space."""
     background: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
@@ -63,6 +65,8 @@ class RenderOptions:
         for name, factor in (("delta scale", self.delta_scale), ("step scale", self.step_scale)):
             if factor is not None and not 0.0 < factor <= 100.0:
                 raise UserError(f"{name} {factor:g}: more than 0, at most 100")
+        if not 0.0 <= self.time <= 1.0:
+            raise UserError(f"time {self.time:g}: a moment from 0 to 1")
         if not 0.0 <= self.split <= 1.0:
             raise UserError(f"split {self.split:g}: a share from 0 to 1")
         if self.light is not None and not (all(map(math.isfinite, self.light)) and any(self.light)):

@@ -52,6 +52,8 @@ class Renderer:
         self._weights: moderngl.Texture | None = None
         self._cells: moderngl.Texture3D | None = None
         self._programs: dict[str, Program] = {}
+        self._moment: int | None = 0
+        """Index of the grid of cells that the texture holds."""
         start = time.perf_counter()
         with context as gl:
             try:
@@ -62,7 +64,7 @@ class Renderer:
                 if shader.weights is not None:
                     self._weights = weight_texture(gl, shader.weights)
                 if shader.cells is not None:
-                    self._cells = cell_texture(gl, shader.cells.sizes)
+                    self._cells = cell_texture(gl, shader.cells.grids[0])
                 self.draw(self._target(gl, (1, 1)), (0, 0, 1, 1))
                 check_drawn(gl, context.renderer)
             except UserError:
@@ -171,6 +173,7 @@ class Renderer:
         jitter: offset of the sample from the pixel's centre, in pixels.
         """
         self._reset_uniforms()
+        self._hold_cells(options.time)
         self._write(self._option_uniforms(options))
         self._write(picture_uniforms(size, camera, jitter))
         self._edges_are_drawn = options.shading != "data"
@@ -243,15 +246,25 @@ class Renderer:
             "shading": SHADINGS.index(options.shading),
             "plain": options.plain,
             "split": options.split,
+            "time": options.time,
             "light": options.light,
             "background_top": top,
             "background_bottom": bottom,
         }
         if self.shader.cells is not None:
             empty = level == self.shader.levels and options.delta_scale == 1.0  # of that surface, in those bands
-            count = len(self.shader.cells.sizes) if empty else 0
+            empty &= self.shader.cells.moment(options.time) is not None
+            count = self.shader.cells.count if empty else 0
             values |= {"cell_count": count, "cells_half": self.shader.cells.half}
         return {name: value for name, value in values.items() if value is not None}
+
+    def _hold_cells(self, time: float) -> None:
+        """Put the grid of cells for a time into the texture that rays read."""
+        cells = self.shader.cells
+        moment = None if cells is None else cells.moment(time)
+        if cells is not None and self._cells is not None and moment not in (None, self._moment):
+            self._cells.write(np.ascontiguousarray(cells.grids[moment]).tobytes(), alignment=1)
+            self._moment = moment
 
     def _draw_surface(self, target: moderngl.Framebuffer, tile: Tile, corner: tuple[int, int]) -> None:
         """Draw a tile without edges into the `target`, which is bound and cleared."""

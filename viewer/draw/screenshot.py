@@ -27,11 +27,7 @@ def to_png(image: NDArray[np.float32], title: str = "", transparent: bool = Fals
     image: (H, W, 4) float32, sRGB and alpha, [0, 1], top row first; what lies outside is clipped. title: a text that
     the file holds, "" for none. transparent: keeps alpha. Without alpha, colours are dithered.
     """
-    channels = image if transparent else image[..., :3]
-    pixels = np.empty(channels.shape, np.uint8)
-    for y, (row, out) in enumerate(zip(channels, pixels, strict=True)):  # an 8K picture fits the memory only once
-        noise = 0.0 if transparent else _dither(y, len(row))
-        out[:] = np.rint(np.clip(row, 0.0, 1.0) * 255.0 + noise)
+    pixels = to_bytes(image if transparent else image[..., :3], dithered=not transparent)
     info = PngInfo()
     if title:
         info.add_itxt("Title", title)
@@ -39,6 +35,15 @@ def to_png(image: NDArray[np.float32], title: str = "", transparent: bool = Fals
     data = io.BytesIO()
     Image.fromarray(pixels).save(data, "png", pnginfo=info)
     return data.getvalue()
+
+
+def to_bytes(image: NDArray[np.float32], dithered: bool = True) -> NDArray[np.uint8]:
+    """Round an image (H, W, channels) in [0, 1] to 8 bits; what lies outside is clipped. dithered: against bands."""
+    pixels = np.empty(image.shape, np.uint8)
+    for y, (row, out) in enumerate(zip(image, pixels, strict=True)):  # an 8K picture fits the memory only once
+        noise = _dither(y, len(row)) if dithered else 0.0
+        out[:] = np.rint(np.clip(row, 0.0, 1.0) * 255.0 + noise)
+    return pixels
 
 
 def _dither(y: int, width: int) -> NDArray[np.float32]:
@@ -53,5 +58,7 @@ def _dither(y: int, width: int) -> NDArray[np.float32]:
 
 def check_name(path: Path) -> None:
     """Raise UserError where `path` does not end in .png."""
+    if path.suffix.lower() in (".mp4", ".gif"):
+        raise UserError(f"{show(path)}: a video needs --frames N, the number of its pictures")
     if path.suffix.lower() != ".png":
         raise UserError(f"{show(path)}: pictures are PNG; name it .png")

@@ -13,7 +13,7 @@ REFINE_DELAY = 0.15
 WORK_SLICE = 1 / 30
 """Seconds of drawing between two looks at what the user does."""
 LONGEST_SPIN = 0.25
-"""Seconds, at most, by which the turntable turns at once."""
+"""Seconds, at most, by which the turntable or a motion goes on at once."""
 
 
 class Drawing:
@@ -44,8 +44,11 @@ class Drawing:
         area: (width, height) of the picture on the screen, in pixels. drawn_by: gives what draws it.
         now: seconds on the clock of time.perf_counter.
         """
+        passed = min(LONGEST_SPIN, now - self._last_tick)
         if view.turntable:
-            view.spin(min(LONGEST_SPIN, now - self._last_tick))
+            view.spin(passed)
+        if view.playing:
+            view.play(passed)
         self._last_tick = now
         scene = view.scene(area)
         if view.changed:
@@ -67,7 +70,7 @@ class Drawing:
         elif not self._complete and now >= self._refine_time:
             self.picture.refine(drawn_by(), scene)
             self._complete = True
-        if view.turntable or self.picture.refining:
+        if view.animated or self.picture.refining:
             return 0.0
         return None if self._complete else max(0.0, self._refine_time - time.perf_counter())
 

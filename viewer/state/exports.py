@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ...codegen.targets.registry import TARGETS
 from .desk import Desk
-from .jobs import Turntable, write_picture, write_target
+from .jobs import Video, write_picture, write_target
 from .picture import Scene
 
 SAVED_SAMPLES = 4
@@ -23,8 +23,11 @@ def save_picture(desk: Desk, size: tuple[int, int]) -> None:
     desk.work.begin(write_picture(desk.drawn_by(), free_path(name, ".png"), scene, name), draws=True)
 
 
-def record_turntable(desk: Desk, area: tuple[int, int], video: Turntable) -> None:
-    """Begin to write a video of one turn. area: (width, height) of the picture on the screen, in pixels."""
+def record_video(desk: Desk, area: tuple[int, int], video: Video) -> None:
+    """Begin to write a video of one turn, or of the model's motion.
+
+    area: (width, height) of the picture on the screen, in pixels.
+    """
     scene = desk.shown.view.scene(area)
     path = free_path(desk.shown.source.name, ".mp4")
     desk.work.begin(video.write(desk.drawn_by(), path, scene), draws=True)

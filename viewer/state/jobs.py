@@ -2,19 +2,17 @@
 
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 
 from ...codegen.targets.registry import TARGETS
-from ...model.errors import UserError
 from ...model.files import show, write_whole
 from ...model.model import Model, save
 from ..draw.camera import Camera
+from ..draw.movie import Shot, open_movie
 from ..draw.options import RenderOptions
 from ..draw.renderer import Renderer
 from ..draw.screenshot import to_png
@@ -80,8 +78,8 @@ def _in_thread(work: Callable[[], Result], progress: Progress) -> Generator[Prog
 
 
 @dataclass(frozen=True)
-class Turntable:
-    """A video of one turn around the camera's target."""
+class Video:
+    """A video of one turn around the camera's target or, of a model that moves, of its motion there and back."""
 
     size: tuple[int, int] = (640, 480)
     """(width, height) in pixels, both even, as H.264 demands."""
@@ -92,33 +90,20 @@ class Turntable:
 
     def write(self, renderer: Renderer, path: Path, scene: Scene) -> Job:
         """Write an MP4 file (H.264) of the scene, one frame after the other, in the video's size, not the scene's."""
-        try:
-            import av
-        except ImportError:
-            raise UserError("videos need the package 'av'; run: pip install 'mplicits[view]'") from None
         check_size(self.size)
         width, height = self.size
-        scene = replace(scene, size=self.size, camera=replace(scene.camera, aspect=width / height))
-        count = max(1, round(self.seconds * self.rate))
-        partial = path.with_name(f".{path.name}.part")
-        try:
-            with closing(av.open(str(partial), "w", format="mp4")) as container:
-                stream = container.add_stream("libx264", rate=Fraction(self.rate), options={"crf": "18"})
-                stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
-                for k in range(count):
-                    yield k / count, f"drawing {k + 1} of {count} pictures"
-                    turned = replace(scene, camera=scene.camera.orbited(360.0 * k / count, 0.0))
-                    image = np.empty((height, width, 4), np.float32)
-                    for tile, options in _tiles(turned):
-                        _draw(renderer, turned, tile, options, image)
-                    pixels = np.rint(np.clip(image[::-1, :, :3], 0, 1) * 255).astype(np.uint8)
-                    container.mux(stream.encode(av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels))))
-                container.mux(stream.encode())
-            partial.replace(path)
-        except (OSError, ValueError) as error:  # ValueError: PyAV has no such encoder
-            raise UserError(f"cannot write {show(path)}: {getattr(error, 'strerror', None) or error}") from None
-        finally:
-            partial.unlink(missing_ok=True)
+        camera = replace(scene.camera, aspect=width / height)
+        count, moves = max(1, round(self.seconds * self.rate)), renderer.shader.moving
+        shot = Shot(count, self.rate, turn=0.0 if moves else 360.0, moves=moves)
+        with open_movie(path, self.size, self.rate) as movie:
+            for k in range(count):
+                yield k / count, f"drawing {k + 1} of {count} pictures"
+                frame = replace(scene.at(*shot.frame(k, camera, scene.options)), size=self.size)
+                image = np.empty((height, width, 4), np.float32)
+                for tile, options in _tiles(frame):
+                    _draw(renderer, frame, tile, options, image)
+                movie.add(image[::-1])
+            write_whole(path, movie.data())
         return f"saved {show(path)}"
 
 

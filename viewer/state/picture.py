@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import moderngl
 
@@ -38,6 +38,11 @@ class Scene:
     """Options of the whole picture, or of its left half."""
     right: RenderOptions | None = None
     """Options of the right half; None if the picture is not split."""
+
+    def at(self, camera: Camera, options: RenderOptions) -> "Scene":
+        """Return the scene through another camera, and with other options at their time, in both halves."""
+        right = None if self.right is None else replace(self.right, time=options.time)
+        return replace(self, camera=camera, options=options, right=right)
 
     def panes(self, width: int) -> list[tuple[int, int, RenderOptions]]:
         """Return the panes of a picture that is `width` pixels wide: (first column, one past the last, options)."""

@@ -64,7 +64,7 @@ class Shown:
         another = source.path != self.source.path
         self.renderer.release()
         self.renderer, self.source, self.level_timings = renderer, source, []
-        self.view.adopt(source.shader.levels, source.textured)
+        self.view.adopt(source.shader.levels, source.textured, source.shader.moving)
         if another and source.front is not None:
             self.view.look_from(source.front)
 

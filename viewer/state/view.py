@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 
+from ...codegen.targets.motion import PERIOD, moment, phase_of
 from ..draw.camera import Camera
 from ..draw.options import RenderOptions
 from .overlay import MESH_MODES
@@ -11,7 +12,7 @@ KEYS = (
     ("drag, arrows", "turn"),
     ("right drag, Shift drag", "move"),
     ("wheel, + -", "nearer, farther"),
-    ("Space", "turntable"),
+    ("Space", "turntable; play and pause a motion"),
     ("r", "reset the camera"),
     ("1 to 9", "level"),
     ("p n d t x", "Phong, normals, depth, texture, steps"),
@@ -47,6 +48,8 @@ class View:
     """Number of levels of the model that is shown."""
     textured: bool
     """Whether the model has colours of its own."""
+    moves: bool = False
+    """Whether the model moves, and the options' time is one of its motion."""
     split: int | None = None
     """Level that the right half shows; None if the picture is not split."""
     resolution: float = 1.0
@@ -55,6 +58,10 @@ class View:
     """What is shown of the mesh over the model, one of MESH_MODES."""
     turntable: bool = False
     """Whether the camera turns by itself."""
+    playing: bool = False
+    """Whether the model moves by itself."""
+    phase: float = 0.0
+    """Share of the motion's way there and back at which the options' time is reached."""
     panel: bool = True
     """Whether the panel is open."""
     help: bool = False
@@ -70,6 +77,12 @@ class View:
 
     def __post_init__(self) -> None:
         self.camera = self.home
+        self.phase = phase_of(self.options.time)
+
+    @property
+    def animated(self) -> bool:
+        """Whether something moves by itself."""
+        return self.turntable or self.playing
 
     @property
     def scale(self) -> float:
@@ -102,9 +115,13 @@ class View:
         iterations = options.iterations if levels == self.levels else None
         return replace(options, level=level, normal_level=normal_level, shading=shading, iterations=iterations)
 
-    def adopt(self, levels: int, textured: bool) -> None:
+    def adopt(self, levels: int, textured: bool, moves: bool) -> None:
         """Look at another model: what it lacks is no longer asked for."""
         self.options = self.fitting(levels, textured)
+        self.moves = moves
+        if not moves:
+            self.playing = False
+            self.seek(0.0)
         self.split = None if self.split is None or self.split > levels else self.split
         self.levels, self.textured, self.changed = levels, textured, True
 
@@ -138,6 +155,17 @@ class View:
         """Turn the camera by what the turntable turns in so many seconds."""
         self.move(self.camera.orbited(TURNTABLE_SPEED * seconds, 0.0))
 
+    def seek(self, time: float) -> None:
+        """Show a time, from 0 to 1, of the motion; coarse pixels will do while it is looked for."""
+        self.set(time=time)
+        self.phase, self.moved = phase_of(time), True
+
+    def play(self, seconds: float) -> None:
+        """Go on with the motion, there and back, by so many seconds."""
+        self.phase = (self.phase + seconds / PERIOD) % 1.0
+        self.set(time=moment(self.phase))
+        self.moved = True
+
     def key(self, key: str) -> None:
         """Do what a key does, given its name.
 
@@ -158,6 +186,8 @@ class View:
             self.split, self.changed = None if self.split else self.levels, True
         elif key == "M":
             self.mesh, self.changed = MESH_MODES[(MESH_MODES.index(self.mesh) + 1) % len(MESH_MODES)], True
+        elif key == "SPACE" and self.moves:
+            self.playing, self.changed = not self.playing, True
         elif key == "SPACE":
             self.turntable, self.changed = not self.turntable, True
         elif key == "TAB":

@@ -7,8 +7,8 @@ from typing import Any
 from ...codegen.targets.registry import TARGETS
 from ...codegen.targets.uniforms import SHADINGS, default
 from ..state.desk import Desk
-from ..state.exports import record_turntable, save_picture, save_target
-from ..state.jobs import LevelTiming, Turntable, time_levels
+from ..state.exports import record_video, save_picture, save_target
+from ..state.jobs import LevelTiming, Video, time_levels
 from ..state.overlay import MESH_MODES
 from ..state.view import View
 from .help import show_keys
@@ -99,12 +99,24 @@ class Panel:
         tip(imgui, "Pixels that are drawn along each side, as a share of the window's.")
         if changed:
             view.resolution, view.changed = min(1.0, max(0.125, resolution / 100)), True
+        if view.moves:
+            self._motion(imgui, view)
         changed, turntable = imgui.checkbox("turntable", view.turntable)
         if changed:
             view.turntable, view.changed = turntable, True
         imgui.same_line()
         if imgui.button("reset the camera"):
             view.key("R")
+
+    def _motion(self, imgui: Any, view: View) -> None:
+        changed, time = imgui.slider_float("time", view.options.time, 0.0, 1.0, "%.3f", imgui.SliderFlags_.always_clamp)
+        tip(imgui, "The moment that is seen, from 0 to 1.")
+        if changed:
+            view.seek(min(1.0, max(0.0, time)))
+        if imgui.button("pause##motion" if view.playing else "play##motion"):
+            view.key("SPACE")
+        tip(imgui, "Plays the motion there and back (Space).")
+        imgui.same_line()
 
     def _traced(self, imgui: Any, view: View) -> None:
         clamp = imgui.SliderFlags_.always_clamp  # A number may be typed.
@@ -212,8 +224,8 @@ class Panel:
         if imgui.button("save PNG"):
             save_picture(desk, list(PICTURE_SIZES.values())[self._picture_size] or area)
         imgui.same_line()
-        if imgui.button("save turntable video"):
-            record_turntable(desk, area, Turntable())
+        if imgui.button("save a video of the motion" if desk.shown.view.moves else "save turntable video"):
+            record_video(desk, area, Video())
         if desk.shown.source.model is not None:
             imgui.text("as")
             for name in ("model", *TARGETS):

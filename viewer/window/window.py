@@ -49,7 +49,7 @@ class Window:
         """
         import glfw
 
-        view = View(camera, options, source.shader.levels, source.textured)
+        view = View(camera, options, source.shader.levels, source.textured, source.shader.moving)
         options.resolved_levels(view.levels)
         options.check_texture(source.textured)
         self.context, self.handle, self.gui = context, context.handle, gui
@@ -86,7 +86,7 @@ class Window:
         while not glfw.window_should_close(self.handle):
             start = time.perf_counter()
             due = self.step()
-            if self.desk.shown.view.turntable and due == 0.0:  # Some drivers do not wait for the display.
+            if self.desk.shown.view.animated and due == 0.0:  # Some drivers do not wait for the display.
                 due = max(0.0, 0.9 * self._frame_seconds - (time.perf_counter() - start))
             try:
                 if due == 0.0:

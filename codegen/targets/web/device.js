@@ -135,15 +135,21 @@ export class Device {
         return texture;
     }
 
-    // Returns a texture of a grid of count ** 3 bytes.
-    grid(count, values) {
+    // Returns a texture for a grid of count ** 3 bytes.
+    grid(count) {
         const gl = this.gl, texture = gl.createTexture();
         gl.bindTexture(gl.TEXTURE_3D, texture);
         gl.texStorage3D(gl.TEXTURE_3D, 1, gl.R8UI, count, count, count);
-        gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, count, count, count, gl.RED_INTEGER, gl.UNSIGNED_BYTE, values);
         for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
             gl.texParameteri(gl.TEXTURE_3D, name, gl.NEAREST);
         return texture;
+    }
+
+    // Writes a grid into its texture.
+    fill(texture, count, values) {
+        const gl = this.gl;
+        gl.bindTexture(gl.TEXTURE_3D, texture);
+        gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, count, count, count, gl.RED_INTEGER, gl.UNSIGNED_BYTE, values);
     }
 
     // Returns {texture, framebuffer, width, height}, which can be drawn to and read as a texture.

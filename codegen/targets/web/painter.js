@@ -1,3 +1,4 @@
+import {momentOf} from "./cells.js";
 import {Device} from "./device.js";
 
 // Draws pictures tile by tile. The model's shader draws one sample of each pixel into a small target, which is then
@@ -69,10 +70,19 @@ export class Painter {
         return milliseconds;
     }
 
-    // Takes the grid of empty cells that rays of the model skip, or null.
+    // Takes the grids of empty cells that rays of the model skip, or null.
     hold(cells) {
-        this.device.gl.deleteTexture(this.cells);
-        this.cells = cells && this.device.grid(cells.count, cells.sizes);
+        this.device.gl.deleteTexture(this.cells?.texture ?? null);
+        this.cells = cells && {...cells, moment: 0, texture: this.device.grid(cells.count)};
+        if (cells) this.device.fill(this.cells.texture, cells.count, cells.grids[0]);
+    }
+
+    // Has the texture of the grid hold that of a time.
+    holdTime(time) {
+        const {cells} = this, moment = cells && momentOf(cells, time);
+        if (!cells || moment === cells.moment) return;
+        this.device.fill(cells.texture, cells.count, cells.grids[moment]);
+        cells.moment = moment;
     }
 
     // Draws a rectangle of the picture's sample into the small target, at [column, row] of it.
@@ -81,8 +91,9 @@ export class Painter {
         gl.useProgram(program);
         gl.bindTexture(gl.TEXTURE_2D, weights);
         if (names.cells) gl.uniform1i(names.cells, CELL_UNIT);
+        this.holdTime(values.time[0]);
         gl.activeTexture(gl.TEXTURE0 + CELL_UNIT);
-        gl.bindTexture(gl.TEXTURE_3D, this.cells);
+        gl.bindTexture(gl.TEXTURE_3D, this.cells?.texture ?? null);
         gl.activeTexture(gl.TEXTURE0);
         for (const [name, value] of Object.entries({...values, origin: [x - column, y - row]})) {
             const location = names[name];

@@ -13,27 +13,34 @@ function networkValue(network, point) {
     return h[0];
 }
 
-// Returns [value, level] of the finest level that is defined at a point [x, y, z] (Eq. 3).
+// Returns what the networks take at a point [x, y, z] and a time.
+const inputOf = ({inputs}, point, time) => (inputs === "xyzt" ? [...point, time] : point);
+
+// Returns the value of level 1 at a point [x, y, z] and a time.
+export const firstValue = (model, point, time) => networkValue(model.levels[0].network, inputOf(model, point, time));
+
+// Returns [value, level] of the finest level that is defined at a point [x, y, z] (Eq. 3), at time 0.
 function fieldValue(model, point) {
-    const input = model.inputs === "xyzt" ? [...point, 0] : point;
+    const input = inputOf(model, point, 0);
     let value = 0, level = 0;
     do value += networkValue(model.levels[level++].network, input);
     while (level < model.levels.length && Math.abs(value) < model.levels[level - 1].delta);
     return [value, level];
 }
 
-// Whether a point [x, y, z] may be within `reach` of the surface: by level 1 alone, or by all levels, each in the band of
-// the one before it, wider by that.
-export function isNear({levels}, point, byAll, reach) {
+// Whether a point [x, y, z] may be within `reach` of the surface at a time: by level 1 alone, or by all levels, each in
+// the band of the one before it, wider by that.
+export function isNear(model, point, time, byAll, reach) {
+    const {levels} = model, input = inputOf(model, point, time);
     let value = 0;
     return levels.slice(0, byAll ? levels.length : 1).every(({network, delta}, i) => {
-        value += networkValue(network, point);
+        value += networkValue(network, input);
         return Math.abs(value) < reach + (byAll && i + 1 === levels.length ? 0 : delta);
     });
 }
 
 // Returns {points, values}: the coordinates, one after another, of up to `count` points near the surface, which are
-// found by walking inwards from the unit sphere, and the field's value at each.
+// found by walking inwards from the unit sphere, and the field's value at each, at time 0.
 export function probes(model, count = 16) {
     const points = [], values = [];
     for (let k = 0; k < 2 * count && values.length < count; ++k) {

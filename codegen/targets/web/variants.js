@@ -127,7 +127,7 @@ export class Variants {
         const {painter, scene, probes: {points, values: expected}} = this, levels = scene.model.levels.length;
         if (!painter.device.float || !expected.length) return null;
         const values = {
-            ...uniforms(asked(scene, {level: levels, normalLevel: levels, shading: "data"}), null, [1, 1]),
+            ...uniforms(asked(scene, {level: levels, normalLevel: levels, shading: "data", time: 0}), null, [1, 1]),
             schedule: 0, rounds: 1, iterations: Array(levels).fill(1), step_scale: [1],
             step_bound: Array(levels).fill(1), band_step_bound: Array(levels).fill(1),
         };

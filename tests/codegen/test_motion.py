@@ -1,0 +1,137 @@
+"""A model that moves: its field and pictures at several times, in numpy and in GLSL, and the cells that rays skip."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.ir.still import SAMPLED, still, stills
+from mplicits.codegen.reference import digits, interpret
+from mplicits.codegen.reference.cells import MOMENTS, empty_cells
+from mplicits.codegen.reference.dense import dense_march
+from mplicits.codegen.reference.march import march
+from mplicits.codegen.targets.glsl330 import bake, standalone
+from mplicits.codegen.targets.read_shader import read_shader
+from mplicits.model.model import Model
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import Context
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.renderer import Renderer
+from support.dense_views import STOP, VIEWS
+from support.moving_model import PICTURED, distance, moving_model
+from support.random_model import random_model
+
+SIDE = 64
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    return moving_model()
+
+
+@pytest.fixture(scope="module")
+def renderer(osmesa: Context, model: Model) -> Renderer:
+    return Renderer(osmesa, bake(model, passes=True))
+
+
+def data(renderer: Renderer, camera: Camera, time: float, schedule: str = "relaxed") -> NDArray[np.float32]:
+    """Return (SIDE, SIDE, 4): for each pixel the distance, the steps, the level and whether the ray hit."""
+    return renderer.render((SIDE, SIDE), camera, RenderOptions(shading="data", time=time, schedule=schedule))
+
+
+def test_the_model_is_the_ball_that_splits(model: Model) -> None:
+    program = lower(model)
+    for time in PICTURED:
+        points = digits.near_surface(still(program, time))
+        assert len(points) > 1000
+        assert np.abs(distance(np.pad(points, ((0, 0), (0, 1)), constant_values=time))).mean() < 0.03
+
+
+@pytest.mark.parametrize("time", [0.0, 0.3, 1.0])
+def test_a_still_program_computes_what_the_moving_one_does_at_its_time(time: float) -> None:
+    moving = lower(random_model((12, 2), (8, 0), texture=(5, 1), inputs="xyzt"), digits=4)
+    there = still(moving, time)
+    there.check()
+    assert not there.moving
+    points = np.random.default_rng(0).uniform(-1, 1, (500, 3)).astype(np.float32)
+    for level in (1, 2):
+        for ours, theirs in zip(
+            interpret.field_gradient(there, points, level),
+            interpret.field_gradient(moving, points, level, time),
+            strict=True,
+        ):
+            np.testing.assert_allclose(ours, theirs, atol=2e-5)
+    np.testing.assert_allclose(interpret.colour(there, points), interpret.colour(moving, points, time), atol=1e-5)
+    assert still(there, 0.7) is there
+
+
+@pytest.mark.parametrize("time", PICTURED)
+def test_glsl_draws_the_reference_at_each_time(renderer: Renderer, model: Model, time: float) -> None:
+    drawn = data(renderer, VIEWS[0], time, "plain").reshape(-1, 4)
+    eye, directions, footprint = VIEWS[0].rays(SIDE, SIDE)
+    program = still(lower(model), time)
+    rays = march(program, eye, directions.reshape(-1, 3), 2, footprint)
+    assert 100 < rays.hit.sum() < SIDE**2 / 2
+    assert (rays.hit == (drawn[:, 3] > 0.5)).mean() > 0.999
+    both = rays.hit & (drawn[:, 3] > 0.5)
+    assert np.abs(rays.t - drawn[:, 0])[both].mean() < 1e-4
+    points = (eye + rays.t[both, None] * directions.reshape(-1, 3)[both]).astype(np.float32)
+    normals = interpret.field_gradient(program, points, 2)[0]
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    for shading, expected in (("normal", 0.5 + 0.5 * normals), ("texture", interpret.colour(program, points))):
+        seen = renderer.render((SIDE, SIDE), VIEWS[0], RenderOptions(shading=shading, time=time))
+        assert np.abs(seen.reshape(-1, 4)[both, :3] - expected).mean() < 2e-3, shading
+
+
+def test_the_grids_of_cells_lose_no_pixel_at_any_time(renderer: Renderer, model: Model) -> None:
+    """Times are at the edges of the grids, where the surface is farthest from where they were found, and inside."""
+    cells = renderer.shader.cells
+    assert cells is not None
+    assert len(cells.grids) == MOMENTS
+    program = lower(model)
+    for k, time in enumerate((0.0, 1e-4, 1 / MOMENTS - 1e-4, 10 / MOMENTS, 0.5, 20.5 / MOMENTS, 1 - 1e-4, 1.0)):
+        camera = VIEWS[k]
+        eye, directions, footprint = camera.rays(SIDE, SIDE)
+        closest, _ = dense_march(still(program, time), eye, directions.reshape(-1, 3), 2, footprint)
+        plain, relaxed = (data(renderer, camera, time, schedule) for schedule in ("plain", "relaxed"))
+        hit, plainly = (drawn[..., 3].ravel() > 0.5 for drawn in (relaxed, plain))
+        assert not ((closest == 0) & ~hit).any()
+        assert not (hit & ~plainly & (closest > STOP)).any()
+        both = (plain[..., 3] > 0.5) & (relaxed[..., 3] > 0.5)
+        pixels = np.abs(plain[..., 0] - relaxed[..., 0])[both] / (footprint * plain[..., 0][both])
+        assert np.quantile(pixels, 0.98) < 0.3, "each ends within 1/20 pixel of the surface"
+        assert relaxed[..., 1].mean() < 0.5 * plain[..., 1].mean()
+
+
+def test_a_cell_in_which_the_surface_ever_is_is_not_empty(model: Model) -> None:
+    program = lower(model)
+    cells = empty_cells(program, 32, 8)
+    for time in np.linspace(0, 1, 17):
+        surface = digits.near_surface(still(program, float(time)))
+        value = interpret.field(still(program, float(time)), surface, 2)
+        surface = surface[np.abs(value) < 1e-3]
+        x, y, z = (np.floor((surface / cells.half + 1) / 2 * cells.count).astype(int)).T
+        assert (cells.grids[cells.moment(float(time)), z, y, x] == 0).all()
+    assert (cells.grids == 0).mean() < 0.3
+    assert [cells.moment(time) for time in (-0.1, 0.0, 0.124, 0.126, 1.0, 1.1)] == [None, 0, 0, 1, 7, None]
+
+
+def test_without_cells_a_shader_draws_the_same_and_is_read_back_as_one_that_moves(
+    osmesa: Context, renderer: Renderer, model: Model
+) -> None:
+    read, _, _ = read_shader(standalone(model))
+    assert read.moving
+    alone = Renderer(osmesa, read)
+    ours, theirs = data(renderer, VIEWS[1], 0.8), data(alone, VIEWS[1], 0.8)
+    alone.release()
+    assert (ours[..., 3] == theirs[..., 3]).mean() > 0.999
+    assert not np.array_equal(theirs[..., 3], data(renderer, VIEWS[1], 0.0)[..., 3])
+
+
+def test_digits_are_enough_at_every_time(model: Model) -> None:
+    fewest = digits.fewest_digits(model)
+    allowed = digits.SHARE * model.levels[-1].delta
+    for exact, rounded in zip(stills(lower(model)), stills(lower(model, fewest)), strict=True):
+        assert digits.error(exact, rounded, digits.near_surface(exact)) < allowed
+    assert len(stills(lower(model))) == len(SAMPLED)
+    assert len(stills(lower(random_model((8, 1))))) == 1
