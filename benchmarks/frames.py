@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from dense_view import STOP, Picture, lost_and_extra, views
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.ir.program import Program
-from mplicits.codegen.reference.cells import Cells, empty_cells
+from mplicits.codegen.reference.cells import Cells
 from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.reference.march import march
 from mplicits.codegen.targets.glsl330 import bake
@@ -89,7 +89,8 @@ def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int
     program = lower(model)
     costs = np.array([program.cost(function).multiply_adds for function in program.values], np.float64)
     began = time.process_time()
-    cells = empty_cells(program)
+    cells = Cells(program)
+    cells.grid()
     finding = time.process_time() - began
     renderer = Renderer(open_osmesa(), bake(model, passes=True))
     plain, relaxed, alone = works = [Work() for _ in range(3)]

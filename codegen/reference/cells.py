@@ -1,7 +1,6 @@
 """A grid of which cells may hold a part of the shape: rays skip the empty ones (glsl/skip.glsl)."""
 
 import itertools
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,47 +26,64 @@ MOVING_COUNT, MOMENTS = 64, 32
 the times from 0 to 1."""
 
 
-@dataclass(frozen=True, eq=False)
 class Cells:
-    """Which cells of a cube around the origin the last level's surface cannot meet, and in which larger empty cubes."""
+    """Which cells of a cube around the origin the last level's surface cannot meet, and in which larger empty cubes.
 
-    grids: NDArray[np.uint8]
-    """(M, N, N, N), index [m, z, y, x]: M grids that follow one another in time, 1 where the field does not move, of N
-    cells along an edge. 0 for a cell that may hold a part of the surface; for an empty one, 1 + log2 of the edge, in
-    cells, of the largest empty cube that holds it, of those at multiples of their edge."""
+    Of a field that moves there are several grids, which follow one another in time. Each is found when it is first
+    asked for.
+    """
+
+    count: int
+    """Cells along an edge of a grid, N."""
     half: float
     """Half the edge of the cube, model units: it holds the ball that rays are traced in."""
+    moments: int
+    """Number of grids, each for an equal share of the times from 0 to 1; 1 where the field does not move."""
 
-    @property
-    def count(self) -> int:
-        """Cells along an edge of a grid, N."""
-        return int(self.grids.shape[-1])
+    def __init__(self, program: Program, count: int | None = None, moments: int = MOMENTS) -> None:
+        """Take the program of a model.
+
+        count: cells along an edge, a power of 2, FIRST at least; None for COUNT, or MOVING_COUNT where the field moves.
+        moments: grids of a field that moves, 2 at least.
+        """
+        self.count = count or (MOVING_COUNT if program.moving else COUNT)
+        self.half = 1.0 + program.bands[0].delta
+        self.moments = moments if program.moving else 1
+        self._program = program
+        self._grids: dict[int, NDArray[np.uint8]] = {}
 
     def moment(self, time: float) -> int | None:
         """Return the index of the grid for a time; None before 0 and after 1, where a field that moves has none."""
-        moments = len(self.grids)
-        if moments == 1:
+        if self.moments == 1:
             return 0
-        return min(int(time * moments), moments - 1) if 0.0 <= time <= 1.0 else None
+        return min(int(time * self.moments), self.moments - 1) if 0.0 <= time <= 1.0 else None
 
+    def grid(self, moment: int = 0) -> NDArray[np.uint8]:
+        """Return a grid (N, N, N), index [z, y, x]. A cell that may hold a part of the surface has 0.
 
-def empty_cells(program: Program, count: int | None = None, moments: int = MOMENTS) -> Cells:
-    """Find the cells that the surface of the last level does not meet.
+        An empty one has 1 + log2 of the edge, in cells, of the largest empty cube that holds it, of those at multiples
+        of their edge. Where the field moves, a cell is empty that is so in the middle of the grid's times, by more than
+        level 1 is found to change anywhere in half of them.
+        """
+        if moment not in self._grids:
+            there = still(self._program, self._middle(moment))
+            self._grids[moment] = _sizes(there, self.count, self.half, self._slack(moment))
+        return self._grids[moment]
 
-    count: cells along an edge, a power of 2, FIRST at least; None for COUNT, or MOVING_COUNT where the field moves.
-    moments: grids for a field that moves. A cell is empty in one where it is in the middle of the grid's times, by more
-    than level 1 changes anywhere in half of them.
-    """
-    half = 1.0 + program.bands[0].delta
-    if not program.moving:
-        return Cells(_sizes(program, count or COUNT, half)[None], half)
-    programs = [still(program, (k + 0.5) / moments) for k in range(moments)]
-    coarse = _middles(_all_cells(FIRST), FIRST, half)
-    values = [field(one, coarse[np.linalg.norm(coarse, axis=1) < half], 1) for one in programs]
-    changes = [float(np.abs(after - before).max()) for before, after in itertools.pairwise(values)]
-    slacks = [0.5 * OVERESTIMATE * max(changes[max(0, k - 1) : k + 1]) for k in range(moments)]
-    grids = [_sizes(one, count or MOVING_COUNT, half, slack) for one, slack in zip(programs, slacks, strict=True)]
-    return Cells(np.stack(grids), half)
+    def _middle(self, moment: int) -> float:
+        """Return the middle of a grid's times."""
+        return (moment + 0.5) / self.moments
+
+    def _slack(self, moment: int) -> float:
+        """Return by how much the field may differ from that in the middle of a grid's times; 0 where nothing moves."""
+        if self.moments == 1:
+            return 0.0
+        points = _middles(_all_cells(FIRST), FIRST, self.half)
+        points = points[np.linalg.norm(points, axis=1) < self.half]
+        near = range(max(0, moment - 1), min(moment + 2, self.moments))
+        values = [field(self._program, points, 1, self._middle(k)) for k in near]
+        changes = [float(np.abs(after - before).max()) for before, after in itertools.pairwise(values)]
+        return 0.5 * OVERESTIMATE * max(changes)
 
 
 def _all_cells(edge: int) -> NDArray[np.int64]:
@@ -81,7 +97,10 @@ def _middles(cells: NDArray[np.int64], edge: int, half: float) -> NDArray[np.flo
 
 
 def _sizes(program: Program, count: int, half: float, slack: float = 0.0) -> NDArray[np.uint8]:
-    """Return one of Cells.grids. slack: what is added to every cell's reach, in the unit of f."""
+    """Return what Cells.grid does, of a field that does not move.
+
+    slack: what is added to every cell's reach, in the unit of f.
+    """
     deltas = [band.delta for band in program.bands]
     cells, edge = _all_cells(FIRST), FIRST
     while True:
@@ -140,7 +159,7 @@ def skip(
     while len(active):
         place = start + t[active, None] * along[active]
         cell = np.clip(np.floor(place).astype(np.int64), 0, count - 1)
-        size = cells.grids[0, cell[:, 2], cell[:, 1], cell[:, 0]].astype(np.int64)
+        size = cells.grid()[cell[:, 2], cell[:, 1], cell[:, 0]].astype(np.int64)
         empty = size > 0
         active, place, cell = active[empty], place[empty], cell[empty]
         edge = (1 << (size[empty] - 1))[:, None]

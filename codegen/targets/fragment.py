@@ -11,7 +11,7 @@ from ..ir.lower import lower
 from ..ir.program import Array, Program
 from ..printers.cstyle import Language
 from ..printers.field import print_field
-from ..reference.cells import empty_cells
+from ..reference.cells import Cells
 from .header import header_facts, header_line
 from .shader import PASSES, Shader
 from .uniforms import TIME, UNIFORMS, Uniform
@@ -56,7 +56,7 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
         deltas=tuple(band.delta for band in program.bands),
         textured=program.texture is not None,
         moving=program.moving,
-        cells=empty_cells(program) if passes else None,
+        cells=Cells(program) if passes else None,
     )
     facts = header_facts(model, program, dialect.target) | shader.facts()
     body = glsl.load(main) if main.endswith(".glsl") else main

@@ -8,7 +8,7 @@ import torch
 from numpy.typing import NDArray
 
 from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference.cells import empty_cells
+from mplicits.codegen.reference.cells import Cells
 from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.reference.march import march
 from mplicits.codegen.targets.glsl330 import bake
@@ -131,7 +131,7 @@ def test_the_relaxed_march_in_numpy_takes_the_same_steps(osmesa: Context, model:
 
 def test_the_relaxed_march_costs_half_and_sees_the_same(model: Model) -> None:
     program = lower(model)
-    cells = empty_cells(program)
+    cells = Cells(program)
     costs = [program.cost(function).multiply_adds for function in program.values]
     for camera in VIEWS[:2]:
         eye, directions, footprint = camera.rays(SIDE, SIDE)
@@ -148,11 +148,11 @@ def test_the_relaxed_march_costs_half_and_sees_the_same(model: Model) -> None:
 
 
 def test_no_point_of_the_surface_is_in_an_empty_cell(model: Model) -> None:
-    cells = empty_cells(lower(model))
+    cells = Cells(lower(model))
     surface = demo.DemoShape().surface(20_000, np.random.default_rng(1)).points
     x, y, z = (np.floor((surface / cells.half + 1) / 2 * cells.count).astype(int)).T
-    assert (cells.grids[0, z, y, x] == 0).all()
-    assert (cells.grids == 0).mean() < 0.1, "most of the ball is empty"
+    assert (cells.grid()[z, y, x] == 0).all()
+    assert (cells.grid() == 0).mean() < 0.1, "most of the ball is empty"
 
 
 def test_depth_is_the_analytic_shape_s(renderer: Renderer) -> None:

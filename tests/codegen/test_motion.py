@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.ir.still import SAMPLED, still, stills
 from mplicits.codegen.reference import digits, interpret
-from mplicits.codegen.reference.cells import MOMENTS, empty_cells
+from mplicits.codegen.reference.cells import MOMENTS, Cells
 from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.reference.march import march
 from mplicits.codegen.targets.glsl330 import bake, standalone
@@ -87,7 +87,7 @@ def test_the_grids_of_cells_lose_no_pixel_at_any_time(renderer: Renderer, model:
     """Times are at the edges of the grids, where the surface is farthest from where they were found, and inside."""
     cells = renderer.shader.cells
     assert cells is not None
-    assert len(cells.grids) == MOMENTS
+    assert cells.moments == MOMENTS
     program = lower(model)
     for k, time in enumerate((0.0, 1e-4, 1 / MOMENTS - 1e-4, 10 / MOMENTS, 0.5, 20.5 / MOMENTS, 1 - 1e-4, 1.0)):
         camera = VIEWS[k]
@@ -105,14 +105,16 @@ def test_the_grids_of_cells_lose_no_pixel_at_any_time(renderer: Renderer, model:
 
 def test_a_cell_in_which_the_surface_ever_is_is_not_empty(model: Model) -> None:
     program = lower(model)
-    cells = empty_cells(program, 32, 8)
+    cells = Cells(program, 32, 8)
     for time in np.linspace(0, 1, 17):
         surface = digits.near_surface(still(program, float(time)))
         value = interpret.field(still(program, float(time)), surface, 2)
         surface = surface[np.abs(value) < 1e-3]
         x, y, z = (np.floor((surface / cells.half + 1) / 2 * cells.count).astype(int)).T
-        assert (cells.grids[cells.moment(float(time)), z, y, x] == 0).all()
-    assert (cells.grids == 0).mean() < 0.3
+        moment = cells.moment(float(time))
+        assert moment is not None
+        assert (cells.grid(moment)[z, y, x] == 0).all()
+        assert (cells.grid(moment) == 0).mean() < 0.3
     assert [cells.moment(time) for time in (-0.1, 0.0, 0.124, 0.126, 1.0, 1.1)] == [None, 0, 0, 1, 7, None]
 
 

@@ -27,7 +27,7 @@ SIZE = (36, 24)
 
 @pytest.fixture(scope="module")
 def model() -> Model:
-    return moving_model((24, 32))
+    return moving_model()
 
 
 @pytest.fixture(scope="module")

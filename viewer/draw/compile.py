@@ -85,7 +85,7 @@ def weight_texture(gl: moderngl.Context, weights: NDArray[np.float32]) -> modern
 
 
 def cell_texture(gl: moderngl.Context, sizes: NDArray[np.uint8]) -> moderngl.Texture3D:
-    """Make the R8UI texture of Cells.sizes, (N, N, N)."""
+    """Make the R8UI texture of a grid of Cells, (N, N, N)."""
     texture = gl.texture3d(sizes.shape[::-1], 1, np.ascontiguousarray(sizes).tobytes(), alignment=1, dtype="u1")
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     return texture

@@ -52,7 +52,7 @@ class Renderer:
         self._weights: moderngl.Texture | None = None
         self._cells: moderngl.Texture3D | None = None
         self._programs: dict[str, Program] = {}
-        self._moment: int | None = 0
+        self._moment = 0
         """Index of the grid of cells that the texture holds."""
         start = time.perf_counter()
         with context as gl:
@@ -64,7 +64,7 @@ class Renderer:
                 if shader.weights is not None:
                     self._weights = weight_texture(gl, shader.weights)
                 if shader.cells is not None:
-                    self._cells = cell_texture(gl, shader.cells.grids[0])
+                    self._cells = cell_texture(gl, shader.cells.grid())
                 self.draw(self._target(gl, (1, 1)), (0, 0, 1, 1))
                 check_drawn(gl, context.renderer)
             except UserError:
@@ -262,8 +262,10 @@ class Renderer:
         """Put the grid of cells for a time into the texture that rays read."""
         cells = self.shader.cells
         moment = None if cells is None else cells.moment(time)
-        if cells is not None and self._cells is not None and moment not in (None, self._moment):
-            self._cells.write(np.ascontiguousarray(cells.grids[moment]).tobytes(), alignment=1)
+        if cells is None or self._cells is None or moment is None:
+            return
+        if moment != self._moment:
+            self._cells.write(cells.grid(moment).tobytes(), alignment=1)
             self._moment = moment
 
     def _draw_surface(self, target: moderngl.Framebuffer, tile: Tile, corner: tuple[int, int]) -> None:
