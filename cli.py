@@ -23,7 +23,7 @@ from .trainer.cli import train_verb
 if TYPE_CHECKING:
     from .model.model import Model
 
-ROOMS = ("trainer", "codegen", "viewer", "mesher")
+ROOMS = ("trainer", "capture", "codegen", "viewer", "mesher")
 """Folders whose cli.py declares VERBS, in the order of the help."""
 ABOUT = "A mesh or an oriented point cloud becomes a small multiscale neural SDF, baked into shaders."
 EXAMPLE = "example: mplicits train bunny.ply -o bunny.safetensors"

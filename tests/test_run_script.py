@@ -33,7 +33,11 @@ STAND_INS = {
     "id": '#!/bin/sh\ncat "$FAKE/user"\n',
     "sudo": "#!/bin/sh\nexit 1\n",
 }
-VENV, SETUPTOOLS, PROJECT = "-m venv", "-m pip install -q -c constraints.txt setuptools", "-e .[train,mesh,view,dev]"
+VENV, SETUPTOOLS, PROJECT = (
+    "-m venv",
+    "-m pip install -q -c constraints.txt setuptools",
+    "-e .[train,mesh,capture,view,dev]",
+)
 CHECKS = ["-m ruff check", "-m ruff format --check", "-m mypy -p mplicits", "-m mypy tests benchmarks"]
 
 

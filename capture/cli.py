@@ -1,0 +1,136 @@
+"""The verb `unproject`."""
+
+import math
+import sys
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+from ..model.errors import UserError
+from ..model.verb import Verb, output_arguments
+
+DEFAULT_FOV = 50.0
+"""Vertical field of view in degrees of a picture about which nothing is known."""
+RELATIVE_RANGE = (1.0, 2.5)
+"""Depths of the nearest and the farthest pixel of a relative map: a shape that fills a picture of some 50 degrees."""
+DEFAULT_UNIT = 1000.0
+"""Whole numbers of a depth map to one unit of length: millimetres, in metres."""
+DEFAULT_ESTIMATOR = "depth-anything/Depth-Anything-V2-Small-hf"
+"""Name on the Hugging Face hub, from where its weights are downloaded at the first use (Apache 2.0)."""
+
+
+def unproject_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of `unproject` to a parser."""
+    add = parser.add_argument
+    add(
+        "depth",
+        type=Path,
+        nargs="?",
+        metavar="DEPTH",
+        help="depth map: PNG of 8 or 16 bits, TIFF, EXR, NPY; 0: nothing",
+    )
+    output_arguments(parser, "CLOUD.ply", "the point cloud (default: the name of what is read, in this folder)")
+    add("--estimate", type=Path, metavar="RGB", help="a photograph in place of a depth map: its depth is estimated")
+    add(
+        "--estimator",
+        metavar="PATH|NAME",
+        default=DEFAULT_ESTIMATOR,
+        help=f"what estimates: a folder, or a name on the Hugging Face hub (default: {DEFAULT_ESTIMATOR})",
+    )
+    add("--image", type=Path, metavar="RGB", help="the picture, for colours; what is transparent in it is left out")
+    add("--mask", type=Path, metavar="IMAGE", help="white, or opaque, where the shape is; the rest is left out")
+    camera = parser.add_mutually_exclusive_group()
+    camera.add_argument(
+        "--fov",
+        type=float,
+        metavar="DEG",
+        help=f"vertical field of view (default: by the picture's EXIF, or {DEFAULT_FOV:g})",
+    )
+    camera.add_argument(
+        "--intrinsics", type=Path, metavar="K.json", help="the camera: fx, fy, cx, cy in pixels, or a 3 x 3 matrix K"
+    )
+    add("--relative", action="store_true", help="the map has inverse depths of no unit: larger is nearer")
+    add(
+        "--range",
+        metavar="NEAR,FAR",
+        help="depths outside are left out; with --relative, those of the nearest and the farthest pixel "
+        f"(default: {RELATIVE_RANGE[0]:g},{RELATIVE_RANGE[1]:g})",
+    )
+    add(
+        "--unit",
+        type=float,
+        metavar="N",
+        default=DEFAULT_UNIT,
+        help=f"whole numbers in the map to one unit of length (default: {DEFAULT_UNIT:g}, millimetres to metres)",
+    )
+    add("--ray", action="store_true", help="depths are along the pixels' rays, not along the camera's axis")
+    add("--close", action="store_true", help="add a plausible unseen side: the seen one, mirrored behind the outline")
+    add("--json", action="store_true", help="print one JSON object")
+
+
+def run_unproject(args: Namespace) -> None:
+    """Run `mplicits unproject`: write what a depth map shows as a point cloud. Raises UserError."""
+    import json
+
+    from ..model.files import check_writable, show, write_whole
+    from ..model.kinds import MESH
+    from .ply import to_ply
+    from .views import Request, read_view
+
+    if (args.depth is None) == (args.estimate is None):
+        raise UserError("name a depth map, or a photograph with --estimate, and not both")
+    if not 0 < args.unit < math.inf:
+        raise UserError(f"--unit {args.unit:g}: a number above 0 is needed")
+    source = args.depth or args.estimate
+    output = args.output or Path(source.stem + ".ply")
+    if output.suffix.lower() != ".ply":
+        raise UserError(f"{show(output)}: clouds are PLY; name it .ply")
+    reads = [path for path in (args.depth, args.estimate, args.image, args.mask, args.intrinsics) if path is not None]
+    check_writable(output, reads, kind=MESH, force=args.force)
+    request = Request(
+        args.depth, args.estimate, args.estimator, args.image, args.mask, args.fov, args.intrinsics, args.relative,
+        _range(args.range), args.unit, args.ray,
+    )  # fmt: skip
+    view = read_view(request)
+    cloud, cut, noise = view.unprojected(args.close)
+    if view.warning:
+        print(f"warning: {view.warning}", file=sys.stderr)
+    write_whole(output, to_ply(cloud))
+    if args.json:
+        facts = {
+            "output": str(output),
+            "points": len(cloud.points),
+            "colours": cloud.colours is not None,
+            "size": [view.depth.shape[1], view.depth.shape[0]],
+            "noise": noise,
+            "cut": {"grazing": cut.grazing, "edges": cut.edges, "outliers": cut.outliers},
+        }
+        print(json.dumps(facts))
+        return
+    colours = "with colours" if cloud.colours is not None else "without colours"
+    print(f"{show(output)}: {len(cloud.points):,} points with normals, {colours}; noise {noise:.2%} of the depth")
+    print(f"left out: {cut.grazing:,} grazing pixels, {cut.edges:,} at depth edges, {cut.outliers:,} outliers")
+
+
+def _range(text: str | None) -> tuple[float, float] | None:
+    """Read the value of --range. Raises UserError."""
+    if text is None:
+        return None
+    try:
+        near, far = map(float, text.split(","))
+    except ValueError:
+        near, far = 0.0, 0.0
+    if not 0 < near < far < math.inf:
+        raise UserError(f"--range {text}: two numbers NEAR,FAR with 0 < NEAR < FAR are needed")
+    return near, far
+
+
+VERBS = (
+    Verb(
+        "unproject",
+        "a depth map, or a photograph, becomes a point cloud to train on",
+        unproject_arguments,
+        "unproject depth.png --image photo.png --fov 50 -o cloud.ply",
+        run_unproject,
+        "capture",
+    ),
+)

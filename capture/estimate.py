@@ -1,0 +1,44 @@
+"""Depth from one photograph, by a network of others (Depth Anything V2) through the library transformers."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from ..model.errors import UserError
+from ..model.files import show
+from .depth_map import Doubles
+
+
+def estimate_depth(photograph: Image.Image, estimator: str) -> tuple[Doubles, bool]:
+    """Estimate how far away each pixel of a photograph is.
+
+    photograph: RGB. estimator: a folder, or a name on the hub, of any model of transformers' pipeline
+    "depth-estimation". Returns the numbers (H, W), NaN where the estimator says 0, and whether
+    they are relative inverse depths (True) or metres (False), which a model's configuration tells.
+    Raises UserError where the estimator cannot be loaded, and ModuleNotFoundError where transformers is missing.
+    """
+    import torch
+    from transformers import pipeline, utils
+
+    speech: Any = utils.logging
+    speech.set_verbosity_error()
+    speech.disable_progress_bar()
+    try:
+        # Weights only as .safetensors: those of other formats are pickles, which run code.
+        run: Any = pipeline("depth-estimation", model=estimator, model_kwargs={"use_safetensors": True})
+    except (OSError, ValueError, KeyError, RuntimeError) as error:
+        reason = show(str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__)[:200]
+        where = "a folder" if Path(estimator).is_dir() else "a model on the hub, or no folder"
+        raise UserError(f"--estimator {show(estimator)}: {where} that cannot be loaded ({reason})") from None
+    with torch.no_grad():
+        predicted = run(photograph)["predicted_depth"]
+    values = np.squeeze(np.asarray(predicted.cpu().float().numpy(), np.float64))
+    if values.shape != (photograph.height, photograph.width):
+        resized = Image.fromarray(values.astype(np.float32)).resize(photograph.size, Image.Resampling.BILINEAR)
+        values = np.asarray(resized, np.float64)
+    values = np.where(np.isfinite(values) & (values > 0), values, np.nan)
+    if np.isnan(values).all():
+        raise UserError(f"--estimator {show(estimator)}: it finds no depth in this picture")
+    return values, getattr(run.model.config, "depth_estimation_type", "relative") != "metric"

@@ -1,0 +1,150 @@
+"""`mplicits unproject`: from files to a cloud that `train` reads."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from mplicits import cli
+from mplicits.trainer.shapes.load import load_shape
+
+SIDE = 64
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a depth map of a bump before a wall, in millimetres, and its picture; it is the current one."""
+    x = np.linspace(-1, 1, SIDE)
+    square = x**2 + x[:, None] ** 2
+    depth = np.where(square < 0.5, 1.5 - 0.4 * np.sqrt(np.maximum(0.5 - square, 0)), 2.5)
+    Image.fromarray(np.rint(depth * 1000).astype(np.uint16)).save(tmp_path / "depth.png")
+    colours = np.zeros((2 * SIDE, 2 * SIDE, 4), np.uint8)
+    colours[..., 0], colours[..., 3] = 200, np.repeat(np.repeat(255 * (square < 0.5), 2, 0), 2, 1)
+    Image.fromarray(colours).save(tmp_path / "photo.png")
+    Image.fromarray(colours[..., 3]).save(tmp_path / "mask.png")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_cloud_that_train_reads(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The wall is transparent in the picture."""
+    argv = ["unproject", "depth.png", "--image", "photo.png", "--fov", "40", "-o", "c.ply", "--json"]
+    assert cli.main(argv) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["points"] > 1000
+    assert facts["colours"] is True
+    assert facts["size"] == [SIDE, SIDE]
+    shape, warnings = load_shape("c.ply")
+    assert warnings == []
+    assert shape.coloured
+    points = shape.surface(500, np.random.default_rng(0), colours=True)
+    assert points.colours is not None
+    assert abs(points.colours - [200 / 255, 0, 0]).max() < 0.03
+    assert (points.normals[:, 2] > 0).mean() > 0.99
+    assert (folder / "c.ply").stat().st_size > 27 * facts["points"]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--mask", "mask.png"),
+        ("--range", "1,2"),
+        ("--unit", "500", "--range", "2,4"),
+        ("--mask", "mask.png", "--ray"),
+        ("--mask", "mask.png", "--relative"),
+        ("--mask", "mask.png", "--close"),
+    ],
+)
+def test_options_keep_the_bump_alone(
+    options: tuple[str, ...], folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["unproject", "depth.png", "--fov", "40", "--json", *options]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    bump = (np.asarray(Image.open(folder / "mask.png").resize((SIDE, SIDE))) > 0).sum()
+    assert 0.6 * bump < facts["points"] < (2 if "--close" in options else 1) * bump
+    assert facts["output"] == "depth.ply"
+
+
+def test_without_a_camera_a_warning_says_what_is_assumed(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["unproject", "depth.png"]) == 0
+    out, err = capsys.readouterr()
+    assert err == "warning: camera unknown; 50 degrees from top to bottom are assumed (--fov, --intrinsics)\n"
+    assert "points with normals, without colours; noise 0." in out
+    assert "at depth edges" in out
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    ("argv", "said"),
+    [
+        ((), "name a depth map, or a photograph with --estimate"),
+        (("depth.png", "--estimate", "photo.png"), "and not both"),
+        (("missing.png",), "missing.png: no such file"),
+        (("depth.png", "--image", "missing.png"), "--image missing.png: no such file"),
+        (("depth.png", "--image", "depth.ply"), "--image depth.ply: no such file"),
+        (("depth.png", "-o", "cloud.obj"), "cloud.obj: clouds are PLY"),
+        (("depth.png", "-o", "photo.png"), "photo.png: clouds are PLY"),
+        (("depth.png", "--range", "2,1"), "--range 2,1: two numbers"),
+        (("depth.png", "--range", "10,20"), "no depth lies within --range"),
+        (("depth.png", "--unit", "0"), "--unit 0"),
+        (("depth.png", "--fov", "200"), "--fov 200"),
+        (("depth.png", "--fov", "40", "--intrinsics", "k.json"), "not allowed with"),
+        (("depth.png", "--intrinsics", "k.json"), "k.json: No such file"),
+        (("depth.png", "--mask", "wide.png"), "these are not of one view"),
+        (("depth.png", "--mask", "black.png"), "no pixel with a depth is left"),
+    ],
+)
+def test_one_line_for_what_cannot_be(argv: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    Image.new("L", (2 * SIDE, SIDE), 255).save("wide.png")
+    Image.new("L", (SIDE, SIDE), 0).save("black.png")
+    assert cli.main(["unproject", *argv]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert said in err
+    assert len(err.splitlines()) == 1
+    assert not list(Path().glob("*.ply"))
+
+
+@pytest.mark.slow
+def test_depth_of_a_photograph_by_a_network(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A tiny Depth Anything with random weights, saved as the real ones are: it loads, and what it says is used."""
+    transformers = pytest.importorskip("transformers")
+    torch = pytest.importorskip("torch")
+    torch.manual_seed(0)
+    backbone = transformers.Dinov2Config(
+        hidden_size=16, num_hidden_layers=2, num_attention_heads=2, image_size=56, patch_size=14, apply_layernorm=True,
+        out_indices=[1, 2], reshape_hidden_states=False,
+    )  # fmt: skip
+    config = transformers.DepthAnythingConfig(
+        backbone_config=backbone, reassemble_hidden_size=16, reassemble_factors=[2, 1], neck_hidden_sizes=[8, 16],
+        fusion_hidden_size=8, head_hidden_size=8,
+    )  # fmt: skip
+    model = transformers.DepthAnythingForDepthEstimation(config)
+    for weights in model.parameters():
+        torch.nn.init.normal_(weights, std=0.3)
+    torch.nn.init.constant_(model.head.conv3.bias, 9.0)
+    model.save_pretrained(folder / "tiny")
+    transformers.DPTImageProcessor(
+        size={"height": 56, "width": 56}, keep_aspect_ratio=True, ensure_multiple_of=14
+    ).save_pretrained(folder / "tiny")
+    argv = ["unproject", "--estimate", "photo.png", "--estimator", "tiny", "--fov", "40", "-o", "c.ply", "--json"]
+    code = cli.main(argv)
+    out, err = capsys.readouterr()
+    assert code == 0, err
+    facts = json.loads(out.splitlines()[-1])
+    assert facts["size"] == [2 * SIDE, 2 * SIDE]
+    assert facts["points"] > 50
+    assert load_shape("c.ply")[0].coloured
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("folder")
+def test_an_estimator_that_cannot_be_loaded(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("transformers")
+    Path("empty").mkdir()
+    assert cli.main(["unproject", "--estimate", "photo.png", "--estimator", "empty", "-o", "c.ply"]) == 2
+    err = capsys.readouterr().err
+    assert "--estimator empty: a folder that cannot be loaded" in err
+    assert len(err.splitlines()) == 1
