@@ -15,7 +15,7 @@ from .demo import demo_verb
 from .extras import advice
 from .model.errors import UserError
 from .model.files import show
-from .model.interrupts import INTERRUPTED
+from .model.interrupts import INTERRUPTED, TERMINATED, terminated
 from .model.verb import Verb
 from .model.version import installed_version
 from .trainer.cli import train_verb
@@ -78,9 +78,10 @@ def perform(argv: Sequence[str]) -> None:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command line and return the exit code: 0, or 2 for what the user can mend, 130 after Ctrl-C.
+    """Run one command line and return the exit code.
 
-    argv: the arguments, sys.argv's by default. Other exceptions are bugs and pass through.
+    It is 0, 2 for what the user can mend, 130 after Ctrl-C, or 143 after SIGTERM. argv: the arguments, sys.argv's by
+    default. Other exceptions are bugs and pass through.
     """
     argv = sys.argv[1:] if argv is None else argv
     _prepare_streams()
@@ -115,7 +116,7 @@ def _ending(error: BaseException, argv: Sequence[str]) -> tuple[int, str] | None
         case ModuleNotFoundError():
             line = advice(error, verbs()[argv[0]].extra)
         case KeyboardInterrupt():
-            code, line = INTERRUPTED, "interrupted"
+            code, line = (TERMINATED, "terminated") if terminated() else (INTERRUPTED, "interrupted")
         case MemoryError():
             line = "out of memory: close other programs, or ask for less (a lower resolution, a smaller file)"
         case BrokenPipeError():  # The reader left.

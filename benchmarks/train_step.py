@@ -35,6 +35,7 @@ from torch.nn import functional
 
 import protocol
 from mplicits.trainer import level, machine, pools
+from mplicits.trainer.batches import Batches
 from mplicits.trainer.networks.nested import field_and_gradient
 from mplicits.trainer.networks.network import Weights, initial, value
 from mplicits.trainer.networks.optimiser import Optimiser
@@ -96,7 +97,7 @@ class Case:
         """Make the same step with the gradient by autograd."""
         weights, half = self.weights(), level.BATCH // 2
         generator = torch.Generator().manual_seed(0)
-        surface, volume = self.surface.batches(half, generator), self.volume.batches(half, generator)
+        surface, volume = Batches(self.surface, half, generator), Batches(self.volume, half, generator)
         optimiser = Optimiser(weights, 1e-4, 0.1)
 
         def run() -> None:

@@ -30,7 +30,7 @@ def check_writable(path: Path, reads: Iterable[Path] = (), *, kind: Kind | None 
     try:
         if path.exists() and any(other.exists() and path.samefile(other) for other in reads):
             raise UserError(f"cannot write {show(path)}: it is what is read; name another file with -o")
-        target = path if _is_special(path) else Path(os.path.realpath(path))
+        target = path if is_special(path) else Path(os.path.realpath(path))
         if target.is_dir():
             raise UserError(f"cannot write {show(path)}: it is a folder; name a file")
         if not target.parent.is_dir():
@@ -58,7 +58,7 @@ def write_whole(path: Path, data: bytes | str) -> None:
     target = Path(os.path.realpath(path))
     temporary = None
     try:
-        if _is_special(path):
+        if is_special(path):
             path.write_bytes(content)
             return
         _sweep(target.parent)
@@ -91,7 +91,7 @@ def _sweep(folder: Path) -> None:
             continue  # Another process writes it, or it is not ours to remove.
 
 
-def _is_special(path: Path) -> bool:
+def is_special(path: Path) -> bool:
     """Whether a path is there and is neither a file nor a folder: a device, a pipe, a socket."""
     return path.exists() and not path.is_file() and not path.is_dir()
 

@@ -9,6 +9,9 @@ from types import FrameType
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C."""
+TERMINATED = 143
+"""Exit code after SIGTERM."""
+_received: list[int] = []
 
 
 def end_imports_at_once() -> None:
@@ -21,10 +24,22 @@ def end_imports_at_once() -> None:
         signal.signal(signal.SIGINT, _end_or_raise)
 
 
-def begin_work() -> None:
-    """Let Ctrl-C be KeyboardInterrupt everywhere from now on: there is something to lose, and somebody who saves it."""
+def begin_work(*, termination: bool = True) -> None:
+    """Let Ctrl-C be KeyboardInterrupt everywhere from now on: there is something to lose, and somebody who saves it.
+
+    termination: SIGTERM is, too, unless the caller has set what it does; `terminated` then tells which of them it was.
+    """
+    _received.clear()
     if signal.getsignal(signal.SIGINT) is _end_or_raise:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    main = threading.current_thread() is threading.main_thread()
+    if termination and main and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+        signal.signal(signal.SIGTERM, _raise)
+
+
+def terminated() -> bool:
+    """Whether a KeyboardInterrupt since `begin_work` came from SIGTERM."""
+    return bool(_received)
 
 
 @contextmanager
@@ -42,6 +57,11 @@ def held_back() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
     if pressed:
         raise KeyboardInterrupt
+
+
+def _raise(number: int, _: FrameType | None) -> None:
+    _received.append(number)
+    raise KeyboardInterrupt
 
 
 def _end_or_raise(_: int, frame: FrameType | None) -> None:

@@ -27,6 +27,11 @@ FORMAT = "mplicits"
 """Value of the metadata key `format`."""
 VERSION = 1
 """Newest value of the metadata key `version` that this program reads; it writes this one."""
+TRAINING = "training"
+"""A metadata key, and with a dot after it the beginning of tensors' names: the state of a training that is not over.
+
+Such a file is a model like any other to `load`, which passes over them.
+"""
 MODEL_KEYS = {"name": str, "levels": list, "inputs": str, "centre": list, "scale": float, "provenance": dict}
 """Keys of the JSON object under the metadata key `model`, and the types of their values; `Model` says what they mean.
 
@@ -64,6 +69,9 @@ class Layer:
     bias: Array
     """(out,) float32."""
 
+
+Training = tuple[str, Mapping[str, NDArray[Any]]]
+"""The state of a training that is not over: JSON for the metadata key `TRAINING`, and tensors by name."""
 
 Network = tuple[Layer, ...]
 """A SIREN: at least two layers, with a sine after every layer but the last."""
@@ -199,18 +207,27 @@ def validate(model: Model) -> None:
         check_network(prefix, layers, len(model.inputs), outputs)
 
 
-def save(model: Model, path: Path) -> None:
-    """Write the model file, whole or not at all. Raises UserError where `path` cannot be written."""
-    write_whole(path, to_bytes(model))
+def save(model: Model, path: Path, training: Training | None = None) -> None:
+    """Write the model file, whole or not at all. Raises UserError where `path` cannot be written.
+
+    training: what the file holds beside the model.
+    """
+    write_whole(path, to_bytes(model, training=training))
 
 
-def to_bytes(model: Model, dtype: type[np.floating] = np.float32) -> bytes:
+def to_bytes(model: Model, dtype: type[np.floating] = np.float32, training: Training | None = None) -> bytes:
     """Return the model file of a model, the same bytes each time.
 
     dtype: of the tensors in the file. Only float32 gives a file that `load` reads; a web page carries float16.
+    training: what the file holds beside the model.
     """
+    tensors: dict[str, NDArray[Any]]
     tensors = {name: np.ascontiguousarray(tensor, dtype) for name, tensor in model.tensors().items()}
     metadata = {"format": FORMAT, "version": str(VERSION), "model": json.dumps(_description(model))}
+    if training is not None:
+        text, state = training
+        metadata[TRAINING] = text
+        tensors |= {f"{TRAINING}.{name}": np.asarray(tensor, order="C") for name, tensor in state.items()}
     data = to_safetensors(tensors, metadata)
     # safetensors writes the metadata in an order that changes from call to call, so its header is replaced: 8 bytes of
     # length, then JSON padded with spaces to a multiple of 8.
@@ -234,6 +251,8 @@ def load(path: Path) -> Model:
             _check_version(metadata)
             tensors = {}
             for name in file.keys():  # noqa: SIM118 (not a mapping)
+                if name.startswith(f"{TRAINING}."):
+                    continue
                 if file.get_slice(name).get_dtype() != "F32":
                     raise UserError(f"{name}: must be float32")
                 tensors[name] = file.get_tensor(name)

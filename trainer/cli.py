@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ..model.errors import UserError
 from ..model.files import check_writable, show
-from ..model.interrupts import begin_work
+from ..model.interrupts import TERMINATED, begin_work, terminated
 from ..model.kinds import MODEL
 from ..model.orientation import UPRIGHT
 from ..model.verb import Verb, output_arguments, take_negative_numbers
@@ -106,7 +106,8 @@ def arguments(parser: ArgumentParser) -> None:
     add(
         "--resume",
         action="store_true",
-        help="go on with the output file: finish an interrupted level, add missing ones",
+        help="go on with a training that was cut short, from NAME.part.safetensors; "
+        "else with the output file: finish an interrupted level, add missing ones",
     )
     add(
         "--device",
@@ -200,7 +201,7 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") ->
     check_writable(output, reads, kind=MODEL, force=options.force)
     from . import session
 
-    begin_work()
+    begin_work(termination=not options.live)
     model = session.run(
         options.shape,
         output,
@@ -212,6 +213,8 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") ->
         crease=None if options.flat else options.crease,
         began=time.perf_counter(),
     )
+    if terminated():
+        raise SystemExit(TERMINATED)
     if not (options.live or model.provenance["interrupted"]):
         print(describe_surface(model, options.quiet))
 

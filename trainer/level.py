@@ -2,12 +2,15 @@
 
 from collections.abc import Callable
 
+import numpy as np
 import torch
 from torch import Tensor
 
+from .batches import Batches
 from .networks import losses
 from .networks.network import Weights, add_derivative, adjoint_pass, initial
-from .pools import Pool
+from .networks.snapshot import Snapshot, random_state, set_random_state
+from .pools import Pool, Sampler
 from .settings import LossWeights
 
 BATCH = 4096
@@ -55,7 +58,7 @@ class LevelStep:
 
     def __init__(self, surface: Pool, volume: Pool, weight: LossWeights, generator: torch.Generator) -> None:
         self._half = min(BATCH // 2, len(surface.points), len(volume.points))
-        self._surface, self._volume = surface.batches(self._half, generator), volume.batches(self._half, generator)
+        self._surface, self._volume = (Batches(pool, self._half, generator) for pool in (surface, volume))
         self._weight, self._generator = weight, generator
         self.hard: Pool | None = None
         """Points off the surface that every step sees a few of (Sampler.hard)."""
@@ -75,6 +78,25 @@ class LevelStep:
         add_derivative(weights, residual, d_f, d_gradient)
         return loss.item()
 
+    def snapshot(self) -> Snapshot:
+        """Return where in the pools the step is, its hard points, and the state of its random numbers."""
+        state = self._surface.snapshot().inside("surface") | self._volume.snapshot().inside("volume")
+        if self.hard is not None:
+            assert self.hard.distance is not None
+            state |= Snapshot(tensors={"hard": torch.cat((self.hard.points, self.hard.distance[:, None]), dim=1)})
+        return state | random_state(self._generator)
+
+    def restore(self, snapshot: Snapshot, sampler: Sampler) -> None:
+        """Go on from a snapshot of a step with the same pools, which `sampler` drew. Raises UserError."""
+        self._surface.restore(snapshot.of("surface"))
+        self._volume.restore(snapshot.of("volume"))
+        if "hard" in snapshot.tensors:
+            hard = snapshot.tensors["hard"]
+            hard = snapshot.tensor("hard", hard.new_empty((len(hard), 4), dtype=torch.float32) if hard.ndim else hard)
+            known = hard.numpy().astype(np.float64)
+            self.hard = sampler.known(known[:, :3], known[:, 3])
+        set_random_state(self._generator, snapshot)
+
     def _some_of(self, hard: Pool) -> Pool:
         count = max(1, int(self._half * HARD_SHARE))
         index = torch.randint(len(hard.points), (count,), generator=self._generator)
@@ -86,6 +108,22 @@ class LevelStep:
         weight = self._weight
         _, d_f = losses.distance(f, hard.distance, weight.excess, weight.lacking)
         return d_f * (weight.distance * len(f) / volume)
+
+
+class LevelDraws:
+    """What changes from step to step of a level beside its weights (a `Resumable`)."""
+
+    def __init__(self, step: LevelStep, sampler: Sampler) -> None:
+        self._step, self._sampler = step, sampler
+
+    def snapshot(self) -> Snapshot:
+        """Return the state of the step's batches and of the sampler that looks for hard points."""
+        return self._step.snapshot() | self._sampler.snapshot()
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go on from a snapshot. Raises UserError."""
+        self._sampler.restore(snapshot)
+        self._step.restore(snapshot, self._sampler)
 
 
 def idle_loss(surface: Pool, volume: Pool, weight: LossWeights) -> float:

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from ..model.model import Model
 from .networks.fit import TrainingProgress
+from .part import Part
 from .settings import Settings
 from .shapes.shape import Shape
 from .train import Training
@@ -50,12 +51,14 @@ class LiveTraining(Training):
         settings: Settings,
         progress: TrainingProgress,
         began: float,
-        keep: Callable[[Model], None],
+        part: Part | None,
+        hand_out: Callable[[Model], None],
     ) -> None:
-        """keep: receives each of these models. See `Training` for the rest."""
-        super().__init__(shape, settings, progress, began)
-        self._keep = keep
+        """hand_out: receives each of these models. See `Training` for the rest."""
+        super().__init__(shape, settings, progress, began, part)
+        self._hand_out = hand_out
 
     def _level_finished(self) -> None:
+        super()._level_finished()
         model = self._model()
-        self._keep(replace(model, provenance=model.provenance | {"interrupted": True}))
+        self._hand_out(replace(model, provenance=model.provenance | {"interrupted": True}))

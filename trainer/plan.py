@@ -23,13 +23,13 @@ TEXTURE_COST = 0.5
 """Seconds of the texture for each of the costliest level."""
 
 
-def budgets(settings: Settings, finished: int, texture: bool, began: float, kept: float) -> list[Budget]:
+def budgets(settings: Settings, finished: int, done: float, texture: bool, began: float, kept: float) -> list[Budget]:
     """Plan a training: a budget for every level, then one for the texture.
 
-    finished: levels that are trained already. texture: whether the texture is to be trained. began: the value of
-    time.perf_counter() from which on the user's seconds count. kept: seconds for what comes after the last stage.
-    Seconds are shared out by the square root of the cost of a step. Level 1 gets a share by the largest network's cost:
-    what it gets wrong, far from the surface, costs every residual.
+    finished: levels that are trained already. done: share of the next one that is. texture: whether the texture is to
+    be trained. began: the value of time.perf_counter() from which on the user's seconds count. kept: seconds for what
+    comes after the last stage. Seconds are shared out by the square root of the cost of a step. Level 1 gets a share
+    by the largest network's cost: what it gets wrong, far from the surface, costs every residual.
     """
     if settings.seconds is None:
         return [Budget(steps=steps) for steps in settings.steps]
@@ -41,6 +41,8 @@ def budgets(settings: Settings, finished: int, texture: bool, began: float, kept
         else:
             costs.append(RESIDUAL_COST * root if i else max(roots))
     costs.append(TEXTURE_COST * max(costs) if texture else 0.0)
+    if finished < len(roots):
+        costs[finished] *= 1 - done
     ends = np.cumsum(costs) / max(sum(costs), 1e-9)
     now = time.perf_counter()
     left = began + settings.seconds - kept - WRITING - now

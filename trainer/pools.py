@@ -1,6 +1,6 @@
 """The training samples of one level: points, what is known at them, and the frozen levels before it, evaluated once."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,10 +8,12 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from ..model.errors import UserError
 from . import sampling
 from .networks import losses
 from .networks.nested import field, field_and_gradient, in_band, nested_field_and_gradient
 from .networks.network import Weights
+from .networks.snapshot import Snapshot
 from .shapes.shape import Doubles, Shape
 
 FIRST_BAND = 0.1
@@ -64,17 +66,6 @@ class Pool:
     """grad f_{i-1} at the points (N, 3)."""
     colours: Tensor | None = None
     """sRGB in [0, 1], (N, 3), or None."""
-
-    def batches(self, size: int, generator: torch.Generator) -> Iterator["Pool"]:
-        """Draw batches of `size` samples without end; no sample comes again before all have come once.
-
-        size: at most the number of samples; what is left over at the end of a round is dropped.
-        """
-        count = len(self.points)
-        while True:
-            mixed = self.take(torch.randperm(count, generator=generator).to(self.points.device))
-            for start in range(0, count - size + 1, size):
-                yield mixed.take(slice(start, start + size))
 
     def take(self, index: Tensor | slice) -> "Pool":
         """Return the samples at an index (M,) or a slice."""
@@ -157,7 +148,22 @@ class Sampler:
         if np.count_nonzero(wrong) < HARD_FEWEST:
             return None
         reach = STRAY_REACH * self._delta
-        return self._pool(points[wrong], distance=np.clip(distance[wrong], -reach, reach))
+        return self.known(points[wrong], np.clip(distance[wrong], -reach, reach))
+
+    def known(self, points: Doubles, distance: Doubles) -> Pool:
+        """Make a pool of points (N, 3) whose distances (N,) are known already."""
+        return self._pool(points, distance=distance)
+
+    def snapshot(self) -> Snapshot:
+        """Return the state of the random numbers that further samples are drawn by."""
+        return Snapshot({"random": self._rng.bit_generator.state})
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go on from a snapshot. Raises UserError where it is none."""
+        try:
+            self._rng.bit_generator.state = snapshot.numbers["random"]
+        except (KeyError, TypeError, ValueError, OverflowError):
+            raise UserError("training: 'random' is not the state of a generator of random numbers") from None
 
     def coloured(self, count: int) -> Pool:
         """Draw samples of the surface, with colours."""

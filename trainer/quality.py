@@ -22,6 +22,8 @@ BAND_POINTS = 200_000
 """Points of the surface that Eq. 5 uses beside the held-out ones and the input's own."""
 LIPSCHITZ_POINTS = 100_000
 """Points that the largest gradient is measured at, or fewer than twice as many."""
+ROUGH_POINTS = 16_384
+"""Points that a level is measured at while it is trained."""
 TRIAL_POINTS = 4096
 """Points that the time of an evaluation is measured at."""
 TRIALS = 4
@@ -102,6 +104,11 @@ class SurfaceProbe:
     def delta(self, levels: Sequence[Weights]) -> float:
         """Compute the last level's delta by Eq. 5, at the input's own points and at 300,000 more of the surface."""
         return delta(field(levels, self._all))
+
+    def rough(self, levels: Sequence[Weights]) -> tuple[float, float]:
+        """Measure the last level's delta and its largest |grad f_i|, at few points: of a level that is under way."""
+        points = self._all[:: max(1, len(self._all) // ROUGH_POINTS)]
+        return delta(field(levels, points)), lipschitz(levels, points)
 
     def tracing(self, levels: Sequence[Weights], deltas: Sequence[float]) -> Tracing:
         """Measure how the last level can be traced. deltas: the half widths of the bands of all levels."""

@@ -2,6 +2,7 @@
 
 import sys
 import tempfile
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -12,10 +13,13 @@ from tqdm import tqdm
 from ..model.errors import UserError
 from ..model.field_figures import written
 from ..model.files import show
+from ..model.interrupts import terminated
 from ..model.model import Model, load, save
 from ..model.orientation import DEFAULT_UP, FILES_UP
 from .live import JsonLines, LiveTraining
 from .machine import device, prepare
+from .networks.snapshot import Snapshot
+from .part import Part
 from .settings import Settings
 from .shapes.load import load_shape
 from .train import Training
@@ -67,14 +71,16 @@ def run(
 ) -> Model:
     """Train the shape `name` as `mplicits train` does, write the model to `output`, and return it.
 
-    image: the file of the texture, where it is not the mesh's own. resume: go on with what `output` holds. quiet: show
+    image: the file of the texture, where it is not the mesh's own. resume: go on with the training that was cut
+    short, or else with what `output` holds. quiet: show
     no progress bar. began: the value of time.perf_counter() from which on the user's seconds count. live: print
     progress as JSON, and save after every level. crease: as of `load_shape`. Raises UserError, and KeyboardInterrupt
     where Ctrl-C came before there was anything to save.
     """
     prepare(device(settings.device))
     bar = TrainingBar(quiet)
-    before = load(output) if resume and output.exists() else None
+    part = Part(output, bar.say)
+    before, snapshot = _earlier(output, part, resume, bar.say)
     if before:
         kept = {key: getattr(settings, key) or getattr(before, key) for key in ("up", "front", "credit")}
         settings = replace(settings, **kept)
@@ -83,15 +89,31 @@ def run(
     for warning in warnings:
         bar.say(f"warning: {warning}")
     if live:
-        training: Training = LiveTraining(shape, settings, JsonLines(bar.say), began, partial(save, path=output))
+        lines, hand_out = JsonLines(bar.say), partial(save, path=output)
+        training: Training = LiveTraining(shape, settings, lines, began, part, hand_out)
     else:
-        training = Training(shape, settings, bar, began)
-    model = training.run(before)
+        training = Training(shape, settings, bar, began, part)
+    model = training.run(before, snapshot)
     _save(model, output)
     if training.interrupted:
-        bar.say("stopped by Ctrl-C; what is trained so far is saved; go on with --resume")
+        by = "SIGTERM" if terminated() else "Ctrl-C"
+        bar.say(f"stopped by {by}; what is trained so far is saved; go on with --resume")
+    else:
+        part.remove()
     print(report(model, output))
     return model
+
+
+def _earlier(
+    output: Path, part: Part, resume: bool, say: Callable[[str], None]
+) -> tuple[Model | None, Snapshot | None]:
+    """Return what an earlier run has left to go on with, where the user wants that: a model, and a training's state."""
+    left = part.is_there()
+    if left and resume:
+        return part.read()
+    if left:
+        say(f"{show(part.path)} is of a training that was cut short; this one begins anew (--resume goes on with it)")
+    return (load(output) if resume and output.exists() else None), None
 
 
 def _save(model: Model, output: Path) -> None:

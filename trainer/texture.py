@@ -8,9 +8,10 @@ from collections.abc import Callable
 import torch
 from torch import Tensor
 
+from .batches import Batches
 from .networks import losses
-from .networks.fit import Step
 from .networks.network import Weights, add_derivative_along, initial, value_along
+from .networks.snapshot import Snapshot, random_state, set_random_state
 from .pools import Pool
 
 RATE, OUTPUT_FACTOR = 3e-2, 0.1
@@ -37,13 +38,17 @@ def start(network: tuple[int, int], omega: float, seed: int, device: torch.devic
     return make
 
 
-def step(surface: Pool, band: Pool, generator: torch.Generator) -> Step:
-    """Make the texture's training step: one batch of colours on the surface and of <grad g, grad f>^2 in the band."""
-    half = min(BATCH // 2, len(surface.points), len(band.points))
-    surface_batches, band_batches = surface.batches(half, generator), band.batches(half, generator)
+class TextureStep:
+    """The texture's training step: one batch of colours on the surface and of <grad g, grad f>^2 in the band."""
 
-    def run(weights: Weights) -> float:
-        on, around = next(surface_batches), next(band_batches)
+    def __init__(self, surface: Pool, band: Pool, generator: torch.Generator) -> None:
+        half = min(BATCH // 2, len(surface.points), len(band.points))
+        self._generator = generator
+        self._surface, self._band = (Batches(pool, half, generator) for pool in (surface, band))
+
+    def __call__(self, weights: Weights) -> float:
+        """Add the gradients of one batch to the weights' .grad; return the loss."""
+        on, around = next(self._surface), next(self._band)
         assert on.colours is not None
         points = torch.cat((on.points, around.points))
         normals = torch.cat((on.frozen_gradient, around.frozen_gradient))
@@ -52,7 +57,16 @@ def step(surface: Pool, band: Pool, generator: torch.Generator) -> Step:
         add_derivative_along(weights, forward, d_value, d_along)
         return loss.item()
 
-    return run
+    def snapshot(self) -> Snapshot:
+        """Return where in the pools the step is, and the state of its random numbers."""
+        state = self._surface.snapshot().inside("surface") | self._band.snapshot().inside("band")
+        return state | random_state(self._generator)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go on from a snapshot of a step with the same pools. Raises UserError."""
+        self._surface.restore(snapshot.of("surface"))
+        self._band.restore(snapshot.of("band"))
+        set_random_state(self._generator, snapshot)
 
 
 def texture_loss(colours: Tensor, along: Tensor, truth: Tensor) -> tuple[Tensor, Tensor, Tensor]:

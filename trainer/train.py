@@ -1,6 +1,7 @@
 """The training of a shape: level after level, each frozen before the next begins, then the texture."""
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -8,16 +9,27 @@ import numpy as np
 import torch
 
 from ..model.errors import UserError
-from ..model.model import Model
+from ..model.model import DEFAULT_STEP_BOUND, Model
 from . import level, plan, quality, texture
 from .machine import device
-from .networks.fit import Budget, Outcome, Step, Task, TrainingProgress, fit
+from .networks.fit import Budget, Keeper, Outcome, Step, Task, TrainingProgress, fit
 from .networks.network import Weights, clone
 from .networks.quantised import quantised, quantised_step
+from .networks.snapshot import Snapshot
+from .part import Part
 from .pools import Sampler
 from .settings import Settings
 from .shapes.shape import Shape
-from .trained import Trained, TrainedLevel, TrainedTexture, resumed, trained_model, training_record
+from .trained import (
+    Trained,
+    TrainedLevel,
+    TrainedTexture,
+    resumed,
+    same_training,
+    trained_model,
+    training_record,
+    unfinished_record,
+)
 
 COLOURS = 5
 """Samples of colour for each of a pool: images have more detail than shapes, and few samples are learnt by heart."""
@@ -32,10 +44,19 @@ class Training:
     """Whether Ctrl-C ended the training; known after `run`."""
 
     def __init__(
-        self, shape: Shape, settings: Settings, progress: TrainingProgress, began: float | None = None
+        self,
+        shape: Shape,
+        settings: Settings,
+        progress: TrainingProgress,
+        began: float | None = None,
+        part: Part | None = None,
     ) -> None:
-        """began: the value of time.perf_counter() from which on the user's seconds count; None: now."""
+        """began: the value of time.perf_counter() from which on the user's seconds count; None: now.
+
+        part: where the training is kept every 30 s and after every level; None: nowhere.
+        """
         self.interrupted = False
+        self._part, self._snapshot = part, Snapshot()
         self._shape, self._settings, self._progress = shape, settings, progress
         self._began = time.perf_counter() if began is None else began
         self._device = device(settings.device)
@@ -43,23 +64,33 @@ class Training:
         self._field_probe = quality.FieldProbe(shape, self._device)
         self._trained = Trained()
 
-    def run(self, resume: Model | None = None) -> Model:
+    def run(self, resume: Model | None = None, snapshot: Snapshot | None = None) -> Model:
         """Train everything, or what the model `resume` lacks, and return the model.
 
+        snapshot: what a `Part` holds beside the model `resume`. Where the settings are the same, training goes on in
+        the middle of a level as if it had never stopped, and the user's seconds are those of all runs together.
         Raises UserError where `resume` does not fit the settings, and KeyboardInterrupt where Ctrl-C came before there
         was anything to save.
         """
+        spent = 0.0
         if resume:
             self._trained = resumed(resume, self._shape, self._settings, self._device)
+            if snapshot is not None and same_training(resume, self._settings):
+                self._snapshot, spent = snapshot, self._trained.seconds
+                self._check_time(spent)
+            elif snapshot is not None:
+                self._progress.say("the settings are others than before: going on with the weights alone")
         taken_over = len(self._trained.levels)
+        done = self._trained.unfinished.fraction if self._trained.unfinished else 0.0
         with_texture = self._shape.coloured and self._settings.texture and self._trained.texture is None
-        budgets = plan.budgets(self._settings, taken_over, with_texture, self._began, self._field_probe.seconds)
+        began = self._began - spent
+        budgets = plan.budgets(self._settings, taken_over, done, with_texture, began, self._field_probe.seconds)
         try:
             for index in range(taken_over, len(self._settings.networks)):
                 self._train_level(index, budgets[index])
-                self._level_finished()
                 if self.interrupted:
                     break
+                self._level_finished()
             if with_texture and not self.interrupted:
                 self._train_texture(budgets[-1])
         except KeyboardInterrupt:
@@ -69,7 +100,17 @@ class Training:
         return self._model()
 
     def _level_finished(self) -> None:
-        """Do nothing; subclasses may save the levels that there are."""
+        """Keep the levels that there are; subclasses may save them, too."""
+        if self._part is not None:
+            self._part.write(self._model_so_far(self._trained), Snapshot())
+
+    def _check_time(self, spent: float) -> None:
+        """Raise UserError where nothing is left of the user's seconds, of which `spent` went before."""
+        seconds = self._settings.seconds
+        if seconds is not None and seconds < spent + 1:
+            raise UserError(
+                f"--seconds {seconds:g}: the training took {spent:.0f} s before it was cut short; give more"
+            )
 
     def _train_level(self, index: int, budget: Budget) -> None:
         settings, network = self._settings, self._settings.networks[index]
@@ -79,13 +120,16 @@ class Training:
         self._progress.begin(f"level {index + 1} ({width}x{depth})")
 
         frozen, deltas = self._trained.weights(), self._trained.deltas()
+        before = self._stopped_in(network)
         sampler = self._sampler(seed)
-        count = plan.pool_size(budget)
+        count = plan.pool_size(budget) if before is None else before.whole("pool")
         surface, volume = sampler.surface(count), sampler.volume(count)
 
         start = level.start(network, omega, first=first, seed=seed, device=self._device)
         unfinished, self._trained.unfinished = self._trained.unfinished, None
-        if unfinished:
+        if before is not None:
+            budget, began = self._gone_on(budget, began, before)
+        elif unfinished:
             start = partial(clone, unfinished.weights)
             budget = replace(budget, done=unfinished.fraction)
         if budget.steps is None:
@@ -103,9 +147,18 @@ class Training:
             idle=level.idle_loss(surface, volume, weight),
             rate=rate,
             output_factor=output_factor,
+            draws=level.LevelDraws(step, sampler),
             review=None if first else review,
         )
-        outcome = fit(task, budget, self._progress)
+
+        def keep(weights: Weights, snapshot: Snapshot) -> None:
+            final = self._final(weights)
+            rough = self._probe.rough([*frozen, final])
+            record = unfinished_record(network, omega, snapshot, began)
+            so_far = TrainedLevel(final, *rough, DEFAULT_STEP_BOUND, DEFAULT_STEP_BOUND, record)
+            self._keep(replace(self._trained, levels=[*self._trained.levels, so_far]), snapshot, network, count, began)
+
+        outcome = fit(task, budget, self._progress, self._keeper(keep), before)
         self._progress.end()
         if first:
             self._check_first_level(outcome)
@@ -138,21 +191,57 @@ class Training:
         began, seed = time.perf_counter(), settings.seed * SEEDS + SEEDS - 1
         self._progress.begin(f"texture ({width}x{depth})")
 
+        before = self._stopped_in(network)
         sampler = self._sampler(seed)
-        count = plan.pool_size(budget)
+        count = plan.pool_size(budget) if before is None else before.whole("pool")
         surface, band = sampler.coloured(COLOURS * count), sampler.band(count)
+        if before is not None:
+            budget, began = self._gone_on(budget, began, before)
+        step = texture.TextureStep(surface, band, torch.Generator().manual_seed(seed))
         task = Task(
             start=texture.start(network, omega, seed, self._device),
-            step=self._step(texture.step(surface, band, torch.Generator().manual_seed(seed))),
+            step=self._step(step),
             idle=texture.idle_loss(surface),
             rate=texture.RATE,
             output_factor=texture.OUTPUT_FACTOR,
+            draws=step,
         )
-        outcome = fit(task, budget, self._progress)
+
+        def keep(weights: Weights, snapshot: Snapshot) -> None:
+            record = unfinished_record(network, omega, snapshot, began)
+            so_far = replace(self._trained, texture=TrainedTexture(self._final(weights), record))
+            self._keep(so_far, snapshot, network, count, began)
+
+        outcome = fit(task, budget, self._progress, self._keeper(keep), before)
         self._progress.end()
         self.interrupted = outcome.interrupted
         weights = self._final(outcome.weights)
         self._trained.texture = TrainedTexture(weights, training_record(network, omega, outcome, began))
+
+    def _stopped_in(self, network: tuple[int, int]) -> Snapshot | None:
+        """Return the state of the stage that begins now, where the training was cut short in it; else None."""
+        snapshot, self._snapshot = self._snapshot, Snapshot()
+        return snapshot if snapshot.numbers.get("network") == list(network) else None
+
+    def _gone_on(self, budget: Budget, began: float, before: Snapshot) -> tuple[Budget, float]:
+        """Return the budget of a stage that is gone on with, and when it began, as if there had been no break.
+
+        Steps count on from those that were taken. Of seconds, the budget has only those that are left.
+        """
+        done = before.real("fraction") if budget.steps is None else 0.0
+        return replace(budget, done=done), began - before.real("seconds")
+
+    def _keeper(self, keep: Callable[[Weights, Snapshot], None]) -> Keeper | None:
+        return None if self._part is None else Keeper(self._part.due, keep)
+
+    def _keep(self, so_far: Trained, snapshot: Snapshot, network: tuple[int, int], pool: int, began: float) -> None:
+        """Write the part: `so_far` with the stage that is under way, and that stage's state.
+
+        network: of the stage. pool: samples of its pools. began: the value of time.perf_counter() when it began.
+        """
+        assert self._part is not None
+        stage = {"network": list(network), "pool": pool, "seconds": time.perf_counter() - began}
+        self._part.write(self._model_so_far(so_far), snapshot | Snapshot(stage))
 
     def _sampler(self, seed: int) -> Sampler:
         trained = self._trained
@@ -174,6 +263,13 @@ class Training:
             self._field_probe.measure(trained.weights(), trained.deltas()),
             self._shape,
             self._settings,
-            seconds=trained.seconds + time.perf_counter() - self._began,
+            seconds=self._seconds(),
             interrupted=self.interrupted,
         )
+
+    def _model_so_far(self, so_far: Trained) -> Model:
+        """Put a model together without measuring anything."""
+        return trained_model(so_far, None, None, self._shape, self._settings, seconds=self._seconds(), interrupted=True)
+
+    def _seconds(self) -> float:
+        return self._trained.seconds + time.perf_counter() - self._began

@@ -15,9 +15,13 @@ from ..model.model import DEFAULT_ITERATIONS, Level, Model, shape_of
 from ..model.orientation import DEFAULT_UP
 from .networks.fit import Outcome
 from .networks.network import Weights, from_model, to_model
+from .networks.snapshot import Snapshot
 from .quality import Quality
 from .settings import Settings
 from .shapes.shape import Shape
+
+NO_MATTER = {"up", "front", "credit", "device", "seconds"}
+"""Settings that may be others where a training is gone on with; `up` is part of the shape, which must be the same."""
 
 
 @dataclass
@@ -102,10 +106,30 @@ def training_record(network: tuple[int, int], omega: float, outcome: Outcome, be
     }
 
 
+def unfinished_record(network: tuple[int, int], omega: float, snapshot: Snapshot, began: float) -> dict[str, Any]:
+    """Describe the training of a network that is under way, as `training_record` does. snapshot: of `fit`."""
+    width, depth = network
+    counted = {key: snapshot.numbers[key] for key in ("steps", "fraction", "restarts", "rate", "loss")}
+    return {"network": f"{width}x{depth}", "omega": omega, **counted, "seconds": round(time.perf_counter() - began, 3)}
+
+
+def same_training(model: Model, settings: Settings) -> bool:
+    """Whether a model was trained with these settings, all that makes a difference to its weights."""
+    return _that_matter(model.provenance.get("settings")) == _that_matter(json.loads(json.dumps(asdict(settings))))
+
+
+def _that_matter(settings: object) -> object:
+    """Leave out of settings as the provenance has them how they are presented, where they ran and how long."""
+    if not isinstance(settings, dict):
+        return None
+    timed = settings.get("seconds") is not None
+    return {key: value for key, value in settings.items() if key not in NO_MATTER} | {"timed": timed}
+
+
 def trained_model(
     trained: Trained,
-    qualities: list[Quality],
-    field: FieldFigures,
+    qualities: list[Quality] | None,
+    field: FieldFigures | None,
     shape: Shape,
     settings: Settings,
     *,
@@ -114,11 +138,12 @@ def trained_model(
 ) -> Model:
     """Put the model together that is saved.
 
-    qualities: one for each level. field: of all levels together. seconds: of all runs of this training. interrupted:
-    whether Ctrl-C ended it.
+    qualities: one for each level; None: nothing was measured. field: of all levels together, likewise. seconds: of all
+    runs of this training. interrupted: whether it is not over.
     """
     first, finer = DEFAULT_ITERATIONS
     texture = trained.texture
+    measured = [{}] * len(trained.levels) if qualities is None else [asdict(quality) for quality in qualities]
     return Model(
         name=shape.name,
         levels=tuple(
@@ -137,10 +162,8 @@ def trained_model(
             "settings": json.loads(json.dumps(asdict(settings))),
             "seconds": round(seconds, 3),
             "interrupted": interrupted,
-            "levels": [
-                level.record | asdict(quality) for level, quality in zip(trained.levels, qualities, strict=True)
-            ],
-            "field": json.loads(json.dumps(asdict(field))),
+            "levels": [level.record | figures for level, figures in zip(trained.levels, measured, strict=True)],
+            "field": None if field is None else json.loads(json.dumps(asdict(field))),
             "texture": None if texture is None else texture.record,
             "versions": {"torch": torch.__version__, "numpy": np.__version__},
         },

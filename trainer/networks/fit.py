@@ -10,6 +10,7 @@ import torch
 
 from .network import Weights
 from .optimiser import Optimiser
+from .snapshot import Resumable, Snapshot
 
 WARM_UP = 0.05
 """Share of the schedule in which the rate rises; it then falls to zero along a cosine."""
@@ -114,20 +115,45 @@ class Task:
     """Peak rate of the hidden layers."""
     output_factor: float
     """Factor on the rate for the output layer."""
+    draws: Resumable | None = None
+    """What changes from step to step beside the weights: random numbers, batches."""
     review: Callable[[Weights], None] | None = None
     """Looks at the network at the shares REVIEWS of the schedule, so that later steps may mend what it finds."""
 
 
-def fit(task: Task, budget: Budget, progress: TrainingProgress) -> Outcome:
+@dataclass(frozen=True)
+class Keeper:
+    """Keeps the state of `fit` now and then, so that little is lost where the process ends."""
+
+    due: Callable[[], bool]
+    """Whether to keep it now; asked after every step."""
+    keep: Callable[[Weights, Snapshot], None]
+    """Receives the weights and the whole state, also where Ctrl-C ends a training that has taken a step."""
+
+
+def fit(
+    task: Task,
+    budget: Budget,
+    progress: TrainingProgress,
+    keeper: Keeper | None = None,
+    resume: Snapshot | None = None,
+) -> Outcome:
     """Train a network until the budget is spent or Ctrl-C is pressed.
+
+    resume: a state that a keeper of the same task was given, to go on from. With a budget of steps the network becomes
+    what it would have been without the break. Raises UserError where it is no such state.
 
     Where it collapses (its loss is no better than the loss without it) or diverges, it begins again at a lower rate,
     `RESTARTS` times at most, and the log says so. A network that never helps ends as zero, marked as failed.
     """
-    rate = task.rate
-    for restarts in range(RESTARTS + 1):
+    rate, first = task.rate, 0
+    if resume is not None:
+        rate, first = resume.real("rate"), min(resume.whole("restarts"), RESTARTS)
+    for restarts in range(first, RESTARTS + 1):
         weights = [w.requires_grad_() for w in task.start()]
-        attempt = _attempt(weights, replace(task, rate=rate), budget, progress)
+        tried = Snapshot({"rate": rate, "restarts": restarts})
+        attempt = _attempt(weights, replace(task, rate=rate), budget, progress, _with(keeper, tried), resume)
+        resume = None
         if not attempt.failed:
             break
         line = (
@@ -168,10 +194,26 @@ class _Attempt:
     interrupted: bool = False
 
 
-def _attempt(weights: Weights, task: Task, budget: Budget, progress: TrainingProgress) -> _Attempt:
-    optimiser, clock = Optimiser(weights, task.rate, task.output_factor), budget.clock()
-    attempt = _Attempt(fraction=budget.done)
-    reviews = [share for share in REVIEWS if task.review and share > budget.done]
+def _with(keeper: Keeper | None, more: Snapshot) -> Keeper | None:
+    """Return a keeper that keeps `more`, too."""
+    if keeper is None:
+        return None
+    keep = keeper.keep
+    return Keeper(keeper.due, lambda weights, snapshot: keep(weights, snapshot | more))
+
+
+def _attempt(
+    weights: Weights,
+    task: Task,
+    budget: Budget,
+    progress: TrainingProgress,
+    keeper: Keeper | None,
+    resume: Snapshot | None,
+) -> _Attempt:
+    optimiser = Optimiser(weights, task.rate, task.output_factor)
+    attempt = _Attempt(fraction=budget.done) if resume is None else _restored(weights, optimiser, task, resume)
+    clock = budget.clock()
+    reviews = [share for share in REVIEWS if task.review and share > attempt.fraction]
     try:
         while (share := clock(attempt.steps)) < 1:
             if task.review and reviews and share >= reviews[0]:
@@ -191,9 +233,37 @@ def _attempt(weights: Weights, task: Task, budget: Budget, progress: TrainingPro
                 return attempt
             if attempt.steps % REPORT_EVERY == 0:
                 progress.advance(share, attempt.loss)
+            if keeper is not None and keeper.due() and _finite(weights):
+                keeper.keep(*_state(weights, optimiser, task, attempt))
         attempt.fraction = 1.0
     except KeyboardInterrupt:
         attempt.interrupted = True
-    if not all(bool(torch.isfinite(w).all()) for w in weights):
+    if not _finite(weights):
         attempt.failed = "diverged"
+    elif keeper is not None and attempt.interrupted and attempt.steps:
+        keeper.keep(*_state(weights, optimiser, task, attempt))
     return attempt
+
+
+def _finite(weights: Weights) -> bool:
+    return all(bool(torch.isfinite(w).all()) for w in weights)
+
+
+def _state(weights: Weights, optimiser: Optimiser, task: Task, attempt: _Attempt) -> tuple[Weights, Snapshot]:
+    """Return the weights, and the whole state of an attempt."""
+    bare = [w.detach() for w in weights]
+    numbers = {key: getattr(attempt, key) for key in ("steps", "fraction", "watched", "loss")}
+    state = Snapshot(numbers, {f"weight.{i}": w for i, w in enumerate(bare)})
+    draws = Snapshot() if task.draws is None else task.draws.snapshot().inside("draws")
+    return bare, state | optimiser.snapshot().inside("optimiser") | draws
+
+
+def _restored(weights: Weights, optimiser: Optimiser, task: Task, resume: Snapshot) -> _Attempt:
+    """Set weights, optimiser and draws to a state of `_state`, and return the attempt. Raises UserError."""
+    with torch.no_grad():
+        for i, weight in enumerate(weights):
+            weight.copy_(resume.tensor(f"weight.{i}", weight))
+    optimiser.restore(resume.of("optimiser"))
+    if task.draws is not None:
+        task.draws.restore(resume.of("draws"))
+    return _Attempt(resume.whole("steps"), resume.real("fraction"), resume.whole("watched"), resume.real("loss"))

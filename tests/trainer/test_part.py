@@ -1,0 +1,285 @@
+"""A training that is killed goes on from the file beside its output, and becomes what it would have been."""
+
+import dataclasses
+import json
+import signal
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+import trimesh
+
+from mplicits import cli
+from mplicits.mesher import survey
+from mplicits.model.errors import UserError
+from mplicits.model.interrupts import TERMINATED, begin_work
+from mplicits.model.model import TRAINING, Model, load, save
+from mplicits.trainer import level, machine, part, plan, pools, quality, texture, tracing
+from mplicits.trainer.networks.network import initial
+from mplicits.trainer.networks.snapshot import Snapshot
+from mplicits.trainer.part import Part
+from mplicits.trainer.session import TrainingBar
+from mplicits.trainer.settings import RESIDUAL
+from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.shapes.shape import Shape
+from mplicits.trainer.train import Training
+from support.ball_training import SMALL_SETTINGS, Log
+from support.random_model import random_model
+
+SETTINGS = dataclasses.replace(SMALL_SETTINGS, steps=(60, 60, 60))
+PACKED = dataclasses.replace(SETTINGS, packed=True)
+OUTPUT, PART = Path("ball.safetensors"), Path("ball.part.safetensors")
+QUICK = ["--levels", "8x0,8x1", "--quiet"]
+
+
+class KilledError(BaseException):
+    """Stands for the end of the process."""
+
+
+class Killing(Log):
+    """A progress that kills the training in the middle of a stage."""
+
+    def __init__(self, stage: str) -> None:
+        super().__init__(stage, 0.5)
+
+    def advance(self, fraction: float, loss: float) -> None:
+        try:
+            super().advance(fraction, loss)
+        except KeyboardInterrupt:
+            raise KilledError from None
+
+
+@pytest.fixture(scope="module", autouse=True)
+def quick() -> Iterator[None]:
+    """Measure less than a training does, which is the same with and without a break."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module, name, number in (
+            (quality, "POINTS", 4000),
+            (quality, "BAND_POINTS", 4000),
+            (quality, "FIELD_POINTS", 2000),
+            (quality, "LIPSCHITZ_POINTS", 4000),
+            (quality, "ROUGH_POINTS", 2000),
+            (tracing, "RAYS", 128),
+            (level, "BATCH", 512),
+            (texture, "BATCH", 512),
+            (plan, "POOL_LEAST", 1024),
+            (plan, "POOL_PER_STEP", 10),
+            (survey, "RESOLUTION", 16),
+            (pools, "STRAY_CANDIDATES", 20_000),
+            (pools, "HARD_CANDIDATES", 10_000),
+        ):
+            patch.setattr(module, name, number)
+        yield
+
+
+@pytest.fixture(scope="module")
+def ball(tmp_path_factory: pytest.TempPathFactory) -> Shape:
+    machine.prepare(torch.device("cpu"))
+    mesh = trimesh.creation.icosphere(subdivisions=4)
+    mesh.visual.vertex_colors = np.uint8(127 + 127 * mesh.vertices)
+    path = tmp_path_factory.mktemp("ball") / "ball.ply"
+    mesh.export(path)
+    return load_shape(str(path))[0]
+
+
+@pytest.fixture(scope="module")
+def unbroken(ball: Shape) -> dict[bool, Model]:
+    """The models of trainings without a break, packed or not."""
+    return {asked.packed: Training(ball, asked, Log()).run() for asked in (SETTINGS, PACKED)}
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def refused(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
+    assert cli.main(["train", "ball.ply", "-o", str(OUTPUT), *QUICK, "--steps", "20", *argv]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    return line
+
+
+@pytest.mark.parametrize(
+    ("stage", "packed"), [("level 1", False), ("level 2", False), ("level 2", True), ("tex", False)]
+)
+def test_a_killed_training_becomes_bit_for_bit_what_it_would_have_been(
+    ball: Shape, unbroken: dict[bool, Model], stage: str, packed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(part, "EVERY", 0.0)
+    settings, log = PACKED if packed else SETTINGS, Log()
+    with pytest.raises(KilledError):
+        Training(ball, settings, Killing(stage), part=Part(OUTPUT, log.say)).run()
+    before, snapshot = Part(OUTPUT, log.say).read()
+    record = before.provenance["texture"] or before.provenance["levels"][-1]
+    assert record["fraction"] == pytest.approx(0.5, abs=0.15)
+    resumed = Training(ball, settings, log, part=Part(OUTPUT, log.say)).run(before, snapshot)
+    assert log.stages[0].startswith(stage)
+    assert log.lines == []
+    for name, tensor in unbroken[packed].tensors().items():
+        np.testing.assert_array_equal(resumed.tensors()[name], tensor, err_msg=name)
+    assert resumed.sha256() == unbroken[packed].sha256()
+
+
+def test_other_settings_go_on_with_the_weights_alone(ball: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(part, "EVERY", 0.0)
+    log = Log()
+    with pytest.raises(KilledError):
+        Training(ball, SETTINGS, Killing("level 2"), part=Part(OUTPUT, log.say)).run()
+    longer = dataclasses.replace(SETTINGS, steps=(60, 120, 60))
+    model = Training(ball, longer, log).run(*Part(OUTPUT, log.say).read())
+    assert "weights alone" in log.lines[0]
+    assert len(model.levels) == 2
+
+
+def test_the_seconds_of_all_runs_count_together(ball: Shape) -> None:
+    timed = dataclasses.replace(SETTINGS, seconds=30.0)
+    log = Log("level 1", 0.01)
+    Training(ball, timed, log, part=Part(OUTPUT, log.say)).run()
+    model, snapshot = Part(OUTPUT, log.say).read()
+    late = dataclasses.replace(model, provenance=model.provenance | {"seconds": 29.5})
+    with pytest.raises(UserError, match=r"--seconds 30: .* took 30 s"):
+        Training(ball, timed, Log()).run(late, snapshot)
+
+
+def test_hard_points_and_random_numbers_go_on(ball: Shape) -> None:
+    rng, delta = np.random.default_rng(0), 0.05
+    flat = [torch.zeros(4, 3), torch.zeros(4), torch.zeros(1, 4), torch.zeros(1)]
+    sampler = pools.Sampler(ball, [flat], [delta], torch.device("cpu"), rng)
+    surface, volume = sampler.surface(5000), sampler.volume(5000)
+
+    def draws(seed: int) -> tuple[level.LevelStep, level.LevelDraws]:
+        step = level.LevelStep(surface, volume, RESIDUAL, torch.Generator().manual_seed(seed))
+        return step, level.LevelDraws(step, sampler)
+
+    def losses(step: level.LevelStep) -> list[float]:
+        weights = initial((8, 1), 30.0, 1, torch.Generator().manual_seed(1))
+        for weight in weights:
+            weight.grad = torch.zeros_like(weight)
+        taken = [step(weights) for _ in range(5)]
+        return [*taken, *(float(weight.grad.sum()) for weight in weights if weight.grad is not None)]
+
+    step, kept = draws(4)
+    step.hard = sampler.hard(flat, None, 2000)
+    losses(step)
+    snapshot = kept.snapshot()
+    expected, drawn = losses(step), rng.random()
+    again, restored = draws(5)
+    restored.restore(snapshot)
+    assert (losses(again), rng.random()) == (expected, drawn)
+
+
+def press(monkeypatch: pytest.MonkeyPatch, ending: Callable[[], None]) -> None:
+    """Let the command line's trainings call `ending` in the middle of level 2."""
+    stages: list[str] = []
+
+    def advance(bar: TrainingBar, fraction: float, loss: float) -> None:
+        if fraction > 0.5 and stages[-1].startswith("level 2"):
+            ending()
+
+    monkeypatch.setattr(TrainingBar, "begin", lambda bar, stage: stages.append(stage))
+    monkeypatch.setattr(TrainingBar, "advance", advance)
+
+
+def test_it_is_a_model_and_goes_when_the_training_ends(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def kill() -> None:
+        raise KilledError
+
+    trimesh.creation.icosphere(2).export("ball.ply")
+    with monkeypatch.context() as patch:
+        press(patch, kill)
+        with pytest.raises(KilledError):
+            cli.main(["train", "ball.ply", *QUICK, "--steps", "20"])
+    assert not OUTPUT.exists()
+    assert len(load(PART).levels) == 1
+    assert cli.main(["info", str(PART)]) == 0
+    assert "interrupted" in capsys.readouterr().out
+    assert cli.main(["train", "ball.ply", *QUICK, "--steps", "20"]) == 0
+    assert "ball.part.safetensors is of a training that was cut short" in capsys.readouterr().err
+    assert not PART.exists()
+
+
+@pytest.fixture
+def _handlers() -> Iterator[None]:
+    """What signals do is as it was after the test."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+    begin_work(termination=False)
+
+
+@pytest.mark.usefixtures("_handlers")
+def test_sigterm_saves_what_is_learnt_and_the_state(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trimesh.creation.icosphere(2).export("ball.ply")
+    argv = ["train", "ball.ply", *QUICK, "--steps", "20,60"]
+    with monkeypatch.context() as patch:
+        press(patch, lambda: signal.raise_signal(signal.SIGTERM))
+        assert cli.main(argv) == TERMINATED == 128 + signal.SIGTERM
+    assert capsys.readouterr().err == "stopped by SIGTERM; what is trained so far is saved; go on with --resume\n"
+    assert 0.5 < load(OUTPUT).provenance["levels"][1]["fraction"] < 0.9
+    assert cli.main([*argv, "--resume"]) == 0
+    assert capsys.readouterr().err == ""
+    record = load(OUTPUT).provenance["levels"][1]
+    assert (record["fraction"], record["steps"]) == (1, 60)
+    assert not PART.exists()
+
+
+def test_what_is_no_state_is_refused_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    trimesh.creation.icosphere(3).export("ball.ply")
+    model = random_model((8, 0))
+    save(model, PART)
+    assert "move it away" in refused(capsys)
+    PART.write_bytes(b"somebody's")
+    assert "move it away" in refused(capsys)
+    assert PART.read_bytes() == b"somebody's"
+    save(model, PART, ("[", {}))
+    assert "damaged" in refused(capsys, "--resume")
+
+
+@pytest.mark.parametrize("wrong", ["steps", "draws.random", "draws.surface.drawn", "network"])
+def test_a_state_with_wrong_values_is_refused_in_one_line(
+    wrong: str, ball: Shape, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(part, "EVERY", 0.0)
+    with pytest.raises(KilledError):
+        Training(ball, SETTINGS, Killing("level 1"), part=Part(OUTPUT, print)).run()
+    before, snapshot = Part(OUTPUT, print).read()
+    assert wrong in snapshot.numbers
+    snapshot.numbers[wrong] = {"steps": -1, "network": [16, 1]}.get(wrong, "x")
+    if wrong == "network":
+        snapshot.tensors["weight.0"] = torch.zeros(2, 2)
+    with pytest.raises(UserError, match="training"):
+        Training(ball, SETTINGS, Log()).run(before, snapshot)
+
+
+def test_a_disk_that_is_full_ends_no_training(ball: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise UserError("cannot write ball.part.safetensors: No space left on device")
+
+    monkeypatch.setattr(part, "EVERY", 0.0)
+    monkeypatch.setattr(part, "save", full)
+    log = Log()
+    model = Training(ball, SETTINGS, log, part=Part(OUTPUT, log.say)).run()
+    assert len(model.levels) == 2
+    (line,) = log.lines
+    assert "No space left" in line
+
+
+def test_nothing_is_written_beside_a_device(ball: Shape) -> None:
+    beside = Part(Path("/dev/null"), print)
+    beside.write(random_model((4, 0)), Snapshot())
+    assert not beside.path.exists()
+    assert not beside.due()
+
+
+def test_the_state_is_passed_over_by_load() -> None:
+    model = random_model((8, 1), texture=(4, 0))
+    save(model, OUTPUT, (json.dumps({"steps": 3}), {"weight.0": np.arange(5, dtype=np.int64)}))
+    assert TRAINING.encode() in OUTPUT.read_bytes()
+    assert load(OUTPUT).sha256() == model.sha256()
