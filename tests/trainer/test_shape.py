@@ -152,11 +152,6 @@ def flat(path: Path) -> None:
     trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]).export(path)
 
 
-def bare_cloud(path: Path) -> None:
-    head = "ply\nformat ascii 1.0\nelement vertex 200\nproperty float x\nproperty float y\nproperty float z\n"
-    path.write_text(head + "end_header\n" + "".join(f"{x} {y} {z}\n" for x, y, z in on_ball(200)[0]))
-
-
 REFUSED = [
     ("missing.ply", None, "no such file"),
     ("shape.xyzw", lambda path: path.write_text("1 2 3"), "no shape format"),
@@ -170,9 +165,7 @@ REFUSED = [
     ("nan.ply", nan_mesh, "not finite"),
     ("triangle.ply", flat, "bounds no volume"),
     ("triangle.stl", flat, "bounds no volume"),
-    ("bare.ply", bare_cloud, "without normals"),
     ("bare.xyz", lambda path: np.savetxt(path, on_ball(200)[0]), "3 columns"),
-    ("bare.npz", lambda path: np.savez(path, points=on_ball(200)[0]), "without normals"),
     ("few.npz", lambda path: write_cloud(path, *on_ball(5)), "at least 100"),
     ("text.xyz", lambda path: path.write_text("hello world\n"), "not a readable XYZ"),
     ("shape.npz", lambda path: np.savez(path, points=np.zeros((9, 2)), normals=np.zeros((9, 3))), "shape (9, 2)"),

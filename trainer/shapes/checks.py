@@ -32,13 +32,21 @@ def check_coordinates(points: Doubles) -> None:
         raise UserError(f"an extent of only {extent:.2g}; at least {SMALLEST:g} can be computed with: scale it up")
 
 
-def check_cloud(points: Doubles, normals: Doubles, colours: Doubles | None) -> None:
-    """Raise UserError where an oriented cloud cannot be used: points and normals (N, 3), colours (N, 3) or None."""
+def check_cloud(points: Doubles, normals: Doubles | None, colours: Doubles | None) -> None:
+    """Raise UserError where a cloud cannot be used: points (N, 3), normals and colours (N, 3) or None."""
     if len(points) < FEWEST:
         raise UserError(f"{len(points)} points; a cloud needs at least {FEWEST}")
     check_coordinates(points)
     if not np.ptp(points, axis=0).max() > 0:
         raise UserError("all points are one point; nothing to train on")
+    if normals is not None:
+        _check_normals(normals)
+    if colours is not None and not np.isfinite(colours).all():
+        raise UserError("colours that are not finite (NaN or infinity); repair the file, or leave the colours out")
+
+
+def _check_normals(normals: Doubles) -> None:
+    """Raise UserError where normals (N, 3) are none, or are too long."""
     if not np.isfinite(normals).all():
         raise UserError("normals that are not finite (NaN or infinity); repair the file")
     with np.errstate(over="ignore", under="ignore"):
@@ -47,5 +55,3 @@ def check_cloud(points: Doubles, normals: Doubles, colours: Doubles | None) -> N
         raise UserError("normals of length zero; a cloud needs a normal at every point")
     if not np.isfinite(lengths).all():
         raise UserError("normals too long to compute with; make them unit vectors")
-    if colours is not None and not np.isfinite(colours).all():
-        raise UserError("colours that are not finite (NaN or infinity); repair the file, or leave the colours out")

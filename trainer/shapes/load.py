@@ -14,15 +14,15 @@ from ...model.errors import UserError
 from ...model.files import show
 from ...model.orientation import DEFAULT_UP, upright
 from ...model.strips import mesh_of_strips
-from .checks import check_cloud, check_coordinates
+from .checks import FEWEST, check_cloud, check_coordinates
 from .cloud import CloudShape
 from .demo import DemoShape
+from .duplicates import merge
 from .image import ImageTexture, image_texture
 from .mesh import MeshShape
-from .shape import Doubles, Shape
-
-Cloud = tuple[Doubles, Doubles, Doubles | None]
-"""Points (N, 3), normals (N, 3), and colours (N, 3) in [0, 1] or None."""
+from .orient import estimated_normals
+from .points import Cloud, no_image, points_of_ply, read_npz, read_xyz
+from .shape import Doubles, Shape, SurfacePoints
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,8 +52,9 @@ def load_shape(
     noise: standard deviation of a cloud's points, as a share of the shape's radius; None: measured.
     up: the axis of the file that points up; the shape is turned so that y does.
 
-    Meshes: PLY, OBJ, STL, GLB. Oriented point clouds: PLY without faces (x y z nx ny nz [red green blue]), XYZ (the
-    same as text columns, colours 0 to 255), NPZ (arrays `points`, `normals` [, `colours` in 0 to 1]).
+    Meshes: PLY, OBJ, STL, GLB. Point clouds: PLY without faces (x y z [nx ny nz] [red green blue]), XYZ (the same as
+    text columns, colours 0 to 255), NPZ (arrays `points` [, `normals`] [, `colours` in 0 to 1]), OBJ without faces,
+    and PLY of Gaussian splats. Where there are no normals, they are estimated.
     Raises UserError, one line, for everything that is none of these or cannot be used.
     """
     if name == "demo":
@@ -75,7 +76,7 @@ def load_shape(
         source: dict[str, Any] = {"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
         content = read(path, image)
         if not isinstance(content, TexturedMesh):
-            check_cloud(*content)
+            check_cloud(content.points, content.normals, content.colours)
     except UserError as error:
         raise UserError(f"{label}: {error}") from None
     except Exception as error:  # trimesh's and numpy's readers raise anything on damaged files
@@ -97,8 +98,23 @@ def load_shape(
         if content.texture is None and content.unwrapped:
             shape.warnings.append(f"{label}: texture coordinates, but no readable image; name it with --texture FILE")
     else:
-        shape = CloudShape(*content, label, source, noise)
+        shape, warnings = _cloud(content, label, source, noise)
+        return shape, warnings + shape.warnings
     return shape, shape.warnings
+
+
+def _cloud(cloud: Cloud, label: str, source: dict[str, Any], noise: float | None) -> tuple[CloudShape, list[str]]:
+    """Make a shape of a cloud; where it has no normals, they are estimated, with a warning."""
+    if cloud.normals is not None:
+        return CloudShape(cloud.points, cloud.normals, cloud.colours, label, source, noise), []
+    merged = merge(SurfacePoints(cloud.points, np.tile([0.0, 0.0, 1.0], (len(cloud.points), 1)), cloud.colours)).surface
+    if len(merged.points) < FEWEST:
+        raise UserError(f"{label}: {len(merged.points)} points at different places; a cloud needs at least {FEWEST}")
+    normals, pieces = estimated_normals(merged.points)
+    source["normals"] = "estimated"
+    shown = "one piece" if pieces == 1 else f"{pieces:,} pieces"
+    warning = f"{label}: no normals; estimated, and turned outwards in {shown}: look at the result"
+    return CloudShape(merged.points, normals, merged.colours, label, source, noise), [warning]
 
 
 def _turned(content: TexturedMesh | Cloud, up: str) -> TexturedMesh | Cloud:
@@ -106,11 +122,11 @@ def _turned(content: TexturedMesh | Cloud, up: str) -> TexturedMesh | Cloud:
     if isinstance(content, TexturedMesh):
         content.mesh.vertices = upright(np.asarray(content.mesh.vertices, np.float64), up)
         return replace(content, normals=None if content.normals is None else upright(content.normals, up))
-    points, normals, colours = content
-    return upright(points, up), upright(normals, up), colours
+    normals = None if content.normals is None else upright(content.normals, up)
+    return Cloud(upright(content.points, up), normals, content.colours)
 
 
-def _read_mesh(path: Path, image: Path | None) -> TexturedMesh:
+def _read_mesh(path: Path, image: Path | None) -> TexturedMesh | Cloud:
     try:
         mesh = trimesh.load_mesh(path, process=False)
     except OSError:  # Of an image that is cut off. The mesh has no images then, about which there is a warning.
@@ -118,9 +134,20 @@ def _read_mesh(path: Path, image: Path | None) -> TexturedMesh:
         if isinstance(mesh.visual, trimesh.visual.TextureVisuals):
             material: Any = trimesh.visual.material.SimpleMaterial
             mesh.visual.material = material()
-    if not isinstance(mesh, trimesh.Trimesh):
-        raise UserError("the mesh is empty; a shape needs triangles, or points with normals")
+    if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
+        return _points_of(path, image)
     return _textured(mesh, image)
+
+
+def _points_of(path: Path, image: Path | None) -> Cloud:
+    """Read the vertices of an OBJ without faces, and their colours. Raises UserError where there are none."""
+    cloud: Any = trimesh.load(path, process=False)
+    if not isinstance(cloud, trimesh.PointCloud) or not len(cloud.vertices):
+        raise UserError("the mesh is empty; a shape needs triangles or points")
+    no_image(image)
+    colours = np.asarray(cloud.colors, np.float64)
+    coloured = colours.shape[:1] == (len(cloud.vertices),) and colours.shape[1] >= 3
+    return Cloud(np.asarray(cloud.vertices, np.float64), None, colours[:, :3] / 255 if coloured else None)
 
 
 def _textured(mesh: trimesh.Trimesh, image: Path | None) -> TexturedMesh:
@@ -138,48 +165,8 @@ def _read_ply(path: Path, image: Path | None) -> TexturedMesh | Cloud:
     mesh = loaded if isinstance(loaded, trimesh.Trimesh) and len(loaded.faces) else mesh_of_strips(loaded)
     if mesh is not None:
         return _textured(mesh, image)
-    _no_image(image)
-    columns = loaded.metadata.get("_ply_raw", {}).get("vertex", {}).get("data", {})
-    names = set(columns.dtype.names if isinstance(columns, np.ndarray) else columns)
-
-    def stack(*keys: str) -> Doubles:
-        return np.stack([np.asarray(columns[key], dtype=np.float64).reshape(-1) for key in keys], axis=1)
-
-    if not names or not len(columns["x"]):
-        raise UserError("the mesh is empty; a shape needs triangles, or points with normals")
-    if not {"nx", "ny", "nz"} <= names:
-        raise UserError("a point cloud without normals (nx ny nz); estimate and orient them first")
-    coloured = {"red", "green", "blue"} <= names
-    return stack("x", "y", "z"), stack("nx", "ny", "nz"), stack("red", "green", "blue") / 255 if coloured else None
-
-
-def _no_image(image: Path | None) -> None:
-    """Raise UserError where an image is given for a point cloud."""
-    if image is not None:
-        raise UserError(f"--texture {show(image)}: points have no texture coordinates to put an image by")
-
-
-def _read_xyz(path: Path, image: Path | None) -> Cloud:
-    _no_image(image)
-    table = np.loadtxt(path, ndmin=2, dtype=np.float64)
-    if table.shape[1] not in (6, 9):
-        raise UserError(f"{table.shape[1]} columns; x y z nx ny nz [r g b] are needed (a cloud needs normals)")
-    return table[:, :3], table[:, 3:6], table[:, 6:] / 255 if table.shape[1] == 9 else None
-
-
-def _read_npz(path: Path, image: Path | None) -> Cloud:
-    _no_image(image)
-    with np.load(path, allow_pickle=False) as arrays:
-        if "points" not in arrays:
-            raise UserError("no array `points` in it")
-        if "normals" not in arrays:
-            raise UserError("a point cloud without normals (array `normals`); estimate and orient them first")
-        known = [key for key in ("points", "normals", "colours") if key in arrays]
-        columns = {key: np.asarray(arrays[key], dtype=np.float64) for key in known}
-    for key, array in columns.items():
-        if array.shape != (len(columns["points"]), 3):
-            raise UserError(f"array `{key}` has shape {array.shape}, expected ({len(columns['points'])}, 3)")
-    return columns["points"], columns["normals"], columns.get("colours")
+    no_image(image)
+    return points_of_ply(loaded.metadata.get("_ply_raw", {}).get("vertex", {}).get("data", {}))
 
 
 READERS: dict[str, Callable[[Path, Path | None], TexturedMesh | Cloud]] = {
@@ -187,6 +174,6 @@ READERS: dict[str, Callable[[Path, Path | None], TexturedMesh | Cloud]] = {
     ".obj": _read_mesh,
     ".stl": _read_mesh,
     ".glb": _read_mesh,
-    ".xyz": _read_xyz,
-    ".npz": _read_npz,
+    ".xyz": read_xyz,
+    ".npz": read_npz,
 }
