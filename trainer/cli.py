@@ -24,6 +24,8 @@ LARGEST_NOISE = 0.1
 """Largest standard deviation of a cloud's points that is taken, as a share of the shape's radius."""
 MOST_SECONDS = 1e7
 """A training takes less: some 116 days."""
+THINNEST = 0.001
+"""Least that --thicken takes: a thinner sheet is thinner than what a network resolves."""
 CREASE = 30.0
 """Angle in degrees above which an edge of a mesh may be a crease."""
 
@@ -39,7 +41,7 @@ def arguments(parser: ArgumentParser) -> None:
     add(
         "shape",
         metavar="SHAPE",
-        help="a mesh (PLY OBJ STL GLB), an oriented point cloud (PLY XYZ NPZ), or the word `demo`",
+        help="a mesh (PLY OBJ STL GLB), a point cloud (PLY XYZ NPZ OBJ), or the word `demo`",
     )
     output_arguments(parser, "M.safetensors", "the model file (default: the shape's name, in this folder)")
     add("--levels", metavar="NxD,..", help="width and hidden layers of each level, coarse to fine: 64x1,64x2,128x2")
@@ -89,6 +91,12 @@ def arguments(parser: ArgumentParser) -> None:
         f"beside them do not (default: {CREASE:g}); normals in the file have the last word",
     )
     facets.add_argument("--flat", action="store_true", help="keep a mesh's faces flat, and every edge sharp")
+    add(
+        "--thicken",
+        metavar="T",
+        type=float,
+        help="take an open mesh for a sheet: all that is nearer to it than T, a share of its radius (0.02)",
+    )
     add(
         "--noise",
         metavar="S",
@@ -173,6 +181,8 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") ->
         raise UserError(f"--noise: {options.noise:g}: a share of the radius from 0 to {LARGEST_NOISE} is needed")
     if not 0 <= options.seed < 2**40:
         raise UserError(f"--seed: {options.seed}: a whole number from 0 is needed")
+    if options.thicken is not None and not THINNEST <= options.thicken <= 1:
+        raise UserError(f"--thicken: {options.thicken:g}: a share of the radius from {THINNEST} to 1 is needed")
     if not 0 <= options.crease <= 180:
         raise UserError(f"--crease: {options.crease:g}: an angle from 0 to 180 degrees is needed")
     texture = networks(options.texture_network, "--texture-network")[0] if options.texture_network else None
@@ -211,6 +221,7 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") ->
         quiet=options.quiet,
         live=options.live,
         crease=None if options.flat else options.crease,
+        thicken=options.thicken,
         began=time.perf_counter(),
     )
     if terminated():

@@ -68,14 +68,14 @@ def run(
     began: float,
     live: bool = False,
     crease: float | None = None,
+    thicken: float | None = None,
 ) -> Model:
     """Train the shape `name` as `mplicits train` does, write the model to `output`, and return it.
 
-    image: the file of the texture, where it is not the mesh's own. resume: go on with the training that was cut
-    short, or else with what `output` holds. quiet: show
-    no progress bar. began: the value of time.perf_counter() from which on the user's seconds count. live: print
-    progress as JSON, and save after every level. crease: as of `load_shape`. Raises UserError, and KeyboardInterrupt
-    where Ctrl-C came before there was anything to save.
+    image: the file of the texture, where it is not the mesh's own. resume: go on with the training that was cut short,
+    or else with what `output` holds. quiet: show no progress bar. began: the value of time.perf_counter() from which on
+    the user's seconds count. live: print progress as JSON, and save after every level. crease, thicken: as of
+    `load_shape`. Raises UserError, and KeyboardInterrupt where Ctrl-C came before there was anything to save.
     """
     prepare(device(settings.device))
     bar = TrainingBar(quiet)
@@ -85,7 +85,9 @@ def run(
         kept = {key: getattr(settings, key) or getattr(before, key) for key in ("up", "front", "credit")}
         settings = replace(settings, **kept)
     settings = replace(settings, up=settings.up or FILES_UP.get(Path(name).suffix.lower(), DEFAULT_UP))
-    shape, warnings = load_shape(name, image, crease=crease, noise=settings.noise, up=settings.up or DEFAULT_UP)
+    shape, warnings = load_shape(
+        name, image, crease=crease, noise=settings.noise, up=settings.up or DEFAULT_UP, thicken=thicken
+    )
     for warning in warnings:
         bar.say(f"warning: {warning}")
     if live:

@@ -165,7 +165,6 @@ REFUSED = [
     ("nan.ply", nan_mesh, "not finite"),
     ("triangle.ply", flat, "bounds no volume"),
     ("triangle.stl", flat, "bounds no volume"),
-    ("bare.xyz", lambda path: np.savetxt(path, on_ball(200)[0]), "3 columns"),
     ("few.npz", lambda path: write_cloud(path, *on_ball(5)), "at least 100"),
     ("text.xyz", lambda path: path.write_text("hello world\n"), "not a readable XYZ"),
     ("shape.npz", lambda path: np.savez(path, points=np.zeros((9, 2)), normals=np.zeros((9, 3))), "shape (9, 2)"),

@@ -23,6 +23,7 @@ from .mesh import MeshShape
 from .orient import estimated_normals
 from .points import Cloud, no_image, points_of_ply, read_npz, read_xyz
 from .shape import Doubles, Shape, SurfacePoints
+from .sheet import SheetShape
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,13 +45,15 @@ def load_shape(
     crease: float | None = None,
     noise: float | None = None,
     up: str = DEFAULT_UP,
+    thicken: float | None = None,
 ) -> tuple[Shape, list[str]]:
     """Read a shape, and return it with the warnings for the user.
 
     name: a path, or `demo`. image: a file in place of the image of the mesh's material. crease: curve a mesh, but for
     edges that bend by more than this angle, degrees; None keeps its faces flat.
     noise: standard deviation of a cloud's points, as a share of the shape's radius; None: measured.
-    up: the axis of the file that points up; the shape is turned so that y does.
+    up: the axis of the file that points up; the shape is turned so that y does. thicken: take an open mesh for a sheet,
+    half of whose thickness is this share of its radius.
 
     Meshes: PLY, OBJ, STL, GLB. Point clouds: PLY without faces (x y z [nx ny nz] [red green blue]), XYZ (the same as
     text columns, colours 0 to 255), NPZ (arrays `points` [, `normals`] [, `colours` in 0 to 1]), OBJ without faces,
@@ -62,6 +65,8 @@ def load_shape(
             raise UserError(f"--texture {show(image)}: the built-in shape has its own colours")
         if up != DEFAULT_UP:
             raise UserError(f"--up {up}: the built-in shape has {DEFAULT_UP} up")
+        if thicken is not None:
+            raise UserError("--thicken is for open sheets; the built-in shape is none")
         return DemoShape(), []
     path, label = Path(name), show(Path(name).name)
     if os.path.isdir(path):
@@ -92,12 +97,17 @@ def load_shape(
             raise UserError(f"{label}: --noise is for point clouds; this is a mesh")
         if crease is not None:
             source["crease"] = crease
-        shape: MeshShape | CloudShape = MeshShape(
-            content.mesh, label, source, content.texture, crease=crease, normals=content.normals
-        )
+        given = content.mesh, label, source, content.texture
+        shape: MeshShape | CloudShape
+        if thicken is None:
+            shape = MeshShape(*given, crease=crease, normals=content.normals)
+        else:
+            shape = SheetShape(*given, thickness=thicken, crease=crease, normals=content.normals)
         if content.texture is None and content.unwrapped:
             shape.warnings.append(f"{label}: texture coordinates, but no readable image; name it with --texture FILE")
     else:
+        if thicken is not None:
+            raise UserError(f"{label}: --thicken is for open sheets of triangles; this is a point cloud")
         shape, warnings = _cloud(content, label, source, noise)
         return shape, warnings + shape.warnings
     return shape, shape.warnings

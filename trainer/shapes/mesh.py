@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...model.errors import UserError
 from .creases import corner_normals, face_areas, usable_normals
 from .curved import curved, flat
+from .far import Distances
 from .image import ImageTexture
 from .shape import Doubles, SurfacePoints, normalise, unit
 
@@ -36,11 +37,13 @@ class MeshShape:
         *,
         crease: float | None = None,
         normals: Doubles | None = None,
+        room: float = 0.0,
     ) -> None:
         """name: for people. source: for the provenance. texture: where the mesh has an image.
 
         crease: angle in degrees above which an edge stays sharp where all else is curved; None keeps the faces flat.
         normals: (F, 3, 3), of the file, at the faces' corners; curved surfaces have these, creases included.
+        room: what is left free around the mesh, as a share of its radius.
         Raises UserError where the mesh has no faces, no extent, or bounds no volume.
         """
         vertices = np.asarray(mesh.vertices, dtype=np.float64)
@@ -65,12 +68,15 @@ class MeshShape:
         self._facets = flat(vertices, faces)
         if crease is not None:
             self._curve(_normals(vertices, faces, crease, normals))
+        self._facets = replace(self._facets, vertices=self._facets.vertices / (1 + room))
+        self._inputs, self.scale = self._inputs / (1 + room), self.scale * (1 + room)
         self._areas = np.cumsum(face_areas(self._facets.vertices, self._facets.faces))
         if not self._areas[-1] > 0:
             raise UserError(f"{name}: every triangle has zero area; nothing to train on")
         self._tree, self._winding = igl.AABB(), igl.FastWindingNumberBVH()
         self._tree.init(self._facets.vertices, self._facets.faces)
         self._winding.init(self._facets.vertices, self._facets.faces)
+        self._unsigned = Distances(self._tree, self._facets.vertices, self._facets.faces, self._areas)
         self._check_volume()
         if not mesh.is_watertight:
             self.warnings.append(f"{name}: the mesh is not watertight; inside is where its winding number exceeds 1/2")
@@ -96,10 +102,9 @@ class MeshShape:
         return self._inputs
 
     def distance(self, points: Doubles) -> Doubles:
-        """Compute the exact distance to the facets, signed by the winding number. Returns (N,)."""
+        """Compute the distance to the facets (`Distances`), signed by the winding number. Returns (N,)."""
         inside = self._winding.winding_number(points) > 0.5
-        squared, _, _ = self._tree.squared_distance(self._facets.vertices, self._facets.faces, points)
-        return np.asarray(np.where(inside, -1.0, 1.0) * np.sqrt(squared))
+        return np.asarray(np.where(inside, -1.0, 1.0) * self._unsigned(points))
 
     def _curve(self, normals: Doubles) -> None:
         """Replace the facets by those of the curved surface, which bulges beyond them: it is normalised once more.
@@ -126,7 +131,9 @@ class MeshShape:
         samples = self.surface(2000, np.random.default_rng(0))
         depths = np.geomspace(1e-4, 0.3, 2000)[:, None]
         if not (self._winding.winding_number(samples.points - depths * samples.normals) > 0.5).any():
-            raise UserError(f"{self.name}: the mesh bounds no volume (no point is inside it); give a closed surface")
+            raise UserError(
+                f"{self.name}: the mesh bounds no volume (no point is inside it); give a closed surface, or --thicken T"
+            )
 
 
 def _signed_volume(vertices: Doubles, faces: NDArray[np.int64]) -> float:
