@@ -1,6 +1,7 @@
 """Point clouds without normals, and Gaussian splats: read, estimated, turned outwards."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -65,8 +66,9 @@ def test_a_ball_without_normals_is_a_ball(tmp_path: Path, ending: str) -> None:
 def test_thin_and_hollowed_shapes_are_turned_outwards_piece_by_piece() -> None:
     torus = trimesh.creation.torus(1.0, 0.3, 128, 64)
     handle = trimesh.creation.capsule(2.0, 0.2).apply_translation((3.0, 0.0, 0.0))
-    points, face = trimesh.sample.sample_surface(trimesh.util.concatenate((torus, handle)), 8000, seed=1)
-    truth = trimesh.util.concatenate((torus, handle)).face_normals[face]
+    both: Any = trimesh.util.concatenate((torus, handle))
+    points, face = trimesh.sample.sample_surface(both, 8000, seed=1)
+    truth = both.face_normals[face]
     normals, pieces = estimated_normals(np.asarray(points))
     assert pieces == 2
     assert np.linalg.norm(normals, axis=1) == pytest.approx(1)

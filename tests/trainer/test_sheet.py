@@ -32,7 +32,7 @@ def sheet(folder: Path) -> str:
 def around_square(points: Doubles, half: float) -> Doubles:
     """The distance to the square."""
     outside = np.maximum(np.abs(points[:, :2]) - half, 0)
-    return np.linalg.norm(np.concatenate((outside, points[:, 2:]), axis=1), axis=1)
+    return np.asarray(np.linalg.norm(np.concatenate((outside, points[:, 2:]), axis=1), axis=1))
 
 
 def test_a_thickened_sheet_is_all_that_is_near_to_it(tmp_path: Path) -> None:
@@ -72,20 +72,22 @@ def test_only_open_sheets_are_thickened(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 def test_distances_of_many_faces_are_exact_near_and_bounded_far(monkeypatch: pytest.MonkeyPatch) -> None:
-    mesh = trimesh.creation.icosphere(5)
+    mesh = trimesh.creation.icosphere(4)
     vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
     tree = igl.AABB()
     tree.init(vertices, faces)
     areas = np.cumsum(mesh.area_faces)
     exact = Distances(tree, vertices, faces, areas)
     monkeypatch.setattr(far, "MANY", 1000)
+    monkeypatch.setattr(far, "SAMPLES", 100_000)
     many = Distances(tree, vertices, faces, areas)
-    points = np.random.default_rng(0).uniform(-1, 1, (20_000, 3))
-    points[:100] *= 1e-3
+    points = np.random.default_rng(0).uniform(-1, 1, (3000, 3))
+    points[:50] *= 1e-3
     truth, found = exact(points), many(points)
-    near = truth < 0.99 * far.NEAR
+    near = truth < far.NEAR
     np.testing.assert_array_equal(found[near], truth[near])
     error = found / truth - 1
     assert error.min() > -1e-12
-    assert error.max() < 2.5e-3
+    assert error.max() < 1e-2
+    assert error.mean() < 1e-4
     assert many(points[:0]).shape == (0,)

@@ -15,15 +15,17 @@ from .shape import Doubles
 
 MANY = 250_000
 """Faces up to which the tree over the faces is fast everywhere."""
-NEAR = 0.06
+NEAR = 0.1
 """Distance, as a share of the unit sphere's radius, up to which distances are those of that tree: exact."""
-SAMPLES = 100_000
-"""Points of the surface that a tree is built of for what is farther away."""
-LOOSE = 2e-3
-"""Share by which the sample that is found may be farther away than the nearest one."""
-CANDIDATES = 4
-"""Samples whose faces are compared."""
-CHUNK = 65_536
+MARGIN = 0.1
+"""Share by which a distance that is not exact may be too large at `NEAR`."""
+SAMPLES = 500_000
+"""Points of the surface by which what is farther away is measured."""
+COARSE = 20_000
+"""As many of them are looked at for each point, where it comes to the worst."""
+ROUNDS, NEIGHBOURS = 3, 24
+"""From the nearest of these, a point's foot moves so many times to the best of so many samples around it."""
+CHUNK = 16_384
 """Points that are worked on at once."""
 
 
@@ -33,37 +35,36 @@ class Distances:
     def __init__(self, tree: Any, vertices: Doubles, faces: NDArray[np.int64], areas: Doubles) -> None:
         """tree: igl's AABB of the mesh. areas: of the faces, summed up, (F,)."""
         self._tree, self._vertices, self._faces = tree, vertices, faces
-        self._samples: cKDTree | None = None
-        if len(faces) > MANY:
+        self._many = len(faces) > MANY
+        if self._many:
             rng = np.random.default_rng(0)
             self._of = np.searchsorted(areas, rng.random(SAMPLES) * areas[-1], side="right")
             u, v = np.sort(rng.random((2, SAMPLES)), axis=0)
             weights = np.stack((u, v - u, 1 - v), axis=1)[:, :, None]
-            self._samples = cKDTree((vertices[faces[self._of]] * weights).sum(axis=1))
+            self._samples = (vertices[faces[self._of]] * weights).sum(axis=1)
+            self._fine, self._coarse = cKDTree(self._samples), cKDTree(self._samples[:COARSE])
 
     def __call__(self, points: Doubles) -> Doubles:
         """Compute distances at points (N, 3). Returns (N,).
 
-        They are exact up to `NEAR`, and in meshes of up to `MANY` faces; else they are too large by 0.2 % at most
-        beside what the surface turns between two samples.
+        They are exact up to `NEAR`, and in meshes of up to `MANY` faces; farther away they are those to the face of a
+        sample that is nearly the nearest, and may be too large by some spacing of the samples squared.
         """
-        if self._samples is None:
+        if not self._many:
             return self._exact(points)
-        return np.concatenate(
-            [self._part(self._samples, points[start : start + CHUNK]) for start in range(0, len(points), CHUNK)]
-            or [np.empty(0)]
-        )
+        parts = [self._part(points[start : start + CHUNK]) for start in range(0, len(points), CHUNK)]
+        return np.concatenate(parts) if parts else np.empty(0)
 
-    def _part(self, samples: cKDTree, points: Doubles) -> Doubles:
-        distance, index = (np.asarray(part) for part in samples.query(points, k=CANDIDATES, eps=LOOSE, workers=-1))
-        result = distance[:, 0].copy()
-        far = np.flatnonzero(result > NEAR)
-        faces = self._vertices[self._faces[self._of[index[far]]]].reshape(-1, 3, 3)
-        origins = np.repeat(points[far], CANDIDATES, axis=0)
+    def _part(self, points: Doubles) -> Doubles:
+        foot = np.asarray(self._coarse.query(points, workers=-1)[1])
+        for _ in range(ROUNDS):
+            around = np.asarray(self._fine.query(self._samples[foot], k=NEIGHBOURS, workers=-1)[1])
+            apart = ((self._samples[around] - points[:, None]) ** 2).sum(axis=2)
+            foot = around[np.arange(len(points)), apart.argmin(axis=1)]
         closest: Any = trimesh.triangles.closest_point
-        nearest = closest(faces, origins)
-        result[far] = np.linalg.norm(nearest - origins, axis=1).reshape(-1, CANDIDATES).min(axis=1)
-        near = result <= NEAR
+        nearest = closest(self._vertices[self._faces[self._of[foot]]], points)
+        result = np.asarray(np.linalg.norm(nearest - points, axis=1))
+        near = result <= NEAR * (1 + MARGIN)
         result[near] = self._exact(points[near])
         return result
 
