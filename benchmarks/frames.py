@@ -4,13 +4,14 @@
 
 The multiply-adds of tracing are counted in numpy (codegen/reference/march.py) on every fourth pixel in each direction;
 those of a picture's gradients and colours, which are the same for all schedules, are not among them. Whole pictures are
-drawn by OSMesa with both schedules, in turn, and timed. The rays on which these pictures differ are marched densely.
+drawn by OSMesa with both schedules, at once and in passes, in turn, and timed. The rays on which these pictures differ
+are marched densely.
 """
 
 import argparse
 import statistics
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -47,8 +48,6 @@ class Work:
     """Of the rays that were counted."""
     evaluations: NDArray[np.float64] = field(default_factory=lambda: np.zeros(1))
     """Of each level's network."""
-    seconds: list[float] = field(default_factory=list)
-    """Of the processor, for each frame that was timed."""
     lost: int = 0
     """Rays that miss, or end behind, what dense marching meets."""
     extra: int = 0
@@ -92,7 +91,10 @@ def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int
     cells = Cells(program)
     cells.grid()
     finding = time.process_time() - began
-    renderer = Renderer(open_osmesa(), bake(model, passes=True))
+    shader = bake(model, passes=True)
+    renderer, at_once = (Renderer(open_osmesa(), kind) for kind in (shader, replace(shader, passes=None)))
+    ways = ((at_once, "plain"), (renderer, "plain"), (renderer, "relaxed"))
+    seconds: list[list[float]] = [[] for _ in ways]
     plain, relaxed, alone = works = [Work() for _ in range(3)]
     hits, apart = 0, []
     for view, camera in enumerate(cameras):
@@ -102,23 +104,26 @@ def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int
             work.evaluations = work.evaluations + evaluations
         if view >= timed:
             continue
-        for schedule, work in (("plain", plain), ("relaxed", relaxed)):
+        for (drawn_by, schedule), taken in zip(ways, seconds, strict=True):
             began = time.process_time()
-            renderer.timed((side, side), camera, RenderOptions(schedule=schedule))
-            work.seconds.append(time.process_time() - began)
+            drawn_by.timed((side, side), camera, RenderOptions(schedule=schedule))
+            taken.append(time.process_time() - began)
         drawn = [RenderOptions(shading="data", schedule=schedule) for schedule in ("plain", "relaxed")]
         pictures = [renderer.render((side, side), camera, options) for options in drawn]
         covered, difference = judge(program, camera, pictures, works[:2])
         hits += covered
         apart.append(difference)
     renderer.release()
-    speed = statistics.median(old / new for old, new in zip(plain.seconds, relaxed.seconds, strict=True))
+    at_once.release()
+    speed, passes = (
+        statistics.median(old / new for old, new in zip(seconds[0], taken, strict=True)) for taken in seconds[:0:-1]
+    )
     levels = " > ".join(shape_of(level.network) for level in model.levels)
     counted = [", ".join(f"{number / 1000:,.0f}" for number in work.evaluations) for work in (plain, relaxed)]
     saved, saved_alone = (plain.multiply_adds / work.multiply_adds for work in (relaxed, alone))
     page.add(
         f"| {model.name} | {levels} | {counted[0]} | {counted[1]} "
-        f"| 1 / {saved:.2f} | 1 / {saved_alone:.2f} | {finding:.1f} | {speed:.2f} | {hits:,} "
+        f"| 1 / {saved:.2f} | 1 / {saved_alone:.2f} | {finding:.1f} | {speed:.2f} | {passes:.2f} | {hits:,} "
         f"| {plain.lost}, {relaxed.lost} | {plain.extra}, {relaxed.extra} | {max(apart):.3f} |"
     )
 
@@ -146,13 +151,15 @@ def main() -> None:
         f"every {THIN}th pixel in each direction; multiply-adds of tracing, without those of gradients and colours, "
         "which are the same. In one file: without the grid of cells, as shaders that stand alone are. Cells: "
         f"seconds to find them. Of {options.timed} views, frames with one sample and their colours were drawn by "
-        "OSMesa with both schedules, in turn (ratio of the processor's seconds), and the rays on which these pictures "
-        "differ marched densely. Lost: dense marching meets a part of the shape that tracing misses, or sees another "
-        f"part behind. Extra: tracing hits, and the ray passes at over {STOP:g} pixel.",
+        "OSMesa, in turn: by the plain schedule in one draw, as all frames were once, and by both schedules in passes "
+        "(frames per second, times those of the first: ratio of the processor's seconds, median). The rays on which "
+        "both schedules' pictures differ were marched densely. Lost: dense marching meets a part of the shape that "
+        "tracing misses, or sees another part behind. Extra: tracing hits, and the ray passes at over "
+        f"{STOP:g} pixel.",
         "",
         "| model | levels | evaluations: plain | relaxed | multiply-adds | in one file | cells, s | frames per second, "
-        "times | pixels hit | lost: plain, relaxed | extra | ends apart, median, pixels |",
-        "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
+        "times | plain, in passes | pixels hit | lost: plain, relaxed | extra | ends apart, median, pixels |",
+        "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
     )
     for path in options.models:
         measure(page, path, options.side, views(options.views), options.timed)
