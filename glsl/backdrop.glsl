@@ -1,8 +1,23 @@
 #include "background.glsl"
+#include "camera_ray.glsl"
 #include "shadings.glsl"
-// The fragment behind a mesh: main.glsl's background alone. color.a is 0. SHADE_DATA writes (0, 0, 0, 0) instead.
+#include "to_floor.glsl"
+#include "key_light.glsl"
+#include "openness.glsl"
+#include "floor_colour.glsl"
+#include "linear.glsl"
+#include "srgb.glsl"
+// The fragment behind a mesh: main.glsl's background and floor. color.a is 0. SHADE_DATA writes (0, 0, 0, 0) instead.
 void main() {
     vec2 pixel = gl_FragCoord.xy + origin + jitter;
     color = vec4(background(pixel, resolution, background_bottom, background_top), 0.0);
+    vec3 eye = camera[3].xyz;
+    vec3 direction = camera_ray(pixel, resolution, camera, focal);
+    float t = to_floor(eye, direction, ground);
+    if (shading == SHADE_STUDIO && t > 0.0) {
+        vec3 p = eye + t * direction, toward = key_light(light, camera);
+        vec3 open = openness(p, vec3(0.0, 1.0, 0.0), toward, ground, true);
+        color.rgb = srgb(floor_colour(linear(color.rgb), p, toward, open, eye.y - ground));
+    }
     if (shading == SHADE_DATA) color = vec4(0.0);
 }

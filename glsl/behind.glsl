@@ -1,6 +1,8 @@
 #include "background.glsl"
+#include "camera_ray.glsl"
 #include "heat.glsl"
 #include "shadings.glsl"
+#include "to_floor.glsl"
 uniform sampler2D rays; // what near.glsl and trace.glsl wrote, pixel by pixel
 
 // Third pass of a frame: what main.glsl draws without the field: the background, and all of SHADE_STEPS and SHADE_DATA.
@@ -12,4 +14,6 @@ void main() {
     if (shading == SHADE_STEPS) color = vec4(heat(ray.y / 64.0), ray.w);
     if (shading == SHADE_DATA) color = ray;
     gl_FragDepth = shading == SHADE_STEPS || shading == SHADE_DATA ? 0.0 : ray.w;
+    if (shading == SHADE_STUDIO && to_floor(camera[3].xyz, camera_ray(pixel, resolution, camera, focal), ground) > 0.0)
+        gl_FragDepth = 1.0;
 }

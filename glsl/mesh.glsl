@@ -1,4 +1,7 @@
 #include "shade.glsl"
+#include "key_light.glsl"
+#include "openness.glsl"
+#include "studio.glsl"
 #include "base_colour.glsl"
 uniform float split; // share of the width, from the left, that wears the mesh's own normals
 in vec3 point; // model space
@@ -14,7 +17,12 @@ void main() {
     float t = distance(point, eye);
     vec3 direction = (point - eye) / t;
     normal = dot(normal, normal) > 0.0 ? normalize(normal) : -direction;
-    vec3 toward = normalize(mat3(camera) * light);
-    color = vec4(shade(shading, normal, direction, t, length(eye), 0, base_colour(point), toward, camera[1].xyz), 1.0);
+    vec3 toward = normalize(mat3(camera) * light), albedo = base_colour(point);
+    color = vec4(shade(shading, normal, direction, t, length(eye), 0, albedo, toward, camera[1].xyz), 1.0);
+    if (shading == SHADE_STUDIO) {
+        toward = key_light(light, camera);
+        vec3 open = openness(point, normal, toward, ground, false);
+        color.rgb = srgb(studio(linear(albedo), normal, -direction, toward, open, delta[0], point.y - ground));
+    }
     if (shading == SHADE_DATA) color = vec4(t, 0.0, 0.0, 1.0);
 }

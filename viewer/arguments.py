@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .draw.camera import Camera
     from .draw.options import RenderOptions
 
-SHADES = ("phong", "normal", "texture", "depth", "steps")
+SHADES = ("phong", "studio", "normal", "texture", "depth", "steps")
 """Choices of --shade, in the order of `--help`: all SHADINGS but "data", which is no picture."""
 
 

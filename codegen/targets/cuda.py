@@ -15,9 +15,10 @@ from ..ir.program import Affine, Dot, Function, Program
 from ..printers.cstyle import Language
 from ..printers.field import print_field
 from ..printers.glsl_as_cuda import glsl_as_cuda
+from ..reference.lowest import lowest_point
 from .header import header_facts, header_line
 from .orbit import AZIMUTH, ELEVATION, FOV, MARGIN
-from .uniforms import LEVELS, SHADINGS, TIME, UNIFORMS, Uniform, default
+from .uniforms import GROUND, LEVELS, SHADINGS, TIME, UNIFORMS, Uniform, default
 
 LANGUAGE = Language(
     function="__device__ inline {type} {name}({parameters})",
@@ -146,9 +147,10 @@ def _head(model: Model, program: Program) -> list[str]:
         "// Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores; layered, a",
         "// product by cuBLAS per layer, over all pixels. cuBLAS is part of the CUDA toolkit; it is opened at run time",
         "// by the variant that needs it: nothing is to be linked. In order: check, vectors, uniforms, camera_ray,",
-        "// settings, the field, networks, shade, arguments, skip, march, background, colours, simple, stepping, mma,",
-        "// packed, team, tile, adjoint, queues, fused, cublas, layered, picture, benchmark, main. Of these,",
-        "// camera_ray, shade, march and background are the functions of the GLSL targets.",
+        "// settings, the field, networks, shade, arguments, skip, march, background, to_floor, key_light, openness,",
+        "// studio, floor_colour, colours, simple, stepping, mma, packed, team, tile, adjoint, queues, fused, cublas, layered,",
+        "// picture, benchmark, main. Of these, camera_ray, shade, march, background and those from key_light to",
+        "// floor_colour are the functions of the GLSL targets.",
     ]
 
 
@@ -160,6 +162,7 @@ def _model_constants(program: Program) -> list[str]:
         f"const char *const MODEL = {c_string(program.name)};",
         f"const char *const SHA256 = {c_string(program.sha256)};",
         f"constexpr int LEVELS = {len(program.bands)};",
+        f"constexpr float GROUND = {LANGUAGE.number(round(lowest_point(program), 4))};  // of the shape's lowest point",
         f"constexpr int MOST_LAYERS = {max(depths)};",
         f"constexpr bool MOVING = {str(program.moving).lower()};  // a field of (x, y, z, t)",
         f"#define TEXTURED {textured}",
@@ -199,8 +202,8 @@ def _uniforms() -> list[str]:
 
 def _default(uniform: Uniform) -> str:
     """Return a uniform's default as a C++ expression."""
-    if uniform.default == LEVELS:
-        return LEVELS
+    if uniform.default in (GROUND, LEVELS):
+        return str(uniform.default)
     numbers = default(uniform.name)
     if uniform.type == "int":
         return str(int(numbers[0]))

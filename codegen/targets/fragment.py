@@ -12,6 +12,7 @@ from ..ir.program import Array, Program
 from ..printers.cstyle import Language
 from ..printers.field import print_field
 from ..reference.cells import Cells
+from ..reference.lowest import lowest_point
 from .header import header_facts, header_line
 from .shader import PASSES, Shader
 from .uniforms import TIME, UNIFORMS, Uniform
@@ -56,11 +57,12 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
         deltas=tuple(band.delta for band in program.bands),
         textured=program.texture is not None,
         moving=program.moving,
+        ground=round(lowest_point(program), 4),
         cells=Cells(program) if passes else None,
     )
     facts = header_facts(model, program, dialect.target) | shader.facts()
     body = glsl.load(main) if main.endswith(".glsl") else main
-    opening = prologue(facts, program, dialect, field.weights)
+    opening = prologue(facts, program, dialect, field.weights, shader.ground)
     whole = replace(shader, text="\n".join([opening, field.text, body]))
     if not passes:
         return whole
@@ -71,8 +73,11 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
     return replace(whole, passes={name: (texts[name], files) for name, (_, files) in bodies.items()})
 
 
-def prologue(facts: Mapping[str, Any], program: Program, dialect: Dialect, weights: Array | None) -> str:
-    """Return the text before the field: opening, header line with `facts`, uniforms, output and helpers."""
+def prologue(facts: Mapping[str, Any], program: Program, dialect: Dialect, weights: Array | None, ground: float) -> str:
+    """Return the text before the field: opening, header line with `facts`, uniforms, output and helpers.
+
+    ground: height of the shape's lowest point, model space.
+    """
     number = dialect.language.number
     arrays = {
         "iterations": f"int[]({', '.join(str(band.iterations) for band in program.bands)})",
@@ -99,6 +104,7 @@ def prologue(facts: Mapping[str, Any], program: Program, dialect: Dialect, weigh
         f"// Multiscale neural signed distance function. Model space: the shape fits the unit sphere. {dialect.advice}",
         "",
         f"const int LEVELS = {len(program.bands)};",
+        f"const float GROUND = {number(ground)}; // of the shape's lowest point",
         *uniforms,
         "out vec4 color;",
         "",

@@ -6,6 +6,7 @@ from typing import Any
 
 from ..ir.program import Array
 from ..reference.cells import Cells
+from ..reference.studio import EVALUATIONS
 
 LOOP_LIMIT = 65_535
 """Loop iterations after which Mesa's llvmpipe stops a fragment, silently (LP_MAX_TGSI_LOOP_ITERATIONS)."""
@@ -47,6 +48,8 @@ class Shader:
     """Whether the colour is the model's own, not the one of all models without a texture."""
     moving: bool = False
     """Whether the field moves, and the shader has the uniform `time`."""
+    ground: float = -1.0
+    """Default of the uniform of this name: height of the shape's lowest point, model space."""
     passes: Mapping[str, NumberedText] | None = None
     """The same frame in passes, for a renderer that has depth buffers: the text of each one of PASSES, by name."""
     cells: Cells | None = None
@@ -62,8 +65,8 @@ class Shader:
     def facts(self) -> dict[str, Any]:
         """Return what the header line keeps of this shader, so that `of_facts` can make it again from the text."""
         lists = {key: list(getattr(self, key)) for key in LISTS}
-        moving = {"moving": True} if self.moving else {}
-        return {**lists, "texture_loops": self.texture_loops, "textured": self.textured, **moving}
+        further = {"ground": self.ground} | ({"moving": True} if self.moving else {})
+        return {**lists, "texture_loops": self.texture_loops, "textured": self.textured, **further}
 
     @classmethod
     def of_facts(cls, facts: Mapping[str, Any], text: str, weights: Array | None) -> "Shader":
@@ -82,6 +85,7 @@ class Shader:
             texture_loops=_number(facts.get("texture_loops"), int),
             textured=facts.get("textured") is True,
             moving=facts.get("moving") is True,
+            ground=_height(facts.get("ground")),
             **lists,
         )
 
@@ -97,7 +101,8 @@ class Shader:
             phases = [(steps, loops + 1) for steps, loops in phases[-1:]]
             skips = 4 * (0 if self.cells is None else self.cells.count)
         one_round = sum(1 + steps * (1 + loops) + 1 for steps, loops in phases) + 2
-        return rounds * one_round + skips + 1 + self.gradient_loops[normal_level - 1] + self.texture_loops
+        studio = EVALUATIONS * (1 + self.value_loops[0]) + 1
+        return rounds * one_round + skips + studio + 1 + self.gradient_loops[normal_level - 1] + self.texture_loops
 
 
 def _list(value: object) -> list[object]:
@@ -105,6 +110,13 @@ def _list(value: object) -> list[object]:
     if not isinstance(value, list):
         raise ValueError("not a list")
     return value
+
+
+def _height(value: object) -> float:
+    """Return a height in the unit ball. Raises ValueError where the value is none."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not -2 < value < 2:
+        raise ValueError("not a height in the unit ball")
+    return float(value)
 
 
 def _number(value: object, kind: type) -> Any:

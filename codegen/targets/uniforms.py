@@ -8,7 +8,7 @@ leave to others (`rays`, behind.glsl, colour.glsl), and those that place a mesh 
 
 from dataclasses import dataclass
 
-SHADINGS = ("phong", "normal", "depth", "steps", "texture", "data")
+SHADINGS = ("phong", "normal", "depth", "steps", "texture", "studio", "data")
 """The shading modes: the index of each is its value of the uniform `shading` (glsl/shadings.glsl)."""
 
 SCHEDULES = ("plain", "relaxed")
@@ -16,6 +16,8 @@ SCHEDULES = ("plain", "relaxed")
 
 LEVELS = "LEVELS"
 """Stands for a default that depends on the model: its number of levels."""
+GROUND = "GROUND"
+"""Stands for another one: the height of the shape's lowest point, model space, y up."""
 
 
 @dataclass(frozen=True)
@@ -27,8 +29,8 @@ class Uniform:
     name: str
     """The same in GLSL, in CUDA and in the page's scripts."""
     default: tuple[float, ...] | str | None
-    """Numbers, one for all components or one for each (a mat4's column by column); or LEVELS; or None, where each level
-    of the model has its own."""
+    """Numbers, one for all components or one for each (a mat4's column by column); or LEVELS or GROUND; or None, where
+    each level of the model has its own."""
     meaning: str
     """What it is, with its unit or space, on one line."""
     per_level: bool = False
@@ -69,7 +71,13 @@ UNIFORMS = (
     Uniform("float", "band_step_bound", None, "the same where a finer level is traced", per_level=True),
     Uniform("float", "step_scale", (1,), "another factor on every step; below 1: safer, slower"),
     Uniform("int", "schedule", (1,), "how rays are traced: 0 plain, 1 relaxed"),
-    Uniform("int", "shading", (0,), "0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 data: (t, steps, level, hit)"),
+    Uniform(
+        "int",
+        "shading",
+        (0,),
+        "0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 studio, 6 data: (t, steps, level, hit)",
+    ),
+    Uniform("float", "ground", GROUND, "height of the floor that shading 5 shows, model space, y up"),
     Uniform("vec3", "light", (-0.5, 0.7, 0.8), "direction to the light, camera space"),
     Uniform("vec3", "background_bottom", (0.13, 0.14, 0.17), "sRGB"),
     Uniform("vec3", "background_top", (0.33, 0.36, 0.41), "sRGB"),

@@ -22,8 +22,10 @@ from ..printers.texels import TEXTURE_WIDTH, UNROLL
 from ..reference import interpret
 from ..reference.cells import FIRST, OVERESTIMATE
 from ..reference.digits import near_surface
+from ..reference.lowest import lowest_point
 from ..reference.poster import poster as draw_poster
 from ..reference.rounding import in_decimals, is_float16
+from ..reference.studio import EVALUATIONS
 from . import fragment, orbit, shadertoy
 from .camera import basis, fitting_distance
 from .glsl300es import DIALECT
@@ -37,6 +39,7 @@ SCRIPTS = (
     *PRINTER,
     "reference.js",
     "cells.js",
+    "lowest.js",
     "camera.js",
     "uniforms.js",
     "device.js",
@@ -87,12 +90,13 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None, p
     field = print_field(program, DIALECT.language, "texture")
     header = header_facts(model, program, "html")
     # A model that is dropped on the page may move, even if this one does not.
-    prologue = fragment.prologue(header, replace(program, moving=True), DIALECT, field.weights)
+    ground = round(lowest_point(program), 4)
+    prologue = fragment.prologue(header, replace(program, moving=True), DIALECT, field.weights, ground)
     parts = {
         "css": _read("page.css"),
         "poster": _poster(model, program) if poster else "data:,",
         "js": script(),
-        "facts": facts_json(header | _facts(model, program, storage, digits)),
+        "facts": facts_json(header | {"ground": ground} | _facts(model, program, storage, digits)),
         "weights": _wrapped(base64.b64encode(_bytes(weights)).decode()),
         "prologue": _shader(prologue),
         **{name: _shader(glsl.load(f"{name}.glsl")) for name in ("main", "accumulate", "present")},
@@ -134,6 +138,7 @@ def facts_json(facts: dict[str, Any]) -> str:
             "overestimate": OVERESTIMATE,
         },
         "loop_limit": LOOP_LIMIT,
+        "studio_evaluations": EVALUATIONS,
         "least_steps": LEAST_STEPS,
         "camera": {
             "azimuth": orbit.AZIMUTH,

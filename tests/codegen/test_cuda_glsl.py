@@ -12,7 +12,7 @@ from mplicits.codegen.targets.uniforms import SHADINGS
 from support.random_model import random_model
 
 SOURCES = Path(cuda.__file__).parent / "cuda_source"
-PRINTED = ("camera_ray.glsl", "march.glsl", "background.glsl", "shade.glsl")
+PRINTED = ("camera_ray.glsl", "march.glsl", "background.glsl", "shade.glsl", "openness.glsl")
 """Files of glsl/ that the kernels include."""
 
 

@@ -15,6 +15,7 @@ import pytest
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.printers.field import print_field
 from mplicits.codegen.reference.cells import Cells
+from mplicits.codegen.reference.lowest import lowest_point
 from mplicits.codegen.targets import glsl330
 from mplicits.codegen.targets.glsl300es import DIALECT
 from mplicits.codegen.targets.shader import LOOP_LIMIT, Shader
@@ -59,6 +60,7 @@ window.ask = {
         const found = await emptyCells(parseModel(file.buffer), () => true, async () => {});
         return {...found, grids: found.grids.map((grid) => [...grid])};
     },
+    lowest: (bytes) => lowestPoint(parseModel(Uint8Array.from(atob(bytes), (letter) => letter.charCodeAt(0)).buffer)),
     camera: ([hash, turn, factor, aspect]) => {
         const camera = zoomed(orbited(fromHash(hash, homeOf(null)), ...turn), factor, aspect);
         return [FOCAL, matrix(homeOf(null), aspect), matrix(camera, aspect)];
@@ -74,7 +76,7 @@ def ask(browser: "Browser") -> Iterator[Ask]:
     """Return a function that calls one of ASK's with an argument."""
     page = browser.new_page()
     page.set_content(f'<!doctype html><script type="application/json" id="facts">{facts_json({})}</script>')
-    page.evaluate(script((*PRINTER, "reference.js", "cells.js", "camera.js", "uniforms.js")) + ASK)
+    page.evaluate(script((*PRINTER, "reference.js", "cells.js", "lowest.js", "camera.js", "uniforms.js")) + ASK)
     yield lambda name, given: page.evaluate("([name, given]) => window.ask[name](given)", [name, given])
     page.close()
 
@@ -142,6 +144,11 @@ def test_the_page_finds_the_cells_that_codegen_finds(
     grids = np.stack([cells.grid(moment) for moment in range(cells.moments)])
     differ = np.asarray(found["grids"]).reshape(grids.shape) != grids
     assert differ.mean() < 1e-3, "rounding decides at some cells"
+
+
+def test_the_page_finds_the_floor_that_codegen_finds(ask: Ask) -> None:
+    data = base64.b64encode(DEMO.read_bytes()).decode()
+    assert ask("lowest", data) == pytest.approx(lowest_point(lower(load(DEMO))), abs=5e-3)
 
 
 def test_the_page_sets_every_uniform_of_the_table(ask: Ask) -> None:

@@ -23,6 +23,8 @@ FAILED = ROOT / "out" / "golden"
 CAMERA = Camera(35, 25)
 PICTURES = {
     "phong": RenderOptions(samples=4),
+    "studio": RenderOptions(shading="studio", samples=4),
+    "studio-on-white": RenderOptions(shading="studio", samples=4, background=((1, 1, 1), (1, 1, 1))),
     "normal": RenderOptions(shading="normal"),
     "depth": RenderOptions(shading="depth"),
     "steps": RenderOptions(shading="steps"),

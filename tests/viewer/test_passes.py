@@ -44,7 +44,10 @@ def assert_alike(passes: NDArray[np.float32], at_once: NDArray[np.float32]) -> N
 @pytest.mark.parametrize(
     "options",
     [
-        *(RenderOptions(shading=shading) for shading in ("phong", "normal", "depth", "steps", "texture", "data")),
+        *(
+            RenderOptions(shading=shading)
+            for shading in ("phong", "normal", "depth", "steps", "texture", "studio", "data")
+        ),
         RenderOptions(schedule="plain", samples=4, transparent=True),
         RenderOptions(level=1, normal_level=2, split=0.5, plain=True),
     ],

@@ -15,7 +15,7 @@ KEYS = (
     ("Space", "turntable; play and pause a motion"),
     ("r", "reset the camera"),
     ("1 to 9", "level"),
-    ("p n d t x", "Phong, normals, depth, texture, steps"),
+    ("p g n d t x", "Phong, studio, normals, depth, texture, steps"),
     ("b", "split view, all levels on the right"),
     ("m", "the mesh: its edges, its faces"),
     ("s", "save a picture"),
@@ -24,7 +24,7 @@ KEYS = (
     ("Esc", "close the help, or quit"),
 )
 """(key, what it does), as the help and the terminal show them."""
-SHADING_KEYS = {"N": "normal", "P": "phong", "D": "depth", "T": "texture", "X": "steps"}
+SHADING_KEYS = {"G": "studio", "N": "normal", "P": "phong", "D": "depth", "T": "texture", "X": "steps"}
 """Key -> shading; `s` saves a picture, so steps have another letter."""
 TURNS = {"LEFT": (-15.0, 0.0), "RIGHT": (15.0, 0.0), "UP": (0.0, 10.0), "DOWN": (0.0, -10.0)}
 """Degrees of azimuth and elevation by which an arrow key turns the camera."""

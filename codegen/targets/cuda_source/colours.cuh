@@ -2,14 +2,30 @@
 #include "march.glsl"
 #include "background.glsl"
 #include "shade.glsl"
-// colours.cuh: what main.glsl writes for a pixel, in two parts: without and with the field at the ray's end.
+#include "to_floor.glsl"
+#include "key_light.glsl"
+#include "openness.glsl"
+#include "studio.glsl"
+#include "floor_colour.glsl"
+// colours.cuh: what main.glsl writes for a pixel, in two parts: without and with the gradient at the ray's end.
 
-// A pixel whose colour does not need the field: the background, the steps, or the data (t, steps, level, hit).
+// The studio's floor in a pixel whose ray met no surface; the background where the ray does not meet the floor either.
+__device__ inline vec3 floor_or_background(const Settings &s, int pixel) {
+    vec3 background_colour = background(s.centre(pixel), s.resolution, s.background_bottom, s.background_top);
+    vec3 eye = s.eye(), direction = s.direction(pixel);
+    float t = to_floor(eye, direction, s.ground);
+    if (s.shading != SHADE_STUDIO || t <= 0.0f) return background_colour;
+    vec3 p = eye + t * direction, toward = key_light(s.light, s.camera);
+    vec3 open = openness(p, vec3(0.0f, 1.0f, 0.0f), toward, s.ground, true);
+    return srgb(floor_colour(linear(background_colour), p, toward, open, eye.y - s.ground));
+}
+
+// A pixel whose colour does not need the gradient: the background, the steps, or the data (t, steps, level, hit).
 __device__ inline vec4 plain(const Settings &s, int pixel, const Hit &ray) {
     float steps = static_cast<float>(ray.steps), hit = static_cast<float>(ray.hit);
     if (s.shading == SHADE_STEPS) return vec4(heat(steps / 64.0f), hit);
     if (s.shading == SHADE_DATA) return vec4(ray.t, steps, static_cast<float>(abs(ray.level)), hit);
-    return vec4(background(s.centre(pixel), s.resolution, s.background_bottom, s.background_top), 0.0f);
+    return vec4(ray.hit ? vec3(0.0f) : floor_or_background(s, pixel), 0.0f);
 }
 
 // Whether pixels on the surface get a colour other than plain()'s.
@@ -21,8 +37,14 @@ __host__ __device__ inline bool shades_hits(const Settings &s) {
 // any length; albedo: sRGB.
 __device__ inline vec4 surface_colour(const Settings &s, vec3 direction, float t, vec3 gradient, vec3 albedo) {
     const int steps = 0;  // shown by plain() alone
+    vec3 normal = normalize(gradient);
+    if (s.shading == SHADE_STUDIO) {
+        vec3 p = s.eye() + t * direction, key = key_light(s.light, s.camera);
+        vec3 open = openness(p, normal, key, s.ground, false);
+        return vec4(srgb(studio(linear(albedo), normal, -direction, key, open, delta[0], p.y - s.ground)), 1.0f);
+    }
     vec3 toward = normalize(mat3(s.camera) * s.light);
-    return vec4(shade(s.shading, normalize(gradient), direction, t, length(s.eye()), steps, albedo, toward,
+    return vec4(shade(s.shading, normal, direction, t, length(s.eye()), steps, albedo, toward,
                       s.camera[1].xyz),
                 1.0f);
 }

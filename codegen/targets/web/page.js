@@ -71,7 +71,7 @@ function wireHands() {
     const arrow = (right, up) => ({shiftKey}) => (
         shiftKey ? pan(-0.05 * right, -0.05 * up) : turn(-right / 36, -up / 36));
     const levels = Array.from({length: 9}, (_, i) => [i + 1, () => goToLevel(i + 1)]);
-    const shadings = Object.entries({p: "phong", n: "normal", d: "depth", x: "steps", t: "texture"});
+    const shadings = Object.entries({p: "phong", g: "studio", n: "normal", d: "depth", x: "steps", t: "texture"});
     listenToKeys({
         ArrowLeft: arrow(-1, 0), ArrowRight: arrow(1, 0), ArrowUp: arrow(0, 1), ArrowDown: arrow(0, -1),
         "+": () => zoom(0.9), "=": () => zoom(0.9), "-": () => zoom(1 / 0.9), r: reset, s: save, f: fullScreen,

@@ -20,7 +20,7 @@ const inputOf = ({inputs}, point, time) => (inputs === "xyzt" ? [...point, time]
 export const firstValue = (model, point, time) => networkValue(model.levels[0].network, inputOf(model, point, time));
 
 // Returns [value, level] of the finest level that is defined at a point [x, y, z] (Eq. 3), at time 0.
-function fieldValue(model, point) {
+export function fieldValue(model, point) {
     const input = inputOf(model, point, 0);
     let value = 0, level = 0;
     do value += networkValue(model.levels[level++].network, input);

@@ -1,6 +1,7 @@
 import {choose, copyText, fillChoices} from "./controls.js";
 import {facts, shared} from "./facts.js";
 import {printField} from "./field.js";
+import {lowestPoint} from "./lowest.js";
 import {memoryOf} from "./memory.js";
 import {compiling, element, enter, fail, isExpected, root, say, uncover} from "./messages.js";
 import {afterLoss, reduced, tellBack, tellLost} from "./recovery.js";
@@ -13,13 +14,13 @@ import {centre, draw, options, renderer, set} from "./view.js";
 // storage: how its second variant stores weights; "texture": it has none. shadertoy: the text to copy, or null.
 // whole: the same with all levels, where the driver failed at them. next: what to show when a lost context is back.
 let shown = null, next = null;
-const SHADING_LABELS = {phong: "Phong", normal: "Normals", depth: "Depth", steps: "Steps", texture: "Texture"};
+const SHADING_LABELS = {phong: "Phong", studio: "Studio", normal: "Normals", depth: "Depth", steps: "Steps", texture: "Texture"};
 
 // Returns the page's own model.
 export function embedded() {
     const bytes = Uint8Array.from(atob(element("weights").textContent), (letter) => letter.charCodeAt(0));
     return reduced({
-        model: parseModel(bytes.buffer, true), probes: {points: facts.points, values: facts.values},
+        model: {...parseModel(bytes.buffer, true), ground: facts.ground}, probes: {points: facts.points, values: facts.values},
         storage: facts.storage, shadertoy: facts.shadertoy, memory: memoryOf(facts.sha256),
     });
 }
@@ -73,7 +74,8 @@ export async function take(file) {
         leave();
         centre(model.front);
         element("poster").hidden = true;
-        await start({model, probes: probes(model), storage: "texture", shadertoy: null, memory: memoryOf("")});
+        const grounded = {...model, ground: lowestPoint(model)};
+        await start({model: grounded, probes: probes(model), storage: "texture", shadertoy: null, memory: memoryOf("")});
     } catch (error) {
         if (!isExpected(error)) fail(error);
         say(`${printable(file.name)}: ${error.message}`);

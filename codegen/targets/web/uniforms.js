@@ -18,7 +18,7 @@ export function uniforms({model, camera, options, cells}, loops, [width, height]
         level, normal_level: normalLevel, iterations: steps, rounds, delta: model.levels.map(({delta}) => delta),
         step_bound: model.levels.map(({bounds}) => bounds.step_bound),
         band_step_bound: model.levels.map(({bounds}) => bounds.band_step_bound), step_scale: defaults.step_scale,
-        shading: shadings.indexOf(options.shading), light: options.light,
+        shading: shadings.indexOf(options.shading), light: options.light, ground: [model.ground],
         background_bottom: options.background[0], background_top: options.background[1], time: [options.time],
         schedule: defaults.schedule[0], cell_count: skipped, cells_half: [cells ? cells.half : 1],
     };
@@ -39,7 +39,8 @@ export function stepsOf(model, options) {
 // skipped: cells along an edge of the grid, 0 where there is none.
 function fitting(loops, level, normalLevel, steps, rounds, skipped) {
     if (!loops) return {steps, rounds};
-    const once = 1 + 4 * skipped + loops.gradient[normalLevel - 1] + loops.texture;
+    const studio = shared.studio_evaluations * (1 + loops.value[0]) + 1;
+    const once = 1 + studio + 4 * skipped + loops.gradient[normalLevel - 1] + loops.texture;
     const round = () => 4 + steps[level - 1] * (2 + loops.value[level - 1]);
     const isTooLong = () => rounds * round() + once > shared.loop_limit;
     if (isTooLong())

@@ -1,0 +1,56 @@
+"""The lowest point of a model's surface, on which the studio's floor lies (glsl/openness.glsl)."""
+
+import numpy as np
+
+from ..ir.program import Array, Program
+from .interpret import field_gradient, nested_field
+
+FIRST, LAST = 16, 64
+"""Cells along an edge of the grids that the search begins and ends with; each is twice as fine as the one before."""
+OVERESTIMATE = 1.3
+"""How many times the distance to the surface |f| may be (cells.py)."""
+TIMES = 9
+"""Instants of [-1, 1] at which a field that moves is looked at."""
+CHUNK = 2048
+"""Points that are moved onto the surface at a time, the lowest ones first."""
+
+
+def lowest_point(program: Program) -> float:
+    """Return the height, along the y axis of model space, of the lowest point of the last level's surface.
+
+    Of a field that moves it is the lowest at any of TIMES instants. Without a surface in the unit ball it is -1.
+    """
+    times = np.linspace(-1, 1, TIMES) if program.moving else np.zeros(1)
+    return min(_lowest(program, float(time)) for time in times)
+
+
+def _lowest(program: Program, time: float) -> float:
+    points = _near_surface(program, time)
+    points = points[np.argsort(points[:, 1])]
+    level = len(program.values)
+    for part in np.array_split(points, 1 + len(points) // CHUNK):
+        at, value = part, np.zeros(len(part), np.float32)
+        for _ in range(4):  # Newton's steps
+            gradient, value = field_gradient(program, at, level, time)
+            at = at - (value / np.maximum((gradient**2).sum(axis=1), 0.25))[:, None] * gradient
+        there = (np.abs(value) < 1e-3) & (np.linalg.norm(at, axis=1) < 1.1)
+        if there.any():
+            return float(at[there, 1].min())
+    return -1.0
+
+
+def _near_surface(program: Program, time: float) -> Array:
+    """Return the centres (N, 3) of the cells of a grid that the last level's surface may cross."""
+    axis, edge = np.arange(FIRST), FIRST
+    cells = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+    deltas = [band.delta for band in program.bands]
+    half = 1.0 + deltas[0]
+    while True:
+        points = (((2 * cells + 1) / edge - 1) * half).astype(np.float32)
+        reach = OVERESTIMATE * np.sqrt(3) * half / edge
+        value, reached = nested_field(program, points, len(deltas), time, margins=[reach] * (len(deltas) - 1))
+        near = (reached == len(deltas)) & (np.abs(value) < reach)
+        if edge == LAST:
+            return np.asarray(points[near])
+        cells = (2 * cells[near][:, None] + np.indices((2, 2, 2)).reshape(3, 8).T).reshape(-1, 3)
+        edge *= 2
