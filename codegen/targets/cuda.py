@@ -149,8 +149,8 @@ def _head(model: Model, program: Program) -> list[str]:
         "// by the variant that needs it: nothing is to be linked. In order: check, vectors, uniforms, camera_ray,",
         "// settings, the field, networks, shade, arguments, skip, march, background, to_floor, key_light, openness,",
         "// studio, floor_colour, colours, simple, stepping, mma, packed, team, tile, adjoint, queues, fused, cublas,",
-        "// layered, picture, benchmark, main. Of these, camera_ray, shade, march, background and those from to_floor to",
-        "// floor_colour are the functions of the GLSL targets.",
+        "// layered, picture, benchmark, main. Of these, camera_ray, shade, march, background, and all from to_floor",
+        "// to floor_colour, are the functions of the GLSL targets.",
     ]
 
 

@@ -6,9 +6,10 @@
 // Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores; layered, a
 // product by cuBLAS per layer, over all pixels. cuBLAS is part of the CUDA toolkit; it is opened at run time
 // by the variant that needs it: nothing is to be linked. In order: check, vectors, uniforms, camera_ray,
-// settings, the field, networks, shade, arguments, skip, march, background, colours, simple, stepping, mma,
-// packed, team, tile, adjoint, queues, fused, cublas, layered, picture, benchmark, main. Of these,
-// camera_ray, shade, march and background are the functions of the GLSL targets.
+// settings, the field, networks, shade, arguments, skip, march, background, to_floor, key_light, openness,
+// studio, floor_colour, colours, simple, stepping, mma, packed, team, tile, adjoint, queues, fused, cublas,
+// layered, picture, benchmark, main. Of these, camera_ray, shade, march, background, and all from to_floor
+// to floor_colour, are the functions of the GLSL targets.
 
 #include <cuda_runtime.h>
 #include <dlfcn.h>
@@ -34,6 +35,7 @@ namespace mplicits {
 const char *const MODEL = "tiny \042\052\057\077\077\057\012\134u000a\074\057script\076\134";
 const char *const SHA256 = "6372a336b13bcaf757f75535d8370246db0febbffb3a55997d4e9ce2cd34b11d";
 constexpr int LEVELS = 2;
+constexpr float GROUND = -.9655f;  // of the shape's lowest point
 constexpr int MOST_LAYERS = 2;
 constexpr bool MOVING = false;  // a field of (x, y, z, t)
 #define TEXTURED 1
@@ -85,7 +87,8 @@ struct Uniforms {
     int normal_level = LEVELS;  // level whose gradient is the normal
     int rounds = 64;  // how often the levels are gone through
     float step_scale = 1.f;  // another factor on every step; below 1: safer, slower
-    int shading = 0;  // 0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 data: (t, steps, level, hit)
+    int shading = 0;  // 0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 studio, 6 data: (t, steps, level, hit)
+    float ground = GROUND;  // height of the floor that shading 5 shows, model space, y up
     vec3 light = vec3(-.5f, .7f, .8f);  // direction to the light, camera space
     vec3 background_bottom = vec3(.13f, .14f, .17f);  // sRGB
     vec3 background_top = vec3(.33f, .36f, .41f);  // sRGB
@@ -97,7 +100,7 @@ __constant__ float band_step_bound[LEVELS];  // the same where a finer level is 
 __constant__ float time;  // fourth input of the field
 constexpr float DEFAULT_TIME = 0.f;
 // Names of the shadings; the index is the uniform's value.
-const char *const SHADINGS[] = {"phong", "normal", "depth", "steps", "texture", "data"};
+const char *const SHADINGS[] = {"phong", "normal", "depth", "steps", "texture", "studio", "data"};
 // The camera that --camera and --fov stand for where they are not given.
 constexpr double AZIMUTH = 30.0, ELEVATION = 20.0, FOV = 35.0;  // degrees
 constexpr double MARGIN = 1.06;  // the picture shows a sphere of this radius

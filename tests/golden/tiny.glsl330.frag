@@ -1,8 +1,9 @@
 #version 330 core
-// {"mplicits": "VERSION", "target": "glsl330", "name": "tiny \"/*\n</script>\\", "sha256": "6372a336b13b", "levels": ["4x1", "8x0"], "value_loops": [0, 0], "gradient_loops": [0, 0], "iterations": [20, 5], "deltas": [1.0, 0.5], "texture_loops": 0, "textured": true}
+// {"mplicits": "VERSION", "target": "glsl330", "name": "tiny \"/*\n</script>\\", "sha256": "6372a336b13b", "levels": ["4x1", "8x0"], "value_loops": [0, 0], "gradient_loops": [0, 0], "iterations": [20, 5], "deltas": [1.0, 0.5], "texture_loops": 0, "textured": true, "ground": -0.9655}
 // Multiscale neural signed distance function. Model space: the shape fits the unit sphere. Every uniform has a default; draw a triangle over the image.
 
 const int LEVELS = 2;
+const float GROUND = -.9655; // of the shape's lowest point
 uniform vec2 resolution = vec2(512); // size of the image, pixels; the one to set
 uniform vec2 origin = vec2(0); // of this tile inside the image, pixels
 uniform vec2 jitter = vec2(0); // of the sample inside its pixel, pixels, [-0.5, 0.5)
@@ -17,7 +18,8 @@ uniform float step_bound[LEVELS] = float[](.8, .8); // factor on each level's st
 uniform float band_step_bound[LEVELS] = float[](.8, .8); // the same where a finer level is traced
 uniform float step_scale = 1.; // another factor on every step; below 1: safer, slower
 uniform int schedule = 1; // how rays are traced: 0 plain, 1 relaxed
-uniform int shading = 0; // 0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 data: (t, steps, level, hit)
+uniform int shading = 0; // 0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 studio, 6 data: (t, steps, level, hit)
+uniform float ground = GROUND; // height of the floor that shading 5 shows, model space, y up
 uniform vec3 light = vec3(-0.5, 0.7, 0.8); // direction to the light, camera space
 uniform vec3 background_bottom = vec3(0.13, 0.14, 0.17); // sRGB
 uniform vec3 background_top = vec3(0.33, 0.36, 0.41); // sRGB
@@ -298,6 +300,11 @@ Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, f
     }
     return ray;
 }
+// to_floor(): distance along a ray to the floor of the studio; -1 where it does not meet the floor from above.
+// origin, direction: model space, direction of length 1; ground: height of the floor.
+float to_floor(vec3 origin, vec3 direction, float ground) {
+    return direction.y < 0.0 && origin.y > ground ? (ground - origin.y) / direction.y : -1.0;
+}
 // heat(): colour, sRGB, of a share in [0, 1]: black, violet, red, orange, pale yellow.
 vec3 heat(float share) {
     float x = 4.0 * clamp(share, 0.0, 1.0);
@@ -329,7 +336,8 @@ const int SHADE_NORMAL = 1;
 const int SHADE_DEPTH = 2;
 const int SHADE_STEPS = 3;
 const int SHADE_TEXTURE = 4;
-const int SHADE_DATA = 5;
+const int SHADE_STUDIO = 5;
+const int SHADE_DATA = 6;
 // srgb(): linear light to sRGB, each channel in [0, 1] (IEC 61966-2-1).
 vec3 srgb(vec3 linear) {
     vec3 c = clamp(linear, 0.0, 1.0);
@@ -345,21 +353,150 @@ vec3 shade(int shading, vec3 normal, vec3 direction, float t, float eye, int ste
     if (shading == SHADE_TEXTURE) return albedo;
     return srgb(phong(linear(albedo), normal, -direction, light, up));
 }
+// key_light(): direction to the key light of the studio, length 1, model space. It turns with the camera around the y axis
+// alone, so that a look from above or below leaves shadows where they are, and it stays above the floor.
+// light: the uniform; camera: columns right, up, back, eye.
+vec3 key_light(vec3 light, mat4 camera) {
+    vec3 toward = normalize(light);
+    vec3 right = camera[0].xyz;
+    return normalize(toward.x * right + vec3(0.0, max(toward.y, 0.35), 0.0) + toward.z * vec3(-right.z, 0.0, right.x));
+}
+// coarse(): level 1's field at any point p, model space. The network knows the unit ball, which holds the shape. Since the
+// ball is convex, a point outside is at least as far from the shape as the hypotenuse of the way to the ball and the
+// distance from there.
+float coarse(vec3 p) {
+    float far = sqrt(dot(p, p));
+    int reached;
+    float f = field(p / max(far, 1.0), 1, reached);
+    float outside = far - 1.0;
+    float inside = max(f, 0.0);
+    return outside > 0.0 ? sqrt(outside * outside + inside * inside) : f;
+}
+// openness(): how much of the sky (x) and of the key light (y) a point sees, each in [0, 1], traced through level 1 alone;
+// z: how far the point is outside of level 1's surface.
+// p: of the surface, or of the floor where `floored`, model space; normal, light (to the light): length 1; ground: height
+// of the floor.
+//
+// The sky: the field at SKY_TAPS points on the normal, each farther out than the last; what it falls short of their
+// distance from p is occluded (Evans, Fast approximations for global illumination on dynamic scenes, 2006).
+// The light is a disc. Along a ray to its middle, the field over the way so far tells how far the shape is from that ray,
+// in radii of the disc: from -1, where it hides the disc, to 1. Its least value is that of a parabola through three
+// samples: the least sample itself would show the steps as stripes.
+// Where the unit ball, which holds the shape, is too far to matter, the network is not asked.
+const int SKY_TAPS = 5;
+const int LIGHT_STEPS = 20;
+const float SKY_REACH = 0.7; // of the last tap, model units
+const float SKY_WEIGHTS = 3.2; // of all taps together
+const float LIGHT_SIZE = 0.16; // radius of the disc over its distance
+const float LIFT = 0.25; // way from p, model units, after which level 1 counts as it is: p may be off its surface
+
+vec3 openness(vec3 p, vec3 normal, vec3 light, float ground, bool floored) {
+    float nearest = -dot(p, light); // where the ray to the light is nearest to the ball
+    float passed = dot(p, p) - nearest * nearest;
+    float beside = 1.0 + LIGHT_SIZE * max(nearest, 0.0);
+    bool shaded = dot(normal, light) > -LIGHT_SIZE && passed < beside * beside && (nearest > 0.0 || dot(p, p) < 1.0);
+    int last = SKY_TAPS + (shaded ? LIGHT_STEPS : 0);
+    float here = 0.0;
+    float occluded = 0.0;
+    float cover = 1.0;
+    float t = max(0.03, nearest - sqrt(max(1.3 - passed, 0.3)));
+    vec2 before = vec2(0.0, 1.0); // (way, field over it) of the sample before
+    vec2 last_but_one = vec2(-1.0, 1.0);
+    for (int i = floored ? 1 : 0; i <= last; ++i) {
+        bool tap = i <= SKY_TAPS;
+        float share = float(i) / float(SKY_TAPS);
+        float way = tap ? SKY_REACH * share * share : t;
+        vec3 q = p + way * (tap ? normal : light);
+        float outside = sqrt(dot(q, q)) - 1.0;
+        bool away = outside >= (tap ? way : LIGHT_SIZE * t * cover);
+        if (away && (tap ? floored : dot(q, light) > 0.0)) {
+            if (tap) continue;
+            break;
+        }
+        float f = coarse(q);
+        if (i == 0) here = f;
+        f -= here * max(1.0 - way / LIFT, 0.0);
+        if (tap) {
+            float free = floored ? f : min(f, q.y - ground);
+            occluded += i == 0 ? 0.0 : (1.0 - 0.6 * share) * clamp(1.0 - free / way, 0.0, 1.5);
+            continue;
+        }
+        float ratio = f / (LIGHT_SIZE * t);
+        float rise = (ratio - before.y) / (t - before.x);
+        float rise_before = (before.y - last_but_one.y) / (before.x - last_but_one.x);
+        float bend = (rise - rise_before) / (t - last_but_one.x);
+        float least = ratio;
+        if (last_but_one.x > 0.0 && rise_before < 0.0 && rise > 0.0) {
+            float at = 0.5 * (before.x + last_but_one.x) - 0.5 * rise_before / bend;
+            least = last_but_one.y + (at - last_but_one.x) * (rise_before + bend * (at - before.x));
+        }
+        cover = min(cover, least);
+        if (cover < -1.0) break;
+        last_but_one = before;
+        before = vec2(t, ratio);
+        t += max(abs(f) * clamp(0.55 + 0.15 * ratio, 0.7, 1.0), 0.02 + 0.08 * t);
+    }
+    cover = clamp(cover, -1.0, 1.0);
+    float sky = clamp(1.0 - occluded / SKY_WEIGHTS, 0.0, 1.0);
+    return vec3(sky, 0.25 * (1.0 + cover) * (1.0 + cover) * (2.0 - cover), here);
+}
+// studio(): the surface under a large key light and a sky, above a floor that throws light back; linear light.
+// Above 0.6, where white is lit, a shoulder keeps shades apart that would all be clipped to 1 (phong.glsl).
+// albedo: linear; normal, view (to the eye), light (to the key light): length 1, model space; open: openness(); delta:
+// half width of level 1's band; height: above the floor, model units.
+vec3 studio(vec3 albedo, vec3 normal, vec3 view, vec3 light, vec3 open, float delta, float height) {
+    // Where the surface lies within level 1's, it is in a crease that level 1 does not have.
+    float sky = open.x * clamp(1.0 + 0.6 * open.z / delta, 0.5, 1.0);
+    // A light as large as a fifth of its distance is seen from a little behind the horizon, too.
+    float facing = dot(normal, light);
+    float rising = clamp(facing + 0.2, 0.0, 0.4);
+    float key = open.y * max(facing, 1.25 * rising * rising);
+    float above = smoothstep(0.0, 1.0, 0.5 + 0.5 * normal.y);
+    vec3 floor_light = sqrt(sky) * (1.0 - 0.75 / (1.0 + 4.0 * max(height, 0.0))) * vec3(0.30, 0.28, 0.26);
+    vec3 diffuse = mix(floor_light, sky * vec3(0.40, 0.43, 0.48), above) + 0.86 * key * vec3(1.0, 0.97, 0.92);
+    vec3 mirrored = reflect(-view, normal);
+    float fresnel = 0.04 + 0.5 * pow(1.0 - max(dot(normal, view), 0.0), 5.0);
+    float gloss = 0.9 * fresnel * sky * smoothstep(-0.2, 0.9, mirrored.y);
+    gloss += 0.1 * open.y * pow(max(dot(mirrored, light), 0.0), 40.0);
+    vec3 lit = albedo * diffuse + gloss;
+    vec3 over = max(lit - 0.6, vec3(0.0));
+    return lit - over + over / (1.0 + 2.0 * over);
+}
+// floor_colour(): the floor of the studio, linear light: it is the backdrop itself, in the light of the key and the sky
+// as far as it sees them, so that neither has an end. On a dark backdrop the key light leaves a pool of light.
+// backdrop: linear; p: on the floor, model space; light: to the key light, length 1; open: openness(); above: height of
+// the eye above the floor, model units; from below there is no floor.
+vec3 floor_colour(vec3 backdrop, vec3 p, vec3 light, vec3 open, float above) {
+    float key = 0.9 * light.y;
+    float sky = 0.45;
+    float lit = (key * open.y + sky * open.x) / (key + sky);
+    float dark = 1.0 - smoothstep(0.05, 0.5, dot(backdrop, vec3(1.0 / 3.0)));
+    float far = dot(p, p) / 2.5;
+    float pool = 1.0 + 1.4 * dark / (1.0 + far * far);
+    return backdrop * mix(1.0, lit * pool, smoothstep(0.0, 0.3, above));
+}
 uniform bool plain; // leaves the model's colours out
 // base_colour(): sRGB, of the surface at p, model space.
 vec3 base_colour(vec3 p) {
     return plain ? vec3(0.80, 0.74, 0.66) : albedo(p);
 }
 uniform float split; // share of the width, from the left, that wears the traced level's own normals
-// surface(): colour, sRGB, of a pixel whose ray has met the surface, under the mode `shading`.
+// surface(): colour, sRGB, of a pixel whose ray has met the surface, under the mode `shading`, or the studio's floor.
 // pixel: pixels, origin bottom left; direction: of the ray, length 1, model space; t: distance along it; steps: taken
-// by march().
-vec3 surface(vec2 pixel, vec3 direction, float t, int steps) {
+// by march(); hit: whether it is the surface that the ray has met; behind: sRGB, of the background in this pixel.
+vec3 surface(vec2 pixel, vec3 direction, float t, int steps, bool hit, vec3 behind) {
     vec3 eye = camera[3].xyz;
-    vec3 p = eye + t * direction;
-    vec3 normal = normalize(field_gradient(p, pixel.x < split * resolution.x ? level : normal_level).xyz);
-    vec3 toward = normalize(mat3(camera) * light);
-    return shade(shading, normal, direction, t, length(eye), steps, base_colour(p), toward, camera[1].xyz);
+    vec3 p = eye + t * direction, normal = vec3(0.0, 1.0, 0.0), albedo = vec3(0.0);
+    if (hit) {
+        normal = normalize(field_gradient(p, pixel.x < split * resolution.x ? level : normal_level).xyz);
+        albedo = base_colour(p);
+    }
+    if (shading != SHADE_STUDIO)
+        return shade(shading, normal, direction, t, length(eye), steps, albedo, normalize(mat3(camera) * light), camera[1].xyz);
+    vec3 toward = key_light(light, camera);
+    vec3 open = openness(p, normal, toward, ground, !hit);
+    if (!hit) return srgb(floor_colour(linear(behind), p, toward, open, eye.y - ground));
+    return srgb(studio(linear(albedo), normal, -direction, toward, open, delta[0], p.y - ground));
 }
 
 // The fragment: one ray. color.rgb is sRGB, color.a is 1 on the surface and 0 on the background.
@@ -370,8 +507,10 @@ void main() {
     vec2 pixel = gl_FragCoord.xy + origin + jitter;
     vec3 direction = camera_ray(pixel, resolution, camera, focal);
     Hit ray = march(camera[3].xyz, direction, 2.0 / (focal * resolution.y), level, rounds, step_scale, schedule);
-    color = vec4(background(pixel, resolution, background_bottom, background_top), 0.0);
-    if (ray.hit) color = vec4(surface(pixel, direction, ray.t, ray.steps), 1.0);
+    color = vec4(background(pixel, resolution, background_bottom, background_top), float(ray.hit));
+    float t = ray.hit || shading != SHADE_STUDIO ? ray.t : to_floor(camera[3].xyz, direction, ground);
+    if (ray.hit || shading == SHADE_STUDIO && t > 0.0)
+        color.rgb = surface(pixel, direction, t, ray.steps, ray.hit, color.rgb);
     if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 64.0), color.a);
     if (shading == SHADE_DATA) color = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));
 }

@@ -1,6 +1,6 @@
 import {fieldValue, isNear} from "./reference.js";
 
-// Finds the height of the lowest point of a model's surface, on which the studio's floor lies, as
+// Finds the height of the lowest point of a model's surface, at time 0, on which the studio's floor lies, as
 // codegen/reference/lowest.py does, on a coarser grid: its layers from the bottom up. Without a surface it is -1.
 const LAYERS = 32; // of the grid
 const MORE = 2; // layers that are looked at above the first that meets the surface
@@ -11,8 +11,7 @@ export function lowestPoint(model) {
     for (let layer = 0, left = MORE; layer < LAYERS && left >= 0; ++layer) {
         for (let k = 0; k < LAYERS ** 2; ++k) {
             const point = [at(k % LAYERS), at(layer), at(Math.floor(k / LAYERS))];
-            const input = model.inputs === "xyzt" ? [...point, 0] : point;
-            if (Math.hypot(...point) > 1 + reach || !isNear(model, input, true, reach)) continue;
+            if (Math.hypot(...point) > 1 + reach || !isNear(model, point, 0, true, reach)) continue;
             lowest = Math.min(lowest, landed(model, point));
         }
         if (lowest < Infinity) --left;
