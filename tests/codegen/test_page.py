@@ -153,6 +153,7 @@ PAPER = (0.97, 0.965, 0.95), (0.85, 0.84, 0.81)
 CONTROLS: dict[str, tuple[Act, Act, RenderOptions]] = {
     # Control -> how to use it, how to undo that, and the desktop's options for the same.
     "normals": (click("#shading label:has-text('Normals')"), press("p"), RenderOptions(shading="normal")),
+    "studio": (press("g"), press("p"), RenderOptions(shading="studio")),
     "depth": (press("d"), click("#shading label:has-text('Phong')"), RenderOptions(shading="depth")),
     "texture": (click("#shading label:has-text('Texture')"), press("p"), RenderOptions(shading="texture")),
     "level": (click("#level label:has-text('1')"), press("2"), RenderOptions(level=1)),
