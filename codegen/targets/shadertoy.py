@@ -88,7 +88,7 @@ def _text(program: Program, model: Model, storage: type[Storage], further: dict[
 
     further: facts for the header.
     """
-    time = "iTime" if program.moving else "1"
+    time = "TIME" if program.moving else "1"
     values = program.values if len(program.values) > 1 else (replace(program.values[0], name="field"),)
     functions = values + (() if program.texture is None else (program.texture,))
     printer = storage(program, LANGUAGE, functions)
@@ -123,6 +123,7 @@ def _knobs(program: Program, front: tuple[float, float] | None) -> list[str]:
     textured = program.texture is not None
     colour = "COLOUR(c) c // of the surface, sRGB; c: the model's" if textured else f"COLOUR vec3({PLAIN}) // sRGB"
     view = front or (AZIMUTH, ELEVATION)
+    motion = ["TIME (.5 - .5 * cos(iTime)) // of the motion, from 0 to 1, there and back"] if program.moving else []
     level = [f"LEVEL {len(program.values)} // finest level, from 1"] if len(program.values) > 1 else []
     knobs = [
         f"VIEW {_vector(view)} // azimuth, elevation at first, degrees",
@@ -131,6 +132,7 @@ def _knobs(program: Program, front: tuple[float, float] | None) -> list[str]:
         colour,
         f"BOTTOM {_vector(default('background_bottom'))} // of the background, sRGB",
         f"TOP {_vector(default('background_top'))}",
+        *motion,
         *level,
         f"STEPS {STEPS} // of a ray, at most",
         "AA 1 // 2: 2 x 2 samples a pixel",

@@ -84,7 +84,7 @@ UNIFORMS = (
 )
 """All uniforms but TIME, in the order in which a shader declares them."""
 
-TIME = Uniform("float", "time", (0,), "fourth input of the field")
+TIME = Uniform("float", "time", (0,), "moment of a model that moves, from 0 to 1")
 """The uniform that is declared beside them where the field is one of (x, y, z, t)."""
 
 

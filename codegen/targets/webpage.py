@@ -30,6 +30,7 @@ from . import fragment, orbit, shadertoy
 from .camera import basis, fitting_distance
 from .glsl300es import DIALECT
 from .header import header_facts
+from .motion import PERIOD
 from .shader import LEAST_STEPS, LOOP_LIMIT
 from .uniforms import SHADINGS, UNIFORMS, default
 
@@ -137,6 +138,7 @@ def facts_json(facts: dict[str, Any]) -> str:
             "moments": CELL_MOMENTS,
             "overestimate": OVERESTIMATE,
         },
+        "period": PERIOD,
         "loop_limit": LOOP_LIMIT,
         "studio_evaluations": EVALUATIONS,
         "least_steps": LEAST_STEPS,

@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.ir.still import still
 from mplicits.codegen.reference import interpret
 from mplicits.codegen.reference.dense import dense_march
+from mplicits.codegen.reference.march import march
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.model import Model, load
 from mplicits.viewer.draw.camera import Camera
@@ -19,6 +21,7 @@ from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from support.cuda_host import build, data, evaluate, run
 from support.fitted_model import fitted_model
+from support.moving_model import PICTURED, moving_model
 from support.paths import DEMO
 from support.random_model import random_model
 
@@ -92,6 +95,27 @@ def test_networks_are_those_of_the_reference(model: Model, tmp_path: Path) -> No
         assert (np.abs(fused[level] - expected)[:, :3].max(axis=0) < 0.02 * scale[:3]).all()
         total += expected
         assert (np.abs(simple[level] - total).max(axis=0) < 1e-4 * np.abs(total).max(axis=0)).all()
+
+
+def test_simple_draws_each_moment_of_a_motion(tmp_path: Path) -> None:
+    model = moving_model()
+    program = build(model, tmp_path)
+    eye, directions, footprint = Camera().rays(SIDE, SIDE)
+    for time in PICTURED:
+        drawn = data(program, "simple", SIDE, "--time", str(time)).reshape(-1, 4)
+        rays = march(still(lower(model), time), eye, directions.reshape(-1, 3), 2, footprint)
+        assert rays.hit.sum() > 50
+        assert (rays.hit == (drawn[:, 3] > 0.5)).mean() > 0.998
+        both = rays.hit & (drawn[:, 3] > 0.5)
+        assert np.abs(rays.t - drawn[:, 0])[both].mean() < 1e-3
+    refused = run(program, "--time", "1.5")
+    assert refused.returncode == 2
+    assert "--time 1.5: from 0 to 1" in refused.stderr
+
+
+def test_time_is_refused_for_a_model_that_does_not_move(fitted: Path) -> None:
+    refused = run(fitted, "--time", "0")
+    assert (refused.returncode, "does not move" in refused.stderr) == (2, True)
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,7 @@ from PIL import Image
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import digits, interpret
 from mplicits.codegen.targets.glsl330 import bake
+from mplicits.codegen.targets.motion import PERIOD
 from mplicits.codegen.targets.registry import TARGETS
 from mplicits.model import quantise
 from mplicits.model.errors import UserError
@@ -32,6 +33,7 @@ from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.renderer import Renderer
 from support.browser import visit
 from support.golden_text import check_golden
+from support.moving_model import moving_model
 from support.paths import DEMO, GOLDEN
 from support.random_model import random_model
 
@@ -70,7 +72,8 @@ import sys
 from wgpu_shadertoy import Shadertoy
 from PIL import Image
 text, size, output = open(sys.argv[1]).read(), tuple(map(int, sys.argv[2].split("x"))), sys.argv[3]
-Image.frombytes("RGBA", size, bytes(Shadertoy(text, resolution=size).snapshot(0.0))).convert("RGB").save(output)
+drawn = Shadertoy(text, resolution=size).snapshot(float(sys.argv[4]))
+Image.frombytes("RGBA", size, bytes(drawn)).convert("RGB").save(output)
 """
 
 
@@ -251,10 +254,14 @@ def test_the_head_says_what_it_is_and_holds_any_text(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(importlib.util.find_spec("wgpu_shadertoy") is None, reason="wgpu-shadertoy is not installed")
 def test_another_shadertoy_player_draws_the_same(osmesa: Context, tmp_path: Path) -> None:
-    for name, model in (("packed", quantise.quantised_model(random_model((16, 1), (8, 0)))), ("literal", load(DEMO))):
-        text = SHADERTOY(model, name)
+    """The model that moves is at time 0.5 after a quarter of its way there and back."""
+    packed = SHADERTOY(quantise.quantised_model(random_model((16, 1), (8, 0))), "packed")
+    moving = SHADERTOY(moving_model(), "literal")
+    assert np.abs(picture(osmesa, moving, time=0.4) - picture(osmesa, moving, time=2.4)).max(-1).mean() > 3
+    texts = [(packed, 0.0), (SHADERTOY(load(DEMO), "literal"), 0.0), (moving, PERIOD / 4), (moving, PERIOD / 2)]
+    for text, time in texts:
         (tmp_path / "text.frag").write_text(text)
-        command = [sys.executable, "-c", PLAYER, "text.frag", "x".join(map(str, SIZE)), "player.png"]
+        command = [sys.executable, "-c", PLAYER, "text.frag", "x".join(map(str, SIZE)), "player.png", str(time)]
         player = subprocess.run(
             command,
             cwd=tmp_path,
@@ -268,8 +275,17 @@ def test_another_shadertoy_player_draws_the_same(osmesa: Context, tmp_path: Path
             pytest.skip("no Vulkan driver (Debian: mesa-vulkan-drivers)")
         assert player.returncode == 0, player.stderr
         theirs = np.asarray(Image.open(tmp_path / "player.png"), np.int16)
-        difference = np.abs(picture(osmesa, text) - theirs).max(-1)
-        assert (difference > 4).mean() < 0.005, name
+        difference = np.abs(picture(osmesa, text, time=time) - theirs).max(-1)
+        assert (difference > 4).mean() < 0.005, time
+
+
+def test_a_motion_goes_there_and_back(osmesa: Context) -> None:
+    """Without the turntable, pictures of a time are the same on the way there and on the way back."""
+    text = re.sub("#define SPEED .*", "#define SPEED 0.", SHADERTOY(moving_model(), "literal"))
+    there, end, back, again = (picture(osmesa, text, time=share * PERIOD) for share in (0.2, 0.5, 0.8, 1.2))
+    for same in (back, again):
+        assert (np.abs(there - same).max(-1) > 2).mean() < 0.01
+    assert (np.abs(there - end).max(-1) > 30).mean() > 0.05
 
 
 def test_chromium_draws_the_same(osmesa: Context, browser: "Browser", tmp_path: Path) -> None:
@@ -320,7 +336,7 @@ def test_the_text_keeps_to_what_shadertoy_and_browsers_take(tmp_path: Path, stor
 
 def test_a_moving_field_reads_the_time_and_is_not_packed() -> None:
     text = SHADERTOY(random_model((8, 1), inputs="xyzt"))
-    assert "iTime));" in text
+    assert "TIME));" in text
     assert "M(" not in text
 
 

@@ -97,7 +97,7 @@ __constant__ int iterations[LEVELS];  // sphere tracing steps at each level, per
 __constant__ float delta[LEVELS];  // half width of each level's band, model units
 __constant__ float step_bound[LEVELS];  // factor on each level's steps where it is the one traced
 __constant__ float band_step_bound[LEVELS];  // the same where a finer level is traced
-__constant__ float time;  // fourth input of the field
+__constant__ float time;  // moment of a model that moves, from 0 to 1
 constexpr float DEFAULT_TIME = 0.f;
 // Names of the shadings; the index is the uniform's value.
 const char *const SHADINGS[] = {"phong", "normal", "depth", "steps", "texture", "studio", "data"};

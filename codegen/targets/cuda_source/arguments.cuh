@@ -35,7 +35,7 @@ inline void print_usage() {
         "  --delta-scale X       factor on the bands' widths;  --step-scale X  factor on the steps (default %g)\n"
         "  --light X,Y,Z         direction towards the light: right, up, towards the viewer\n"
         "  --background C[,C]    #RRGGBB: one colour, or top,bottom\n"
-        "  --time T              fourth input of a field that moves\n"
+        "  --time T              moment, from 0 to 1, of a model that moves\n"
         "  --benchmark           JSON: frames per second of every variant, or of the one given; --frames N (default "
         "%d)\n"
         "  --check REFERENCE     exit 1 where the picture is not that of the PPM; --psnr DB: least agreement (default "
@@ -190,6 +190,7 @@ inline Arguments read_arguments(int count, char **values) {
         s.background_top = colour(colours.front());
         s.background_bottom = colour(colours.back());
     }
-    if (has("--time")) a.time = static_cast<float>(number("--time", given["--time"]));
+    if (has("--time") && !MOVING) refuse("--time: the model does not move");
+    if (has("--time")) a.time = static_cast<float>(within("--time", given["--time"], 0.0, 1.0));
     return a;
 }

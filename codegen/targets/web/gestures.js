@@ -39,7 +39,8 @@ export function listenToHands(canvas, {turn, pan, zoom, reset}) {
 export function listenToKeys(actions) {
     addEventListener("keydown", (event) => {
         if (event.ctrlKey || event.metaKey || event.altKey) return;
-        const isNeeded = event.target.closest?.("input, #light") && /^(Arrow|Home|End|Page| )/.test(event.key);
+        const control = event.target.closest?.("input, button, #light"), isButton = control?.localName === "button";
+        const isNeeded = control && (isButton ? / / : /^(Arrow|Home|End|Page| )/).test(event.key);
         const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
         if (isNeeded || !Object.hasOwn(actions, key)) return;
         event.preventDefault();

@@ -5,7 +5,9 @@ import {element, fail, root, say, uncover} from "./messages.js";
 import {
     contextLost, contextRestored, copy, embedded, entitle, goToLevel, leave, save, shade, showSteps, start, take,
 } from "./shown.js";
-import {canvas, css, followHash, openRenderer, options, pan, reset, resize, set, turn, zoom} from "./view.js";
+import {
+    canvas, css, followHash, openRenderer, options, pan, play, reset, resize, seek, set, turn, zoom,
+} from "./view.js";
 
 // Connects the page's parts to what they do.
 const BACKGROUNDS = {
@@ -44,10 +46,7 @@ function wirePanel() {
         set({iterations: 2 ** Number(target.value)}, true);
         showSteps();
     });
-    element("time").addEventListener("input", ({target}) => {
-        set({time: Number(target.value)}, true);
-        element("instant").textContent = target.value;
-    });
+    element("time").addEventListener("input", ({target}) => seek(Number(target.value)));
     element("panel").addEventListener("input", uncover, {capture: true});
     element("panel").addEventListener("submit", (event) => event.preventDefault());
 }
@@ -55,7 +54,7 @@ function wirePanel() {
 function wireButtons() {
     const buttons = {
         fold: () => fold(root.classList.contains("unfolded")),
-        save, full: fullScreen, reset, open: () => element("file").click(), copy,
+        play, save, full: fullScreen, reset, open: () => element("file").click(), copy,
     };
     for (const [id, action] of Object.entries(buttons)) element(id).addEventListener("click", action);
     element("message").querySelector("button").addEventListener("click", () => say(""));
@@ -75,7 +74,7 @@ function wireHands() {
     listenToKeys({
         ArrowLeft: arrow(-1, 0), ArrowRight: arrow(1, 0), ArrowUp: arrow(0, 1), ArrowDown: arrow(0, -1),
         "+": () => zoom(0.9), "=": () => zoom(0.9), "-": () => zoom(1 / 0.9), r: reset, s: save, f: fullScreen,
-        h: () => element("fold").click(), Escape: () => say(""), ...Object.fromEntries(levels),
+        " ": () => element("moment").hidden || play(), h: () => element("fold").click(), Escape: () => say(""), ...Object.fromEntries(levels),
         ...Object.fromEntries(shadings.map(([key, shading]) => [key, () => shade(shading)])),
     });
 }

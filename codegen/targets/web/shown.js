@@ -8,7 +8,7 @@ import {afterLoss, reduced, tellBack, tellLost} from "./recovery.js";
 import {probes} from "./reference.js";
 import {ModelError, parseModel} from "./safetensors.js";
 import {stepsOf} from "./uniforms.js";
-import {centre, draw, options, renderer, set} from "./view.js";
+import {centre, draw, goTo, halt, options, renderer, set} from "./view.js";
 
 // The model that is shown, the page's own or one that was dropped: {model, probes, storage, shadertoy, memory}.
 // storage: how its second variant stores weights; "texture": it has none. shadertoy: the text to copy, or null.
@@ -34,7 +34,9 @@ export async function start(chosen) {
     const size = `${shapes.join(" > ")} · ${model.parameters.toLocaleString("en")} parameters`;
     element("shapes").textContent = model.credit ? `${size} · ${model.credit}` : size;
     element("copy").hidden = !chosen.shadertoy;
-    element("moment").hidden = model.inputs !== "xyzt";
+    const moves = model.inputs === "xyzt";
+    element("moment").hidden = !moves;
+    goTo(moves ? options.time : 0);
     const shading = options.shading === "texture" && !model.texture ? "phong" : options.shading;
     set({level: levels, normalLevel: null, shading}, true);
     const numbers = shapes.map((_, i) => ({value: i + 1, label: String(i + 1)}));
@@ -72,6 +74,7 @@ export async function take(file) {
         renderer.device.check(printField(model, "texture").height, model.levels.length);
         say("");
         leave();
+        goTo(0);
         centre(model.front);
         element("poster").hidden = true;
         const grounded = {...model, ground: lowestPoint(model)};
@@ -123,6 +126,7 @@ export function goToLevel(level) {
 
 export async function save() {
     element("save").disabled = true;
+    halt();
     const link = document.createElement("a");
     link.href = URL.createObjectURL(await renderer.png());
     link.download = `${shown.model.name.replace(/[^\p{L}\p{N}_-]+/gu, "-").slice(0, 60)}.png`;

@@ -1,9 +1,11 @@
 import {fromHash, homeOf, orbited, panned, toHash, zoomed} from "./camera.js";
 import {facts, shared} from "./facts.js";
+import {nextFrame} from "./device.js";
 import {drawing, element, listener, root, uncover} from "./messages.js";
 import {Renderer} from "./renderer.js";
 
-// What is seen: a camera, which is kept in the URL's hash, and options. The renderer is told whenever one changes.
+// What is seen: a camera and options. The renderer is told whenever one changes. The camera, and the time of a motion, are
+// kept in the URL's hash.
 // options: level, normalLevel (null: the same), shading (a name), iterations (a factor on the model's own), resolution
 // ("auto", or pixels drawn per pixel of the canvas along each axis), time, light (camera space), and background, which
 // is [bottom, top].
@@ -11,11 +13,19 @@ export const canvas = element("view");
 const NO_STEPS = [0.01, 0.01, 0.05]; // heat(0) in glsl/heat.glsl
 const {light} = shared.defaults;
 export const options = {
-    level: 1, normalLevel: null, shading: "phong", iterations: 1, resolution: "auto", time: 0,
+    level: 1, normalLevel: null, shading: "phong", iterations: 1, resolution: "auto", time: timeFrom(location.hash),
     light: light.map((c) => c / Math.hypot(...light)), background: [],
 };
 export let renderer = null;
+
+// Returns the time of a motion that a hash names; 0 where it names none.
+function timeFrom(hash) {
+    const time = Number(new URLSearchParams(hash.slice(1)).get("t"));
+    return time >= 0 && time <= 1 ? time : 0;
+}
+
 let home = homeOf(facts.front), camera = fromHash(location.hash, home), naming = 0;
+let phase = 0, isPlaying = false; // the share of the motion's way there and back
 
 export function openRenderer() {
     const sources = ["prologue", "main", "accumulate", "present"].map((id) => [id, element(id).textContent]);
@@ -50,8 +60,62 @@ function move(next) {
     camera = next;
     uncover();
     draw(true);
+    nameView();
+}
+
+// Writes camera and time into the URL's hash, soon.
+function nameView() {
     clearTimeout(naming);
-    naming = setTimeout(() => history.replaceState(null, "", toHash(camera)), 250);
+    const time = () => (options.time ? `&t=${Number(options.time.toFixed(3))}` : "");
+    naming = setTimeout(() => history.replaceState(null, "", toHash(camera) + time()), 250);
+}
+
+// Shows a time from 0 to 1 of the motion.
+function showTime(time) {
+    element("time").value = String(time);
+    element("instant").textContent = time.toFixed(2);
+    set({time}, true);
+}
+
+// Shows a time, and stays there.
+export function goTo(time) {
+    halt();
+    phase = Math.acos(1 - 2 * time) / (2 * Math.PI);
+    showTime(time);
+}
+
+// Does so for the visitor.
+export function seek(time) {
+    uncover();
+    goTo(time);
+    nameView();
+}
+
+export function halt() {
+    isPlaying = false;
+    delete root.dataset.playing;
+    element("play").querySelector("span").textContent = "Play";
+}
+
+// Moves the shape there and back, slower at both ends, until halt(); halts where it moves. Motion is drawn as
+// coarsely as it has to be, as while one turns the shape, and refined where it stops.
+export async function play() {
+    if (isPlaying) {
+        halt();
+        return nameView();
+    }
+    isPlaying = true;
+    root.dataset.playing = "";
+    element("play").querySelector("span").textContent = "Pause";
+    uncover();
+    for (let last = performance.now(); ;) {
+        await nextFrame();
+        if (!isPlaying) return;
+        const now = performance.now();
+        phase = (phase + Math.min(now - last, 250) / 1000 / shared.period) % 1;
+        last = now;
+        showTime(0.5 - 0.5 * Math.cos(2 * Math.PI * phase));
+    }
 }
 
 // What hands do, in shares of the canvas's height to the right and up, as gestures.js counts them.
@@ -70,7 +134,7 @@ export function centre(front) {
 export function followHash() {
     camera = fromHash(location.hash, home);
     uncover();
-    draw(true);
+    goTo(element("moment").hidden ? 0 : timeFrom(location.hash));
 }
 
 export function resize() {
