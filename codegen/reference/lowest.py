@@ -10,7 +10,7 @@ FIRST, LAST = 16, 64
 OVERESTIMATE = 1.3
 """How many times the distance to the surface |f| may be (cells.py)."""
 TIMES = 9
-"""Instants of [-1, 1] at which a field that moves is looked at."""
+"""Instants of [0, 1] at which a field that moves is looked at."""
 CHUNK = 2048
 """Points that are moved onto the surface at a time, the lowest ones first."""
 
@@ -20,7 +20,7 @@ def lowest_point(program: Program) -> float:
 
     Of a field that moves it is the lowest at any of TIMES instants. Without a surface in the unit ball it is -1.
     """
-    times = np.linspace(-1, 1, TIMES) if program.moving else np.zeros(1)
+    times = np.linspace(0, 1, TIMES) if program.moving else np.zeros(1)
     return min(_lowest(program, float(time)) for time in times)
 
 
