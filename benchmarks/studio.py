@@ -1,0 +1,107 @@
+"""Counts what the shading "studio" costs beside Phong: writes docs/results/studio.md.
+
+    python benchmarks/studio.py spot armadillo.safetensors ... [--side 512] [--views 10] [-o FILE]
+
+The multiply-adds of a frame are counted in numpy on every eighth pixel in each direction: of tracing
+(codegen/reference/march.py), gradients and colours for both, and of openness (codegen/reference/studio.py) for the
+studio.
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from dense_view import views
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.ir.program import Program
+from mplicits.codegen.reference.cells import Cells
+from mplicits.codegen.reference.interpret import field_gradient
+from mplicits.codegen.reference.lowest import lowest_point
+from mplicits.codegen.reference.march import march
+from mplicits.codegen.reference.studio import openness
+from mplicits.codegen.targets.uniforms import default
+from mplicits.model.gallery import model_path
+from mplicits.model.model import load, shape_of
+from mplicits.viewer.draw.camera import Camera
+from protocol import Page, machine
+
+THIN = 8
+"""Of the pixels, every so many in each direction are counted."""
+
+
+def key_light(camera: Camera) -> NDArray[np.float64]:
+    """Return the direction (3,) to the key light, model space, of a default light (glsl/key_light.glsl)."""
+    x, y, z = np.array(default("light")) / np.linalg.norm(default("light"))
+    right = camera.matrix()[:3, 0].astype(np.float64)
+    toward = x * right + np.array((0, max(y, 0.35), 0)) + z * np.array((-right[2], 0, right[0]))
+    return np.asarray(toward / np.linalg.norm(toward))
+
+
+def count(program: Program, camera: Camera, side: int, cells: Cells, ground: float) -> tuple[int, float, int, int]:
+    """Count a view: pixels that hit, multiply-adds by Phong, evaluations of level 1 for surface and floor."""
+    level = len(program.bands)
+    eye, directions, footprint = camera.rays(side, side)
+    rays = directions[::THIN, ::THIN].reshape(-1, 3)
+    traced = march(program, eye, rays, level, footprint, schedule="relaxed", cells=cells)
+    hit, costs = traced.hit, [program.cost(function).multiply_adds for function in program.values]
+    shading = sum(program.cost(function).multiply_adds for function in program.gradients)
+    shading += 0 if program.texture is None else program.cost(program.texture).multiply_adds
+    phong = float(np.dot(traced.evaluations, costs)) + int(hit.sum()) * shading
+    points = eye + traced.t[hit, None] * rays[hit]
+    normals, _ = field_gradient(program, points.astype(np.float32), level)
+    normals = normals / np.linalg.norm(normals, axis=1)[:, None]
+    light = key_light(camera)
+    _, of_surface = openness(program, points, normals.astype(np.float64), light, ground, False)
+    floored = ~hit & (rays[:, 1] < 0) & (eye[1] > ground)
+    on_floor = eye + ((ground - eye[1]) / rays[floored, 1])[:, None] * rays[floored]
+    _, of_floor = openness(program, on_floor, np.tile((0.0, 1.0, 0.0), (len(on_floor), 1)), light, ground, True)
+    return int(hit.sum()), phong, of_surface, of_floor
+
+
+def measure(page: Page, path: Path, side: int, cameras: list[Camera]) -> None:
+    """Add the row of one model."""
+    model = load(path)
+    program = lower(model)
+    cells, ground, first = Cells(program), lowest_point(program), program.cost(program.values[0]).multiply_adds
+    rows = [count(program, camera, side, cells, ground) for camera in cameras]
+    hits, phong, surface, floor = (np.array(column, np.float64) for column in zip(*rows, strict=True))
+    share = 1 + first * (surface + floor) / phong
+    levels = " > ".join(shape_of(level.network) for level in model.levels)
+    page.add(
+        f"| {model.name} | {levels} | {surface.sum() / hits.sum():.1f} | {floor.sum() / hits.sum():.1f} "
+        f"| {1 + first * (surface + floor).sum() / phong.sum():.2f} | {share.min():.2f} | {share.max():.2f} |"
+    )
+
+
+def main() -> None:
+    """Write the table for the models that the command line names."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("models", type=model_path, nargs="+", metavar="M")
+    parser.add_argument("--side", type=int, default=512, help="pixels per side (default 512)")
+    parser.add_argument("--views", type=int, default=10, help="cameras around the shape (default 10)")
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/studio.md"))
+    options = parser.parse_args()
+    page = Page(
+        options.output,
+        "# What the studio costs",
+        "",
+        f"Printed by `python benchmarks/studio.py {' '.join(path.stem for path in options.models)} "
+        f"--side {options.side} --views {options.views}`, {machine()}.",
+        "",
+        f"{options.views} views of {options.side} x {options.side}, all levels, at elevations of 20, -25, 50 and 0 "
+        f"degrees in turn, counted on every {THIN}th pixel in each direction. Evaluations of level 1 for each pixel "
+        "that hits: for those pixels themselves, and for the floor around them. Studio over Phong: multiply-adds of a "
+        "frame, which for both are those of tracing with the grid of cells, gradients and colours, of all views "
+        "together and of the cheapest and the dearest one, which looks down on the floor.",
+        "",
+        "| model | levels | evaluations on the surface | on the floor | studio over Phong | least | most |",
+        "|---|---|---:|---:|---:|---:|---:|",
+    )
+    for path in options.models:
+        measure(page, path, options.side, views(options.views))
+
+
+if __name__ == "__main__":
+    main()
