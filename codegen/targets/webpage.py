@@ -14,7 +14,16 @@ import numpy as np
 from ... import glsl
 from ...model.checks import SHAPES, WIDEST
 from ...model.errors import UserError
-from ...model.model import DEFAULT_STEP_BOUND, FORMAT, MOST_ITERATIONS, STEP_BOUNDS, VERSION, Model, to_bytes
+from ...model.model import (
+    DEFAULT_STEP_BOUND,
+    FORMAT,
+    MOST_ITERATIONS,
+    STEP_BOUNDS,
+    TRAINING,
+    VERSION,
+    Model,
+    to_bytes,
+)
 from ..ir.lower import lower
 from ..ir.program import Array, Program
 from ..printers.field import PLAIN, STORAGES, print_field
@@ -123,6 +132,7 @@ def facts_json(facts: dict[str, Any]) -> str:
             "most_iterations": MOST_ITERATIONS,
             "step_bounds": list(STEP_BOUNDS),
             "default_step_bound": DEFAULT_STEP_BOUND,
+            "training": TRAINING,
         },
         "shapes": SHAPES,
         "storages": STORAGES,

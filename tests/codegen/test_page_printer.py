@@ -97,6 +97,15 @@ def test_the_page_prints_the_field_that_codegen_prints(ask: Ask, storage: str, m
     assert printed["loops"]["texture"] == field.texture_loops
 
 
+def test_the_page_passes_over_the_state_of_a_training(ask: Ask, tmp_path: Path) -> None:
+    model, printed = MODELS["one level"], []
+    for training in (None, ("{}", {"order": np.arange(3, dtype=np.int64)})):
+        save(model, tmp_path / "model.safetensors", training)
+        data = base64.b64encode((tmp_path / "model.safetensors").read_bytes()).decode()
+        printed.append(ask("print", [data, "literal"])["text"])
+    assert printed[0] == printed[1]
+
+
 def test_the_page_prints_the_numbers_that_codegen_prints(ask: Ask) -> None:
     """Weights may be of any size below a million, beyond which NumPy writes powers of ten, and 0 may have a sign."""
     rng = np.random.default_rng(0)

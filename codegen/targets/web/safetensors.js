@@ -23,8 +23,10 @@ export function parseModel(buffer, half = false) {
     }
     const description = describe(metadata.model);
     const tensors = new Map();
-    for (const [name, entry] of Object.entries(header.entries))
-        if (name !== "__metadata__") tensors.set(name, readTensor(name, entry, buffer, header.end, half));
+    for (const [name, entry] of Object.entries(header.entries)) {
+        const ofModel = name !== "__metadata__" && !name.startsWith(`${FORMAT.training}.`);
+        if (ofModel) tensors.set(name, readTensor(name, entry, buffer, header.end, half));
+    }
     const inputs = description.inputs === "xyzt" ? 4 : 3;
     let parameters = 0;
     for (const tensor of tensors.values()) parameters += tensor.values.length;
