@@ -1,6 +1,66 @@
 """A mesh or an oriented point cloud becomes a small multiscale neural signed distance function, baked into shaders.
 
-Its rooms are `model` (the model file), `glsl` (shaders written by hand), `codegen` (from a model to shader source),
-`trainer` (from a shape to a model), `mesher` (from a model to a mesh) and `viewer` (from a model to a picture or a
-window). `cli` is the command line.
+    import mplicits
+
+    m = mplicits.load("spot")                   # a name of the gallery, a path, or the bytes of a model file
+    m([[0, 0, 0], [0, 2, 0]])                   # signed distances, negative inside
+    m.render(size=512)                          # a picture, (512, 512, 3) uint8
+    mplicits.train("bunny.ply", seconds=60).save("bunny.safetensors")
+
+docs/python.md tells the rest. Nothing is loaded before it is used. The rooms are `model` (the model file), `glsl`
+(shaders written by hand), `codegen` (from a model to shader source), `trainer` (from a shape to a model), `mesher`
+(from a model to a mesh) and `viewer` (from a model to a picture or a window); `cli` is the command line.
 """
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .codegen.reference.hits import Hits as Hits
+    from .field import Field as Field
+    from .functions import evaluate as evaluate
+    from .functions import import_checkpoints as import_checkpoints
+    from .functions import load as load
+    from .functions import train as train
+    from .mesher.evaluation import Evaluation as Evaluation
+    from .mesher.made import TriangleMesh as TriangleMesh
+    from .model.errors import UserError as UserError
+
+_PLACES = {
+    "Evaluation": "mesher.evaluation",
+    "Field": "field",
+    "Hits": "codegen.reference.hits",
+    "TriangleMesh": "mesher.made",
+    "UserError": "model.errors",
+    "evaluate": "functions",
+    "import_checkpoints": "functions",
+    "load": "functions",
+    "train": "functions",
+}
+"""Name -> the module that it is in, which is loaded when somebody asks for the name."""
+
+__all__ = [
+    "Evaluation",
+    "Field",
+    "Hits",
+    "TriangleMesh",
+    "UserError",
+    "evaluate",
+    "import_checkpoints",
+    "load",
+    "train",
+]
+
+
+def __getattr__(name: str) -> object:
+    """Load what is asked for (PEP 562)."""
+    if name not in _PLACES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value: object = getattr(import_module(f".{_PLACES[name]}", __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """List what there is, loaded or not."""
+    return sorted({*globals(), *_PLACES})

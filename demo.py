@@ -10,7 +10,7 @@ from pathlib import Path
 from .model.errors import UserError
 from .model.files import show
 from .model.verb import Verb
-from .trainer.cli import is_duration
+from .trainer.options import is_duration
 
 MODEL = "spot"
 """The gallery's model that the demo shows."""

@@ -4,14 +4,10 @@ import json
 import sys
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from ..model.gallery import model_help, model_path
 from ..model.verb import Verb, output_arguments
-from .targets.registry import DEFAULT, TARGETS, Target
-
-if TYPE_CHECKING:
-    from ..model.model import Model
+from .targets.registry import DEFAULT, TARGETS
 
 
 def _info_arguments(parser: ArgumentParser) -> None:
@@ -24,63 +20,13 @@ def _info(arguments: Namespace) -> None:
     """Run `mplicits info`: print what is known of a model. Raises UserError."""
     from ..model.model import load
     from .description import describe
+    from .facts import model_facts
 
-    facts = _facts(load(arguments.model))
+    facts = model_facts(load(arguments.model))
     if arguments.json:
         print(json.dumps(facts, indent=2))
         return
     print("\n".join(describe(facts)))
-
-
-def _facts(model: "Model") -> dict[str, Any]:
-    """Collect what `info --json` prints."""
-    from ..model.model import shape_of
-    from .ir.lower import lower
-    from .ir.program import Cost
-
-    program = lower(model)
-    levels = []
-    total = Cost(0, 0)
-    for level, function in zip(model.levels, program.values, strict=True):
-        total += program.cost(function)
-        levels.append(
-            {
-                "network": shape_of(level.network),
-                "parameters": sum(layer.weight.size + layer.bias.size for layer in level.network),
-                "multiply_adds": total.multiply_adds,
-                "sines": total.sines,
-                "delta": level.delta,
-                "iterations": level.iterations,
-                "lipschitz": level.lipschitz,
-                "step_bound": level.step_bound,
-                "band_step_bound": level.band_step_bound,
-            }
-        )
-    return {
-        "name": model.name,
-        "sha256": program.sha256,
-        "parameters": model.parameters(),
-        "levels": levels,
-        "texture": None if model.texture is None else shape_of(model.texture),
-        "inputs": model.inputs,
-        "centre": model.centre,
-        "scale": model.scale,
-        "up": model.up,
-        "front": model.front,
-        "credit": model.credit,
-        "bytes": {name: _size(model, target) for name, target in TARGETS.items()},
-        "provenance": model.provenance,
-    }
-
-
-def _size(model: "Model", target: Target) -> int | None:
-    """Count the bytes of what a target writes; None where it refuses the model."""
-    from ..model.errors import UserError
-
-    try:
-        return target.size(model)
-    except UserError:
-        return None
 
 
 def _bake_arguments(parser: ArgumentParser) -> None:
@@ -104,6 +50,14 @@ def _bake_arguments(parser: ArgumentParser) -> None:
         choices=("float32", "float16"),
         help="float16 halves the weights of an html page, and prints what that costs",
     )
+    alone = ", ".join(name for name, target in TARGETS.items() if target.alone)
+    parser.add_argument("--name", help=f"name of the function ({alone}; default: made of the model's name)")
+    parser.add_argument(
+        "--space",
+        choices=("model", "input"),
+        help=f"where the function takes points ({alone}): where the shape fits the unit sphere, or as its file has it "
+        "(default: model)",
+    )
 
 
 def _digits(text: str) -> int:
@@ -119,27 +73,29 @@ def _bake(arguments: Namespace) -> None:
     from ..model.files import check_writable, show, write_whole
     from ..model.kinds import GENERATED
     from ..model.model import load
-    from .reference.rounding import in_float16, rounding_error
+    from .baked import bake
     from .targets.header import read_header
 
-    if arguments.target not in TARGETS:
-        raise UserError(f"--target {show(arguments.target)}: there is {', '.join(TARGETS)}")
+    target = arguments.target
+    if target not in TARGETS:
+        raise UserError(f"--target {show(target)}: there is {', '.join(TARGETS)}")
     model = load(arguments.model)
-    output = arguments.output or Path(arguments.model.stem + TARGETS[arguments.target].suffix)
+    output = arguments.output or Path(arguments.model.stem + TARGETS[target].suffix)
     check_writable(output, [arguments.model], kind=GENERATED, force=arguments.force)
-    if arguments.precision == "float16":
-        exact, model = model, in_float16(model)
-        largest, mean = rounding_error(exact, model)
+    baked = bake(
+        model, target, arguments.storage, arguments.digits, arguments.precision, arguments.name, arguments.space
+    )
+    if baked.rounding is not None:
+        largest, mean = baked.rounding
         print(
             f"float16: the distance near the surface is off by {largest:.1e} at most, {mean:.1e} on average "
             "(the shape has radius 1)",
             file=sys.stderr,
         )
-    text = TARGETS[arguments.target](model, storage=arguments.storage, digits=arguments.digits)
-    write_whole(output, text)
-    print(f"{show(output)}: {arguments.target}, {len(text.encode()):,} bytes", file=sys.stderr)
-    if arguments.target == "shadertoy":
-        _print_error(read_header(text).get("error"))
+    write_whole(output, baked.text)
+    print(f"{show(output)}: {target}, {len(baked.text.encode()):,} bytes", file=sys.stderr)
+    if target == "shadertoy":
+        _print_error(read_header(baked.text).get("error"))
 
 
 def _print_error(error: dict[str, float] | None) -> None:

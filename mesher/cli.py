@@ -42,26 +42,21 @@ def run_mesh(args: Namespace) -> None:
 
     from ..model.files import check_writable, show, write_whole
     from ..model.kinds import MESH
-    from ..model.model import MODEL_SPACE, load
-    from .bar import Bar
-    from .extract import check_resolution, extract_model, up_to
-    from .write import check_suffix, to_bytes
+    from ..model.model import load
+    from .extract import check_resolution
+    from .made import make_mesh
+    from .write import check_suffix
 
     output = args.output or Path(args.model.stem + ".ply")
     check_suffix(output)
     check_resolution(args.resolution)
     check_writable(output, [args.model], kind=MESH, force=args.force)
-    model = up_to(load(args.model), args.level)
-    bar = Bar(args.quiet)
+    model = load(args.model)
     began = time.perf_counter()
-    try:
-        extracted = extract_model(model, args.resolution, bar, cull=not args.no_cull)
-    finally:
-        bar.end()
+    made = make_mesh(model, args.resolution, args.level, args.no_cull, args.space, args.quiet)
     seconds = time.perf_counter() - began
-    place = model.place if args.space == "input" else MODEL_SPACE
-    write_whole(output, to_bytes(extracted.mesh, output.suffix.lower(), *place))
-    vertices, faces = len(extracted.mesh.vertices), len(extracted.mesh.faces)
+    write_whole(output, made.to_bytes(output.suffix.lower()))
+    vertices, faces = len(made.vertices), len(made.faces)
     if args.json:
         print(
             json.dumps(
@@ -70,8 +65,8 @@ def run_mesh(args: Namespace) -> None:
                     "resolution": args.resolution,
                     "vertices": vertices,
                     "faces": faces,
-                    "components": extracted.components,
-                    "spurious": extracted.spurious,
+                    "components": made.components,
+                    "spurious": made.spurious,
                     "culled": not args.no_cull,
                     "seconds": round(seconds, 3),
                 }
@@ -79,12 +74,12 @@ def run_mesh(args: Namespace) -> None:
         )
         return
     print(
-        f"{show(output)}: {vertices:,} vertices, {faces:,} faces, {extracted.components} "
-        f"component{'s' * (extracted.components != 1)}, {seconds:.1f} s"
+        f"{show(output)}: {vertices:,} vertices, {faces:,} faces, {made.components} "
+        f"component{'s' * (made.components != 1)}, {seconds:.1f} s"
     )
-    if extracted.spurious:
+    if made.spurious:
         fate = "kept (--no-cull)" if args.no_cull else "removed"
-        print(f"{extracted.spurious} spurious component{'s' * (extracted.spurious != 1)} outside the bands: {fate}")
+        print(f"{made.spurious} spurious component{'s' * (made.spurious != 1)} outside the bands: {fate}")
 
 
 VERBS = (

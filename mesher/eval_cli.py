@@ -9,17 +9,10 @@ from ..model.verb import Verb
 
 if TYPE_CHECKING:
     from ..model.field_figures import FieldFigures
-    from ..model.model import Model
     from .evaluate import Figures
-    from .parallel import Progress
-    from .surface import Mesh
 
 DEFAULT_RESOLUTION = 512
 """Cells along each side of the marching cubes' grid, as in the paper; `mesh` has the same default."""
-FIELD_SAMPLES = 100_000
-"""Most points that the field itself is measured at."""
-BOX_DIFFERENCE = 0.2
-"""Largest difference of the two bounding boxes' coordinates, model units, that needs no warning."""
 
 
 def eval_arguments(parser: ArgumentParser) -> None:
@@ -51,85 +44,21 @@ def run_eval(args: Namespace) -> None:
     import json
     from dataclasses import asdict
 
-    from ..model.errors import UserError
-    from ..model.files import show
-    from .bar import Bar
-    from .distance import compare_field
-    from .evaluate import compare
-
-    if not 100 <= args.samples <= 100_000_000:
-        raise UserError(f"--samples {args.samples}: a whole number from 100 to 100,000,000 is needed")
-    if args.seed < 0:
-        raise UserError(f"--seed {args.seed}: a whole number from 0 is needed")
-    bar = Bar(args.quiet)
-    try:
-        ours, truth, extraction, model = _meshes(args, bar)
-        _warn(ours, truth)
-        figures = compare(ours, truth, args.samples, args.seed, bar)
-    finally:
-        bar.end()
-    field = None if model is None else compare_field(model, truth, min(args.samples, FIELD_SAMPLES), args.seed)
-    if args.json:
-        of_field = {} if field is None else {"field": asdict(field)}
-        named = {"model": str(args.model), "shape": str(args.shape)}
-        print(json.dumps(named | extraction | asdict(figures) | of_field, indent=2))
-        return
-    print(f"{show(args.model)} against {show(args.shape)}; lengths in radii of the unit sphere")
-    print("\n".join([*_lines(figures), *_field_lines(field)]))
-
-
-def _warn(ours: "Mesh", truth: "Mesh") -> None:
-    """Warn on stderr, before the long work, where the two can hardly be the same shape in the same place."""
-    import sys
-
-    import numpy as np
-
-    boxes = [np.stack((mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))) for mesh in (ours, truth)]
-    apart = np.abs(boxes[0] - boxes[1]).max()
-    if apart > BOX_DIFFERENCE:
-        print(
-            f"warning: the bounding boxes of the two differ by {apart:.2g} radii of the unit sphere; are they of one "
-            "shape, in the same place?",
-            file=sys.stderr,
-        )
-
-
-def _meshes(args: Namespace, progress: "Progress") -> "tuple[Mesh, Mesh, dict[str, float], Model | None]":
-    """Make the two meshes that are compared. Raises UserError.
-
-    Returns the reconstruction and the ground truth, both in model space, and what --json says about the extraction of
-    the first, with its model: nothing and None where it is a mesh already.
-    """
-    import time
-    from dataclasses import replace
-
-    from ..model.errors import UserError
     from ..model.files import show
     from ..model.mesh_file import SUFFIXES
     from ..model.model import load
-    from .extract import check_resolution, extract_model, up_to
-    from .truth import in_model_space, normalisation, read_mesh
+    from .evaluation import evaluate
 
-    if args.model.suffix.lower() in SUFFIXES:
-        for option in ("resolution", "level"):
-            if getattr(args, option) is not None:
-                raise UserError(f"--{option}: {show(args.model)} is a mesh already; leave the option out")
-        truth, ours = read_mesh(args.shape), read_mesh(args.model)
-        space = normalisation(truth)
-        return in_model_space(ours, *space), in_model_space(truth, *space), {}, None
-    resolution = DEFAULT_RESOLUTION if args.resolution is None else args.resolution
-    check_resolution(resolution)
-    model = up_to(load(args.model), args.level)
-    truth = read_mesh(args.shape)
-    began = time.perf_counter()
-    extracted = extract_model(replace(model, texture=None), resolution, progress)
-    extraction = {
-        "resolution": resolution,
-        "parameters": model.parameters(),
-        "spurious": extracted.spurious,
-        "extraction_seconds": round(time.perf_counter() - began, 3),
-    }
-    return extracted.mesh, in_model_space(truth, *model.place), extraction, model
+    other = args.model if args.model.suffix.lower() in SUFFIXES else load(args.model)
+    evaluation = evaluate(other, args.shape, args.resolution, args.level, args.samples, args.seed, args.quiet)
+    figures, field = evaluation.figures, evaluation.field
+    if args.json:
+        of_field = {} if field is None else {"field": asdict(field)}
+        named = {"model": str(args.model), "shape": str(args.shape)}
+        print(json.dumps(named | evaluation.extraction | asdict(figures) | of_field, indent=2))
+        return
+    print(f"{show(args.model)} against {show(args.shape)}; lengths in radii of the unit sphere")
+    print("\n".join([*_lines(figures), *_field_lines(field)]))
 
 
 def _lines(figures: "Figures") -> list[str]:

@@ -33,18 +33,25 @@ def to_bytes(mesh: Mesh, suffix: str, centre: tuple[float, float, float], scale:
 
     suffix: a key of OPTIONS. Colours are written as sRGB, in a GLB as linear light, which is what glTF asks for.
     """
+    written = as_trimesh(mesh, centre, scale, up, linear=suffix == ".glb")
+    data = written.export(file_type=suffix[1:], **OPTIONS[suffix])
+    return data.encode() if isinstance(data, str) else bytes(data)
+
+
+def as_trimesh(
+    mesh: Mesh, centre: tuple[float, float, float], scale: float, up: str = DEFAULT_UP, linear: bool = False
+) -> trimesh.Trimesh:
+    """Return a mesh as one of trimesh, with its vertices in input space. linear: with colours in linear light."""
     colours = None
     if mesh.colours is not None:
-        colours = _bytes(to_linear(mesh.colours) if suffix == ".glb" else mesh.colours)
-    written = trimesh.Trimesh(
+        colours = _bytes(to_linear(mesh.colours) if linear else mesh.colours)
+    return trimesh.Trimesh(
         as_in_file(mesh.vertices.astype(np.float64) * scale + centre, up),
         mesh.faces,
         vertex_normals=None if mesh.normals is None else as_in_file(mesh.normals.astype(np.float64), up),
         vertex_colors=colours,
         process=False,
     )
-    data = written.export(file_type=suffix[1:], **OPTIONS[suffix])
-    return data.encode() if isinstance(data, str) else bytes(data)
 
 
 def _bytes(colours: Values) -> NDArray[np.uint8]:

@@ -4,35 +4,22 @@ import os
 import time
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
-from dataclasses import replace
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..model.errors import UserError
 from ..model.files import check_writable, show
 from ..model.interrupts import TERMINATED, begin_work, terminated
 from ..model.kinds import MODEL
 from ..model.orientation import UPRIGHT
 from ..model.verb import Verb, output_arguments, take_negative_numbers
-from .settings import DEFAULT_PRESET, PRESETS, Settings, front, loss_weights, networks, omegas, steps
+from .options import CREASE, file_omegas, settings_from
+from .settings import DEFAULT_PRESET, PRESETS, front
 
 if TYPE_CHECKING:
     from ..model.model import Model
 
 SUFFIX = ".safetensors"
-LARGEST_NOISE = 0.1
-"""Largest standard deviation of a cloud's points that is taken, as a share of the shape's radius."""
-MOST_SECONDS = 1e7
-"""A training takes less: some 116 days."""
-THINNEST = 0.001
-"""Least that --thicken takes: a thinner sheet is thinner than what a network resolves."""
-CREASE = 30.0
-"""Angle in degrees above which an edge of a mesh may be a crease."""
-
-
-def is_duration(seconds: float) -> bool:
-    """Whether a training may take so many seconds."""
-    return 1 <= seconds < MOST_SECONDS
 
 
 def arguments(parser: ArgumentParser) -> None:
@@ -173,35 +160,8 @@ def train_verb(describe_surface: "Callable[[Model, bool], str]") -> Verb:
 
 def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") -> None:
     """Train, save the model, and print its figures. Raises UserError."""
-    preset = PRESETS[options.preset]
-    sizes = networks(options.levels or preset.levels)
-    if options.seconds is not None and not is_duration(options.seconds):
-        raise UserError(f"--seconds: {options.seconds:g}: at least 1 is needed")
-    if options.noise is not None and not 0 <= options.noise <= LARGEST_NOISE:
-        raise UserError(f"--noise: {options.noise:g}: a share of the radius from 0 to {LARGEST_NOISE} is needed")
-    if not 0 <= options.seed < 2**40:
-        raise UserError(f"--seed: {options.seed}: a whole number from 0 is needed")
-    if options.thicken is not None and not THINNEST <= options.thicken <= 1:
-        raise UserError(f"--thicken: {options.thicken:g}: a share of the radius from {THINNEST} to 1 is needed")
-    if not 0 <= options.crease <= 180:
-        raise UserError(f"--crease: {options.crease:g}: an angle from 0 to 180 degrees is needed")
-    texture = networks(options.texture_network, "--texture-network")[0] if options.texture_network else None
-    settings = Settings(
-        networks=sizes,
-        omegas=omegas(options.omega, sizes),
-        steps=steps(options.steps, len(sizes)),
-        seconds=options.seconds,
-        texture=options.texture != "none",
-        seed=options.seed,
-        device=options.device,
-        weights=loss_weights(options.weights),
-        packed=options.packed or (preset.packed and not options.levels),
-        texture_network=texture,
-        noise=options.noise,
-        up=options.up,
-        front=front(options.front),
-        credit=options.credit or "",
-    )
+    taken = signature(settings_from).parameters
+    settings = settings_from(**{name: value for name, value in vars(options).items() if name in taken})
     before_torch()
     from ..model.mesh_file import mesh_files
 
@@ -249,24 +209,18 @@ def import_arguments(parser: ArgumentParser) -> None:
 
 def run_import(options: Namespace) -> None:
     """Read checkpoints, measure bands and slopes, and write the model. Raises UserError."""
-    file_omegas: list[float | None] = [None] * len(options.checkpoints)
-    if options.omega is not None:
-        try:
-            file_omegas = [float(part) for part in options.omega.split(",")]
-        except ValueError:
-            raise UserError(f"--omega {options.omega}: numbers joined by commas are needed") from None
-        if len(file_omegas) != len(options.checkpoints):
-            raise UserError(f"--omega: {len(file_omegas)} of {len(options.checkpoints)} numbers, one for each file")
+    file_omegas(options.omega, len(options.checkpoints))
+    front(options.front)
     before_torch()
     from ..model.mesh_file import mesh_files
 
-    output, view = options.output or Path(options.checkpoints[-1].stem + SUFFIX), front(options.front)
+    output = options.output or Path(options.checkpoints[-1].stem + SUFFIX)
     reads = [*options.checkpoints, *([] if options.shape is None else mesh_files(Path(options.shape)))]
     check_writable(output, reads, kind=MODEL, force=options.force)
     from ..model.model import save, shape_of
-    from .checkpoint import to_model
+    from .imported import import_checkpoints
 
-    model = replace(to_model(options.checkpoints, file_omegas, options.shape), front=view, credit=options.credit or "")
+    model = import_checkpoints(options.checkpoints, options.omega, options.shape, options.front, options.credit)
     save(model, output)
     for number, level in enumerate(model.levels, start=1):
         print(f"level {number}: {shape_of(level.network)}, delta {level.delta:.4g}, slope up to {level.lipschitz:.3g}")

@@ -144,12 +144,20 @@ def _numbers(least: int, most: int, kind: type = float) -> Callable[[str], tuple
     return parse
 
 
-def _colours(text: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Parse one colour, or two joined by a comma, into (top, bottom): red, green and blue in [0, 1]."""
+def colours(text: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Parse one colour, or two joined by a comma, into (top, bottom), values in [0, 1]. Raises UserError."""
     try:
-        colours = [tuple(byte / 255 for byte in bytes.fromhex(part.removeprefix("#"))) for part in text.split(",")]
+        parsed = [tuple(byte / 255 for byte in bytes.fromhex(part.removeprefix("#"))) for part in text.split(",")]
     except ValueError:
-        colours = []
-    if len(colours) not in (1, 2) or any(len(colour) != 3 for colour in colours):
-        raise ArgumentTypeError(f"{text!r}: RRGGBB, or RRGGBB,RRGGBB for top,bottom, for example ffffff")
-    return colours[0], colours[-1]
+        parsed = []
+    if len(parsed) not in (1, 2) or any(len(colour) != 3 for colour in parsed):
+        raise UserError(f"{text!r}: RRGGBB, or RRGGBB,RRGGBB for top,bottom, for example ffffff")
+    return parsed[0], parsed[-1]
+
+
+def _colours(text: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Parse the argument of --background; see `colours`. Raises ArgumentTypeError."""
+    try:
+        return colours(text)
+    except UserError as error:
+        raise ArgumentTypeError(str(error)) from None

@@ -4,18 +4,14 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..model.errors import UserError
 from ..model.gallery import model_help
 from ..model.verb import Verb, output_arguments
 from .arguments import camera_from, check_space, check_time, count, model_arguments, options_from
 
 if TYPE_CHECKING:
-    from ..model.model import Model
     from .draw.camera import Camera
-    from .draw.context import Context
     from .draw.options import RenderOptions
     from .draw.renderer import Renderer
-    from .draw.triangles import Triangles
     from .state.source import Source
 
 CONTEXTS = ("auto", "osmesa", "egl", "window")
@@ -87,35 +83,35 @@ def run_render(args: Namespace) -> None:
     import json
     import sys
     import time
+    from dataclasses import fields
 
+    from ..model.errors import UserError
     from ..model.files import show
     from ..model.model import load
-    from .draw.context import open_context
     from .draw.screenshot import save_png
     from .draw.tiles import check_size
-    from .draw.triangles import read_triangles_for
     from .record import check_options, record, shot_from
+    from .still import Asked, opened
 
     check_size(args.size)
     check_options(args)
     output = _output(args)
     if args.benchmark == 0:
         raise UserError("--benchmark 0: at least one frame is needed")
-    _check_mesh_options(args)
-    options = options_from(args, transparent=args.transparent, split=0.5 * args.split)
+    asked = Asked(**{entry.name: getattr(args, entry.name) for entry in fields(Asked)})
+    asked.check()
     model = load(args.model)
-    camera = camera_from(args, model.front)
-    options.check_texture(model.texture is not None)
     check_time(args, show(model.name), model.inputs == "xyzt")
     shot = shot_from(args, model.inputs == "xyzt")
-    if args.split and args.mesh is None:
-        options = _two_levels(options, len(model.levels))
-    level, normal_level = options.resolved_levels(len(model.levels))
-    mesh = None if args.mesh is None else read_triangles_for(model, args.mesh, args.space or "input")
-    context = open_context(args.context)
-    try:
-        renderer = _compiled_renderer(context, model, mesh, args)
-        rounds = 0 if mesh is not None else _rounds(renderer, options, level)
+    rays = args.size[0] * args.size[1] * (args.samples * (args.frames or 1) + (args.benchmark or 0))
+    with opened(model, asked, rays) as scene:
+        if scene.rounds < scene.wanted_rounds:
+            print(
+                f"mplicits: note: {scene.rounds} rounds of {','.join(map(str, scene.iterations))} steps, "
+                f"not {scene.wanted_rounds} rounds: software OpenGL's loop limit allows no more",
+                file=sys.stderr,
+            )
+        renderer, camera, options = scene.renderer, scene.camera, scene.options
         start = time.perf_counter()
         if shot is None:
             image = renderer.render(args.size, camera, options)
@@ -125,10 +121,6 @@ def run_render(args: Namespace) -> None:
             coverage = record(renderer, output, args.size, shot, camera, options)
             frame_seconds = (time.perf_counter() - start) / shot.frames
         frames_per_second = None if args.benchmark is None else _frames_per_second(renderer, args, camera, options)
-        compile_seconds = renderer.compile_seconds
-        renderer.release()
-    finally:
-        context.release()
     if not coverage:
         print(NOTHING_SEEN, file=sys.stderr)
     report = {
@@ -140,15 +132,15 @@ def run_render(args: Namespace) -> None:
         "time": options.time if model.inputs == "xyzt" and shot is None else None,
         "frames": None if shot is None else shot.frames,
         "fps": None if shot is None else shot.rate,
-        "mesh": None if mesh is None else str(args.mesh),
-        "level": level if mesh is None else None,
-        "normal_level": normal_level,
+        "mesh": None if args.mesh is None else str(args.mesh),
+        "level": scene.level if args.mesh is None else None,
+        "normal_level": scene.normal_level,
         "split": args.split,
-        "rounds": rounds,
-        "context": context.kind,
-        "renderer": context.renderer,
+        "rounds": scene.rounds,
+        "context": renderer.context.kind,
+        "renderer": renderer.context.renderer,
         "coverage": round(coverage, 6),
-        "compile_seconds": round(compile_seconds, 3),
+        "compile_seconds": round(renderer.compile_seconds, 3),
         "frame_seconds": round(frame_seconds, 3),
         "frames_per_second": frames_per_second,
     }
@@ -233,42 +225,6 @@ def _output(args: Namespace) -> Path:
     return output
 
 
-def _rounds(renderer: "Renderer", options: "RenderOptions", level: int) -> int:
-    """Return how often rays go through the levels; a note on stderr says where these are fewer than wanted."""
-    import sys
-
-    iterations, rounds = renderer.schedule(options)
-    if rounds < (wanted_rounds := renderer.wanted_rounds(options)):
-        print(
-            f"mplicits: note: {rounds} rounds of {','.join(map(str, iterations[:level]))} steps, "
-            f"not {wanted_rounds} rounds: software OpenGL's loop limit allows no more",
-            file=sys.stderr,
-        )
-    return rounds
-
-
-def _compiled_renderer(context: "Context", model: "Model", mesh: "Triangles | None", args: Namespace) -> "Renderer":
-    """Compile what draws the model, or the mesh where there is one; a terminal says so meanwhile."""
-    import sys
-
-    from ..codegen.targets.glsl330 import bake
-    from .draw.compile import storage_for
-    from .draw.rasteriser import Rasteriser
-    from .draw.renderer import Renderer
-
-    rays = args.size[0] * args.size[1] * (args.samples * (args.frames or 1) + (args.benchmark or 0))
-    storage = storage_for(args.storage, rays, model.parameters(), context.software)
-    if sys.stderr.isatty():
-        print(f"compiling the shader on {context.renderer}", end="\r", file=sys.stderr, flush=True)
-    if mesh is None:
-        renderer = Renderer(context, bake(model, storage, passes=True))
-    else:
-        renderer = Rasteriser(context, model, mesh, storage)
-    if sys.stderr.isatty():
-        print("\x1b[K", end="", file=sys.stderr, flush=True)
-    return renderer
-
-
 def _frames_per_second(renderer: "Renderer", args: Namespace, camera: "Camera", options: "RenderOptions") -> float:
     """Return the median rate of --benchmark frames, after a tenth as many to warm up."""
     import statistics
@@ -279,36 +235,6 @@ def _frames_per_second(renderer: "Renderer", args: Namespace, camera: "Camera", 
     frames = tqdm(range(warm_up + args.benchmark), desc="benchmark", delay=2, leave=False, disable=None)
     seconds = [renderer.timed(args.size, camera, options)[0] for _ in frames]
     return float(f"{1 / statistics.median(seconds[warm_up:]):.4g}")
-
-
-def _two_levels(options: "RenderOptions", levels: int) -> "RenderOptions":
-    """Choose levels 1 and the last one for the halves of --split, where none is asked for. Raises UserError."""
-    from dataclasses import replace
-
-    if options.level is None and options.normal_level is None:
-        options = replace(options, level=1, normal_level=levels)
-    level, normal_level = options.resolved_levels(levels)
-    if level == normal_level:
-        raise UserError(f"--split: both halves would have the normals of level {level}; choose another --level")
-    return options
-
-
-def _check_mesh_options(args: Namespace) -> None:
-    """Raise UserError where --space lacks --mesh, or where --mesh has options that only tracing takes."""
-    check_space(args)
-    if args.mesh is None:
-        return
-    tracing = {
-        "--level": args.level,
-        "--iterations": args.iterations,
-        "--rounds": args.rounds,
-        "--step-scale": args.step_scale,
-        "--delta-scale": None if args.delta_scale == 1.0 else args.delta_scale,
-        "--shade steps": args.shade if args.shade == "steps" else None,
-    }
-    given = [name for name, value in tracing.items() if value is not None]
-    if given:
-        raise UserError(f"{', '.join(given)}: nothing is traced with --mesh; --normal-level chooses its normals")
 
 
 VERBS = (

@@ -1,8 +1,8 @@
 """What all printers share: the table of how a C-like language writes things, and Storage, which prints functions."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -30,10 +30,32 @@ class Language:
     """Name of the sine of a vec4."""
     cosine: str = "cos"
     """Name of the cosine of a vec4."""
+    types: Mapping[str, str] = field(default_factory=dict)
+    """GLSL's name of a type -> the language's, where it is another."""
+    parameter: str = "{type} {name}"
+    """A parameter of a function."""
+    variable: str = "{type} {name} = {value};"
+    """A local variable."""
+    product: str = "{matrix} * {vector}"
+    """A mat4 times a vec4."""
+    transposed: str = "{vector} * {matrix}"
+    """The transpose of a mat4 times a vec4."""
+
+    def type(self, kind: str) -> str:
+        """Return the language's name of a type of GLSL."""
+        return self.types.get(kind, kind)
 
     def begin(self, kind: str, name: str, parameters: str) -> str:
         """Return the first line of a function's definition. kind: type of the result; parameters: as text."""
-        return self.function.format(type=kind, name=name, parameters=parameters) + " {"
+        return self.function.format(type=self.type(kind), name=name, parameters=parameters) + " {"
+
+    def taken(self, *parameters: tuple[str, str]) -> str:
+        """Return parameters, (type, name), as `begin` takes them."""
+        return ", ".join(self.parameter.format(type=self.type(kind), name=name) for kind, name in parameters)
+
+    def local(self, kind: str, name: str, value: str) -> str:
+        """Return the declaration of a local variable."""
+        return self.variable.format(type=self.type(kind), name=name, value=value)
 
     def number(self, value: float) -> str:
         """Return the shortest literal that reads back as the same float32, and not as an integer."""
@@ -44,7 +66,7 @@ class Language:
 
     def vector(self, values: np.ndarray) -> str:
         """Return a vec4 of 4 values, or a mat4 of 16 in column-major order."""
-        kind = {4: "vec4", 16: "mat4"}[len(values)]
+        kind = self.type({4: "vec4", 16: "mat4"}[len(values)])
         return f"{kind}({', '.join(self.number(value) for value in values)})"
 
 
@@ -74,9 +96,14 @@ class Storage(ABC):
 
     def definition(self, function: Function) -> list[str]:
         """Return the text of one of the functions, its head and its closing brace included."""
-        kind, result = _result(function, self.program.widths(function))
+        kind, result = _result(function, self.program.widths(function), self.language)
         lines = [f"    {line}" for line in self.statements(function)]
-        return [self.language.begin(kind, function.name, "vec4 p"), *lines, f"    return {result};", "}"]
+        return [
+            self.language.begin(kind, function.name, self.language.taken(("vec4", "p"))),
+            *lines,
+            f"    return {result};",
+            "}",
+        ]
 
     def blocks(self, function: Function) -> Blocks:
         """Return the number of vec4 in each value of a function."""
@@ -95,15 +122,15 @@ class Storage(ABC):
                 return f"{self.language.number(factor)} * {at(source)}"
 
 
-def _result(function: Function, widths: dict[str, int]) -> tuple[str, str]:
+def _result(function: Function, widths: dict[str, int], language: Language) -> tuple[str, str]:
     """Return the type of a function's result, and the expression that it returns: see Program for its outputs."""
     match [widths[name] for name in function.outputs]:
         case [1]:
             return "float", function.outputs[0]
         case [4, 1]:
-            return "vec4", "vec4({}.xyz, {})".format(*function.outputs)
+            return "vec4", "{}({}.xyz, {})".format(language.type("vec4"), *function.outputs)
         case [1, 1, 1]:
-            return "vec3", f"vec3({', '.join(function.outputs)})"
+            return "vec3", f"{language.type('vec3')}({', '.join(function.outputs)})"
         case other:
             raise ValueError(f"{function.name}: no C type for outputs of widths {other}")
 

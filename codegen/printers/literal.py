@@ -38,34 +38,41 @@ class LiteralStorage(Storage):
         match op:
             case Affine(result=result, source=source, matrix=matrix, bias=bias):
                 for o in range(blocks[result]):
-                    terms = [f"{matrix}_{o}_{i} * {_block(source, i, blocks)}" for i in range(blocks[source])]
+                    terms = [
+                        self.language.product.format(matrix=f"{matrix}_{o}_{i}", vector=_block(source, i, blocks))
+                        for i in range(blocks[source])
+                    ]
                     first = f"{bias}_{o}" if bias else terms.pop(0)
-                    yield from _sum("vec4", _block(result, o, blocks), first, terms)
+                    yield from self._sum("vec4", _block(result, o, blocks), first, terms)
             case Transposed(result=result, source=source, matrix=matrix):
                 for i in range(blocks[result]):
-                    terms = [f"{_block(source, o, blocks)} * {matrix}_{o}_{i}" for o in range(blocks[source])]
-                    yield from _sum("vec4", _block(result, i, blocks), terms.pop(0), terms)
+                    terms = [
+                        self.language.transposed.format(matrix=f"{matrix}_{o}_{i}", vector=_block(source, o, blocks))
+                        for o in range(blocks[source])
+                    ]
+                    yield from self._sum("vec4", _block(result, i, blocks), terms.pop(0), terms)
             case Dot(result=result, source=source, row=row, scale=scale, bias=bias):
                 terms = [f"dot({row}_{k}, {_block(source, k, blocks)})" for k in range(blocks[source])]
                 if scale == 1.0:
-                    yield from _sum("float", result, self.language.number(bias), terms)
+                    yield from self._sum("float", result, self.language.number(bias), terms)
                 else:
-                    yield from _sum("float", result, terms.pop(0), terms)
+                    yield from self._sum("float", result, terms.pop(0), terms)
                     yield f"{result} = {self.language.number(scale)} * {result} + {self.language.number(bias)};"
             case _:
                 for k in range(blocks[op.result]):
                     right = self.elementwise(op, partial(_block, k=k, blocks=blocks))
-                    yield f"vec4 {_block(op.result, k, blocks)} = {right};"
+                    yield self.language.local("vec4", _block(op.result, k, blocks), right)
+
+    def _sum(self, kind: str, name: str, first: str, terms: list[str]) -> Iterator[str]:
+        yield self.language.local(kind, name, first)
+        yield from (f"{name} += {term};" for term in terms)
 
     def _constant(self, kind: str, name: str, values: Array) -> str:
-        return self.language.constant.format(type=kind, name=name, value=self.language.vector(values))
+        return self.language.constant.format(
+            type=self.language.type(kind), name=name, value=self.language.vector(values)
+        )
 
 
 def _block(name: str, k: int, blocks: Blocks) -> str:
     """Return the variable, or constant, that holds block `k` of a value or of a constant vector."""
     return name if blocks.get(name) == 1 else f"{name}_{k}"
-
-
-def _sum(kind: str, name: str, first: str, terms: list[str]) -> Iterator[str]:
-    yield f"{kind} {name} = {first};"
-    yield from (f"{name} += {term};" for term in terms)

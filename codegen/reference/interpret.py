@@ -8,8 +8,16 @@ from numpy.typing import NDArray
 
 from ..ir.program import INPUT, Affine, Array, Cosine, Dot, Function, Op, Product, Program, Scale, Sine, Transposed
 
+
+def _biased(products: Array, bias: Array | None) -> Array:
+    """Add a bias (width,), where there is one, to products (N, width), in place: memory costs as much as sums here."""
+    if bias is not None:
+        products += bias
+    return products
+
+
 OPS: dict[type[Op], Callable[[Any, Callable[[str], Array]], Array]] = {
-    Affine: lambda op, get: get(op.source) @ get(op.matrix).T + (0 if op.bias is None else get(op.bias)),
+    Affine: lambda op, get: _biased(get(op.source) @ get(op.matrix).T, None if op.bias is None else get(op.bias)),
     Transposed: lambda op, get: get(op.source) @ get(op.matrix),
     Sine: lambda op, get: np.sin(get(op.source)),
     Cosine: lambda op, get: np.cos(get(op.source)),

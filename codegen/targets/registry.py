@@ -20,13 +20,32 @@ class Target:
     """How the output file's name ends where the user gives none."""
     poster: bool = False
     """Whether the text holds a small picture of the model, which takes seconds to draw."""
+    alone: bool = False
+    """Whether the text is a function alone, for another program: it takes a name and a space."""
 
-    def __call__(self, model: "Model", storage: str = "auto", digits: int | None = None) -> str:
+    def __call__(
+        self,
+        model: "Model",
+        storage: str = "auto",
+        digits: int | None = None,
+        name: str | None = None,
+        space: str | None = None,
+    ) -> str:
         """Return the text of the whole output file, by the module's function `standalone`.
 
         storage: how weights are stored: "auto", or a way that the target has. digits: decimals that the weights are
-        rounded to, None for all. Raises UserError where the target does not take the model or the storage.
+        rounded to, None for all. name: of a function alone; None: made of the model's. space: "model" or "input", where
+        a function alone takes points; None: model space. Raises UserError where the target does not take the model, the
+        storage, a name or a space.
         """
+        if self.alone:
+            return self._standalone(model, storage=storage, digits=digits, name=name, space=space or "model")
+        for option, value in (("name", name), ("space", space)):
+            if value is not None:
+                from ...model.errors import UserError
+
+                targets = ", ".join(key for key, target in TARGETS.items() if target.alone)
+                raise UserError(f"--{option}: only functions alone have one: {targets}")
         return self._standalone(model, storage=storage, digits=digits)
 
     def size(self, model: "Model") -> int:
@@ -52,6 +71,11 @@ TARGETS = {
     "html": Target("webpage", suffix=".html", poster=True),
     "shadertoy": Target("shadertoy", suffix=".frag"),
     "cuda": Target("cuda", suffix=".cu"),
+    "glsl": Target("glsl_function", suffix=".sdf.glsl", alone=True),
+    "wgsl": Target("wgsl", suffix=".wgsl", alone=True),
+    "hlsl": Target("hlsl", suffix=".hlsl", alone=True),
+    "c": Target("c", suffix=".c", alone=True),
+    "python": Target("python", suffix=".py", alone=True),
 }
 """Name, as `--target` takes it -> target."""
 DEFAULT = "glsl330"

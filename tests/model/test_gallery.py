@@ -13,7 +13,7 @@ from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference.interpret import colour, nested_field
 from mplicits.model import gallery
 from mplicits.model.model import load, save
-from mplicits.trainer.cli import CREASE
+from mplicits.trainer.options import CREASE
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.viewer.arguments import camera_from

@@ -89,6 +89,23 @@ def load_shape(
         raise UserError(f"{label}: not a readable {path.suffix[1:].upper()} file ({reason})") from None
     if image is not None:
         source["texture"] = {"file": image.name, "sha256": hashlib.sha256(image.read_bytes()).hexdigest()}
+    return shape_of_content(content, label, source, crease=crease, noise=noise, up=up, thicken=thicken)
+
+
+def shape_of_content(
+    content: TexturedMesh | Cloud,
+    label: str,
+    source: dict[str, Any],
+    *,
+    crease: float | None,
+    noise: float | None,
+    up: str,
+    thicken: float | None,
+) -> tuple[Shape, list[str]]:
+    """Make the shape of what was read, or of what a program has in memory; the rest is as of `load_shape`.
+
+    label: its name for people. source: what the provenance keeps of it, to which the options are added.
+    """
     if up != DEFAULT_UP:
         source["up"] = up
         content = _turned(content, up)
@@ -146,7 +163,7 @@ def _read_mesh(path: Path, image: Path | None) -> TexturedMesh | Cloud:
             mesh.visual.material = material()
     if not isinstance(mesh, trimesh.Trimesh) or not len(mesh.faces):
         return _points_of(path, image)
-    return _textured(mesh, image)
+    return textured(mesh, image)
 
 
 def _points_of(path: Path, image: Path | None) -> Cloud:
@@ -160,7 +177,7 @@ def _points_of(path: Path, image: Path | None) -> Cloud:
     return Cloud(np.asarray(cloud.vertices, np.float64), None, colours[:, :3] / 255 if coloured else None)
 
 
-def _textured(mesh: trimesh.Trimesh, image: Path | None) -> TexturedMesh:
+def textured(mesh: trimesh.Trimesh, image: Path | None) -> TexturedMesh:
     """Read the texture of a mesh, then merge the vertices at one place that differ by coordinates or normals only."""
     check_coordinates(np.asarray(mesh.vertices, np.float64))
     texture = image_texture(mesh, image)
@@ -174,7 +191,7 @@ def _read_ply(path: Path, image: Path | None) -> TexturedMesh | Cloud:
     loaded: Any = trimesh.load(path, process=False)
     mesh = loaded if isinstance(loaded, trimesh.Trimesh) and len(loaded.faces) else mesh_of_strips(loaded)
     if mesh is not None:
-        return _textured(mesh, image)
+        return textured(mesh, image)
     no_image(image)
     return points_of_ply(loaded.metadata.get("_ply_raw", {}).get("vertex", {}).get("data", {}))
 

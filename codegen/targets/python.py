@@ -1,0 +1,125 @@
+"""Target python: the distance function alone for NumPy, with its normal and colour, in one file without mplicits."""
+
+import json
+from collections.abc import Iterator
+
+import numpy as np
+
+from ...model.model import Model
+from ...model.orientation import UPRIGHT
+from ..ir.program import INPUT, Affine, Array, Cosine, Dot, Op, Product, Program, Scale, Sine, Transposed
+from ..printers.cstyle import constants_of
+from ..printers.field import PLAIN
+from ..printers.function import Place, prefixed
+from .alone import described, prepared
+from .header import header_facts
+
+WIDTH = 110
+"""Characters of a line of weights."""
+
+
+def standalone(
+    model: Model, storage: str = "auto", digits: int | None = None, name: str | None = None, space: str = "model"
+) -> str:
+    """Return the functions of a model, whose names begin with `name` (None: made of the model's), in a space."""
+    program, called, place = prepared(model, storage, digits, name, space)
+    facts = header_facts(model, program, "python") | {"function": called, "space": space}
+    program = prefixed(program, f"_{called}")
+    lines = [f"# {json.dumps(facts)}", *(f"# {line}" for line in described(program, called, space))]
+    lines += ["# p: points (..., 3). The results have the shapes (...) and (..., 3).", "", "import numpy as np", ""]
+    for constant in constants_of(program.functions()):
+        lines += _constant(constant, program.constants[constant])
+    for function in program.functions():
+        lines += ["", "", f"def {function.name}({INPUT}):"]
+        lines += [f"    {op.result} = {_expression(op)}" for op in function.ops]
+        lines.append(f"    return {', '.join(function.outputs)}")
+    return "\n".join([*lines, *_face(program, called, place)]) + "\n"
+
+
+def _constant(name: str, values: Array) -> Iterator[str]:
+    """Yield an array of weights."""
+    shape = "" if values.ndim == 1 else f".reshape({values.shape[0]}, {values.shape[1]})"
+    yield f"{name} = np.array(["
+    line = "   "
+    for value in values.ravel():
+        text = f" {_number(value)},"
+        if len(line) + len(text) > WIDTH:
+            yield line
+            line = "   "
+        line += text
+    yield line
+    yield f"], np.float32){shape}"
+
+
+def _number(value: float) -> str:
+    """Return the shortest literal that reads back as the same float32."""
+    return str(np.float32(value))
+
+
+def _expression(op: Op) -> str:
+    """Return what computes an op's result (N, width), or (N,) of a Dot."""
+    match op:
+        case Affine(source=source, matrix=matrix, bias=bias):
+            text = f"{source} @ {matrix}.T{f' + {bias}' if bias else ''}"
+        case Transposed(source=source, matrix=matrix):
+            text = f"{source} @ {matrix}"
+        case Sine(source=source):
+            text = f"np.sin({source})"
+        case Cosine(source=source):
+            text = f"np.cos({source})"
+        case Product(left=left, right=right):
+            text = f"{left} * {right}"
+        case Dot(source=source, row=row, scale=scale, bias=bias):
+            text = f"np.float32({_number(scale)}) * ({source} @ {row}) + np.float32({_number(bias)})"
+        case Scale(source=source, factor=factor):
+            text = f"np.float32({_number(factor)}) * {source}"
+    return text
+
+
+def _face(program: Program, name: str, place: Place) -> list[str]:
+    """Return the functions that users call."""
+    centre, scale, up = place
+    time = ", time" if program.moving else ""
+    turned = [list(map(int, row)) for row in UPRIGHT[up]]
+    deltas = [band.delta for band in program.bands[:-1]]
+    values = ", ".join(function.name for function in program.values)
+    gradients = ", ".join(function.name for function in program.gradients)
+    lines = [
+        *("", "", f"def _{name}_input(p{time}):"),
+        f"    p = np.asarray(p, np.float64).reshape(-1, 3) @ np.array({turned}).T",
+        f"    p = (p - {list(map(float, centre))}) / {float(scale)}",
+        f"    fourth = np.full((len(p), 1), {'time' if program.moving else '1.0'})",
+        "    return np.concatenate([p, fourth], axis=1).astype(np.float32)",
+        *("", "", f"def {name}_level(p, level{time}):"),
+        f"    q = _{name}_input(p{time})",
+        f"    total = {program.values[0].name}(q)",
+        "    rows, f = np.arange(len(q)), total",
+        f"    for network, delta in zip([{values}][1:level], {deltas}):",
+        "        inside = np.abs(f) < delta",
+        "        rows = rows[inside]",
+        "        f = f[inside] + network(q[rows])",
+        "        total[rows] = f",
+        f"    return total.reshape(np.shape(p)[:-1]) * np.float32({float(scale)})",
+        *("", "", f"def {name}(p{time}):"),
+        f"    return {name}_level(p, {len(program.values)}{time})",
+        *("", "", f"def {name}_normal(p{time}):"),
+        f"    q = _{name}_input(p{time})",
+        f"    total, f = {program.gradients[0].name}(q)",
+        "    rows = np.arange(len(q))",
+        f"    for network, delta in zip([{gradients}][1:], {deltas}):",
+        "        inside = np.abs(f) < delta",
+        "        rows = rows[inside]",
+        "        gradient, residual = network(q[rows])",
+        "        f = f[inside] + residual",
+        "        total[rows] += gradient",
+        "    normal = total[:, :3] / np.linalg.norm(total[:, :3], axis=1, keepdims=True)",
+        f"    return (normal @ np.array({turned}, np.float32)).reshape(np.shape(p))",
+        *("", "", f"def {name}_color(p{time}):"),
+    ]
+    if program.texture is None:
+        return [*lines, f"    return np.full(np.shape(p), [{PLAIN}], np.float32)"]
+    return [
+        *lines,
+        f"    color = np.stack({program.texture.name}(_{name}_input(p{time})), axis=1)",
+        "    return np.clip(color, 0, 1).reshape(np.shape(p))",
+    ]

@@ -1,0 +1,234 @@
+"""`import mplicits`: what it loads, and that a Field agrees with the numpy reference, with PyTorch and with itself."""
+
+import json
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from inspect import getmembers, isfunction
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from numpy.typing import NDArray
+
+import mplicits
+from mplicits import functions
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference import interpret
+from mplicits.model.model import load, save
+from mplicits.model.orientation import as_in_file
+from mplicits.trainer.networks import differentiable
+from support.paths import DEMO, ROOT
+from support.random_model import random_model
+
+IMPORTED = """
+import json, sys, time
+began = time.process_time()
+import mplicits
+print(json.dumps([time.process_time() - began, *sys.modules]))
+"""
+LIGHT = 0.1
+"""Seconds that importing may take."""
+MODEL = random_model((16, 1), (18, 2), (24, 1), texture=(10, 1))
+FIELD = mplicits.Field(MODEL)
+PLACED = mplicits.Field(replace(MODEL, centre=(10.0, -20.0, 5.0), scale=3.0, up="z"))
+"""The same model, of a file in other coordinates."""
+MOVING = random_model((16, 1), (18, 1), texture=(10, 1), inputs="xyzt")
+
+
+def points(*shape: int) -> NDArray[np.float32]:
+    return np.random.default_rng(2).uniform(-1, 1, (*shape, 3)).astype(np.float32)
+
+
+def in_file(model_space: NDArray[np.floating]) -> NDArray[np.float64]:
+    """The coordinates in PLACED's file of points in model space."""
+    return as_in_file(model_space.astype(np.float64) * 3.0 + (10.0, -20.0, 5.0), "z")
+
+
+def test_importing_loads_nothing_heavy_and_is_quick() -> None:
+    command = [sys.executable, "-c", IMPORTED]
+    done = [subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=True) for _ in range(2)]
+    results = [json.loads(process.stdout) for process in done]
+    assert not {"numpy", "torch", "moderngl", "trimesh", "igl", "PIL", "safetensors"} & set(results[0][1:])
+    assert min(seconds for seconds, *_ in results) < LIGHT
+
+
+def test_every_name_is_there_and_no_other() -> None:
+    assert list(mplicits._PLACES) == mplicits.__all__ == sorted(mplicits.__all__)
+    assert set(mplicits.__all__) <= set(dir(mplicits))
+    assert all(getattr(mplicits, name).__name__ == name for name in mplicits.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'laod'"):
+        mplicits.laod  # noqa: B018
+
+
+def test_nothing_at_the_face_is_any() -> None:
+    face = [(f"Field.{name}", member) for name, member in getmembers(mplicits.Field, isfunction)]
+    face += [
+        (name, member)
+        for name, member in getmembers(functions, isfunction)
+        if member.__module__ == "mplicits.functions"
+    ]
+    assert len(face) > 15
+    for name, member in face:
+        # NumPy itself writes the shape of an array of any shape so.
+        hints = {key: str(hint).replace("tuple[typing.Any, ...]", "") for key, hint in member.__annotations__.items()}
+        assert "return" in hints, name
+        assert not [key for key, hint in hints.items() if "Any" in hint], name
+
+
+def test_models_are_loaded_by_name_path_and_bytes() -> None:
+    named, path, data = mplicits.load("spot"), mplicits.load(DEMO), mplicits.load(DEMO.read_bytes())
+    assert repr(named) == "<mplicits.Field 'spot': 64x1 > 64x2, colours by 64x2, 21,893 parameters>"
+    assert (named.levels, named.parameters) == (("64x1", "64x2"), 21_893)
+    assert path.model.sha256() == data.model.sha256()
+    for source, said in ((b"text", "these bytes: not a model file"), ("spto", "did you mean 'spot'")):
+        with pytest.raises(mplicits.UserError, match=said):
+            mplicits.load(source)
+
+
+@pytest.mark.parametrize("level", [1, 2, None])
+def test_a_field_equals_the_reference(level: int | None) -> None:
+    many = points(10_000)
+    assert len(many) > FIELD._evaluator._chunk, "several chunks, in several threads"
+    expected, reached = interpret.nested_field(lower(MODEL), many, level or 3)
+    np.testing.assert_allclose(FIELD.sdf(many, level), expected, atol=2e-6)
+    gradients = FIELD.gradient(many, level)
+    for number in range(1, (level or 3) + 1):
+        there = reached == number
+        theirs, _ = interpret.field_gradient(lower(MODEL), many[there], number)
+        np.testing.assert_allclose(gradients[there], theirs, atol=2e-5)
+    np.testing.assert_allclose(FIELD.color(many), interpret.colour(lower(MODEL), many), atol=2e-6)
+
+
+def test_points_have_any_shape() -> None:
+    grid = points(4, 5, 6)
+    rows = FIELD(grid.reshape(-1, 3))
+    assert rows.dtype == np.float32
+    np.testing.assert_array_equal(FIELD(grid), rows.reshape(4, 5, 6))
+    np.testing.assert_allclose(FIELD(grid.tolist()), rows.reshape(4, 5, 6), atol=1e-6)
+    assert FIELD([0, 0, 0]).shape == ()
+    assert FIELD(np.zeros((0, 3))).shape == (0,)
+    assert (FIELD.gradient(grid).shape, FIELD.color([[0, 0, 1]]).shape) == ((4, 5, 6, 3), (1, 3))
+    for wrong in ([1.0, 2.0], 3.0, "text", [[1, 2, 3], [4]]):
+        with pytest.raises(mplicits.UserError, match=r"^points"):
+            FIELD(wrong)  # type: ignore[arg-type]
+    with pytest.raises(mplicits.UserError, match="level 4: the model has levels 1 to 3"):
+        FIELD(grid, 4)
+    with pytest.raises(mplicits.UserError, match="space 'file' is none of model, input"):
+        FIELD(grid, space="file")
+
+
+def test_spaces_are_one_shape() -> None:
+    here = points(500)
+    np.testing.assert_allclose(PLACED.sdf(in_file(here), space="input"), 3.0 * FIELD.sdf(here), atol=5e-6)
+    turned = as_in_file(FIELD.gradient(here).astype(np.float64), "z")
+    np.testing.assert_allclose(PLACED.gradient(in_file(here), space="input"), turned, atol=5e-5)
+    np.testing.assert_allclose(PLACED.color(in_file(here), space="input"), FIELD.color(here), atol=5e-6)
+    there = torch.tensor(in_file(here), requires_grad=True)
+    value = PLACED.sdf(there, space="input")
+    np.testing.assert_allclose(value.detach(), 3.0 * FIELD.sdf(here), atol=5e-6)
+    value.sum().backward()
+    assert there.grad is not None
+    np.testing.assert_allclose(there.grad, turned, atol=5e-5)
+    np.testing.assert_allclose(PLACED.gradient(there, space="input").detach(), turned, atol=5e-5)
+
+
+def test_tensors_give_tensors_that_are_differentiable(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(differentiable, "CHUNK", 64)
+    array = points(20, 10)
+    tensor = torch.from_numpy(array)
+    value = FIELD(tensor)
+    assert (value.dtype, value.requires_grad) == (torch.float32, False)
+    np.testing.assert_allclose(value, FIELD(array), atol=2e-6)
+    np.testing.assert_allclose(FIELD.gradient(tensor), FIELD.gradient(array), atol=2e-5)
+    np.testing.assert_allclose(FIELD.color(tensor), FIELD.color(array), atol=2e-6)
+    leaf = tensor.clone().requires_grad_()
+    (gradient,) = torch.autograd.grad(FIELD(leaf, 2).sum(), leaf, create_graph=True)
+    np.testing.assert_allclose(gradient.detach(), FIELD.gradient(array, 2), atol=2e-5)
+    (eikonal,) = torch.autograd.grad((gradient.norm(dim=-1) - 1).square().sum(), leaf)
+    again = tensor.clone().requires_grad_()
+    (FIELD.gradient(again, 2).norm(dim=-1) - 1).square().sum().backward()  # type: ignore[no-untyped-call]
+    assert again.grad is not None
+    np.testing.assert_allclose(again.grad, eikonal, atol=1e-4)
+    assert eikonal.abs().max() > 0.1
+
+
+def test_a_model_that_moves_takes_a_time() -> None:
+    field, here = mplicits.Field(MOVING), points(300)
+    for time in (0.0, 0.7):
+        expected, _ = interpret.nested_field(lower(MOVING), here, 2, time)
+        np.testing.assert_allclose(field(here, time=time), expected, atol=2e-6)
+        np.testing.assert_allclose(field(torch.from_numpy(here), time=time), expected, atol=2e-6)
+        np.testing.assert_allclose(field.color(here, time=time), interpret.colour(lower(MOVING), here, time), atol=2e-6)
+    step = 1e-2
+    right = np.array([step, 0, 0], np.float32)
+    slope = (field(here + right, 1, time=0.7) - field(here - right, 1, time=0.7)) / (2 * step)
+    np.testing.assert_allclose(field.gradient(here, 1, time=0.7)[:, 0], slope, atol=0.02)
+    assert field.bounds.tolist() == [[-1] * 3, [1] * 3]
+
+
+def test_a_model_without_colours_is_painted_as_everywhere() -> None:
+    plain = mplicits.Field(random_model((4, 0)))
+    np.testing.assert_allclose(plain.color(points(2, 3)), np.full((2, 3, 3), [0.80, 0.74, 0.66]), atol=1e-6)
+    np.testing.assert_allclose(plain.color(torch.zeros(3)), [0.80, 0.74, 0.66], atol=1e-6)
+
+
+def test_many_threads_may_ask_at_once() -> None:
+    many = points(20_000)
+    expected = FIELD(many)
+    with ThreadPoolExecutor(8) as pool:
+        for result in pool.map(lambda _: FIELD(many), range(16)):
+            np.testing.assert_array_equal(result, expected)
+
+
+def test_rays_end_where_the_field_is_zero() -> None:
+    spot = mplicits.load("spot")
+    rng = np.random.default_rng(3)
+    eye = np.array([0.3, 0.5, 2.5])
+    hits = spot.trace(eye, rng.normal(0, 0.5, (40, 50, 3)) - eye)
+    assert hits.hit.shape == (40, 50)
+    assert 0.3 < hits.hit.mean() < 1
+    np.testing.assert_allclose(spot(hits.points[hits.hit]), 0, atol=3e-6)
+    gradient = spot.gradient(hits.points[hits.hit])
+    lengths = np.linalg.norm(gradient, axis=-1, keepdims=True)
+    np.testing.assert_allclose(hits.normals[hits.hit], gradient / lengths, atol=1e-5)
+    before = eye + np.linspace(0, 0.999, 50)[:, None, None] * (hits.points[hits.hit] - eye)
+    assert (spot(before) > 0).all(), "nothing is met earlier"
+    np.testing.assert_allclose(np.linalg.norm(hits.points - eye, axis=-1)[hits.hit], hits.t[hits.hit], rtol=1e-6)
+    assert np.isinf(hits.t[~hits.hit]).all()
+    assert np.isnan(hits.points[~hits.hit]).all()
+    assert repr(hits) == f"<mplicits.Hits: {hits.hit.sum():,} of 2,000 rays>"
+
+
+def test_rays_from_inside_and_from_the_file_s_space() -> None:
+    model = mplicits.load("spot").model
+    spot, placed = mplicits.Field(model), mplicits.Field(replace(model, centre=(10.0, -20.0, 5.0), scale=3.0, up="z"))
+    assert spot.trace([0.1, 0, 0], [0, 0, 5]).t == 0
+    here, along = np.array([0.2, 0.1, 3.0]), np.array([0.0, 0.0, -2.0])
+    model_hit, hit = spot.trace(here, along), placed.trace(in_file(here), as_in_file(along, "z"), space="input")
+    np.testing.assert_allclose(hit.t, 3 * model_hit.t, rtol=1e-6)
+    np.testing.assert_allclose(hit.points, in_file(model_hit.points), rtol=1e-6)
+    np.testing.assert_allclose(hit.normals, as_in_file(model_hit.normals.astype(float), "z"), atol=1e-5)
+    with pytest.raises(mplicits.UserError, match="length 0"):
+        spot.trace([0, 0, 2], [0, 0, 0])
+
+
+def test_bounds_hold_the_surface_closely() -> None:
+    spot = mplicits.load("spot")
+    vertices = spot.mesh(48, space="model", quiet=True).vertices
+    low, high = spot.bounds
+    assert (low <= vertices.min(axis=0)).all()
+    assert (high >= vertices.max(axis=0)).all()
+    assert np.abs(spot.bounds - [vertices.min(axis=0), vertices.max(axis=0)]).max() < 0.1
+
+
+def test_saving_and_loading_are_inverse(tmp_path: Path) -> None:
+    FIELD.save(tmp_path / "m.safetensors")
+    assert mplicits.load(tmp_path / "m.safetensors").model.sha256() == MODEL.sha256()
+    save(MODEL, tmp_path / "n.safetensors")
+    assert load(tmp_path / "n.safetensors").sha256() == MODEL.sha256()
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(mplicits.UserError, match="not a model"):
+        FIELD.save(tmp_path / "notes.txt")

@@ -1,0 +1,107 @@
+"""The options of a training: what the verb `train` and the function `train` take alike, checked and made `Settings`."""
+
+from collections.abc import Mapping, Sequence
+
+from ..model.errors import UserError
+from ..model.orientation import check_up
+from . import settings as parse
+from .settings import DEFAULT_PRESET, PRESETS, Settings, networks
+
+LARGEST_NOISE = 0.1
+"""Largest standard deviation of a cloud's points that is taken, as a share of the shape's radius."""
+MOST_SECONDS = 1e7
+"""A training takes less: some 116 days."""
+THINNEST = 0.001
+"""Least that thicken takes: a thinner sheet is thinner than what a network resolves."""
+CREASE = 30.0
+"""Angle in degrees above which an edge of a mesh may be a crease."""
+
+Numbers = str | Sequence[float] | float
+"""Numbers joined by commas, as on the command line, or as such."""
+
+
+def is_duration(seconds: float) -> bool:
+    """Whether a training may take so many seconds."""
+    return 1 <= seconds < MOST_SECONDS
+
+
+def settings_from(
+    *,
+    levels: str | Sequence[str] | None = None,
+    preset: str = DEFAULT_PRESET,
+    packed: bool = False,
+    omega: Numbers | None = None,
+    seconds: float | None = None,
+    steps: Numbers | None = None,
+    texture: str = "auto",
+    texture_network: str | None = None,
+    crease: float = CREASE,
+    thicken: float | None = None,
+    noise: float | None = None,
+    up: str | None = None,
+    front: Numbers | None = None,
+    credit: str | None = None,
+    seed: int = 0,
+    device: str = "auto",
+    weights: str | Mapping[str, float] | None = None,
+) -> Settings:
+    """Make the settings of a training of its options, which docs/training.md explains. Raises UserError."""
+    if preset not in PRESETS:
+        raise UserError(f"--preset {preset}: there is {', '.join(PRESETS)}")
+    chosen = PRESETS[preset]
+    sizes = networks((levels if isinstance(levels, str) else ",".join(levels or ())) or chosen.levels)
+    if seconds is not None and not is_duration(seconds):
+        raise UserError(f"--seconds: {seconds:g}: at least 1 is needed")
+    if seconds is not None and steps is not None:
+        raise UserError("--steps: not allowed with --seconds: it is the one or the other")
+    if noise is not None and not 0 <= noise <= LARGEST_NOISE:
+        raise UserError(f"--noise: {noise:g}: a share of the radius from 0 to {LARGEST_NOISE} is needed")
+    if not 0 <= seed < 2**40:
+        raise UserError(f"--seed: {seed}: a whole number from 0 is needed")
+    if thicken is not None and not THINNEST <= thicken <= 1:
+        raise UserError(f"--thicken: {thicken:g}: a share of the radius from {THINNEST} to 1 is needed")
+    if not 0 <= crease <= 180:
+        raise UserError(f"--crease: {crease:g}: an angle from 0 to 180 degrees is needed")
+    if up is not None:
+        check_up(up)
+    if device not in ("auto", "cpu", "cuda"):
+        raise UserError(f"--device {device}: there is auto, cpu, cuda")
+    if isinstance(weights, Mapping):
+        weights = ",".join(f"{name}={number}" for name, number in weights.items())
+    return Settings(
+        networks=sizes,
+        omegas=parse.omegas(text_of(omega), sizes),
+        steps=parse.steps(text_of(steps), len(sizes)),
+        seconds=seconds,
+        texture=texture != "none",
+        seed=seed,
+        device=device,
+        weights=parse.loss_weights(weights),
+        packed=packed or (chosen.packed and not levels),
+        texture_network=networks(texture_network, "--texture-network")[0] if texture_network else None,
+        noise=noise,
+        up=up,
+        front=parse.front(text_of(front)),
+        credit=credit or "",
+    )
+
+
+def file_omegas(omega: Numbers | None, count: int) -> list[float | None]:
+    """Read omega_0 of each of `count` checkpoints; None stands for what the files say. Raises UserError."""
+    text = text_of(omega)
+    if text is None:
+        return [None] * count
+    try:
+        values: list[float | None] = [float(part) for part in text.split(",")]
+    except ValueError:
+        raise UserError(f"--omega {text}: numbers joined by commas are needed") from None
+    if len(values) != count:
+        raise UserError(f"--omega: {len(values)} of {count} numbers, one for each file")
+    return values
+
+
+def text_of(numbers: Numbers | None) -> str | None:
+    """Write numbers as on the command line, whose parsers check them."""
+    if numbers is None or isinstance(numbers, str):
+        return numbers
+    return ",".join(map(repr, [numbers] if isinstance(numbers, (int, float)) else map(float, numbers)))
