@@ -352,6 +352,22 @@ class Field:
         check_writable(Path(path), kind=MODEL)
         save_model(self.model, Path(path))
 
+    def show(self) -> None:
+        """Display the model: live in a notebook, else as a page in the browser."""
+        from .notebook import show
+
+        show(self)
+
+    def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, str]:
+        """Return what a notebook shows, and keeps: a picture, and the live page."""
+        return self._shown
+
+    @cached_property
+    def _shown(self) -> dict[str, str]:
+        from .notebook import mimebundle
+
+        return mimebundle(self)
+
     @cached_property
     def _torch(self) -> "TorchField":
         from .trainer.networks.differentiable import TorchField

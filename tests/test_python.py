@@ -129,7 +129,7 @@ def test_spaces_are_one_shape() -> None:
     there = torch.tensor(in_file(here), requires_grad=True)
     value = PLACED.sdf(there, space="input")
     np.testing.assert_allclose(value.detach(), 3.0 * FIELD.sdf(here), atol=5e-6)
-    value.sum().backward()
+    value.sum().backward()  # type: ignore[no-untyped-call]
     assert there.grad is not None
     np.testing.assert_allclose(there.grad, turned, atol=5e-5)
     np.testing.assert_allclose(PLACED.gradient(there, space="input").detach(), turned, atol=5e-5)
@@ -149,7 +149,7 @@ def test_tensors_give_tensors_that_are_differentiable(monkeypatch: pytest.Monkey
     np.testing.assert_allclose(gradient.detach(), FIELD.gradient(array, 2), atol=2e-5)
     (eikonal,) = torch.autograd.grad((gradient.norm(dim=-1) - 1).square().sum(), leaf)
     again = tensor.clone().requires_grad_()
-    (FIELD.gradient(again, 2).norm(dim=-1) - 1).square().sum().backward()  # type: ignore[no-untyped-call]
+    (FIELD.gradient(again, 2).norm(dim=-1) - 1).square().sum().backward()
     assert again.grad is not None
     np.testing.assert_allclose(again.grad, eikonal, atol=1e-4)
     assert eikonal.abs().max() > 0.1

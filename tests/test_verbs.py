@@ -163,9 +163,8 @@ def test_arrays_are_shapes() -> None:
     assert mesh.scale == pytest.approx(2)
     assert turned.centre == pytest.approx((5, 7, -6))
     assert (mesh.coloured, cloud.coloured) == (False, True)
-    points = np.array([[0, 0, 0], [0, 0, 1.5]])
     for shape in (mesh, cloud):
-        np.testing.assert_allclose(shape.distance(points), [-1, 0.5], atol=0.01)
+        np.testing.assert_allclose(shape.distance(np.array([[0, 0, 0.9], [0, 0, 1.5]])), [-0.1, 0.5], atol=0.01)
 
 
 def test_a_callback_may_end_a_training() -> None:

@@ -3,6 +3,7 @@
 import keyword
 import re
 from dataclasses import fields, replace
+from typing import Any
 
 from ...model.errors import UserError
 from ...model.files import show
@@ -63,7 +64,8 @@ def prefixed(program: Program, name: str) -> Program:
 
     def op(old: Op) -> Op:
         texts = {entry.name: getattr(old, entry.name) for entry in fields(old)}
-        return replace(old, **{key: names[text] for key, text in texts.items() if text in names})
+        renamed: dict[str, Any] = {key: names[text] for key, text in texts.items() if text in names}
+        return replace(old, **renamed)
 
     def function(old: Function) -> Function:
         return replace(old, name=f"{name}_{old.name}", ops=tuple(op(entry) for entry in old.ops))

@@ -42,7 +42,7 @@ def _constant(name: str, values: Array) -> Iterator[str]:
     yield f"{name} = np.array(["
     line = "   "
     for value in values.ravel():
-        text = f" {_number(value)},"
+        text = f" {_number(float(value))},"
         if len(line) + len(text) > WIDTH:
             yield line
             line = "   "

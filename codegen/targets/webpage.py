@@ -10,6 +10,7 @@ from importlib.resources import files
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ... import glsl
 from ...model.checks import SHAPES, WIDEST
@@ -202,16 +203,24 @@ def _bytes(model: Model) -> bytes:
     return to_bytes(replace(model, provenance={}), kind)
 
 
-def _poster(model: Model, program: Program) -> str:
-    """Return a picture of the model, as the page first shows it, at time 0, as the URL of a WebP of some 3 kB."""
-    from PIL import Image
+def poster_pixels(model: Model, side: int, program: Program | None = None) -> NDArray[np.uint8]:
+    """Draw a model as the page first shows it, at time 0: (side, side, 4) uint8, sRGB and coverage, top row first.
 
+    program: the model's, where it is there already.
+    """
     azimuth, elevation = model.front or (orbit.AZIMUTH, orbit.ELEVATION)
     focal = 1 / math.tan(math.radians(orbit.FOV) / 2)
     light, plain = np.array(default("light")), np.array([float(c) for c in PLAIN.split(",")])
     view = basis(azimuth, elevation), fitting_distance(1.0, focal), focal
-    pixels = np.round(255 * draw_poster(program, *view, light, plain, POSTER_SIDE)).astype(np.uint8)
+    return np.round(255 * draw_poster(program or lower(model), *view, light, plain, side)).astype(np.uint8)
+
+
+def _poster(model: Model, program: Program) -> str:
+    """Return a picture of the model, as the page first shows it, as the URL of a WebP of some 3 kB."""
+    from PIL import Image
+
     data = io.BytesIO()
+    pixels = poster_pixels(model, POSTER_SIDE, program)
     Image.fromarray(pixels).save(data, "WEBP", quality=POSTER_QUALITY, method=6)
     return "data:image/webp;base64," + base64.b64encode(data.getvalue()).decode()
 

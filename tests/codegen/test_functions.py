@@ -63,7 +63,8 @@ def in_space(model: Model, space: str, here: Array) -> Array:
     """Points of model space, as a function in a space takes them."""
     if space == "model":
         return here
-    return as_in_file(here.astype(np.float64) * model.scale + model.centre, model.up).astype(np.float32)
+    placed: Array = as_in_file(here.astype(np.float64) * model.scale + model.centre, model.up).astype(np.float32)
+    return placed
 
 
 def expected(model: Model, space: str, here: Array) -> Array:
@@ -141,7 +142,7 @@ def in_hlsl(texts: str, here: Array, time: str, folder: Path, _: Context) -> Arr
     if shutil.which("glslangValidator") is None:
         pytest.skip("glslangValidator is not installed (Debian: glslang-tools)")
     main = f"""
-[[vk::binding(0, 0)]] RWStructuredBuffer<float> points;
+[[vk::binding(0, 0)]] StructuredBuffer<float> points;
 [[vk::binding(1, 0)]] RWStructuredBuffer<float> results;
 [numthreads(64, 1, 1)] void main(uint3 at : SV_DispatchThreadID) {{
     uint i = at.x; float3 p = float3(points[3 * i], points[3 * i + 1], points[3 * i + 2]), n, c; float4 a, b;

@@ -1,0 +1,101 @@
+"""A model in a notebook: a picture that stays in the file, and the live page in a frame that draws only while seen."""
+
+import base64
+import html
+import io
+import json
+import sys
+import tempfile
+import webbrowser
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .codegen.targets import webpage
+from .model.errors import UserError
+
+if TYPE_CHECKING:
+    from .field import Field
+
+SIDE = 320
+"""Pixels of the picture, along each side."""
+HEIGHT = 420
+"""CSS pixels of the frame's height."""
+
+_FRAME = """<!doctype html><meta charset="utf-8"><style>
+html,body{margin:0;height:100%;overflow:hidden;background:#15181d}
+button,iframe{position:absolute;inset:0;width:100%;height:100%;border:0;padding:0;background:none}
+button{cursor:pointer}img{width:100%;height:100%;object-fit:contain}
+</style><button type="button" aria-label="Turn it"><img alt="" src="PICTURE"></button>
+<script type="application/json">PAGE</script><script>
+const text = JSON.parse(document.querySelector("script").textContent), button = document.querySelector("button");
+let frame = null;
+function start() {
+    if (frame) return;
+    frame = document.createElement("iframe");
+    frame.setAttribute("allow", "fullscreen");
+    frame.srcdoc = text;
+    document.body.append(frame);
+}
+function stop() {
+    if (frame) frame.remove();
+    frame = null;
+}
+button.addEventListener("click", start);
+new IntersectionObserver(([seen]) => (seen.isIntersecting ? start() : stop()), {threshold: 0.3}).observe(button);
+</script>"""
+"""A page around the page: the picture, and the page itself in a frame of its own while a third of it is in sight.
+
+A browser holds some 16 WebGL contexts: removing the frame frees its own. No line of the script depends on the end of
+another, for hosts may fold them.
+"""
+
+
+def mimebundle(field: "Field") -> dict[str, str]:
+    """Return what a notebook keeps of a model: a PNG in base64, for those who show no pages, the page, and a line."""
+    png = picture(field)
+    return {"text/plain": repr(field), "image/png": png, "text/html": frame(field, png)}
+
+
+def picture(field: "Field") -> str:
+    """Draw a model from its front: the base64 of a PNG with a transparent background. It needs no OpenGL."""
+    from PIL import Image
+
+    data = io.BytesIO()
+    Image.fromarray(webpage.poster_pixels(field.model, SIDE)).save(data, "png", optimize=True)
+    return base64.b64encode(data.getvalue()).decode()
+
+
+def frame(field: "Field", png: str) -> str:
+    """Return HTML that shows a model live: one iframe whose document is in its attribute, escaped whole.
+
+    png: what is seen until then, as `picture` gives it.
+    """
+    page = json.dumps(webpage.standalone(field.model)).replace("<", "\\u003c")
+    document = _FRAME.replace("PICTURE", f"data:image/png;base64,{png}").replace("PAGE", page)
+    return (
+        f'<iframe title="{html.escape(repr(field))}" style="width:100%;height:{HEIGHT}px;border:0" '
+        f'sandbox="allow-scripts allow-downloads" allow="fullscreen" srcdoc="{html.escape(document)}"></iframe>'
+    )
+
+
+def show(field: "Field") -> None:
+    """Display a model in a notebook; outside of one, open its page in the browser, from a new temporary file.
+
+    Raises UserError where no browser can be opened; the message names the file.
+    """
+    if in_notebook():
+        import_module("IPython.display").display(field)
+        return
+    name = "".join(c if c.isalnum() else "-" for c in field.name)[:60]
+    path = Path(tempfile.mkdtemp(prefix="mplicits-"), f"{name}.html")
+    path.write_text(webpage.standalone(field.model), encoding="utf-8")
+    if not webbrowser.open(path.as_uri()):
+        raise UserError(f"no browser can be opened here; open {path} in one")
+
+
+def in_notebook() -> bool:
+    """Whether this is a notebook's kernel."""
+    ipython = sys.modules.get("IPython")
+    shell = None if ipython is None else ipython.get_ipython()
+    return shell is not None and hasattr(shell, "kernel")
