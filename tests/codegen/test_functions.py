@@ -48,7 +48,8 @@ def points(model: Model) -> Array:
     for level, entry in enumerate(model.levels[:-1], start=1):
         edges |= np.abs(np.abs(interpret.field(lower(model), here, level, TIME)) - entry.delta) < 1e-4
     steep = np.linalg.norm(gradient(model, here), axis=1) > 0.1
-    return here[~edges & steep][:COUNT]
+    clear: Array = here[~edges & steep]
+    return clear[:COUNT]
 
 
 def gradient(model: Model, here: Array) -> Array:

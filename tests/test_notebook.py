@@ -1,0 +1,113 @@
+"""A model in a notebook: its picture, and its page, which a frame starts where it is seen and frees where it is not."""
+
+import base64
+import html
+import io
+import re
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import mplicits
+from mplicits import notebook
+from support.paths import DEMO
+from support.random_model import random_model
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+HOSTILE = '"></iframe><script>alert(1)</script>'
+COUNT = 20
+"""Models on one page: more than the WebGL contexts that a browser keeps."""
+
+
+@pytest.fixture(scope="module")
+def bundle() -> dict[str, str]:
+    return mplicits.load(DEMO)._repr_mimebundle_()
+
+
+def document(frame: str) -> str:
+    """The document in the attribute of an iframe."""
+    (found,) = re.findall(r'srcdoc="([^"]*)"', frame)
+    return html.unescape(found)
+
+
+def test_the_picture_is_of_the_model(bundle: dict[str, str]) -> None:
+    assert bundle["text/plain"] == repr(mplicits.load(DEMO))
+    image = np.asarray(Image.open(io.BytesIO(base64.b64decode(bundle["image/png"]))))
+    assert image.shape == (notebook.SIDE, notebook.SIDE, 4)
+    assert 0.1 < (image[..., 3] > 0).mean() < 0.8
+
+
+def test_the_frame_is_one_tag_that_survives_folding(bundle: dict[str, str]) -> None:
+    frame = bundle["text/html"]
+    assert re.fullmatch(r'<iframe [^<>]*srcdoc="[^"<>]*"></iframe>', frame)
+    (script,) = re.findall(r"</script><script>(.*)</script>", document(frame), re.DOTALL)
+    assert "//" not in script
+    assert not re.search(r'(src|href)="(?!data:)', document(frame))
+    for line in script.strip().splitlines():
+        assert line.rstrip()[-1] in ";{}(,", f"{line}: its end is that of a statement or a block"
+
+
+def test_hostile_names_stay_inside() -> None:
+    frame = notebook.frame(mplicits.Field(random_model((4, 0), name=HOSTILE)), "")
+    assert re.fullmatch(r'<iframe [^<>]*srcdoc="[^"<>]*"></iframe>', frame)
+    assert "<script>alert" not in document(frame)
+
+
+def test_show_opens_a_page_in_the_browser(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", lambda url: not opened.append(url))
+    field = mplicits.Field(random_model((4, 0), name="a/b c"))
+    field.show()
+    assert opened[0].endswith("/a-b-c.html")
+    assert "<canvas" in Path(opened[0].removeprefix("file://")).read_text(encoding="utf-8")
+    monkeypatch.setattr("webbrowser.open", lambda _: False)
+    with pytest.raises(mplicits.UserError, match=r"open .*\.html in one"):
+        field.show()
+
+
+def test_show_displays_a_model_in_a_notebook(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[object] = []
+    monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=None)))
+    monkeypatch.setitem(sys.modules, "IPython.display", SimpleNamespace(display=shown.append))
+    field = mplicits.Field(random_model((4, 0)))
+    field.show()
+    assert shown == [field]
+
+
+@pytest.mark.slow
+def test_twenty_models_share_a_page(browser: "Browser", tmp_path: Path) -> None:
+    """Those in sight live, the others have no frame; each lives again when it is scrolled back to."""
+    frame = notebook.frame(mplicits.Field(random_model((4, 0))), "")
+    cells = "".join(f'<div style="width:480px;height:440px">{frame}</div>' for _ in range(COUNT))
+    (tmp_path / "notebook.html").write_text(f"<!doctype html><body>{cells}", encoding="utf-8")
+    context = browser.new_context(offline=True, device_scale_factor=0.1, viewport={"width": 600, "height": 480})
+    page, said = context.new_page(), list[str]()
+    page.on("console", lambda message: said.append(message.text))
+    page.on("pageerror", lambda error: said.append(str(error)))
+    page.goto((tmp_path / "notebook.html").as_uri())
+
+    def living() -> list[int]:
+        """The cells whose page is there."""
+        outer = page.query_selector_all("iframe")
+        frames = [element.content_frame() for element in outer]
+        return [i for i, entry in enumerate(frames) if entry is not None and entry.child_frames]
+
+    for cell in (0, 7, COUNT - 1, 0):
+        page.evaluate("y => scrollTo(0, y)", 440 * cell)
+        for _ in range(200):
+            page.wait_for_timeout(100)
+            if living() == [cell]:
+                break
+        assert living() == [cell]
+        frame_of_cell = page.query_selector_all("iframe")[cell].content_frame()
+        assert frame_of_cell is not None
+        frame_of_cell.child_frames[0].wait_for_function("() => document.documentElement.dataset.state === 'still'")
+    context.close()
+    assert said == []
