@@ -237,6 +237,7 @@ class Field:
         light: tuple[float, float, float] | None = None,
         background: "str | tuple[Colour, Colour] | None" = None,
         samples: int = 4,
+        time: float | None = None,
         mesh: str | Path | None = None,
         space: str | None = None,
         storage: str = "auto",
@@ -252,11 +253,10 @@ class Field:
         colours in [0, 1]. docs/viewer.md explains the rest.
         """
         from .viewer.arguments import colours
-        from .viewer.draw.screenshot import to_pixels
-        from .viewer.still import draw_still
+        from .viewer.draw.screenshot import to_bytes
+        from .viewer.still import Asked, draw_still
 
-        still = draw_still(
-            self.model,
+        asked = Asked(
             size=(size, size) if isinstance(size, int) else size,
             camera=camera,
             fov=fov,
@@ -272,6 +272,7 @@ class Field:
             light=light,
             background=colours(background) if isinstance(background, str) else background,
             samples=samples,
+            time=time,
             mesh=None if mesh is None else Path(mesh),
             space=space,
             storage=storage,
@@ -279,7 +280,8 @@ class Field:
             transparent=transparent,
             split=split,
         )
-        return to_pixels(still.image, transparent)
+        image = draw_still(self.model, asked)
+        return to_bytes(image if transparent else image[..., :3], dithered=not transparent)
 
     def mesh(
         self,

@@ -20,23 +20,23 @@ from mplicits.model.model import load
 from mplicits.trainer.imported import import_checkpoints
 from mplicits.trainer.learn import learn
 from mplicits.trainer.shapes.given import given_shape
-from mplicits.viewer.still import draw_still
+from mplicits.viewer.still import Asked
 from support.paths import DEMO
 
 OF_FILES = {"output", "force", "json"}
 """Options that say where a verb's result goes: a function returns it."""
-OF_THE_COMMAND_LINE = {"render": {"benchmark"}, "train": {"live"}}
+OF_THE_COMMAND_LINE = {"render": {"benchmark", "frames", "fps", "once", "turn"}, "train": {"live"}}
 """Options that only a command line has a use for."""
 VERBS: dict[str, tuple[Callable[..., object], Callable[..., object]]] = {
     "train": (mplicits.train, learn),
     "bake": (mplicits.Field.bake, bake),
-    "render": (mplicits.Field.render, draw_still),
+    "render": (mplicits.Field.render, Asked),
     "mesh": (mplicits.Field.mesh, make_mesh),
     "eval": (mplicits.evaluate, evaluate),
     "import": (mplicits.import_checkpoints, import_checkpoints),
 }
 """Verb -> what `import mplicits` offers, and the room's function that both call."""
-PROGRAMS = {"demo", "view", "info"}
+PROGRAMS = {"demo", "view", "info", "unproject"}
 """Verbs that are programs, and `info`, whose function is Field.info."""
 
 
