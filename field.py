@@ -72,14 +72,14 @@ class Field:
         Where the field moves it is the cube from -1 to 1, which holds the shape at any time.
         """
         from .codegen.ir.lower import lower
-        from .codegen.reference.cells import empty_cells
+        from .codegen.reference.cells import Cells
 
-        cells = empty_cells(lower(self.model), 64)
-        if cells is None or cells.sizes.all():
+        cells = Cells(lower(self.model), 64)
+        occupied = np.argwhere((cells.grid() == 0) & (cells.moments == 1))[:, ::-1]
+        if not len(occupied):
             return np.array([[-1.0] * 3, [1.0] * 3])
-        indices = np.argwhere(cells.sizes == 0)[:, ::-1]
-        edge = 2 * cells.half / len(cells.sizes)
-        return np.stack((indices.min(axis=0), indices.max(axis=0) + 1)) * edge - cells.half
+        edge = 2 * cells.half / cells.count
+        return np.stack((occupied.min(axis=0), occupied.max(axis=0) + 1)) * edge - cells.half
 
     def __repr__(self) -> str:
         """Describe the model in a line."""
