@@ -15,6 +15,7 @@ from PIL import Image
 
 import mplicits
 from mplicits import notebook
+from support.browser import PATIENCE
 from support.paths import DEMO
 from support.random_model import random_model
 
@@ -62,7 +63,12 @@ def test_hostile_names_stay_inside() -> None:
 
 def test_show_opens_a_page_in_the_browser(monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[str] = []
-    monkeypatch.setattr("webbrowser.open", lambda url: not opened.append(url))
+
+    def browse(url: str) -> bool:
+        opened.append(url)
+        return True
+
+    monkeypatch.setattr("webbrowser.open", browse)
     field = mplicits.Field(random_model((4, 0), name="a/b c"))
     field.show()
     assert opened[0].endswith("/a-b-c.html")
@@ -101,13 +107,15 @@ def test_twenty_models_share_a_page(browser: "Browser", tmp_path: Path) -> None:
 
     for cell in (0, 7, COUNT - 1, 0):
         page.evaluate("y => scrollTo(0, y)", 440 * cell)
-        for _ in range(200):
+        for _ in range(600):
             page.wait_for_timeout(100)
             if living() == [cell]:
                 break
         assert living() == [cell]
         frame_of_cell = page.query_selector_all("iframe")[cell].content_frame()
         assert frame_of_cell is not None
-        frame_of_cell.child_frames[0].wait_for_function("() => document.documentElement.dataset.state === 'still'")
+        frame_of_cell.child_frames[0].wait_for_function(
+            "() => document.documentElement.dataset.state === 'still'", timeout=PATIENCE
+        )
     context.close()
     assert said == []
