@@ -40,7 +40,9 @@ def given_shape(
         raise UserError(f"{label}: {error}") from None
     arrays = (content.mesh.vertices, content.mesh.faces) if isinstance(content, TexturedMesh) else (content.points,)
     digest = hashlib.sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays))
-    return shape_of_content(content, label, {"sha256": digest.hexdigest()}, crease=crease, noise=noise, up=up, thicken=thicken)
+    return shape_of_content(
+        content, label, {"sha256": digest.hexdigest()}, crease=crease, noise=noise, up=up, thicken=thicken
+    )
 
 
 def _content(given: Given) -> TexturedMesh | Cloud:
