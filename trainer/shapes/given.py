@@ -30,7 +30,8 @@ def given_shape(
 ) -> tuple[Shape, list[str]]:
     """Make a shape of what a program has in memory, and return it with the warnings for the user.
 
-    crease, noise, up, thicken: as of `load_shape`. label: the shape's name. Raises UserError where nothing can be learnt of it.
+    crease, noise, up, thicken: as of `load_shape`. label: the shape's name. Raises UserError where nothing can be
+    learnt of it.
     """
     content = _content(given)
     try:
