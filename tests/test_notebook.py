@@ -115,7 +115,7 @@ def test_twenty_models_share_a_page(browser: "Browser", tmp_path: Path) -> None:
         frame_of_cell = page.query_selector_all("iframe")[cell].content_frame()
         assert frame_of_cell is not None
         frame_of_cell.child_frames[0].wait_for_function(
-            "() => document.documentElement.dataset.state === 'still'", timeout=PATIENCE
+            "() => 'drawn' in document.documentElement.dataset", timeout=PATIENCE
         )
     context.close()
     assert said == []
