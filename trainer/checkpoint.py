@@ -6,6 +6,7 @@ Deltas are not stored.
 """
 
 import hashlib
+import os
 import re
 import warnings
 from collections.abc import Sequence
@@ -52,7 +53,7 @@ def read_network(path: Path, omega: float | None) -> Network:
     file is no such checkpoint.
     """
     label = show(path.name)
-    if not path.is_file():
+    if not os.path.isfile(path):  # Path.is_file raises where a name is too long.
         raise UserError(f"{show(path)}: no such file")
     try:
         with warnings.catch_warnings(action="ignore"):
