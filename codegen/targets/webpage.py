@@ -41,7 +41,7 @@ from .camera import basis, fitting_distance
 from .glsl300es import DIALECT
 from .header import header_facts
 from .motion import PERIOD
-from .shader import LEAST_STEPS, LOOP_LIMIT
+from .shader import LEAST_STEPS, LOOP_LIMIT, PASSES
 from .uniforms import SHADINGS, UNIFORMS, default
 
 PRINTER = ("facts.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js", "field.js")
@@ -75,6 +75,8 @@ CELLS = 32, 64
 """Cells along an edge of the grid that the page finds: of large models and of those that move, and of others."""
 CELL_MOMENTS = 16
 """Grids that it finds for a model that moves, one after the other in time."""
+SHADERS = ("main", *PASSES, "accumulate", "present")
+"""Files in glsl/ with the fragment shaders that the page compiles."""
 PROBES = 32
 """Most points at which the page compares its field with the reference's."""
 
@@ -110,7 +112,7 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None, p
         "facts": facts_json(header | {"ground": ground} | _facts(model, program, storage, digits)),
         "weights": _wrapped(base64.b64encode(_bytes(weights)).decode()),
         "prologue": _shader(prologue),
-        **{name: _shader(glsl.load(f"{name}.glsl")) for name in ("main", "accumulate", "present")},
+        "glsl": _glsl(),
     }
     return _PLACE.sub(lambda match: parts[match[1]], _read("page.html"))
 
@@ -150,6 +152,7 @@ def facts_json(facts: dict[str, Any]) -> str:
             "overestimate": OVERESTIMATE,
         },
         "period": PERIOD,
+        "passes": list(PASSES),
         "loop_limit": LOOP_LIMIT,
         "studio_evaluations": EVALUATIONS,
         "least_steps": LEAST_STEPS,
@@ -233,6 +236,13 @@ def _numbers(values: np.ndarray) -> list[float]:
 def _shader(text: str) -> str:
     """Write GLSL so that it may stand in a script element: only the name, in the header's JSON, can hold a tag."""
     return re.sub(r"<(?=[/!s])", r"\\u003c", text)
+
+
+def _glsl() -> str:
+    """Return the files in glsl/ that SHADERS are made of, each in a script element with the file's name as its id."""
+    names = dict.fromkeys(name for shader in SHADERS for name in glsl.load_numbered(f"{shader}.glsl")[1])
+    scripts = [f'<script type="x-shader/x-fragment" id="{name}">{_shader(glsl.read(name))}</script>' for name in names]
+    return "\n".join(scripts)
 
 
 def _wrapped(text: str) -> str:

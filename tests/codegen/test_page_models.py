@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from mplicits import glsl
 from mplicits.codegen.reference.rounding import in_float16
 from mplicits.codegen.targets import glsl330
 from mplicits.codegen.targets.registry import TARGETS
+from mplicits.codegen.targets.webpage import SHADERS
 from mplicits.model.model import Layer, Model, save
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
@@ -152,7 +154,8 @@ def test_a_name_that_is_html_is_shown_as_text(browser: "Browser", tmp_path: Path
         assert visited.page.inner_text("#shapes").endswith(HOSTILE)
         visited.page.keyboard.press("r")
         visited.until("location.hash === '#az=-60&el=5'")
-        assert visited.page.locator("script").count() == file.read_text().count("<script") == 8
+        files = len({name for shader in SHADERS for name in glsl.load_numbered(f"{shader}.glsl")[1]})
+        assert visited.page.locator("script").count() == file.read_text().count("<script") == 5 + files
         assert visited.said == []
 
 

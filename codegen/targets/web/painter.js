@@ -1,28 +1,39 @@
 import {momentOf} from "./cells.js";
 import {Device} from "./device.js";
+import {shared} from "./facts.js";
 
-// Draws pictures tile by tile. The model's shader draws one sample of each pixel into a small target, which is then
+// Draws pictures tile by tile. The model's shaders draw one sample of each pixel into a small target, which is then
 // added to the picture, the mean of its samples in linear light.
 // variants.js says what a variant is. A pass is one sample of every pixel: {tiles, values}, the tiles that are yet to
 // be drawn and the values of the uniforms.
 const TILE = 512; // pixels along the side of the small target
 const BATCH = 20; // milliseconds of drawing that are asked for at once
-const CELL_UNIT = 1; // texture unit of the grid of cells; everything else has unit 0
+const CELL_UNIT = 1; // texture unit of the grid of cells; everything else but rays has unit 0
+const RAYS_UNIT = 2; // texture unit of what the passes that trace leave to those that colour
 const PER_LEVEL = ["delta", "step_bound", "band_step_bound"]; // uniforms that are arrays of floats
 
 export class Painter {
-    constructor(canvas, sources) {
-        Object.assign(this, {canvas, sources, queue: Promise.resolve()});
+    constructor(canvas, source) {
+        Object.assign(this, {canvas, source, queue: Promise.resolve()});
         this.open();
+    }
+
+    // Returns a file of GLSL with its includes replaced by the files that they name, each where it is first.
+    shader(name, seen = new Set()) {
+        if (seen.has(name)) return "";
+        seen.add(name);
+        return this.source(name).replace(/^#include "(.*)"\n/gm, (_, other) => this.shader(other, seen));
     }
 
     // Creates everything that a context holds; to be called again after a lost one.
     open() {
         const device = new Device(this.canvas);
-        const program = (source) => device.finish(device.begin(`#version 300 es\nprecision highp float;\n${source}`));
+        const opening = "#version 300 es\nprecision highp float;\n";
+        const program = (name) => device.finish(device.begin(opening + this.shader(name)));
+        const target = () => device.target(device.sampleFormat, TILE, TILE, device.gl.NEAREST, device.float);
         Object.assign(this, {
-            device, accumulate: program(this.sources.accumulate), present: program(this.sources.present),
-            tile: device.target(device.sampleFormat, TILE, TILE, device.gl.NEAREST), cells: null,
+            device, accumulate: program("accumulate.glsl"), present: program("present.glsl"),
+            tile: target(), rays: device.float ? target() : null, cells: null,
         });
     }
 
@@ -85,17 +96,38 @@ export class Painter {
         cells.moment = moment;
     }
 
+    // The names of the passes that a variant draws a frame in: all at once where a device cannot draw floats.
+    get passes() {
+        return this.rays ? shared.passes : ["main"];
+    }
+
     // Draws a rectangle of the picture's sample into the small target, at [column, row] of it.
-    draw({program, names, weights}, values, [x, y], [width, height], [column, row] = [0, 0]) {
-        const {gl} = this.device;
-        gl.useProgram(program);
+    draw({programs, weights}, values, [x, y], size, place = [0, 0]) {
+        const {gl} = this.device, told = {...values, origin: [x - place[0], y - place[1]]};
+        const pass = (name, target) => this.pass(programs[name], told, target, size, place);
         gl.bindTexture(gl.TEXTURE_2D, weights);
-        if (names.cells) gl.uniform1i(names.cells, CELL_UNIT);
         this.holdTime(values.time[0]);
         gl.activeTexture(gl.TEXTURE0 + CELL_UNIT);
         gl.bindTexture(gl.TEXTURE_3D, this.cells?.texture ?? null);
         gl.activeTexture(gl.TEXTURE0);
-        for (const [name, value] of Object.entries({...values, origin: [x - column, y - row]})) {
+        if (programs.main) return pass("main", this.tile);
+        gl.enable(gl.DEPTH_TEST);
+        for (const [first, second, target] of [["near", "trace", this.rays], ["behind", "colour", this.tile]]) {
+            gl.depthFunc(gl.ALWAYS); // the first one's depth chooses where the second one draws
+            pass(first, target);
+            gl.depthFunc(gl.LEQUAL);
+            pass(second, target);
+        }
+        gl.disable(gl.DEPTH_TEST);
+    }
+
+    // Draws one program into a rectangle of a target.
+    pass({program, names}, values, {framebuffer}, [width, height], [column, row]) {
+        const {gl} = this.device;
+        gl.useProgram(program);
+        if (names.cells) gl.uniform1i(names.cells, CELL_UNIT);
+        if (names.rays) gl.uniform1i(names.rays, RAYS_UNIT);
+        for (const [name, value] of Object.entries(values)) {
             const location = names[name];
             if (!location) continue;
             if (name === "camera") gl.uniformMatrix4fv(location, false, value);
@@ -104,7 +136,7 @@ export class Painter {
             else if (PER_LEVEL.includes(name) || value.length === 1) gl.uniform1fv(location, value);
             else gl[`uniform${value.length}fv`](location, value);
         }
-        gl.bindFramebuffer(gl.FRAMEBUFFER, this.tile.framebuffer);
+        gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
         gl.viewport(column, row, width, height);
         gl.drawArrays(gl.TRIANGLES, 0, 3);
     }

@@ -12,14 +12,14 @@ const SAMPLES = 16; // of each pixel of a refined picture
 const PATIENCE = 15000; // milliseconds of refining after which no further sample is begun
 
 export class Renderer {
-    // sources: the GLSL in the page, by name. listener: {frame({milliseconds, size, samples, settled}),
+    // source(name): the text of a file of GLSL in the page. listener: {frame({milliseconds, size, samples, settled}),
     // progress(size, share), stored(storage, error), trying(isTried), failed(error)}.
-    constructor(canvas, sources, listener) {
+    constructor(canvas, source, listener) {
         const loaded = () => {
             this.fresh = true;
             this.change(true);
         };
-        Object.assign(this, {canvas, listener, scene: {}, painter: new Painter(canvas, sources)});
+        Object.assign(this, {canvas, listener, scene: {}, painter: new Painter(canvas, source)});
         this.variants = new Variants(this.painter, this.scene, {...listener, loaded});
         this.version = 0;
         this.scale = 1 / 8;

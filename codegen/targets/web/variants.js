@@ -5,10 +5,11 @@ import {asked, uniforms} from "./uniforms.js";
 
 // The model's shader has two variants. The one with its weights in a texture is there at once; the one with literals is
 // compiled while that one draws, and is kept where it proves the faster one.
-// A variant is {storage, program, names, weights, loops, cost, start, proven}. storage: "texture" or "literal"; names: each
-// uniform's location; weights: a texture, or null; loops: the loop iterations of the field's functions (field.js) where
-// the driver limits them, else null; cost: milliseconds that a pixel takes, 0 while unknown; start: when its compiler
-// was called, by performance.now(); proven: whether it has drawn a whole picture.
+// A variant is {storage, programs, weights, loops, cost, start, proven}. storage: "texture" or "literal"; programs: for
+// each of the painter's passes, by name, {program, names}, with each uniform's location; weights: a texture, or null;
+// loops: the loop iterations of the field's functions (field.js) where the driver limits them, else null; cost:
+// milliseconds that a pixel takes, 0 while unknown; start: when its compiler was called, by performance.now(); proven:
+// whether it has drawn a whole picture.
 const LITERAL_LIMIT = 60000; // milliseconds that compiling the literals may take
 
 export class Variants {
@@ -75,23 +76,25 @@ export class Variants {
     // Returns a variant of what printField gave; null where it is no longer wanted, or takes longer than `limit`
     // milliseconds.
     async compile(storage, {text, texels, height, loops}, model, isWanted, limit = Infinity) {
-        const {device, sources: {prologue, main}} = this.painter, {gl} = device, start = performance.now();
-        const opening = prologue.replace(/const int LEVELS = \d+;/, `const int LEVELS = ${model.levels.length};`);
-        const begun = device.begin(`${opening}\n#define CELLS\n${text}\n${main}`);
-        while (!device.isReady(begun)) {
+        const {painter} = this, {device} = painter, {gl} = device, start = performance.now();
+        const levels = `const int LEVELS = ${model.levels.length};`;
+        const opening = painter.source("prologue").replace(/const int LEVELS = \d+;/, levels);
+        const shader = (name) => `${opening}\n#define CELLS\n${text}\n${painter.shader(`${name}.glsl`)}`;
+        const begun = painter.passes.map((name) => [name, device.begin(shader(name))]);
+        while (!begun.every(([, one]) => device.isReady(one))) {
             await pause(15);
             if (isWanted() && performance.now() - start < limit) continue;
-            gl.deleteProgram(begun.program);
+            begun.forEach(([, {program}]) => gl.deleteProgram(program));
             return null;
         }
-        const {program, names} = device.finish(begun);
+        const programs = Object.fromEntries(begun.map(([name, one]) => [name, device.finish(one)]));
         const weights = height ? device.texture(gl.RGBA32F, TEXTURE_WIDTH, height, gl.NEAREST, texels) : null;
-        return {storage, program, names, weights, loops: device.limitsLoops ? loops : null, cost: 0, start, proven: false};
+        return {storage, programs, weights, loops: device.limitsLoops ? loops : null, cost: 0, start, proven: false};
     }
 
     drop(variant) {
         const {gl} = this.painter.device;
-        gl.deleteProgram(variant?.program ?? null);
+        Object.values(variant?.programs ?? {}).forEach(({program}) => gl.deleteProgram(program));
         gl.deleteTexture(variant?.weights ?? null);
     }
 

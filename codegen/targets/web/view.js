@@ -28,8 +28,7 @@ let home = homeOf(facts.front), camera = fromHash(location.hash, home), naming =
 let phase = 0, isPlaying = false; // the share of the motion's way there and back
 
 export function openRenderer() {
-    const sources = ["prologue", "main", "accumulate", "present"].map((id) => [id, element(id).textContent]);
-    renderer = new Renderer(canvas, Object.fromEntries(sources), listener);
+    renderer = new Renderer(canvas, (id) => element(id).textContent, listener);
 }
 
 // Has the renderer draw. moving: coarse pixels will do until it rests.
