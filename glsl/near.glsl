@@ -4,7 +4,7 @@
 #include "skip.glsl"
 
 // First pass of a frame: which rays come near the shape, by the ball and the grid of empty cells, without the field. The
-// depth is 1 where one does and 0 elsewhere; there, color is what trace.glsl would write.
+// depth and color.a are 1 where one does and 0 elsewhere; there, color is what trace.glsl would write.
 void main() {
     vec3 eye = camera[3].xyz;
     vec3 direction = camera_ray(gl_FragCoord.xy + origin + jitter, resolution, camera, focal);
@@ -12,6 +12,7 @@ void main() {
     float t = max(span.x, 0.0);
     bool near = span.x < span.y && span.y > 0.0;
     if (near && schedule == SCHEDULE_RELAXED && t > 0.0) t = skip(eye, direction, t, span.y);
-    color = vec4(t, 0.0, 0.0, 0.0);
-    gl_FragDepth = float(near && t <= span.y);
+    near = near && t <= span.y;
+    color = vec4(t, 0.0, 0.0, float(near));
+    gl_FragDepth = color.a;
 }

@@ -75,8 +75,8 @@ CELLS = 32, 64
 """Cells along an edge of the grid that the page finds: of large models and of those that move, and of others."""
 CELL_MOMENTS = 16
 """Grids that it finds for a model that moves, one after the other in time."""
-SHADERS = ("main", *PASSES, "accumulate", "present")
-"""Files in glsl/ with the fragment shaders that the page compiles."""
+SHADERS = ("main", *PASSES, "accumulate", "present", "blocks.vert")
+"""Files in glsl/ with the shaders that the page compiles."""
 PROBES = 32
 """Most points at which the page compares its field with the reference's."""
 

@@ -73,11 +73,11 @@ export class Device {
             throw new DeviceError(`The shader needs ${needed} uniform vectors; this device has ${vectors}.`);
     }
 
-    // Begins to compile a fragment shader, beside everything else where the browser can, and returns
+    // Begins to compile a fragment shader with a vertex shader, by default a triangle that covers all, beside everything else where the browser can, and returns
     // {program, shaders, sync}, which isReady and finish take.
-    begin(fragment) {
+    begin(fragment, vertex = VERTEX) {
         const gl = this.gl, program = gl.createProgram();
-        const shaders = [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, fragment]].map(([kind, text]) => {
+        const shaders = [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]].map(([kind, text]) => {
             const shader = gl.createShader(kind);
             gl.shaderSource(shader, text);
             gl.compileShader(shader);

@@ -9,6 +9,7 @@ import {shared} from "./facts.js";
 const TILE = 512; // pixels along the side of the small target
 const BATCH = 20; // milliseconds of drawing that are asked for at once
 const CELL_UNIT = 1; // texture unit of the grid of cells; everything else but rays has unit 0
+const BLOCK = 8; // pixels along the side of a block (blocks.vert.glsl)
 const RAYS_UNIT = 2; // texture unit of what the passes that trace leave to those that colour
 const PER_LEVEL = ["delta", "step_bound", "band_step_bound"]; // uniforms that are arrays of floats
 
@@ -30,7 +31,7 @@ export class Painter {
         const device = new Device(this.canvas);
         const opening = "#version 300 es\nprecision highp float;\n";
         const program = (name) => device.finish(device.begin(opening + this.shader(name)));
-        const target = () => device.target(device.sampleFormat, TILE, TILE, device.gl.NEAREST, device.float);
+        const target = () => device.target(device.sampleFormat, TILE, TILE, device.gl.NEAREST);
         Object.assign(this, {
             device, accumulate: program("accumulate.glsl"), present: program("present.glsl"),
             tile: target(), rays: device.float ? target() : null, cells: null,
@@ -96,37 +97,47 @@ export class Painter {
         cells.moment = moment;
     }
 
-    // The names of the passes that a variant draws a frame in: all at once where a device cannot draw floats.
-    get passes() {
-        return this.rays ? shared.passes : ["main"];
+    // Returns the names of the passes that a variant draws a frame in. Literals are text without loops, all of which a CPU
+    // computes for every pixel: passes leave out the pixels that need none of it. A loop over texels leaves itself out.
+    passes(storage) {
+        return this.rays && storage === "literal" ? shared.passes : ["main"];
+    }
+
+    // Returns the vertex shader of a pass that draws only where the one before it says so; undefined for the others.
+    vertices(name) {
+        if (!["trace", "colour"].includes(name)) return undefined;
+        return `#version 300 es\nprecision highp sampler2D;\n${this.shader("blocks.vert.glsl")}`;
     }
 
     // Draws a rectangle of the picture's sample into the small target, at [column, row] of it.
-    draw({programs, weights}, values, [x, y], size, place = [0, 0]) {
-        const {gl} = this.device, told = {...values, origin: [x - place[0], y - place[1]]};
-        const pass = (name, target) => this.pass(programs[name], told, target, size, place);
+    draw({programs, weights}, values, [x, y], [width, height], [column, row] = [0, 0]) {
+        const {gl} = this.device, {rays, tile} = this, viewport = [column, row, width, height];
+        const told = {...values, origin: [x - column, y - row]};
+        const pass = (name, target, from) => this.pass(programs[name], told, target, viewport, from);
         gl.bindTexture(gl.TEXTURE_2D, weights);
         this.holdTime(values.time[0]);
         gl.activeTexture(gl.TEXTURE0 + CELL_UNIT);
         gl.bindTexture(gl.TEXTURE_3D, this.cells?.texture ?? null);
         gl.activeTexture(gl.TEXTURE0);
-        if (programs.main) return pass("main", this.tile);
-        gl.enable(gl.DEPTH_TEST);
-        for (const [first, second, target] of [["near", "trace", this.rays], ["behind", "colour", this.tile]]) {
-            gl.depthFunc(gl.ALWAYS); // the first one's depth chooses where the second one draws
-            pass(first, target);
-            gl.depthFunc(gl.LEQUAL);
-            pass(second, target);
-        }
-        gl.disable(gl.DEPTH_TEST);
+        if (programs.main) return pass("main", tile);
+        pass("near", tile);
+        gl.bindFramebuffer(gl.FRAMEBUFFER, rays.framebuffer);
+        gl.clear(gl.COLOR_BUFFER_BIT);
+        pass("trace", rays, tile);
+        pass("behind", tile, rays);
+        if (!["steps", "data"].includes(shared.shadings[values.shading])) pass("colour", tile, rays);
     }
 
-    // Draws one program into a rectangle of a target.
-    pass({program, names}, values, {framebuffer}, [width, height], [column, row]) {
+    // Draws one program into a rectangle of a target. from: the target of the pass before, where it reads that.
+    pass({program, names, inBlocks}, values, {framebuffer}, [column, row, width, height], from = null) {
         const {gl} = this.device;
         gl.useProgram(program);
+        gl.activeTexture(gl.TEXTURE0 + RAYS_UNIT);
+        gl.bindTexture(gl.TEXTURE_2D, from && from.texture);
+        gl.activeTexture(gl.TEXTURE0);
         if (names.cells) gl.uniform1i(names.cells, CELL_UNIT);
         if (names.rays) gl.uniform1i(names.rays, RAYS_UNIT);
+        if (inBlocks) gl.uniform4i(names.viewport, column, row, width, height);
         for (const [name, value] of Object.entries(values)) {
             const location = names[name];
             if (!location) continue;
@@ -138,7 +149,7 @@ export class Painter {
         }
         gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
         gl.viewport(column, row, width, height);
-        gl.drawArrays(gl.TRIANGLES, 0, 3);
+        gl.drawArrays(gl.TRIANGLES, 0, inBlocks ? 6 * Math.ceil(width / BLOCK) * Math.ceil(height / BLOCK) : 3);
     }
 
     // Adds what `draw` drew to the picture's mean.

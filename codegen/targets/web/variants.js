@@ -6,7 +6,7 @@ import {asked, uniforms} from "./uniforms.js";
 // The model's shader has two variants. The one with its weights in a texture is there at once; the one with literals is
 // compiled while that one draws, and is kept where it proves the faster one.
 // A variant is {storage, programs, weights, loops, cost, start, proven}. storage: "texture" or "literal"; programs: for
-// each of the painter's passes, by name, {program, names}, with each uniform's location; weights: a texture, or null;
+// each of the painter's passes, by name, {program, names, inBlocks}, with each uniform's location; weights: a texture, or null;
 // loops: the loop iterations of the field's functions (field.js) where the driver limits them, else null; cost:
 // milliseconds that a pixel takes, 0 while unknown; start: when its compiler was called, by performance.now(); proven:
 // whether it has drawn a whole picture.
@@ -80,14 +80,16 @@ export class Variants {
         const levels = `const int LEVELS = ${model.levels.length};`;
         const opening = painter.source("prologue").replace(/const int LEVELS = \d+;/, levels);
         const shader = (name) => `${opening}\n#define CELLS\n${text}\n${painter.shader(`${name}.glsl`)}`;
-        const begun = painter.passes.map((name) => [name, device.begin(shader(name))]);
+        const begun = painter.passes(storage).map((name) => [name, device.begin(shader(name), painter.vertices(name))]);
         while (!begun.every(([, one]) => device.isReady(one))) {
             await pause(15);
             if (isWanted() && performance.now() - start < limit) continue;
             begun.forEach(([, {program}]) => gl.deleteProgram(program));
             return null;
         }
-        const programs = Object.fromEntries(begun.map(([name, one]) => [name, device.finish(one)]));
+        const programs = Object.fromEntries(begun.map(([name, one]) => [
+            name, {...device.finish(one), inBlocks: Boolean(painter.vertices(name))},
+        ]));
         const weights = height ? device.texture(gl.RGBA32F, TEXTURE_WIDTH, height, gl.NEAREST, texels) : null;
         return {storage, programs, weights, loops: device.limitsLoops ? loops : null, cost: 0, start, proven: false};
     }
