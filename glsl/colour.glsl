@@ -6,11 +6,15 @@ uniform sampler2D rays; // what near.glsl and trace.glsl wrote, pixel by pixel
 
 // Fourth pass of a frame, where behind.glsl lets a ray through: the surface that it has met, or the studio's floor.
 // color.rgb is sRGB, color.a is 1 on the surface and 0 on the floor.
+// With BLOCKS it is blocks.vert.glsl that lets it draw, where other pixels of the block may have met nothing.
 void main() {
     vec4 ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
     vec2 pixel = gl_FragCoord.xy + origin + jitter;
     vec3 direction = camera_ray(pixel, resolution, camera, focal);
     float t = ray.w > 0.5 ? ray.x : to_floor(camera[3].xyz, direction, ground);
+#ifdef BLOCKS
+    if (ray.w == 0.0 && (shading != SHADE_STUDIO || t <= 0.0)) discard;
+#endif
     vec3 behind = background(pixel, resolution, background_bottom, background_top);
     color = vec4(surface(pixel, direction, t, int(ray.y), ray.w > 0.5, behind), ray.w);
 }

@@ -113,7 +113,7 @@ export class Painter {
     draw({programs, weights}, values, [x, y], [width, height], [column, row] = [0, 0]) {
         const {gl} = this.device, {rays, tile} = this, viewport = [column, row, width, height];
         const told = {...values, origin: [x - column, y - row]};
-        const pass = (name, target, from) => this.pass(programs[name], told, target, viewport, from);
+        const pass = (name, target, ...more) => this.pass(programs[name], told, target, viewport, ...more);
         gl.bindTexture(gl.TEXTURE_2D, weights);
         this.holdTime(values.time[0]);
         gl.activeTexture(gl.TEXTURE0 + CELL_UNIT);
@@ -125,11 +125,13 @@ export class Painter {
         gl.clear(gl.COLOR_BUFFER_BIT);
         pass("trace", rays, tile);
         pass("behind", tile, rays);
-        if (!["steps", "data"].includes(shared.shadings[values.shading])) pass("colour", tile, rays);
+        const shading = shared.shadings[values.shading];
+        if (!["steps", "data"].includes(shading)) pass("colour", tile, rays, shading === "studio"); // which has a floor
     }
 
-    // Draws one program into a rectangle of a target. from: the target of the pass before, where it reads that.
-    pass({program, names, inBlocks}, values, {framebuffer}, [column, row, width, height], from = null) {
+    // Draws one program into a rectangle of a target. from: the target of the pass before, where it reads that. everywhere:
+    // also in blocks in which that wants nothing.
+    pass({program, names, inBlocks}, values, {framebuffer}, [column, row, width, height], from = null, everywhere = false) {
         const {gl} = this.device;
         gl.useProgram(program);
         gl.activeTexture(gl.TEXTURE0 + RAYS_UNIT);
@@ -138,6 +140,7 @@ export class Painter {
         if (names.cells) gl.uniform1i(names.cells, CELL_UNIT);
         if (names.rays) gl.uniform1i(names.rays, RAYS_UNIT);
         if (inBlocks) gl.uniform4i(names.viewport, column, row, width, height);
+        if (inBlocks) gl.uniform1i(names.everywhere, Number(everywhere));
         for (const [name, value] of Object.entries(values)) {
             const location = names[name];
             if (!location) continue;

@@ -6,10 +6,10 @@ import {asked, uniforms} from "./uniforms.js";
 // The model's shader has two variants. The one with its weights in a texture is there at once; the one with literals is
 // compiled while that one draws, and is kept where it proves the faster one.
 // A variant is {storage, programs, weights, loops, cost, start, proven}. storage: "texture" or "literal"; programs: for
-// each of the painter's passes, by name, {program, names, inBlocks}, with each uniform's location; weights: a texture, or null;
-// loops: the loop iterations of the field's functions (field.js) where the driver limits them, else null; cost:
-// milliseconds that a pixel takes, 0 while unknown; start: when its compiler was called, by performance.now(); proven:
-// whether it has drawn a whole picture.
+// each of the painter's passes, by name, {program, names, inBlocks}: names: each uniform's location; inBlocks: whether
+// it draws blocks of pixels; weights: a texture, or null; loops: the loop iterations of the field's functions (field.js)
+// where the driver limits them, else null; cost: milliseconds that a pixel takes, 0 while unknown; start: when its
+// compiler was called, by performance.now(); proven: whether it has drawn a whole picture.
 const LITERAL_LIMIT = 60000; // milliseconds that compiling the literals may take
 
 export class Variants {
@@ -79,7 +79,7 @@ export class Variants {
         const {painter} = this, {device} = painter, {gl} = device, start = performance.now();
         const levels = `const int LEVELS = ${model.levels.length};`;
         const opening = painter.source("prologue").replace(/const int LEVELS = \d+;/, levels);
-        const shader = (name) => `${opening}\n#define CELLS\n${text}\n${painter.shader(`${name}.glsl`)}`;
+        const shader = (name) => `${opening}\n#define CELLS\n#define BLOCKS\n${text}\n${painter.shader(`${name}.glsl`)}`;
         const begun = painter.passes(storage).map((name) => [name, device.begin(shader(name), painter.vertices(name))]);
         while (!begun.every(([, one]) => device.isReady(one))) {
             await pause(15);
