@@ -97,7 +97,7 @@ export class Painter {
         cells.moment = moment;
     }
 
-    // Returns the names of the passes that a variant draws a frame in. Literals are text without loops, all of which a CPU
+    // Returns the names of the passes that a variant draws a frame in. Literals are text without loops, which a CPU
     // computes for every pixel: passes leave out the pixels that need none of it. A loop over texels leaves itself out.
     passes(storage) {
         return this.rays && storage === "literal" ? shared.passes : ["main"];
@@ -129,9 +129,10 @@ export class Painter {
         if (!["steps", "data"].includes(shading)) pass("colour", tile, rays, shading === "studio"); // which has a floor
     }
 
-    // Draws one program into a rectangle of a target. from: the target of the pass before, where it reads that. everywhere:
-    // also in blocks in which that wants nothing.
-    pass({program, names, inBlocks}, values, {framebuffer}, [column, row, width, height], from = null, everywhere = false) {
+    // Draws one program into a rectangle of a target. from: the target of the pass before, where it reads that.
+    // everywhere: also in blocks in which that wants nothing.
+    pass({program, names, inBlocks}, values, {framebuffer}, rectangle, from = null, everywhere = false) {
+        const [column, row, width, height] = rectangle;
         const {gl} = this.device;
         gl.useProgram(program);
         gl.activeTexture(gl.TEXTURE0 + RAYS_UNIT);
