@@ -19,9 +19,11 @@ from .model.interrupts import INTERRUPTED, TERMINATED, terminated
 from .model.verb import Verb
 from .model.version import installed_version
 from .trainer.cli import train_verb
+from .trainer.motion_cli import morph_verb
 
 if TYPE_CHECKING:
     from .model.model import Model
+    from .trainer.motion import ModelSurface
 
 ROOMS = ("trainer", "capture", "codegen", "viewer", "mesher")
 """Folders whose cli.py declares VERBS, in the order of the help."""
@@ -43,7 +45,8 @@ class Parser(argparse.ArgumentParser):
 def verbs() -> dict[str, Verb]:
     """Collect the verbs by name, in the order of the help. Imports each room's cli.py; these import nothing heavy."""
     of_rooms = [verb for room in ROOMS for verb in importlib.import_module(f".{room}.cli", __package__).VERBS]
-    return {verb.name: verb for verb in (demo_verb(perform), train_verb(describe_surface), *of_rooms)}
+    trainings = train_verb(describe_surface), morph_verb(describe_surface, surface_of)
+    return {verb.name: verb for verb in (demo_verb(perform), *trainings, *of_rooms)}
 
 
 def describe_surface(model: "Model", quiet: bool) -> str:
@@ -51,6 +54,14 @@ def describe_surface(model: "Model", quiet: bool) -> str:
     from .mesher import survey
 
     return survey.describe_surface(model, quiet)
+
+
+def surface_of(model: "Model", quiet: bool) -> "ModelSurface":
+    """Extract the surface of a model that a training begins with: vertices, faces, and colours or None."""
+    from .mesher import survey
+
+    mesh = survey.surface_of(model, quiet)
+    return mesh.vertices, mesh.faces, mesh.colours
 
 
 def perform(argv: Sequence[str]) -> None:

@@ -29,7 +29,7 @@ def _rows(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         azimuth, elevation = facts["front"]
         yield "first view", f"{azimuth:g} degrees around, {elevation:g} above"
     if facts["inputs"] == "xyzt":
-        yield "moves", "it takes a time as its fourth input"
+        yield "moves", "while t, its fourth input, goes from 0 to 1"
     yield from _history(facts["provenance"])
 
 
@@ -39,6 +39,11 @@ def _history(provenance: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     if isinstance(source, dict) and isinstance(source.get("file"), str):
         digest = source.get("sha256")
         yield "trained on", show(source["file"]) + (f", sha256 {show(digest)[:12]}" if isinstance(digest, str) else "")
+    moments = source.get("moments") if isinstance(source, dict) else None
+    if isinstance(moments, list) and moments:
+        files = [moment.get("file") for moment in moments if isinstance(moment, dict)]
+        shown = [files[0], *(["..."] if len(files) > 2 else []), *files[-1:]]
+        yield "trained on", f"{len(files)} moments: " + ", ".join(show(str(file)) for file in shown)
     if isinstance(seconds, (int, float)) and abs(seconds) < MOST_SECONDS:
         levels = provenance.get("levels")
         records = levels if isinstance(levels, list) else []

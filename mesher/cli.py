@@ -6,6 +6,7 @@ from pathlib import Path
 from ..model.gallery import model_help, model_path
 from ..model.verb import Verb, output_arguments
 from .eval_cli import DEFAULT_RESOLUTION, EVAL
+from .moment import time_argument
 
 
 def mesh_arguments(parser: ArgumentParser) -> None:
@@ -31,6 +32,7 @@ def mesh_arguments(parser: ArgumentParser) -> None:
         default="input",
         help="coordinates of the shape trained on, or of the unit sphere (default: input)",
     )
+    time_argument(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 
@@ -38,7 +40,7 @@ def mesh_arguments(parser: ArgumentParser) -> None:
 def run_mesh(args: Namespace) -> None:
     """Run `mplicits mesh`: write the surface of a model as a triangle mesh. Raises UserError."""
     import json
-    import time
+    from time import perf_counter
 
     from ..model.files import check_writable, show, write_whole
     from ..model.kinds import MESH
@@ -52,9 +54,9 @@ def run_mesh(args: Namespace) -> None:
     check_resolution(args.resolution)
     check_writable(output, [args.model], kind=MESH, force=args.force)
     model = load(args.model)
-    began = time.perf_counter()
-    made = make_mesh(model, args.resolution, args.level, args.no_cull, args.space, args.quiet)
-    seconds = time.perf_counter() - began
+    began = perf_counter()
+    made = make_mesh(model, args.resolution, args.level, args.no_cull, args.space, args.quiet, args.time)
+    seconds = perf_counter() - began
     write_whole(output, made.to_bytes(output.suffix.lower()))
     vertices, faces = len(made.vertices), len(made.faces)
     if args.json:

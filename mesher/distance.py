@@ -11,10 +11,11 @@ from .metrics import Doubles, SampledSurface
 from .surface import Mesh
 
 
-def compare_field(model: Model, truth: Mesh, samples: int, seed: int = 0) -> FieldFigures:
+def compare_field(model: Model, truth: Mesh, samples: int, seed: int = 0, time: float = 0.0) -> FieldFigures:
     """Compare a model's field with the distance to its ground truth, a mesh in model space.
 
-    samples: points in the unit ball, on the surface and around it, each. seed: decides all of them.
+    samples: points in the unit ball, on the surface and around it, each. seed: decides all of them. time: when, of a
+    model that moves.
     """
     rng = np.random.default_rng(seed)
     program, count = lower(model), len(model.levels)
@@ -26,7 +27,7 @@ def compare_field(model: Model, truth: Mesh, samples: int, seed: int = 0) -> Fie
         """Return f and the signed distance at points (N, 3): (N,) each."""
         distance = surface.distance(points)[0]
         inside = winding.winding_number(points) > 0.5
-        f = nested_field(program, points.astype(np.float32), count)[0]
+        f = nested_field(program, points.astype(np.float32), count, time)[0]
         return f.astype(np.float64), np.where(inside, -distance, distance)
 
     directions = rng.normal(size=(samples, 3))
@@ -35,9 +36,9 @@ def compare_field(model: Model, truth: Mesh, samples: int, seed: int = 0) -> Fie
     before = max(1, count - 1)
     delta = model.levels[before - 1].delta
     around = on_surface + rng.uniform(-delta, delta, on_surface.shape)
-    f, reached = nested_field(program, around.astype(np.float32), before)
+    f, reached = nested_field(program, around.astype(np.float32), before, time)
     return field_figures(
         domain=known(directions * np.cbrt(rng.random(samples))[:, None]),
         band=known(around[(reached == before) & (np.abs(f) < delta)]),
-        gradients=field_gradient(program, on_surface.astype(np.float32), count)[0],
+        gradients=field_gradient(program, on_surface.astype(np.float32), count, time)[0],
     )

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from ..model.gallery import model_path
 from ..model.verb import Verb
+from .moment import time_argument
 
 if TYPE_CHECKING:
     from ..model.field_figures import FieldFigures
@@ -35,6 +36,7 @@ def eval_arguments(parser: ArgumentParser) -> None:
         "--samples", type=int, default=500_000, metavar="N", help="points sampled on each surface (default 500000)"
     )
     parser.add_argument("--seed", type=int, default=0, metavar="K", help="of the samples (default 0)")
+    time_argument(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 
@@ -50,7 +52,9 @@ def run_eval(args: Namespace) -> None:
     from .evaluation import evaluate
 
     other = args.model if args.model.suffix.lower() in SUFFIXES else load(args.model)
-    evaluation = evaluate(other, args.shape, args.resolution, args.level, args.samples, args.seed, args.quiet)
+    evaluation = evaluate(
+        other, args.shape, args.resolution, args.level, args.samples, args.seed, args.quiet, args.time
+    )
     figures, field = evaluation.figures, evaluation.field
     if args.json:
         of_field = {} if field is None else {"field": asdict(field)}

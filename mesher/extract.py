@@ -66,13 +66,16 @@ def extract(field: Field, resolution: int, progress: Progress | None = None, cul
     return Mesh(vertices.astype(np.float32), faces[:, ::-1])
 
 
-def extract_model(model: Model, resolution: int, progress: Progress | None = None, cull: bool = True) -> Extracted:
+def extract_model(
+    model: Model, resolution: int, progress: Progress | None = None, cull: bool = True, time: float = 0.0
+) -> Extracted:
     """Extract the surface of a model's last level, in model space.
 
-    resolution, cull: as of `extract`. Raises UserError where the model has no surface.
+    resolution, cull: as of `extract`. time: when, of a model that moves. Raises UserError where there is no
+    surface.
     """
     progress = progress or Silent()
-    field = ModelField(model, Grid(resolution).diagonal if cull else math.inf)
+    field = ModelField(model, Grid(resolution).diagonal if cull else math.inf, time)
     mesh = extract(field, resolution, progress, cull)
 
     def work(points: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:

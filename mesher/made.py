@@ -15,6 +15,7 @@ from ..model.orientation import as_in_file
 from .bar import Bar
 from .eval_cli import DEFAULT_RESOLUTION
 from .extract import check_resolution, extract_model, up_to
+from .moment import chosen_time, place_at
 from .surface import Array, Mesh, Whole
 from .write import as_trimesh, check_suffix, to_bytes
 
@@ -87,21 +88,24 @@ def make_mesh(
     no_cull: bool = False,
     space: str = "input",
     quiet: bool = False,
+    time: float | None = None,
 ) -> TriangleMesh:
     """Extract the surface of a model's level as triangles, by marching cubes.
 
     The arguments are the options of `mplicits mesh` (docs/meshing.md), with their names and defaults: resolution counts
     the cells along each side of the grid over [-1, 1]^3; level: None for the last; no_cull evaluates it at every vertex
-    of the grid; space: "input" or "model"; quiet: show no progress bar. Raises UserError.
+    of the grid; space: "input" or "model"; quiet: show no progress bar; time: of a
+    model that moves, from 0 to 1 (None: 0). Raises UserError.
     """
+    moment = chosen_time(time, model)
     check_resolution(resolution)
     if space not in SPACES:
         raise UserError(f"space {space!r} is none of {', '.join(SPACES)}")
     bar = Bar(quiet)
     model = up_to(model, level)
     try:
-        extracted = extract_model(model, resolution, bar, cull=not no_cull)
+        extracted = extract_model(model, resolution, bar, cull=not no_cull, time=moment)
     finally:
         bar.end()
-    place = model.place if space == "input" else MODEL_SPACE
+    place = place_at(model, moment) if space == "input" else MODEL_SPACE
     return TriangleMesh(extracted.mesh, place, extracted.components, extracted.spurious)

@@ -6,19 +6,47 @@ from ..model.errors import UserError
 from ..model.model import Model
 from .bar import Bar
 from .extract import extract_model
+from .surface import Mesh
 
 RESOLUTION = 256
 """Of the grid on which the surface is extracted. Smaller pieces than a cell, 1/128, may be missed."""
 
 
-def describe_surface(model: Model, quiet: bool) -> str:
-    """Describe the surface of a model's last level in one line: how many connected components it has.
+TIMES = (0.0, 0.5, 1.0)
+"""When the surface of a model that moves is looked at."""
+MOVING_RESOLUTION = 128
+"""The same for a model that moves, whose surface is extracted more than once."""
+MOMENT_RESOLUTION = 320
+"""Of the grid on which the surface of a model is extracted that a motion begins or ends with."""
 
-    quiet: show no progress bar. A model without a surface is described as one.
+
+def surface_of(model: Model, quiet: bool) -> Mesh:
+    """Extract the surface of a model's last level, with its colours, in model space. quiet: show no progress bar.
+
+    Raises UserError where the model has none.
     """
     bar = Bar(quiet)
     try:
-        extracted = extract_model(replace(model, texture=None), RESOLUTION, bar)
+        return extract_model(model, MOMENT_RESOLUTION, bar).mesh
+    finally:
+        bar.end()
+
+
+def describe_surface(model: Model, quiet: bool) -> str:
+    """Describe the surface of a model's last level in one line: how many connected components it has.
+
+    quiet: show no progress bar. A model without a surface is described as one. One that moves is looked at at `TIMES`.
+    """
+    if model.inputs == "xyzt":
+        lines = (_describe(model, quiet, MOVING_RESOLUTION, time).removeprefix("surface: ") for time in TIMES)
+        return "\n".join(f"at t = {time:g}: {line}" for time, line in zip(TIMES, lines, strict=True))
+    return _describe(model, quiet, RESOLUTION, 0.0)
+
+
+def _describe(model: Model, quiet: bool, resolution: int, time: float) -> str:
+    bar = Bar(quiet)
+    try:
+        extracted = extract_model(replace(model, texture=None), resolution, bar, time=time)
     except UserError as error:
         return f"surface: {error}"
     finally:
@@ -26,5 +54,5 @@ def describe_surface(model: Model, quiet: bool) -> str:
     lost = f", and {extracted.spurious} outside the bands, which are not drawn" if extracted.spurious else ""
     return (
         f"surface: {extracted.components} closed component{'s' * (extracted.components != 1)} "
-        f"(marching cubes at {RESOLUTION}^3){lost}"
+        f"(marching cubes at {resolution}^3){lost}"
     )

@@ -14,22 +14,47 @@ from ..model.kinds import MODEL
 from ..model.orientation import UPRIGHT
 from ..model.verb import Verb, output_arguments, take_negative_numbers
 from .options import CREASE, file_omegas, settings_from
-from .settings import DEFAULT_PRESET, PRESETS, front
+from .settings import DEFAULT_PRESET, PRESETS, Settings, front
 
 if TYPE_CHECKING:
     from ..model.model import Model
+    from .session import MovingLoader
 
 SUFFIX = ".safetensors"
 
 
 def arguments(parser: ArgumentParser) -> None:
     """Add the options of `train`."""
-    add = parser.add_argument
-    add(
+    parser.add_argument(
         "shape",
         metavar="SHAPE",
-        help="a mesh (PLY OBJ STL GLB), a point cloud (PLY XYZ NPZ OBJ), or the word `demo`",
+        help="a mesh (PLY OBJ STL GLB), a point cloud (PLY XYZ NPZ OBJ), or the word `demo`; with --time, a folder",
     )
+    parser.add_argument(
+        "--time",
+        action="store_true",
+        help="SHAPE is a folder of meshes, which are moments of one motion: sorted by name, evenly spaced while t goes "
+        "from 0 to 1",
+    )
+    parser.add_argument(
+        "--noise",
+        metavar="S",
+        type=float,
+        help="standard deviation of a cloud's points, as a share of the shape's radius: 0.01; "
+        "0: the points are exact, and none is an outlier (default: measured)",
+    )
+    parser.add_argument(
+        "--thicken",
+        metavar="T",
+        type=float,
+        help="take an open mesh for a sheet: all that is nearer to it than T, a share of its radius (0.02)",
+    )
+    training_arguments(parser)
+
+
+def training_arguments(parser: ArgumentParser) -> None:
+    """Add the options that every training has."""
+    add = parser.add_argument
     output_arguments(parser, "M.safetensors", "the model file (default: the shape's name, in this folder)")
     add("--levels", metavar="NxD,..", help="width and hidden layers of each level, coarse to fine: 64x1,64x2,128x2")
     presets = "; ".join(f"{name} = {preset.levels}{' --packed' * preset.packed}" for name, preset in PRESETS.items())
@@ -78,19 +103,6 @@ def arguments(parser: ArgumentParser) -> None:
         f"beside them do not (default: {CREASE:g}); normals in the file have the last word",
     )
     facets.add_argument("--flat", action="store_true", help="keep a mesh's faces flat, and every edge sharp")
-    add(
-        "--thicken",
-        metavar="T",
-        type=float,
-        help="take an open mesh for a sheet: all that is nearer to it than T, a share of its radius (0.02)",
-    )
-    add(
-        "--noise",
-        metavar="S",
-        type=float,
-        help="standard deviation of a cloud's points, as a share of the shape's radius: 0.01; "
-        "0: the points are exact, and none is an outlier (default: measured)",
-    )
     add(
         "--up",
         choices=UPRIGHT,
@@ -160,20 +172,47 @@ def train_verb(describe_surface: "Callable[[Model, bool], str]") -> Verb:
 
 def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") -> None:
     """Train, save the model, and print its figures. Raises UserError."""
-    taken = signature(settings_from).parameters
-    settings = settings_from(**{name: value for name, value in vars(options).items() if name in taken})
+    settings = settings_of(options)
     before_torch()
+    if options.time:
+        from . import motion
+
+        paths = motion.frames(Path(options.shape))
+        train(options, settings, describe_surface, options.shape, paths, motion.frames_loader(options, paths))
+        return
     from ..model.mesh_file import mesh_files
 
-    output = options.output or Path(Path(options.shape).stem + SUFFIX)
     image = None if options.texture in ("auto", "none") else Path(options.texture)
     reads = [*mesh_files(Path(options.shape)), *([] if image is None else [image])]
+    train(options, settings, describe_surface, options.shape, reads, image=image)
+
+
+def settings_of(options: Namespace) -> Settings:
+    """Make the settings of what the user chose. Raises UserError."""
+    taken = signature(settings_from).parameters
+    return settings_from(**{name: value for name, value in vars(options).items() if name in taken})
+
+
+def train(
+    options: Namespace,
+    settings: Settings,
+    describe_surface: "Callable[[Model, bool], str]",
+    name: str,
+    reads: list[Path],
+    load_moving: "MovingLoader | None" = None,
+    image: Path | None = None,
+) -> None:
+    """Train the shape `name`, or the one that `load_moving` makes, as `session.run` does, and print what came of it.
+
+    reads: the files that it comes from. Raises UserError.
+    """
+    output = options.output or Path(Path(name).stem + SUFFIX)
     check_writable(output, reads, kind=MODEL, force=options.force)
     from . import session
 
     begin_work(termination=not options.live)
     model = session.run(
-        options.shape,
+        name,
         output,
         settings,
         image=image,
@@ -181,7 +220,8 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") ->
         quiet=options.quiet,
         live=options.live,
         crease=None if options.flat else options.crease,
-        thicken=options.thicken,
+        thicken=getattr(options, "thicken", None),
+        load_moving=load_moving,
         began=time.perf_counter(),
     )
     if terminated():

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import torch
 from torch import Tensor
+from torch.nn.functional import pad
 
 from .batches import Batches
 from .networks import losses
@@ -29,16 +30,17 @@ RESIDUAL = 0.01
 
 
 def start(
-    network: tuple[int, int], omega: float, *, first: bool, seed: int, device: torch.device
+    network: tuple[int, int], omega: float, *, first: bool, seed: int, device: torch.device, moving: bool = False
 ) -> Callable[[], Weights]:
     """Return a function that makes the level's network as it is before the first step.
 
-    network: (width, depth). omega: omega_0. first: whether it is level 1, not a residual.
+    network: (width, depth). omega: omega_0. first: whether it is level 1, not a residual. moving: whether it
+    takes time.
     """
 
     def make() -> Weights:
         generator = torch.Generator().manual_seed(seed)
-        weights = initial(network, omega, 1, generator, 1.0 if first else RESIDUAL)
+        weights = initial(network, omega, 1, generator, 1.0 if first else RESIDUAL, moving=moving)
         return [w.to(device) for w in weights]
 
     return make
@@ -138,8 +140,8 @@ def level_loss(
 ) -> tuple[Tensor, Tensor, Tensor]:
     """Compute the loss of Eq. 4, with exact distances where they are known.
 
-    f: (N,), gradient: (N, 3): of f_i, at the points of `surface`, then of `volume`. Returns the loss, and its
-    derivatives with respect to f (N,) and to the gradient (N, 3).
+    f: (N,), gradient: (N, 3), or (N, 4) with the derivative to time, which the loss leaves alone: of f_i, at the points
+    of `surface`, then of `volume`. Returns the loss, and its derivatives with respect to f (N,) and to the gradient.
     """
     assert surface.distance is not None
     assert surface.normals is not None
@@ -147,9 +149,12 @@ def level_loss(
     on = len(surface.points)
     value, d_value = losses.value(f[:on], surface.distance)
     distance, d_distance = losses.distance(f[on:], volume.distance, weight.excess, weight.lacking)
-    normal, d_normal = losses.normal(gradient[:on], surface.normals)
-    eikonal, d_eikonal = losses.eikonal(gradient)
+    in_space = gradient[:, :3]
+    normal, d_normal = losses.normal(in_space[:on], surface.normals)
+    eikonal, d_eikonal = losses.eikonal(in_space)
     loss = weight.value * value + weight.normal * normal + weight.distance * distance + weight.eikonal * eikonal
     d_gradient = d_eikonal.mul_(weight.eikonal)
     d_gradient[:on].add_(d_normal, alpha=weight.normal)
+    if gradient.shape[1] > 3:
+        d_gradient = pad(d_gradient, (0, 1))
     return loss, torch.cat((weight.value * d_value, weight.distance * d_distance)), d_gradient

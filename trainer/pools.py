@@ -55,7 +55,7 @@ class Pool:
     """Samples of the loss, with the field f_{i-1} of the levels that are trained already; f_0 = 0."""
 
     points: Tensor
-    """(N, 3), model space."""
+    """(N, 3), model space; (N, 4) of a shape that moves, with the time in [0, 1]."""
     distance: Tensor | None
     """Signed distance to the surface (N,), NaN where it is not known; None where the loss does not ask for it."""
     normals: Tensor | None
@@ -63,7 +63,7 @@ class Pool:
     frozen: Tensor
     """f_{i-1} at the points (N,)."""
     frozen_gradient: Tensor
-    """grad f_{i-1} at the points (N, 3)."""
+    """grad f_{i-1} at the points, with as many columns."""
     colours: Tensor | None = None
     """sRGB in [0, 1], (N, 3), or None."""
 
@@ -97,7 +97,7 @@ class Sampler:
         """frozen: the levels before. deltas: the half widths of their bands. device: where the pools are."""
         self._shape, self._frozen, self._deltas, self._device, self._rng = shape, frozen, deltas, device, rng
         self._delta = deltas[-1] if deltas else FIRST_BAND
-        self._strays = self._find_strays() if frozen else np.empty((0, 3))
+        self._strays = self._find_strays() if frozen else np.empty((0, 4 if shape.moving else 3))
 
     def surface(self, count: int) -> Pool:
         """Draw samples of the surface, with normals."""
@@ -127,13 +127,14 @@ class Sampler:
         count = min(count, HARD_CANDIDATES)
         seeds = self._shape.surface(count, self._rng).points
         candidates = [
-            sampling.domain(count, self._rng),
-            seeds + self._rng.uniform(-2 * self._delta, 2 * self._delta, seeds.shape),
+            self._timed(sampling.domain(count, self._rng)),
+            sampling.shifted(seeds, self._rng.uniform(-2 * self._delta, 2 * self._delta, (len(seeds), 3))),
         ]
         if known is not None:
             around = np.asarray(known.points.cpu(), np.float64)
             around = around[self._rng.integers(len(around), size=count // 4)]
-            candidates.append(around + self._rng.normal(scale=HARD_SPREAD * self._delta, size=around.shape))
+            spread = self._rng.normal(scale=HARD_SPREAD * self._delta, size=(len(around), 3))
+            candidates.append(sampling.shifted(around, spread))
         points = np.concatenate(candidates)
         points = points[self._in_band(points)]
         f = np.asarray(field([*self._frozen, weights], self._tensor(points)).cpu(), np.float64)
@@ -187,9 +188,9 @@ class Sampler:
                 seeds = np.concatenate((seeds, self._rng.choice(self._strays, int(count * STRAY_SHARE))))
             return sampling.dithered(seeds, self._delta, self._in_band, count, self._rng)
         near_count, corner_count = int(count * FIRST_BAND_SHARE), int(count * CORNER_SHARE)
-        near = seeds[:near_count] + self._rng.uniform(-self._delta, self._delta, (near_count, 3))
-        corners = sampling.corners(corner_count, BALL_RADIUS, self._rng)
-        far = sampling.ball(count - near_count - corner_count, BALL_RADIUS, self._rng)
+        near = sampling.shifted(seeds[:near_count], self._rng.uniform(-self._delta, self._delta, (near_count, 3)))
+        corners = self._timed(sampling.corners(corner_count, BALL_RADIUS, self._rng))
+        far = self._timed(sampling.ball(count - near_count - corner_count, BALL_RADIUS, self._rng))
         return np.concatenate((far, corners, near))
 
     def _find_strays(self) -> Doubles:
@@ -198,13 +199,16 @@ class Sampler:
         New pieces of surface may appear there. Dithering around the surface alone sees such points rarely (within thin
         parts) or never (far away). They are drawn with a probability in proportion to the squares of their errors.
         """
-        points = sampling.domain(STRAY_CANDIDATES, self._rng)
+        points = self._timed(sampling.domain(STRAY_CANDIDATES, self._rng))
         points = points[self._in_band(points)][:STRAY_SUSPECTS]
         f = np.asarray(field(self._frozen, self._tensor(points)).cpu(), np.float64)
         error = np.abs(self._shape.distance(points) - f)
         wrong = error > STRAY_ERROR * self._delta
         points, weight = points[wrong], error[wrong] ** 2
         return self._rng.choice(points, STRAYS, p=weight / weight.sum()) if len(points) else points
+
+    def _timed(self, points: Doubles) -> Doubles:
+        return sampling.timed(points, self._shape.moving, self._rng)
 
     def _in_first_band(self, points: Doubles) -> NDArray[np.bool_]:
         return np.asarray(in_band(self._frozen[:1], self._deltas[:1], self._tensor(points)).cpu())

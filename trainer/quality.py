@@ -49,7 +49,9 @@ class FieldProbe:
     def __init__(self, shape: Shape, device: torch.device) -> None:
         began = time.perf_counter()
         self._shape, self._device, self._rng = shape, device, np.random.default_rng(SEED)
-        self._points, self._distance = self._known(sampling.ball(FIELD_POINTS, 1.0, self._rng))
+        self._points, self._distance = self._known(
+            sampling.timed(sampling.ball(FIELD_POINTS, 1.0, self._rng), shape.moving, self._rng)
+        )
         self._surface = shape.surface(FIELD_POINTS, self._rng, held_out=True).points
         self.seconds = 1.5 * (time.perf_counter() - began)
         """Seconds that `measure` will take, by what the distances of as many points took just now."""
@@ -58,7 +60,7 @@ class FieldProbe:
         """Measure the field of all levels. deltas: the half widths of the bands of all levels."""
         before = max(1, len(levels) - 1)
         width = deltas[before - 1]
-        around = self._surface + self._rng.uniform(-width, width, self._surface.shape)
+        around = sampling.shifted(self._surface, self._rng.uniform(-width, width, (len(self._surface), 3)))
         inside = in_band(levels[:before], deltas[:before], _tensor(around, self._device)).cpu().numpy()
         band, band_distance = self._known(around[inside])
         _, gradients, _ = nested_field_and_gradient(levels, deltas, _tensor(self._surface, self._device))
@@ -70,7 +72,7 @@ class FieldProbe:
         return field_figures(
             domain=(values(self._points), self._distance),
             band=(values(band), band_distance),
-            gradients=gradients.cpu().numpy(),
+            gradients=gradients[:, :3].cpu().numpy(),
         )
 
     def _known(self, points: Doubles) -> tuple[Doubles, Doubles]:
@@ -97,7 +99,7 @@ class SurfaceProbe:
         for weights in levels:
             value_part, gradient_part = field_and_gradient([weights], self._held_out)
             f, gradient = f + value_part, gradient + gradient_part
-            cosine = torch.nn.functional.cosine_similarity(gradient, self._normals, dim=1).clamp(-1, 1)
+            cosine = torch.nn.functional.cosine_similarity(gradient[:, :3], self._normals, dim=1).clamp(-1, 1)
             qualities.append(Quality(float(f.abs().mean()), float(torch.rad2deg(torch.acos(cosine)).mean())))
         return qualities
 
@@ -128,9 +130,9 @@ class SurfaceProbe:
 
 
 def lipschitz(levels: Sequence[Weights], points: Tensor) -> float:
-    """Measure the largest |grad f_i| at points (N, 3), or at every k-th where there are many."""
+    """Measure the largest |grad f_i| in space at points (N, 3) or (N, 4), or at every k-th where there are many."""
     thinned = points[:: max(1, len(points) // LIPSCHITZ_POINTS)]
-    return float(torch.linalg.vector_norm(field_and_gradient(levels, thinned)[1], dim=1).max())
+    return float(torch.linalg.vector_norm(field_and_gradient(levels, thinned)[1][:, :3], dim=1).max())
 
 
 def _tensor(array: Doubles, device: torch.device) -> Tensor:

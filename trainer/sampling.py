@@ -43,14 +43,14 @@ def dithered(points: Doubles, delta: float, inside: Mask, count: int, rng: np.ra
     """Draw `count` points of the band around the surface, by dithering with rejection (Fig. 3a).
 
     Each coordinate of a point of the surface is perturbed within (-2 delta, 2 delta), and the result is rejected
-    outside the band. points: (N, 3), on the surface. inside: tells which points are in the band, |f_{i-1}| < delta.
-    Returns (count, 3). Raises UserError where the band is hit too rarely.
+    outside the band. points: (N, 3), on the surface, or (N, 4) with a time, which stays. inside: tells which points
+    are in the band, |f_{i-1}| < delta. Returns as many columns. Raises UserError where the band is hit too rarely.
     """
     kept: list[Doubles] = []
     missing = count
     for _ in range(ROUNDS):
         drawn = points[rng.integers(len(points), size=max(4 * missing, 1024))]
-        drawn = drawn + rng.uniform(-2 * delta, 2 * delta, drawn.shape)
+        drawn = shifted(drawn, rng.uniform(-2 * delta, 2 * delta, (len(drawn), 3)))
         kept.append(drawn[inside(drawn)][:missing])
         missing -= len(kept[-1])
         if not missing:
@@ -75,6 +75,18 @@ def corners(count: int, radius: float, rng: np.random.Generator) -> Doubles:
         points = domain(4 * count, rng)
         drawn = np.concatenate((drawn, points[np.linalg.norm(points, axis=1) > radius]))
     return drawn[:count]
+
+
+def timed(points: Doubles, moving: bool, rng: np.random.Generator) -> Doubles:
+    """Give points (N, 3) a fourth coordinate, a uniform time in [0, 1], where the shape moves; else return them."""
+    return np.column_stack((points, rng.random(len(points)))) if moving else points
+
+
+def shifted(points: Doubles, offsets: Doubles) -> Doubles:
+    """Move points (N, 3), or (N, 4) whose time stays, by offsets (N, 3)."""
+    moved = points.copy()
+    moved[:, :3] += offsets
+    return moved
 
 
 def domain(count: int, rng: np.random.Generator) -> Doubles:

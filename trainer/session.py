@@ -18,11 +18,16 @@ from ..model.model import Model, load, save
 from ..model.orientation import DEFAULT_UP, FILES_UP
 from .live import JsonLines, LiveTraining
 from .machine import device, prepare
+from .networks.fit import TrainingProgress
 from .networks.snapshot import Snapshot
 from .part import Part
 from .settings import Settings
 from .shapes.load import load_shape
+from .shapes.shape import Shape
 from .train import Training
+
+MovingLoader = Callable[[TrainingProgress], tuple[Shape, list[str]]]
+"""Makes a shape that moves, and the warnings for the user; it shows its progress."""
 
 
 class TrainingBar:
@@ -69,13 +74,15 @@ def run(
     live: bool = False,
     crease: float | None = None,
     thicken: float | None = None,
+    load_moving: MovingLoader | None = None,
 ) -> Model:
     """Train the shape `name` as `mplicits train` does, write the model to `output`, and return it.
 
     image: the file of the texture, where it is not the mesh's own. resume: go on with the training that was cut short,
     or else with what `output` holds. quiet: show no progress bar. began: the value of time.perf_counter() from which on
     the user's seconds count. live: print progress as JSON, and save after every level. crease, thicken: as of
-    `load_shape`. Raises UserError, and KeyboardInterrupt where Ctrl-C came before there was anything to save.
+    `load_shape`. load_moving: makes a shape that moves, in place of what `name` is. Raises UserError, and
+    KeyboardInterrupt where Ctrl-C came before there was anything to save.
     """
     prepare(device(settings.device))
     bar = TrainingBar(quiet)
@@ -85,9 +92,12 @@ def run(
         kept = {key: getattr(settings, key) or getattr(before, key) for key in ("up", "front", "credit")}
         settings = replace(settings, **kept)
     settings = replace(settings, up=settings.up or FILES_UP.get(Path(name).suffix.lower(), DEFAULT_UP))
-    shape, warnings = load_shape(
-        name, image, crease=crease, noise=settings.noise, up=settings.up or DEFAULT_UP, thicken=thicken
-    )
+    if load_moving:
+        shape, warnings = load_moving(bar)
+    else:
+        shape, warnings = load_shape(
+            name, image, crease=crease, noise=settings.noise, up=settings.up or DEFAULT_UP, thicken=thicken
+        )
     for warning in warnings:
         bar.say(f"warning: {warning}")
     if live:

@@ -24,14 +24,16 @@ GREY = 0.5
 """Mid-grey, in every channel."""
 
 
-def start(network: tuple[int, int], omega: float, seed: int, device: torch.device) -> Callable[[], Weights]:
+def start(
+    network: tuple[int, int], omega: float, seed: int, device: torch.device, *, moving: bool = False
+) -> Callable[[], Weights]:
     """Return a function that makes the texture network as it is before the first step: mid-grey, and some noise.
 
-    network: (width, depth). omega: omega_0.
+    network: (width, depth). omega: omega_0. moving: whether it takes time.
     """
 
     def make() -> Weights:
-        weights = initial(network, omega, 3, torch.Generator().manual_seed(seed))
+        weights = initial(network, omega, 3, torch.Generator().manual_seed(seed), moving=moving)
         weights[-1] += GREY
         return [w.to(device) for w in weights]
 
@@ -52,6 +54,7 @@ class TextureStep:
         assert on.colours is not None
         points = torch.cat((on.points, around.points))
         normals = torch.cat((on.frozen_gradient, around.frozen_gradient))
+        normals[:, 3:] = 0  # colours are kept constant along the surface's normal, not in time
         forward = value_along(weights, points, normals)
         loss, d_value, d_along = texture_loss(forward.value, forward.along, on.colours)
         add_derivative_along(weights, forward, d_value, d_along)

@@ -13,7 +13,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
-from torch.nn.functional import normalize
+from torch.nn.functional import normalize, pad
 
 from .bands import EPSILON
 from .networks.nested import nested_field, nested_field_and_gradient
@@ -52,9 +52,10 @@ class Rays:
     """N straight lines."""
 
     aims: Tensor
-    """(N, 3), a point of each, model space; distances along a ray count from there."""
+    """(N, 3), a point of each, model space; distances along a ray count from there. (N, 4) where the field moves: a ray
+    is traced at one time."""
     directions: Tensor
-    """(N, 3), of length 1."""
+    """As many columns, of length 1, along which time does not change."""
 
     def at(self, ray: Tensor | NDArray[np.int64], t: Tensor | Doubles) -> Tensor:
         """Return the points (M, 3) at distances t (M,) along the rays with these numbers (M,)."""
@@ -104,7 +105,8 @@ class Tracing:
 def measure(levels: Sequence[Weights], deltas: Sequence[float], points: Tensor) -> Tracing:
     """Measure how the last of the levels can be traced.
 
-    deltas: half widths of the bands of all levels, the last one's included. points: (P, 3), on the shape's surface.
+    deltas: half widths of the bands of all levels, the last one's included. points: (P, 3) or (P, 4), on the
+    shape's surface.
     """
     return trace(
         lambda at: nested_field(levels, deltas, at),
@@ -140,7 +142,7 @@ def trace(field: Field, gradient: Gradient, deltas: Sequence[float], points: Ten
             first_of_ray = np.unique(samples.ray[found.sample[of_level]], return_index=True)[1]
             worst.append(of_level[np.sort(first_of_ray)[:WORST]])
         defined = np.flatnonzero(samples.reached == len(deltas))[::GRADIENTS]
-        slopes = torch.linalg.vector_norm(gradient(rays.at(samples.ray[defined], samples.t[defined])), dim=1)
+        slopes = torch.linalg.vector_norm(gradient(rays.at(samples.ray[defined], samples.t[defined]))[:, :3], dim=1)
         lipschitz = max([lipschitz, *slopes.tolist()])
         again = np.concatenate(worst)
         ray = samples.ray[found.sample[again]]
@@ -157,9 +159,10 @@ def _first_rays(gradient: Gradient, points: Tensor, generator: torch.Generator) 
     on = points[torch.randint(len(points), (RAYS,), generator=generator).to(points.device)]
     radii = torch.rand(RAYS, 1, generator=generator).pow(1 / 3).to(points.device)
     within = normalize(_noise(on, generator)) * radii
-    return _varied(
-        Rays(torch.cat((on, within)), normalize(torch.cat((_noise(on, generator), -gradient(within))))), 1.0, generator
-    )
+    within[:, 3:] = on[:, 3:]
+    down = -gradient(within)
+    down[:, 3:] = 0
+    return _varied(Rays(torch.cat((on, within)), normalize(torch.cat((_noise(on, generator), down)))), 1.0, generator)
 
 
 def _varied(rays: Rays, spread: float, generator: torch.Generator) -> Rays:
@@ -178,7 +181,7 @@ def follow(field: Field, offsets: Doubles, rays: Rays, radius: float) -> Samples
     device = rays.aims.device
     off = torch.from_numpy(offsets.astype(np.float32)).to(device)
     along = (rays.aims * rays.directions).sum(dim=1)
-    discriminant = along.square() - rays.aims.square().sum(dim=1) + radius * radius
+    discriminant = along.square() - rays.aims[:, :3].square().sum(dim=1) + radius * radius
     half = discriminant.clamp_min(0).sqrt()
     t, far = -along - half, half - along
     ray = torch.nonzero(discriminant > 0)[:, 0]
@@ -226,4 +229,6 @@ def limits(samples: Samples, offsets: Doubles) -> Limits:
 
 
 def _noise(like: Tensor, generator: torch.Generator) -> Tensor:
-    return torch.randn(like.shape, generator=generator).to(like.device)
+    """Draw normal numbers for the coordinates of points (N, 3) or (N, 4), and 0 for their times."""
+    noise = torch.randn(len(like), 3, generator=generator).to(like.device)
+    return pad(noise, (0, like.shape[1] - 3))

@@ -125,7 +125,7 @@ class Training:
         count = plan.pool_size(budget) if before is None else before.whole("pool")
         surface, volume = sampler.surface(count), sampler.volume(count)
 
-        start = level.start(network, omega, first=first, seed=seed, device=self._device)
+        start = level.start(network, omega, first=first, seed=seed, device=self._device, moving=self._shape.moving)
         unfinished, self._trained.unfinished = self._trained.unfinished, None
         if before is not None:
             budget, began = self._gone_on(budget, began, before)
@@ -199,7 +199,7 @@ class Training:
             budget, began = self._gone_on(budget, began, before)
         step = texture.TextureStep(surface, band, torch.Generator().manual_seed(seed))
         task = Task(
-            start=texture.start(network, omega, seed, self._device),
+            start=texture.start(network, omega, seed, self._device, moving=self._shape.moving),
             step=self._step(step),
             idle=texture.idle_loss(surface),
             rate=texture.RATE,

@@ -156,6 +156,7 @@ def trained_model(
         up=settings.up or DEFAULT_UP,
         front=settings.front,
         credit=settings.credit,
+        inputs="xyzt" if shape.moving else "xyz",
         provenance={
             "source": shape.source,
             "seed": settings.seed,

@@ -16,18 +16,29 @@ from torch import Tensor
 
 from ...model.model import Layer, Network
 
+TIME_FREQUENCY = 0.25
+"""Largest frequency of a new network in time, over that in space: a surface moves by about its size while t goes from
+0 to 1, and its coarse parts say where."""
+
 Weights = list[Tensor]
 """[W_0, b_0, ..., W_n, b_n]; W_j: (out, in), b_j: (out,)."""
 
 
 def initial(
-    size: tuple[int, int], omega: float, outputs: int, generator: torch.Generator, output_factor: float = 1.0
+    size: tuple[int, int],
+    omega: float,
+    outputs: int,
+    generator: torch.Generator,
+    output_factor: float = 1.0,
+    *,
+    moving: bool = False,
 ) -> Weights:
     """Draw the weights of a new SIREN, as Sitzmann et al. (2020), section 3.2.
 
     size: (width, depth) in the paper's notation. omega: omega_0 of Eq. 2, the largest angular frequency of the first
     layer, in radians per model unit and axis. output_factor: scales the output layer; with a small factor the network
-    starts near zero.
+    starts near zero. moving: whether it takes a time in [0, 1] after the point, at frequencies of up to
+    `TIME_FREQUENCY` omega.
     """
     width, depth = size
 
@@ -36,6 +47,8 @@ def initial(
 
     # The first layer's phases fill the circle; further layers start with none.
     weights = [uniform(width, 3, omega / 3), uniform(1, width, math.pi)[0]]
+    if moving:
+        weights[0] = torch.cat((weights[0], uniform(width, 1, TIME_FREQUENCY * omega / 3)), dim=1)
     bound = math.sqrt(6 / width)  # sqrt(6 / n) / omega_0, times omega_0
     for _ in range(depth):
         weights += [uniform(width, width, bound), torch.zeros(width)]
@@ -57,7 +70,7 @@ class Adjoint:
     f: Tensor
     """Value (N,)."""
     gradient: Tensor
-    """Gradient (N, 3)."""
+    """Gradient (N, 3); (N, 4) of a network that takes time."""
     hidden: list[Tensor]
     """The points (N, 3), then sin a_j of each layer."""
     cosines: list[Tensor]

@@ -33,6 +33,8 @@ class CloudShape:
     to the nearest point, as in the paper, with the sign of the cloud's winding number (Barill et al. 2018).
     """
 
+    moving = False
+
     def __init__(
         self,
         points: Doubles,

@@ -104,6 +104,7 @@ class DemoShape:
     centre = (0.0, 0.0, 0.0)
     scale = 1.0
     noise = 0.0
+    moving = False
     coloured = True
 
     def __init__(self) -> None:
@@ -115,6 +116,10 @@ class DemoShape:
         """Draw `count` points uniformly by area; `held_out` changes nothing, since every call draws new points."""
         points = sample_surface(count, rng)
         return replace(points, colours=colour(points.points)) if colours else points
+
+    def colours_near(self, points: Doubles) -> Doubles:
+        """Compute the colours (N, 3) of the surface near points (N, 3)."""
+        return colour(points)
 
     def inputs(self) -> Doubles:
         """Return a dense sample of the surface, since the shape has no points of its own: (100000, 3)."""

@@ -24,6 +24,7 @@ class MeshShape:
     """
 
     noise = 0.0
+    moving = False
 
     warnings: list[str]
     """Lines for the user."""
@@ -105,6 +106,16 @@ class MeshShape:
         """Compute the distance to the facets (`Distances`), signed by the winding number. Returns (N,)."""
         inside = self._winding.winding_number(points) > 0.5
         return np.asarray(np.where(inside, -1.0, 1.0) * self._unsigned(points))
+
+    def colours_near(self, points: Doubles) -> Doubles | None:
+        """Look up the colours of the surface's nearest places to points (N, 3): (N, 3); None without colours."""
+        if not self.coloured or not len(points):
+            return np.zeros((0, 3)) if self.coloured else None
+        vertices, faces = self._facets.vertices, self._facets.faces
+        _, face, closest = self._tree.squared_distance(vertices, faces, points)
+        a, b, c = (np.ascontiguousarray(vertices[faces[face, k]]) for k in range(3))
+        weights = igl.barycentric_coordinates(np.ascontiguousarray(closest), a, b, c)
+        return self._colours_at(np.asarray(face, np.int64), np.nan_to_num(np.asarray(weights))[:, :, None])
 
     def _curve(self, normals: Doubles) -> None:
         """Replace the facets by those of the curved surface, which bulges beyond them: it is normalised once more.

@@ -17,7 +17,7 @@ class SurfacePoints:
     """Points of a surface with their normals."""
 
     points: Doubles
-    """(N, 3), model space."""
+    """(N, 3), model space; (N, 4) of a shape that moves, with the time."""
     normals: Doubles
     """(N, 3), outward, of length one."""
     colours: Doubles | None = None
@@ -50,6 +50,11 @@ class Shape(Protocol):
     @property
     def coloured(self) -> bool:
         """Whether `surface` can give colours."""
+        ...
+
+    @property
+    def moving(self) -> bool:
+        """Whether it moves while t goes from 0 to 1: points of `surface`, `inputs` and `distance` then are (N, 4)."""
         ...
 
     @property

@@ -1,0 +1,55 @@
+"""The time at which a model that moves is looked at, and where its shape then lies in input space."""
+
+from argparse import ArgumentParser
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..model.model import Model
+
+    Place = tuple[tuple[float, float, float], float, str]
+
+
+def time_argument(parser: ArgumentParser) -> None:
+    """Add the option --time."""
+    parser.add_argument(
+        "--time", type=float, metavar="T", help="time of a model that moves, from 0 to 1 (default: 0, its beginning)"
+    )
+
+
+def chosen_time(time: float | None, model: "Model") -> float:
+    """Return the time of --time, 0 by default. Raises UserError for a model that does not move, and beyond [0, 1]."""
+    from ..model.errors import UserError
+
+    if time is None:
+        return 0.0
+    if model.inputs != "xyzt":
+        raise UserError(f"--time {time:g}: this model does not move; leave the option out")
+    if not 0 <= time <= 1:
+        raise UserError(f"--time {time:g}: a number from 0 to 1 is needed")
+    return time
+
+
+def place_at(model: "Model", time: float) -> "Place":
+    """Return where model space lies in input space at a time, as `Model.place` says it.
+
+    The shapes that a motion begins and ends with may have been moved and scaled to fit the unit sphere, each on its
+    own, which the provenance notes (trainer/motion.py); in between, centre and scale go evenly from one to the other.
+    """
+    import numpy as np
+
+    source = model.provenance.get("source")
+    moments = source.get("moments") if isinstance(source, dict) else None
+    if not isinstance(moments, list) or len(moments) < 2:
+        return model.place
+    try:
+        factors = np.array([float(moment["factor"]) for moment in moments])
+        scales = np.array([float(moment["scale"]) for moment in moments]) / factors
+        centres = np.array([moment["centre"] for moment in moments], np.float64)
+        centres -= scales[:, None] * np.array([moment["offset"] for moment in moments], np.float64)
+    except (KeyError, TypeError, ValueError):  # not written by this program's training
+        return model.place
+    if centres.shape != (len(moments), 3) or not np.isfinite(centres).all() or not (scales > 0).all():
+        return model.place
+    at = np.linspace(0, 1, len(moments))
+    x, y, z = (float(np.interp(time, at, column)) for column in centres.T)
+    return (x, y, z), float(np.interp(time, at, scales)), model.up
