@@ -29,7 +29,8 @@ def rod(start: float, end: float, radius: float) -> Grid:
 
 
 def blend(first: Grid, second: Grid) -> Between:
-    return Between(first, second, first / np.where(first == second, 1e-9, first - second))
+    times = first / np.where(first == second, 1e-9, first - second)
+    return Between(first, second, times.astype(np.float32))
 
 
 def pieces(field: Grid) -> int:

@@ -122,8 +122,10 @@ class MovingShape:
         scale: float,
         surfaces: int | None = None,
     ) -> None:
-        """moments: two or more. name, source, centre, scale: of the `Shape`. surfaces: least number of
-        steps; None: `SURFACES`.
+        """Put the moments together, and compute the surfaces between them.
+
+        moments: two or more. name, source, centre, scale: of the `Shape`. surfaces: least number of steps from one
+        surface to the next; None: `SURFACES`.
         """
         self.name, self.source, self.centre, self.scale = name, source, centre, scale
         self.coloured = all(moment.shape.coloured for moment in moments)
