@@ -47,7 +47,7 @@ def follow(surface_at: Callable[[float], Mesh]) -> tuple[list[float], list[int]]
         pieces.append(mesh.components()[0])
         if before is not None:
             there, back = tree.query(before[0].vertices)[0], before[1].query(mesh.vertices)[0]
-            apart.append(float(max(there.max(), back.max())))
+            apart.append(float(max(np.max(there), np.max(back))))
         before = mesh, tree
     return apart, pieces
 
@@ -118,7 +118,8 @@ def main() -> None:
     )
     grids = [distances(load_shape(str(path), crease=CREASE)[0]) for path in options.meshes]
     difference = grids[0] - grids[1]
-    blend = Between(grids[0], grids[1], grids[0] / np.where(np.abs(difference) < 1e-9, np.float32(1e-9), difference))
+    times = np.asarray(grids[0] / np.where(np.abs(difference) < 1e-9, 1e-9, difference), np.float32)
+    blend = Between(grids[0], grids[1], times)
     steady = between(*grids)
     page.add(row("blend of the distances", *follow(lambda time: surface_of(blend, time))))
     page.add(row("arrival times, which `morph` trains on", *follow(lambda time: surface_of(steady, time))))

@@ -42,11 +42,10 @@ def place_at(model: "Model", time: float) -> "Place":
     if not isinstance(moments, list) or len(moments) < 2:
         return model.place
     try:
-        factors = np.array([float(moment["factor"]) for moment in moments])
-        scales = np.array([float(moment["scale"]) for moment in moments]) / factors
+        scales = np.array([moment["scale"] / moment["factor"] for moment in moments], np.float64)
         centres = np.array([moment["centre"] for moment in moments], np.float64)
         centres -= scales[:, None] * np.array([moment["offset"] for moment in moments], np.float64)
-    except (KeyError, TypeError, ValueError):  # not written by this program's training
+    except (KeyError, TypeError, ValueError, ZeroDivisionError):  # not written by this program's training
         return model.place
     if centres.shape != (len(moments), 3) or not np.isfinite(centres).all() or not (scales > 0).all():
         return model.place

@@ -25,6 +25,7 @@ FOLDER = gallery.FOLDER
 SIZES = ("-small", "", "-large")
 NAMES = [name + size for name in ("spot", "bob") for size in SIZES]
 MESHES = {"spot": "spot.obj", "bob": "bob_tri.obj"}
+MOVING = "spot-to-bob"
 MOST = 1_500_000
 
 
@@ -35,7 +36,7 @@ def curved_shape(path: Path) -> Shape:
 
 
 def test_the_gallery_has_two_shapes_in_three_sizes() -> None:
-    assert gallery.names() == sorted(NAMES)
+    assert gallery.names() == sorted([*NAMES, MOVING])
     assert sum(path.stat().st_size for path in FOLDER.iterdir() if path.is_file()) <= MOST
     for name in ("spot", "bob"):
         small, middle, large = (load(gallery.model_path(name + size)).parameters() for size in SIZES)
@@ -74,6 +75,25 @@ def test_models_are_the_meshes_and_their_colours(name: str) -> None:
     assert np.abs(value).mean() < (3e-3 if small else 1e-3)
     error = ((colour(program, at) - surface.colours) ** 2).mean()
     assert error < (0.02 if small else 0.003)
+
+
+@pytest.mark.parametrize("time", [0.0, 1.0])
+def test_the_motion_goes_from_one_mesh_to_the_other(time: float) -> None:
+    model = load(gallery.model_path(MOVING))
+    assert (model.name, model.inputs, model.provenance["interrupted"]) == (MOVING, "xyzt", False)
+    assert f"-o model/gallery/{MOVING}.safetensors" in (FOLDER / "README.md").read_text(encoding="utf-8")
+    moment = model.provenance["source"]["moments"][int(time)]
+    path = DATA / "textured" / moment["file"]
+    if not path.exists():
+        pytest.skip(f"{path.name} is not in MPLICITS_DATA")
+    shape = curved_shape(path)
+    assert moment["sha256"] == shape.source["sha256"]
+    surface = shape.surface(4000, np.random.default_rng(1), colours=True)
+    program, at = lower(model), surface.points.astype(np.float32)
+    value, reached = nested_field(program, at, len(model.levels), time)
+    assert (reached == len(model.levels)).mean() > 0.999
+    assert np.abs(value).mean() < 3e-3
+    assert ((colour(program, at, time) - surface.colours) ** 2).mean() < 0.02
 
 
 def test_a_name_means_a_file_of_the_user_s_before_a_model_of_the_gallery(

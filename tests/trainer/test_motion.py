@@ -9,6 +9,7 @@ import trimesh
 from mplicits import cli
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference.interpret import colour, nested_field
+from mplicits.mesher import survey
 from mplicits.model.model import load, save
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes import motion
@@ -17,6 +18,7 @@ from mplicits.trainer.shapes.mesh import MeshShape
 from mplicits.trainer.shapes.motion import Moment, MovingShape, common_place, placed
 from mplicits.trainer.shapes.shape import Doubles
 from support.ball_training import Log, train
+from support.paths import DEMO
 
 RED, BLUE = (255, 0, 0), (0, 0, 255)
 
@@ -124,22 +126,25 @@ def run(*argv: object) -> int:
     return cli.main([str(argument) for argument in argv])
 
 
-QUICK = ("--levels", "8x0", "--steps", "20", "--quiet")
+QUICK = ("--levels", "8x0", "--omega", "4", "--steps", "100", "--quiet")
 
 
-def test_morph_goes_from_a_mesh_to_a_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_morph_goes_from_a_mesh_to_a_model(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(survey, "MOMENT_RESOLUTION", 48)
+    monkeypatch.setattr(survey, "MOVING_RESOLUTION", 24)
     ball = write_ball(tmp_path / "ball.ply", 3, x=2.0)
-    assert run("train", ball, "-o", tmp_path / "a.safetensors", *QUICK) == 0
     output = tmp_path / "m.safetensors"
-    assert run("morph", ball, tmp_path / "a.safetensors", "-o", output, *QUICK) == 0
+    assert run("morph", ball, DEMO, "-o", output, *QUICK) == 0
     model = load(output)
-    assert (model.inputs, model.name, model.texture) == ("xyzt", "ball to ball", None)
-    assert [found["file"] for found in model.provenance["source"]["moments"]] == ["ball.ply", "a.safetensors"]
+    assert (model.inputs, model.name, model.texture) == ("xyzt", "ball to demo", None)
+    assert [found["file"] for found in model.provenance["source"]["moments"]] == ["ball.ply", "demo.safetensors"]
     assert "at t = 0.5: " in capsys.readouterr().out
     assert run("info", output) == 0
     printed = capsys.readouterr().out
     assert "goes from 0 to 1" in printed
-    assert "2 moments: ball.ply, a.safetensors" in printed
+    assert "2 moments: ball.ply, demo.safetensors" in printed
 
 
 @pytest.mark.slow
