@@ -9,16 +9,13 @@ import trimesh
 from mplicits import cli
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference.interpret import colour, nested_field
-from mplicits.mesher import survey
-from mplicits.model.model import load, save
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes import motion
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.mesh import MeshShape
 from mplicits.trainer.shapes.motion import Moment, MovingShape, common_place, placed
 from mplicits.trainer.shapes.shape import Doubles
-from support.ball_training import Log, train
-from support.paths import DEMO
+from support.ball_training import train
 
 RED, BLUE = (255, 0, 0), (0, 0, 255)
 
@@ -109,55 +106,8 @@ def test_a_motion_is_learnt_with_its_colours(growing: MovingShape) -> None:
         assert np.abs(colour(program, at, time) - (1 - time, 0, time)).mean() < 0.1
 
 
-@pytest.mark.slow
-def test_what_is_interrupted_goes_on(growing: MovingShape, tmp_path: Path) -> None:
-    settings = Settings(networks=((8, 0), (8, 0)), omegas=(6.0, 12.0), steps=(60, 60, 60))
-    half = train(growing, settings, Log(stop_in="level 2", at=0.5))
-    assert half.provenance["interrupted"]
-    assert len(half.levels) == 2
-    save(half, tmp_path / "m.safetensors")
-    log = Log()
-    whole = train(growing, settings, log, resume=load(tmp_path / "m.safetensors"))
-    assert [stage[:7] for stage in log.stages] == ["level 2", "texture"]
-    assert whole.texture is not None
-
-
 def run(*argv: object) -> int:
     return cli.main([str(argument) for argument in argv])
-
-
-QUICK = ("--levels", "8x0", "--omega", "4", "--steps", "100", "--quiet")
-
-
-def test_morph_goes_from_a_mesh_to_a_model(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(survey, "MOMENT_RESOLUTION", 48)
-    monkeypatch.setattr(survey, "MOVING_RESOLUTION", 24)
-    ball = write_ball(tmp_path / "ball.ply", 3, x=2.0)
-    output = tmp_path / "m.safetensors"
-    assert run("morph", ball, DEMO, "-o", output, *QUICK) == 0
-    model = load(output)
-    assert (model.inputs, model.name, model.texture) == ("xyzt", "ball to demo", None)
-    assert [found["file"] for found in model.provenance["source"]["moments"]] == ["ball.ply", "demo.safetensors"]
-    assert "at t = 0.5: " in capsys.readouterr().out
-    assert run("info", output) == 0
-    printed = capsys.readouterr().out
-    assert "goes from 0 to 1" in printed
-    assert "2 moments: ball.ply, demo.safetensors" in printed
-
-
-@pytest.mark.slow
-def test_a_folder_of_meshes_is_a_motion(tmp_path: Path) -> None:
-    folder = tmp_path / "frames"
-    folder.mkdir()
-    for k in range(3):
-        write_ball(folder / f"{k}.ply", 1, x=float(k))
-    output = tmp_path / "m.safetensors"
-    assert run("train", folder, "--time", "-o", output, *QUICK) == 0
-    model = load(output)
-    assert model.centre == pytest.approx((1, 0, 0), abs=1e-6)
-    assert len(model.provenance["source"]["moments"]) == 3
 
 
 def test_what_cannot_move_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
