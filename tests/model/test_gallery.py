@@ -93,6 +93,7 @@ def test_the_motion_goes_from_one_mesh_to_the_other(time: float) -> None:
     value, reached = nested_field(program, at, len(model.levels), time)
     assert (reached == len(model.levels)).mean() > 0.999
     assert np.abs(value).mean() < 3e-3
+    assert surface.colours is not None
     assert ((colour(program, at, time) - surface.colours) ** 2).mean() < 0.02
 
 
