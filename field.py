@@ -290,15 +290,17 @@ class Field:
         no_cull: bool = False,
         space: str = "input",
         quiet: bool = False,
+        time: float | None = None,
     ) -> "TriangleMesh":
         """Extract the surface as triangles, by marching cubes: vertices, faces, normals and colors.
 
         The arguments are the options of `mplicits mesh`, with their names and defaults: resolution counts the cells
-        along each side of the grid; space is that of the vertices. docs/meshing.md explains the rest.
+        along each side of the grid; space is that of the vertices; time is of a model that moves. docs/meshing.md
+        explains the rest.
         """
         from .mesher.made import make_mesh
 
-        return make_mesh(self.model, resolution, level, no_cull, space, quiet)
+        return make_mesh(self.model, resolution, level, no_cull, space, quiet, time)
 
     def bake(
         self,
@@ -334,11 +336,12 @@ class Field:
         samples: int = 500_000,
         seed: int = 0,
         quiet: bool = False,
+        time: float | None = None,
     ) -> "Evaluation":
         """Compare the model with its ground truth, a mesh in a file; see `mplicits.evaluate`."""
         from .mesher.evaluation import evaluate
 
-        return evaluate(self.model, Path(shape), resolution, level, samples, seed, quiet)
+        return evaluate(self.model, Path(shape), resolution, level, samples, seed, quiet, time)
 
     def info(self) -> dict[str, object]:
         """Return what `mplicits info --json` prints: levels, costs, quality figures, bytes as each target."""

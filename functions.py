@@ -110,6 +110,7 @@ def evaluate(
     samples: int = 500_000,
     seed: int = 0,
     quiet: bool = False,
+    time: float | None = None,
 ) -> "Evaluation":
     """Compare a model, or somebody else's mesh, with the ground truth (Section 4).
 
@@ -121,10 +122,10 @@ def evaluate(
     from .model.mesh_file import SUFFIXES
 
     if isinstance(model, Field):
-        return model.evaluate(shape, resolution, level, samples, seed, quiet)
+        return model.evaluate(shape, resolution, level, samples, seed, quiet, time)
     path = model_path(str(model))
     other = path if path.suffix.lower() in SUFFIXES else load_model(path)
-    return compare(other, Path(shape), resolution, level, samples, seed, quiet)
+    return compare(other, Path(shape), resolution, level, samples, seed, quiet, time)
 
 
 def import_checkpoints(

@@ -7,6 +7,8 @@ from ..model.files import show
 
 LABEL = 12
 """Width of the first column."""
+IN_A_ROW = 5
+"""Targets whose bytes stand on one line."""
 MOST_SECONDS = 1e9
 """A training that took longer is none."""
 
@@ -15,7 +17,7 @@ def describe(facts: Mapping[str, Any]) -> list[str]:
     """Write the facts of a model as the lines of a table. Texts from its file are escaped."""
     lines = [show(facts["name"]) + (f", by {show(facts['credit'])}" if facts["credit"] else "")]
     lines += [f"{label:{LABEL}}{text}" for label, text in _rows(facts)]
-    lines += ["", *_levels(facts), "", f"{'bytes as':{LABEL}}" + _bytes(facts["bytes"])]
+    lines += ["", *_levels(facts), "", *_bytes(facts["bytes"])]
     return lines
 
 
@@ -41,7 +43,7 @@ def _history(provenance: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         yield "trained on", show(source["file"]) + (f", sha256 {show(digest)[:12]}" if isinstance(digest, str) else "")
     moments = source.get("moments") if isinstance(source, dict) else None
     if isinstance(moments, list) and moments:
-        files = [moment.get("file") for moment in moments if isinstance(moment, dict)]
+        files = [moment.get("file") if isinstance(moment, dict) else moment for moment in moments]
         shown = [files[0], *(["..."] if len(files) > 2 else []), *files[-1:]]
         yield "trained on", f"{len(files)} moments: " + ", ".join(show(str(file)) for file in shown)
     if isinstance(seconds, (int, float)) and abs(seconds) < MOST_SECONDS:
@@ -86,7 +88,11 @@ def _figures(record: object) -> tuple[float, float] | None:
     return (mean, angle) if isinstance(mean, float) and isinstance(angle, float) else None
 
 
-def _bytes(sizes: Mapping[str, int | None]) -> str:
+def _bytes(sizes: Mapping[str, int | None]) -> Iterator[str]:
+    """Yield the lines of the targets' bytes."""
     most = {"shadertoy": "at most "}
-    cells = ((name, "too wide" if size is None else f"{most.get(name, '')}{size:,}") for name, size in sizes.items())
-    return ", ".join(f"{name} {cell}" for name, cell in cells)
+    cells = [
+        f"{name} " + ("too wide" if size is None else f"{most.get(name, '')}{size:,}") for name, size in sizes.items()
+    ]
+    for first in range(0, len(cells), IN_A_ROW):
+        yield f"{'' if first else 'bytes as':{LABEL}}" + ", ".join(cells[first : first + IN_A_ROW])

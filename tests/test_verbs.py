@@ -25,8 +25,8 @@ from support.paths import DEMO
 
 OF_FILES = {"output", "force", "json"}
 """Options that say where a verb's result goes: a function returns it."""
-OF_THE_COMMAND_LINE = {"render": {"benchmark", "frames", "fps", "once", "turn"}, "train": {"live"}}
-"""Options that only a command line has a use for."""
+OF_THE_COMMAND_LINE = {"render": {"benchmark", "frames", "fps", "once", "turn"}, "train": {"live", "time"}}
+"""Options that a function does not take: of the command line's own, or, `train --time`, of a folder of moments."""
 VERBS: dict[str, tuple[Callable[..., object], Callable[..., object]]] = {
     "train": (mplicits.train, learn),
     "bake": (mplicits.Field.bake, bake),
@@ -36,8 +36,8 @@ VERBS: dict[str, tuple[Callable[..., object], Callable[..., object]]] = {
     "import": (mplicits.import_checkpoints, import_checkpoints),
 }
 """Verb -> what `import mplicits` offers, and the room's function that both call."""
-PROGRAMS = {"demo", "view", "info", "unproject"}
-"""Verbs that are programs, and `info`, whose function is Field.info."""
+PROGRAMS = {"demo", "view", "info", "unproject", "morph"}
+"""Verbs that have no function, and `info`, whose function is Field.info."""
 
 
 def defaults(name: str) -> dict[str, object]:

@@ -19,6 +19,7 @@ RECORD = {"mean_f": 1.5e-4, "angle": 2.25, "steps": 100}
         {},
         {"source": "text", "levels": "text", "seconds": "text", "field": []},
         {"levels": 3, "seconds": 3},
+        {"source": {"moments": [3, {"file": 4}]}},
         {"seconds": 10**400, "levels": [[]]},
         {"levels": [{}], "seconds": 3, "source": {"file": 1}},
         {"levels": [1, 2], "seconds": 3, "source": {"file": "a", "sha256": 4}, "field": {"domain_error": "x"}},

@@ -206,7 +206,7 @@ def test_what_a_screen_reader_is_told(wide: Visit) -> None:
     assert (light["valuemin"], light["valuemax"], light["value"]) == (-180, 180, 126)
     texts = "[iterations, light].map((slider) => slider.ariaValueText)"
     assert wide.page.evaluate(texts) == ["20, 5 steps", "126 degrees from the right, 47 from the viewer"]
-    buttons = {"Controls", "Save PNG", "Full screen", "Reset view", "Open model", "Copy as Shadertoy"}
+    buttons = {"Controls", "Play", "Save PNG", "Full screen", "Reset view", "Open model", "Copy as Shadertoy"}
     assert set(told["button"]) == buttons
     assert {"Shading", "Level", "Normals from level", "Background", "Resolution"} <= set(told["group"])
     live = """() => [...document.querySelectorAll("output, [role=status], [role=alert], [aria-live]")]
