@@ -249,8 +249,8 @@ class Field:
 
         The arguments are the options of `mplicits render`, with their names and defaults: size is N or (width,
         height); camera (azimuth, elevation) in degrees, or with a distance in radii of the shape; shade "phong",
-        "normal", "texture", "depth" or "steps"; background "#rrggbb", "#rrggbb,#rrggbb" for top and bottom, or two
-        colours in [0, 1]. docs/viewer.md explains the rest.
+        "studio", "normal", "texture", "depth" or "steps"; background "#rrggbb", "#rrggbb,#rrggbb" for top and bottom,
+        or two colours in [0, 1]. docs/viewer.md explains the rest.
         """
         from .viewer.arguments import colours
         from .viewer.draw.screenshot import to_bytes

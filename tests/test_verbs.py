@@ -77,13 +77,26 @@ def test_every_verb_has_a_function() -> None:
 
 def test_render_draws_what_the_verb_writes(tmp_path: Path) -> None:
     path = tmp_path / "p.png"
-    argv = ["--size", "40x32", "--camera", "10,20", "--background", "ffffff", "--context", "osmesa", "--level", "1"]
+    argv = [
+        "--size",
+        "40x32",
+        "--camera",
+        "10,20",
+        "--background",
+        "ffffff",
+        "--context",
+        "osmesa",
+        "--level",
+        "1",
+        "--storage",
+        "texture",
+    ]
     assert cli.main(["render", str(DEMO), "-o", str(path), *argv]) == 0
     field = mplicits.load(DEMO)
-    image = field.render((40, 32), camera=(10, 20), background="#ffffff", context="osmesa", level=1)
+    image = field.render((40, 32), camera=(10, 20), background="#ffffff", context="osmesa", level=1, storage="texture")
     assert image.shape == (32, 40, 3)
     np.testing.assert_array_equal(image, np.asarray(Image.open(path)))
-    transparent = field.render(16, transparent=True, context="osmesa")
+    transparent = field.render(16, transparent=True, context="osmesa", storage="texture")
     assert transparent.shape == (16, 16, 4)
     assert transparent.dtype == np.uint8
     with pytest.raises(mplicits.UserError, match="RRGGBB"):

@@ -53,6 +53,7 @@ def test_the_page_draws_a_time_as_osmesa_does(moving: Visit, osmesa: Context) ->
     assert not differ(moving.saved(), theirs[1.0])
 
 
+@pytest.mark.slow
 def test_space_and_the_button_play_and_pause(moving: Visit) -> None:
     moving.page.focus("#view")
     moving.page.keyboard.press(" ")
@@ -74,6 +75,7 @@ def test_space_and_the_button_play_and_pause(moving: Visit) -> None:
     moving.still()
 
 
+@pytest.mark.slow
 def test_the_bar_is_large_enough_for_fingers_and_gone_for_what_does_not_move(moving: Visit, shown: Visit) -> None:
     box = moving.page.locator("#play").bounding_box()
     assert box is not None

@@ -226,6 +226,7 @@ report["picture"] = difference()
 """
 
 
+@pytest.mark.slow
 def test_windows_from_one_pixel_to_4k_are_drawn(tmp_path: Path, xvfb: dict[str, str]) -> None:
     save(random_model((4, 0)), tmp_path / "m.safetensors")
     report = run(SIZES, (64, 48), tmp_path, xvfb)
