@@ -1,12 +1,13 @@
 """Draws and measures the models of the gallery: writes docs/gallery.md, docs/gallery/ and docs/demo.png.
 
-    python benchmarks/gallery.py [-o docs/gallery.md]
+    python benchmarks/gallery.py [-o docs/gallery.md] [--front]
 
 A model's web page is written if it has at most PAGE_MOST bytes; of larger ones, the table has the size. Models that are
 not yet named as the gallery calls them, but after the mesh that they were trained on, are renamed in their files.
 """
 
 import argparse
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,7 +27,7 @@ from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.screenshot import save_png
 from protocol import Page
 
-SIDE, FRONT_SIDE = 192, 320
+SIDE, FRONT_SIDE = 192, 420
 """Pixels per side of a panel, and of a picture in docs/demo.png."""
 WHITE = (1.0, 1.0, 1.0), (1.0, 1.0, 1.0)
 """Background at the top and at the bottom, sRGB."""
@@ -41,7 +42,7 @@ COMMANDS = (
     "bake spot-small --target shadertoy -o spot.frag",
 )
 """Examples on the page."""
-FRONT = (("spot", "phong"), ("spot", "normal"), ("bob", "phong"))
+FRONT = (("spot", "studio"), ("bob", "studio"))
 """(model, shading) of the pictures that stand side by side in docs/demo.png."""
 
 
@@ -56,15 +57,22 @@ def panels(levels: int) -> dict[str, RenderOptions]:
     }
 
 
-def strip(model: Model, camera: Camera, context: Context, front: dict[str, NDArray[np.float32]]) -> NDArray[np.float32]:
-    """Draw the panels of a model side by side, and into `front` its pictures for docs/demo.png, by their shadings."""
+def strip(model: Model, context: Context, side: int, pictures: Iterable[RenderOptions]) -> NDArray[np.float32]:
+    """Draw pictures of a model from its front side by side, each of side x side pixels."""
     renderer = Renderer(context, bake(model, "texture", passes=True))  # literals compile for longer than these draw
-    pictures = [renderer.render((SIDE, SIDE), camera, options) for options in panels(len(model.levels)).values()]
-    for shading in front:
-        options = RenderOptions(samples=4, shading=shading)
-        front[shading] = renderer.render((FRONT_SIDE, FRONT_SIDE), camera, options)
+    camera = Camera(*(model.front or ()))
+    drawn = [renderer.render((side, side), camera, options) for options in pictures]
     renderer.release()
-    return np.concatenate(pictures, axis=1)
+    return np.concatenate(drawn, axis=1)
+
+
+def draw_front(path: Path, context: Context) -> None:
+    """Draw docs/demo.png."""
+    pictures = [
+        strip(load(gallery.model_path(name)), context, FRONT_SIDE, [RenderOptions(samples=4, shading=shading)])
+        for name, shading in FRONT
+    ]
+    save_png(path, np.concatenate(pictures, axis=1), "Spot and Bob")
 
 
 def named(name: str, path: Path) -> Model:
@@ -87,8 +95,13 @@ def shadertoy(model: Model) -> str:
 def main() -> None:
     """Write the page, the pictures, and the web pages that are small."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--front", action="store_true", help="draw docs/demo.png alone")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/gallery.md"))
     options = parser.parse_args()
+    context, front = open_osmesa(), options.output.with_name("demo.png")
+    if options.front:
+        draw_front(front, context)
+        return
     folder = options.output.with_suffix("")
     folder.mkdir(exist_ok=True)
     page = Page(
@@ -135,14 +148,10 @@ def main() -> None:
         "finest (the paper's Fig. 9), so colours stay where they are from the second picture to the third.",
         "",
     )
-    context = open_osmesa()
-    fronts = {name: {shading: np.empty(0, np.float32) for of, shading in FRONT if of == name} for name in models}
     for name, model in models.items():
-        camera = Camera(*(model.front or ()))
-        save_png(folder / f"{name}.png", strip(model, camera, context, fronts[name]), name)
+        save_png(folder / f"{name}.png", strip(model, context, SIDE, panels(len(model.levels)).values()), name)
         page.add(f"![{name}]({folder.name}/{name}.png)", "", f"{name}", "")
-    row = np.concatenate([fronts[name][shading] for name, shading in FRONT], axis=1)
-    save_png(options.output.with_name("demo.png"), row, "Spot and Bob")
+    draw_front(front, context)
 
 
 if __name__ == "__main__":
