@@ -130,7 +130,7 @@ def test_without_torch_it_lists_bakes_and_says_what_training_needs(installed: In
     assert f'"mplicits": "{PROJECT["project"]["version"]}"' in (tmp_path / "m.glsl").read_text(encoding="utf-8")
     refused = installed.run("train", "demo", "-o", "d.safetensors", cwd=tmp_path)
     assert (refused.returncode, refused.stdout) == (2, "")
-    assert refused.stderr.startswith("mplicits: training needs the package ")
+    assert refused.stderr.startswith("mplicits: this needs the package ")
     assert "pip install 'mplicits[train]'" in refused.stderr
     assert len(refused.stderr.splitlines()) == 1
 
