@@ -7,6 +7,7 @@ import os
 import resource
 import shutil
 import signal
+import sys
 import traceback
 from collections.abc import Callable, Iterable
 from contextlib import redirect_stderr, redirect_stdout
@@ -18,6 +19,8 @@ from mplicits.model.errors import UserError
 
 SECONDS = 20
 """Processor's seconds that a case may take."""
+PATIENCE = 10
+"""Seconds by the clock for each of these: a case that waits for ever takes no processor."""
 MEMORY = 2 << 30
 """Bytes that a case may take beside what the process has."""
 ODD = [
@@ -169,11 +172,15 @@ def _use_all(cases: list[Case], use: Callable[[Path], None], folder: Path, repor
     resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, resource.RLIM_INFINITY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
     faulthandler.disable()  # pytest's, which would print a stack on its own output
+    if "torch" in sys.modules:  # Threads do not survive a fork, and a product of several would wait for them.
+        sys.modules["torch"].set_num_threads(1)
     for name, data in cases:
         (folder / name).write_bytes(data)
         report.write(f"{name}\n")
         signal.setitimer(signal.ITIMER_PROF, SECONDS)
+        signal.alarm(PATIENCE * SECONDS)
         try:
             with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
                 use(folder / name)
