@@ -42,7 +42,11 @@ function stop() {
     frame = null;
 }
 button.addEventListener("click", start);
-new IntersectionObserver(([seen]) => (seen.isIntersecting ? start() : stop()), {threshold: 0.3}).observe(button);
+function turn(changes) {
+    if (changes[changes.length - 1].isIntersecting) start();
+    else stop();
+}
+new IntersectionObserver(turn, {threshold: 0.3}).observe(button);
 </script>"""
 """A page around the page: the picture, and the page itself in a frame of its own while a third of it is in sight.
 
