@@ -3,7 +3,6 @@
 from argparse import Namespace
 from pathlib import Path
 
-import numpy as np
 from tqdm import tqdm
 
 from ..model.errors import UserError
@@ -63,19 +62,15 @@ def record(
     size: (width, height) in pixels. camera, options: of the first picture. Returns the share of all pixels' samples
     that hit the shape. Raises UserError where the driver fails or the file cannot be written.
     """
-    parts, covered = list(tiles(size)), 0.0
-    total = shot.frames * len(parts) * options.samples
+    covered, total = 0.0, shot.frames * len(list(tiles(size))) * options.samples
     with (
         open_movie(path, size, shot.rate) as movie,
         tqdm(total=total, desc="render", delay=2, leave=False, disable=None) as bar,
     ):
         for k in range(shot.frames):
             seen_from, shown = shot.frame(k, camera, options)
-            image = np.empty((size[1], size[0], 4), np.float32)
-            for part in parts:
-                x, y, width, height = part
-                image[y : y + height, x : x + width] = renderer.render_tile(part, size, seen_from, shown, bar.update)
-            movie.add(image[::-1])
+            image = renderer.render_tiles(size, seen_from, shown, bar.update)
+            movie.add(image)
             covered += float(image[..., 3].mean()) / shot.frames
         write_whole(path, movie.data())
     return covered

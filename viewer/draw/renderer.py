@@ -106,13 +106,18 @@ class Renderer:
         """
         options = options or RenderOptions()
         check_size(size)
-        image = np.empty((size[1], size[0], 4), np.float32)
-        all_tiles = list(tiles(size))
-        samples = len(all_tiles) * len(_sample_offsets(options))
+        samples = len(list(tiles(size))) * len(_sample_offsets(options))
         with tqdm(total=samples, desc="render", delay=2, leave=False, disable=None) as bar:
-            for tile in all_tiles:
-                x, y, width, height = tile
-                image[y : y + height, x : x + width] = self.render_tile(tile, size, camera, options, bar.update)
+            return self.render_tiles(size, camera, options, bar.update)
+
+    def render_tiles(
+        self, size: tuple[int, int], camera: Camera, options: RenderOptions, after_sample: Callable[[], object]
+    ) -> Image:
+        """Draw the picture that `render` gives; after_sample: as of `render_tile`."""
+        image = np.empty((size[1], size[0], 4), np.float32)
+        for tile in tiles(size):
+            x, y, width, height = tile
+            image[y : y + height, x : x + width] = self.render_tile(tile, size, camera, options, after_sample)
         return image[::-1]
 
     def render_tile(
