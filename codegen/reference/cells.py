@@ -78,7 +78,7 @@ class Cells:
         """Return by how much the field may differ from that in the middle of a grid's times; 0 where nothing moves."""
         if self.moments == 1:
             return 0.0
-        points = _middles(_all_cells(FIRST), FIRST, self.half)
+        points = middles(all_cells(FIRST), FIRST, self.half)
         points = points[np.linalg.norm(points, axis=1) < self.half]
         near = range(max(0, moment - 1), min(moment + 2, self.moments))
         values = [field(self._program, points, 1, self._middle(k)) for k in near]
@@ -86,14 +86,19 @@ class Cells:
         return 0.5 * OVERESTIMATE * max(changes)
 
 
-def _all_cells(edge: int) -> NDArray[np.int64]:
+def all_cells(edge: int) -> NDArray[np.int64]:
     """Return all cells of a grid with so many along an edge, (edge^3, 3), as x, y, z."""
     return np.indices((edge,) * 3).reshape(3, -1).T
 
 
-def _middles(cells: NDArray[np.int64], edge: int, half: float) -> NDArray[np.float32]:
+def middles(cells: NDArray[np.int64], edge: int, half: float) -> NDArray[np.float32]:
     """Return the middles (N, 3), model units, of cells (N, 3) of a grid with so many along an edge."""
     return (((2 * cells + 1) / edge - 1) * half).astype(np.float32)
+
+
+def cut_in_eight(cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the cells of a grid twice as fine, (8 N, 3), that cells (N, 3) consist of."""
+    return np.asarray((2 * cells[:, None] + np.indices((2, 2, 2)).reshape(3, 8).T).reshape(-1, 3))
 
 
 def _sizes(program: Program, count: int, half: float, slack: float = 0.0) -> NDArray[np.uint8]:
@@ -102,16 +107,15 @@ def _sizes(program: Program, count: int, half: float, slack: float = 0.0) -> NDA
     slack: what is added to every cell's reach, in the unit of f.
     """
     deltas = [band.delta for band in program.bands]
-    cells, edge = _all_cells(FIRST), FIRST
+    cells, edge = all_cells(FIRST), FIRST
     while True:
-        points = _middles(cells, edge, half)
+        points = middles(cells, edge, half)
         reach = OVERESTIMATE * np.sqrt(3) * half / edge + slack
         parts = np.array_split(points, 1 + len(points) // CHUNK)
         cells = cells[np.concatenate([_near(program, part, deltas, reach, edge == count) for part in parts])]
         if edge == count:
             return _sizes_around(cells, count)
-        cells = (2 * cells[:, None] + np.indices((2, 2, 2)).reshape(3, 8).T).reshape(-1, 3)
-        edge *= 2
+        cells, edge = cut_in_eight(cells), 2 * edge
 
 
 def _near(

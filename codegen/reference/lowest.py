@@ -3,12 +3,11 @@
 import numpy as np
 
 from ..ir.program import Array, Program
+from .cells import OVERESTIMATE, all_cells, cut_in_eight, middles
 from .interpret import field_gradient, nested_field
 
 FIRST, LAST = 16, 64
 """Cells along an edge of the grids that the search begins and ends with; each is twice as fine as the one before."""
-OVERESTIMATE = 1.3
-"""How many times the distance to the surface |f| may be (cells.py)."""
 TIMES = 9
 """Instants of [0, 1] at which a field that moves is looked at."""
 CHUNK = 2048
@@ -41,16 +40,14 @@ def _lowest(program: Program, time: float) -> float:
 
 def _near_surface(program: Program, time: float) -> Array:
     """Return the centres (N, 3) of the cells of a grid that the last level's surface may cross."""
-    axis, edge = np.arange(FIRST), FIRST
-    cells = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+    cells, edge = all_cells(FIRST), FIRST
     deltas = [band.delta for band in program.bands]
     half = 1.0 + deltas[0]
     while True:
-        points = (((2 * cells + 1) / edge - 1) * half).astype(np.float32)
+        points = middles(cells, edge, half)
         reach = OVERESTIMATE * np.sqrt(3) * half / edge
         value, reached = nested_field(program, points, len(deltas), time, margins=[reach] * (len(deltas) - 1))
         near = (reached == len(deltas)) & (np.abs(value) < reach)
         if edge == LAST:
             return np.asarray(points[near])
-        cells = (2 * cells[near][:, None] + np.indices((2, 2, 2)).reshape(3, 8).T).reshape(-1, 3)
-        edge *= 2
+        cells, edge = cut_in_eight(cells[near]), 2 * edge
