@@ -11,28 +11,13 @@ from .machine import prepare
 from .networks.fit import TrainingProgress
 from .options import CREASE, Numbers, settings_from
 from .session import TrainingBar
-from .settings import DEFAULT_PRESET, Settings
+from .settings import DEFAULT_PRESET
 from .shapes.given import Given, given_shape
 from .shapes.load import load_shape
-from .shapes.shape import Shape
 from .train import Training
 
 Callback = Callable[[str, float, float], object]
 """Is told the stage ("level 1 (64x1)"), the share of it that is done, in [0, 1], and a recent mean of the loss."""
-
-
-class _Followed(Training):
-    """A training that hands out the model after every level."""
-
-    def __init__(
-        self, shape: Shape, settings: Settings, progress: TrainingProgress, follow: Callable[[Model], object]
-    ) -> None:
-        super().__init__(shape, settings, progress)
-        self._follow = follow
-
-    def _level_finished(self) -> None:
-        super()._level_finished()
-        self._follow(self._model())
 
 
 class _Told:
@@ -122,6 +107,4 @@ def learn(
         bar.say(f"warning: {warning}")
     progress: TrainingProgress = bar if callback is None else _Told(bar, callback)
     settings = replace(settings, up=upwards)
-    if follow is None:
-        return Training(loaded, settings, progress).run(resume)
-    return _Followed(loaded, settings, progress, follow).run(resume)
+    return Training(loaded, settings, progress, follow=follow).run(resume)

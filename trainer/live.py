@@ -1,17 +1,9 @@
-"""A training that another program follows: progress as lines of JSON, and a model file after every level (`--live`)."""
+"""Progress of a training that another program follows (`--live`): lines of JSON."""
 
 import json
 import math
 import time
 from collections.abc import Callable
-from dataclasses import replace
-
-from ..model.model import Model
-from .networks.fit import TrainingProgress
-from .part import Part
-from .settings import Settings
-from .shapes.shape import Shape
-from .train import Training
 
 INTERVAL = 0.25
 """Shortest time between two lines of a stage, seconds."""
@@ -40,25 +32,3 @@ class JsonLines:
 
     def end(self) -> None:
         """Print nothing: the next stage's first line says that this one is over."""
-
-
-class LiveTraining(Training):
-    """A training that hands out the model after every level, marked as an interrupted one."""
-
-    def __init__(
-        self,
-        shape: Shape,
-        settings: Settings,
-        progress: TrainingProgress,
-        began: float,
-        part: Part | None,
-        hand_out: Callable[[Model], None],
-    ) -> None:
-        """hand_out: receives each of these models. See `Training` for the rest."""
-        super().__init__(shape, settings, progress, began, part)
-        self._hand_out = hand_out
-
-    def _level_finished(self) -> None:
-        super()._level_finished()
-        model = self._model()
-        self._hand_out(replace(model, provenance=model.provenance | {"interrupted": True}))

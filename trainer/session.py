@@ -16,7 +16,7 @@ from ..model.files import show
 from ..model.interrupts import terminated
 from ..model.model import Model, load, save
 from ..model.orientation import DEFAULT_UP, FILES_UP
-from .live import JsonLines, LiveTraining
+from .live import JsonLines
 from .machine import device, prepare
 from .networks.fit import TrainingProgress
 from .networks.snapshot import Snapshot
@@ -101,8 +101,7 @@ def run(
     for warning in warnings:
         bar.say(f"warning: {warning}")
     if live:
-        lines, hand_out = JsonLines(bar.say), partial(save, path=output)
-        training: Training = LiveTraining(shape, settings, lines, began, part, hand_out)
+        training = Training(shape, settings, JsonLines(bar.say), began, part, partial(_hand_out, output))
     else:
         training = Training(shape, settings, bar, began, part)
     model = training.run(before, snapshot)
@@ -126,6 +125,11 @@ def _earlier(
     if left:
         say(f"{show(part.path)} is of a training that was cut short; this one begins anew (--resume goes on with it)")
     return (load(output) if resume and output.exists() else None), None
+
+
+def _hand_out(output: Path, model: Model) -> None:
+    """Save a model to which levels are still to come: it is marked as one of a training that was interrupted."""
+    save(replace(model, provenance=model.provenance | {"interrupted": True}), output)
 
 
 def _save(model: Model, output: Path) -> None:

@@ -50,13 +50,15 @@ class Training:
         progress: TrainingProgress,
         began: float | None = None,
         part: Part | None = None,
+        follow: Callable[[Model], object] | None = None,
     ) -> None:
         """began: the value of time.perf_counter() from which on the user's seconds count; None: now.
 
-        part: where the training is kept every 30 s and after every level; None: nowhere.
+        part: where the training is kept every 30 s and after every level; None: nowhere. follow: receives the model
+        after every level.
         """
         self.interrupted = False
-        self._part, self._snapshot = part, Snapshot()
+        self._part, self._follow, self._snapshot = part, follow, Snapshot()
         self._shape, self._settings, self._progress = shape, settings, progress
         self._began = time.perf_counter() if began is None else began
         self._device = device(settings.device)
@@ -100,9 +102,11 @@ class Training:
         return self._model()
 
     def _level_finished(self) -> None:
-        """Keep the levels that there are; subclasses may save them, too."""
+        """Keep the levels that there are, and hand them out."""
         if self._part is not None:
             self._part.write(self._model_so_far(self._trained), Snapshot())
+        if self._follow is not None:
+            self._follow(self._model())
 
     def _check_time(self, spent: float) -> None:
         """Raise UserError where nothing is left of the user's seconds, of which `spent` went before."""
