@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..model.files import check_writable, show
+from ..model.gallery import SUFFIX
 from ..model.interrupts import TERMINATED, begin_work, terminated
 from ..model.kinds import MODEL
 from ..model.orientation import UPRIGHT
@@ -19,8 +20,6 @@ from .settings import DEFAULT_PRESET, PRESETS, Settings, front
 if TYPE_CHECKING:
     from ..model.model import Model
     from .session import MovingLoader
-
-SUFFIX = ".safetensors"
 
 
 def arguments(parser: ArgumentParser) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..model.errors import UserError
 from ..model.files import show
+from ..model.gallery import SUFFIX
 from ..model.mesh_file import SUFFIXES
 from ..model.model import Model, load
 from ..model.orientation import DEFAULT_UP, FILES_UP
@@ -24,7 +25,6 @@ from .shapes.shape import Shape
 
 ModelSurface = tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.float32] | None]
 """Vertices (V, 3) in model space, faces (F, 3), and colours (V, 3), sRGB in [0, 1], or None."""
-MODEL_SUFFIX = ".safetensors"
 STAGE = "surfaces between"
 """What the progress shows while they are computed."""
 
@@ -80,7 +80,7 @@ def _shapes(
     shapes: list[Coloured] = []
     warnings: list[str] = []
     for name, surface_of in names:
-        if surface_of is not None and Path(name).suffix.lower() == MODEL_SUFFIX:
+        if surface_of is not None and Path(name).suffix.lower() == SUFFIX:
             shapes.append(_of_model(Path(name), surface_of))
             continue
         up = options.up or FILES_UP.get(Path(name).suffix.lower(), DEFAULT_UP)

@@ -10,12 +10,12 @@ from safetensors import SafetensorError, safe_open
 
 from ..model.errors import UserError
 from ..model.files import is_special, show
+from ..model.gallery import SUFFIX
 from ..model.model import TRAINING, Model, load, save
 from .networks.snapshot import Snapshot
 
 EVERY = 30.0
 """Seconds between two writings of the file: the most that is lost."""
-SUFFIX = ".safetensors"
 
 
 class Part:
