@@ -87,9 +87,18 @@ def run_unproject(args: Namespace) -> None:
     reads = [path for path in (args.depth, args.estimate, args.image, args.mask, args.intrinsics) if path is not None]
     check_writable(output, reads, kind=MESH, force=args.force)
     request = Request(
-        args.depth, args.estimate, args.estimator, args.image, args.mask, args.fov, args.intrinsics, args.relative,
-        _range(args.range), args.unit, args.ray,
-    )  # fmt: skip
+        depth=args.depth,
+        estimate=args.estimate,
+        estimator=args.estimator,
+        image=args.image,
+        mask=args.mask,
+        fov=args.fov,
+        intrinsics=args.intrinsics,
+        relative=args.relative,
+        range=_range(args.range),
+        unit=args.unit,
+        ray=args.ray,
+    )
     view = read_view(request)
     cloud, cut, noise = view.unprojected(args.close)
     if view.warning:

@@ -21,7 +21,7 @@ EXIF_IFD = 0x8769
 FILM_DIAGONAL = math.hypot(36, 24)
 """Of 35 mm film, in millimetres: the focal length is given for a picture of the same diagonal."""
 SAME_ASPECT = 0.02
-"""By this share the aspect of a camera's file may differ from the depth map's, which may be rounded to whole pixels."""
+"""By this share the aspects of two pictures of one view may differ: sizes are rounded to whole pixels."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,11 @@ class Intrinsics:
         """
         x = (np.arange(width, dtype=np.float64) + 0.5 - self.cx) / self.fx
         return x, (np.arange(height, dtype=np.float64) + 0.5 - self.cy) / self.fy
+
+
+def of_one_shape(size: tuple[float, float], other: tuple[float, float]) -> bool:
+    """Whether two sizes (width, height) are those of pictures of one view."""
+    return abs(size[0] / size[1] * other[1] / other[0] - 1) <= SAME_ASPECT
 
 
 def of_view(fov: float, height: int, width: int) -> Intrinsics:
@@ -99,7 +104,7 @@ def of_file(path: Path, height: int, width: int) -> Intrinsics:
         raise UserError(f"{name}: the focal lengths must be above 0, and all numbers finite")
     if not size:
         return camera
-    if min(size) <= 0 or abs(size[0] / size[1] * height / width - 1) > SAME_ASPECT:
+    if min(size) <= 0 or not of_one_shape((size[0], size[1]), (width, height)):
         raise UserError(
             f"{name}: the camera's picture is {size[0]:g} x {size[1]:g}, the depth map {width} x {height}; "
             "these are not of one shape"

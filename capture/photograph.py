@@ -7,28 +7,21 @@ from numpy.typing import NDArray
 from PIL import Image, ImageOps
 
 from ..model.errors import UserError
-from ..model.files import show
+from ..model.image_file import open_image
+from .intrinsics import of_one_shape
 
-SAME_ASPECT = 0.02
-"""By this share the aspects of two pictures of one view may differ."""
 SOLID = 128
 """Alpha, or grey of a mask, from which on a pixel is of the shape."""
 
 
 def open_picture(path: Path, option: str) -> Image.Image:
     """Open a picture as a camera meant it to be seen. Raises UserError, one line that names the option."""
-    try:
-        with Image.open(path) as opened:
-            return ImageOps.exif_transpose(opened)
-    except FileNotFoundError:
-        raise UserError(f"{option} {show(path)}: no such file") from None
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
-        raise UserError(f"{option} {show(path)}: not a readable image") from None
+    return ImageOps.exif_transpose(open_image(path, option))
 
 
 def fitted(picture: Image.Image, height: int, width: int, name: str) -> Image.Image:
     """Resize a picture to a depth map's size. Raises UserError where their shapes differ; name: of the picture."""
-    if abs(picture.width / picture.height * height / width - 1) > SAME_ASPECT:
+    if not of_one_shape(picture.size, (width, height)):
         raise UserError(
             f"{name}: {picture.width} x {picture.height}, the depth map {width} x {height}; these are not of one view"
         )

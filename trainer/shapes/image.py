@@ -10,6 +10,7 @@ from PIL import Image
 
 from ...model.errors import UserError
 from ...model.files import show
+from ...model.image_file import open_image
 from .shape import Doubles
 
 Image.MAX_IMAGE_PIXELS = 2**30
@@ -59,7 +60,7 @@ def image_texture(mesh: trimesh.Trimesh, file: Path | None) -> ImageTexture | No
         return None
     if not np.isfinite(uv).all():
         raise UserError("texture coordinates that are not finite (NaN or infinity); repair the file, or --texture none")
-    image = _of_material(visual.material) if file is None else _read(file)
+    image = _of_material(visual.material) if file is None else open_image(file, "--texture")
     if image is None:
         return None
     if image.mode.startswith("I") or image.mode == "F":  # Pillow's conversion would clip them to white or black
@@ -77,14 +78,4 @@ def _of_material(material: Any) -> Image.Image | None:
         image.load()
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
         return None
-    return image
-
-
-def _read(file: Path) -> Image.Image:
-    try:
-        image = Image.open(file)
-        image.load()
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        reason = "no such file" if isinstance(error, FileNotFoundError) else "not a readable image"
-        raise UserError(f"--texture {show(file)}: {reason}") from None
     return image
