@@ -13,7 +13,8 @@ docs/python.md tells the rest. Nothing is loaded before it is used. The rooms ar
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING
+
+TYPE_CHECKING = False  # As of `typing`, which takes longer to load than all else up to where Ctrl-C is seen to.
 
 if TYPE_CHECKING:
     from .codegen.reference.hits import Hits as Hits

@@ -8,6 +8,7 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, NoReturn
 
@@ -15,7 +16,7 @@ from .demo import demo_verb
 from .extras import advice
 from .model.errors import UserError
 from .model.files import show
-from .model.interrupts import INTERRUPTED, TERMINATED, terminated
+from .model.interrupts import ENDINGS, INTERRUPTED, ended_by
 from .model.verb import Verb
 from .model.version import installed_version
 from .trainer.cli import train_verb
@@ -91,8 +92,8 @@ def perform(argv: Sequence[str]) -> None:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command line and return the exit code.
 
-    It is 0, 2 for what the user can mend, 130 after Ctrl-C, or 143 after SIGTERM. argv: the arguments, sys.argv's by
-    default. Other exceptions are bugs and pass through.
+    It is 0, 2 for what the user can mend, 130 after Ctrl-C, 143 after SIGTERM, or 129 after SIGHUP. argv: the
+    arguments, sys.argv's by default. Other exceptions are bugs and pass through.
     """
     argv = sys.argv[1:] if argv is None else argv
     _prepare_streams()
@@ -127,7 +128,8 @@ def _ending(error: BaseException, argv: Sequence[str]) -> tuple[int, str] | None
         case ModuleNotFoundError():
             line = advice(error, verbs()[argv[0]].extra)
         case KeyboardInterrupt():
-            code, line = (TERMINATED, "terminated") if terminated() else (INTERRUPTED, "interrupted")
+            by = ended_by()
+            code, line = (128 + by, ENDINGS[by]) if by else (INTERRUPTED, "interrupted")
         case MemoryError():
             line = "out of memory: close other programs, or ask for less (a lower resolution, a smaller file)"
         case BrokenPipeError():  # The reader left.
@@ -158,5 +160,6 @@ def _prepare_streams() -> None:
 
 def fail(line: str, code: int) -> int:
     """Print one line on stderr and return an exit code."""
-    print(f"mplicits: {show(line)}", file=sys.stderr)
+    with suppress(OSError):  # Nobody may be there to read it.
+        print(f"mplicits: {show(line)}", file=sys.stderr)
     return code

@@ -1,135 +1,82 @@
-"""Loads, renders, kills and damages without end: writes docs/results/reliability.md.
+"""Loads, draws, turns, loses contexts, kills and damages without end: writes docs/results/reliability.md.
 
-    python benchmarks/reliability.py [-o FILE] [--loads N] [--renders N] [--kills N] [--rounds N]
+    python benchmarks/reliability.py [-o FILE] [--loads N] [--starts N] [--renders N] [--turntable SECONDS]
+                                     [--resizes N] [--losses N] [--kills N] [--torn N] [--rounds N]
 
 What is measured is what docs/reliability.md promises: memory that does not grow, training that a kill costs no more
-than 30 s of, files that are whole, and one line for whatever is damaged.
+than 30 s of, files that are whole, and one line for whatever is damaged. Only what is asked for is measured; the page
+keeps the other rows as earlier runs have left them, each with its day. Each row is a process of its own.
 """
 
 import argparse
 import os
-import resource
-import subprocess
-import sys
 import tempfile
-import time
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
-import numpy as np
+import kills
+import soak
+import soak_page
+from protocol import machine
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+HEAD = """# Reliability: the last figures
 
-from fuzz.test_fuzz import KINDS, cases
-from mplicits.codegen.targets import glsl330
-from mplicits.model.errors import UserError
-from mplicits.model.model import load, save
-from mplicits.viewer.draw.camera import Camera
-from mplicits.viewer.draw.context import open_osmesa
-from mplicits.viewer.draw.renderer import Renderer
-from protocol import Page, machine
-from support.fuzzing import survive
-from support.random_model import random_model
+By `python benchmarks/reliability.py --loads 20000 --starts 20 --renders 2000 --turntable 3600 --resizes 200
+--losses 500 --kills 200 --torn 200 --rounds 20`, or a run of some of these: what was done, how often, where and when is in the row.
+Memory and objects are those after the first 30 % of the looks, and growth is the slope of a straight line.
 
-SKIPPED = 0.3
-"""Share of the rounds before which memory is not looked at: caches fill."""
-BALL = """import trimesh, sys; trimesh.creation.icosphere(3).export(sys.argv[1])"""
-
-
-def resident() -> float:
-    """Return the resident memory of this process, kB."""
-    return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize() / 1024
-
-
-def slope(work: Callable[[], None], count: int) -> float:
-    """Do the work `count` times. Returns by how many bytes memory grows each time, of a straight line through it."""
-    sizes = []
-    for _ in range(count):
-        work()
-        sizes.append(resident())
-    after = int(count * SKIPPED)
-    return float(np.polyfit(np.arange(after, count), sizes[after:], 1)[0]) * 1024
-
-
-def killed(folder: Path, count: int) -> tuple[int, int]:
-    """Kill trainings at random times, each resumed from what the one before left.
-
-    Returns after how many of them there was a part, and how many parts were torn.
-    """
-    rng = np.random.default_rng(0)
-    subprocess.run([sys.executable, "-c", BALL, str(folder / "ball.ply")], check=True)
-    # A part is written after every step, so that many a kill falls into the writing of one.
-    code = "import sys; from mplicits import cli; from mplicits.trainer import part; part.EVERY = 0.0; cli.main()"
-    argv = ["train", str(folder / "ball.ply"), "-o", str(folder / "ball.safetensors"), "--levels", "8x1,8x1"]
-    found = torn = 0
-    for _ in range(count):
-        part = folder / "ball.part.safetensors"
-        before = part.stat().st_mtime_ns if part.exists() else 0
-        command = [sys.executable, "-c", code, *argv, "--steps", "300", "--resume", "--quiet"]
-        with subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) as process:
-            until = time.monotonic() + 120
-            while (not part.exists() or part.stat().st_mtime_ns == before) and time.monotonic() < until:
-                time.sleep(0.01)
-            time.sleep(rng.uniform(0, 0.5))
-            process.kill()
-        if part.exists():
-            found += 1
-            try:
-                load(part)
-            except UserError:
-                torn += 1
-    return found, torn
+| what | how often | outcome | machine |
+| --- | ---: | --- | --- |
+"""
+Row = tuple[str, str, Callable[[int, Path], str]]
+"""The words of a row, what is counted, and what measures it: given the count and an empty folder, it tells of it."""
+ROWS: dict[str, Row] = {
+    "loads": ("a model is loaded", "", soak.loads),
+    "starts": ("mplicits starts, up to where it sees to Ctrl-C", "", soak.starts),
+    "renders": ("a renderer is made, draws and is released", "", soak.renders),
+    "turntable": ("the turntable of a window", " s", soak.turntable),
+    "resizes": ("a window gets another size", "", soak.resizes),
+    "losses": ("the web page loses its context, and gets it back", "", soak_page.losses),
+    "kills": ("`kill -9` in a training, which the next one resumes", "", kills.trainings),
+    "torn": ("`kill -9` in the writing of a file", "", kills.writings),
+    "rounds": ("damaged files and command lines, rounds of some 500", "", kills.damages),
+}
 
 
 def main() -> None:
     """Parse the arguments, measure, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/reliability.md"))
-    parser.add_argument("--loads", type=int, default=2000)
-    parser.add_argument("--renders", type=int, default=100)
-    parser.add_argument("--kills", type=int, default=10)
-    parser.add_argument("--rounds", type=int, default=20, help="damaged files, times those of the fast tests")
-    asked = parser.parse_args()
-    page = Page(
-        asked.output.absolute(),
-        "# Reliability: the last figures",
-        "",
-        f"By `python benchmarks/reliability.py --loads {asked.loads} --renders {asked.renders} --kills {asked.kills} "
-        f"--rounds {asked.rounds}` on {machine()}.",
-        "",
-        "| what | how often | outcome |",
-        "| --- | ---: | --- |",
-    )
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        os.chdir(folder)
-        save(random_model((32, 1), (32, 1), texture=(16, 1)), folder / "m.safetensors")
-        grown = slope(lambda: void(load(folder / "m.safetensors")), asked.loads)
-        page.add(f"| a model is loaded | {asked.loads:,} | memory grows by {grown:.0f} bytes each time |")
-        context, shader = open_osmesa(), glsl330.bake(random_model((6, 1)), "texture")
-
-        def draw() -> None:
-            renderer = Renderer(context, shader)
-            renderer.render((32, 32), Camera())
-            renderer.release()
-
-        grown = slope(draw, asked.renders)
-        page.add(f"| a renderer is made, draws and is released | {asked.renders:,} | {grown:.0f} bytes each time |")
-        found, torn = killed(folder, asked.kills)
-        page.add(
-            f"| `kill -9` within 0.5 s of a part that is written after every step | {asked.kills} | "
-            f"a part is there after {found}, torn: {torn} |"
-        )
-        seed = time.time_ns() // 1_000_000
-        for kind, (use, count) in KINDS.items():
-            number = asked.rounds * count
-            failed = survive(cases(kind, number, seed, folder), use, folder, folder / "failed")
-            page.add(f"| damaged: {kind}, seed {seed} | {number:,} | {len(failed)} end otherwise than in one line |")
-    page.add("", "Not run: context losses of the page and resizes of the window in such numbers, an hour of turntable.")
+    for name, (words, unit, _) in ROWS.items():
+        parser.add_argument(f"--{name}", type=int, default=0, metavar="SECONDS" if unit else "N", help=words)
+    asked = vars(parser.parse_args())
+    output = asked["output"].absolute()
+    for name, (words, unit, measure) in ROWS.items():
+        if not asked[name]:
+            continue
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process,
+        ):
+            outcome = process.submit(_in, Path(folder), measure, asked[name]).result()
+        line = f"| {words} | {asked[name]:,}{unit} | {outcome} | {machine()} |"
+        print(line, flush=True)
+        write(output, words, line)
 
 
-def void(_: object) -> None:
-    """Take what a function returns."""
+def _in(folder: Path, measure: Callable[[int, Path], str], count: int) -> str:
+    os.chdir(folder)
+    return measure(count, folder)
+
+
+def write(page: Path, words: str, line: str) -> None:
+    """Put a row into the page, in the place of that of an earlier run. words: with which the row begins."""
+    old = page.read_text(encoding="utf-8").splitlines() if page.exists() else []
+    rows = {row: text for text in old for row, *_ in ROWS.values() if text.startswith(f"| {row} |")} | {words: line}
+    table = [rows[row] for row, *_ in ROWS.values() if row in rows]
+    page.write_text(HEAD + "\n".join(table) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,7 @@
 """Output files that appear whole or not at all, and paths and texts as they may stand in a message."""
 
+import contextlib
+import errno
 import fcntl
 import os
 import tempfile
@@ -14,6 +16,9 @@ TEMPORARY = ".mplicits-"
 """How the names of files begin that are being written."""
 FRESH = 10.0
 """Seconds for which such a file is not taken for one that was left: its process may be about to lock it."""
+
+NO_PROMISE = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)
+"""What file systems say that cannot promise that something is on the disk."""
 
 
 def show(text: str | os.PathLike[str]) -> str:
@@ -48,8 +53,9 @@ def check_writable(path: Path, reads: Iterable[Path] = (), *, kind: Kind | None 
 def write_whole(path: Path, data: bytes | str) -> None:
     """Write a file so that readers never see half of it: beside `path` first, then renamed.
 
-    data: bytes, or a text that is written as UTF-8. A link stays a link; a device or a pipe (/dev/stdout) is written to
-    as it is. Raises UserError where the path cannot be written (no folder, no permission, disk full), and
+    It is on the disk when this returns, where the file system can promise that, and a power cut finds the old file or
+    the new one. data: bytes, or a text that is written as UTF-8. A link stays a link; a device or a pipe (/dev/stdout)
+    is written to as it is. Raises UserError where the path cannot be written (no folder, no permission, disk full), and
     BrokenPipeError where nobody reads a pipe to its end.
     """
     check_writable(path)
@@ -66,10 +72,13 @@ def write_whole(path: Path, data: bytes | str) -> None:
         with os.fdopen(descriptor, "wb") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
             file.write(content)
+            file.flush()
+            _force(file.fileno())
         umask = os.umask(0)
         os.umask(umask)
         os.chmod(temporary, 0o666 & ~umask)
         os.replace(temporary, target)
+        _force_folder(target.parent)
     except BrokenPipeError:  # The reader of a pipe left, which is no error.
         raise
     except OSError as error:
@@ -77,6 +86,25 @@ def write_whole(path: Path, data: bytes | str) -> None:
     finally:
         if temporary is not None and os.path.exists(temporary):
             os.unlink(temporary)
+
+
+def _force(descriptor: int) -> None:
+    """Wait until an open file is on the disk. Raises OSError where the disk does not take it."""
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno not in NO_PROMISE:
+            raise
+
+
+def _force_folder(folder: Path) -> None:
+    """Wait until the names in a folder are on the disk: the file is written, so whatever fails here is no failure."""
+    with contextlib.suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
 def _sweep(folder: Path) -> None:

@@ -9,9 +9,9 @@ from types import FrameType
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C."""
-TERMINATED = 143
-"""Exit code after SIGTERM."""
-_received: list[int] = []
+ENDINGS = {signal.SIGTERM: "terminated", signal.SIGHUP: "the terminal hung up"}
+"""Signals that end work as Ctrl-C does, and what is said then; the exit code is 128 + the signal's number."""
+_received: list[signal.Signals] = []
 
 
 def end_imports_at_once() -> None:
@@ -27,19 +27,21 @@ def end_imports_at_once() -> None:
 def begin_work(*, termination: bool = True) -> None:
     """Let Ctrl-C be KeyboardInterrupt everywhere from now on: there is something to lose, and somebody who saves it.
 
-    termination: SIGTERM is, too, unless the caller has set what it does; `terminated` then tells which of them it was.
+    termination: so are SIGTERM and SIGHUP, unless the caller has set what they do (nohup); `ended_by` then tells which
+    of them it was.
     """
     _received.clear()
     if signal.getsignal(signal.SIGINT) is _end_or_raise:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     main = threading.current_thread() is threading.main_thread()
-    if termination and main and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
-        signal.signal(signal.SIGTERM, _raise)
+    for number in ENDINGS if termination and main else ():
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, _raise)
 
 
-def terminated() -> bool:
-    """Whether a KeyboardInterrupt since `begin_work` came from SIGTERM."""
-    return bool(_received)
+def ended_by() -> signal.Signals | None:
+    """Return the signal that a KeyboardInterrupt since `begin_work` came from; None: from Ctrl-C, or there was none."""
+    return _received[-1] if _received else None
 
 
 @contextmanager
@@ -60,8 +62,21 @@ def held_back() -> Iterator[None]:
 
 
 def _raise(number: int, _: FrameType | None) -> None:
-    _received.append(number)
+    _received.append(signal.Signals(number))
+    if number == signal.SIGHUP:
+        _leave_the_terminal()
     raise KeyboardInterrupt
+
+
+def _leave_the_terminal() -> None:
+    """Let what is printed go nowhere where the terminal is gone, so that printing fails nothing that is yet to do."""
+    for stream in (1, 2):
+        try:
+            os.write(stream, b"")
+        except OSError:
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, stream)
+            os.close(nowhere)
 
 
 def _end_or_raise(_: int, frame: FrameType | None) -> None:

@@ -1,9 +1,8 @@
 """The fixtures that several test files share, and the one option that rewrites golden files."""
 
 import os
-import shutil
-import subprocess
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +13,7 @@ from mplicits.model.errors import UserError
 from mplicits.viewer.draw.context import Context, open_osmesa
 from support.browser import Visit, chromium, visit
 from support.desk_fixture import open_desk  # noqa: F401 (a fixture)
+from support.display import virtual_display
 from support.page_pictures import MODEL
 
 if TYPE_CHECKING:
@@ -44,19 +44,12 @@ def osmesa() -> Iterator[Context]:
 @pytest.fixture(scope="session")
 def xvfb() -> Iterator[dict[str, str]]:
     """The environment of a process that may open windows, which appear on a display made for the tests."""
-    if shutil.which("Xvfb") is None:
-        pytest.skip("Xvfb is not installed (Debian: xvfb)")
-    read, write = os.pipe()
-    arguments = ["Xvfb", "-displayfd", str(write), "-screen", "0", "640x480x24", "-nolisten", "tcp"]
-    server = subprocess.Popen(arguments, pass_fds=[write], stderr=subprocess.DEVNULL)
-    os.close(write)
-    with os.fdopen(read) as pipe:
-        number = pipe.readline().strip()
-    if not number:
-        pytest.skip("Xvfb does not start")
-    yield {**os.environ, "DISPLAY": f":{number}"}
-    server.terminate()
-    server.wait()
+    with ExitStack() as stack:
+        try:
+            environment = stack.enter_context(virtual_display())
+        except OSError as error:
+            pytest.skip(str(error))
+        yield environment
 
 
 @pytest.fixture(scope="session")

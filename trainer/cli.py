@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ..model.files import check_writable, show
 from ..model.gallery import SUFFIX
-from ..model.interrupts import TERMINATED, begin_work, terminated
+from ..model.interrupts import begin_work, ended_by
 from ..model.kinds import MODEL
 from ..model.orientation import UPRIGHT
 from ..model.verb import Verb, output_arguments, take_negative_numbers
@@ -223,8 +223,8 @@ def train(
         load_moving=load_moving,
         began=time.perf_counter(),
     )
-    if terminated():
-        raise SystemExit(TERMINATED)
+    if by := ended_by():
+        raise SystemExit(128 + by)
     if not (options.live or model.provenance["interrupted"]):
         print(describe_surface(model, options.quiet))
 

@@ -3,6 +3,7 @@
 import sys
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -13,7 +14,7 @@ from tqdm import tqdm
 from ..model.errors import UserError
 from ..model.field_figures import written
 from ..model.files import show
-from ..model.interrupts import terminated
+from ..model.interrupts import ended_by
 from ..model.model import Model, load, save
 from ..model.orientation import DEFAULT_UP, FILES_UP
 from .live import JsonLines
@@ -38,28 +39,34 @@ class TrainingBar:
         self._quiet = quiet
         self._bar: tqdm[NoReturn] | None = None
 
+    # Whoever reads stderr may leave, or a terminal be closed: no training ends because nobody sees it.
+
     def begin(self, stage: str) -> None:
         """Show a new bar for the stage."""
         layout = "{desc} |{bar}| {percentage:3.0f}%{postfix} {remaining} left"
         interval = 0.1 if sys.stderr.isatty() else 10.0
-        self._bar = tqdm(
-            total=1.0, desc=stage, bar_format=layout, disable=self._quiet, file=sys.stderr, mininterval=interval
-        )
+        with suppress(OSError):
+            self._bar = tqdm(
+                total=1.0, desc=stage, bar_format=layout, disable=self._quiet, file=sys.stderr, mininterval=interval
+            )
 
     def advance(self, fraction: float, loss: float) -> None:
         """Move the bar to the share `fraction` of the stage, and show the loss."""
-        if self._bar is not None:
-            self._bar.set_postfix_str(f"loss {loss:.4g}", refresh=False)
-            self._bar.update(fraction - self._bar.n)
+        with suppress(OSError):
+            if self._bar is not None:
+                self._bar.set_postfix_str(f"loss {loss:.4g}", refresh=False)
+                self._bar.update(fraction - self._bar.n)
 
     def end(self) -> None:
         """End the bar, and leave it on the screen."""
-        if self._bar is not None:
-            self._bar.close()
+        with suppress(OSError):
+            if self._bar is not None:
+                self._bar.close()
 
     def say(self, line: str) -> None:
         """Print a line above the bar."""
-        tqdm.write(line, file=sys.stderr)
+        with suppress(OSError):
+            tqdm.write(line, file=sys.stderr)
 
 
 def run(
@@ -107,8 +114,8 @@ def run(
     model = training.run(before, snapshot)
     _save(model, output)
     if training.interrupted:
-        by = "SIGTERM" if terminated() else "Ctrl-C"
-        bar.say(f"stopped by {by}; what is trained so far is saved; go on with --resume")
+        by = ended_by()
+        bar.say(f"stopped by {by.name if by else 'Ctrl-C'}; what is trained so far is saved; go on with --resume")
     else:
         part.remove()
     print(report(model, output))

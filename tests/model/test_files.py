@@ -1,5 +1,6 @@
 """Output files appear whole or not at all, and a path that cannot be written is refused with one line."""
 
+import errno
 import fcntl
 import os
 import resource
@@ -97,3 +98,43 @@ def test_files_have_the_usual_permissions(tmp_path: Path) -> None:
     write_whole(tmp_path / "ours", "\udcff é")
     assert (tmp_path / "ours").stat().st_mode == (tmp_path / "plain").stat().st_mode
     assert (tmp_path / "ours").read_text(encoding="utf-8") == "\\udcff é"
+
+
+def test_a_file_is_on_the_disk_before_it_has_its_name_and_its_name_before_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done = []
+    fsync, replace = os.fsync, os.replace
+
+    def forced(descriptor: int) -> None:
+        place = Path(os.readlink(f"/proc/self/fd/{descriptor}"))
+        done.append(f"{'folder' if place.is_dir() else 'file'}, {place.stat().st_size if place.is_file() else 0}")
+        fsync(descriptor)
+
+    def renamed(old: Path, new: Path) -> None:
+        done.append("renamed")
+        replace(old, new)
+
+    monkeypatch.setattr("os.fsync", forced)
+    monkeypatch.setattr("os.replace", renamed)
+    write_whole(tmp_path / "m", b"12345")
+    assert done == ["file, 5", "renamed", "folder, 0"]
+
+
+@pytest.mark.parametrize(("number", "stays"), [(errno.EIO, True), (errno.ENOSPC, True), (errno.EINVAL, False)])
+def test_a_disk_that_does_not_take_it_after_all_leaves_the_old_file(
+    number: int, stays: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(_: int) -> NoReturn:
+        raise OSError(number, os.strerror(number))
+
+    path = tmp_path / "m"
+    path.write_text("before")
+    monkeypatch.setattr("os.fsync", refused)
+    if stays:
+        with pytest.raises(UserError, match=os.strerror(number)):
+            write_whole(path, "after")
+    else:
+        write_whole(path, "after")
+    assert path.read_text() == ("before" if stays else "after")
+    assert list(tmp_path.iterdir()) == [path]

@@ -1,8 +1,14 @@
-"""Ctrl-C in the first seconds, in which mostly modules are loaded, ends the command with one line and no traceback."""
+"""Ctrl-C in the first seconds, in which mostly modules are loaded, ends the command with one line and no traceback.
 
+A terminal that is closed ends a training as Ctrl-C does.
+"""
+
+import os
+import pty
 import signal
 import subprocess
 import sys
+import termios
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +17,7 @@ import pytest
 import trimesh
 
 from mplicits.model.interrupts import INTERRUPTED, begin_work, end_imports_at_once, held_back
+from mplicits.model.model import load
 from support.paths import ROOT
 
 NOT_IGNORED = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
@@ -79,3 +86,31 @@ def test_ctrl_c_can_be_held_back() -> None:
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     with held_back():
         pass
+
+
+@pytest.mark.slow
+def test_a_terminal_that_is_closed_saves_what_is_learnt(tmp_path: Path) -> None:
+    trimesh.creation.icosphere(1).export(tmp_path / "ball.ply")
+    ours, theirs = pty.openpty()
+    termios.tcsetwinsize(theirs, (24, 80))
+    # The terminal on stdin becomes that of the process's session, as a shell's is.
+    start = f"import fcntl, termios; fcntl.ioctl(0, termios.TIOCSCTTY, 0)\n{START}"
+    command = [sys.executable, "-c", start, *TRAIN[:-1]]
+    with subprocess.Popen(
+        command, cwd=tmp_path, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True
+    ) as process:
+        os.close(theirs)
+        seen = b""
+        while b"loss" not in seen:
+            seen += os.read(ours, 1000)
+        os.close(ours)
+        assert process.wait(timeout=120) == 128 + signal.SIGHUP
+    assert load(tmp_path / "ball.safetensors").provenance["interrupted"]
+    assert (tmp_path / "ball.part.safetensors").exists()
+
+
+def test_nohup_stays_what_it_is() -> None:
+    code = "from mplicits.model.interrupts import *; signal.signal(signal.SIGHUP, signal.SIG_IGN); begin_work();"
+    code += "signal.raise_signal(signal.SIGHUP); print('still there', ended_by())"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT.parent, check=False)
+    assert (done.stdout, done.stderr) == ("still there None\n", "")

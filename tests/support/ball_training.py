@@ -4,13 +4,31 @@ from pathlib import Path
 
 import trimesh
 
+from mplicits.mesher import survey
 from mplicits.model.model import Model
+from mplicits.trainer import level, plan, pools, quality, texture, tracing
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.trainer.train import Training
 
 SMALL_SETTINGS = Settings(networks=((16, 1), (16, 1)), omegas=(8.0, 16.0), steps=(250, 250, 100))
+QUICK_NUMBERS = (
+    (quality, "POINTS", 4000),
+    (quality, "BAND_POINTS", 4000),
+    (quality, "FIELD_POINTS", 2000),
+    (quality, "LIPSCHITZ_POINTS", 4000),
+    (quality, "ROUGH_POINTS", 2000),
+    (tracing, "RAYS", 128),
+    (level, "BATCH", 512),
+    (texture, "BATCH", 512),
+    (plan, "POOL_LEAST", 1024),
+    (plan, "POOL_PER_STEP", 10),
+    (survey, "RESOLUTION", 16),
+    (pools, "STRAY_CANDIDATES", 20_000),
+    (pools, "HARD_CANDIDATES", 10_000),
+)
+"""Modules, names and values: with them a training draws and measures less, with and without a break."""
 
 
 class Log:

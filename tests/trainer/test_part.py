@@ -12,11 +12,10 @@ import torch
 import trimesh
 
 from mplicits import cli
-from mplicits.mesher import survey
 from mplicits.model.errors import UserError
-from mplicits.model.interrupts import TERMINATED, begin_work
+from mplicits.model.interrupts import ENDINGS, begin_work
 from mplicits.model.model import TRAINING, Model, load, save
-from mplicits.trainer import level, machine, part, plan, pools, quality, texture, tracing
+from mplicits.trainer import level, machine, part, pools
 from mplicits.trainer.networks.network import initial
 from mplicits.trainer.networks.snapshot import Snapshot
 from mplicits.trainer.part import Part
@@ -25,7 +24,7 @@ from mplicits.trainer.settings import RESIDUAL
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.trainer.train import Training
-from support.ball_training import SMALL_SETTINGS, Log
+from support.ball_training import QUICK_NUMBERS, SMALL_SETTINGS, Log
 from support.random_model import random_model
 
 SETTINGS = dataclasses.replace(SMALL_SETTINGS, steps=(60, 60, 60))
@@ -55,21 +54,7 @@ class Killing(Log):
 def quick() -> Iterator[None]:
     """Measure less than a training does, which is the same with and without a break."""
     with pytest.MonkeyPatch.context() as patch:
-        for module, name, number in (
-            (quality, "POINTS", 4000),
-            (quality, "BAND_POINTS", 4000),
-            (quality, "FIELD_POINTS", 2000),
-            (quality, "LIPSCHITZ_POINTS", 4000),
-            (quality, "ROUGH_POINTS", 2000),
-            (tracing, "RAYS", 128),
-            (level, "BATCH", 512),
-            (texture, "BATCH", 512),
-            (plan, "POOL_LEAST", 1024),
-            (plan, "POOL_PER_STEP", 10),
-            (survey, "RESOLUTION", 16),
-            (pools, "STRAY_CANDIDATES", 20_000),
-            (pools, "HARD_CANDIDATES", 10_000),
-        ):
+        for module, name, number in QUICK_NUMBERS:
             patch.setattr(module, name, number)
         yield
 
@@ -205,7 +190,7 @@ def test_it_is_a_model_and_goes_when_the_training_ends(
 @pytest.fixture
 def _handlers() -> Iterator[None]:
     """What signals do is as it was after the test."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, *ENDINGS)}
     yield
     for number, handler in before.items():
         signal.signal(number, handler)
@@ -213,15 +198,17 @@ def _handlers() -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("_handlers")
-def test_sigterm_saves_what_is_learnt_and_the_state(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("number", ENDINGS)
+def test_a_signal_to_end_saves_what_is_learnt_and_the_state(
+    number: signal.Signals, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     trimesh.creation.icosphere(2).export("ball.ply")
     argv = ["train", "ball.ply", *QUICK, "--steps", "20,60"]
     with monkeypatch.context() as patch:
-        press(patch, lambda: signal.raise_signal(signal.SIGTERM))
-        assert cli.main(argv) == TERMINATED == 128 + signal.SIGTERM
-    assert capsys.readouterr().err == "stopped by SIGTERM; what is trained so far is saved; go on with --resume\n"
+        press(patch, lambda: signal.raise_signal(number))
+        assert cli.main(argv) == 128 + number
+    said = f"stopped by {number.name}; what is trained so far is saved; go on with --resume\n"
+    assert capsys.readouterr().err == said
     assert 0.5 < load(OUTPUT).provenance["levels"][1]["fraction"] < 0.9
     assert cli.main([*argv, "--resume"]) == 0
     assert capsys.readouterr().err == ""

@@ -1,0 +1,32 @@
+"""A display that nobody sees: Xvfb, for what opens windows."""
+
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+MISSING = "Xvfb is not installed (Debian: xvfb)"
+
+
+@contextmanager
+def virtual_display(size: str = "640x480") -> Iterator[dict[str, str]]:
+    """Give the environment of a process that may open windows. Raises OSError where Xvfb is missing or does not start.
+
+    size: of the screen, WIDTHxHEIGHT in pixels.
+    """
+    if shutil.which("Xvfb") is None:
+        raise OSError(MISSING)
+    read, write = os.pipe()
+    arguments = ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{size}x24", "-nolisten", "tcp"]
+    server = subprocess.Popen(arguments, pass_fds=[write], stderr=subprocess.DEVNULL)
+    os.close(write)
+    try:
+        with os.fdopen(read) as pipe:
+            number = pipe.readline().strip()
+        if not number:
+            raise OSError("Xvfb does not start")
+        yield {**os.environ, "DISPLAY": f":{number}"}
+    finally:
+        server.terminate()
+        server.wait()
