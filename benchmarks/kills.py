@@ -20,7 +20,7 @@ from mplicits import cli
 from mplicits.model.errors import UserError
 from mplicits.model.files import write_whole
 from mplicits.model.model import load
-from mplicits.trainer import part, session
+from mplicits.trainer import machine, part
 from support.ball_training import QUICK_NUMBERS
 from support.fuzzing import survive
 
@@ -63,7 +63,7 @@ def trainings(count: int, folder: Path) -> str:
 
     They draw and measure less than trainings do, so that most of the kills fall into the steps.
     """
-    session.prepare(torch.device("cpu"))
+    machine.prepare(torch.device("cpu"))
     torch.set_num_threads(1)  # Threads do not survive a fork.
     rng = np.random.default_rng(0)
     trimesh.creation.icosphere(3).export(folder / "ball.ply")
