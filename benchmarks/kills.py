@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import torch
-import torch._dynamo  # which the first step of an optimiser imports, for seconds
 import trimesh
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))

@@ -25,7 +25,8 @@ HEAD = """# Reliability: the last figures
 
 By `python benchmarks/reliability.py --loads 20000 --starts 20 --renders 2000 --turntable 3600 --resizes 200
 --losses 500 --kills 200 --torn 200 --rounds 20`, or a run of some of these: what was done, how often, where
-and when is in the row. Memory and objects are those after the first 30 % of the looks, and growth is the slope of a straight line.
+and when is in the row. Memory and objects are those after the first 30 % of the looks, and growth is the slope of a
+straight line.
 
 | what | how often | outcome | machine |
 | --- | ---: | --- | --- |
