@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .functions import evaluate as evaluate
     from .functions import import_checkpoints as import_checkpoints
     from .functions import load as load
+    from .functions import photos as photos
     from .functions import train as train
     from .mesher.evaluation import Evaluation as Evaluation
     from .mesher.made import TriangleMesh as TriangleMesh
@@ -36,6 +37,7 @@ _PLACES = {
     "evaluate": "functions",
     "import_checkpoints": "functions",
     "load": "functions",
+    "photos": "functions",
     "train": "functions",
 }
 """Name -> the module that it is in, which is loaded when somebody asks for the name."""
@@ -49,6 +51,7 @@ __all__ = [
     "evaluate",
     "import_checkpoints",
     "load",
+    "photos",
     "train",
 ]
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .capture.photo_settings import HELD_OUT, RADIANCE, RAYS
 from .field import Field
 from .model.errors import UserError
 from .model.gallery import model_path
@@ -98,6 +99,55 @@ def train(
         resume=None if resume is None else resume.model,
         callback=callback,
         follow=None if follow is None else lambda model: follow(Field(model)),
+    )
+    return Field(model)
+
+
+def photos(
+    folder: str | Path,
+    levels: str | Sequence[str] | None = None,
+    omega: "Numbers | None" = None,
+    radiance: int = RADIANCE,
+    rays: int = RAYS,
+    seconds: float | None = None,
+    steps: int | None = None,
+    held_out: int = HELD_OUT,
+    background: str = "black",
+    scale: float | None = None,
+    camera_size: str | Sequence[int] | None = None,
+    sphere: "Numbers | None" = None,
+    up: str | None = None,
+    credit: str | None = None,
+    seed: int = 0,
+    device: str = "auto",
+    quiet: bool = False,
+) -> Field:
+    """Make a model of photographs whose cameras are known, and return it; `Field.save` writes it to a file.
+
+    folder: image/, mask/ and cameras_sphere.npz (IDR, NeuS), or a transforms.json beside pictures (nerfstudio). The
+    other options are those of `mplicits photos`, with their names and defaults (docs/capture.md). Raises UserError.
+    """
+    before_torch()
+    from .capture.photos_session import photos as reconstruct
+
+    model = reconstruct(
+        Path(folder),
+        levels=levels,
+        omega=omega,
+        radiance=radiance,
+        rays=rays,
+        seconds=seconds,
+        steps=steps,
+        held_out=held_out,
+        background=background,
+        scale=scale,
+        camera_size=camera_size,
+        sphere=sphere,
+        up=up,
+        credit=credit,
+        seed=seed,
+        device=device,
+        quiet=quiet,
     )
     return Field(model)
 

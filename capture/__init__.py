@@ -1,1 +1,1 @@
-"""Pictures become shapes to train on: a depth map becomes an oriented, coloured point cloud."""
+"""Pictures become shapes: a depth map an oriented, coloured point cloud, photographs with cameras a model."""

@@ -1,4 +1,4 @@
-"""The verb `unproject`."""
+"""The verb `unproject`, and the list of this room's verbs."""
 
 import math
 import sys
@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ..model.errors import UserError
 from ..model.verb import Verb, output_arguments
+from .photos_cli import PHOTOS
 
 DEFAULT_FOV = 50.0
 """Vertical field of view in degrees of a picture about which nothing is known."""
@@ -142,4 +143,5 @@ VERBS = (
         run_unproject,
         "capture",
     ),
+    PHOTOS,
 )

@@ -25,7 +25,7 @@ UNITS: dict[str, set[str]] = {
     "trainer.shapes": {"model"},
     "trainer.networks": {"model"},
     "trainer": {"model", "trainer.shapes", "trainer.networks"},
-    "capture": {"model"},
+    "capture": {"model", "trainer", "trainer.networks"},
     "mesher": {"model", "codegen.ir", "codegen.reference"},
     "viewer.draw": {"glsl", "model", "codegen.targets"},
     "viewer.state": {"glsl", "model", "codegen.targets", "viewer.draw"},

@@ -13,6 +13,7 @@ from PIL import Image
 
 import mplicits
 from mplicits import cli
+from mplicits.capture.photos_session import photos
 from mplicits.codegen.baked import bake
 from mplicits.mesher.evaluation import evaluate
 from mplicits.mesher.made import make_mesh
@@ -25,10 +26,15 @@ from support.paths import DEMO
 
 OF_FILES = {"output", "force", "json"}
 """Options that say where a verb's result goes: a function returns it."""
-OF_THE_COMMAND_LINE = {"render": {"benchmark", "frames", "fps", "once", "turn"}, "train": {"live", "time"}}
+OF_THE_COMMAND_LINE = {
+    "render": {"benchmark", "frames", "fps", "once", "turn"},
+    "train": {"live", "time"},
+    "photos": {"resume"},
+}
 """Options that a function does not take: of the command line's own, or, `train --time`, of a folder of moments."""
 VERBS: dict[str, tuple[Callable[..., object], Callable[..., object]]] = {
     "train": (mplicits.train, learn),
+    "photos": (mplicits.photos, photos),
     "bake": (mplicits.Field.bake, bake),
     "render": (mplicits.Field.render, Asked),
     "mesh": (mplicits.Field.mesh, make_mesh),

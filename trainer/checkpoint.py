@@ -10,7 +10,6 @@ import os
 import re
 import warnings
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,26 +20,13 @@ from torch import Tensor
 from ..model.checks import WIDEST
 from ..model.errors import UserError
 from ..model.files import show
-from ..model.model import DEFAULT_ITERATIONS, Array, Layer, Level, Model, Network
-from . import tracing
-from .bands import delta
-from .networks.nested import field, field_and_gradient
-from .networks.network import Weights, from_model
-from .quality import lipschitz
+from ..model.model import Array, Layer, Level, Model, Network
+from .measured import measured_levels, zero_set
+from .networks.network import from_model
 from .shapes.load import load_shape
 
 UNSCALED = "_with_w0"
 """In the name of a file whose weights lack omega_0."""
-POINTS, FEWEST_POINTS = 100_000, 10_000
-"""Most and fewest points that set out for a zero level set."""
-WORK = 2e10
-"""Products of weights and points above which fewer points do."""
-NEWTON, NEAR, FEWEST = 8, 1e-3, 1000
-"""Newton steps towards a zero level set; |f| that counts as on it; fewest points that must get there."""
-FLATTEST = 1e-2
-"""A gradient whose squared length is below this makes no longer Newton steps than one at this."""
-LARGEST_NORM = 1.02
-"""Norm up to which a point counts as in the unit ball."""
 MOST_WEIGHTS, MOST_LAYERS = 1_000_000, 32
 """Most weights and layers of a network that is imported, for time; the authors' largest have some 640,000 in 6."""
 _KEY = re.compile(r"^net\.(?:net\.)?(\d{1,4})\.(?:\d{1,4}\.)?(weight|bias)$", re.ASCII)
@@ -131,30 +117,10 @@ def to_model(paths: Sequence[Path], omegas: Sequence[float | None], shape: str |
         raise UserError(f"{names}: {error}") from None
     loaded = None if shape is None else load_shape(shape)[0]
     surface = points if loaded is None else torch.from_numpy(loaded.inputs().astype(np.float32))
-    first, finer = DEFAULT_ITERATIONS
-    model_levels: list[Level] = []
-    for i, network in enumerate(networks):
-        around = _around(levels[:i], points, model_levels[-1].delta if model_levels else None)
-        deltas = [*(level.delta for level in model_levels), delta(field(levels[: i + 1], surface))]
-        traced = tracing.measure(levels[: i + 1], deltas, points)
-        model_levels.append(
-            Level(
-                network,
-                delta=deltas[-1],
-                iterations=finer if i else first,
-                lipschitz=max(lipschitz(levels[: i + 1], torch.cat((points, around))), traced.lipschitz),
-                step_bound=traced.step_bounds[-1],
-                band_step_bound=1.0,
-            )
-        )
-        model_levels[:-1] = [
-            replace(level, band_step_bound=min(level.band_step_bound, bound))
-            for level, bound in zip(model_levels, traced.step_bounds[:-1], strict=False)
-        ]
     return _model(
         names,
         name=paths[-1].stem if loaded is None else loaded.name,
-        levels=tuple(model_levels),
+        levels=measured_levels(networks, surface, points),
         centre=(0.0, 0.0, 0.0) if loaded is None else loaded.centre,
         scale=1.0 if loaded is None else loaded.scale,
         provenance={
@@ -173,41 +139,3 @@ def _model(names: str, **fields: Any) -> Model:
         return Model(**fields)
     except UserError as error:
         raise UserError(f"{names}: {error}") from None
-
-
-def zero_set(levels: Sequence[Weights]) -> Tensor:
-    """Find points of the unit ball where the last level is zero: where f_1 = 0, from there where f_2 = 0, and so on.
-
-    Returns (N, 3) float32. Raises UserError where too few points get there.
-    """
-    weights = sum(w.numel() for level in levels for w in level)
-    count = int(np.clip(WORK / weights, FEWEST_POINTS, POINTS))
-    directions = np.random.default_rng(0).normal(size=(count, 4))
-    points = torch.from_numpy((directions[:, :3] / np.linalg.norm(directions, axis=1)[:, None]).astype(np.float32))
-    for i in range(len(levels)):
-        for _ in range(NEWTON):
-            f, gradient = field_and_gradient(levels[: i + 1], points)
-            points = points - (f / gradient.square().sum(dim=1).clamp_min(FLATTEST))[:, None] * gradient
-        f, _ = field_and_gradient(levels[: i + 1], points)
-        points = points[(f.abs() < NEAR) & (torch.linalg.vector_norm(points, dim=1) < LARGEST_NORM)]
-        if len(points) < FEWEST:
-            raise UserError(
-                f"level {i + 1} has no surface near that of the level before: are the checkpoints of one "
-                "shape, coarse to fine, and is --omega right?"
-            )
-    return points
-
-
-def _around(before: Sequence[Weights], points: Tensor, band: float | None) -> Tensor:
-    """Draw points where a level is defined: all over the unit ball, or in the band |f| < `band` of the levels before.
-
-    before: these levels. points: (N, 3), on the surface. band: None for level 1. Returns (N, 3).
-    """
-    generator = torch.Generator().manual_seed(0)
-    share = 2 * torch.rand(len(points), 1, generator=generator) - 1
-    if band is None:
-        inside: Tensor = torch.nn.functional.normalize(points) * share.abs().pow(1 / 3)
-        return inside
-    _, gradient = field_and_gradient(before, points)
-    steps: Tensor = share * band * torch.nn.functional.normalize(gradient, dim=1)
-    return points + steps

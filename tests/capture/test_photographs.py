@@ -1,0 +1,151 @@
+"""Photographs with cameras: both layouts give the same rays, and what is wrong with a folder is one line."""
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+from mplicits.capture.folder import read_photographs
+from mplicits.capture.posed import split
+from mplicits.model.errors import UserError
+from support.ball_photographs import RADIUS, poses, write_sphere_layout, write_transforms_layout
+
+SIZE = 24
+SPHERE = (0.0, 0.0, 0.0, 1.0)
+
+
+@pytest.fixture
+def sphere_layout(tmp_path: Path) -> Path:
+    write_sphere_layout(tmp_path / "sphere", 5, SIZE)
+    return tmp_path / "sphere"
+
+
+def test_both_layouts_have_the_same_rays(sphere_layout: Path, tmp_path: Path) -> None:
+    write_transforms_layout(tmp_path / "transforms", 5, SIZE)
+    one, _ = read_photographs(sphere_layout)
+    other, _ = read_photographs(tmp_path / "transforms", sphere=SPHERE, up="y")
+    assert one.masked
+    assert other.masked
+    assert one.centre == pytest.approx((5, 6, 7))
+    assert one.scale == pytest.approx(2)
+    for a, b, pose in zip(one.views, other.views, poses(5), strict=True):
+        np.testing.assert_allclose(a.eye, pose[:3, 3], atol=1e-9)
+        np.testing.assert_allclose(b.eye, pose[:3, 3], atol=1e-9)
+        np.testing.assert_allclose(a.directions(), b.directions(), atol=1e-9)
+        assert a.mask is not None
+        np.testing.assert_array_equal(a.mask, b.mask)
+        nearest = np.linalg.norm(np.cross(a.directions(), a.eye), axis=-1)
+        np.testing.assert_array_equal(a.mask, nearest < RADIUS)
+
+
+def test_a_transforms_file_finds_what_the_cameras_look_at(tmp_path: Path) -> None:
+    write_transforms_layout(tmp_path / "t", 5, SIZE)
+    found, _ = read_photographs(tmp_path / "t", up="z")
+    assert found.centre == pytest.approx((0, 0, 0), abs=1e-9)
+    assert RADIUS < found.scale < 1
+    turned = np.array([view.eye for view in found.views]) * found.scale
+    np.testing.assert_allclose(turned[:, 1], [pose[2, 3] for pose in poses(5)], atol=1e-9)
+
+
+def test_smaller_pictures_have_the_same_camera(sphere_layout: Path) -> None:
+    whole, _ = read_photographs(sphere_layout)
+    half, _ = read_photographs(sphere_layout, 0.5)
+    directions = whole.views[0].directions()
+    mean = (directions[::2, ::2] + directions[1::2, ::2] + directions[::2, 1::2] + directions[1::2, 1::2]) / 4
+    np.testing.assert_allclose(half.views[0].directions(), mean, atol=1e-3)
+
+
+def test_cameras_for_larger_pictures_need_their_size(sphere_layout: Path) -> None:
+    before, _ = read_photographs(sphere_layout, 0.5)
+    for path in (*(sphere_layout / "image").iterdir(), *(sphere_layout / "mask").iterdir()):
+        Image.open(path).reduce(2).save(path)
+    with pytest.raises(UserError, match=r"look at pixel 1\d, 1\d, the pictures are 12 x 12; .*--camera-size"):
+        read_photographs(sphere_layout)
+    after, _ = read_photographs(sphere_layout, camera_size=(SIZE, SIZE))
+    np.testing.assert_allclose(after.views[1].directions(), before.views[1].directions(), atol=1e-9)
+    with pytest.raises(UserError, match="of another shape"):
+        read_photographs(sphere_layout, camera_size=(2 * SIZE, SIZE))
+
+
+def test_every_so_many_views_are_kept_out(sphere_layout: Path) -> None:
+    photographs, _ = read_photographs(sphere_layout)
+    learnt, held = split(photographs, 3)
+    assert [view.name for view in held] == ["001.png", "004.png"]
+    assert len(learnt) == 3
+    assert split(photographs, 0)[1] == []
+
+
+def change(folder: Path, key: str, matrix: NDArray[np.float64] | None) -> None:
+    """Set a matrix of the cameras' file; None: remove it."""
+    with np.load(folder / "cameras_sphere.npz") as file:
+        matrices: dict[str, Any] = {name: file[name] for name in file.files if name != key}
+    matrices |= {} if matrix is None else {key: matrix}
+    np.savez(folder / "cameras_sphere.npz", **matrices)
+
+
+def test_what_is_wrong_is_one_line(sphere_layout: Path) -> None:
+    def refused(match: str) -> None:
+        with pytest.raises(UserError, match=match) as raised:
+            read_photographs(sphere_layout)
+        assert "\n" not in str(raised.value)
+
+    with np.load(sphere_layout / "cameras_sphere.npz") as file:
+        matrix = file["world_mat_2"]
+    change(sphere_layout, "world_mat_2", None)
+    refused("002.png: no camera for it; .* has no world_mat_2")
+    change(sphere_layout, "world_mat_2", np.zeros((4, 4)))
+    refused("world_mat_2: the camera's matrix is singular")
+    change(sphere_layout, "world_mat_2", np.full((4, 4), np.nan))
+    refused("world_mat_2: a camera is a matrix of 4 x 4 finite numbers")
+    change(sphere_layout, "world_mat_2", matrix)
+    for path in (sphere_layout / "mask").iterdir():
+        Image.new("L", (SIZE, SIZE)).save(path)
+    refused("all masks are black")
+    Image.new("L", (SIZE, 2 * SIZE)).save(sphere_layout / "mask" / "000.png")
+    refused(f"000.png: {SIZE} x {2 * SIZE}, its photograph")
+    (sphere_layout / "mask" / "000.png").unlink()
+    refused("5 pictures in image/ and 4 in mask/")
+    for i in (2, 3, 4):
+        (sphere_layout / "image" / f"{i:03}.png").unlink()
+    shutil.rmtree(sphere_layout / "mask")
+    refused("2 photographs with cameras; at least 3")
+    (sphere_layout / "cameras_sphere.npz").write_bytes(b"PK")
+    refused("not a readable NPZ file")
+    (sphere_layout / "cameras_sphere.npz").unlink()
+    refused("no cameras in it")
+
+
+@pytest.mark.parametrize(
+    ("changed", "match"),
+    [
+        ({"frames": [{}] * 3}, "frame 0: no file_path"),
+        ({"fl_x": "wide"}, "frame 0: no camera; fl_x"),
+        ({"fl_x": -1.0}, "must be above 0"),
+        ({"w": 2 * SIZE}, f"its camera is for a picture of {2 * SIZE} x {SIZE}, this is {SIZE} x {SIZE}"),
+        ({"frames": [{"file_path": "000.png"}] * 3}, "frame 0: no camera; it has no transform_matrix"),
+        ({"frames": [{"file_path": "000.png", "transform_matrix": [[0.0] * 4] * 4}] * 3}, "singular"),
+        ({"frames": [{"file_path": "9.png", "transform_matrix": np.eye(4).tolist()}] * 3}, "9.png: no such file"),
+    ],
+)
+def test_what_is_wrong_with_a_transforms_file_is_one_line(
+    tmp_path: Path, changed: dict[str, object], match: str
+) -> None:
+    write_transforms_layout(tmp_path / "t", 3, SIZE)
+    path = tmp_path / "t" / "transforms.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | changed))
+    with pytest.raises(UserError, match=match):
+        read_photographs(tmp_path / "t")
+
+
+def test_a_bent_lens_is_warned_of(tmp_path: Path) -> None:
+    write_transforms_layout(tmp_path / "t", 3, SIZE)
+    path = tmp_path / "t" / "transforms.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"k1": 0.1}))
+    _, warnings = read_photographs(tmp_path / "t")
+    assert len(warnings) == 1
+    assert "distortion is ignored" in warnings[0]

@@ -1,0 +1,153 @@
+"""`mplicits photos`: the surface that photographs of a ball give, interruptions, and bad options."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+import mplicits
+from mplicits import cli
+from mplicits.capture import learner
+from mplicits.capture.bundle import rays_of
+from mplicits.capture.folder import read_photographs
+from mplicits.capture.learner import Learner
+from mplicits.capture.photo_settings import photo_settings
+from mplicits.capture.reconstruct import Reconstruction
+from mplicits.capture.scene import MultiscaleScene, Sizes
+from mplicits.model.errors import UserError
+from mplicits.model.model import load
+from mplicits.trainer.session import TrainingBar
+from support.ball_photographs import RADIUS, write_sphere_layout
+
+CPU = torch.device("cpu")
+TINY = ["--levels", "12x1,16x1", "--omega", "8,12", "--radiance", "16", "--rays", "64", "--held-out", "3", "--quiet"]
+
+
+@pytest.fixture
+def few_texture_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mplicits.capture.finish.TEXTURE_STEPS", 60)
+    monkeypatch.setattr("mplicits.trainer.measured.POINTS", 10_000)
+
+
+@pytest.mark.usefixtures("few_texture_steps")
+def test_photographs_of_a_ball_become_a_ball(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_sphere_layout(tmp_path / "ball", 9, 24)
+    output = tmp_path / "ball.safetensors"
+    argv = ["photos", str(tmp_path / "ball"), "-o", str(output), *TINY, "--steps", "300", "--credit", "me, CC0"]
+    assert cli.main(argv) == 0
+    said = capsys.readouterr()
+    assert "9 photographs of 24 x 24 pixels, with masks; 300 steps" in said.out
+    assert "3 held out: " in said.out
+    assert "001.png, held out: " in said.err
+    assert not list(tmp_path.glob("*.part.*"))
+    field = mplicits.load(output)
+    model = field.model
+    assert (model.name, model.credit, model.centre) == ("ball", "me, CC0", (5, 6, 7))
+    assert model.scale == pytest.approx(2)
+    assert len(model.levels) == 2
+    assert model.provenance["psnr"] > 12
+    directions = np.random.default_rng(0).normal(size=(500, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    radii = np.linspace(0.2, 0.95, 76)
+    inside = np.array([field(r * directions) < 0 for r in radii])
+    found = inside.sum(axis=0) * (radii[1] - radii[0]) + radii[0]
+    assert abs(np.median(found) - RADIUS) < 0.06
+    assert np.quantile(abs(found - RADIUS), 0.9) < 0.12
+
+
+def test_what_was_cut_short_goes_on_as_if_it_had_not_been(tmp_path: Path) -> None:
+    write_sphere_layout(tmp_path / "ball", 4, 12)
+    rays, _ = rays_of(read_photographs(tmp_path / "ball")[0].views, CPU)
+    sizes = Sizes(((8, 1), (8, 1)), (8.0, 12.0), (0.1,), 8)
+
+    def begun() -> Learner:
+        scene = MultiscaleScene(sizes, CPU, 0)
+        return Learner(scene, rays, 32, 0.0, 0)
+
+    whole, first, second = begun(), begun(), begun()
+    for k in range(6):
+        whole.step(0.1 * k)
+    for k in range(3):
+        first.step(0.1 * k)
+    second.restore(first.snapshot())
+    for k in range(3, 6):
+        second.step(0.1 * k)
+    for a, b in zip(whole.snapshot().tensors.values(), second.snapshot().tensors.values(), strict=True):
+        torch.testing.assert_close(a, b, rtol=0, atol=0)
+    wider = Sizes(((8, 1), (9, 1)), (8.0, 12.0), (0.1,), 8)
+    other = Learner(MultiscaleScene(wider, CPU, 0), rays, 32, 0.0, 0)
+    with pytest.raises(UserError, match="another shape"):
+        other.restore(first.snapshot())
+
+
+@pytest.mark.usefixtures("few_texture_steps")
+def test_ctrl_c_saves_and_resume_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_sphere_layout(tmp_path / "ball", 4, 16)
+    output, part = tmp_path / "m.safetensors", tmp_path / "m.part.safetensors"
+    argv = ["photos", str(tmp_path / "ball"), "-o", str(output), *TINY, "--steps", "60"]
+    step, count = Learner.step, 0
+
+    def interrupted(self: Learner, share: float) -> float:
+        nonlocal count
+        count += 1
+        if count > 40:
+            raise KeyboardInterrupt
+        return step(self, share)
+
+    monkeypatch.setattr(learner.Learner, "step", interrupted)
+    assert cli.main(argv) == 0
+    assert "stopped by Ctrl-C; what is learnt so far is saved" in capsys.readouterr().err
+    assert load(output).provenance["interrupted"]
+    assert load(part).provenance["steps"] == 40
+    monkeypatch.setattr(learner.Learner, "step", step)
+    assert cli.main([*argv, "--resume", "--rays", "65"]) == 2
+    assert "begun with other options" in capsys.readouterr().err
+    assert cli.main([*argv, "--resume"]) == 0
+    done = load(output).provenance
+    assert (done["steps"], done["interrupted"]) == (60, False)
+    assert not part.exists()
+    assert cli.main([*argv, "--resume"]) == 2
+    assert "to go on with" in capsys.readouterr().err
+
+
+def test_photographs_of_nothing_are_refused(tmp_path: Path) -> None:
+    write_sphere_layout(tmp_path / "ball", 3, 12, masks=False)
+    with np.load(tmp_path / "ball" / "cameras_sphere.npz") as file:
+        matrices: dict[str, Any] = {name: file[name] for name in file.files}
+    far = np.diag([1.0, 1.0, 1.0, 1.0])
+    far[:3, 3] = 0, 500, 0
+    np.savez(tmp_path / "ball" / "cameras_sphere.npz", **matrices | {"scale_mat_0": far})
+    photographs, _ = read_photographs(tmp_path / "ball")
+    with pytest.raises(UserError, match="no photograph shows the ball"):
+        Reconstruction(photographs, photo_settings(levels="8x1"), TrainingBar(quiet=True))
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"steps": 5, "seconds": 5}, "not allowed with --seconds"),
+        ({"omega": "3"}, "--omega"),
+        ({"held_out": 1}, "--held-out 1"),
+        ({"background": "green"}, "--background green"),
+        ({"scale": 2.0}, "--scale 2"),
+        ({"camera_size": "wide"}, "--camera-size wide"),
+        ({"sphere": "0,0,0,-1"}, "--sphere"),
+        ({"up": "w"}, "--up w"),
+        ({"rays": 1}, "--rays 1"),
+    ],
+)
+def test_bad_options_are_refused(options: dict[str, object], match: str) -> None:
+    with pytest.raises(UserError, match=match):
+        photo_settings(**options)  # type: ignore[arg-type]
+
+
+def test_settings_are_written_as_json() -> None:
+    chosen = photo_settings(sphere=(1, 2, 3, 4), camera_size=(1600, 1200))
+    assert (chosen.sphere, chosen.camera_size) == ((1, 2, 3, 4), (1600, 1200))
+    assert json.loads(json.dumps(asdict(chosen)))["steps"] == 6000
