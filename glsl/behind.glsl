@@ -1,5 +1,6 @@
 #include "background.glsl"
 #include "camera_ray.glsl"
+#include "place.glsl"
 #include "heat.glsl"
 #include "shadings.glsl"
 #include "to_floor.glsl"
@@ -9,7 +10,7 @@ uniform sampler2D rays; // what near.glsl and trace.glsl wrote, pixel by pixel
 // The depth is 1 where the fourth pass, colour.glsl, has to draw over it, and 0 elsewhere.
 void main() {
     vec4 ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
-    vec2 pixel = gl_FragCoord.xy + origin + jitter;
+    vec2 pixel = place();
     color = vec4(background(pixel, resolution, background_bottom, background_top), 0.0);
     if (shading == SHADE_STEPS) color = vec4(heat(ray.y / 64.0), ray.w);
     if (shading == SHADE_DATA) color = ray;

@@ -1,5 +1,6 @@
 #include "background.glsl"
 #include "camera_ray.glsl"
+#include "place.glsl"
 #include "to_floor.glsl"
 #include "surface.glsl"
 uniform sampler2D rays; // what near.glsl and trace.glsl wrote, pixel by pixel
@@ -9,7 +10,7 @@ uniform sampler2D rays; // what near.glsl and trace.glsl wrote, pixel by pixel
 // With BLOCKS it is blocks.vert.glsl that lets it draw, where other pixels of the block may have met nothing.
 void main() {
     vec4 ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
-    vec2 pixel = gl_FragCoord.xy + origin + jitter;
+    vec2 pixel = place();
     vec3 direction = camera_ray(pixel, resolution, camera, focal);
     float t = ray.w > 0.5 ? ray.x : to_floor(camera[3].xyz, direction, ground);
 #ifdef BLOCKS

@@ -1,5 +1,6 @@
 #include "ball.glsl"
 #include "camera_ray.glsl"
+#include "place.glsl"
 #include "schedules.glsl"
 #include "skip.glsl"
 
@@ -7,7 +8,7 @@
 // depth and color.a are 1 where one does and 0 elsewhere; there, color is what trace.glsl would write.
 void main() {
     vec3 eye = camera[3].xyz;
-    vec3 direction = camera_ray(gl_FragCoord.xy + origin + jitter, resolution, camera, focal);
+    vec3 direction = camera_ray(place(), resolution, camera, focal);
     vec2 span = ball(eye, direction, 1.0 + delta[level - 1]);
     float t = max(span.x, 0.0);
     bool near = span.x < span.y && span.y > 0.0;

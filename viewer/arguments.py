@@ -55,7 +55,14 @@ def model_arguments(parser: ArgumentParser, model_help: str, mesh_help: str) -> 
         help="direction towards the light: right, up, towards the viewer",
     )
     parser.add_argument("--background", type=_colours, metavar="#RRGGBB[,#RRGGBB]", help="one colour, or top,bottom")
-    parser.add_argument("--samples", type=count, default=4, metavar="N", help="rays per pixel (default 4)")
+    parser.add_argument(
+        "--samples",
+        type=count,
+        default=16,
+        metavar="N",
+        help="most rays of a pixel; one where it looks as its neighbours do (default 16)",
+    )
+    parser.add_argument("--uniform", action="store_true", help="all of them for every pixel")
     parser.add_argument(
         "--time", type=float, metavar="T", help="moment, from 0 to 1, of a model that moves (default 0)"
     )
@@ -108,6 +115,7 @@ def options_from(args: Namespace, **more: Any) -> "RenderOptions":
         background=args.background,
         plain=args.plain,
         samples=args.samples,
+        uniform=args.uniform,
         time=args.time or 0.0,
         **more,
     )

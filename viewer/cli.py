@@ -103,7 +103,7 @@ def run_render(args: Namespace) -> None:
     model = load(args.model)
     check_time(args, show(model.name), model.inputs == "xyzt")
     shot = shot_from(args, model.inputs == "xyzt")
-    rays = args.size[0] * args.size[1] * (args.samples * (args.frames or 1) + (args.benchmark or 0))
+    rays = asked.rays() * (args.frames or 1) + args.size[0] * args.size[1] * (args.benchmark or 0)
     with opened(model, asked, rays) as scene:
         if scene.rounds < scene.wanted_rounds:
             print(

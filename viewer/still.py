@@ -13,6 +13,7 @@ from ..codegen.targets.uniforms import SCHEDULES
 from ..model.errors import UserError
 from ..model.files import show
 from ..model.model import Model
+from .draw.adaptive import SHARE
 from .draw.camera import Camera
 from .draw.compile import storage_for
 from .draw.context import Context, open_context
@@ -62,8 +63,10 @@ class Asked:
     """Direction towards the light: right, up, towards the viewer."""
     background: tuple[Colour, Colour] | None = None
     """Colours at the top and at the bottom."""
-    samples: int = 4
-    """Rays per pixel."""
+    samples: int = 16
+    """Most rays of a pixel; where it looks as its neighbours do, one."""
+    uniform: bool = False
+    """Whether every pixel has all of them."""
     time: float | None = None
     """The moment, of a model that moves."""
     mesh: Path | None = None
@@ -98,6 +101,11 @@ class Asked:
         if given:
             raise UserError(f"{', '.join(given)}: nothing is traced with --mesh; --normal-level chooses its normals")
 
+    def rays(self) -> int:
+        """Return about how many rays the picture takes."""
+        each = self.samples * (1.0 if self.uniform or self.mesh is not None else SHARE)
+        return round(self.size[0] * self.size[1] * max(1.0, each))
+
     def options(self) -> RenderOptions:
         """Return the renderer's options. Raises UserError where one is out of range."""
         return RenderOptions(
@@ -113,6 +121,7 @@ class Asked:
             background=None if self.background is None else (_colour(self.background[0]), _colour(self.background[1])),
             plain=self.plain,
             samples=self.samples,
+            uniform=self.uniform,
             time=self.time or 0.0,
             transparent=self.transparent,
             split=0.5 * self.split,
@@ -177,7 +186,7 @@ def opened(model: Model, asked: Asked, rays: int) -> Iterator[Scene]:
 
 def draw_still(model: Model, asked: Asked) -> Image:
     """Draw a picture of a model: (H, W, 4) float32, sRGB and coverage, top row first. Raises UserError as `opened`."""
-    with opened(model, asked, asked.size[0] * asked.size[1] * asked.samples) as scene:
+    with opened(model, asked, asked.rays()) as scene:
         return scene.renderer.render(asked.size, scene.camera, scene.options)
 
 

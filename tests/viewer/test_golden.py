@@ -22,9 +22,9 @@ from support.paths import DEMO, GOLDEN, ROOT
 FAILED = ROOT / "out" / "golden"
 CAMERA = Camera(35, 25)
 PICTURES = {
-    "phong": RenderOptions(samples=4),
-    "studio": RenderOptions(shading="studio", samples=4),
-    "studio-on-white": RenderOptions(shading="studio", samples=4, background=((1, 1, 1), (1, 1, 1))),
+    "phong": RenderOptions(samples=4, uniform=True),
+    "studio": RenderOptions(shading="studio", samples=4, uniform=True),
+    "studio-on-white": RenderOptions(shading="studio", samples=4, uniform=True, background=((1, 1, 1), (1, 1, 1))),
     "normal": RenderOptions(shading="normal"),
     "depth": RenderOptions(shading="depth"),
     "steps": RenderOptions(shading="steps"),
@@ -34,8 +34,8 @@ PICTURES = {
     "normal-mapping": RenderOptions(level=1, normal_level=2),
 }
 MESH_PICTURES = {
-    "mesh-own-normals": RenderOptions(samples=4, split=1.0),
-    "mesh-neural-normals": RenderOptions(samples=4),
+    "mesh-own-normals": RenderOptions(samples=4, uniform=True, split=1.0),
+    "mesh-neural-normals": RenderOptions(samples=4, uniform=True),
 }
 OFF = 16
 """Difference of a channel, of 255, beyond which a pixel is off: other CPUs round otherwise."""

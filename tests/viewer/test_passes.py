@@ -48,7 +48,7 @@ def assert_alike(passes: NDArray[np.float32], at_once: NDArray[np.float32]) -> N
             RenderOptions(shading=shading)
             for shading in ("phong", "normal", "depth", "steps", "texture", "studio", "data")
         ),
-        RenderOptions(schedule="plain", samples=4, transparent=True),
+        RenderOptions(schedule="plain", samples=4, uniform=True, transparent=True),
         RenderOptions(level=1, normal_level=2, split=0.5, plain=True),
     ],
 )

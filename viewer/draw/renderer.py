@@ -11,6 +11,7 @@ from tqdm import tqdm
 from ...codegen.targets.shader import NumberedText, Shader
 from ...codegen.targets.uniforms import SCHEDULES, SHADINGS
 from ...model.errors import UserError
+from .adaptive import add_samples, from_blocks, into_blocks, places_of, wanted
 from .camera import Camera
 from .compile import VERTEX_SHADER, cell_texture, weight_texture
 from .context import Context
@@ -19,7 +20,7 @@ from .framebuffer import check_drawn, free, read_pixels, set_color_mask, texture
 from .options import RenderOptions, schedule_that_fits
 from .program import UNITS, Program
 from .supersampling import Image, from_linear, jitters, to_linear
-from .tiles import Tile, check_size, largest_tile, tiles
+from .tiles import TILE_SIDE, Tile, check_size, largest_tile, tiles, with_border
 from .uniforms import picture_uniforms, tile_uniforms
 
 ALWAYS, WHERE_NEAR = "1", "<="
@@ -51,6 +52,7 @@ class Renderer:
         self._rays: moderngl.Framebuffer | None = None
         self._weights: moderngl.Texture | None = None
         self._cells: moderngl.Texture3D | None = None
+        self._places: moderngl.Texture | None = None
         self._programs: dict[str, Program] = {}
         self._moment = 0
         """Index of the grid of cells that the texture holds."""
@@ -65,6 +67,8 @@ class Renderer:
                     self._weights = weight_texture(gl, shader.weights)
                 if shader.cells is not None:
                     self._cells = cell_texture(gl, shader.cells.grid())
+                if shader.passes is not None:
+                    self._places = gl.texture((TILE_SIDE, TILE_SIDE), 2, dtype="f4")
                 self.draw(self._target(gl, (1, 1)), (0, 0, 1, 1))
                 check_drawn(gl, context.renderer)
             except UserError:
@@ -133,6 +137,8 @@ class Renderer:
         after_sample: called each time that one sample of every pixel is drawn.
         """
         offsets = _sample_offsets(options)
+        if self.adapts(options):
+            return self._adaptive_tile(tile, size, camera, options, after_sample)
         averaged = len(offsets) > 1 or options.transparent
         total: Image | None = None
         with self.context as gl:
@@ -149,6 +155,30 @@ class Renderer:
             check_drawn(gl, self.context.renderer)
         assert total is not None
         return from_linear(total / len(offsets), options.transparent) if averaged else total
+
+    def adapts(self, options: RenderOptions) -> bool:
+        """Whether the samples of a pixel follow its difference from its neighbours."""
+        several = options.samples > 1 and not options.uniform and options.shading != "data"
+        return several and self.shader.passes is not None and self.edges is None
+
+    def samples_at(self, places: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Draw samples at any points (N, 2) of the picture that `prepare` was told of; return them, (N, 4).
+
+        The points are in pixels, its lower left corner being (0, 0). The context must be current, and `adapts` true.
+        """
+        gl = self.context.gl
+        assert self._places is not None
+        target, drawn = self._target(gl, self._places.size), []
+        self._write({"scattered": True})
+        for start in range(0, len(places), TILE_SIDE**2):
+            part = places[start : start + TILE_SIDE**2]
+            laid_out = into_blocks(part, TILE_SIDE)
+            height, width, _ = laid_out.shape
+            self._places.write(laid_out.tobytes(), (0, 0, width, height))
+            self.draw(target, (0, 0, width, height))
+            drawn.append(from_blocks(read_pixels(target, (width, height)), len(part)))
+        self._write({"scattered": False})
+        return np.concatenate(drawn) if drawn else np.empty((0, 4), np.float32)
 
     def timed(self, size: tuple[int, int], camera: Camera, options: RenderOptions) -> tuple[float, float]:
         """Draw one sample of a picture that stays with the driver.
@@ -203,11 +233,40 @@ class Renderer:
             for framebuffer in (self._framebuffer, self._rays):
                 if framebuffer is not None:
                     free(framebuffer)
-            for texture in (self._weights, self._cells):
+            for texture in (self._weights, self._cells, self._places):
                 if texture is not None:
                     texture.release()
             for program in self._programs.values():
                 program.release()
+
+    def _adaptive_tile(
+        self,
+        tile: Tile,
+        size: tuple[int, int],
+        camera: Camera,
+        options: RenderOptions,
+        after_sample: Callable[[], object],
+    ) -> Image:
+        """Draw a tile as `render_tile` does, with the samples that each pixel wants."""
+        # Whether a pixel wants more samples is seen by its neighbours, which may be in the next tile.
+        drawn = with_border(tile, size)
+        x, y, width, height = tile
+        inside = np.s_[y - drawn[1] :, x - drawn[0] :]
+        with self.context as gl:
+            _ = gl.error  # forgets the errors that others left
+            target = self._target(gl, largest_tile(size))
+            self.prepare(size, camera, options)
+            self.draw(target, drawn)
+            sample = read_pixels(target, drawn[2:])
+            after_sample()
+            counts = wanted(sample, options.samples)[inside][:height, :width]
+            total = to_linear(sample[inside][:height, :width], options.transparent)
+            places, pixels = places_of(counts, (x, y))
+            add_samples(total, pixels, to_linear(self.samples_at(places), options.transparent))
+            check_drawn(gl, self.context.renderer)
+        for _ in range(1, options.samples):
+            after_sample()
+        return from_linear(total / (1 + counts[..., None]), options.transparent)
 
     def _take_vertices(self, gl: moderngl.Context) -> None:
         """Tell the programs, which are compiled, what they draw."""
@@ -283,6 +342,8 @@ class Renderer:
         if self.shader.passes is None:
             self._programs["main"].draw(3)
             return
+        assert self._places is not None
+        self._places.use(UNITS["places"])  # always: software GL compiles the shader again where it is not
         gl = self.context.gl
         needed = corner[0] + tile[2], corner[1] + tile[3]
         if self._rays is None or any(side < least for side, least in zip(self._rays.size, needed, strict=True)):

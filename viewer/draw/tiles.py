@@ -19,8 +19,15 @@ def check_size(size: tuple[int, int]) -> None:
 
 
 def largest_tile(size: tuple[int, int]) -> tuple[int, int]:
-    """Return width and height of the largest of the `tiles` of a picture of `size` (width, height)."""
-    return min(size[0], TILE_SIDE), min(size[1], TILE_SIDE)
+    """Return width and height of the largest of the `tiles` of a picture of `size` (width, height), with its border."""
+    return min(size[0], TILE_SIDE + 2), min(size[1], TILE_SIDE + 2)
+
+
+def with_border(tile: Tile, size: tuple[int, int]) -> Tile:
+    """Return a tile with the pixels around it that are in the picture of `size` (width, height)."""
+    x, y, width, height = tile
+    left, below = max(0, x - 1), max(0, y - 1)
+    return left, below, min(size[0], x + width + 1) - left, min(size[1], y + height + 1) - below
 
 
 def tiles(size: tuple[int, int]) -> Iterator[Tile]:

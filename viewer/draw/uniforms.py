@@ -9,12 +9,14 @@ from .tiles import Tile
 
 INTEGERS = {uniform.name for uniform in UNIFORMS if uniform.type == "int"} | {
     "plain",
+    "scattered",
     "cells",
     "cell_count",
+    "places",
     "rays",
     "weights",
 }
-"""Names of the uniforms whose values are written as 32-bit integers; `plain` is a bool (glsl/base_colour.glsl)."""
+"""Names of the uniforms whose values are written as 32-bit integers; `plain` and `scattered` are bools."""
 
 
 def picture_uniforms(size: tuple[int, int], camera: Camera, jitter: tuple[float, float]) -> dict[str, object]:

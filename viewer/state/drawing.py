@@ -29,8 +29,6 @@ class Drawing:
         """Whether the refinement of the picture has begun, or the coarse picture needs none."""
         self._refine_time = 0.0
         """When the refinement is to begin."""
-        self._refine_seconds = 0.0
-        """What the refinement has taken so far."""
         self._last_tick = time.perf_counter()
 
     @property
@@ -59,14 +57,13 @@ class Drawing:
             self._tell(seconds, (round(width / view.scale), round(height / view.scale)))
             self._complete = view.scale == 1.0 and view.options.samples == 1 and view.resolution == 1.0
             view.timed(seconds)
-            self._refine_time, self._refine_seconds = now + seconds + (REFINE_DELAY if moved else 0.0), 0.0
+            self._refine_time = now + seconds + (REFINE_DELAY if moved else 0.0)
             self.changed = True
         elif self.picture.refining:
             self.picture.more(WORK_SLICE)
-            self._refine_seconds += time.perf_counter() - now
             self.changed = True
             if not self.picture.refining:
-                self._tell(self._refine_seconds / view.options.samples, scene.size)
+                self._tell(self.picture.frame_seconds, scene.size)
         elif not self._complete and now >= self._refine_time:
             self.picture.refine(drawn_by(), scene)
             self._complete = True

@@ -8,8 +8,8 @@ from .desk import Desk
 from .jobs import Video, write_picture, write_target
 from .picture import Scene
 
-SAVED_SAMPLES = 4
-"""Rays per pixel of a saved picture, at least."""
+SAVED_SAMPLES = 16
+"""Most rays per pixel of a saved picture, at least."""
 MAX_STEM = 100
 """Characters of a model's name, at most, that a file's name begins with."""
 

@@ -5,15 +5,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import moderngl
+import numpy as np
+from numpy.typing import NDArray
 
 from ... import glsl
+from ..draw.adaptive import add_samples, places_of, wanted
 from ..draw.camera import Camera
 from ..draw.compile import VERTEX_SHADER
 from ..draw.context import Context
-from ..draw.framebuffer import free, texture_of
+from ..draw.framebuffer import free, read_pixels, texture_of
 from ..draw.options import RenderOptions
 from ..draw.renderer import Renderer
-from ..draw.supersampling import golden_order, jitters
+from ..draw.supersampling import golden_order, jitters, to_linear
 from ..draw.tiles import TILE_SIDE, Tile
 
 SAMPLE_SHADER = "#version 330\n" + glsl.load("accumulate.glsl")
@@ -58,6 +61,8 @@ class Picture:
         self._context = context
         self._side = FIRST_SIDE
         self._refinement: Iterator[None] | None = None
+        self.frame_seconds = 0.0
+        """What the first sample of every pixel has taken, of the picture that is refined."""
         with context as gl:
             self._sample, self._present = (
                 gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=text)
@@ -127,23 +132,59 @@ class Picture:
                 held.release()
 
     def _refined_tiles(self, renderer: Renderer, scene: Scene) -> Iterator[None]:
-        """Add each sample of every pixel to the fine picture, and yield after each tile."""
+        """Add the samples of every pixel to the fine picture, and yield after each tile."""
+        self.frame_seconds = 0.0
+        if not renderer.adapts(scene.options):
+            offsets = jitters(scene.options.samples)
+            for k, offset in enumerate(offsets[golden_order(len(offsets))]):
+                for start, _ in self._sampled_tiles(renderer, scene, offset):
+                    self.frame_seconds += (time.perf_counter() - start) * (k == 0)
+                    yield
+            return
+        seen = np.empty((scene.size[1], scene.size[0], 4), np.float32)
+        for start, (x, y, width, height) in self._sampled_tiles(renderer, scene, jitters(1)[0]):
+            seen[y : y + height, x : x + width] = read_pixels(self._tile, (width, height))
+            self.frame_seconds += time.perf_counter() - start
+            yield
+        yield from self._refined_pixels(renderer, scene, wanted(seen, scene.options.samples))
+
+    def _sampled_tiles(
+        self, renderer: Renderer, scene: Scene, offset: NDArray[np.float32]
+    ) -> Iterator[tuple[float, Tile]]:
+        """Add one sample of every pixel to the fine picture; yield when each tile was begun, and the tile."""
         width, height = scene.size
-        offsets = jitters(scene.options.samples)
-        offsets = offsets[golden_order(len(offsets))]
-        for offset in offsets:
-            y = 0
-            while y < height:
-                side, rows = self._side, min(self._side, height - y)
-                for left, right, options in scene.panes(width):
-                    for x in range(left, right, side):
-                        tile = (x, y, min(side, right - x), rows)
-                        start = time.perf_counter()
-                        self._add(renderer, scene, options, tile, (float(offset[0]), float(offset[1])))
-                        if time.perf_counter() - start < FAST_TILE and tile[2] == rows == side:
-                            self._side = min(TILE_SIDE, 2 * side)
-                        yield
-                y += rows
+        y = 0
+        while y < height:
+            side, rows = self._side, min(self._side, height - y)
+            for left, right, options in scene.panes(width):
+                for x in range(left, right, side):
+                    tile = (x, y, min(side, right - x), rows)
+                    start = time.perf_counter()
+                    self._add(renderer, scene, options, tile, (float(offset[0]), float(offset[1])))
+                    if time.perf_counter() - start < FAST_TILE and tile[2] == rows == side:
+                        self._side = min(TILE_SIDE, 2 * side)
+                    yield start, tile
+            y += rows
+
+    def _refined_pixels(self, renderer: Renderer, scene: Scene, counts: NDArray[np.int64]) -> Iterator[None]:
+        """Add further samples, as many of each pixel as `counts` (H, W) says, to the fine picture; yield meanwhile."""
+        sums = read_pixels(self._fine, scene.size).copy()
+        for left, right, options in scene.panes(scene.size[0]):
+            pane = counts * ((np.arange(scene.size[0]) >= left) & (np.arange(scene.size[0]) < right))
+            places, pixels = places_of(pane)
+            done = 0
+            while done < len(places):
+                part = np.s_[done : done + self._side**2]
+                start = time.perf_counter()
+                renderer.prepare(scene.size, scene.camera, options)
+                light = to_linear(renderer.samples_at(places[part]), transparent=False)
+                light[:, 3] = 1.0  # alpha counts the samples
+                add_samples(sums, pixels[part], light)
+                texture_of(self._fine).write(sums.tobytes())
+                if time.perf_counter() - start < FAST_TILE:
+                    self._side = min(TILE_SIDE, 2 * self._side)
+                done = part.stop
+                yield
 
     def _add(
         self, renderer: Renderer, scene: Scene, options: RenderOptions, tile: Tile, offset: tuple[float, float]
