@@ -8,8 +8,9 @@
     mplicits.train("bunny.ply", seconds=60).save("bunny.safetensors")
 
 docs/python.md tells the rest. Nothing is loaded before it is used. The rooms are `model` (the model file), `glsl`
-(shaders written by hand), `codegen` (from a model to shader source), `trainer` (from a shape to a model), `mesher`
-(from a model to a mesh) and `viewer` (from a model to a picture or a window); `cli` is the command line.
+(shaders written by hand), `codegen` (from a model to shader source), `trainer` (from a shape to a model), `scenes`
+(models placed and joined), `mesher` (from a model to a mesh) and `viewer` (from a model to a picture or a window);
+`cli` is the command line.
 """
 
 from importlib import import_module
@@ -19,6 +20,7 @@ TYPE_CHECKING = False  # As of `typing`, which takes longer to load than all els
 if TYPE_CHECKING:
     from .codegen.reference.hits import Hits as Hits
     from .field import Field as Field
+    from .functions import compose as compose
     from .functions import evaluate as evaluate
     from .functions import import_checkpoints as import_checkpoints
     from .functions import load as load
@@ -34,6 +36,7 @@ _PLACES = {
     "Hits": "codegen.reference.hits",
     "TriangleMesh": "mesher.made",
     "UserError": "model.errors",
+    "compose": "functions",
     "evaluate": "functions",
     "import_checkpoints": "functions",
     "load": "functions",
@@ -48,6 +51,7 @@ __all__ = [
     "Hits",
     "TriangleMesh",
     "UserError",
+    "compose",
     "evaluate",
     "import_checkpoints",
     "load",

@@ -16,7 +16,7 @@ from .codegen.targets.registry import DEFAULT
 from .codegen.targets.uniforms import SCHEDULES
 from .mesher.eval_cli import DEFAULT_RESOLUTION
 from .model.errors import UserError
-from .model.model import MODEL_SPACE, Model, shape_of
+from .model.model import MODEL_SPACE, Model, level_networks, shape_of, sizes
 from .model.model import save as save_model
 from .model.orientation import as_in_file, upright
 
@@ -58,7 +58,7 @@ class Field:
     @property
     def levels(self) -> tuple[str, ...]:
         """The size of each level's network, the coarsest first, as `train` takes them: ("64x1", "64x2")."""
-        return tuple(shape_of(level.network) for level in self.model.levels)
+        return tuple(sizes(level_networks(self.model, i)) for i in range(len(self.model.levels)))
 
     @property
     def parameters(self) -> int:
@@ -84,6 +84,7 @@ class Field:
     def __repr__(self) -> str:
         """Describe the model in a line."""
         texture = "" if self.model.texture is None else f", colours by {shape_of(self.model.texture)}"
+        texture = f", a scene of {len(self.model.shapes)} models" if self.model.scene is not None else texture
         moves = ", moving" if self.model.inputs == "xyzt" else ""
         return (
             f"<mplicits.Field {self.name!r}: {' > '.join(self.levels)}{texture}{moves}, {self.parameters:,} parameters>"
@@ -377,6 +378,10 @@ class Field:
 
     @cached_property
     def _torch(self) -> "TorchField":
+        if self.model.scene is not None:
+            raise UserError("a scene takes arrays; tensors of PyTorch are for its shapes' own models")
+        if self.model.scene is not None:
+            raise UserError("a scene takes arrays; tensors of PyTorch are for models of one shape")
         from .trainer.networks.differentiable import TorchField
 
         return TorchField(self.model)

@@ -178,6 +178,16 @@ def evaluate(
     return compare(other, Path(shape), resolution, level, samples, seed, quiet, time)
 
 
+def compose(scene: str | Path) -> Field:
+    """Place and join models as one, as the file of a scene says (docs/scenes.md).
+
+    scene: its path (TOML). Raises UserError, one line that names the file, the line and the key.
+    """
+    from .scenes.composed import compose as composed
+
+    return Field(composed(scene))
+
+
 def import_checkpoints(
     checkpoints: Sequence[str | Path],
     omega: "Numbers | None" = None,

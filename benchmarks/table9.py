@@ -32,6 +32,7 @@ from torch.nn import functional
 
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
+from mplicits.codegen.reference.run import run
 from mplicits.codegen.reference.tangents import with_tangents
 from mplicits.model.files import write_whole
 from mplicits.model.model import Level, Model
@@ -94,7 +95,7 @@ def in_numpy(weights: Weights) -> dict[str, Contender]:
 
     def algorithm_1(points: Tensor) -> tuple[Tensor, Tensor]:
         inputs = np.concatenate([points.numpy(), np.ones((len(points), 1), np.float32)], axis=1)
-        *gradient, f = interpret.run(extended, function, inputs)
+        *gradient, f = run(extended, function, inputs)
         return torch.from_numpy(f)[:, 0], torch.from_numpy(np.concatenate(gradient, axis=1))
 
     def adjoint(points: Tensor) -> tuple[Tensor, Tensor]:

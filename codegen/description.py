@@ -23,7 +23,9 @@ def describe(facts: Mapping[str, Any]) -> list[str]:
 
 def _rows(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Yield the label and the text of each line before the levels."""
-    colours = f", colours by {facts['texture']}" if facts["texture"] else ", no colours"
+    if facts["shapes"]:
+        yield "a scene of", ", ".join(map(show, facts["shapes"]))
+    colours = f", colours by {facts['texture']}" if facts["texture"] else "" if facts["shapes"] else ", no colours"
     yield "parameters", f"{facts['parameters']:,}{colours}; sha256 {facts['sha256'][:12]}"
     x, y, z = (f"{c:.4g}" for c in facts["centre"])
     yield "space", f"{facts['up']} is up in the shape's file, its centre {x}, {y}, {z}, its radius {facts['scale']:.4g}"

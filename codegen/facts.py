@@ -3,7 +3,7 @@
 from typing import Any
 
 from ..model.errors import UserError
-from ..model.model import Model, shape_of
+from ..model.model import Model, level_networks, shape_of, sizes
 from .ir.lower import lower
 from .ir.program import Cost
 from .targets.registry import TARGETS, Target
@@ -14,12 +14,13 @@ def model_facts(model: Model) -> dict[str, Any]:
     program = lower(model)
     levels = []
     total = Cost(0, 0)
-    for level, function in zip(model.levels, program.values, strict=True):
-        total += program.cost(function)
+    for i, (level, cost) in enumerate(zip(model.levels, program.value_costs(), strict=True)):
+        total += cost
+        networks = level_networks(model, i)
         levels.append(
             {
-                "network": shape_of(level.network),
-                "parameters": sum(layer.weight.size + layer.bias.size for layer in level.network),
+                "network": sizes(networks),
+                "parameters": sum(layer.weight.size + layer.bias.size for network in networks for layer in network),
                 "multiply_adds": total.multiply_adds,
                 "sines": total.sines,
                 "delta": level.delta,
@@ -35,6 +36,7 @@ def model_facts(model: Model) -> dict[str, Any]:
         "parameters": model.parameters(),
         "levels": levels,
         "texture": None if model.texture is None else shape_of(model.texture),
+        "shapes": [shape.name for shape in model.shapes],
         "inputs": model.inputs,
         "centre": model.centre,
         "scale": model.scale,

@@ -91,7 +91,7 @@ def extract_model(
         raise UserError("the model has no surface in [-1, 1]^3; train it anew")
     if cull:
         mesh = mesh.only(nested[component])
-    if model.texture is not None:
+    if model.coloured:
         progress.begin("colours", len(mesh.vertices))
         (colours,) = over(mesh.vertices, lambda points: (field.colour(points),), progress, field.chunk)
         mesh = replace(mesh, colours=colours)

@@ -55,7 +55,7 @@ class ModelField:
         """
         self.program = lower(model)
         self._time = time
-        width = max(len(layer.bias) for level in model.levels for layer in level.network)
+        width = max(len(layer.bias) for network in model.networks().values() for layer in network)
         self.chunk = max(CACHED // width, 256)
         self._levels = len(model.levels)
         self._slopes = [level.lipschitz for level in model.levels]

@@ -22,11 +22,14 @@ from .checks import check_finite, check_json, check_keys, check_network, check_p
 from .errors import UserError
 from .files import show, write_whole
 from .orientation import DEFAULT_UP, check_front, check_up
+from .scene import Group, from_json, moves, to_json
 
 FORMAT = "mplicits"
 """Value of the metadata key `format`."""
-VERSION = 1
-"""Newest value of the metadata key `version` that this program reads; it writes this one."""
+VERSION = 2
+"""Newest value of the metadata key `version` that this program reads; it writes this one for scenes."""
+SHAPE_VERSION = 1
+"""Value of the metadata key `version` of a model that is no scene."""
 TRAINING = "training"
 """A metadata key, and with a dot after it the beginning of tensors' names: the state of a training that is not over.
 
@@ -46,6 +49,11 @@ STEP_BOUNDS = {"step_bound": float, "band_step_bound": float}
 """Further keys of the JSON object of one level. A value that is missing, as in older files, is `DEFAULT_STEP_BOUND`."""
 OPTIONAL_KEYS = {"up": str, "front": list, "credit": str}
 """Further keys of the JSON object under `model`; a value that is missing is the default of `Model`."""
+SCENE_KEYS = {"shapes": list, "scene": dict}
+"""Further keys of the JSON object under `model` of a scene, which needs version 2: the objects of its models, whose
+tensors' names begin with `shape1.`, `shape2.`, ..., and the tree of scene.py."""
+MOST_MODELS = 64
+"""Most models of a scene."""
 INPUTS = ("xyz", "xyzt")
 """Values of `inputs`: a network takes as many numbers as the text has letters."""
 LEVEL_OUTPUTS, TEXTURE_OUTPUTS = 1, 3
@@ -82,7 +90,7 @@ class Level:
     """One level of a model: its network is a term of the sum, and the rest says where and how its sum is used."""
 
     network: Network
-    """f_1 for the first level, the residual r_{i-1} for level i. It gives one number."""
+    """f_1 for the first level, the residual r_{i-1} for level i. It gives one number. A scene's levels have none."""
     delta: float
     """Half the width of the band |f_i| < delta_i in which the next level is defined, model units, above 0 (Eq. 5)."""
     iterations: int
@@ -125,10 +133,19 @@ class Model:
     """What the networks take: "xyz", a point in model space, or "xyzt", a point and a time, for a field that moves."""
     provenance: dict[str, Any] = field(default_factory=dict)
     """Where the model comes from, as JSON values: source file, its hash, seed, settings, seconds, quality figures."""
+    shapes: "tuple[Model, ...]" = ()
+    """The models of a scene, none of which is a scene; none in a model of one shape."""
+    scene: Group | None = None
+    """How the shapes are placed and joined, in model space; None where there are none."""
 
     def __post_init__(self) -> None:
         """Refuse what is no valid model. Raises UserError."""
         validate(self)
+
+    @property
+    def coloured(self) -> bool:
+        """Whether the surface has colours of its own."""
+        return self.texture is not None or self.scene is not None
 
     @property
     def place(self) -> tuple[tuple[float, float, float], float, str]:
@@ -137,6 +154,12 @@ class Model:
 
     def networks(self) -> dict[str, Network]:
         """Return the prefix of each network's tensor names, `level1`, ... and `texture`, and that network."""
+        if self.scene is not None:
+            return {
+                f"shape{i}.{prefix}": network
+                for i, shape in enumerate(self.shapes, start=1)
+                for prefix, network in shape.networks().items()
+            }
         named = {f"level{i}": level.network for i, level in enumerate(self.levels, start=1)}
         return named | ({} if self.texture is None else {"texture": self.texture})
 
@@ -159,6 +182,9 @@ class Model:
         Two models that differ in name, provenance or input space alone have the same hash.
         """
         digest = hashlib.sha256(json.dumps([_level_description(level) for level in self.levels]).encode())
+        if self.scene is not None:
+            shapes = [(shape.inputs, shape.sha256()) for shape in self.shapes]
+            digest.update(json.dumps([shapes, to_json(self.scene)]).encode())
         for name, tensor in self.tensors().items():
             digest.update(name.encode() + repr(tensor.shape).encode() + tensor.tobytes())
         return digest.hexdigest()
@@ -171,6 +197,16 @@ MODEL_SPACE = ((0.0, 0.0, 0.0), 1.0, DEFAULT_UP)
 def shape_of(network: Network) -> str:
     """Name a network's size as the paper's (N, d), written `NxD`: width N, and D hidden layers of N to N numbers."""
     return f"{network[0].weight.shape[0]}x{len(network) - 2}"
+
+
+def level_networks(model: Model, index: int) -> tuple[Network, ...]:
+    """Return the networks of a level, counted from 0: one, or of a scene those of the models that have such a level."""
+    return tuple(part.levels[index].network for part in model.shapes or (model,) if index < len(part.levels))
+
+
+def sizes(networks: tuple[Network, ...]) -> str:
+    """Name the sizes of a level's networks, each size once."""
+    return "+".join(dict.fromkeys(map(shape_of, networks)))
 
 
 def validate(model: Model) -> None:
@@ -201,10 +237,27 @@ def validate(model: Model) -> None:
                 raise UserError(f"levels[{i}].{key}: must be at most 1")
         if type(level.iterations) is not int or not 1 <= level.iterations <= MOST_ITERATIONS:
             raise UserError(f"levels[{i}].iterations: must be a whole number from 1 to {MOST_ITERATIONS}")
+    if model.scene is not None or model.shapes:
+        _validate_scene(model)
+        return
     for prefix, network in model.networks().items():
         layers = [(layer.weight, layer.bias) for layer in network]
         outputs = TEXTURE_OUTPUTS if prefix == "texture" else LEVEL_OUTPUTS
         check_network(prefix, layers, len(model.inputs), outputs)
+
+
+def _validate_scene(model: Model) -> None:
+    """Check what a scene has beside the values of every model. Raises UserError."""
+    if model.scene is None or not 1 <= len(model.shapes) <= MOST_MODELS:
+        raise UserError(f"shapes: a scene has from 1 to {MOST_MODELS} models, and other models have none")
+    if any(shape.scene is not None for shape in model.shapes):
+        raise UserError("shapes: a scene is none")
+    if model.texture is not None or any(level.network for level in model.levels):
+        raise UserError("levels: a scene has no networks beside its shapes'")
+    if len(model.levels) > max(len(shape.levels) for shape in model.shapes):
+        raise UserError("levels: there are more than any shape has")
+    if moves(model.scene, [shape.inputs == "xyzt" for shape in model.shapes]) != (model.inputs == "xyzt"):
+        raise UserError("inputs: must be 'xyzt' where the scene moves, and 'xyz' where it does not")
 
 
 def save(model: Model, path: Path, training: Training | None = None) -> None:
@@ -223,7 +276,8 @@ def to_bytes(model: Model, dtype: type[np.floating] = np.float32, training: Trai
     """
     tensors: dict[str, NDArray[Any]]
     tensors = {name: np.ascontiguousarray(tensor, dtype) for name, tensor in model.tensors().items()}
-    metadata = {"format": FORMAT, "version": str(VERSION), "model": json.dumps(_description(model))}
+    version = SHAPE_VERSION if model.scene is None else VERSION
+    metadata = {"format": FORMAT, "version": str(version), "model": json.dumps(_description(model))}
     if training is not None:
         text, state = training
         metadata[TRAINING] = text
@@ -274,6 +328,8 @@ def _description(model: Model) -> dict[str, Any]:
         "up": None if model.up == DEFAULT_UP else model.up,
         "front": None if model.front is None else [float(angle) for angle in model.front],
         "credit": model.credit or None,
+        "shapes": [_description(shape) for shape in model.shapes] or None,
+        "scene": None if model.scene is None else to_json(model.scene),
     }
     return {
         "name": model.name,
@@ -306,12 +362,14 @@ def _check_version(metadata: Mapping[str, str]) -> None:
 def _from_file(metadata: Mapping[str, str], tensors: dict[str, Array]) -> Model:
     """Make the model of a file's metadata and tensors; `tensors` is empty afterwards. Raises UserError."""
     description = _read_description(metadata)
+    if "scene" in description:
+        description |= _take_scene(description, tensors)
     levels = []
     for i, given in enumerate(description["levels"], start=1):
         check_keys(f"levels[{i}]", given, LEVEL_KEYS)
         numbers = dict.fromkeys(STEP_BOUNDS, DEFAULT_STEP_BOUND) | given
         check_keys(f"levels[{i}]", numbers, STEP_BOUNDS)
-        network = _take_network(tensors, f"level{i}")
+        network = () if "scene" in description else _take_network(tensors, f"level{i}")
         sizes = (float(numbers[key]) for key in ("lipschitz", *STEP_BOUNDS))
         levels.append(Level(network, float(numbers["delta"]), numbers["iterations"], *sizes))
     texture = _take_network(tensors, "texture") if "texture.layer0.weight" in tensors else None
@@ -331,6 +389,24 @@ def _from_file(metadata: Mapping[str, str], tensors: dict[str, Array]) -> Model:
     return Model(**description)
 
 
+def _take_scene(description: dict[str, Any], tensors: dict[str, Array]) -> dict[str, Any]:
+    """Make the shapes and the tree of a scene, and take the shapes' tensors. Raises UserError."""
+    shapes = []
+    for i, given in enumerate(description["shapes"], start=1):
+        prefix = f"shape{i}."
+        if not isinstance(given, dict) or "scene" in given:
+            raise UserError(f"shapes[{i}]: is not an object of keys and values of one shape")
+        own = {name.removeprefix(prefix): tensors.pop(name) for name in sorted(tensors) if name.startswith(prefix)}
+        try:
+            shapes.append(_from_file({"model": json.dumps(given)}, own))
+        except UserError as error:
+            raise UserError(f"shapes[{i}]: {error}") from None
+    tree = from_json(description["scene"], len(shapes))
+    if not isinstance(tree, Group):
+        raise UserError("scene: is no group")
+    return {"shapes": tuple(shapes), "scene": tree}
+
+
 def _read_description(metadata: Mapping[str, str]) -> dict[str, Any]:
     """Read the JSON object in a file's metadata: values for MODEL_KEYS and OPTIONAL_KEYS, other keys left out.
 
@@ -343,6 +419,8 @@ def _read_description(metadata: Mapping[str, str]) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         raise UserError(f"metadata key 'model' is not JSON ({error})") from None
     keys = MODEL_KEYS | {key: kind for key, kind in OPTIONAL_KEYS.items() if key in description}
+    if metadata.get("version") == str(VERSION):
+        keys |= SCENE_KEYS
     check_keys("metadata key 'model'", description, keys)
     return {key: float(description[key]) if kind is float else description[key] for key, kind in keys.items()}
 

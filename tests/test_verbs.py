@@ -18,6 +18,7 @@ from mplicits.codegen.baked import bake
 from mplicits.mesher.evaluation import evaluate
 from mplicits.mesher.made import make_mesh
 from mplicits.model.model import load
+from mplicits.scenes.composed import compose
 from mplicits.trainer.imported import import_checkpoints
 from mplicits.trainer.learn import learn
 from mplicits.trainer.shapes.given import given_shape
@@ -39,6 +40,7 @@ VERBS: dict[str, tuple[Callable[..., object], Callable[..., object]]] = {
     "render": (mplicits.Field.render, Asked),
     "mesh": (mplicits.Field.mesh, make_mesh),
     "eval": (mplicits.evaluate, evaluate),
+    "compose": (mplicits.compose, compose),
     "import": (mplicits.import_checkpoints, import_checkpoints),
 }
 """Verb -> what `import mplicits` offers, and the room's function that both call."""

@@ -162,7 +162,7 @@ def opened(model: Model, asked: Asked, rays: int) -> Iterator[Scene]:
     if asked.time is not None and model.inputs != "xyzt":
         raise UserError(f"--time: {show(model.name)} does not move")
     camera = _camera(asked.camera or model.front or (AZIMUTH, ELEVATION), asked.fov, asked.size[0] / asked.size[1])
-    options.check_texture(model.texture is not None)
+    options.check_texture(model.coloured)
     if asked.split and asked.mesh is None:
         options = _two_levels(options, len(model.levels))
     level, normal_level = options.resolved_levels(len(model.levels))

@@ -9,7 +9,8 @@ import math
 import numpy as np
 
 from ...model.model import Model, Network
-from .program import INPUT, Affine, Array, Band, Cosine, Dot, Function, Op, Product, Program, Scale, Sine, Transposed
+from .lower_scene import bands, lower_scene, padded_networks
+from .program import INPUT, Affine, Array, Cosine, Dot, Function, Op, Product, Program, Scale, Sine, Transposed
 
 
 def lower(model: Model, digits: int | None = None) -> Program:
@@ -19,6 +20,8 @@ def lower(model: Model, digits: int | None = None) -> Program:
     ten before it is rounded, and Dot's scale multiplies it back: these weights are small, and would lose most to
     rounding.
     """
+    if model.scene is not None:
+        return lower_scene(model, [lower(padded_networks(shape), digits) for shape in model.shapes])
     moving = model.inputs == "xyzt"
     constants: dict[str, Array] = {}
     values, gradients, texture = [], [], None
@@ -37,9 +40,7 @@ def lower(model: Model, digits: int | None = None) -> Program:
         sha256=model.sha256(),
         constants=constants,
         moving=moving,
-        bands=tuple(
-            Band(level.delta, level.iterations, level.step_bound, level.band_step_bound) for level in model.levels
-        ),
+        bands=bands(model),
         values=tuple(values),
         gradients=tuple(gradients),
         texture=texture,

@@ -26,12 +26,18 @@ never reach an output: whatever they are multiplied by is zero in the end.
   i + 1 where level i is and |f_i| < bands[i - 1].delta (Eq. 3).
 - the gradient of f_level is the sum of the first outputs of gradients[0] to gradients[level - 1].
 - the colour is `texture`'s output, clamped to [0, 1], sRGB; a model without one is painted by the target.
+
+Of a scene, the program has the functions of all its models, and composition.py says what they give together.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from .composition import Composition
 
 Array = NDArray[np.float32]
 
@@ -188,9 +194,18 @@ class Program:
     """Name -> float32 matrix (rows, columns) or vector (n,), sizes padded with zeros to multiples of 4."""
     moving: bool = False
     """Whether the fourth component of the input is time; else it is 1, for the first layer's bias."""
+    composition: "Composition | None" = None
+    """Of a scene, which has neither values nor gradients nor a texture of its own."""
+
+    @property
+    def coloured(self) -> bool:
+        """Whether the program gives colours."""
+        return self.texture is not None or self.composition is not None
 
     def functions(self) -> tuple[Function, ...]:
         """Return all functions: values, then gradients, then the texture; none calls another."""
+        if self.composition is not None:
+            return tuple(function for program in self.composition.programs for function in program.functions())
         return (*self.values, *self.gradients, *(() if self.texture is None else (self.texture,)))
 
     def widest(self, function: Function) -> int:
@@ -220,6 +235,12 @@ class Program:
                 raise ValueError(f"{name}: constants are float32, sizes multiples of 4")
             if not np.isfinite(constant).all():
                 raise ValueError(f"{name}: not finite")
+        if self.composition is not None:
+            if self.values or self.gradients or self.texture is not None:
+                raise ValueError("a scene has no functions beside its models'")
+            for program in self.composition.programs:
+                program.check()
+            return
         if not len(self.bands) == len(self.values) == len(self.gradients) > 0:
             raise ValueError("every level needs a band, a value and a gradient")
         signatures = [(function, [1]) for function in self.values]
@@ -245,6 +266,17 @@ class Program:
                 case Product() | Scale():
                     multiply_adds += widths[op.result]
         return Cost(multiply_adds, sines)
+
+    def value_costs(self) -> tuple[Cost, ...]:
+        """Count the work of each level's value alone; of a scene, where all its shapes are asked."""
+        if self.composition is None:
+            return tuple(self.cost(function) for function in self.values)
+        costs = [Cost(0, 0)] * len(self.bands)
+        for leaf in self.composition.leaves:
+            if isinstance(leaf.part, Program):
+                for i, cost in enumerate(leaf.part.value_costs()[: len(costs)]):
+                    costs[i] += cost
+        return tuple(costs)
 
     def _width(self, op: Op, widths: dict[str, int]) -> int:
         """Return the width of an op's result. widths: those of the values before it. Raises ValueError as `widths`."""

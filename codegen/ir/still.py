@@ -4,6 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...model.expression import Expression, number
+from ...model.scene import Placement
+from .composition import Composition, Join, Leaf
+from .lower_scene import scene_program
+from .prefixed import prefixed
 from .program import Affine, Array, Function, Program
 
 SAMPLED = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -23,6 +28,8 @@ def still(program: Program, time: float) -> Program:
     """
     if not program.moving:
         return program
+    if program.composition is not None:
+        return _still_scene(program, program.composition, time)
     constants = dict(program.constants)
 
     def stilled(function: Function) -> Function:
@@ -41,6 +48,32 @@ def still(program: Program, time: float) -> Program:
         constants=constants,
         moving=False,
     )
+
+
+def _still_scene(program: Program, composition: Composition, time: float) -> Program:
+    """Return a scene at one time, in which every leaf has a program of its own."""
+
+    def at(value: Expression) -> Expression:
+        return number(value.at(time))
+
+    def placed(place: Placement) -> Placement:
+        x, y, z = map(at, place.translate)
+        return replace(place, translate=(x, y, z), angle=at(place.angle), scale=at(place.scale))
+
+    def joined(node: Join | int) -> Join | int:
+        if not isinstance(node, Join):
+            return node
+        return replace(node, radius=at(node.radius), parts=tuple(map(joined, node.parts)))
+
+    leaves = []
+    for i, leaf in enumerate(composition.leaves):
+        part = leaf.part
+        if isinstance(part, Program):
+            part = prefixed(still(part, leaf.time.at(time)), f"leaf{i}")
+        leaves.append(Leaf(part, tuple(map(placed, leaf.places)), at(leaf.time), at(leaf.margin)))
+    root = joined(composition.root)
+    assert isinstance(root, Join)
+    return scene_program(program, tuple(leaves), root, moving=False)
 
 
 def _at(matrix: Array, bias: Array, time: float) -> Array:

@@ -5,6 +5,7 @@ from itertools import accumulate
 
 from ...model.errors import UserError
 from ..ir.program import Array, Function, Program
+from .composed import ComposedPrinter
 from .cstyle import Language
 from .literal import LiteralStorage
 from .texels import TexelLayout, TexelStorage
@@ -54,6 +55,8 @@ def print_field(program: Program, language: Language, storage: str) -> FieldText
     """
     if storage == "packed":
         raise UserError("--storage packed: only shadertoy has it; there is literal, texture, auto")
+    if program.composition is not None:
+        return _print_scene(program, language, storage)
     functions = program.functions()
     chosen = {f.name: _choose(program, f, storage) for f in functions}
     literals = LiteralStorage(program, language, tuple(f for f in functions if chosen[f.name] == "literal"))
@@ -75,6 +78,17 @@ def print_field(program: Program, language: Language, storage: str) -> FieldText
         gradient_loops=loops(program.gradients),
         texture_loops=0 if program.texture is None else storage_of[program.texture.name].loops(program.texture),
     )
+
+
+def _print_scene(program: Program, language: Language, storage: str) -> FieldText:
+    """Print the field of a scene. Raises UserError for weights that are not to be in a texture."""
+    if storage == "literal":
+        raise UserError("--storage literal: a scene keeps its weights in a texture; leave the option out")
+    texels = TexelStorage(program, language, program.functions())
+    printer = ComposedPrinter(program, language, texels.layout, PLAIN)
+    value_loops, gradient_loops, texture_loops = printer.loops()
+    lines = [*texels.declarations(), *printer.lines()]
+    return FieldText("\n".join(lines) + "\n", texels.layout, value_loops, gradient_loops, texture_loops)
 
 
 def _choose(program: Program, function: Function, storage: str) -> str:

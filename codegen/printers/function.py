@@ -2,13 +2,13 @@
 
 import keyword
 import re
-from dataclasses import fields, replace
-from typing import Any
+from dataclasses import replace
 
 from ...model.errors import UserError
 from ...model.files import show
 from ...model.orientation import UPRIGHT
-from ..ir.program import Function, Op, Program
+from ..ir.prefixed import prefixed
+from ..ir.program import Program
 from .cstyle import Language
 from .field import PLAIN
 from .literal import LiteralStorage
@@ -55,27 +55,6 @@ def _is_taken(name: str) -> bool:
         name in WORDS
         or keyword.iskeyword(name)
         or re.fullmatch(r"(float|vec|mat|int|uint|half)\d\w*", name) is not None
-    )
-
-
-def prefixed(program: Program, name: str) -> Program:
-    """Return a program whose functions and constants begin with `name` and an underscore: their names are global."""
-    names = {constant: f"{name}_{constant}" for constant in program.constants}
-
-    def op(old: Op) -> Op:
-        texts = {entry.name: getattr(old, entry.name) for entry in fields(old)}
-        renamed: dict[str, Any] = {key: names[text] for key, text in texts.items() if text in names}
-        return replace(old, **renamed)
-
-    def function(old: Function) -> Function:
-        return replace(old, name=f"{name}_{old.name}", ops=tuple(op(entry) for entry in old.ops))
-
-    return replace(
-        program,
-        constants={names[key]: constant for key, constant in program.constants.items()},
-        values=tuple(map(function, program.values)),
-        gradients=tuple(map(function, program.gradients)),
-        texture=None if program.texture is None else function(program.texture),
     )
 
 

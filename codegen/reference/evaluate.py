@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from ...model.errors import UserError
 from ...model.model import Model, Network
+from ..ir.lower import lower
 from ..ir.program import Array
+from . import interpret
 
 Input = TypeVar("Input", bound=np.generic)
 Output = TypeVar("Output", bound=np.generic)
@@ -29,6 +31,7 @@ class Evaluator:
     """Evaluates one model; several threads may use it at once."""
 
     def __init__(self, model: Model) -> None:
+        self._scene = None if model.scene is None else lower(model)
         self._networks = [_transposed(level.network) for level in model.levels]
         self._texture = None if model.texture is None else _transposed(model.texture)
         self._deltas = [level.delta for level in model.levels]
@@ -47,6 +50,8 @@ class Evaluator:
 
     def nested(self, points: Array, level: int, time: float = 0.0) -> tuple[Array, NDArray[np.int64]]:
         """Evaluate as `value` does, and say which level answers: (N,) and (N,); all points at once, in this thread."""
+        if self._scene is not None:
+            return interpret.nested_field(self._scene, points, level, time)
         inputs, networks = self._inputs(points, time), self._networks[:level]
         total = _value(networks[0], inputs)[:, 0]
         reached = np.ones(len(points), np.int64)
@@ -60,9 +65,12 @@ class Evaluator:
 
     def gradient(self, points: Array, level: int | None = None, time: float = 0.0) -> Array:
         """Evaluate the gradient along x, y and z of what `value` gives: (N, 3) float32. Takes what `value` takes."""
-        networks = self._networks[: self.checked(level)]
+        last, scene = self.checked(level), self._scene
+        networks = self._networks[:last]
 
         def work(points: Array) -> Array:
+            if scene is not None:
+                return interpret.field_gradient(scene, points, last, time)[0]
             inputs = self._inputs(points, time)
             f, total = _value_and_gradient(networks[0], inputs)
             defined = np.arange(len(points))
@@ -78,7 +86,9 @@ class Evaluator:
 
     def colour(self, points: Array, time: float = 0.0) -> Array | None:
         """Evaluate the colour at points (N, 3): (N, 3) float32, sRGB in [0, 1]; None where there is no texture."""
-        texture = self._texture
+        texture, scene = self._texture, self._scene
+        if scene is not None:
+            return self.over(points, lambda part: interpret.colour(scene, part, time), (3,), np.float32)
         if texture is None:
             return None
         return self.over(

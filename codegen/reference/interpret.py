@@ -1,46 +1,13 @@
 """Runs programs in numpy, in float32: what codegen/ir/program.py says, as code. Every target is tested against it."""
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..ir.program import INPUT, Affine, Array, Cosine, Dot, Function, Op, Product, Program, Scale, Sine, Transposed
-
-
-def _biased(products: Array, bias: Array | None) -> Array:
-    """Add a bias (width,), where there is one, to products (N, width), in place: memory costs as much as sums here."""
-    if bias is not None:
-        products += bias
-    return products
-
-
-OPS: dict[type[Op], Callable[[Any, Callable[[str], Array]], Array]] = {
-    Affine: lambda op, get: _biased(get(op.source) @ get(op.matrix).T, None if op.bias is None else get(op.bias)),
-    Transposed: lambda op, get: get(op.source) @ get(op.matrix),
-    Sine: lambda op, get: np.sin(get(op.source)),
-    Cosine: lambda op, get: np.cos(get(op.source)),
-    Product: lambda op, get: get(op.left) * get(op.right),
-    Dot: lambda op, get: np.float32(op.scale) * (get(op.source) @ get(op.row))[:, None] + np.float32(op.bias),
-    Scale: lambda op, get: np.float32(op.factor) * get(op.source),
-}
-"""Kind of op -> function of an op, and of another that gives the value (N, width) or the constant of a name.
-
-It returns the op's result, (N, width).
-"""
-
-
-def run(program: Program, function: Function, inputs: Array) -> tuple[Array, ...]:
-    """Evaluate a function of a program. inputs: (N, 4) float32. Returns its outputs, each (N, width) float32."""
-    values = {INPUT: inputs}
-
-    def get(name: str) -> Array:
-        return values[name] if name in values else program.constants[name]
-
-    for op in function.ops:
-        values[op.result] = OPS[type(op)](op, get)
-    return tuple(values[name] for name in function.outputs)
+from ..ir.program import Array, Program
+from . import composed
+from .run import run
 
 
 def field(program: Program, points: Array, level: int, time: float = 0.0) -> Array:
@@ -49,6 +16,8 @@ def field(program: Program, points: Array, level: int, time: float = 0.0) -> Arr
     points: (N, 3) float32, model space. level: counted from 1. time: the fourth input of a model that moves. Returns
     (N,) float32.
     """
+    if program.composition is not None:
+        return composed.field(program, points, level, time)
     inputs = _inputs(program, points, time)
     total: Array = sum(
         (run(program, function, inputs)[0][:, 0] for function in program.values[:level]), np.zeros(1, np.float32)
@@ -58,6 +27,8 @@ def field(program: Program, points: Array, level: int, time: float = 0.0) -> Arr
 
 def field_gradient(program: Program, points: Array, level: int, time: float = 0.0) -> tuple[Array, Array]:
     """Evaluate the gradient of f_level, (N, 3) float32, and its value, (N,). Takes what `field` takes."""
+    if program.composition is not None:
+        return composed.field_gradient(program, points, level, time)
     inputs = _inputs(program, points, time)
     results = [run(program, function, inputs) for function in program.gradients[:level]]
     gradient: Array = sum((gradient[:, :3] for gradient, _ in results), np.zeros(1, np.float32))
@@ -77,6 +48,9 @@ def nested_levels(
     moves. margins: how far each band is widened, in the unit of f, for every level before the last; None for not at
     all. Yields for each level, the coarsest first, the indices (M,) of the points where it is defined and f there (M,).
     """
+    if program.composition is not None:
+        yield from composed.nested_levels(program, points, level, time, margins)
+        return
     inputs = _inputs(program, points, time)
     defined = np.arange(len(points))
     value = np.zeros(len(points), np.float32)
@@ -107,6 +81,8 @@ def colour(program: Program, points: Array, time: float = 0.0) -> Array:
 
     Returns (N, 3) float32, sRGB in [0, 1]. Raises ValueError where the model has no texture.
     """
+    if program.composition is not None:
+        return composed.colour(program, points, time)
     if program.texture is None:
         raise ValueError("the model has no texture")
     return np.clip(np.concatenate(run(program, program.texture, _inputs(program, points, time)), axis=1), 0, 1)

@@ -26,7 +26,7 @@ def lowest_point(program: Program) -> float:
 def _lowest(program: Program, time: float) -> float:
     points = _near_surface(program, time)
     points = points[np.argsort(points[:, 1])]
-    level = len(program.values)
+    level = len(program.bands)
     for part in np.array_split(points, 1 + len(points) // CHUNK):
         at, value = part, np.zeros(len(part), np.float32)
         for _ in range(4):  # Newton's steps

@@ -40,7 +40,7 @@ def poster(
     points = (eye + traced.t[hit, None] * directions[hit]).astype(np.float32)
     normals, _ = field_gradient(program, points, level)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    albedo = np.broadcast_to(plain, points.shape) if program.texture is None else colour(program, points)
+    albedo = np.broadcast_to(plain, points.shape) if not program.coloured else colour(program, points)
     toward = basis @ (light / np.linalg.norm(light))
     lit = _phong(to_linear(albedo), normals, -directions[hit], toward, basis[:, 1])
     samples = np.zeros((len(directions), 4))
@@ -52,7 +52,7 @@ def poster(
 
 def _affordable(program: Program) -> int:
     """Choose the finest level whose values are not too dear; level 1 where all are."""
-    costs = np.cumsum([program.cost(function).multiply_adds for function in program.values])
+    costs = np.cumsum([cost.multiply_adds for cost in program.value_costs()])
     return max(1, int((costs <= COSTLIEST).sum()))
 
 

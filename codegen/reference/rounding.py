@@ -63,6 +63,8 @@ def rounding_error(model: Model, coarse: Model) -> tuple[float, float]:
 
 def _with_networks(model: Model, change: Callable[[Network], Network]) -> Model:
     """Return the model with `change` applied to every level's network and to the texture's."""
+    if model.scene is not None:
+        return replace(model, shapes=tuple(_with_networks(shape, change) for shape in model.shapes))
     levels = tuple(replace(level, network=change(level.network)) for level in model.levels)
     return replace(model, levels=levels, texture=None if model.texture is None else change(model.texture))
 

@@ -26,6 +26,7 @@ def prepared(
         raise UserError(f"--storage {storage}: a function alone has its weights as constants; leave the option out")
     if space not in SPACES:
         raise UserError(f"--space {space}: there is {', '.join(SPACES)}")
+    refuse_scene(model, "a function alone")
     program = lower(model, digits)
     broadest = max(map(program.widest, program.functions()))
     if widest is not None and broadest > widest:
@@ -34,6 +35,14 @@ def prepared(
             "bake it with --target c or python, or train narrower levels"
         )
     return program, function_name(name, model.name), model.place if space == "input" else MODEL_SPACE
+
+
+def refuse_scene(model: Model, what: str) -> None:
+    """Raise UserError for a scene. what: the target, which takes none."""
+    if model.scene is not None:
+        raise UserError(
+            f"{what} holds one shape, and this model is a scene; bake it with --target glsl330 or glsl300es"
+        )
 
 
 def in_shader(

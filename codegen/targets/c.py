@@ -4,10 +4,11 @@ from collections.abc import Iterator
 
 from ...model.model import Model
 from ...model.orientation import UPRIGHT
+from ..ir.prefixed import prefixed
 from ..ir.program import INPUT, Affine, Array, Cosine, Dot, Function, Op, Product, Program, Scale, Sine, Transposed
 from ..printers.cstyle import Language, constants_of
 from ..printers.field import PLAIN
-from ..printers.function import Place, prefixed
+from ..printers.function import Place
 from .alone import described, prepared
 from .header import header_facts, header_line
 

@@ -16,6 +16,7 @@ from ..printers.cstyle import Language
 from ..printers.field import print_field
 from ..printers.glsl_as_cuda import glsl_as_cuda
 from ..reference.lowest import lowest_point
+from .alone import refuse_scene
 from .header import header_facts, header_line
 from .orbit import AZIMUTH, ELEVATION, FOV, MARGIN
 from .uniforms import GROUND, LEVELS, SHADINGS, TIME, UNIFORMS, Uniform, default
@@ -72,6 +73,7 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
     """
     if storage not in ("auto", "texture"):
         raise UserError(f"--storage {storage}: cuda keeps its weights in one array; leave --storage out")
+    refuse_scene(model, "a CUDA file")
     program = lower(model, digits)
     field = print_field(program, LANGUAGE, "texture")
     offsets, texels = field.layout.offsets, field.layout.texels

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ...model.errors import UserError
-from ...model.model import Model, shape_of
+from ...model.model import Model, level_networks, sizes
 from ...model.version import installed_version
 from ..ir.program import Program
 
@@ -25,7 +25,7 @@ def header_facts(model: Model, program: Program, target: str) -> dict[str, Any]:
         "target": target,
         "name": program.name,
         "sha256": program.sha256[:12],
-        "levels": [shape_of(level.network) for level in model.levels],
+        "levels": [sizes(level_networks(model, i)) for i in range(len(model.levels))],
     } | {key: value for key, value in further.items() if value is not None}
 
 

@@ -7,10 +7,11 @@ import numpy as np
 
 from ...model.model import Model
 from ...model.orientation import UPRIGHT
+from ..ir.prefixed import prefixed
 from ..ir.program import INPUT, Affine, Array, Cosine, Dot, Op, Product, Program, Scale, Sine, Transposed
 from ..printers.cstyle import constants_of
 from ..printers.field import PLAIN
-from ..printers.function import Place, prefixed
+from ..printers.function import Place
 from .alone import described, prepared
 from .header import header_facts
 

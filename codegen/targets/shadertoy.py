@@ -20,6 +20,7 @@ from ..printers.packed import PackedStorage
 from ..reference.bits import cost, fewest_bits
 from ..reference.digits import fewest_digits
 from ..reference.march import OFFSET
+from .alone import refuse_scene
 from .header import header_facts, header_line
 from .orbit import AZIMUTH, ELEVATION
 from .uniforms import default
@@ -43,6 +44,7 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
     digits: decimals of literal weights, None for the fewest that keep the surface (codegen/reference/digits.py).
     Raises UserError where the model is too wide, or the storage is none of these.
     """
+    refuse_scene(model, "Shadertoy's text")
     networks = model.networks().values()
     widest = max(layer.weight.shape[0] for network in networks for layer in network)
     if widest > WIDEST:

@@ -19,9 +19,9 @@ from ...model.model import (
     DEFAULT_STEP_BOUND,
     FORMAT,
     MOST_ITERATIONS,
+    SHAPE_VERSION,
     STEP_BOUNDS,
     TRAINING,
-    VERSION,
     Model,
     to_bytes,
 )
@@ -37,6 +37,7 @@ from ..reference.poster import poster as draw_poster
 from ..reference.rounding import in_decimals, is_float16
 from ..reference.studio import EVALUATIONS
 from . import fragment, orbit, shadertoy
+from .alone import refuse_scene
 from .camera import basis, fitting_distance
 from .glsl300es import DIALECT
 from .header import header_facts
@@ -96,6 +97,7 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None, p
     poster: whether the page opens with a small picture of the model, which takes seconds to draw.
     Raises UserError where the weights cannot be stored so.
     """
+    refuse_scene(model, "a page")
     weights = model if digits is None else in_decimals(model, digits)
     if storage == "packed":
         raise UserError("--storage packed: only shadertoy has it; there is literal, texture, auto")
@@ -130,7 +132,7 @@ def facts_json(facts: dict[str, Any]) -> str:
     shared = {
         "format": {
             "name": FORMAT,
-            "version": VERSION,
+            "version": SHAPE_VERSION,
             "widest": WIDEST,
             "most_iterations": MOST_ITERATIONS,
             "step_bounds": list(STEP_BOUNDS),

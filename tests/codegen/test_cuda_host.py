@@ -13,6 +13,7 @@ from mplicits.codegen.ir.still import still
 from mplicits.codegen.reference import interpret
 from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.reference.march import march
+from mplicits.codegen.reference.run import run as interpret_run
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.model import Model, load
 from mplicits.viewer.draw.camera import Camera
@@ -77,7 +78,7 @@ def test_networks_are_those_of_the_reference(model: Model, tmp_path: Path) -> No
     rows = len(model.levels) + (program.texture is not None)
     fused, together, simple = values[:rows], values[rows : 2 * rows], values[2 * rows :]
     if program.texture is not None:
-        raw = np.concatenate(interpret.run(program, program.texture, points), axis=1)
+        raw = np.concatenate(interpret_run(program, program.texture, points), axis=1)
         assert np.abs(fused[0, :, :3] - raw).max() < 0.01 * np.abs(raw).max()
         assert np.abs(together[0, :, :3] - fused[0, :, :3]).max() < 1e-5 * np.abs(raw).max()
         colour = interpret.colour(program, points[:, :3], float(points[0, 3]))
@@ -85,7 +86,7 @@ def test_networks_are_those_of_the_reference(model: Model, tmp_path: Path) -> No
         fused, together = fused[1:], together[1:]
     total = np.zeros((256, 4), np.float32)
     for level, function in enumerate(program.gradients):
-        gradient, value = interpret.run(program, function, points)
+        gradient, value = interpret_run(program, function, points)
         expected = np.concatenate([gradient[:, :3], value], axis=1)
         scale = np.abs(expected).max(axis=0)
         split = level == 0 and len(model.levels[0].network[0].weight) <= 128

@@ -9,6 +9,7 @@ import torch
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.ir.program import Affine, Program, Transposed
 from mplicits.codegen.reference import interpret
+from mplicits.codegen.reference.run import run
 from mplicits.codegen.reference.tangents import with_tangents
 from mplicits.model.model import Model
 from mplicits.trainer.networks import network, tangents
@@ -26,7 +27,7 @@ def by_algorithm_1(program: Program, level: int, fourth: float = 1.0) -> tuple[n
     extended, function = with_tangents(program, level)
     extended.widths(function)
     inputs = np.concatenate([points(), np.full((500, 1), fourth, np.float32)], axis=1)
-    x, y, z, f = interpret.run(extended, function, inputs)
+    x, y, z, f = run(extended, function, inputs)
     return f[:, 0], np.concatenate([x, y, z], axis=1)
 
 

@@ -20,11 +20,13 @@ from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
 from mplicits.model.errors import UserError
 from mplicits.model.model import load, save, to_bytes
+from mplicits.scenes.composed import compose
 from mplicits.trainer.checkpoint import read_network
 from mplicits.trainer.part import Part
 from mplicits.trainer.shapes.load import load_shape
 from support.fuzzing import Case, damaged, damaged_model, survive
 from support.random_model import random_model
+from support.scene_models import SCENE
 
 CASES = Path(__file__).parent / "cases"
 POINTS = np.random.default_rng(0).uniform(-1, 1, (20, 3))
@@ -54,6 +56,10 @@ def use_model(path: Path) -> None:
     assert cli.main(["info", str(path)]) == 0
 
 
+def use_scene(path: Path) -> None:
+    lower(compose(path))
+
+
 def use_shape(path: Path) -> None:
     shape, _ = load_shape(str(path), crease=30.0)
     shape.surface(50, np.random.default_rng(0), colours=True)
@@ -77,6 +83,7 @@ KINDS: dict[str, tuple[Callable[[Path], None], int]] = {
     "checkpoint": (lambda path: void(read_network(path, None)), 60),
     "part": (use_part, 40),
     "command": (use_command, 90),
+    "scene": (use_scene, 40),
 }
 """What is done with a case of a kind, and how many of them the fast test takes."""
 
@@ -120,6 +127,11 @@ def part_file(folder: Path) -> list[Case]:
     return [("m.part.safetensors", (folder / "m.part.safetensors").read_bytes())]
 
 
+def scene_file(folder: Path) -> list[Case]:
+    text = SCENE.replace("ball.safetensors", "spot-small").replace("coarse.safetensors", "bob-small")
+    return [("s.toml", text.encode())]
+
+
 def command(random: Random) -> bytes:
     """A command line, an argument a line, that names no file that is there."""
     verb = random.choice(("train", "render", "bake", "mesh", "info", "eval", "import", "report", "trian", ""))
@@ -145,7 +157,7 @@ def command(random: Random) -> bytes:
 def cases(kind: str, count: int, seed: int, folder: Path) -> Iterator[Case]:
     """Make the damaged files of a kind."""
     random = Random(f"{kind} {seed}")
-    make = {"shape": shape_files, "checkpoint": checkpoint_file, "part": part_file}.get(kind)
+    make = {"shape": shape_files, "checkpoint": checkpoint_file, "part": part_file, "scene": scene_file}.get(kind)
     whole = make(folder) if make else [("m.safetensors", to_bytes(random_model((4, 1), (4, 0), texture=(4, 0))))]
     for number in range(count):
         name, data = random.choice(whole)

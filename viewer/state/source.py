@@ -45,7 +45,7 @@ def open_source(path: Path, storage: str = "auto") -> Source:
     if path.suffix.lower() not in SHADER_SUFFIXES:
         model = load(path)
         shader = bake(model, storage, passes=True)
-        return Source(path, show(model.name), shader, model, model.texture is not None, model.front)
+        return Source(path, show(model.name), shader, model, model.coloured, model.front)
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:

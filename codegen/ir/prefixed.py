@@ -1,0 +1,27 @@
+"""Programs whose names are their own, so that several can stand in one text."""
+
+from dataclasses import fields, replace
+from typing import Any
+
+from .program import Function, Op, Program
+
+
+def prefixed(program: Program, name: str) -> Program:
+    """Return a program whose functions and constants begin with `name` and an underscore: their names are global."""
+    names = {constant: f"{name}_{constant}" for constant in program.constants}
+
+    def op(old: Op) -> Op:
+        texts = {entry.name: getattr(old, entry.name) for entry in fields(old)}
+        renamed: dict[str, Any] = {key: names[text] for key, text in texts.items() if text in names}
+        return replace(old, **renamed)
+
+    def function(old: Function) -> Function:
+        return replace(old, name=f"{name}_{old.name}", ops=tuple(op(entry) for entry in old.ops))
+
+    return replace(
+        program,
+        constants={names[key]: constant for key, constant in program.constants.items()},
+        values=tuple(map(function, program.values)),
+        gradients=tuple(map(function, program.gradients)),
+        texture=None if program.texture is None else function(program.texture),
+    )

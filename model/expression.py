@@ -1,0 +1,304 @@
+"""Small expressions in time, as scenes have them ("30 * t"): parsed, checked over all times, and never run as code.
+
+sum      = product (("+" | "-") product)*
+product  = factor (("*" | "/") factor)*
+factor   = "-" factor | power
+power    = atom ("**" digit)?
+atom     = number | "t" | "pi" | "(" sum ")" | name "(" sum ("," sum)* ")"
+"""
+
+import math
+import operator
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import UserError
+from .files import show
+
+FUNCTIONS = {"sin": 1, "cos": 1, "abs": 1, "min": 2, "max": 2}
+"""Functions of an expression, angles in radians, and how many arguments each takes."""
+LONGEST = 120
+"""Most characters of an expression, which bounds how deep it nests."""
+LARGEST = 1e6
+"""Largest absolute value that an expression may have."""
+CELLS, REFINED, DEPTH = 1024, 16, 5
+"""Parts of [0, 1] that an expression's range is found in; how many a doubtful one is cut into, and how often."""
+
+_TOKEN = re.compile(r"\s*(?:(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?)|([A-Za-z_]\w*)|(\*\*|[-+*/(),]))")
+
+Values = NDArray[np.float64]
+Range = tuple[Values, Values]
+"""Least and largest values, in each part of the times."""
+
+
+@dataclass(frozen=True)
+class Expression:
+    """A number that may depend on t, the time from 0 to 1."""
+
+    kind: str
+    """"number", "t", "negative", one of + - * / **, or one of `FUNCTIONS`."""
+    value: float = 0.0
+    """Of a number; of a power its exponent, from 0 to 9."""
+    operands: "tuple[Expression, ...]" = ()
+    """What the operator or the function takes."""
+    text: str = field(default="", compare=False)
+    """What it was read from; empty in parts of an expression."""
+
+    @property
+    def moves(self) -> bool:
+        """Whether time stands in it."""
+        return self.kind == "t" or any(operand.moves for operand in self.operands)
+
+    def at(self, time: float) -> float:
+        """Evaluate the expression."""
+        if self.kind in ("number", "t"):
+            return self.value if self.kind == "number" else time
+        values = [operand.at(time) for operand in self.operands]
+        return float(values[0] ** int(self.value) if self.kind == "**" else APPLIED[self.kind](*values))
+
+    def written(self) -> float | str:
+        """Return what `read` reads as this expression: a number where nothing moves, else a text."""
+        return self.text or str(self) if self.moves else self.at(0.0)
+
+    def __str__(self) -> str:
+        """Write the expression with all its brackets."""
+        match self.kind:
+            case "number":
+                return repr(self.value)
+            case "t":
+                return "t"
+            case "negative":
+                return f"(-{self.operands[0]})"
+            case "**":
+                return f"({self.operands[0]} ** {int(self.value)})"
+            case kind if kind in FUNCTIONS:
+                return f"{kind}({', '.join(map(str, self.operands))})"
+            case kind:
+                return f"({self.operands[0]} {kind} {self.operands[1]})"
+
+    def range(self) -> tuple[float, float]:
+        """Bound the values for t in [0, 1], by interval arithmetic.
+
+        Raises UserError where it divides by zero at some time, or may be larger than `LARGEST`.
+        """
+        edges = np.linspace(0, 1, CELLS + 1)
+        for division in self._divisions():
+            division._check_division((edges[:-1], edges[1:]))
+        with np.errstate(all="ignore"):
+            low, high = self._range((edges[:-1], edges[1:]))
+        least, most = float(low.min()), float(high.max())
+        if not (least >= -LARGEST and most <= LARGEST):
+            raise UserError(f"{show(str(self))} is larger than {LARGEST:,.0f} at some t of [0, 1]")
+        return least, most
+
+    def _divisions(self) -> "Iterator[Expression]":
+        """Yield the divisions in the expression, those inside others first."""
+        for operand in self.operands:
+            yield from operand._divisions()
+        if self.kind == "/":
+            yield self
+
+    def _check_division(self, times: Range) -> None:
+        """Raise UserError where the denominator is zero at one of the times, or nearly so."""
+        denominator = self.operands[1]
+        for depth in range(DEPTH):
+            with np.errstate(all="ignore"):
+                low, high = denominator._range(times)
+            doubtful = np.flatnonzero(~((low > 0) | (high < 0)))
+            if not len(doubtful):
+                return
+            start, end = times[0][doubtful[:CELLS]], times[1][doubtful[:CELLS]]
+            if depth == DEPTH - 1:
+                raise UserError(f"{show(str(denominator))} divides by zero at t = {(start[0] + end[0]) / 2:.4g}")
+            cuts = start[:, None] + (end - start)[:, None] * np.linspace(0, 1, REFINED + 1)
+            times = cuts[:, :-1].ravel(), cuts[:, 1:].ravel()
+
+    def _range(self, times: Range) -> Range:
+        """Bound the values in each part of the times."""
+        if self.kind == "number":
+            return np.full_like(times[0], self.value), np.full_like(times[0], self.value)
+        if self.kind == "t":
+            return times
+        ranges = [operand._range(times) for operand in self.operands]
+        return _power(ranges[0], self.value) if self.kind == "**" else RANGES[self.kind](*ranges)
+
+
+def _waves(low: Values, high: Values, phase: float) -> Range:
+    """Bound sin(x + phase) for x from low to high."""
+    ends = np.stack([np.sin(low + phase), np.sin(high + phase)])
+    crest = np.floor((high + phase) / (2 * np.pi) - 0.25) >= np.ceil((low + phase) / (2 * np.pi) - 0.25)
+    trough = np.floor((high + phase) / (2 * np.pi) + 0.25) >= np.ceil((low + phase) / (2 * np.pi) + 0.25)
+    return np.where(trough, -1, ends.min(axis=0)), np.where(crest, 1, ends.max(axis=0))
+
+
+def _products(a: Range, b: Range) -> Range:
+    products = np.stack([x * y for x in a for y in b])
+    return products.min(axis=0), products.max(axis=0)
+
+
+def _power(base: Range, exponent: float) -> Range:
+    low, high = base
+    powers = np.stack([low**exponent, high**exponent])
+    even = exponent % 2 == 0 and exponent > 0
+    return np.where((low < 0) & (high > 0) & even, 0, powers.min(axis=0)), powers.max(axis=0)
+
+
+def _size(a: Range) -> Range:
+    ends = np.stack([np.abs(a[0]), np.abs(a[1])])
+    return np.where((a[0] <= 0) & (a[1] >= 0), 0, ends.min(axis=0)), ends.max(axis=0)
+
+
+APPLIED: dict[str, Callable[..., float]] = {
+    "negative": operator.neg,
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+    "sin": math.sin,
+    "cos": math.cos,
+    "abs": abs,
+    "min": min,
+    "max": max,
+}
+"""Kind of an expression -> its value, of those of its operands."""
+RANGES: dict[str, Callable[..., Range]] = {
+    "negative": lambda a: (-a[1], -a[0]),
+    "+": lambda a, b: (a[0] + b[0], a[1] + b[1]),
+    "-": lambda a, b: (a[0] - b[1], a[1] - b[0]),
+    "*": _products,
+    "/": lambda a, b: _products(a, (1 / b[1], 1 / b[0])),
+    "sin": lambda a: _waves(a[0], a[1], 0.0),
+    "cos": lambda a: _waves(a[0], a[1], math.pi / 2),
+    "abs": _size,
+    "min": lambda a, b: (np.minimum(a[0], b[0]), np.minimum(a[1], b[1])),
+    "max": lambda a, b: (np.maximum(a[0], b[0]), np.maximum(a[1], b[1])),
+}
+"""Kind of an expression -> its range, of those of its operands."""
+
+
+def number(value: float) -> Expression:
+    """Return a number as an expression."""
+    return Expression("number", float(value))
+
+
+ZERO, ONE, TIME = number(0), number(1), Expression("t")
+"""Expressions that stand where a scene says nothing."""
+
+
+def product(*factors: Expression) -> Expression:
+    """Return the product of expressions; a number where none of them moves."""
+    whole = number(math.prod(factor.at(0.0) for factor in factors if not factor.moves))
+    for factor in factors:
+        if factor.moves:
+            whole = factor if whole == number(1.0) else Expression("*", operands=(whole, factor))
+    return whole
+
+
+def read(value: Any) -> Expression:
+    """Read a number, or a text in the grammar above, and check it for all t in [0, 1]. Raises UserError, one line."""
+    if isinstance(value, str):
+        if len(value) > LONGEST:
+            raise UserError(f"an expression of more than {LONGEST} characters")
+        expression = replace(_Parser(value).whole(), text=value)
+    elif isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= LARGEST:
+        raise UserError("a number is needed, or an expression in t as a text")
+    else:
+        expression = number(value)
+    expression.range()
+    return expression if expression.moves else number(expression.at(0.0))
+
+
+class _Parser:
+    """Reads one text by recursive descent."""
+
+    def __init__(self, text: str) -> None:
+        self._text, self._at = text, 0
+        self._tokens: list[str] = []
+        while text[self._at :].strip():
+            match = _TOKEN.match(text, self._at)
+            if match is None:
+                raise UserError(f"{show(text)}: {show(text[self._at :].strip()[:1])} is no part of an expression")
+            self._tokens.append(match[0].strip())
+            self._at = match.end()
+        self._at = 0
+
+    def whole(self) -> Expression:
+        """Read all of the text."""
+        expression = self._sum()
+        if self._at < len(self._tokens):
+            raise self._unexpected()
+        return expression
+
+    def _unexpected(self) -> UserError:
+        what = show(self._tokens[self._at]) if self._at < len(self._tokens) else "the end"
+        return UserError(f"{show(self._text)}: {what} is not expected there")
+
+    def _take(self, *choices: str) -> str | None:
+        """Take the next token if it is one of some; None where it is none of them."""
+        if self._at < len(self._tokens) and self._tokens[self._at] in choices:
+            self._at += 1
+            return self._tokens[self._at - 1]
+        return None
+
+    def _expect(self, token: str) -> None:
+        if self._take(token) is None:
+            raise self._unexpected()
+
+    def _sum(self) -> Expression:
+        left = self._product()
+        while (sign := self._take("+", "-")) is not None:
+            left = Expression(sign, operands=(left, self._product()))
+        return left
+
+    def _product(self) -> Expression:
+        left = self._factor()
+        while (sign := self._take("*", "/")) is not None:
+            left = Expression(sign, operands=(left, self._factor()))
+        return left
+
+    def _factor(self) -> Expression:
+        if self._take("-") is not None:
+            return Expression("negative", operands=(self._factor(),))
+        base = self._atom()
+        if self._take("**") is None:
+            return base
+        exponent = self._next()
+        if not re.fullmatch("[0-9]", exponent):
+            raise UserError(f"{show(self._text)}: the exponent of ** is a digit from 0 to 9")
+        return Expression("**", float(exponent), (base,))
+
+    def _next(self) -> str:
+        if self._at == len(self._tokens):
+            raise self._unexpected()
+        self._at += 1
+        return self._tokens[self._at - 1]
+
+    def _atom(self) -> Expression:
+        token = self._next()
+        if token == "(":
+            inside = self._sum()
+            self._expect(")")
+            return inside
+        if token[0].isdecimal() or token[0] == ".":
+            return number(float(token))
+        if token == "t":
+            return Expression("t")
+        if token == "pi":
+            return number(math.pi)
+        if token not in FUNCTIONS:
+            self._at -= 1
+            if token.isidentifier():
+                raise UserError(f"{show(self._text)}: {show(token)} is none of t, pi, {', '.join(FUNCTIONS)}")
+            raise self._unexpected()
+        self._expect("(")
+        arguments = [self._sum()]
+        for _ in range(FUNCTIONS[token] - 1):
+            self._expect(",")
+            arguments.append(self._sum())
+        self._expect(")")
+        return Expression(token, operands=tuple(arguments))

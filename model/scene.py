@@ -1,0 +1,228 @@
+"""A scene: shapes that are placed and joined, as a tree, and how the file of a model says it (docs/scenes.md).
+
+Numbers in it are expressions in the time t (model/expression.py). A point x of a node's inside lies at
+turn(scale * x) + translate outside of it, the turn being about an axis through the origin.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from .checks import check_finite
+from .errors import UserError
+from .expression import ONE, TIME, ZERO, Expression, number, read
+
+UNION, SMOOTH_UNION, INTERSECTION, DIFFERENCE = OPERATIONS = ("union", "smooth union", "intersection", "difference")
+"""How a group joins its parts: what is in any of them, the same with soft seams, what is in all, and what is in the
+first and in no other."""
+MOST_SHAPES = 64
+"""Most shapes of a scene."""
+MOST_DEPTH = 16
+"""Most groups inside one another."""
+PLACEMENT_KEYS = ("translate", "axis", "angle", "scale")
+"""Keys of a placement, in a scene's file and in a model's."""
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Where a node lies in what holds it."""
+
+    translate: tuple[Expression, Expression, Expression] = (ZERO, ZERO, ZERO)
+    """Added last."""
+    axis: tuple[float, float, float] = (0.0, 1.0, 0.0)
+    """Of the turn, of length 1."""
+    angle: Expression = ZERO
+    """Of the turn, in degrees, counterclockwise as seen from the axis' end."""
+    scale: Expression = ONE
+    """Factor on all lengths, above 0; applied first."""
+
+    @property
+    def moves(self) -> bool:
+        """Whether any number depends on the time."""
+        return any(value.moves for value in (*self.translate, self.angle, self.scale))
+
+
+@dataclass(frozen=True)
+class Shape:
+    """One model of the scene."""
+
+    model: int
+    """Index into `Model.shapes`."""
+    time: Expression = TIME
+    """The fourth input of a model that moves."""
+    placement: Placement = Placement()
+    """Where the unit sphere that holds the shape lies."""
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A ground: a round plate around the y axis whose upper side is at y = 0. It fits a unit sphere."""
+
+    thickness: float
+    """From 0.001 to 0.9."""
+    colour: tuple[float, float, float]
+    """sRGB in [0, 1]."""
+    placement: Placement = Placement()
+    """Where the unit sphere lies."""
+
+    @property
+    def radius(self) -> float:
+        """Of the plate: its lower rim is on the unit sphere."""
+        return math.sqrt(1 - self.thickness**2)
+
+
+@dataclass(frozen=True)
+class Group:
+    """Nodes joined by an operation."""
+
+    operation: str
+    """One of `OPERATIONS`."""
+    parts: "tuple[Node, ...]"
+    """At least one."""
+    radius: Expression = ZERO
+    """Of a smooth union, above 0: where two parts' distances differ by less, they blend. Lengths are the inside's."""
+    placement: Placement = Placement()
+    """Where all of them lie."""
+
+
+Node = Shape | Disc | Group
+
+
+def shapes_of(node: Node) -> Iterator[Shape | Disc]:
+    """Yield the shapes of a tree in the order in which they stand there."""
+    if isinstance(node, Group):
+        for part in node.parts:
+            yield from shapes_of(part)
+    else:
+        yield node
+
+
+def moves(node: Node, moving: Sequence[bool]) -> bool:
+    """Tell whether anything in a tree depends on the time. moving: which models do."""
+    own = node.placement.moves
+    match node:
+        case Group(parts=parts, radius=radius):
+            return own or radius.moves or any(moves(part, moving) for part in parts)
+        case Shape(model=model, time=time):
+            return own or (moving[model] and time.moves)
+        case _:
+            return own
+
+
+def renumbered(node: Node, change: Callable[[int], int]) -> Node:
+    """Return a tree whose shapes have other models' numbers."""
+    match node:
+        case Group(parts=parts):
+            return replace(node, parts=tuple(renumbered(part, change) for part in parts))
+        case Shape(model=model):
+            return replace(node, model=change(model))
+        case _:
+            return node
+
+
+def to_json(node: Node) -> dict[str, Any]:
+    """Return the JSON object of a tree; `from_json` reads it."""
+    place = node.placement
+    placed = {
+        "translate": [value.written() for value in place.translate],
+        "axis": list(place.axis),
+        "angle": place.angle.written(),
+        "scale": place.scale.written(),
+    }
+    match node:
+        case Shape(model=model, time=time):
+            return {"model": model, "time": time.written()} | placed
+        case Disc(thickness=thickness, colour=colour):
+            return {"thickness": thickness, "color": list(colour)} | placed
+        case Group(operation=operation, parts=parts, radius=radius):
+            return {"operation": operation, "radius": radius.written(), "parts": list(map(to_json, parts))} | placed
+
+
+def from_json(value: Any, models: int) -> Node:
+    """Read and check the tree of a model's file. models: how many there are. Raises UserError, one line."""
+    node = _node(value, models, "scene", 0)
+    if sum(1 for _ in shapes_of(node)) > MOST_SHAPES:
+        raise UserError(f"scene: more than {MOST_SHAPES} shapes")
+    return node
+
+
+def _node(value: Any, models: int, where: str, depth: int) -> Node:
+    if not isinstance(value, dict):
+        raise UserError(f"{where}: is not an object of keys and values")
+    placement = placed(value, where)
+    if "parts" in value:
+        parts = value["parts"]
+        if not isinstance(parts, list) or not parts or depth == MOST_DEPTH:
+            raise UserError(f"{where}.parts: is not a list of nodes, or too deep")
+        nodes = tuple(_node(part, models, f"{where}.parts[{i}]", depth + 1) for i, part in enumerate(parts, start=1))
+        return group(value, nodes, placement, where)
+    if "thickness" in value:
+        check_finite(f"{where}.thickness", value["thickness"])
+        if not 0.001 <= value["thickness"] <= 0.9:
+            raise UserError(f"{where}.thickness: must be from 0.001 to 0.9")
+        return Disc(float(value["thickness"]), colour(value.get("color"), where), placement)
+    model = value.get("model")
+    if type(model) is not int or not 0 <= model < models:
+        raise UserError(f"{where}.model: is not the number of a model from 0 to {models - 1}")
+    return Shape(model, expression(value, "time", Expression("t"), where), placement)
+
+
+def group(value: Mapping[str, Any], parts: tuple[Node, ...], placement: Placement, where: str) -> Group:
+    """Read a group's operation and radius. Raises UserError that begins with `where` and the key."""
+    operation = value.get("operation", UNION)
+    if operation not in OPERATIONS:
+        raise UserError(f"{where}.operation: there is {', '.join(OPERATIONS)}")
+    radius = expression(value, "radius", number(0), where)
+    if operation == SMOOTH_UNION and radius.range()[0] <= 0:
+        raise UserError(f"{where}.radius: must be positive at all t of [0, 1]")
+    return Group(operation, parts, radius, placement)
+
+
+def placed(value: Mapping[str, Any], where: str) -> Placement:
+    """Read the placement of a node. Raises UserError that begins with `where` and the key."""
+    translate = value.get("translate", [0, 0, 0])
+    if not isinstance(translate, list) or len(translate) != 3:
+        raise UserError(f"{where}.translate: three numbers are needed")
+    axis = value.get("axis", [0, 1, 0])
+    if not isinstance(axis, list) or len(axis) != 3:
+        raise UserError(f"{where}.axis: three numbers are needed")
+    for number_ in axis:
+        check_finite(f"{where}.axis", number_)
+    length = math.hypot(*axis)
+    if not 1e-6 < length < 1e6:
+        raise UserError(f"{where}.axis: its length must be positive")
+    length = 1.0 if abs(length - 1) < 1e-12 else length  # as `to_json` wrote it
+    x, y, z = (_expression(part, f"{where}.translate") for part in translate)
+    scale = expression(value, "scale", number(1), where)
+    if scale.range()[0] < 1e-4:
+        raise UserError(f"{where}.scale: must be positive at all t of [0, 1]")
+    turned = (axis[0] / length, axis[1] / length, axis[2] / length)
+    return Placement((x, y, z), turned, expression(value, "angle", number(0), where), scale)
+
+
+def expression(value: Mapping[str, Any], key: str, default: Expression, where: str) -> Expression:
+    """Read the expression under a key. Raises UserError that begins with `where` and the key."""
+    return _expression(value[key], f"{where}.{key}") if key in value else default
+
+
+def colour(value: Any, where: str) -> tuple[float, float, float]:
+    """Read three numbers from 0 to 1, sRGB. Raises UserError that begins with `where`."""
+    if not isinstance(value, list) or len(value) != 3:
+        raise UserError(f"{where}.color: three numbers from 0 to 1 are needed")
+    red, green, blue = (_share(channel, f"{where}.color") for channel in value)
+    return red, green, blue
+
+
+def _expression(value: Any, key: str) -> Expression:
+    try:
+        return read(value)
+    except UserError as error:
+        raise UserError(f"{key}: {error}") from None
+
+
+def _share(value: Any, key: str) -> float:
+    check_finite(key, value)
+    if not 0 <= value <= 1:
+        raise UserError(f"{key}: must be from 0 to 1")
+    return float(value)

@@ -1,0 +1,51 @@
+"""Where in TOML a key stands: the reader of the standard library says of syntax errors alone on which line they are."""
+
+import re
+
+Path = tuple[str | int, ...]
+"""Keys, and places in arrays counted from 0, from the top of the file."""
+
+_HEADER = re.compile(r"\s*(\[\[?)([^\[\]]+)\]")
+_KEY = re.compile(r"\s*([\w.\"' -]+?)\s*=")
+
+
+def line_of(text: str, key: str) -> int:
+    """Return the line, counted from 1, of a key such as `parts[2].scale`.
+
+    It is that of the longest beginning of the key that begins a line, and 1 where there is none: what stands inside
+    brackets or braces is on the line of the key before them.
+    """
+    wanted: Path = tuple(
+        int(part) - 1 if part.isdecimal() else part for part in re.findall(r"[^.\[\]]+", key) if part != "scene"
+    )
+    counts: dict[Path, int] = {}
+    table: Path = ()
+    best, line = 0, 1
+    for number, row in enumerate(text.splitlines(), start=1):
+        if (header := _HEADER.match(row)) is not None:
+            table = _inside(header[2], counts)
+            if header[1] == "[[":
+                counts[table] = counts.get(table, -1) + 1
+                table = (*table, counts[table])
+            place = table
+        elif (entry := _KEY.match(row)) is not None:
+            place = (*table, *_names(entry[1]))
+        else:
+            continue
+        if len(place) > best and place == wanted[: len(place)]:
+            best, line = len(place), number
+    return line
+
+
+def _inside(dotted: str, counts: dict[Path, int]) -> Path:
+    """Return the path of a header's name; an array on the way to it means the array's last element so far."""
+    *before, last = _names(dotted)
+    path: Path = ()
+    for name in before:
+        path = (*path, name)
+        path = (*path, counts[path]) if path in counts else path
+    return (*path, last)
+
+
+def _names(dotted: str) -> list[str]:
+    return [name.strip(" \"'") for name in dotted.split(".")]

@@ -1,0 +1,234 @@
+"""Reads the file of a scene, TOML, with the models and the scenes that it names."""
+
+import hashlib
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from ..model.checks import check_finite, check_positive
+from ..model.errors import UserError
+from ..model.expression import Expression
+from ..model.files import show
+from ..model.gallery import FOLDER, SUFFIX, names
+from ..model.model import MOST_MODELS, Model, load
+from ..model.orientation import check_front
+from ..model.scene import (
+    MOST_DEPTH,
+    MOST_SHAPES,
+    PLACEMENT_KEYS,
+    UNION,
+    Group,
+    Node,
+    Shape,
+    colour,
+    expression,
+    group,
+    placed,
+    renumbered,
+    shapes_of,
+)
+from .place import line_of
+
+GROUP_KEYS = ("operation", "radius", "parts")
+"""Keys of a group, which may have `PLACEMENT_KEYS` as well."""
+SHAPE_KEYS = ("model", "time")
+"""Keys of a shape, which may have `PLACEMENT_KEYS` as well."""
+GROUND_KEYS = ("height", "radius", "thickness", "color")
+"""Keys of the table `ground`, none of which has to be there."""
+SCENE_KEYS = ("name", "credit", "front", "ground", *GROUP_KEYS)
+"""Keys at the top of a scene's file."""
+GROUND_COLOUR = (0.72, 0.70, 0.66)
+"""sRGB, of a ground that has no other."""
+LARGEST_FILE = 1_000_000
+"""Most bytes of a scene's file."""
+
+
+@dataclass(frozen=True)
+class Ground:
+    """A round plate that the scene stands on; lengths in the scene's unit, None where they follow from the shapes."""
+
+    height: float | None
+    """Of its upper side, along y."""
+    radius: float | None
+    """Above 0."""
+    thickness: float | None
+    """Above 0."""
+    colour: tuple[float, float, float]
+    """sRGB in [0, 1]."""
+
+
+@dataclass
+class SceneFile:
+    """What a scene's file says, and what it names."""
+
+    name: str
+    """Of the model to be: the file's own where it says none."""
+    root: Group
+    """The tree, in the file's unit."""
+    ground: Ground | None
+    """None where there is none."""
+    credit: str | None
+    """None where the file says nothing."""
+    front: tuple[float, float] | None
+    """As of `Model`."""
+    sha256: str
+    """Of the file's bytes, hexadecimal."""
+    models: list[Model] = field(default_factory=list)
+    """What the tree's shapes have the numbers of, each once."""
+
+
+def read_scene(path: Path) -> SceneFile:
+    """Read and check a scene. Raises UserError, one line that names the file, the line and the key."""
+    return _Reader().scene(path, [])
+
+
+class _Reader:
+    """Reads a scene and those inside it; models that several of them name are loaded once."""
+
+    def __init__(self) -> None:
+        self._models: list[Model] = []
+        self._first: dict[Path, int] = {}
+        """Path of a model's file -> its number, or that of its first shape where it holds a scene."""
+        self._scenes: dict[Path, Model] = {}
+
+    def scene(self, path: Path, outer: list[Path]) -> SceneFile:
+        """Read one file. outer: the files that name it, resolved."""
+        data = _bytes(path)
+        try:
+            text = data.decode()
+            values = tomllib.loads(text)
+        except (ValueError, RecursionError) as error:
+            raise UserError(f"{show(path)}: not TOML ({show(str(error))[:100]})") from None
+        try:
+            return self._scene(path, values, [*outer, path.resolve()], hashlib.sha256(data).hexdigest())
+        except _InnerError as error:
+            raise error.inner from None
+        except UserError as error:
+            key, _, message = str(error).lstrip(".").partition(": ")
+            raise UserError(f"{show(path)}:{line_of(text, key)}: {show(key)}: {message}") from None
+
+    def _scene(self, path: Path, values: dict[str, Any], outer: list[Path], sha256: str) -> SceneFile:
+        _check_known(values, SCENE_KEYS, "")
+        texts = {key: values.get(key) for key in ("name", "credit")}
+        for key, text in texts.items():
+            if key in values and (not isinstance(text, str) or not text):
+                raise UserError(f"{key}: a text is needed")
+        if "front" in values:
+            check_front(values["front"])
+        ground = _ground(values["ground"]) if "ground" in values else None
+        if ground is not None and len(outer) > 1:
+            raise UserError("ground: only the outermost scene has one")
+        root = self._group(values, "", path, outer)
+        if sum(1 for _ in shapes_of(root)) > MOST_SHAPES:
+            raise UserError(f"parts: there are more than {MOST_SHAPES} shapes")
+        front = (float(values["front"][0]), float(values["front"][1])) if "front" in values else None
+        return SceneFile(texts["name"] or path.stem, root, ground, texts["credit"], front, sha256, self._models)
+
+    def _group(self, values: Mapping[str, Any], where: str, path: Path, outer: list[Path]) -> Group:
+        parts = values.get("parts")
+        if not isinstance(parts, list) or not parts:
+            raise UserError(f"{where}.parts: a scene has [[parts]], one or more")
+        if where.count("parts") >= MOST_DEPTH:
+            raise UserError(f"{where}.parts: groups are at most {MOST_DEPTH} deep")
+        nodes = tuple(self._part(part, f"{where}.parts[{i}]", path, outer) for i, part in enumerate(parts, start=1))
+        return group(values, nodes, placed(values, where), where)
+
+    def _part(self, values: Any, where: str, path: Path, outer: list[Path]) -> Node:
+        if not isinstance(values, dict):
+            raise UserError(f"{where}: a table is needed")
+        if "parts" in values:
+            _check_known(values, (*GROUP_KEYS, *PLACEMENT_KEYS), where)
+            return self._group(values, where, path, outer)
+        _check_known(values, (*SHAPE_KEYS, *PLACEMENT_KEYS), where)
+        named = values.get("model")
+        if not isinstance(named, str) or not named or "\0" in named:
+            raise UserError(f"{where}.model: a part has a model, or parts of its own")
+        placement, time = placed(values, where), expression(values, "time", Expression("t"), where)
+        source = _source(path, named, f"{where}.model")
+        if source.suffix.lower() == ".toml":
+            if source.resolve() in outer:
+                raise UserError(f"{where}.model: {show(named)} is a scene that holds itself")
+            if len(outer) >= MOST_DEPTH:
+                raise UserError(f"{where}.model: scenes are at most {MOST_DEPTH} deep")
+            try:
+                inner = self.scene(source, outer)
+            except UserError as error:
+                raise _InnerError(error) from None
+            return Group(UNION, (inner.root,), placement=placement)
+        first = self._first.get(source.resolve())
+        try:
+            model = load(source) if first is None else None
+        except UserError as error:
+            raise UserError(f"{where}.model: {error}") from None
+        if model is not None:
+            first = self._first[source.resolve()] = len(self._models)
+            shapes = model.shapes or (model,)
+            if first + len(shapes) > MOST_MODELS:
+                raise UserError(f"{where}.model: a scene has at most {MOST_MODELS} models")
+            self._models += [replace(shape, provenance={}) for shape in shapes]
+            self._scenes |= {source.resolve(): model} if model.scene is not None else {}
+        assert first is not None
+        scene = self._scenes.get(source.resolve())
+        if scene is None:
+            return Shape(first, time, placement)
+        assert scene.scene is not None
+        if "time" in values:
+            raise UserError(f"{where}.time: {show(named)} is a scene, which goes by the time of this one")
+        start = first
+        return Group(UNION, (renumbered(scene.scene, lambda number: number + start),), placement=placement)
+
+
+class _InnerError(UserError):
+    """What is wrong with a scene inside another: the line and the file are its own."""
+
+    def __init__(self, inner: UserError) -> None:
+        super().__init__(str(inner))
+        self.inner = inner
+
+
+def _bytes(path: Path) -> bytes:
+    """Read a scene's file. Raises UserError."""
+    try:
+        if not path.is_file():
+            raise UserError(f"{show(path)}: " + ("not a file" if path.exists() else "no such file"))
+        if path.stat().st_size > LARGEST_FILE:
+            raise UserError(f"{show(path)}: more than {LARGEST_FILE:,} bytes, which no scene has")
+        return path.read_bytes()
+    except (OSError, ValueError) as error:
+        raise UserError(f"{show(path)}: {show(getattr(error, 'strerror', None) or str(error))}") from None
+
+
+def _source(path: Path, named: str, key: str) -> Path:
+    """Return the file that a part names: one beside the scene's, or the gallery's. Raises UserError."""
+    beside = path.parent / named
+    try:
+        found = beside.is_file()
+    except (OSError, ValueError):
+        found = False
+    if found:
+        return beside
+    if named in names():
+        return FOLDER / (named + SUFFIX)
+    raise UserError(f"{key}: {show(named)}: no such file, and none of the gallery: {', '.join(names())}")
+
+
+def _ground(values: Any) -> Ground:
+    if not isinstance(values, dict):
+        raise UserError("ground: a table is needed")
+    _check_known(values, GROUND_KEYS, "ground")
+    for key in ("radius", "thickness"):
+        if key in values:
+            check_positive(f"ground.{key}", values[key])
+    if "height" in values:
+        check_finite("ground.height", values["height"])
+    painted = colour(values["color"], "ground") if "color" in values else GROUND_COLOUR
+    return Ground(values.get("height"), values.get("radius"), values.get("thickness"), painted)
+
+
+def _check_known(values: Mapping[str, Any], known: tuple[str, ...], where: str) -> None:
+    """Check that a table has no other keys. Raises UserError."""
+    for key in values:
+        if key not in known:
+            raise UserError(f"{where}.{key}: an unknown key; there is {', '.join(known)}")

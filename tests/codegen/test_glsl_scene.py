@@ -1,0 +1,54 @@
+"""A scene in GLSL is the scene in numpy, and its pictures have no holes."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference import interpret
+from mplicits.codegen.targets import glsl330
+from mplicits.model.errors import UserError
+from mplicits.viewer.draw.context import Context
+from support.dense_views import compare
+from support.glsl_probe import FieldProbe, assert_close, points
+from support.scene_models import SCENE, composed
+
+STILL = SCENE.replace('"0.3 * t"', "0.1").replace('"90 * t"', "30").replace('"0.7 + 0.1 * t"', "0.75")
+"""SCENE at one moment."""
+
+
+def test_glsl_equals_the_reference(osmesa: Context, tmp_path: Path) -> None:
+    model = composed(tmp_path, STILL)
+    program, probe = lower(model), FieldProbe(osmesa, model, "auto")
+    for level in (1, 2):
+        gradient, value = interpret.field_gradient(program, points(), level)
+        result = probe(level, kind=0)
+        assert_close(result[:, 3], value)
+        apart = np.linalg.norm(result[:, :3] - gradient, axis=1)
+        assert (apart > 1e-4).mean() < 1e-3, "where two shapes are equally far, rounding decides"
+    nested, reached = interpret.nested_field(program, points(), 2)
+    result = probe(2, kind=1)
+    assert (result[:, 1] == reached).mean() > 0.999
+    assert_close(result[:, 0], nested)
+    colours = np.abs(probe(1, kind=2)[:, :3] - interpret.colour(program, points())).max(axis=1)
+    assert (colours > 1e-4).mean() < 1e-3
+
+
+def test_weights_of_scenes_are_in_a_texture(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="keeps its weights in a texture"):
+        glsl330.bake(composed(tmp_path), "literal")
+
+
+def test_expressions_are_printed_in_time(tmp_path: Path) -> None:
+    text = glsl330.bake(composed(tmp_path)).text
+    assert "uniform float time" in text
+    assert "(.3 * time)" in text
+
+
+@pytest.mark.slow
+def test_no_view_of_a_scene_has_holes(osmesa: Context, tmp_path: Path) -> None:
+    difference = compare(composed(tmp_path, STILL), osmesa, 64)
+    assert difference.holes == 0
+    assert difference.extra <= 0.002 * difference.outline
+    assert difference.apart.size > 5000

@@ -1,0 +1,230 @@
+"""Scenes: their field is the numpy composition of their shapes', and what is wrong with their files is one line."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import mplicits
+from mplicits import cli
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.ir.still import still
+from mplicits.codegen.reference import composed as reference
+from mplicits.codegen.reference import interpret
+from mplicits.codegen.reference.march import march
+from mplicits.codegen.reference.run import run
+from mplicits.model.errors import UserError
+from mplicits.model.model import load, save, to_bytes
+from mplicits.model.scene import Disc, shapes_of
+from mplicits.scenes.place import line_of
+from support.scene_models import SCENE, composed, write_balls
+
+Values = NDArray[np.float64]
+OFFSET = 1.3
+
+
+def ball_values(field: mplicits.Field, points: Values, margin: float) -> Values:
+    """What codegen/ir/composition.py says of one shape, by the levels of its own model."""
+    far = np.linalg.norm(points, axis=1)
+    inside = (points / np.maximum(far, 1)[:, None]).astype(np.float32)
+    program = lower(field.model)
+    f = interpret.field(program, inside, 1).astype(np.float64)
+    if len(field.levels) > 1:
+        delta = field.model.levels[0].delta
+        residual = interpret.field(program, inside, 2).astype(np.float64) - f
+        f = f + np.clip((delta - np.abs(f)) / (delta - delta / OFFSET), 0, 1) * residual
+    outside = far - 1
+    asked = np.where(outside > 0, np.hypot(outside, np.maximum(f, 0)), f)
+    return np.where(outside < margin, asked, outside)
+
+
+def expected(folder: Path, model: mplicits.Field, points: Values, t: float) -> Values:
+    """SCENE's field at points in model space, put together by hand."""
+    ball, coarse = (mplicits.load(folder / name) for name in ("ball.safetensors", "coarse.safetensors"))
+    x = points * model.model.scale + np.array(model.model.centre)
+    axis, angle = np.array([0, 1, 1]) / np.sqrt(2), np.radians(90 * t)
+    q = x - [-1.2, 0.3 * t, 0]
+    along = (q @ axis)[:, None] * axis
+    q = along + np.cos(angle) * (q - along) - np.sin(angle) * np.cross(axis, q)
+    first = ball_values(ball, q, 0.1)
+    y = x - [0.9, 0, 0]
+    a = ball_values(ball, y, 0.3)
+    b = 0.6 * ball_values(coarse, (y - [0.2, 0.9, 0]) / 0.6, 0.5)
+    h = np.clip(0.5 + (b - a) / 0.6, 0, 1)
+    second = h * a + (1 - h) * b - 0.3 * h * (1 - h)
+    z, scale = x - [0, 0, -1.9], 0.7 + 0.1 * t
+    third = np.maximum(ball_values(ball, z, 0.1), -scale * ball_values(ball, (z - [0.2, 0.5, 0.5]) / scale, 0.1))
+    assert model.model.scene is not None
+    (disc,) = (part for part in shapes_of(model.model.scene) if isinstance(part, Disc))
+    unit = disc.placement.scale.at(0)
+    p = (x - [0, -1, 0]) / unit
+    beside, above = np.hypot(p[:, 0], p[:, 2]) - disc.radius, abs(p[:, 1] + disc.thickness / 2) - disc.thickness / 2
+    plate = unit * (np.minimum(np.maximum(beside, above), 0) + np.hypot(np.maximum(beside, 0), np.maximum(above, 0)))
+    return np.asarray(np.minimum.reduce([first, second, third, plate]) / model.model.scale)
+
+
+def test_the_field_is_the_composition_by_hand(tmp_path: Path) -> None:
+    model = composed(tmp_path)
+    field, points = mplicits.Field(model), np.random.default_rng(0).uniform(-0.8, 0.8, (20_000, 3))
+    assert model.inputs == "xyzt"
+    ball = mplicits.load(tmp_path / "ball.safetensors").model
+    assert len(model.levels) == 2
+    assert model.levels[0].delta == pytest.approx(ball.levels[0].delta / model.scale)
+    for time in (0.0, 0.7):
+        value, reached = interpret.nested_field(lower(model), points.astype(np.float32), 2, time)
+        by_hand = expected(tmp_path, field, points.astype(np.float32).astype(np.float64), time)
+        assert (reached == 2).sum() > 500
+        near = reached == 2
+        np.testing.assert_allclose(value[near], by_hand[near], rtol=0, atol=1e-6)
+        np.testing.assert_allclose(field.sdf(points, time=time), value, rtol=0, atol=1e-6)
+        frozen, _ = interpret.nested_field(still(lower(model), time), points.astype(np.float32), 2)
+        np.testing.assert_allclose(frozen, value, rtol=0, atol=1e-6)
+
+
+def test_its_gradient_is_that_of_the_field(tmp_path: Path) -> None:
+    program = lower(composed(tmp_path))
+    points = np.random.default_rng(1).uniform(-0.7, 0.7, (20_000, 3)).astype(np.float32)
+    gradient, value = interpret.field_gradient(program, points, 2, 0.4)
+    here, _ = interpret.nested_field(program, points, 2, 0.4)
+    np.testing.assert_array_equal(value, here)
+    step = 1e-3
+    sides = [
+        [
+            interpret.nested_field(program, (points + side * step * axis).astype(np.float32), 2, 0.4)[0]
+            for axis in np.eye(3)
+        ]
+        for side in (-1, 1)
+    ]
+    slopes = (np.array(sides[1]) - np.array(sides[0])).T / (2 * step)
+    apart = np.linalg.norm(slopes - gradient, axis=1)
+    assert np.percentile(apart, 90) < 2e-3
+    assert (apart > 0.1).mean() < 0.03, "where shapes meet, at rims and at the edges of what a network is asked"
+
+
+def test_colours_travel_with_their_shapes(tmp_path: Path) -> None:
+    text = (
+        'parts = [{ model = "ball.safetensors", translate = [-2, 0, 0] }, { model = "coarse.safetensors" }]\n'
+        "[ground]\ncolor = [0.1, 0.2, 0.3]\n"
+    )
+    model = composed(tmp_path, text)
+    field, ball = mplicits.Field(model), mplicits.load(tmp_path / "ball.safetensors")
+    on_ball = np.random.default_rng(2).normal(size=(500, 3))
+    on_ball *= 0.7 / np.linalg.norm(on_ball, axis=1)[:, None]
+    colours = field.color((on_ball + np.array([-2, 0, 0]) - model.centre) / model.scale)
+    np.testing.assert_allclose(colours, ball.color(on_ball), rtol=0, atol=1e-4)
+    np.testing.assert_allclose(field.color((np.zeros(3) - model.centre) / model.scale), (0.8, 0.74, 0.66), atol=1e-6)
+    below = np.array([0.5, -1.2, 0.5]) - model.centre
+    np.testing.assert_allclose(field.color(below / model.scale), (0.1, 0.2, 0.3), atol=1e-6)
+
+
+def test_rays_ask_only_the_shapes_that_they_come_near(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    part = '[[parts]]\nmodel = "ball.safetensors"\ntranslate = [{}, 0, 0]\n'
+    several = composed(tmp_path, "".join(part.format(x) for x in (-2.5, 0, 2.5)))
+    alone = composed(tmp_path, part.format(-2.5))
+    asked = [0]
+
+    def counted(program: object, function: object, inputs: NDArray[np.float32]) -> object:
+        asked[0] += len(inputs)
+        return run(program, function, inputs)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(reference, "run", counted)
+    eye = np.array([-2.5, 0.0, 8.0])
+    rays = np.random.default_rng(3).uniform(-0.9, 0.9, (2000, 3)) * (1, 1, 0) + (-2.5, 0, 0) - eye
+    rays /= np.linalg.norm(rays, axis=1)[:, None]
+    counts = []
+    for model in (several, alone):
+        asked[0] = 0
+        traced = march(lower(model), (eye - model.centre) / model.scale, rays, 2, 0.002 / model.scale)
+        assert traced.hit.sum() > 800
+        counts.append(asked[0])
+    assert counts[0] <= 1.5 * counts[1]
+
+
+def test_the_file_holds_the_scene_and_older_ones_are_written_as_before(tmp_path: Path) -> None:
+    model = composed(tmp_path)
+    save(model, tmp_path / "m.safetensors")
+    again = load(tmp_path / "m.safetensors")
+    assert again.sha256() == model.sha256()
+    assert again.scene == model.scene
+    assert to_bytes(again) == to_bytes(model)
+    assert b'"version":"2"' in to_bytes(model)
+    assert b'"version":"1"' in (tmp_path / "ball.safetensors").read_bytes()
+    nested = composed(tmp_path, '[[parts]]\nmodel = "m.safetensors"\nscale = 2\n')
+    points = np.random.default_rng(4).uniform(-0.5, 0.5, (500, 3))
+    there = mplicits.Field(model).sdf((points * nested.scale + nested.centre) / 2, time=0.6)
+    value = mplicits.Field(nested).sdf(points, time=0.6)
+    np.testing.assert_allclose(value * nested.scale, 2 * there, rtol=0, atol=1e-5)
+
+
+def test_scenes_hold_scenes(tmp_path: Path) -> None:
+    write_balls(tmp_path)
+    (tmp_path / "inner.toml").write_text(SCENE.partition("[ground]")[0])
+    (tmp_path / "outer.toml").write_text('[[parts]]\nmodel = "inner.toml"\nscale = 0.5\n')
+    inner, outer = (mplicits.compose(tmp_path / name) for name in ("inner.toml", "outer.toml"))
+    points = np.random.default_rng(5).uniform(-0.5, 0.5, (500, 3))
+    np.testing.assert_allclose(outer.sdf(points, time=0.3), inner.sdf(points, time=0.3), rtol=0, atol=2e-5)
+
+
+PART = '[[parts]]\nmodel = "ball.safetensors"\n'
+BAD = (
+    ('[[parts]]\nmodel = "none.safetensors"\n', "2: parts[1].model: none.safetensors: no such file"),
+    (PART + "size = 2\n", "3: parts[1].size: an unknown key"),
+    ("colour = 1\n" + PART, "1: colour: an unknown key"),
+    (PART + "scale = 0\n", "3: parts[1].scale: must be positive"),
+    (PART + 'scale = "t - 0.5"\n', "3: parts[1].scale: must be positive"),
+    (PART + PART + '\nangle = "1 / (t - 0.5)"\n', "6: parts[2].angle: (t - 0.5) divides by zero at t = 0.5"),
+    (PART + 'translate = [0, "x", 0]\n', "3: parts[1].translate: x: x is none of t"),
+    (PART + "translate = [0, 0]\n", "3: parts[1].translate: three numbers"),
+    (PART + "axis = [0, 0, 0]\n", "3: parts[1].axis: its length"),
+    ('operation = "xor"\n' + PART, "1: operation: there is union"),
+    ('operation = "smooth union"\n' + PART, "1: radius: must be positive"),
+    ('[[parts]]\nmodel = "scene.toml"\n', "2: parts[1].model: scene.toml is a scene that holds itself"),
+    ("name = 3\n" + PART, "1: name: a text"),
+    ("", "1: parts: a scene has [[parts]]"),
+    (PART + "[ground]\nradius = -1\n", "4: ground.radius: must be positive"),
+    (PART + "[[parts]]\n[[parts.parts]]\ntime = 1\n", "4: parts[2].parts[1].model: a part has a model"),
+    ("[[parts]\n", " not TOML"),
+)
+
+
+@pytest.mark.parametrize(("text", "said"), BAD)
+def test_a_bad_scene_is_one_line_with_file_line_and_key(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(UserError, match=re.escape(f"scene.toml:{said}")) as caught:
+        composed(tmp_path, text)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_circle_of_scenes_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text('[[parts]]\nmodel = "b.toml"\n')
+    (tmp_path / "b.toml").write_text('[[parts]]\nmodel = "a.toml"\n')
+    with pytest.raises(UserError, match=r"b.toml:2: parts\[1\].model: a.toml is a scene that holds itself"):
+        mplicits.compose(tmp_path / "a.toml")
+
+
+def test_a_key_s_line_is_found_in_tables_and_arrays() -> None:
+    text = 'name = "x"\n\n[[parts]]\nmodel = "a"\n[[parts]]\n# scale = 1\n'
+    text += "[[parts.parts]]\nscale = 3\n[ground]\nheight = 1\n"
+    assert [line_of(text, key) for key in ("name", "parts[1].model", "parts[2].parts[1].scale", "ground.height")] == [
+        *(1, 4, 8, 10)
+    ]
+    assert line_of(text, "parts[2].scale") == 5
+    assert line_of(text, "credit") == 1
+
+
+def test_verb_and_function_make_one_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model = composed(tmp_path)
+    path = tmp_path / "m.safetensors"
+    assert cli.main(["compose", str(tmp_path / "scene.toml"), "-o", str(path)]) == 0
+    assert "6 shapes of 2 models, moving" in capsys.readouterr().err
+    assert load(path).sha256() == model.sha256() == mplicits.compose(tmp_path / "scene.toml").model.sha256()
+    assert cli.main(["info", str(path)]) == 0
+    assert "a scene of" in capsys.readouterr().out
+    mesh = mplicits.load(path).mesh(48, time=0.5, quiet=True)
+    assert mesh.to_trimesh().is_watertight
+    assert mesh.colors is not None
+    assert np.abs(mplicits.load(path).sdf(mesh.vertices, space="input", time=0.5)).max() < 0.1
+    for target in ("html", "shadertoy", "cuda", "c", "glsl"):
+        assert cli.main(["bake", str(path), "--target", target, "-o", str(tmp_path / "x")]) == 2
+        assert "this model is a scene" in capsys.readouterr().err

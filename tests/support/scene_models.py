@@ -1,0 +1,53 @@
+"""Scenes of small models, made without training."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from mplicits.model.model import Model, save
+from mplicits.scenes.composed import compose
+from support.fitted_model import fitted_model
+
+SCENE = """
+name = "three balls"
+[[parts]]
+model = "ball.safetensors"
+translate = [-1.2, "0.3 * t", 0]
+angle = "90 * t"
+axis = [0, 1, 1]
+[[parts]]
+operation = "smooth union"
+radius = 0.3
+translate = [0.9, 0, 0]
+[[parts.parts]]
+model = "ball.safetensors"
+[[parts.parts]]
+model = "coarse.safetensors"
+translate = [0.2, 0.9, 0]
+scale = 0.6
+[[parts]]
+operation = "difference"
+translate = [0, 0, -1.9]
+[[parts.parts]]
+model = "ball.safetensors"
+[[parts.parts]]
+model = "ball.safetensors"
+translate = [0.2, 0.5, 0.5]
+scale = "0.7 + 0.1 * t"
+[ground]
+height = -1
+"""
+"""A scene that moves, with every operation but the intersection."""
+
+
+def write_balls(folder: Path) -> None:
+    """Write the models that SCENE names."""
+    ball = fitted_model((24, 48))
+    save(ball, folder / "ball.safetensors")
+    save(replace(ball, levels=ball.levels[:1], texture=None), folder / "coarse.safetensors")
+
+
+def composed(folder: Path, text: str = SCENE) -> Model:
+    """Compose a scene from a text, beside the models of `write_balls`."""
+    write_balls(folder)
+    (folder / "scene.toml").write_text(text)
+    return compose(folder / "scene.toml")
