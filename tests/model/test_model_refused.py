@@ -137,7 +137,8 @@ def test_other_json_values_cause_no_error_but_user_errors(place: tuple[Any, ...]
     ("metadata", "said"),
     [
         ({"format": "pt"}, "'format'"),
-        ({"version": "2"}, "format version 2 is newer than this program reads (1); update mplicits"),
+        ({"version": "3"}, "format version 3 is newer than this program reads (2); update mplicits"),
+        ({"version": "2"}, "key 'shapes' is missing"),
         ({"version": "9" * 5000}, "'version'"),
         ({"version": "0"}, "'version'"),
         ({"version": ""}, "'version'"),
