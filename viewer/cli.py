@@ -104,7 +104,7 @@ def run_render(args: Namespace) -> None:
     check_time(args, show(model.name), model.inputs == "xyzt")
     shot = shot_from(args, model.inputs == "xyzt")
     rays = asked.rays() * (args.frames or 1) + args.size[0] * args.size[1] * (args.benchmark or 0)
-    with opened(model, asked, rays) as scene:
+    with opened(model, asked, rays, once=True) as scene:
         if scene.rounds < scene.wanted_rounds:
             print(
                 f"mplicits: note: {scene.rounds} rounds of {','.join(map(str, scene.iterations))} steps, "

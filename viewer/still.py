@@ -15,7 +15,7 @@ from ..model.files import show
 from ..model.model import Model
 from .draw.adaptive import SHARE
 from .draw.camera import Camera
-from .draw.compile import storage_for
+from .draw.compile import are_few, compile_quickly, storage_for
 from .draw.context import Context, open_context
 from .draw.options import RenderOptions
 from .draw.rasteriser import Rasteriser
@@ -151,10 +151,11 @@ class Scene:
 
 
 @contextmanager
-def opened(model: Model, asked: Asked, rays: int) -> Iterator[Scene]:
+def opened(model: Model, asked: Asked, rays: int, once: bool = False) -> Iterator[Scene]:
     """Open an OpenGL context, compile what draws a model, and close both afterwards.
 
-    rays: of all pictures that will be drawn. Raises UserError where the options do not fit the model or one another, or
+    rays: of all pictures that will be drawn. once: whether the process draws nothing else, so that few of them need no
+    optimised program (`compile_quickly`). Raises UserError where the options do not fit the model or one another, or
     where OpenGL fails. One thread at a time is inside.
     """
     asked.check()
@@ -167,13 +168,15 @@ def opened(model: Model, asked: Asked, rays: int) -> Iterator[Scene]:
         options = _two_levels(options, len(model.levels))
     level, normal_level = options.resolved_levels(len(model.levels))
     triangles = None if asked.mesh is None else read_triangles_for(model, asked.mesh, asked.space or "input")
+    if once and are_few(rays, model.parameters()):
+        compile_quickly()
     with _DRAWING:
         context = open_context(asked.context)
         try:
             stored = storage_for(asked.storage, rays, model.parameters(), context.software)
             with _Announced(context):
                 if triangles is None:
-                    renderer = Renderer(context, bake(model, stored, passes=True))
+                    renderer = Renderer(context, bake(model, stored, passes=True), options.shading)
                 else:
                     renderer = Rasteriser(context, model, triangles, stored)
             steps, rounds = ((), 0) if triangles is not None else renderer.schedule(options)

@@ -50,8 +50,9 @@ def print_field(program: Program, language: Language, storage: str) -> FieldText
     vec4 field_gradient(vec3 p, int level): grad f_level, f_level;
     vec3 albedo(vec3 p): colour, sRGB.
 
-    storage: "literal", "texture", or "auto", which decides by STORAGES for each network. Raises UserError for "packed",
-    which Shadertoy alone has.
+    storage: "literal", "texture", or "auto", which decides by STORAGES for each network, or "mixed", which does so for
+    the levels' values, which a ray asks for many times, and leaves gradients and the colour, which it asks for once, to
+    a texture. Raises UserError for "packed", which Shadertoy alone has.
     """
     if storage == "packed":
         raise UserError("--storage packed: only shadertoy has it; there is literal, texture, auto")
@@ -92,9 +93,13 @@ def _print_scene(program: Program, language: Language, storage: str) -> FieldTex
 
 
 def _choose(program: Program, function: Function, storage: str) -> str:
-    """Return the storage of a function's weights: `storage`, or STORAGES' where that is "auto"."""
+    """Return the storage of a function's weights, "literal" or "texture", by what `print_field` is told."""
+    if storage in ("literal", "texture"):
+        return storage
+    if storage == "mixed" and function not in program.values:
+        return "texture"
     width = program.widest(function)
-    return storage if storage != "auto" else next(name for limit, name in STORAGES if width <= limit)
+    return next(name for limit, name in STORAGES if width <= limit)
 
 
 def _input(program: Program) -> str:

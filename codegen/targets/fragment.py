@@ -39,7 +39,7 @@ class Dialect:
 def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main: str, passes: bool = False) -> Shader:
     """Make the fragment shader of a model.
 
-    storage: "literal", "texture", or "auto", which decides by the table STORAGES in printers/field.py. digits: decimals
+    storage: "literal", "texture", or "auto" or "mixed", which decide as printers/field.py says. digits: decimals
     that the weights are rounded to, None for all. main: name of the file in glsl/ that follows the field, or GLSL
     itself. passes: whether the shader is for a renderer, which draws a frame in passes and hands them a grid of empty
     cells as a texture; files that stand alone have neither. Raises UserError for the storage "packed", which Shadertoy
@@ -47,12 +47,14 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
     """
     program = lower(model, digits)
     field = print_field(program, dialect.language, storage)
+    # Literals of all that the studio evaluates compile for a minute on software GL.
+    studio = print_field(program, dialect.language, "mixed") if passes and field.weights is None else field
     shader = Shader(
         text="",
-        weights=field.weights,
+        weights=studio.weights,
         value_loops=field.value_loops,
-        gradient_loops=field.gradient_loops,
-        texture_loops=field.texture_loops,
+        gradient_loops=studio.gradient_loops,
+        texture_loops=studio.texture_loops,
         iterations=tuple(band.iterations for band in program.bands),
         deltas=tuple(band.delta for band in program.bands),
         textured=program.coloured,
@@ -62,7 +64,7 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
     )
     facts = header_facts(model, program, dialect.target) | shader.facts()
     body = glsl.load(main) if main.endswith(".glsl") else main
-    opening = prologue(facts, program, dialect, field.weights, shader.ground)
+    opening = prologue(facts, program, dialect, studio.weights, shader.ground)
     whole = replace(shader, text="\n".join([opening, field.text, body]))
     if not passes:
         return whole
@@ -70,7 +72,10 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
         opening += "#define CELLS\n"
     bodies = {name: glsl.load_numbered(f"{name}.glsl") for name in PASSES}
     texts = {name: "\n".join([opening, *[field.text] * PASSES[name], text]) for name, (text, _) in bodies.items()}
-    return replace(whole, passes={name: (texts[name], files) for name, (_, files) in bodies.items()})
+    texts["colour"] = "\n".join([opening + "#define WITHOUT_STUDIO", field.text, bodies["colour"][0]])
+    texts["studio"] = "\n".join([opening, studio.text, bodies["colour"][0]])
+    files = {name: bodies["colour" if name == "studio" else name][1] for name in texts}
+    return replace(whole, passes={name: (text, files[name]) for name, text in texts.items()})
 
 
 def prologue(facts: Mapping[str, Any], program: Program, dialect: Dialect, weights: Array | None, ground: float) -> str:

@@ -51,7 +51,8 @@ class Shader:
     ground: float = -1.0
     """Default of the uniform of this name: height of the shape's lowest point, model space."""
     passes: Mapping[str, NumberedText] | None = None
-    """The same frame in passes, for a renderer that has depth buffers: the text of each one of PASSES, by name."""
+    """The same frame in passes, for a renderer that has depth buffers: the text of each one of PASSES, by name, and
+    that of "studio", which takes the place of "colour" for the shading of this name: "colour" does not know it."""
     cells: Cells | None = None
     """The grids for the sampler `cells` of skip.glsl, which passes read; None where rays skip nothing."""
     files: tuple[str, ...] = ()

@@ -353,6 +353,7 @@ vec3 shade(int shading, vec3 normal, vec3 direction, float t, float eye, int ste
     if (shading == SHADE_TEXTURE) return albedo;
     return srgb(phong(linear(albedo), normal, -direction, light, up));
 }
+#ifndef WITHOUT_STUDIO
 // key_light(): direction to the key light of the studio, length 1, model space. It turns with the camera around the y axis
 // alone, so that a look from above or below leaves shadows where they are, and it stays above the floor.
 // light: the uniform; camera: columns right, up, back, eye.
@@ -475,6 +476,7 @@ vec3 floor_colour(vec3 backdrop, vec3 p, vec3 light, vec3 open, float above) {
     float pool = 1.0 + 1.4 * dark / (1.0 + far * far);
     return backdrop * mix(1.0, lit * pool, smoothstep(0.0, 0.3, above));
 }
+#endif
 uniform bool plain; // leaves the model's colours out
 // base_colour(): sRGB, of the surface at p, model space.
 vec3 base_colour(vec3 p) {
@@ -484,6 +486,7 @@ uniform float split; // share of the width, from the left, that wears the traced
 // surface(): colour, sRGB, of a pixel whose ray has met the surface, under the mode `shading`, or the studio's floor.
 // pixel: pixels, origin bottom left; direction: of the ray, length 1, model space; t: distance along it; steps: taken
 // by march(); hit: whether it is the surface that the ray has met; behind: sRGB, of the background in this pixel.
+// With WITHOUT_STUDIO the mode is not SHADE_STUDIO, which compiles longer than all others together.
 vec3 surface(vec2 pixel, vec3 direction, float t, int steps, bool hit, vec3 behind) {
     vec3 eye = camera[3].xyz;
     vec3 p = eye + t * direction, normal = vec3(0.0, 1.0, 0.0), albedo = vec3(0.0);
@@ -491,12 +494,15 @@ vec3 surface(vec2 pixel, vec3 direction, float t, int steps, bool hit, vec3 behi
         normal = normalize(field_gradient(p, pixel.x < split * resolution.x ? level : normal_level).xyz);
         albedo = base_colour(p);
     }
-    if (shading != SHADE_STUDIO)
-        return shade(shading, normal, direction, t, length(eye), steps, albedo, normalize(mat3(camera) * light), camera[1].xyz);
-    vec3 toward = key_light(light, camera);
-    vec3 open = openness(p, normal, toward, ground, !hit);
-    if (!hit) return srgb(floor_colour(linear(behind), p, toward, open, eye.y - ground));
-    return srgb(studio(linear(albedo), normal, -direction, toward, open, delta[0], p.y - ground));
+#ifndef WITHOUT_STUDIO
+    if (shading == SHADE_STUDIO) {
+        vec3 toward = key_light(light, camera);
+        vec3 open = openness(p, normal, toward, ground, !hit);
+        if (!hit) return srgb(floor_colour(linear(behind), p, toward, open, eye.y - ground));
+        return srgb(studio(linear(albedo), normal, -direction, toward, open, delta[0], p.y - ground));
+    }
+#endif
+    return shade(shading, normal, direction, t, length(eye), steps, albedo, normalize(mat3(camera) * light), camera[1].xyz);
 }
 
 // The fragment: one ray. color.rgb is sRGB, color.a is 1 on the surface and 0 on the background.

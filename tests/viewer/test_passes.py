@@ -102,3 +102,30 @@ def test_rays_that_meet_no_cell_are_not_traced(osmesa: Context, model: Model) ->
     missed = picture[..., 1] == 0
     assert 0.3 < missed.mean() < 1.0
     assert (picture[missed][:, 2:] == 0).all()
+
+
+def test_the_studio_is_compiled_when_it_is_first_drawn(osmesa: Context, model: Model) -> None:
+    shader = bake(model, "literal", passes=True)
+    late, early = Renderer(osmesa, shader), Renderer(osmesa, shader, "studio")
+    before = late.compile_seconds
+    late.render(SIZE, CAMERA)
+    assert late.compile_seconds == before
+    pictures = [renderer.render(SIZE, CAMERA, RenderOptions(shading="studio")) for renderer in (late, early)]
+    assert late.compile_seconds > before
+    phong = [renderer.render(SIZE, CAMERA) for renderer in (late, early)]
+    late.release()
+    early.release()
+    assert np.array_equal(pictures[0], pictures[1])
+    assert np.array_equal(phong[0], phong[1])
+    assert not np.allclose(pictures[0], phong[0], atol=0.01)
+
+
+def test_mixed_storage_draws_what_literals_do(both: tuple[Renderer, Renderer], osmesa: Context, model: Model) -> None:
+    shader = replace(bake(model, "mixed", passes=True), cells=None)
+    assert shader.passes is not None
+    assert "mat4(" in shader.passes["trace"][0]
+    assert "block(" in shader.passes["colour"][0]
+    renderer = Renderer(osmesa, shader)
+    mixed, literal = (one.render(SIZE, CAMERA) for one in (renderer, both[0]))
+    renderer.release()
+    assert_alike(mixed, literal)

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -16,7 +17,7 @@ from mplicits.model.errors import UserError
 from mplicits.model.model import save
 from mplicits.viewer.arguments import SHADES
 from mplicits.viewer.cli import CONTEXTS, VERBS
-from mplicits.viewer.draw.compile import storage_for
+from mplicits.viewer.draw.compile import compile_quickly, storage_for
 from mplicits.viewer.draw.context import Context, open_context
 from mplicits.viewer.draw.screenshot import save_png
 from support.fitted_model import fitted_model
@@ -112,9 +113,10 @@ def test_options_change_the_picture_where_they_should(model: Path, tmp_path: Pat
 @pytest.mark.parametrize(
     ("storage", "rays", "parameters", "software", "chosen"),
     [
-        ("auto", 256 * 256 * 4, 21_893, True, "texture"),
-        ("auto", 1024 * 1024 * 4, 21_893, True, "auto"),
-        ("auto", 512 * 512 * 4, 8_501, True, "auto"),
+        ("auto", 256 * 256, 21_893, True, "texture"),
+        ("auto", 512 * 512 * 4, 21_893, True, "mixed"),
+        ("auto", 2048 * 2048 * 4, 21_893, True, "auto"),
+        ("auto", 1024 * 1024 * 4, 8_501, True, "auto"),
         ("auto", 256 * 256 * 4, 21_893, False, "auto"),
         ("literal", 1, 21_893, True, "literal"),
     ],
@@ -123,6 +125,15 @@ def test_software_compiles_literals_where_many_rays_pay_for_them(
     storage: str, rays: int, parameters: int, software: bool, chosen: str
 ) -> None:
     assert storage_for(storage, rays, parameters, software) == chosen
+
+
+def test_mesa_is_told_to_compile_quickly_where_the_user_has_not_said_how(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("GALLIVM_PERF", "no_quad_lod")
+    compile_quickly()
+    assert os.environ["GALLIVM_PERF"] == "no_quad_lod"
+    monkeypatch.delenv("GALLIVM_PERF")
+    compile_quickly()
+    assert os.environ["GALLIVM_PERF"] == "nopt"
 
 
 def test_a_split_picture_shows_level_1_and_all_levels(model: Path, tmp_path: Path) -> None:

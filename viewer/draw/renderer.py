@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from ...codegen.targets.shader import NumberedText, Shader
+from ...codegen.targets.shader import PASSES, NumberedText, Shader
 from ...codegen.targets.uniforms import SCHEDULES, SHADINGS
 from ...model.errors import UserError
 from .adaptive import add_samples, from_blocks, into_blocks, places_of, wanted
@@ -43,7 +43,8 @@ class Renderer:
     compile_seconds: float
     """Seconds of compiling, linking and a first draw of one pixel, where drivers do most of their compiling."""
 
-    def __init__(self, context: Context, shader: Shader) -> None:
+    def __init__(self, context: Context, shader: Shader, shading: str = "phong") -> None:
+        """Compile what draws the `shading`; what another one needs besides is compiled when it is first drawn."""
         self.context = context
         self.shader = shader
         self.edges = None
@@ -54,14 +55,16 @@ class Renderer:
         self._cells: moderngl.Texture3D | None = None
         self._places: moderngl.Texture | None = None
         self._programs: dict[str, Program] = {}
+        self._colour = _colour_pass(shading)
+        """Name of the last pass of a frame."""
         self._moment = 0
         """Index of the grid of cells that the texture holds."""
         start = time.perf_counter()
         with context as gl:
             try:
-                texts = {"main": (shader.text, shader.files)} if shader.passes is None else shader.passes
-                for name, text in texts.items():
-                    self._programs[name] = Program(gl, self.vertex_shader, text, context.renderer)
+                names = ("main",) if shader.passes is None else (*tuple(PASSES)[:-1], self._colour)
+                for name in names:
+                    self._programs[name] = self._compiled(gl, name)
                 self._take_vertices(gl)
                 if shader.weights is not None:
                     self._weights = weight_texture(gl, shader.weights)
@@ -207,6 +210,8 @@ class Renderer:
 
         jitter: offset of the sample from the pixel's centre, in pixels.
         """
+        if self.shader.passes is not None:
+            self._hold_colour_pass(_colour_pass(options.shading))
         self._reset_uniforms()
         self._hold_cells(options.time)
         self._write(self._option_uniforms(options))
@@ -267,6 +272,20 @@ class Renderer:
         for _ in range(1, options.samples):
             after_sample()
         return from_linear(total / (1 + counts[..., None]), options.transparent)
+
+    def _compiled(self, gl: moderngl.Context, name: str) -> Program:
+        """Compile the program of a pass, or "main", that of a shader without passes. Raises ShaderError."""
+        text = (self.shader.text, self.shader.files) if self.shader.passes is None else self.shader.passes[name]
+        return Program(gl, self.vertex_shader, text, self.context.renderer)
+
+    def _hold_colour_pass(self, name: str) -> None:
+        """Let frames end with a pass, which is compiled where it is not yet. Raises ShaderError."""
+        if name not in self._programs:
+            start = time.perf_counter()
+            self._programs[name] = self._compiled(self.context.gl, name)
+            self._programs[name].take()
+            self.compile_seconds += time.perf_counter() - start
+        self._colour = name
 
     def _take_vertices(self, gl: moderngl.Context) -> None:
         """Tell the programs, which are compiled, what they draw."""
@@ -357,7 +376,7 @@ class Renderer:
             target.use()
             texture_of(self._rays).use(UNITS["rays"])
             self._draw_pass("behind", ALWAYS)
-            self._draw_pass("colour", WHERE_NEAR)
+            self._draw_pass(self._colour, WHERE_NEAR)
         finally:
             gl.depth_func = "<"
             gl.enable_only(moderngl.NOTHING)
@@ -369,6 +388,11 @@ class Renderer:
         """Draw a pass into the framebuffer in use. test: ALWAYS or WHERE_NEAR."""
         self.context.gl.depth_func = test
         self._programs[name].draw(3)
+
+
+def _colour_pass(shading: str) -> str:
+    """Return the name of the pass that colours what rays have met."""
+    return "studio" if shading == "studio" else "colour"
 
 
 def _new_framebuffer(
