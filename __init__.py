@@ -18,14 +18,17 @@ from importlib import import_module
 TYPE_CHECKING = False  # As of `typing`, which takes longer to load than all else up to where Ctrl-C is seen to.
 
 if TYPE_CHECKING:
+    from .capture.unprojected import Unprojected as Unprojected
     from .codegen.reference.hits import Hits as Hits
     from .field import Field as Field
     from .functions import compose as compose
     from .functions import evaluate as evaluate
     from .functions import import_checkpoints as import_checkpoints
     from .functions import load as load
+    from .functions import morph as morph
     from .functions import photos as photos
     from .functions import train as train
+    from .functions import unproject as unproject
     from .mesher.evaluation import Evaluation as Evaluation
     from .mesher.made import TriangleMesh as TriangleMesh
     from .model.errors import UserError as UserError
@@ -35,13 +38,16 @@ _PLACES = {
     "Field": "field",
     "Hits": "codegen.reference.hits",
     "TriangleMesh": "mesher.made",
+    "Unprojected": "capture.unprojected",
     "UserError": "model.errors",
     "compose": "functions",
     "evaluate": "functions",
     "import_checkpoints": "functions",
     "load": "functions",
+    "morph": "functions",
     "photos": "functions",
     "train": "functions",
+    "unproject": "functions",
 }
 """Name -> the module that it is in, which is loaded when somebody asks for the name."""
 
@@ -50,13 +56,16 @@ __all__ = [
     "Field",
     "Hits",
     "TriangleMesh",
+    "Unprojected",
     "UserError",
     "compose",
     "evaluate",
     "import_checkpoints",
     "load",
+    "morph",
     "photos",
     "train",
+    "unproject",
 ]
 
 

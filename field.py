@@ -1,41 +1,27 @@
 """A trained model as programs use it: `Field`, a function of points that also draws, meshes, bakes and shows itself."""
 
-from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Union, overload
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .codegen.printers.field import PLAIN
-from .codegen.reference.evaluate import Evaluator
-from .codegen.reference.hits import Hits
 from .codegen.targets.orbit import FOV
 from .codegen.targets.registry import DEFAULT
 from .codegen.targets.uniforms import SCHEDULES
+from .field_function import FieldFunction
 from .mesher.eval_cli import DEFAULT_RESOLUTION
-from .model.errors import UserError
-from .model.model import MODEL_SPACE, Model, level_networks, shape_of, sizes
+from .model.model import level_networks, shape_of, sizes
 from .model.model import save as save_model
-from .model.orientation import as_in_file, upright
 
 if TYPE_CHECKING:
     from .mesher.evaluation import Evaluation
     from .mesher.made import TriangleMesh
-    from .trainer.networks.differentiable import Tensor, TorchField
     from .viewer.still import Colour
 
-Array = NDArray[np.float32]
-Nested = Sequence[Union[float, "Nested"]]
-Points = NDArray[np.floating] | NDArray[np.integer] | Nested
-"""Points (..., 3): arrays of any shape that ends in 3, or lists of them."""
 
-SPACES = ("model", "input")
-"""Of points, rays and what comes out: where the shape fits the unit sphere, or where the shape's file has it."""
-
-
-class Field:
+class Field(FieldFunction):
     """A trained multiscale neural signed distance function (Section 3), ready to be asked.
 
     `mplicits.load` and `mplicits.train` give one. Calling it is `sdf`. Any number of threads may use it at once.
@@ -44,11 +30,6 @@ class Field:
     that is used; None uses all. `time` is the fourth input of a model that moves. Tensors of PyTorch give tensors, on
     their device, differentiable in the points. What does not fit raises `UserError`, whose text is one line.
     """
-
-    def __init__(self, model: Model) -> None:
-        """model: as `mplicits.model.model.load` reads it."""
-        self.model = model
-        self._evaluator = Evaluator(model)
 
     @property
     def name(self) -> str:
@@ -89,137 +70,6 @@ class Field:
         return (
             f"<mplicits.Field {self.name!r}: {' > '.join(self.levels)}{texture}{moves}, {self.parameters:,} parameters>"
         )
-
-    @overload
-    def __call__(
-        self, points: "Tensor", level: int | None = None, *, space: str = "model", time: float = 0.0
-    ) -> "Tensor": ...
-
-    @overload
-    def __call__(
-        self, points: Points, level: int | None = None, *, space: str = "model", time: float = 0.0
-    ) -> Array: ...
-
-    def __call__(
-        self, points: "Points | Tensor", level: int | None = None, *, space: str = "model", time: float = 0.0
-    ) -> "Array | Tensor":
-        """Evaluate the signed distance; see `sdf`."""
-        return self.sdf(points, level, space=space, time=time)
-
-    @overload
-    def sdf(
-        self, points: "Tensor", level: int | None = None, *, space: str = "model", time: float = 0.0
-    ) -> "Tensor": ...
-
-    @overload
-    def sdf(self, points: Points, level: int | None = None, *, space: str = "model", time: float = 0.0) -> Array: ...
-
-    def sdf(
-        self, points: "Points | Tensor", level: int | None = None, *, space: str = "model", time: float = 0.0
-    ) -> "Array | Tensor":
-        """Evaluate the signed distance at points (..., 3): (...) float32, negative inside.
-
-        It is the finest level's that is defined at a point (Eq. 3), up to `level`. Finer levels are evaluated only
-        where their band is, in chunks, on all cores.
-        """
-        factor = self._scale(space)
-        if (tensor := self._tensor(points)) is not None:
-            placed = self._placed_tensor(tensor, space)
-            return self._torch.value(placed, level, time).reshape(tensor.shape[:-1]) * factor
-        rows, shape = self._rows(points, space)
-        value = self._evaluator.value(rows, level, time).reshape(shape)
-        return value if factor == 1 else value * np.float32(factor)
-
-    @overload
-    def gradient(
-        self, points: "Tensor", level: int | None = None, *, space: str = "model", time: float = 0.0
-    ) -> "Tensor": ...
-
-    @overload
-    def gradient(
-        self, points: Points, level: int | None = None, *, space: str = "model", time: float = 0.0
-    ) -> Array: ...
-
-    def gradient(
-        self, points: "Points | Tensor", level: int | None = None, *, space: str = "model", time: float = 0.0
-    ) -> "Array | Tensor":
-        """Evaluate the gradient of `sdf` at points (..., 3): (..., 3) float32, nearly of length 1.
-
-        On the surface it is the outward normal. It comes from the networks' own adjoint pass, not from differences.
-        """
-        self._scale(space)
-        if (tensor := self._tensor(points)) is not None:
-            placed = self._torch.gradient(self._placed_tensor(tensor, space), level, time)
-            if space == "input" and self.model.up != MODEL_SPACE[2]:
-                placed = placed @ placed.new_tensor(upright(np.eye(3), self.model.up).T)
-            return placed.reshape(tensor.shape)
-        rows, shape = self._rows(points, space)
-        gradient = self._evaluator.gradient(rows, level, time)
-        if space == "input":
-            gradient = as_in_file(gradient.astype(np.float64), self.model.up).astype(np.float32)
-        return gradient.reshape(*shape, 3)
-
-    @overload
-    def color(self, points: "Tensor", *, space: str = "model", time: float = 0.0) -> "Tensor": ...
-
-    @overload
-    def color(self, points: Points, *, space: str = "model", time: float = 0.0) -> Array: ...
-
-    def color(self, points: "Points | Tensor", *, space: str = "model", time: float = 0.0) -> "Array | Tensor":
-        """Evaluate the colour at points (..., 3), which is meant for the surface: (..., 3) float32, sRGB in [0, 1].
-
-        A model without a texture has the one colour that all pictures paint it in.
-        """
-        self._scale(space)
-        plain = [float(channel) for channel in PLAIN.split(",")]
-        if (tensor := self._tensor(points)) is not None:
-            colours = self._torch.colour(self._placed_tensor(tensor, space), time)
-            if colours is None:
-                return tensor.new_tensor(plain).expand(tensor.shape)
-            return colours.reshape(tensor.shape)
-        rows, shape = self._rows(points, space)
-        values = self._evaluator.colour(rows, time)
-        values = np.tile(np.array(plain, np.float32), (len(rows), 1)) if values is None else values
-        return values.reshape(*shape, 3)
-
-    def trace(
-        self,
-        origins: Points,
-        directions: Points,
-        level: int | None = None,
-        *,
-        space: str = "model",
-        time: float = 0.0,
-    ) -> Hits:
-        """Find where rays meet the surface first.
-
-        origins, directions: (..., 3), which are broadcast; directions of any length but 0. A ray that begins inside
-        the shape meets it at its origin. The surface is looked for in the unit ball and a little beyond.
-        """
-        from .codegen.reference.trace import trace
-
-        scale = self._scale(space)
-        level = self._evaluator.checked(level)
-        starts, along = np.broadcast_arrays(_numbers(origins), _numbers(directions))
-        shape = starts.shape[:-1]
-        starts, along = starts.reshape(-1, 3), along.reshape(-1, 3)
-        lengths = np.linalg.norm(along, axis=1, keepdims=True)
-        if not (lengths > 0).all():
-            raise UserError("directions: one is of length 0, or not a number")
-        along = along / lengths
-        placed, turned = starts, along
-        if space == "input":
-            placed = (upright(starts, self.model.up) - self.model.centre) / scale
-            turned = upright(along, self.model.up)
-        t = trace(self.model, self._evaluator, placed, turned, level, time)
-        hit = np.isfinite(t)
-        met, normals = np.full(starts.shape, np.nan), np.full(starts.shape, np.nan, np.float32)
-        at = placed[hit] + t[hit, None] * turned[hit]
-        gradient = self._evaluator.gradient(at.astype(np.float32), level, time).astype(np.float64)
-        gradient /= np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), 1e-12)
-        normals[hit] = as_in_file(gradient, self.model.up) if space == "input" else gradient
-        met[hit] = starts[hit] + scale * t[hit, None] * along[hit]
-        return Hits(hit.reshape(shape), (t * scale).reshape(shape), met.reshape(*shape, 3), normals.reshape(*shape, 3))
 
     def render(
         self,
@@ -375,60 +225,3 @@ class Field:
         from .notebook import mimebundle
 
         return mimebundle(self)
-
-    @cached_property
-    def _torch(self) -> "TorchField":
-        if self.model.scene is not None:
-            raise UserError("a scene takes arrays; tensors of PyTorch are for its shapes' own models")
-        if self.model.scene is not None:
-            raise UserError("a scene takes arrays; tensors of PyTorch are for models of one shape")
-        from .trainer.networks.differentiable import TorchField
-
-        return TorchField(self.model)
-
-    def _tensor(self, points: "Points | Tensor") -> "Tensor | None":
-        """Return points that are a tensor of PyTorch; None for all others. PyTorch is not loaded to find out."""
-        if not type(points).__module__.startswith("torch"):
-            return None
-        from .trainer.networks.differentiable import Tensor
-
-        return points if isinstance(points, Tensor) else None
-
-    def _placed_tensor(self, points: "Tensor", space: str) -> "Tensor":
-        """Bring a tensor of points (..., 3) into model space: (N, 3) float32. Raises UserError."""
-        _check_last_axis(tuple(points.shape))
-        rows = points.reshape(-1, 3)
-        if space == "input":
-            rows = rows.double() @ rows.new_tensor(upright(np.eye(3), self.model.up)).double()
-            rows = (rows - rows.new_tensor(self.model.centre)) / self.model.scale
-        return rows.float()
-
-    def _rows(self, points: "Points | Tensor", space: str) -> tuple[Array, tuple[int, ...]]:
-        """Bring points (..., 3) into model space: (N, 3) float32, and the shape (...). Raises UserError."""
-        rows = _numbers(points)
-        shape = rows.shape[:-1]
-        rows = rows.reshape(-1, 3)
-        if space == "input":
-            rows = (upright(rows, self.model.up) - self.model.centre) / self.model.scale
-        return rows.astype(np.float32), shape
-
-    def _scale(self, space: str) -> float:
-        """Return the length of model space's unit in a space. Raises UserError where there is no such space."""
-        if space not in SPACES:
-            raise UserError(f"space {space!r} is none of {', '.join(SPACES)}")
-        return self.model.scale if space == "input" else 1.0
-
-
-def _numbers(points: object) -> NDArray[np.float64]:
-    """Return points (..., 3) as doubles. Raises UserError where they are none."""
-    try:
-        numbers = np.asarray(points, np.float64)
-    except (TypeError, ValueError):
-        raise UserError("points: numbers of shape (..., 3) are needed") from None
-    _check_last_axis(numbers.shape)
-    return numbers
-
-
-def _check_last_axis(shape: tuple[int, ...]) -> None:
-    if not shape or shape[-1] != 3:
-        raise UserError(f"points of shape {shape}: the last axis must be x, y, z")

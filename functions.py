@@ -1,21 +1,24 @@
 """What `import mplicits` offers beside `Field`: functions for the verbs that make a model, or judge one."""
 
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
+from .capture.cli import DEFAULT_ESTIMATOR, DEFAULT_UNIT
 from .capture.photo_settings import HELD_OUT, RADIANCE, RAYS
 from .field import Field
 from .model.errors import UserError
 from .model.gallery import model_path
 from .model.model import load as load_model
+from .notebook import Preview
 from .trainer.cli import before_torch
-from .trainer.options import CREASE
-from .trainer.settings import DEFAULT_PRESET
+from .trainer.options import TrainingOptions, shows_options
 
 if TYPE_CHECKING:
+    from .capture.unprojected import Unprojected
     from .mesher.evaluation import Evaluation
+    from .model.model import Model
     from .trainer.learn import Callback
     from .trainer.options import Numbers
     from .trainer.shapes.given import Given
@@ -38,69 +41,134 @@ def load(source: str | Path | bytes) -> Field:
             raise UserError(str(error).replace(str(path), "these bytes", 1)) from None
 
 
+@shows_options
 def train(
     shape: "str | Path | Given",
     levels: str | Sequence[str] | None = None,
-    preset: str = DEFAULT_PRESET,
-    packed: bool = False,
-    omega: "Numbers | None" = None,
-    seconds: float | None = None,
-    steps: "Numbers | None" = None,
-    texture: str = "auto",
-    texture_network: str | None = None,
-    crease: float = CREASE,
+    *,
+    time: bool = False,
     flat: bool = False,
-    thicken: float | None = None,
-    noise: float | None = None,
-    up: str | None = None,
-    front: "Numbers | None" = None,
-    credit: str | None = None,
-    seed: int = 0,
-    device: str = "auto",
-    weights: str | Mapping[str, float] | None = None,
     quiet: bool = False,
     resume: Field | None = None,
     callback: "Callback | None" = None,
     follow: Callable[[Field], object] | None = None,
+    preview: bool = False,
+    **options: Unpack[TrainingOptions],
 ) -> Field:
     """Train a model of a shape, and return it; `Field.save` writes it to a file.
 
     shape: the path of a mesh or of an oriented point cloud, the word "demo", a `trimesh.Trimesh`, arrays (vertices,
-    faces), or arrays (points, normals) or (points, normals, colours). levels: "64x1,64x2", or ["64x1", "64x2"].
-    seconds: of wall time for all of it, in place of steps. callback: is told the stage, the share of it that is done
-    and the loss, over and over; it may raise KeyboardInterrupt, which ends the training with what is trained so far.
-    resume: a model to go on with. follow: receives a `Field` after every level. The other options are those of
-    `mplicits train`, with their names and defaults (docs/training.md). Raises UserError.
+    faces), or arrays (points, normals) or (points, normals, colours); with `time`, a folder of meshes that are moments
+    of one motion. levels: "64x1,64x2", or ["64x1", "64x2"]. seconds: of wall time for all of it, in place of steps.
+    callback: is told the stage, the share of it that is done and the loss, over and over; it may raise
+    KeyboardInterrupt, which ends the training with what is trained so far. resume: a model to go on with. follow:
+    receives a `Field` after every level. preview: show a picture of each level in a notebook. The other options are
+    those of `mplicits train`, with their names and defaults (docs/training.md). Raises UserError.
     """
     before_torch()
     from .trainer.learn import learn
 
-    model = learn(
-        shape,
-        levels=levels,
-        preset=preset,
-        packed=packed,
-        omega=omega,
-        seconds=seconds,
-        steps=steps,
-        texture=texture,
-        texture_network=texture_network,
-        crease=crease,
-        flat=flat,
-        thicken=thicken,
-        noise=noise,
-        up=up,
-        front=front,
-        credit=credit,
-        seed=seed,
-        device=device,
-        weights=weights,
-        quiet=quiet,
-        resume=None if resume is None else resume.model,
-        callback=callback,
-        follow=None if follow is None else lambda model: follow(Field(model)),
+    before, follower = None if resume is None else resume.model, _Follower(follow, preview)
+    return follower.ended(
+        learn(
+            shape,
+            levels,
+            time=time,
+            flat=flat,
+            quiet=quiet,
+            resume=before,
+            callback=callback,
+            follow=follower,
+            **options,
+        )
     )
-    return Field(model)
+
+
+@shows_options
+def morph(
+    first: Field | str | Path,
+    second: Field | str | Path,
+    levels: str | Sequence[str] | None = None,
+    *,
+    in_place: bool = False,
+    flat: bool = False,
+    quiet: bool = False,
+    resume: Field | None = None,
+    callback: "Callback | None" = None,
+    follow: Callable[[Field], object] | None = None,
+    preview: bool = False,
+    **options: Unpack[TrainingOptions],
+) -> Field:
+    """Train a model that moves: it is `first` at time 0, `second` at time 1, and surfaces between them meanwhile.
+
+    first, second: models, names of the gallery, paths of meshes or models, or the word "demo". in_place: leave both
+    where they are, in the one space that they share; otherwise each fits the unit sphere. The others are those of
+    `train`. Raises UserError.
+    """
+    before_torch()
+    from .cli import surface_of
+    from .trainer.learn import morph as learn_morph
+
+    before, follower = None if resume is None else resume.model, _Follower(follow, preview)
+    first, second = (end.model if isinstance(end, Field) else end for end in (first, second))
+    return follower.ended(
+        learn_morph(
+            first,
+            second,
+            lambda model: surface_of(model, quiet),
+            levels,
+            in_place=in_place,
+            flat=flat,
+            quiet=quiet,
+            resume=before,
+            callback=callback,
+            follow=follower,
+            **options,
+        )
+    )
+
+
+class _Follower:
+    """Receives the levels of a training: hands them to the caller, and shows them."""
+
+    def __init__(self, follow: Callable[[Field], object] | None, preview: bool) -> None:
+        self._follow, self._preview = follow, Preview() if preview else None
+
+    def __call__(self, model: "Model") -> None:
+        field = self.ended(model)
+        if self._follow is not None:
+            self._follow(field)
+
+    def ended(self, model: "Model") -> Field:
+        """Show the model, and return it as programs use it."""
+        field = Field(model)
+        if self._preview is not None:
+            self._preview.show(field)
+        return field
+
+
+def unproject(
+    depth: str | Path | None = None,
+    estimate: str | Path | None = None,
+    estimator: str = DEFAULT_ESTIMATOR,
+    image: str | Path | None = None,
+    mask: str | Path | None = None,
+    fov: float | None = None,
+    intrinsics: str | Path | None = None,
+    relative: bool = False,
+    range: tuple[float, float] | str | None = None,
+    unit: float = DEFAULT_UNIT,
+    ray: bool = False,
+    close: bool = False,
+) -> "Unprojected":
+    """Turn a depth map, or a photograph, into an oriented point cloud (Appendix G.1), which `train` takes.
+
+    depth: the path of a depth map; or else estimate: that of a photograph. The options are those of
+    `mplicits unproject`, with their names and defaults (docs/capture.md). Raises UserError.
+    """
+    from .capture.unprojected import unprojected
+
+    return unprojected(depth, estimate, estimator, image, mask, fov, intrinsics, relative, range, unit, ray, close)
 
 
 def photos(

@@ -9,7 +9,7 @@ import tempfile
 import webbrowser
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from .codegen.targets import webpage
 from .model.errors import UserError
@@ -82,6 +82,32 @@ def frame(field: "Field", png: str) -> str:
         f'<iframe title="{html.escape(repr(field))}" style="width:100%;height:{HEIGHT}px;border:0" '
         f'sandbox="allow-scripts allow-downloads" allow="fullscreen" srcdoc="{html.escape(document)}"></iframe>'
     )
+
+
+class Preview:
+    """A picture in a notebook that is drawn anew for every further level of a training."""
+
+    def __init__(self) -> None:
+        """Raises UserError outside of a notebook."""
+        if not in_notebook():
+            raise UserError("preview: only a notebook has a place for it; `follow` receives every level elsewhere")
+        self._display = import_module("IPython.display").display
+        self._handle: Handle | None = None
+
+    def show(self, field: "Field") -> None:
+        """Draw what is trained so far, in the place of what was drawn before."""
+        bundle = {"text/plain": repr(field), "image/png": picture(field)}
+        if self._handle is None:
+            self._handle = self._display(bundle, raw=True, display_id=True)
+        else:
+            self._handle.update(bundle, raw=True)
+
+
+class Handle(Protocol):
+    """A display of IPython that may be shown anew."""
+
+    def update(self, bundle: dict[str, str], *, raw: bool) -> None:
+        """Show something else."""
 
 
 def show(field: "Field") -> None:

@@ -1,8 +1,9 @@
 """The verb `unproject`, and the list of this room's verbs."""
 
-import math
 import sys
 from argparse import ArgumentParser, Namespace
+from dataclasses import asdict
+from inspect import signature
 from pathlib import Path
 
 from ..model.errors import UserError
@@ -74,64 +75,34 @@ def run_unproject(args: Namespace) -> None:
 
     from ..model.files import check_writable, show, write_whole
     from ..model.kinds import MESH
-    from .ply import to_ply
-    from .views import Request, read_view
+    from .unprojected import check_cloud_name, unprojected
 
-    if (args.depth is None) == (args.estimate is None):
-        raise UserError("name a depth map, or a photograph with --estimate, and not both")
-    if not 0 < args.unit < math.inf:
-        raise UserError(f"--unit {args.unit:g}: a number above 0 is needed")
     source = args.depth or args.estimate
+    if source is None:
+        raise UserError("name a depth map, or a photograph with --estimate, and not both")
     output = args.output or Path(source.stem + ".ply")
-    if output.suffix.lower() != ".ply":
-        raise UserError(f"{show(output)}: clouds are PLY; name it .ply")
+    check_cloud_name(output)
     reads = [path for path in (args.depth, args.estimate, args.image, args.mask, args.intrinsics) if path is not None]
     check_writable(output, reads, kind=MESH, force=args.force)
-    request = Request(
-        depth=args.depth,
-        estimate=args.estimate,
-        estimator=args.estimator,
-        image=args.image,
-        mask=args.mask,
-        fov=args.fov,
-        intrinsics=args.intrinsics,
-        relative=args.relative,
-        range=_range(args.range),
-        unit=args.unit,
-        ray=args.ray,
-    )
-    view = read_view(request)
-    cloud, cut, noise = view.unprojected(args.close)
-    if view.warning:
-        print(f"warning: {view.warning}", file=sys.stderr)
-    write_whole(output, to_ply(cloud))
+    taken = signature(unprojected).parameters
+    cloud = unprojected(**{name: value for name, value in vars(args).items() if name in taken})
+    if cloud.warning:
+        print(f"warning: {cloud.warning}", file=sys.stderr)
+    write_whole(output, cloud.text())
     if args.json:
         facts = {
             "output": str(output),
             "points": len(cloud.points),
             "colours": cloud.colours is not None,
-            "size": [view.depth.shape[1], view.depth.shape[0]],
-            "noise": noise,
-            "cut": {"grazing": cut.grazing, "edges": cut.edges, "outliers": cut.outliers},
+            "size": list(cloud.size),
+            "noise": cloud.noise,
+            "cut": asdict(cloud.cut),
         }
         print(json.dumps(facts))
         return
-    colours = "with colours" if cloud.colours is not None else "without colours"
-    print(f"{show(output)}: {len(cloud.points):,} points with normals, {colours}; noise {noise:.2%} of the depth")
+    colours, cut = "with colours" if cloud.colours is not None else "without colours", cloud.cut
+    print(f"{show(output)}: {len(cloud.points):,} points with normals, {colours}; noise {cloud.noise:.2%} of the depth")
     print(f"left out: {cut.grazing:,} grazing pixels, {cut.edges:,} at depth edges, {cut.outliers:,} outliers")
-
-
-def _range(text: str | None) -> tuple[float, float] | None:
-    """Read the value of --range. Raises UserError."""
-    if text is None:
-        return None
-    try:
-        near, far = map(float, text.split(","))
-    except ValueError:
-        near, far = 0.0, 0.0
-    if not 0 < near < far < math.inf:
-        raise UserError(f"--range {text}: two numbers NEAR,FAR with 0 < NEAR < FAR are needed")
-    return near, far
 
 
 VERBS = (

@@ -5,6 +5,7 @@ import inspect
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import get_type_hints
 
 import numpy as np
 import pytest
@@ -14,13 +15,15 @@ from PIL import Image
 import mplicits
 from mplicits import cli
 from mplicits.capture.photos_session import photos
+from mplicits.capture.unprojected import unprojected
 from mplicits.codegen.baked import bake
 from mplicits.mesher.evaluation import evaluate
 from mplicits.mesher.made import make_mesh
 from mplicits.model.model import load
 from mplicits.scenes.composed import compose
 from mplicits.trainer.imported import import_checkpoints
-from mplicits.trainer.learn import learn
+from mplicits.trainer.learn import learn, morph
+from mplicits.trainer.options import TrainingOptions, settings_from
 from mplicits.trainer.shapes.given import given_shape
 from mplicits.viewer.still import Asked
 from support.paths import DEMO
@@ -29,12 +32,15 @@ OF_FILES = {"output", "force", "json"}
 """Options that say where a verb's result goes: a function returns it."""
 OF_THE_COMMAND_LINE = {
     "render": {"benchmark", "frames", "fps", "once", "turn"},
-    "train": {"live", "time"},
+    "train": {"live"},
+    "morph": {"live"},
     "photos": {"resume"},
 }
-"""Options that a function does not take: of the command line's own, or, `train --time`, of a folder of moments."""
+"""Options of the command line's own, which a function does not take."""
 VERBS: dict[str, tuple[Callable[..., object], Callable[..., object]]] = {
     "train": (mplicits.train, learn),
+    "morph": (mplicits.morph, morph),
+    "unproject": (mplicits.unproject, unprojected),
     "photos": (mplicits.photos, photos),
     "bake": (mplicits.Field.bake, bake),
     "render": (mplicits.Field.render, Asked),
@@ -44,7 +50,7 @@ VERBS: dict[str, tuple[Callable[..., object], Callable[..., object]]] = {
     "import": (mplicits.import_checkpoints, import_checkpoints),
 }
 """Verb -> what `import mplicits` offers, and the room's function that both call."""
-PROGRAMS = {"demo", "view", "info", "unproject", "morph"}
+PROGRAMS = {"demo", "view", "info"}
 """Verbs that have no function, and `info`, whose function is Field.info."""
 
 
@@ -77,6 +83,12 @@ def test_names_and_defaults_are_one(name: str) -> None:
         for key, option in options.items():
             if key in parameters and parameters[key].default is not inspect.Parameter.empty:
                 assert same(parameters[key].default, option), (function, key)
+
+
+def test_the_options_of_a_training_are_said_alike_twice() -> None:
+    named = get_type_hints(settings_from)
+    del named["return"], named["levels"]
+    assert named == get_type_hints(TrainingOptions)
 
 
 def test_every_verb_has_a_function() -> None:
@@ -173,6 +185,43 @@ def test_train_learns_what_the_verb_learns(tmp_path: Path, monkeypatch: pytest.M
     assert ours.model.sha256() == load(output).sha256()
     assert {stage for stage, _, _ in told} == {"level 1 (8x0)", "level 2 (8x1)"}
     assert [len(field.levels) for field in levels] == [1, 2]
+
+
+def test_morph_and_moments_learn_what_the_verbs_learn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mplicits.mesher.survey.RESOLUTION", 16)
+    for name, stretch in (("0.ply", 1.0), ("1.ply", 1.5)):
+        trimesh.creation.icosphere(1).apply_scale((stretch, 1, 1)).export(tmp_path / name)
+    argv = ["--levels", "8x0", "--steps", "4", "--quiet", "--texture", "none"]
+    options = {"steps": 4, "quiet": True, "texture": "none"}
+    first, second = str(tmp_path / "0.ply"), tmp_path / "1.ply"
+    output = tmp_path / "verb.safetensors"
+    assert cli.main(["morph", first, str(second), "--in-place", "-o", str(output), *argv]) == 0
+    ours = mplicits.morph(first, second, "8x0", in_place=True, **options)  # type: ignore[arg-type]
+    assert ours.model.sha256() == load(output).sha256()
+    assert cli.main(["train", str(tmp_path), "--time", "-o", str(output), "--force", *argv]) == 0
+    ours = mplicits.train(tmp_path, "8x0", time=True, **options)  # type: ignore[arg-type]
+    assert ours.model.sha256() == load(output).sha256()
+    with pytest.raises(mplicits.UserError, match=r"--texture image\.png: auto or none"):
+        mplicits.morph(first, second, "8x0", texture="image.png")
+    with pytest.raises(mplicits.UserError, match="a folder of meshes is needed"):
+        mplicits.train((np.eye(3), np.array([[0, 1, 2]])), "8x0", time=True)
+
+
+def test_unproject_gives_what_the_verb_writes(tmp_path: Path) -> None:
+    y, x = np.mgrid[-1:1:64j, -1:1:64j]
+    np.save(tmp_path / "depth.npy", np.where(x**2 + y**2 < 0.5, 3 - 0.5 * np.sqrt(1 - x**2 / 2 - y**2 / 2), 0))
+    argv = ["unproject", str(tmp_path / "depth.npy"), "-o", str(tmp_path / "verb.ply"), "--fov", "40"]
+    assert cli.main([*argv, "--range", "1,5"]) == 0
+    cloud = mplicits.unproject(tmp_path / "depth.npy", fov=40, range=(1, 5))
+    cloud.save(tmp_path / "ours.ply")
+    assert (tmp_path / "verb.ply").read_bytes() == (tmp_path / "ours.ply").read_bytes()
+    assert repr(cloud) == f"<mplicits.Unprojected: {len(cloud.points):,} points with normals, without colours>"
+    shape, _ = given_shape(cloud.arrays(), up="y", noise=0)
+    assert not shape.coloured
+    with pytest.raises(mplicits.UserError, match="clouds are PLY"):
+        cloud.save(tmp_path / "cloud.xyz")
+    with pytest.raises(mplicits.UserError, match="and not both"):
+        mplicits.unproject()
 
 
 def test_arrays_are_shapes() -> None:

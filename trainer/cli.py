@@ -176,8 +176,10 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") ->
     if options.time:
         from . import motion
 
-        paths = motion.frames(Path(options.shape))
-        train(options, settings, describe_surface, options.shape, paths, motion.frames_loader(options, paths))
+        folder = Path(options.shape)
+        paths, crease = motion.frames(folder), None if options.flat else options.crease
+        load = motion.frames_loader(folder, paths, up=options.up, crease=crease)
+        train(options, settings, describe_surface, options.shape, paths, load)
         return
     from ..model.mesh_file import mesh_files
 

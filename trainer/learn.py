@@ -1,19 +1,23 @@
-"""A training from a program: the options of the verb `train`, a shape in a file or in memory, and no file written."""
+"""Trainings from a program: the options of `train` and `morph`, shapes in files or in memory, and no file written."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Unpack
 
+from ..model.errors import UserError
 from ..model.model import Model
 from ..model.orientation import DEFAULT_UP, FILES_UP
 from .machine import device as device_called
 from .machine import prepare
+from .motion import ModelSurface, end_called, frames, frames_loader, morph_loader
 from .networks.fit import TrainingProgress
-from .options import CREASE, Numbers, settings_from
-from .session import TrainingBar
-from .settings import DEFAULT_PRESET
+from .options import CREASE, TrainingOptions, check_no_image, settings_from, shows_options
+from .session import MovingLoader, TrainingBar
+from .settings import Settings
 from .shapes.given import Given, given_shape
 from .shapes.load import load_shape
+from .shapes.shape import Shape
 from .train import Training
 
 Callback = Callable[[str, float, float], object]
@@ -41,70 +45,93 @@ class _Told:
         self._progress.say(line)
 
 
+@shows_options
 def learn(
     shape: str | Path | Given,
     levels: str | Sequence[str] | None = None,
-    preset: str = DEFAULT_PRESET,
-    packed: bool = False,
-    omega: Numbers | None = None,
-    seconds: float | None = None,
-    steps: Numbers | None = None,
-    texture: str = "auto",
-    texture_network: str | None = None,
-    crease: float = CREASE,
+    *,
+    time: bool = False,
     flat: bool = False,
-    thicken: float | None = None,
-    noise: float | None = None,
-    up: str | None = None,
-    front: Numbers | None = None,
-    credit: str | None = None,
-    seed: int = 0,
-    device: str = "auto",
-    weights: str | Mapping[str, float] | None = None,
     quiet: bool = False,
     resume: Model | None = None,
     callback: Callback | None = None,
     follow: Callable[[Model], object] | None = None,
+    **options: Unpack[TrainingOptions],
 ) -> Model:
     """Train a model of a shape.
 
-    shape: a path, the word "demo", or what `Given` says. The options are those of `mplicits train`
-    (docs/training.md), with their names and defaults; resume: a model to go on with. callback: is told of the
-    progress; where it raises KeyboardInterrupt the training ends with what is trained so far. follow: receives the
-    model after each level. Raises UserError.
+    shape: a path, the word "demo", or what `Given` says; with `time`, a folder of meshes, which are moments of one
+    motion. The options are those of `mplicits train` (docs/training.md), with their names and defaults; resume: a model
+    to go on with. callback: is told of the progress; where it raises KeyboardInterrupt the training ends with what is
+    trained so far. follow: receives the model after each level. Raises UserError.
     """
-    settings = settings_from(
-        levels=levels,
-        preset=preset,
-        packed=packed,
-        omega=omega,
-        seconds=seconds,
-        steps=steps,
-        texture=texture,
-        texture_network=texture_network,
-        crease=crease,
-        thicken=thicken,
-        noise=noise,
-        up=up,
-        front=front,
-        credit=credit,
-        seed=seed,
-        device=device,
-        weights=weights,
-    )
-    prepare(device_called(settings.device))
-    bent = None if flat else crease
-    if isinstance(shape, (str, Path)):
+    settings = settings_from(levels, **options)
+    crease = None if flat else options.get("crease", CREASE)
+    texture, thicken = options.get("texture", "auto"), options.get("thicken")
+    load: MovingLoader
+    if time:
+        if not isinstance(shape, (str, Path)):
+            raise UserError("time: the path of a folder of meshes is needed")
+        load = frames_loader(Path(shape), frames(Path(shape)), up=settings.up, crease=crease)
+    elif isinstance(shape, (str, Path)):
         name = str(shape)
-        upwards = settings.up or FILES_UP.get(Path(name).suffix.lower(), DEFAULT_UP)
+        settings = replace(settings, up=settings.up or FILES_UP.get(Path(name).suffix.lower(), DEFAULT_UP))
         image = None if texture in ("auto", "none") else Path(texture)
-        loaded, warnings = load_shape(name, image, crease=bent, noise=noise, up=upwards, thicken=thicken)
+
+        def load(_: TrainingProgress) -> tuple[Shape, list[str]]:
+            up = settings.up or DEFAULT_UP
+            return load_shape(name, image, crease=crease, noise=settings.noise, up=up, thicken=thicken)
     else:
-        upwards = settings.up or DEFAULT_UP
-        loaded, warnings = given_shape(shape, crease=bent, noise=noise, up=upwards, thicken=thicken)
+
+        def load(_: TrainingProgress) -> tuple[Shape, list[str]]:
+            up = settings.up or DEFAULT_UP
+            return given_shape(shape, crease=crease, noise=settings.noise, up=up, thicken=thicken)
+
+    return _trained(load, settings, quiet, resume, callback, follow)
+
+
+@shows_options
+def morph(
+    first: str | Path | Model,
+    second: str | Path | Model,
+    surface_of: Callable[[Model], ModelSurface],
+    levels: str | Sequence[str] | None = None,
+    *,
+    in_place: bool = False,
+    flat: bool = False,
+    quiet: bool = False,
+    resume: Model | None = None,
+    callback: Callback | None = None,
+    follow: Callable[[Model], object] | None = None,
+    **options: Unpack[TrainingOptions],
+) -> Model:
+    """Train a model that is one shape at t = 0 and another at t = 1.
+
+    first, second: models, or what `mplicits morph` takes. surface_of: extracts the surface of a model. The others are
+    those of `learn`; the options, of `mplicits morph`. Raises UserError.
+    """
+    check_no_image(options.get("texture", "auto"))
+    settings = settings_from(levels, **options)
+    ends = [end if isinstance(end, Model) else end_called(str(end)) for end in (first, second)]
+    crease = None if flat else options.get("crease", CREASE)
+    load = morph_loader(ends, surface_of, in_place=in_place, up=settings.up, crease=crease)
+    return _trained(load, settings, quiet, resume, callback, follow)
+
+
+def _trained(
+    load: MovingLoader,
+    settings: Settings,
+    quiet: bool,
+    resume: Model | None,
+    callback: Callback | None,
+    follow: Callable[[Model], object] | None,
+) -> Model:
+    """Load a shape and train a model of it, without a file."""
+    prepare(device_called(settings.device))
     bar = TrainingBar(quiet)
+    shape, warnings = load(bar)
     for warning in warnings:
         bar.say(f"warning: {warning}")
     progress: TrainingProgress = bar if callback is None else _Told(bar, callback)
-    settings = replace(settings, up=upwards)
-    return Training(loaded, settings, progress, follow=follow).run(resume)
+    settings = replace(settings, up=settings.up or DEFAULT_UP)
+    return Training(shape, settings, progress, follow=follow).run(resume)

@@ -1,6 +1,6 @@
 """What moves, from files: two shapes of which one becomes the other, and a folder of moments."""
 
-from argparse import Namespace
+import hashlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..model.errors import UserError
 from ..model.files import show
-from ..model.gallery import SUFFIX
+from ..model.gallery import SUFFIX, model_path
 from ..model.mesh_file import SUFFIXES
 from ..model.model import Model, load
 from ..model.orientation import DEFAULT_UP, FILES_UP
@@ -39,32 +39,48 @@ def frames(folder: Path) -> list[Path]:
     return paths
 
 
-def frames_loader(options: Namespace, paths: Sequence[Path]) -> MovingLoader:
-    """Make the loader of a folder of moments, which stand in one space."""
+def end_called(name: str) -> str:
+    """Return the path of a mesh or a model that a motion begins or ends with, or "demo". Raises UserError."""
+    return name if name == "demo" or Path(name).suffix.lower() in SUFFIXES else str(model_path(name))
+
+
+def frames_loader(folder: Path, paths: Sequence[Path], *, up: str | None, crease: float | None) -> MovingLoader:
+    """Make the loader of a folder of moments, which stand in one space.
+
+    up: axis of the files that points up; None: as their format says. crease: as of `load_shape`.
+    """
 
     def run(progress: TrainingProgress) -> tuple[Shape, list[str]]:
-        shapes, warnings = _shapes([(str(path), None) for path in paths], options)
+        shapes, warnings = _shapes([str(path) for path in paths], None, up, crease)
         place = common_place(shapes)
         moments = [placed(shape, *place) for shape in shapes]
-        return _moving(moments, Path(options.shape).name, place, options, progress), warnings
+        return _moving(moments, folder.name, place, progress), warnings
 
     return run
 
 
-def morph_loader(options: Namespace, surface_of: Callable[[Model], ModelSurface]) -> MovingLoader:
+def morph_loader(
+    ends: Sequence[str | Model],
+    surface_of: Callable[[Model], ModelSurface],
+    *,
+    in_place: bool,
+    up: str | None,
+    crease: float | None,
+) -> MovingLoader:
     """Make the loader of two shapes of which one becomes the other.
 
-    surface_of: extracts the surface of a model. Each shape has its own model space, where it fits the unit sphere; with
-    --in-place they stay where they are in the space that they share.
+    ends: models, or what `end_called` gives. surface_of: extracts the surface of a model. in_place: they stay where
+    they are in the space that they share; otherwise each has its own model space, where it fits the unit sphere.
+    up, crease: as of `frames_loader`.
     """
 
     def run(progress: TrainingProgress) -> tuple[Shape, list[str]]:
-        shapes, warnings = _shapes([(name, surface_of) for name in (options.first, options.second)], options)
+        shapes, warnings = _shapes(ends, surface_of, up, crease)
         first, second = shapes
         own = first.centre, first.scale
-        place = common_place(shapes) if options.in_place else own
-        moments = [placed(shape, *place) if options.in_place else Moment(shape, np.zeros(3), 1.0) for shape in shapes]
-        return _moving(moments, f"{_title(first)} to {_title(second)}", place, options, progress), warnings
+        place = common_place(shapes) if in_place else own
+        moments = [placed(shape, *place) if in_place else Moment(shape, np.zeros(3), 1.0) for shape in shapes]
+        return _moving(moments, f"{_title(first)} to {_title(second)}", place, progress), warnings
 
     return run
 
@@ -74,17 +90,21 @@ def _title(shape: Shape) -> str:
 
 
 def _shapes(
-    names: Sequence[tuple[str, Callable[[Model], ModelSurface] | None]], options: Namespace
+    ends: Sequence[str | Model],
+    surface_of: Callable[[Model], ModelSurface] | None,
+    up: str | None,
+    crease: float | None,
 ) -> tuple[list[Coloured], list[str]]:
     """Read shapes, and the warnings about them. Raises UserError for what is no mesh, model or `demo`."""
     shapes: list[Coloured] = []
     warnings: list[str] = []
-    for name, surface_of in names:
-        if surface_of is not None and Path(name).suffix.lower() == SUFFIX:
-            shapes.append(_of_model(Path(name), surface_of))
+    for end in ends:
+        if surface_of is not None and (isinstance(end, Model) or Path(end).suffix.lower() == SUFFIX):
+            shapes.append(_of_model(end, surface_of))
             continue
-        up = options.up or FILES_UP.get(Path(name).suffix.lower(), DEFAULT_UP)
-        shape, more = load_shape(name, crease=None if options.flat else options.crease, up=up)
+        name = str(end)
+        upwards = up or FILES_UP.get(Path(name).suffix.lower(), DEFAULT_UP)
+        shape, more = load_shape(name, crease=crease, up=upwards)
         if not isinstance(shape, MeshShape | DemoShape):
             raise UserError(f"{show(name)}: a point cloud; what moves is made of meshes: train a model of it first")
         shapes.append(shape)
@@ -92,16 +112,17 @@ def _shapes(
     return shapes, warnings
 
 
-def _of_model(path: Path, surface_of: Callable[[Model], ModelSurface]) -> MeshShape:
-    """Make a shape of a model's surface."""
-    import hashlib
-
-    model = load(path)
+def _of_model(end: str | Model, surface_of: Callable[[Model], ModelSurface]) -> MeshShape:
+    """Make a shape of a model's surface. end: the model, or the path of its file."""
+    if isinstance(end, Model):
+        model, source = end, {"file": end.name, "sha256": end.sha256()}
+    else:
+        model = load(Path(end))
+        source = {"file": Path(end).name, "sha256": hashlib.sha256(Path(end).read_bytes()).hexdigest()}
     vertices, faces, colours = surface_of(model)
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     if colours is not None:
         mesh.visual = trimesh.visual.ColorVisuals(mesh, vertex_colors=np.round(colours * 255).astype(np.uint8))
-    source = {"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
     shape = MeshShape(mesh, model.name, source)
     x, y, z = (float(c) for c in np.array(model.centre) + model.scale * np.array(shape.centre))
     shape.centre, shape.scale = (x, y, z), model.scale * shape.scale
@@ -112,7 +133,6 @@ def _moving(
     moments: Sequence[Moment],
     name: str,
     place: tuple[tuple[float, float, float], float],
-    options: Namespace,
     progress: TrainingProgress,
 ) -> MovingShape:
     """Put the moments together, and compute the surfaces between them."""

@@ -5,10 +5,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..model.errors import UserError
-from ..model.gallery import model_path
 from ..model.verb import Verb
 from .cli import before_torch, settings_of, train, training_arguments
+from .options import check_no_image
 
 if TYPE_CHECKING:
     from ..model.model import Model
@@ -51,19 +50,19 @@ def run(
     surface_of: "Callable[[Model, bool], ModelSurface]",
 ) -> None:
     """Train the motion from A to B, save the model, and print its figures. Raises UserError."""
-    if options.texture not in ("auto", "none"):
-        raise UserError(f"--texture {options.texture}: auto or none is needed; two shapes have no image in common")
+    check_no_image(options.texture)
     settings = settings_of(options)
     before_torch()
-    from ..model.mesh_file import SUFFIXES, mesh_files
-    from .motion import morph_loader
+    from ..model.mesh_file import mesh_files
+    from .motion import end_called, morph_loader
 
-    reads = []
-    for key in ("first", "second"):
-        name = getattr(options, key)
-        if name != "demo" and Path(name).suffix.lower() not in SUFFIXES:
-            setattr(options, key, str(model_path(name)))
-        reads += mesh_files(Path(getattr(options, key)))
-    name = "-to-".join(Path(text).stem for text in (options.first, options.second))
-    load = morph_loader(options, lambda model: surface_of(model, options.quiet))
-    train(options, settings, describe_surface, name, reads, load)
+    ends = [end_called(name) for name in (options.first, options.second)]
+    load = morph_loader(
+        ends,
+        lambda model: surface_of(model, options.quiet),
+        in_place=options.in_place,
+        up=options.up,
+        crease=None if options.flat else options.crease,
+    )
+    reads = [path for end in ends for path in mesh_files(Path(end))]
+    train(options, settings, describe_surface, "-to-".join(Path(end).stem for end in ends), reads, load)

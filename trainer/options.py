@@ -1,6 +1,8 @@
 """The options of a training: what the verb `train` and the function `train` take alike, checked and made `Settings`."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from inspect import Parameter, signature
+from typing import TypedDict, TypeVar
 
 from ..model.errors import UserError
 from ..model.orientation import check_up
@@ -25,9 +27,37 @@ def is_duration(seconds: float) -> bool:
     return 1 <= seconds < MOST_SECONDS
 
 
+class TrainingOptions(TypedDict, total=False):
+    """The arguments of `settings_from` by name, for functions that pass them on; their defaults are there."""
+
+    preset: str
+    """Levels by name: one of `PRESETS`."""
+    packed: bool
+    omega: Numbers | None
+    """omega_0 of each level, and of the texture."""
+    seconds: float | None
+    """Wall time of all of it, in place of `steps`."""
+    steps: Numbers | None
+    """Optimiser steps of each level, then of the texture."""
+    texture: str
+    """"auto", "none", or the path of an image."""
+    texture_network: str | None
+    """Its size, as "64x2"."""
+    crease: float
+    """Degrees above which an edge of a mesh may be a crease."""
+    thicken: float | None
+    noise: float | None
+    up: str | None
+    front: Numbers | None
+    credit: str | None
+    seed: int
+    device: str
+    weights: str | Mapping[str, float] | None
+
+
 def settings_from(
-    *,
     levels: str | Sequence[str] | None = None,
+    *,
     preset: str = DEFAULT_PRESET,
     packed: bool = False,
     omega: Numbers | None = None,
@@ -84,6 +114,24 @@ def settings_from(
         front=parse.front(text_of(front)),
         credit=credit or "",
     )
+
+
+Takes = TypeVar("Takes", bound=Callable[..., object])
+
+
+def shows_options(function: Takes) -> Takes:
+    """Show the arguments of `settings_from`, with their defaults, in the signature of a function with `**options`."""
+    own = [each for each in signature(function).parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
+    names = {each.name for each in own}
+    more = [each for name, each in signature(settings_from).parameters.items() if name not in names]
+    function.__signature__ = signature(function).replace(parameters=[*own, *more])  # type: ignore[attr-defined]
+    return function
+
+
+def check_no_image(texture: str) -> None:
+    """Raise UserError where the texture of shapes that become one another is to come from an image."""
+    if texture not in ("auto", "none"):
+        raise UserError(f"--texture {texture}: auto or none is needed; two shapes have no image in common")
 
 
 def file_omegas(omega: Numbers | None, count: int) -> list[float | None]:

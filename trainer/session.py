@@ -2,6 +2,7 @@
 
 import sys
 import tempfile
+import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -9,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
-from tqdm import tqdm
+from tqdm import TqdmWarning, tqdm
 
 from ..model.errors import UserError
 from ..model.field_figures import written
@@ -32,7 +33,10 @@ MovingLoader = Callable[[TrainingProgress], tuple[Shape, list[str]]]
 
 
 class TrainingBar:
-    """A `TrainingProgress` that people see: a bar on stderr with the stage, the share done, the loss, the time left."""
+    """A `TrainingProgress` that people see: a bar on stderr with the stage, the share done, the loss, the time left.
+
+    In a notebook that has ipywidgets the bar is one of theirs.
+    """
 
     def __init__(self, quiet: bool) -> None:
         """quiet: show no bar; lines of the log are printed all the same."""
@@ -45,8 +49,11 @@ class TrainingBar:
         """Show a new bar for the stage."""
         layout = "{desc} |{bar}| {percentage:3.0f}%{postfix} {remaining} left"
         interval = 0.1 if sys.stderr.isatty() else 10.0
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", TqdmWarning)  # a notebook without ipywidgets shows a bar of text
+            from tqdm.auto import tqdm as fitting
         with suppress(OSError):
-            self._bar = tqdm(
+            self._bar = fitting(
                 total=1.0, desc=stage, bar_format=layout, disable=self._quiet, file=sys.stderr, mininterval=interval
             )
 

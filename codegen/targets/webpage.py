@@ -53,6 +53,7 @@ SCRIPTS = (
     "cells.js",
     "lowest.js",
     "camera.js",
+    "embedding.js",
     "uniforms.js",
     "device.js",
     "painter.js",

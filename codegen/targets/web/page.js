@@ -1,4 +1,5 @@
 import {fillChoices, lightBall, listenToDrops} from "./controls.js";
+import {askedBackground, namesView, plainBackground, turnTime} from "./embedding.js";
 import {shared} from "./facts.js";
 import {listenToHands, listenToKeys} from "./gestures.js";
 import {element, fail, root, say, uncover} from "./messages.js";
@@ -6,7 +7,7 @@ import {
     contextLost, contextRestored, copy, embedded, entitle, goToLevel, leave, save, shade, showSteps, start, take,
 } from "./shown.js";
 import {
-    canvas, css, followHash, openRenderer, options, pan, play, reset, resize, seek, set, turn, zoom,
+    canvas, css, followHash, openRenderer, options, pan, play, reset, resize, seek, set, turn, turntable, zoom,
 } from "./view.js";
 
 // Connects the page's parts to what they do.
@@ -18,7 +19,7 @@ const BACKGROUNDS = {
 };
 
 function setBackground(name) {
-    const {tone, bottom, top} = BACKGROUNDS[name];
+    const {tone, bottom, top} = BACKGROUNDS[name] ?? plainBackground(name);
     root.dataset.tone = tone;
     set({background: [bottom, top]});
 }
@@ -36,7 +37,9 @@ function fullScreen() {
 function wirePanel() {
     const swatches = Object.entries(BACKGROUNDS).map(([value, {bottom, top}]) => (
         {value, label: value, paint: `linear-gradient(${css(top)}, ${css(bottom)})`}));
-    const first = root.dataset.tone === "light" ? "paper" : "slate";
+    const usual = root.dataset.tone === "light" ? "paper" : "slate";
+    const isKnown = Object.hasOwn(BACKGROUNDS, askedBackground) || plainBackground(askedBackground);
+    const first = isKnown ? askedBackground : usual;
     fillChoices(element("background"), swatches, first, setBackground);
     setBackground(first);
     const scales = [["auto", "Auto"], [1, "1"], [0.5, "½"], [0.25, "¼"]].map(([value, label]) => ({value, label}));
@@ -90,12 +93,13 @@ function wireWindow() {
 async function main() {
     const own = embedded();
     entitle(own.model);
-    element("poster").hidden = location.hash !== ""; // it shows the first view
+    element("poster").hidden = namesView; // it shows the first view
     openRenderer();
     resize();
     for (const wire of [wirePanel, wireButtons, wireHands, wireWindow]) wire();
     fold(!root.classList.contains("unfolded"));
     root.dataset.ready = "";
+    if (turnTime) turntable(turnTime);
     await start(own);
 }
 

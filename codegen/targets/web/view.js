@@ -1,4 +1,5 @@
 import {fromHash, homeOf, orbited, panned, toHash, zoomed} from "./camera.js";
+import {keptInHash} from "./embedding.js";
 import {facts, shared} from "./facts.js";
 import {nextFrame} from "./device.js";
 import {drawing, element, listener, root, uncover} from "./messages.js";
@@ -26,6 +27,7 @@ function timeFrom(hash) {
 
 let home = homeOf(facts.front), camera = fromHash(location.hash, home), naming = 0;
 let phase = 0, isPlaying = false; // the share of the motion's way there and back
+let isTurning = false;
 
 export function openRenderer() {
     renderer = new Renderer(canvas, (id) => element(id).textContent, listener);
@@ -56,6 +58,7 @@ function paintStage() {
 }
 
 function move(next) {
+    isTurning = false;
     camera = next;
     uncover();
     draw(true);
@@ -66,7 +69,7 @@ function move(next) {
 function nameView() {
     clearTimeout(naming);
     const time = () => (options.time ? `&t=${Number(options.time.toFixed(3))}` : "");
-    naming = setTimeout(() => history.replaceState(null, "", toHash(camera) + time()), 250);
+    naming = setTimeout(() => history.replaceState(null, "", toHash(camera) + time() + keptInHash), 250);
 }
 
 // Shows a time from 0 to 1 of the motion.
@@ -117,6 +120,21 @@ export async function play() {
     }
 }
 
+// Turns the shape as on a turntable, once in so many seconds, until somebody moves it.
+export async function turntable(seconds) {
+    isTurning = true;
+    for (let last = performance.now(); ;) {
+        await nextFrame();
+        if (!isTurning) return;
+        const now = performance.now();
+        if (renderer && "drawn" in root.dataset) {
+            camera = orbited(camera, 360 * Math.min(now - last, 250) / 1000 / seconds, 0);
+            draw(true);
+        }
+        last = now;
+    }
+}
+
 // What hands do, in shares of the canvas's height to the right and up, as gestures.js counts them.
 const aspect = () => canvas.width / canvas.height;
 export const turn = (right, up) => move(orbited(camera, -180 * right, -180 * up));
@@ -131,6 +149,7 @@ export function centre(front) {
 }
 
 export function followHash() {
+    isTurning = false;
     camera = fromHash(location.hash, home);
     uncover();
     goTo(element("moment").hidden ? 0 : timeFrom(location.hash));
