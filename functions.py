@@ -110,11 +110,10 @@ def morph(
     from .trainer.learn import morph as learn_morph
 
     before, follower = None if resume is None else resume.model, _Follower(follow, preview)
-    first, second = (end.model if isinstance(end, Field) else end for end in (first, second))
     return follower.ended(
         learn_morph(
-            first,
-            second,
+            first.model if isinstance(first, Field) else first,
+            second.model if isinstance(second, Field) else second,
             lambda model: surface_of(model, quiet),
             levels,
             in_place=in_place,

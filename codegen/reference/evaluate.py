@@ -93,7 +93,8 @@ class Evaluator:
         """Evaluate the colour at points (N, 3): (N, 3) float32, sRGB in [0, 1]; None where there is no texture."""
         texture, scene = self._texture, self._scene
         if scene is not None:
-            return self.over(points, lambda part: interpret.colour(scene, part.astype(np.float32), time), (3,), np.float32)
+            asked = points.astype(np.float32)
+            return self.over(asked, lambda part: interpret.colour(scene, part, time), (3,), np.float32)
         if texture is None:
             return None
         return self.over(
