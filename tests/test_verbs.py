@@ -187,6 +187,7 @@ def test_train_learns_what_the_verb_learns(tmp_path: Path, monkeypatch: pytest.M
     assert [len(field.levels) for field in levels] == [1, 2]
 
 
+@pytest.mark.slow
 def test_morph_and_moments_learn_what_the_verbs_learn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("mplicits.mesher.survey.RESOLUTION", 16)
     for name, stretch in (("0.ply", 1.0), ("1.ply", 1.5)):

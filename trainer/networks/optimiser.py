@@ -23,9 +23,8 @@ class Optimiser:
         rate: the peak rate of the hidden layers; that of the output layer is `output_factor` times as high.
         """
         self._weights = weights
-        self._gradients = [torch.zeros_like(weight) for weight in weights]
-        for weight, gradient in zip(weights, self._gradients, strict=True):
-            weight.grad = gradient
+        for weight in weights:
+            weight.grad = torch.zeros_like(weight)
         self._layers = (slice(None, -2), rate), (slice(-2, None), rate * output_factor)
         self._state = {key: [torch.zeros_like(weight) for weight in weights] for key in STATE[1:]}
         self._state[STATE[0]] = [torch.zeros((), dtype=torch.float32, device=weight.device) for weight in weights]
@@ -41,12 +40,13 @@ class Optimiser:
 
     def step(self, factor: float) -> None:
         """Take one step with `factor` times the peak rates, then set the gradients to zero."""
+        gradients = [weight.grad for weight in self._weights if weight.grad is not None]
         steps, means, squares = (self._state[key] for key in STATE)
         with torch.no_grad():
             for part, peak in self._layers:
                 adam(
                     self._weights[part],
-                    self._gradients[part],
+                    gradients[part],
                     means[part],
                     squares[part],
                     [],
@@ -60,5 +60,5 @@ class Optimiser:
                     eps=1e-12,
                     maximize=False,
                 )
-            for gradient in self._gradients:
+            for gradient in gradients:
                 gradient.zero_()
