@@ -34,29 +34,50 @@ def few_texture_steps(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("few_texture_steps")
-def test_photographs_of_a_ball_become_a_ball(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_photographs_become_a_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write_sphere_layout(tmp_path / "ball", 9, 24)
     output = tmp_path / "ball.safetensors"
-    argv = ["photos", str(tmp_path / "ball"), "-o", str(output), *TINY, "--steps", "300", "--credit", "me, CC0"]
+    argv = ["photos", str(tmp_path / "ball"), "-o", str(output), *TINY, "--steps", "40", "--credit", "me, CC0"]
     assert cli.main(argv) == 0
     said = capsys.readouterr()
-    assert "9 photographs of 24 x 24 pixels, with masks; 300 steps" in said.out
+    assert "9 photographs of 24 x 24 pixels, with masks; 40 steps" in said.out
     assert "3 held out: " in said.out
     assert "001.png, held out: " in said.err
     assert not list(tmp_path.glob("*.part.*"))
-    field = mplicits.load(output)
-    model = field.model
+    model = load(output)
     assert (model.name, model.credit, model.centre) == ("ball", "me, CC0", (5, 6, 7))
     assert model.scale == pytest.approx(2)
     assert len(model.levels) == 2
-    assert model.provenance["psnr"] > 12
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("few_texture_steps")
+def test_photographs_of_a_ball_become_a_ball(tmp_path: Path) -> None:
+    """It begins as a sphere 0.09 larger, and ends near the ball all around."""
+    write_sphere_layout(tmp_path / "ball", 9, 24)
+    output = tmp_path / "ball.safetensors"
+    assert cli.main(["photos", str(tmp_path / "ball"), "-o", str(output), *TINY, "--steps", "900"]) == 0
+    field = mplicits.load(output)
+    assert field.model.provenance["psnr"] > 17
     directions = np.random.default_rng(0).normal(size=(500, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     radii = np.linspace(0.2, 0.95, 76)
     inside = np.array([field(r * directions) < 0 for r in radii])
     found = inside.sum(axis=0) * (radii[1] - radii[0]) + radii[0]
-    assert abs(np.median(found) - RADIUS) < 0.06
-    assert np.quantile(abs(found - RADIUS), 0.9) < 0.12
+    assert abs(np.median(found) - RADIUS) < 0.07
+    assert np.quantile(abs(found - RADIUS), 0.9) < 0.11
+
+
+def test_every_network_learns(tmp_path: Path) -> None:
+    """The sphere that level 1 begins as is fitted by an optimiser of its own, which must not stand in another's way."""
+    write_sphere_layout(tmp_path / "ball", 4, 12)
+    rays, _ = rays_of(read_photographs(tmp_path / "ball")[0].views, CPU)
+    scene = MultiscaleScene(Sizes(((8, 1), (8, 1)), (8.0, 12.0), (0.1,), 8), CPU, 0)
+    learner = Learner(scene, rays, 32, 0.0, 0)
+    scene.become_sphere(0)
+    before = [weight.clone() for weight in scene.levels[0]]
+    learner.step(0.1)
+    assert all(not torch.equal(old, new) for old, new in zip(before, scene.levels[0], strict=True))
 
 
 def test_what_was_cut_short_goes_on_as_if_it_had_not_been(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from mplicits.model.errors import UserError
 from mplicits.model.model import load, save, to_bytes
 from mplicits.model.scene import Disc, shapes_of
 from mplicits.scenes.place import line_of
+from support.paths import ROOT
 from support.scene_models import SCENE, composed, write_balls
 
 Values = NDArray[np.float64]
@@ -228,3 +229,13 @@ def test_verb_and_function_make_one_model(tmp_path: Path, capsys: pytest.Capture
     for target in ("html", "shadertoy", "cuda", "c", "glsl"):
         assert cli.main(["bake", str(path), "--target", target, "-o", str(tmp_path / "x")]) == 2
         assert "this model is a scene" in capsys.readouterr().err
+
+
+def test_the_example_shows_its_shapes_where_it_says() -> None:
+    field = mplicits.compose(ROOT / "examples" / "pond.toml")
+    assert len(field.model.shapes) == 4
+    spot, duck = (-0.75, 0.0, -0.15), (0.35 + 0.62 * 0.55, -0.42, 0.95)
+    assert field(spot, space="input") < 0
+    times = [float(field(duck, space="input", time=t)) for t in np.linspace(0, 1, 9)]
+    assert min(times) < 0 < max(times), "the ring turns through this point"
+    assert times[0] == pytest.approx(times[-1], abs=1e-6)
