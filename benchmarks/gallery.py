@@ -27,7 +27,7 @@ from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.screenshot import save_png
 from protocol import Page
 
-SIDE, FRONT_SIDE = 192, 420
+SIDE, FRONT_SIDE = 240, 420
 """Pixels per side of a panel, and of a picture in docs/demo.png."""
 WHITE = (1.0, 1.0, 1.0), (1.0, 1.0, 1.0)
 """Background at the top and at the bottom, sRGB."""
@@ -48,9 +48,9 @@ FRONT = (("spot", "studio"), ("bob", "studio"))
 
 def panels(levels: int) -> dict[str, RenderOptions]:
     """Return heading -> options of the pictures of a model with this number of levels."""
-    all_levels = RenderOptions(samples=4, background=WHITE)
+    all_levels = RenderOptions(samples=16, background=WHITE)
     return {
-        "all levels": all_levels,
+        "all levels, in the studio": replace(all_levels, shading="studio"),
         "the texture alone": replace(all_levels, shading="texture"),
         "level 1, same texture": replace(all_levels, shading="texture", level=1),
         "level 1, normals of the last": replace(all_levels, level=1, normal_level=levels),
@@ -69,7 +69,7 @@ def strip(model: Model, context: Context, side: int, pictures: Iterable[RenderOp
 def draw_front(path: Path, context: Context) -> None:
     """Draw docs/demo.png."""
     pictures = [
-        strip(load(gallery.model_path(name)), context, FRONT_SIDE, [RenderOptions(samples=4, shading=shading)])
+        strip(load(gallery.model_path(name)), context, FRONT_SIDE, [RenderOptions(samples=16, shading=shading)])
         for name, shading in FRONT
     ]
     save_png(path, np.concatenate(pictures, axis=1), "Spot and Bob")
