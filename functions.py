@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
 from .capture.cli import DEFAULT_ESTIMATOR, DEFAULT_UNIT
-from .capture.photo_settings import HELD_OUT, RADIANCE, RAYS
+from .capture.photo_settings import PhotoOptions, photo_settings
 from .field import Field
 from .model.errors import UserError
 from .model.gallery import model_path
 from .model.model import load as load_model
 from .notebook import Preview
 from .trainer.cli import before_torch
-from .trainer.options import TrainingOptions, shows_options
+from .trainer.options import TrainingOptions, settings_from, shows_options
 
 if TYPE_CHECKING:
     from .capture.unprojected import Unprojected
@@ -41,7 +41,7 @@ def load(source: str | Path | bytes) -> Field:
             raise UserError(str(error).replace(str(path), "these bytes", 1)) from None
 
 
-@shows_options
+@shows_options(settings_from)
 def train(
     shape: "str | Path | Given",
     levels: str | Sequence[str] | None = None,
@@ -84,7 +84,7 @@ def train(
     )
 
 
-@shows_options
+@shows_options(settings_from)
 def morph(
     first: Field | str | Path,
     second: Field | str | Path,
@@ -170,53 +170,17 @@ def unproject(
     return unprojected(depth, estimate, estimator, image, mask, fov, intrinsics, relative, range, unit, ray, close)
 
 
-def photos(
-    folder: str | Path,
-    levels: str | Sequence[str] | None = None,
-    omega: "Numbers | None" = None,
-    radiance: int = RADIANCE,
-    rays: int = RAYS,
-    seconds: float | None = None,
-    steps: int | None = None,
-    held_out: int = HELD_OUT,
-    background: str = "black",
-    scale: float | None = None,
-    camera_size: str | Sequence[int] | None = None,
-    sphere: "Numbers | None" = None,
-    up: str | None = None,
-    credit: str | None = None,
-    seed: int = 0,
-    device: str = "auto",
-    quiet: bool = False,
-) -> Field:
+@shows_options(photo_settings)
+def photos(folder: str | Path, *, quiet: bool = False, **options: Unpack[PhotoOptions]) -> Field:
     """Make a model of photographs whose cameras are known, and return it; `Field.save` writes it to a file.
 
     folder: image/, mask/ and cameras_sphere.npz (IDR, NeuS), or a transforms.json beside pictures (nerfstudio). The
-    other options are those of `mplicits photos`, with their names and defaults (docs/capture.md). Raises UserError.
+    options are those of `mplicits photos`, with their names and defaults (docs/capture.md). Raises UserError.
     """
     before_torch()
     from .capture.photos_session import photos as reconstruct
 
-    model = reconstruct(
-        Path(folder),
-        levels=levels,
-        omega=omega,
-        radiance=radiance,
-        rays=rays,
-        seconds=seconds,
-        steps=steps,
-        held_out=held_out,
-        background=background,
-        scale=scale,
-        camera_size=camera_size,
-        sphere=sphere,
-        up=up,
-        credit=credit,
-        seed=seed,
-        device=device,
-        quiet=quiet,
-    )
-    return Field(model)
+    return Field(reconstruct(Path(folder), quiet=quiet, **options))
 
 
 def evaluate(

@@ -32,7 +32,7 @@ def read_photographs(
     scale: factor on the sides of the pictures, at most 1; None: 1, or what makes `PIXELS` of them in all. camera_size:
     width and height that the cameras of cameras_sphere.npz are for; None: those of the pictures. sphere: centre and
     radius of the ball that the object is in, for a transforms.json. up: axis of the cameras' space that points up;
-    None: as the layout has it. Returns them, and warnings for the user. Raises UserError, one line.
+    None: as the pictures have it. Returns them, and warnings for the user. Raises UserError, one line.
     """
     found = _find(folder, camera_size, sphere, up)
     views = found.views
@@ -65,9 +65,9 @@ def _find(
         if (folder / name).is_file():
             if sphere is not None:
                 raise UserError(f"--sphere: {name} says itself where the object is")
-            return find_in_sphere(folder, folder / name, camera_size, up or "y")
+            return find_in_sphere(folder, folder / name, camera_size, up)
     if (folder / TRANSFORMS).is_file():
         if camera_size is not None:
             raise UserError(f"--camera-size: {TRANSFORMS} says itself what size its cameras are for")
-        return find_in_transforms(folder, None if sphere is None else np.array(sphere), up or "z")
+        return find_in_transforms(folder, None if sphere is None else np.array(sphere), up)
     raise UserError(f"{show(folder)}: no cameras in it; {CAMERAS[0]} or {TRANSFORMS} is needed")

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypedDict
 
 from ..model.errors import UserError
 from ..model.orientation import UPRIGHT
@@ -52,11 +53,41 @@ class PhotoSettings:
     sphere: tuple[float, float, float, float] | None
     """Centre and radius of the ball that the object is in; None: as the cameras have it."""
     up: str | None
-    """Axis of the cameras' space that points up; None: as the layout has it."""
+    """Axis of the cameras' space that points up; None: as the pictures have it."""
     credit: str
     seed: int
     device: str
     """"auto", "cpu" or "cuda"."""
+
+
+class PhotoOptions(TypedDict, total=False):
+    """The arguments of `photo_settings` by name, for functions that pass them on; their defaults are there."""
+
+    levels: str | Sequence[str] | None
+    omega: Numbers | None
+    """omega_0 of each level."""
+    radiance: int
+    """Width of the radiance network."""
+    rays: int
+    """Rays of a step."""
+    seconds: float | None
+    """Wall time of the optimisation, in place of `steps`."""
+    steps: int | None
+    held_out: int
+    """Every so-manieth photograph is kept out to measure by; 0: none."""
+    background: str
+    """Of photographs without masks: "black" or "white"."""
+    scale: float | None
+    """Factor on the sides of the pictures."""
+    camera_size: str | Sequence[int] | None
+    """Width and height of the pictures that the cameras are for, "1600x1200"."""
+    sphere: Numbers | None
+    """Centre and radius of the ball that the object is in."""
+    up: str | None
+    """Axis of the cameras' space that points up."""
+    credit: str | None
+    seed: int
+    device: str
 
 
 def photo_settings(

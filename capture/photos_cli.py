@@ -64,7 +64,7 @@ def photos_arguments(parser: ArgumentParser) -> None:
     add(
         "--up",
         choices=UPRIGHT,
-        help="axis of the cameras' space that points up (default: z with transforms.json, else y)",
+        help="axis of the cameras' space that points up (default: as in the pictures)",
     )
     add("--credit", metavar="TEXT", help="author and licence of the photographs")
     add("--seed", metavar="K", type=int, default=0, help="seed of all random numbers (default: 0)")

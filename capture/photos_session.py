@@ -1,17 +1,17 @@
 """One run of `mplicits photos`: read the photographs, learn with a progress bar, save the model, print the figures."""
 
-from collections.abc import Sequence
 from pathlib import Path
+from typing import Unpack
 
 from ..model.errors import UserError
 from ..model.files import show
 from ..model.interrupts import ended_by
 from ..model.model import Model, save, shape_of
-from ..trainer.options import Numbers
+from ..trainer.options import shows_options
 from ..trainer.part import Part
 from ..trainer.session import TrainingBar
 from .folder import read_photographs
-from .photo_settings import HELD_OUT, RADIANCE, RAYS, PhotoSettings, photo_settings
+from .photo_settings import PhotoOptions, PhotoSettings, photo_settings
 from .posed import Photographs
 from .reconstruct import Reconstruction
 
@@ -24,47 +24,14 @@ def photographs_of(folder: Path, settings: PhotoSettings, bar: TrainingBar) -> P
     return found
 
 
-def photos(
-    folder: Path,
-    levels: str | Sequence[str] | None = None,
-    omega: Numbers | None = None,
-    radiance: int = RADIANCE,
-    rays: int = RAYS,
-    seconds: float | None = None,
-    steps: int | None = None,
-    held_out: int = HELD_OUT,
-    background: str = "black",
-    scale: float | None = None,
-    camera_size: str | Sequence[int] | None = None,
-    sphere: Numbers | None = None,
-    up: str | None = None,
-    credit: str | None = None,
-    seed: int = 0,
-    device: str = "auto",
-    quiet: bool = False,
-) -> Model:
+@shows_options(photo_settings)
+def photos(folder: Path, *, quiet: bool = False, **options: Unpack[PhotoOptions]) -> Model:
     """Make a model of photographs with cameras.
 
     The arguments are the options of `mplicits photos` (docs/capture.md), with their names and defaults. Raises
     UserError.
     """
-    settings = photo_settings(
-        levels=levels,
-        omega=omega,
-        radiance=radiance,
-        rays=rays,
-        seconds=seconds,
-        steps=steps,
-        held_out=held_out,
-        background=background,
-        scale=scale,
-        camera_size=camera_size,
-        sphere=sphere,
-        up=up,
-        credit=credit,
-        seed=seed,
-        device=device,
-    )
+    settings = photo_settings(**options)
     bar = TrainingBar(quiet)
     return Reconstruction(photographs_of(folder, settings, bar), settings, bar).run()
 

@@ -1,5 +1,6 @@
 """Photographs as they were found in a folder, before they are read."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,6 +19,8 @@ LARGEST = 100e6
 """Pixels that all photographs have together, at most."""
 SMALLEST = 8
 """Pixels that a side has, at least."""
+AGREED = 0.2
+"""Length of the mean of the pictures' directions upwards, along an axis, below which they tell nothing."""
 SINGULAR = 1e-9
 """A camera's matrix with a smaller determinant, its rows being of length 1, gives no rays."""
 
@@ -50,6 +53,22 @@ class Found:
     up: str
     """Axis of the cameras' space that points up."""
     warnings: list[str] = field(default_factory=list)
+
+
+def up_of(views: Sequence[FoundView], usual: str) -> str:
+    """Return the axis of the cameras' space, as `upright` takes it, that is nearest to up in the pictures' mean.
+
+    usual: the axis where the pictures' directions cancel, as where cameras are held every way.
+    """
+    up = np.zeros(3)
+    for view in views:
+        rays = np.linalg.inv(view.projection[:, :3])
+        in_picture = -rays[:, 1] * np.sign(np.linalg.det(rays))
+        up += in_picture / np.linalg.norm(in_picture)
+    axis = int(np.abs(up).argmax())
+    if abs(up[axis]) < AGREED * len(views):
+        return usual
+    return ("-" if up[axis] < 0 else "") + "xyz"[axis]
 
 
 def size_of(path: Path) -> tuple[int, int]:

@@ -9,18 +9,19 @@ from ..model.errors import UserError
 from ..model.files import show
 from ..model.orientation import upright
 from .intrinsics import of_one_shape
-from .pictures import SUFFIXES, Found, FoundView, check_projection, size_of
+from .pictures import SUFFIXES, Found, FoundView, check_projection, size_of, up_of
 from .posed import Doubles
 
 OFF_CENTRE = 0.25
 """A principal point farther from the picture's middle, as a share of its sides, is of a picture of another size."""
 
 
-def find_in_sphere(folder: Path, cameras: Path, camera_size: tuple[int, int] | None, up: str) -> Found:
+def find_in_sphere(folder: Path, cameras: Path, camera_size: tuple[int, int] | None, up: str | None) -> Found:
     """Find the photographs of a folder. cameras: its world_mat_i project to pixels whose centres are whole numbers.
 
     camera_size: width and height of the pictures that the cameras are for; None: those of the pictures. The ball that
-    the object is in is that of scale_mat_0. up: axis of the cameras' space that points up. Raises UserError.
+    the object is in is that of scale_mat_0. up: axis of the cameras' space that points up; None: y, or the one that
+    points up in the pictures. Raises UserError.
     """
     images, masks = _pictures(folder / "image"), _pictures(folder / "mask")
     if not images:
@@ -41,6 +42,7 @@ def find_in_sphere(folder: Path, cameras: Path, camera_size: tuple[int, int] | N
         projection = check_projection(matrices[key], f"{name}, {key}")
         size = size_of(image)
         views.append(FoundView(image, masks[i] if masks else None, *size, _fitted(projection, size, camera_size, name)))
+    up = up or up_of(views, "y")
     turned = np.eye(4)
     turned[:3, :3] = upright(np.eye(3), up)
     radius = abs(np.linalg.det(scale[:3, :3])) ** (1 / 3)

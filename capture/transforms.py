@@ -12,7 +12,7 @@ from ..model.errors import UserError
 from ..model.files import show
 from ..model.orientation import upright
 from .intrinsics import Intrinsics, of_one_shape
-from .pictures import SUFFIXES, Found, FoundView, check_projection, size_of
+from .pictures import SUFFIXES, Found, FoundView, check_projection, size_of, up_of
 from .posed import Doubles
 
 TRANSFORMS = "transforms.json"
@@ -22,13 +22,14 @@ STRAIGHT = 1e-4
 """Smaller distortions are none."""
 
 
-def find_in_transforms(folder: Path, sphere: Doubles | None, up: str) -> Found:
+def find_in_transforms(folder: Path, sphere: Doubles | None, up: str | None) -> Found:
     """Find the photographs that a transforms.json lists.
 
     Each has a file_path, a transform_matrix from its camera (which looks along -z, y up) to the cameras' space, and may
     have a mask_path. fl_x, fl_y, cx, cy, w and h, or camera_angle_x, stand in each frame or for all of them. sphere:
     (4,), centre and radius of the ball that the object is in; None: the ball around the point that the cameras look at
-    which all of them see. up: axis of the cameras' space that points up. Raises UserError.
+    which all of them see. up: axis of the cameras' space that points up; None: z, or the one that points up in the
+    pictures. Raises UserError.
     """
     path = folder / TRANSFORMS
     content = _read(path)
@@ -62,6 +63,7 @@ def find_in_transforms(folder: Path, sphere: Doubles | None, up: str) -> Found:
     if sphere is None and views:
         sphere = _ball(np.array(eyes), np.array(axes), np.array(reach))
     centre, radius = (np.zeros(3), 1.0) if sphere is None else (sphere[:3], float(sphere[3]))
+    up = up or up_of(views, "z")
     to_model = np.eye(4)
     to_model[:3, :3], to_model[:3, 3] = radius * upright(np.eye(3), up), centre
     return Found(views, upright(centre, up), radius, to_model, up, warnings)

@@ -26,8 +26,11 @@ class Verb:
 
 
 def take_negative_numbers(parser: ArgumentParser) -> None:
-    """Let an option take a value such as -30,20, which is no option itself: Python 3.14's rule, for older versions."""
-    parser._negative_number_matcher = re.compile(r"-\.?\d")
+    """Let an option take a value such as -30,20, which is no option itself: Python 3.14's rule, for older versions.
+
+    So may it take the axes -x, -y and -z.
+    """
+    parser._negative_number_matcher = re.compile(r"-\.?\d|-[xyz]$")
 
 
 def output_arguments(parser: ArgumentParser, metavar: str, text: str) -> None:

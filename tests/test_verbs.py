@@ -14,6 +14,7 @@ from PIL import Image
 
 import mplicits
 from mplicits import cli
+from mplicits.capture.photo_settings import PhotoOptions, photo_settings
 from mplicits.capture.photos_session import photos
 from mplicits.capture.unprojected import unprojected
 from mplicits.codegen.baked import bake
@@ -85,10 +86,12 @@ def test_names_and_defaults_are_one(name: str) -> None:
                 assert same(parameters[key].default, option), (function, key)
 
 
-def test_the_options_of_a_training_are_said_alike_twice() -> None:
-    named = get_type_hints(settings_from)
-    del named["return"], named["levels"]
-    assert named == get_type_hints(TrainingOptions)
+@pytest.mark.parametrize(("options", "taker"), [(TrainingOptions, settings_from), (PhotoOptions, photo_settings)])
+def test_options_are_said_alike_twice(options: type, taker: Callable[..., object]) -> None:
+    named = get_type_hints(taker)
+    for other in {"return", "levels"} - get_type_hints(options).keys():
+        del named[other]
+    assert named == get_type_hints(options)
 
 
 def test_every_verb_has_a_function() -> None:

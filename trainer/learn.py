@@ -45,7 +45,7 @@ class _Told:
         self._progress.say(line)
 
 
-@shows_options
+@shows_options(settings_from)
 def learn(
     shape: str | Path | Given,
     levels: str | Sequence[str] | None = None,
@@ -90,7 +90,7 @@ def learn(
     return _trained(load, settings, quiet, resume, callback, follow)
 
 
-@shows_options
+@shows_options(settings_from)
 def morph(
     first: str | Path | Model,
     second: str | Path | Model,

@@ -119,13 +119,21 @@ def settings_from(
 Takes = TypeVar("Takes", bound=Callable[..., object])
 
 
-def shows_options(function: Takes) -> Takes:
-    """Show the arguments of `settings_from`, with their defaults, in the signature of a function with `**options`."""
-    own = [each for each in signature(function).parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
-    names = {each.name for each in own}
-    more = [each for name, each in signature(settings_from).parameters.items() if name not in names]
-    function.__signature__ = signature(function).replace(parameters=[*own, *more])  # type: ignore[attr-defined]
-    return function
+def shows_options(taker: Callable[..., object]) -> Callable[[Takes], Takes]:
+    """Show the arguments of `taker`, with their defaults, in the signature of a function that hands it `**options`."""
+
+    def show(function: Takes) -> Takes:
+        own = [each for each in signature(function).parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
+        names = {each.name for each in own}
+        more = [
+            each.replace(kind=Parameter.KEYWORD_ONLY)
+            for name, each in signature(taker).parameters.items()
+            if name not in names
+        ]
+        function.__signature__ = signature(function).replace(parameters=[*own, *more])  # type: ignore[attr-defined]
+        return function
+
+    return show
 
 
 def check_no_image(texture: str) -> None:

@@ -13,6 +13,7 @@ from PIL import Image
 from mplicits.capture.folder import read_photographs
 from mplicits.capture.posed import split
 from mplicits.model.errors import UserError
+from mplicits.model.orientation import as_in_file
 from support.ball_photographs import RADIUS, poses, write_sphere_layout, write_transforms_layout
 
 SIZE = 24
@@ -50,6 +51,33 @@ def test_a_transforms_file_finds_what_the_cameras_look_at(tmp_path: Path) -> Non
     assert RADIUS < found.scale < 1
     turned = np.array([view.eye for view in found.views]) * found.scale
     np.testing.assert_allclose(turned[:, 1], [pose[2, 3] for pose in poses(5)], atol=1e-9)
+
+
+@pytest.mark.parametrize("up", ["y", "-y", "z", "-x"])
+def test_up_is_as_in_the_pictures(up: str, tmp_path: Path) -> None:
+    write_transforms_layout(tmp_path / "t", 5, SIZE)
+    as_it_was, _ = read_photographs(tmp_path / "t")
+    assert as_it_was.up == "y"
+    content = json.loads((tmp_path / "t" / "transforms.json").read_text())
+    turned = np.eye(4)
+    turned[:3, :3] = as_in_file(np.eye(3), up)
+    for frame in content["frames"]:
+        frame["transform_matrix"] = (turned.T @ np.array(frame["transform_matrix"])).tolist()
+    (tmp_path / "t" / "transforms.json").write_text(json.dumps(content))
+    found, _ = read_photographs(tmp_path / "t")
+    assert found.up == up
+    for before, after in zip(as_it_was.views, found.views, strict=True):
+        np.testing.assert_allclose(after.eye, before.eye, atol=1e-9)
+
+
+def test_pictures_held_every_way_tell_no_up(tmp_path: Path) -> None:
+    write_transforms_layout(tmp_path / "t", 4, SIZE)
+    content = json.loads((tmp_path / "t" / "transforms.json").read_text())
+    for frame, upside_down in zip(content["frames"], (False, True, False, True), strict=True):
+        matrix = np.array(content["frames"][0]["transform_matrix"])
+        frame["transform_matrix"] = (matrix @ np.diag([-1, -1, 1, 1] if upside_down else [1, 1, 1, 1])).tolist()
+    (tmp_path / "t" / "transforms.json").write_text(json.dumps(content))
+    assert read_photographs(tmp_path / "t")[0].up == "z"
 
 
 def test_smaller_pictures_have_the_same_camera(sphere_layout: Path) -> None:
