@@ -40,6 +40,8 @@ class Language:
     """A mat4 times a vec4."""
     transposed: str = "{vector} * {matrix}"
     """The transpose of a mat4 times a vec4."""
+    by_columns: bool = False
+    """Whether a mat4 is made of four vec4, its columns: not every language makes one of 16 numbers."""
 
     def type(self, kind: str) -> str:
         """Return the language's name of a type of GLSL."""
@@ -67,6 +69,8 @@ class Language:
     def vector(self, values: np.ndarray) -> str:
         """Return a vec4 of 4 values, or a mat4 of 16 in column-major order."""
         kind = self.type({4: "vec4", 16: "mat4"}[len(values)])
+        if len(values) == 16 and self.by_columns:
+            return f"{kind}({', '.join(self.vector(column) for column in values.reshape(4, 4))})"
         return f"{kind}({', '.join(self.number(value) for value in values)})"
 
 

@@ -68,7 +68,7 @@ def described(program: Program, name: str, space: str) -> list[str]:
     return [
         f"A neural signed distance function of {len(program.values)} nested level{'s' * (len(program.values) > 1)}.",
         f"Points and distances: {unit}.",
-        f"{name}(p{time}): signed distance, negative inside. {name}_level(p, level{time}): levels 1 to `level` alone.",
+        f"{name}(p{time}): signed distance, negative inside. {name}_level(p, level{time}): levels 1 to that one alone.",
         f"{name}_normal(p{time}): its gradient, of length 1. {name}_color(p{time}): colour on the surface, sRGB.",
     ]
 
