@@ -182,10 +182,12 @@ class ComposedPrinter:
                 here[i] = here[i] && abs(v[i]) < band_of[at - 1];
                 share = faded(v[i], band_of[at - 1]);
             }
-            if (!here[i]) continue;
             float far = length(q[i].xyz);
-            v[i] += share * network(vec4(q[i].xyz / max(far, 1.), when[i]), network_of[at]).x;
-            d[i] = q[i].w * bounded(v[i], far);
+            // Loops that end after one turn, where branches would do: what no ray asks, software drivers skip then.
+            for (bool ask = here[i]; ask; ask = false) {
+                v[i] += share * network(vec4(q[i].xyz / max(far, 1.), when[i]), network_of[at]).x;
+                d[i] = q[i].w * bounded(v[i], far);
+            }
         }
         f = joined(d);
         reached = k + 1;
@@ -209,15 +211,14 @@ float field(vec3 p, int level, out int reached) {
     for (int i = 0; i < SHAPES; ++i) {
         float far = length(q[i].xyz);
         slope[i] = q[i].xyz / max(far, 1e-12);
-        if (w[i] == 0. || far >= most[i]) continue;
         vec4 f = vec4(0);
-        for (int k = 0; k < reached; ++k) {
+        for (int k = 0; k < (w[i] == 0. || far >= most[i] ? 0 : reached); ++k) {
             int at = LEVELS * i + k;
             if (network_of[at] < 0 || k > 0 && abs(f.w) >= band_of[at - 1]) break;
             vec4 r = network_gradient(vec4(q[i].xyz / max(far, 1.), when[i]), network_of[at]);
             f = k == 0 ? r : refined(f, r, band_of[at - 1]);
         }
-        slope[i] = bounded_slope(f, slope[i], far);
+        if (far < most[i]) slope[i] = bounded_slope(f, slope[i], far);
     }
     vec3 g = vec3(0), s;""".splitlines()
         for i, leaf in enumerate(self._leaves):
@@ -239,9 +240,8 @@ float field(vec3 p, int level, out int reached) {
     shares(d, w);
     vec3 colour = vec3(0);
     for (int i = 0; i < SHAPES; ++i) {
-        if (w[i] == 0.) continue;
         vec3 own = tint_of[i];
-        if (texture_of[i] >= 0) {
+        for (bool ask = w[i] != 0. && texture_of[i] >= 0; ask; ask = false) {
             vec4 z = vec4(q[i].xyz / max(length(q[i].xyz), 1.), when[i]);
             own = clamp(network(z, texture_of[i]).xyz, 0., 1.);
         }

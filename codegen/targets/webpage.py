@@ -19,9 +19,9 @@ from ...model.model import (
     DEFAULT_STEP_BOUND,
     FORMAT,
     MOST_ITERATIONS,
-    SHAPE_VERSION,
     STEP_BOUNDS,
     TRAINING,
+    VERSION,
     Model,
     to_bytes,
 )
@@ -37,19 +37,20 @@ from ..reference.poster import poster as draw_poster
 from ..reference.rounding import in_decimals, is_float16
 from ..reference.studio import EVALUATIONS
 from . import fragment, orbit, shadertoy
-from .alone import refuse_scene
 from .camera import basis, fitting_distance
 from .glsl300es import DIALECT
 from .header import header_facts
 from .motion import PERIOD
 from .shader import LEAST_STEPS, LOOP_LIMIT, PASSES
 from .uniforms import SHADINGS, UNIFORMS, default
+from .webpage_scene import scene_facts, texel_bytes
 
 PRINTER = ("facts.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js", "field.js")
-"""Modules in web/ that read a model and print its field."""
+"""Modules in web/ that read a model and print its field; a scene's is printed here (webpage_scene.py)."""
 SCRIPTS = (
     *PRINTER,
     "reference.js",
+    "baked.js",
     "cells.js",
     "lowest.js",
     "camera.js",
@@ -98,22 +99,25 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None, p
     poster: whether the page opens with a small picture of the model, which takes seconds to draw.
     Raises UserError where the weights cannot be stored so.
     """
-    refuse_scene(model, "a page")
     weights = model if digits is None else in_decimals(model, digits)
     if storage == "packed":
         raise UserError("--storage packed: only shadertoy has it; there is literal, texture, auto")
     program = lower(weights)
-    field = print_field(program, DIALECT.language, "texture")
+    # A scene refuses literals.
+    field = print_field(program, DIALECT.language, "texture" if model.scene is None else storage)
     header = header_facts(model, program, "html")
     # A model that is dropped on the page may move, even if this one does not.
     ground = round(lowest_point(program), 4)
     prologue = fragment.prologue(header, replace(program, moving=True), DIALECT, field.weights, ground)
+    facts = header | {"ground": ground} | _facts(model, program, storage, digits)
+    if model.scene is not None:
+        facts["scene"] = scene_facts(model, program, field)
     parts = {
         "css": _read("page.css"),
         "poster": _poster(model, program) if poster else "data:,",
         "js": script(),
-        "facts": facts_json(header | {"ground": ground} | _facts(model, program, storage, digits)),
-        "weights": _wrapped(base64.b64encode(_bytes(weights)).decode()),
+        "facts": facts_json(facts),
+        "weights": _wrapped(base64.b64encode(_bytes(weights) if model.scene is None else texel_bytes(field)).decode()),
         "prologue": _shader(prologue),
         "glsl": _glsl(),
     }
@@ -133,7 +137,7 @@ def facts_json(facts: dict[str, Any]) -> str:
     shared = {
         "format": {
             "name": FORMAT,
-            "version": SHAPE_VERSION,
+            "version": VERSION,
             "widest": WIDEST,
             "most_iterations": MOST_ITERATIONS,
             "step_bounds": list(STEP_BOUNDS),
@@ -173,12 +177,13 @@ def facts_json(facts: dict[str, Any]) -> str:
 def _facts(model: Model, program: Program, storage: str, digits: int | None) -> dict[str, Any]:
     """Say what the page knows of its own model beyond the header's facts, of which it gives `sha256` in full."""
     points = _probes(program)
-    narrow = any(program.widest(function) <= STORAGES[0][0] for function in program.functions())
+    widest = [program.widest(function) for function in program.functions()]
+    literal = program.composition is None and (storage == "literal" or min(widest) <= STORAGES[0][0])
     return {
         "sha256": program.sha256,
-        "storage": storage if narrow or storage == "literal" else "texture",
+        "storage": storage if literal else "texture",
         "points": _numbers(points),
-        "values": _numbers(interpret.field(program, points, len(program.values))),
+        "values": _numbers(interpret.field(program, points, len(program.bands))),
         "shadertoy": _shadertoy(model, digits),
     }
 
@@ -190,8 +195,8 @@ def _probes(program: Program) -> Array:
     """
     points = near_surface(program)
     points = points[np.linalg.norm(points, axis=1) < 1]
-    _, reached = interpret.nested_field(program, points, len(program.values))
-    probes: Array = points[reached == len(program.values)][:PROBES]
+    _, reached = interpret.nested_field(program, points, len(program.bands))
+    probes: Array = points[reached == len(program.bands)][:PROBES]
     return probes
 
 

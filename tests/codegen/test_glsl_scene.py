@@ -12,10 +12,7 @@ from mplicits.model.errors import UserError
 from mplicits.viewer.draw.context import Context
 from support.dense_views import compare
 from support.glsl_probe import FieldProbe, assert_close, points
-from support.scene_models import SCENE, composed
-
-STILL = SCENE.replace('"0.3 * t"', "0.1").replace('"90 * t"', "30").replace('"0.7 + 0.1 * t"', "0.75")
-"""SCENE at one moment."""
+from support.scene_models import STILL, composed
 
 
 def test_glsl_equals_the_reference(osmesa: Context, tmp_path: Path) -> None:

@@ -66,9 +66,10 @@ BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
     "cut short": (lambda data: data[:-100], "the file is cut short or damaged"),
     "other format": (lambda data: changed(data, lambda h: h["__metadata__"].pop("format")), "not an mplicits model"),
     "future": (
-        lambda data: changed(data, lambda h: h["__metadata__"].update(version="2")),
-        "format version 2 is newer",
+        lambda data: changed(data, lambda h: h["__metadata__"].update(version="3")),
+        "format version 3 is newer",
     ),
+    "scene": (lambda data: changed(data, describe(lambda d: d.update(scene={"parts": []}))), "a page of its own"),
     "halves": (
         lambda data: changed(data, lambda h: h["level1.layer0.bias"].update(dtype="F16")),
         "level1.layer0.bias: must be float32",

@@ -25,9 +25,9 @@ MEAN_TOLERANCE = 0.6
 """Mean difference that is allowed, of 255."""
 
 
-def desktop(renderer: Renderer, camera: Camera, options: RenderOptions) -> NDArray[np.uint8]:
-    """Return the desktop's picture, (SIDE, SIDE, 3) with 16 samples a pixel."""
-    image = renderer.render((SIDE, SIDE), camera, replace(options, samples=16))
+def desktop(renderer: Renderer, camera: Camera, options: RenderOptions, side: int = SIDE) -> NDArray[np.uint8]:
+    """Return the desktop's picture, (side, side, 3) with 16 samples a pixel."""
+    image = renderer.render((side, side), camera, replace(options, samples=16))
     pixels: NDArray[np.uint8] = np.rint(image[..., :3].clip(0, 1) * 255).astype(np.uint8)
     return pixels
 

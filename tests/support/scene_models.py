@@ -37,6 +37,17 @@ scale = "0.7 + 0.1 * t"
 height = -1
 """
 """A scene that moves, with every operation but the intersection."""
+STILL = SCENE.replace('"0.3 * t"', "0.1").replace('"90 * t"', "30").replace('"0.7 + 0.1 * t"', "0.75")
+"""SCENE at one moment."""
+SMALL = """
+[[parts]]
+model = "ball.safetensors"
+translate = ["0.6 * t", 0, 0]
+[ground]
+radius = 1.2
+color = [0.2, 0.5, 0.3]
+"""
+"""A ball that moves over a plate."""
 
 
 def write_balls(folder: Path) -> None:

@@ -5,9 +5,10 @@ import {firstValue, isNear} from "./reference.js";
 const SLICE = 12; // milliseconds of work after which the page may do something else
 const DEAR = 50000; // weights of a model whose grid is coarser, since finding it would take seconds
 
-// Resolves to {count, half, grids}, as Cells in cells.py describes them; null where isWanted() has become false. rest()
-// resolves when the next slice of the work may begin.
+// Resolves to {count, half, grids}, as Cells in cells.py describes them; null where isWanted() has become false, and of a
+// scene, whose rays skip what is outside its shapes' balls. rest() resolves when the next slice of the work may begin.
 export async function emptyCells(model, isWanted, rest) {
+    if (model.field) return null;
     const {first, least, most, moments, overestimate} = shared.cells, moves = model.inputs === "xyzt";
     const count = moves || model.parameters > DEAR ? least : most, half = 1 + model.levels[0].delta;
     let began = performance.now();

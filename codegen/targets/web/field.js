@@ -9,8 +9,9 @@ import {READERS, countLoops, layOut, looped} from "./texels.js";
 // TEXTURE_WIDTH texels wide and of height 0 where there is none; and the loop iterations that a call costs at each
 // level, as llvmpipe counts them.
 // storage: "texture", "literal", or "auto", which takes for each function the first storage that holds its width.
-// unroll: products of a 4 x 4 block in one iteration of a loop, at most.
+// unroll: products of a 4 x 4 block in one iteration of a loop, at most. A scene has its field with it (baked.js).
 export function printField(model, storage, unroll = shared.unroll) {
+    if (model.field) return model.field;
     const {constants, values, gradients, texture} = lowered(model);
     const functions = [...values, ...gradients, ...(texture ? [texture] : [])];
     const isLiteral = (code) => storageOf(code, storage) === "literal";

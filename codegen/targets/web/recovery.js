@@ -3,7 +3,7 @@ import {probes} from "./reference.js";
 
 // What becomes of the picture when the driver loses the WebGL context, and with it all that was drawn. A model whose
 // picture was whole before comes back as it was. One that the driver failed at comes back with half of its levels, and
-// half of these, down to level 1; after that, and where no context comes back, the page's poster stays.
+// half of these, down to level 1; after that, of a scene, and where no context comes back, the page's poster stays.
 const WAIT = 12000; // milliseconds after which a context that is not back will hardly come
 let waiting = 0;
 
@@ -17,8 +17,9 @@ export function afterLoss(shown, variant) {
         memory.write("texture");
         return shown;
     }
+    if (shown.model.field || levels.length === 1) return null;
     memory.levels = Math.ceil(levels.length / 2);
-    return levels.length > 1 ? reduced(shown) : null;
+    return reduced(shown);
 }
 
 // Returns what is shown with as many levels as its memory holds possible.

@@ -22,6 +22,10 @@ export function parseModel(buffer, half = false) {
             + "bake the page anew");
     }
     const description = describe(metadata.model);
+    if (description.scene) {
+        throw new ModelError("a scene of several shapes, which needs a page of its own; "
+            + "make it with: mplicits bake SCENE.safetensors --target html");
+    }
     const tensors = new Map();
     for (const [name, entry] of Object.entries(header.entries)) {
         const ofModel = name !== "__metadata__" && !name.startsWith(`${FORMAT.training}.`);
@@ -106,12 +110,17 @@ function readTensor(name, entry, buffer, start, half) {
     const [from, to] = offsets;
     if (to - from !== count * size || start + to > buffer.byteLength)
         throw new ModelError(`${name}: the file is cut short or damaged`);
-    const view = new DataView(buffer, start + from, to - from);
+    const values = readFloats(new DataView(buffer, start + from, to - from), count, size);
+    if (!values.every(Number.isFinite)) throw new ModelError(`${name}: has values that are not finite`);
+    return {shape, values};
+}
+
+// Returns the numbers at the beginning of a DataView, each of `size` bytes, 2 or 4.
+export function readFloats(view, count, size) {
     const values = new Float32Array(count);
     for (let i = 0; i < count; ++i)
         values[i] = size === 4 ? view.getFloat32(4 * i, true) : float16(view.getUint16(2 * i, true));
-    if (!values.every(Number.isFinite)) throw new ModelError(`${name}: has values that are not finite`);
-    return {shape, values};
+    return values;
 }
 
 // Returns the number that 16 bits stand for as an IEEE 754 half.

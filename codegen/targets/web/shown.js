@@ -1,3 +1,4 @@
+import {bakedScene} from "./baked.js";
 import {choose, copyText, fillChoices} from "./controls.js";
 import {facts, shared} from "./facts.js";
 import {printField} from "./field.js";
@@ -18,9 +19,10 @@ const SHADING_LABELS = {phong: "Phong", studio: "Studio", normal: "Normals", dep
 
 // Returns the page's own model.
 export function embedded() {
-    const bytes = Uint8Array.from(atob(element("weights").textContent), (letter) => letter.charCodeAt(0));
+    const {buffer} = Uint8Array.from(atob(element("weights").textContent), (letter) => letter.charCodeAt(0));
+    const model = facts.scene ? bakedScene(buffer) : parseModel(buffer, true);
     return reduced({
-        model: {...parseModel(bytes.buffer, true), ground: facts.ground}, probes: {points: facts.points, values: facts.values},
+        model: {...model, ground: facts.ground}, probes: {points: facts.points, values: facts.values},
         storage: facts.storage, shadertoy: facts.shadertoy, memory: memoryOf(facts.sha256),
     });
 }
@@ -29,9 +31,9 @@ export function embedded() {
 export async function start(chosen) {
     shown = next = chosen;
     const {model} = chosen, levels = model.levels.length;
-    const shapes = model.levels.map(({network}) => `${network[0].rows}x${network.length - 2}`);
+    const networks = () => model.levels.map(({network}) => `${network[0].rows}x${network.length - 2}`);
     entitle(model);
-    const size = `${shapes.join(" > ")} · ${model.parameters.toLocaleString("en")} parameters`;
+    const size = `${model.field ? `${model.shapes} shapes` : networks().join(" > ")} · ${model.parameters.toLocaleString("en")} parameters`;
     element("shapes").textContent = model.credit ? `${size} · ${model.credit}` : size;
     element("copy").hidden = !chosen.shadertoy;
     const moves = model.inputs === "xyzt";
@@ -39,7 +41,7 @@ export async function start(chosen) {
     goTo(moves ? options.time : 0);
     const shading = options.shading === "texture" && !model.texture ? "phong" : options.shading;
     set({level: levels, normalLevel: null, shading}, true);
-    const numbers = shapes.map((_, i) => ({value: i + 1, label: String(i + 1)}));
+    const numbers = model.levels.map((_, i) => ({value: i + 1, label: String(i + 1)}));
     fillChoices(element("level"), numbers, levels, (level) => set({level}));
     const same = {value: null, label: "same"};
     fillChoices(element("normals"), [same, ...numbers], null, (normalLevel) => set({normalLevel}));
