@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from moment import frozen
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference.cells import MOMENTS, Cells
 from mplicits.codegen.targets.glsl330 import bake
@@ -46,19 +47,6 @@ def drifting(model: Model) -> Model:
     )
     texture = None if model.texture is None else moved(model.texture, 1.0)
     return replace(model, name=f"{model.name}, drifting", levels=levels, texture=texture, inputs="xyzt")
-
-
-def frozen(model: Model, moment: float) -> Model:
-    """Return the static model that a moving one is at a time."""
-
-    def still(network: Network) -> Network:
-        first = network[0]
-        bias = np.asarray(first.bias + first.weight[:, 3] * np.float32(moment), np.float32)
-        return (Layer(np.ascontiguousarray(first.weight[:, :3]), bias), *network[1:])
-
-    levels = tuple(replace(level, network=still(level.network)) for level in model.levels)
-    texture = None if model.texture is None else still(model.texture)
-    return replace(model, levels=levels, texture=texture, inputs="xyz")
 
 
 def measure(page: Page, model: Model, side: int, times: int, frames: int) -> None:
