@@ -6,6 +6,7 @@ from importlib.util import find_spec
 EXTRAS = {
     "train": {"igl", "lxml", "networkx", "scipy", "threadpoolctl", "torch", "trimesh"},
     "mesh": {"igl", "lxml", "networkx", "scipy", "threadpoolctl", "trimesh"},
+    "cluster": {"dask", "distributed"},
     "capture": {"OpenEXR", "scipy"},
     "depth": {"torch", "transformers"},
 }

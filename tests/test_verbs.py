@@ -33,7 +33,7 @@ OF_FILES = {"output", "force", "json"}
 """Options that say where a verb's result goes: a function returns it."""
 OF_THE_COMMAND_LINE = {
     "render": {"benchmark", "frames", "fps", "once", "turn"},
-    "train": {"live"},
+    "train": {"live", "jobs", "cluster"},
     "morph": {"live"},
     "photos": {"resume"},
 }

@@ -8,6 +8,7 @@ from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..model.errors import UserError
 from ..model.files import check_writable, show
 from ..model.gallery import SUFFIX
 from ..model.interrupts import begin_work, ended_by
@@ -27,7 +28,8 @@ def arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "shape",
         metavar="SHAPE",
-        help="a mesh (PLY OBJ STL GLB), a point cloud (PLY XYZ NPZ OBJ), or the word `demo`; with --time, a folder",
+        help="a mesh (PLY OBJ STL GLB), a point cloud (PLY XYZ NPZ OBJ), or the word `demo`; or a folder of them, "
+        "with -o OUT/",
     )
     parser.add_argument(
         "--time",
@@ -47,6 +49,14 @@ def arguments(parser: ArgumentParser) -> None:
         metavar="T",
         type=float,
         help="take an open mesh for a sheet: all that is nearer to it than T, a share of its radius (0.02)",
+    )
+    parser.add_argument(
+        "--jobs", metavar="N", type=int, default=1, help="of a folder: shapes trained beside one another (default: 1)"
+    )
+    parser.add_argument(
+        "--cluster",
+        metavar="ADDRESS",
+        help="of a folder: train on the workers of the Dask scheduler there (tcp://host:8786), which see its files",
     )
     training_arguments(parser)
 
@@ -173,6 +183,13 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") ->
     """Train, save the model, and print its figures. Raises UserError."""
     settings = settings_of(options)
     before_torch()
+    if Path(options.shape).is_dir() and not options.time:
+        from .folder import run_folder
+
+        run_folder(options, settings, arguments)
+        return
+    if options.jobs != 1 or options.cluster:
+        raise UserError("--jobs, --cluster: for a folder of shapes")
     if options.time:
         from . import motion
 

@@ -1,0 +1,180 @@
+"""A folder of shapes becomes a folder of models, whatever some of them do."""
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import time
+from argparse import ArgumentParser
+from pathlib import Path
+
+import pytest
+import trimesh
+
+from mplicits import cli
+from mplicits.model.model import load
+from mplicits.trainer.cli import arguments
+from mplicits.trainer.folder import passed_on, shapes_in
+from mplicits.trainer.folders.job import Job, Outcome
+from mplicits.trainer.folders.results import PAGE, TABLE, row_of, write_results
+from support.paths import DEMO
+
+SMALL = ("--levels", "12x0,12x1", "--texture", "none", "--steps", "30,30", "--seed", "3")
+
+
+@pytest.fixture
+def shapes(tmp_path: Path) -> Path:
+    folder = tmp_path / "shapes"
+    folder.mkdir()
+    trimesh.creation.icosphere(2).export(folder / "ball.ply")
+    trimesh.creation.torus(1.0, 0.4).export(folder / "ring & <b>.stl")
+    (folder / "bad.obj").write_text("nonsense")
+    (folder / "notes.txt").write_text("no shape")
+    return folder
+
+
+def rows(folder: Path) -> dict[str, dict[str, str]]:
+    with (folder / TABLE).open(newline="") as file:
+        return {row["name"]: row for row in csv.DictReader(file)}
+
+
+def test_names_are_the_files_and_no_two_are_alike(shapes: Path) -> None:
+    assert set(shapes_in(shapes)) == {"ball", "bad", "ring & <b>"}
+    trimesh.creation.box().export(shapes / "ball.obj")
+    assert set(shapes_in(shapes)) == {"ball-ply", "ball-obj", "bad", "ring & <b>"}
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        [],
+        [*SMALL, "--packed", "--weights", "eikonal=2,value=1e5"],
+        ["--seconds", "2.5", "--flat", "--up", "-y", "--front", "-30,20", "--credit", "A 'B', C"],
+        ["--omega", "20,30", "--noise", "0.01", "--thicken", "0.1", "--texture-network", "8x1", "--device", "cpu"],
+    ],
+)
+def test_each_shape_gets_the_options_of_the_folder(asked: list[str]) -> None:
+    parser = ArgumentParser()
+    arguments(parser)
+    options = parser.parse_args(["folder", "-o", "out", "--jobs", "2", "--resume", "--quiet", *asked])
+    again = parser.parse_args(["folder", *passed_on(options, arguments)])
+    own = {"output": None, "jobs": 1, "resume": False, "quiet": False}
+    assert vars(again) == vars(options) | own
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ([], "name one for its models with -o, or say --time"),
+        (["-o", "file.txt"], "it is no folder"),
+        (["-o", "full"], "holds 1 of these models; --resume"),
+        (["-o", "out", "--live"], "--live"),
+        (["-o", "out", "--jobs", "0"], "--jobs 0"),
+        (["-o", "out", "--levels", "0x9"], "--levels"),
+    ],
+)
+def test_bad_wishes_are_one_line_and_write_nothing(
+    more: list[str], said: str, shapes: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(shapes.parent)
+    Path("file.txt").write_text("mine")
+    Path("full").mkdir()
+    Path("full", "ball.safetensors").write_bytes(DEMO.read_bytes())
+    before = sorted(Path().rglob("*"))
+    assert cli.main(["train", "shapes", *more]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+    assert sorted(Path().rglob("*")) == before
+
+
+def test_an_empty_folder_and_a_single_shape_on_a_cluster_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["train", str(tmp_path), "-o", str(tmp_path / "out")]) == 2
+    assert "no shapes in that folder" in capsys.readouterr().err
+    assert cli.main(["train", "ball.ply", "--jobs", "2"]) == 2
+    assert "for a folder" in capsys.readouterr().err
+
+
+def test_table_and_page_escape_names_and_say_what_failed(tmp_path: Path) -> None:
+    (tmp_path / "a<b>&.safetensors").write_bytes(DEMO.read_bytes())
+
+    def job(name: str) -> Job:
+        return Job(name, f"/x/{name}.ply", str(tmp_path / f"{name}.safetensors"), (), False, 0)
+
+    outcomes = [
+        Outcome(job("a<b>&"), "trained", 1.0),
+        Outcome(job("worse"), "failed", 2.0, "worse.ply: <script>alert(1)</script>"),
+        Outcome(job("gone"), "trained", 3.0),
+    ]
+    write_results(tmp_path, [row_of(outcome) for outcome in outcomes], "three & <more>", 4)
+    table, page = rows(tmp_path), (tmp_path / PAGE).read_text()
+    assert [row["status"] for row in table.values()] == ["trained", "failed", "failed"]
+    demo = load(DEMO)
+    assert int(table["a<b>&"]["parameters"]) == demo.parameters()
+    assert float(table["a<b>&"]["mean_f"]) == pytest.approx(demo.provenance["levels"][-1]["mean_f"], rel=1e-3)
+    assert "no model to read" in table["gone"]["reason"]
+    assert "<script>" not in page
+    assert "a<b>" not in page
+    assert "a&lt;b&gt;&amp;" in page
+    assert "a%3Cb%3E%26.safetensors" in page
+    assert "4 to come" in page
+
+
+@pytest.mark.slow
+def test_good_shapes_are_trained_bad_ones_named_and_the_rest_is_gone_on_with(
+    shapes: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    asked = ["train", str(shapes), "-o", str(out), "--jobs", "2", "--quiet", *SMALL]
+    assert cli.main(asked) == 0
+    assert "bad: failed: bad.obj" in capsys.readouterr().out
+    table = rows(out)
+    assert {name: row["status"] for name, row in table.items()} == {
+        "bad": "failed",
+        "ball": "trained",
+        "ring & <b>": "trained",
+    }
+    assert (out / "ball.png").read_bytes().startswith(b"\x89PNG")
+    first = load(out / "ball.safetensors")
+    assert first.provenance["settings"]["seed"] == 3
+    (out / "ring & <b>.safetensors").unlink()
+    trimesh.creation.box().export(shapes / "bad.obj")
+    assert cli.main([*asked, "--resume"]) == 0
+    assert {name: row["status"] for name, row in rows(out).items()} == {
+        "bad": "trained",
+        "ball": "kept",
+        "ring & <b>": "trained",
+    }
+    assert load(out / "ball.safetensors").sha256() == first.sha256()
+
+
+@pytest.mark.slow
+def test_a_lost_worker_of_a_cluster_loses_no_shape(shapes: Path, tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    out = tmp_path / "out"
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+    ) as cluster:
+        asked = [*SMALL[:4], "--steps", "400,400", "--quiet"]
+        command = ["train", str(shapes), "-o", str(out), "--cluster", cluster.scheduler_address, *asked]
+        process = subprocess.Popen([sys.executable, "-m", "mplicits", *command], stdout=subprocess.PIPE, text=True)
+        deadline = time.monotonic() + 120
+        while not (at_work := [w for w in cluster.scheduler.workers.values() if w.processing]):
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+        time.sleep(3)
+        with distributed.Client(cluster) as client:
+            lost = client.run(os.getpid, workers=[at_work[0].address])[at_work[0].address]
+        os.kill(lost, signal.SIGKILL)
+        said, _ = process.communicate(timeout=300)
+    assert process.returncode == 0, said
+    assert {name: row["status"] for name, row in rows(out).items()} == {
+        "bad": "failed",
+        "ball": "trained",
+        "ring & <b>": "trained",
+    }
+    for name in ("ball", "ring & <b>"):
+        assert load(out / f"{name}.safetensors").provenance["interrupted"] is False

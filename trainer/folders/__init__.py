@@ -1,0 +1,1 @@
+"""Folders of shapes, each of which becomes a model."""
