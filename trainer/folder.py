@@ -41,7 +41,8 @@ def run_folder(options: Namespace, settings: Settings, arguments: Callable[[Argu
     shapes = shapes_in(folder)
     output = _folder_for(output, folder, shapes, options)
     begin_work()
-    threads = 0 if options.cluster or options.jobs == 1 else max(1, (os.cpu_count() or 1) // options.jobs)
+    cores = os.cpu_count() or 1
+    threads = 1 if options.cluster else 0 if options.jobs == 1 else max(1, cores // options.jobs)
     passed = tuple(passed_on(options, arguments))
     jobs = [
         Job(name, str(path.resolve()), str((output / (name + SUFFIX)).resolve()), passed, options.resume, threads)

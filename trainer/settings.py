@@ -67,6 +67,8 @@ What the removal of noise has left of it makes f flat where the value term outwe
 """
 NOISY_EIKONAL = 10.0
 """`eikonal` of a residual where there is noise."""
+MOVING_EIKONAL = 30.0
+"""`eikonal` of a shape that moves: fronts that meet, and limbs that vanish, would leave flat places."""
 
 
 @dataclass(frozen=True)
@@ -110,15 +112,18 @@ class Settings:
         given = self.omegas[len(self.networks) :]
         return given[0] if given else TEXTURE_OMEGA
 
-    def loss_weights(self, first: bool, noise: float = 0.0) -> LossWeights:
+    def loss_weights(self, first: bool, noise: float = 0.0, *, moving: bool = False) -> LossWeights:
         """Choose the loss weights of level 1, or of a residual: the defaults, changed by `weights`.
 
-        noise: standard deviation of the noise that was removed from the shape's points, model units.
+        noise: standard deviation of the noise that was removed from the shape's points, model units. moving: whether
+        the shape does.
         """
         usual = FIRST_LEVEL if first else RESIDUAL
         if noise:
             most = (NOISY_FIRST_VALUE if first else NOISY_VALUE) / noise**2
             usual = replace(usual, value=min(usual.value, most), eikonal=usual.eikonal if first else NOISY_EIKONAL)
+        if moving:
+            usual = replace(usual, eikonal=MOVING_EIKONAL)
         return replace(usual, **self.weights)
 
 

@@ -138,7 +138,7 @@ class Training:
             budget = replace(budget, done=unfinished.fraction)
         if budget.steps is None:
             budget = replace(budget, deadline=budget.deadline - self._probe.seconds([*frozen, start()]))
-        weight = settings.loss_weights(first=first, noise=self._shape.noise)
+        weight = settings.loss_weights(first=first, noise=self._shape.noise, moving=self._shape.moving)
         rate, output_factor = level.rates(width, None if first else deltas[-1])
         step = level.LevelStep(surface, volume, weight, torch.Generator().manual_seed(seed))
 
