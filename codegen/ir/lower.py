@@ -13,15 +13,17 @@ from .lower_scene import bands, lower_scene, padded_networks
 from .program import INPUT, Affine, Array, Cosine, Dot, Function, Op, Product, Program, Scale, Sine, Transposed
 
 
-def lower(model: Model, digits: int | None = None) -> Program:
+def lower(model: Model, digits: int | None = None, padded: bool = True) -> Program:
     """Return the program of a model.
 
     digits: decimals that the weights are rounded to, None for all. A row of the last layer is divided by a power of
     ten before it is rounded, and Dot's scale multiplies it back: these weights are small, and would lose most to
     rounding.
+    padded: whether a scene's networks are as wide as printers/networks.py wants them.
     """
     if model.scene is not None:
-        return lower_scene(model, [lower(padded_networks(shape), digits) for shape in model.shapes])
+        shapes = map(padded_networks, model.shapes) if padded else model.shapes
+        return lower_scene(model, [lower(shape, digits) for shape in shapes])
     moving = model.inputs == "xyzt"
     constants: dict[str, Array] = {}
     values, gradients, texture = [], [], None

@@ -18,8 +18,14 @@ def prefixed(program: Program, name: str) -> Program:
     def function(old: Function) -> Function:
         return replace(old, name=f"{name}_{old.name}", ops=tuple(op(entry) for entry in old.ops))
 
+    composition = program.composition
+    if composition is not None:
+        parts = {id(part): prefixed(part, name) for part in composition.programs}
+        leaves = tuple(replace(leaf, part=parts.get(id(leaf.part), leaf.part)) for leaf in composition.leaves)
+        composition = replace(composition, programs=tuple(parts.values()), leaves=leaves)
     return replace(
         program,
+        composition=composition,
         constants={names[key]: constant for key, constant in program.constants.items()},
         values=tuple(map(function, program.values)),
         gradients=tuple(map(function, program.gradients)),

@@ -43,6 +43,9 @@ class Language:
     by_columns: bool = False
     """Whether a mat4 is made of four vec4, its columns: not every language makes one of 16 numbers."""
 
+    pick: str = "({condition} ? {yes} : {no})"
+    """One of two floats by a condition."""
+
     def type(self, kind: str) -> str:
         """Return the language's name of a type of GLSL."""
         return self.types.get(kind, kind)

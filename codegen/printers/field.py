@@ -21,6 +21,12 @@ PLAIN = "0.80, 0.74, 0.66"
 """Colour, sRGB, of a model without a texture; glsl/base_colour.glsl leaves a texture out in favour of the same one."""
 
 
+def plain_colour() -> tuple[float, float, float]:
+    """Return PLAIN as numbers."""
+    red, green, blue = map(float, PLAIN.split(","))
+    return red, green, blue
+
+
 @dataclass(frozen=True, eq=False)
 class FieldText:
     """The field of a program as text, and what goes with it."""

@@ -10,8 +10,10 @@ from ...model.orientation import UPRIGHT
 from ..ir.prefixed import prefixed
 from ..ir.program import Program
 from .cstyle import Language
-from .field import PLAIN
+from .field import PLAIN, plain_colour
 from .literal import LiteralStorage
+from .scalars import Number, VectorNotation
+from .unrolled import Unrolled
 
 LONGEST = 40
 """Most characters of a name."""
@@ -75,7 +77,7 @@ def print_function(program: Program, language: Language, name: str, place: Place
     lines = [*storage.declarations(), "", *_sines(sines, language, name)]
     for function in program.functions():
         lines += ["", *storage.definition(function)]
-    printer = _Face(program, language, name, place)
+    printer = (_Face if program.composition is None else _SceneFace)(program, language, name, place)
     for definition in (printer.inputs(), printer.level(), printer.whole(), printer.normal(), printer.colour()):
         lines += ["", *definition]
     return "\n".join(lines) + "\n"
@@ -135,14 +137,18 @@ class _Face:
             inside = f"abs(f) < {self._number(self.program.bands[i - 1].delta)}"
             lines += [f"{'    ' * i}if (level > {i} && {inside}) {{", f"{'    ' * i}    f += {function.name}(q);"]
         lines += ["    " * i + "}" for i in range(len(self.program.values) - 1, 0, -1)]
+        return [*lines, *self._distance("f")]
+
+    def _distance(self, value: str) -> list[str]:
+        """Return the end of a function that gives a distance, which is in model units."""
         scale = self.place[1]
-        return [*lines, f"    return f{f' * {self._number(scale)}' if scale != 1 else ''};", "}"]
+        return [f"    return {value}{f' * {self._number(scale)}' if scale != 1 else ''};", "}"]
 
     def whole(self) -> list[str]:
         """Return NAME: all levels."""
         return [
             self._begin("float", self.name),
-            f"    return {self.name}_level(p, {len(self.program.values)}{self.passed});",
+            f"    return {self.name}_level(p, {len(self.program.bands)}{self.passed});",
             "}",
         ]
 
@@ -157,8 +163,12 @@ class _Face:
             inside = f"abs(g.w) < {self._number(self.program.bands[i - 1].delta)}"
             lines += [f"{'    ' * i}if ({inside}) {{", f"{'    ' * i}    g += {function.name}(q);"]
         lines += ["    " * i + "}" for i in range(len(self.program.gradients) - 1, 0, -1)]
+        return [*lines, *self._direction()]
+
+    def _direction(self) -> list[str]:
+        """Return the end of a function that gives the direction of g, which is in model space."""
         back = [_component(column, "g") for column in zip(*UPRIGHT[self.place[2]], strict=True)]
-        return [*lines, f"    return normalize({self._vec3(*back)});", "}"]
+        return [f"    return normalize({self._vec3(*back)});", "}"]
 
     def colour(self) -> list[str]:
         """Return NAME_color."""
@@ -171,6 +181,44 @@ class _Face:
 
     def _local(self, kind: str, name: str, value: str) -> str:
         return self.language.local(kind, name, value)
+
+
+class _SceneFace(_Face):
+    """Prints them for a scene."""
+
+    def level(self) -> list[str]:
+        """Return NAME_level."""
+        there = self._there(level="level")
+        begin = self._begin("float", f"{self.name}_level", ("int", "level"))
+        return [begin, *self._body(there, there.value), *self._distance(there.text(there.value))]
+
+    def normal(self) -> list[str]:
+        """Return NAME_normal."""
+        there = self._there()
+        gradient = there.gradient()
+        local = self._local("vec3", "g", self._vec3(*map(there.text, gradient)))
+        return [
+            self._begin("vec3", f"{self.name}_normal"),
+            *self._body(there, *gradient),
+            f"    {local}",
+            *self._direction(),
+        ]
+
+    def colour(self) -> list[str]:
+        """Return NAME_color."""
+        there = self._there()
+        colour = there.colour(plain_colour())
+        result = f"    return {self._vec3(*map(there.text, colour))};"
+        return [self._begin("vec3", f"{self.name}_color"), *self._body(there, *colour), result, "}"]
+
+    def _there(self, level: str | None = None) -> Unrolled:
+        notation = VectorNotation(self.language)
+        return Unrolled(self.program, notation, ("q.x", "q.y", "q.z"), level=level)
+
+    def _body(self, there: Unrolled, *results: Number) -> list[str]:
+        """Return the point in model space, and the lines that some numbers need."""
+        point = self._local("vec4", "q", f"{self.name}_input(p{self.passed})")
+        return [f"    {line}" for line in (point, *there.lines(*results))]
 
 
 def _component(row: tuple[float, ...], vector: str) -> str:

@@ -26,8 +26,7 @@ def prepared(
         raise UserError(f"--storage {storage}: a function alone has its weights as constants; leave the option out")
     if space not in SPACES:
         raise UserError(f"--space {space}: there is {', '.join(SPACES)}")
-    refuse_scene(model, "a function alone")
-    program = lower(model, digits)
+    program = lower(model, digits, padded=False)
     broadest = max(map(program.widest, program.functions()))
     if widest is not None and broadest > widest:
         raise UserError(
@@ -66,7 +65,7 @@ def described(program: Program, name: str, space: str) -> list[str]:
     time = ", time" if program.moving else ""
     unit = "the shape fits the unit sphere, y is up" if space == "model" else "as in the shape's file"
     return [
-        f"A neural signed distance function of {len(program.values)} nested level{'s' * (len(program.values) > 1)}.",
+        f"A neural signed distance function of {len(program.bands)} nested level{'s' * (len(program.bands) > 1)}.",
         f"Points and distances: {unit}.",
         f"{name}(p{time}): signed distance, negative inside. {name}_level(p, level{time}): levels 1 to that one alone.",
         f"{name}_normal(p{time}): its gradient, of length 1. {name}_color(p{time}): colour on the surface, sRGB.",

@@ -1,14 +1,15 @@
 """Target c: the distance function alone in C99, with its normal and colour, and no library but the standard's."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 from ...model.model import Model
 from ...model.orientation import UPRIGHT
 from ..ir.prefixed import prefixed
 from ..ir.program import INPUT, Affine, Array, Cosine, Dot, Function, Op, Product, Program, Scale, Sine, Transposed
 from ..printers.cstyle import Language, constants_of
-from ..printers.field import PLAIN
+from ..printers.field import plain_colour
 from ..printers.function import Place
+from ..printers.unrolled import Unrolled
 from .alone import described, prepared
 from .header import header_facts, header_line
 
@@ -31,6 +32,32 @@ def standalone(
     for function in program.functions():
         lines += ["", *_function(program, function)]
     return "\n".join([*lines, *_face(program, called, place)]) + "\n"
+
+
+class _Notation:
+    """How C writes the numbers of a scene."""
+
+    both, pick = "{0} && {1}", "({condition} ? {yes} : {no})"
+    let, holds = "float {name} = {value};", "int {name} = {value};"
+    functions: Mapping[str, str] = {name: f"{name}f({{0}})" for name in ("sqrt", "sin", "cos")} | {
+        "abs": "fabsf({0})",
+        "min": "fminf({0}, {1})",
+        "max": "fmaxf({0}, {1})",
+    }
+
+    def number(self, value: float) -> str:
+        """Return a literal."""
+        return _number(value)
+
+    def ask(self, name: str, function: Function, inputs: tuple[str, str, str, str], condition: str) -> list[str]:
+        """Return lines that call a function where a condition holds."""
+        count = {1: 1, 2: 4, 3: 3}[len(function.outputs)]
+        call = f"const float at[4] = {{{', '.join(inputs)}}}; {function.name}(at, {name});"
+        return [f"float {name}[{count}] = {{0.f}};", f"if ({condition}) {{ {call} }}"]
+
+    def output(self, name: str, _: Function, k: int) -> str:
+        """Return an element."""
+        return f"{name}[{k}]"
 
 
 def _number(value: float) -> str:
@@ -99,37 +126,65 @@ def _face(program: Program, name: str, place: Place) -> list[str]:
         moved = f"({text} - {_number(offset)})" if offset else text
         lines.append(f"    q[{k}] = {moved}{f' * {_number(1 / scale)}' if scale != 1 else ''};")
     lines += [f"    q[3] = {'time' if program.moving else '1.f'};", "}", ""]
-    lines += [f"float {name}_level(const float p[3], int level{time})", "{", "    float q[4], f, r;"]
-    lines += [f"    {name}_input(p{passed}, q);", f"    {program.values[0].name}(q, &f);", "    r = f;"]
-    for i, function in enumerate(program.values[1:], start=1):
-        inside = f"fabsf(f) < {_number(program.bands[i - 1].delta)}"
-        lines += [f"{'    ' * i}if (level > {i} && {inside}) {{"]
-        lines += [f"{'    ' * i}    {function.name}(q, &r);", f"{'    ' * i}    f += r;"]
-    lines += ["    " * i + "}" for i in range(len(program.values) - 1, 0, -1)]
-    if len(program.values) == 1:
-        lines.append("    (void)level;")
-    lines += ["    (void)r;", f"    return f{f' * {_number(scale)}' if scale != 1 else ''};", "}", ""]
+    level, gradient, colour = (_of_scene if program.composition else _of_shape)(program, name, passed)
+    lines += [f"float {name}_level(const float p[3], int level{time})", "{", "    float q[4];"]
+    lines += [f"    {name}_input(p{passed}, q);", *level]
+    lines += ["    (void)level;", f"    return f{f' * {_number(scale)}' if scale != 1 else ''};", "}", ""]
     lines += [f"float {name}(const float p[3]{time})", "{"]
-    lines += [f"    return {name}_level(p, {len(program.values)}{passed});", "}", ""]
+    lines += [f"    return {name}_level(p, {len(program.bands)}{passed});", "}", ""]
     lines += [f"void {name}_normal(const float p[3]{time}, float normal[3])", "{"]
-    lines += ["    float q[4], g[4], r[4], length;", f"    {name}_input(p{passed}, q);"]
-    lines += [f"    {program.gradients[0].name}(q, g);", "    r[0] = 0.f;", "    (void)r;"]
-    for i, function in enumerate(program.gradients[1:], start=1):
-        lines.append(f"{'    ' * i}if (fabsf(g[3]) < {_number(program.bands[i - 1].delta)}) {{")
-        lines += [f"{'    ' * i}    {function.name}(q, r);"]
-        lines += [f"{'    ' * i}    for (int k = 0; k < 4; k++) g[k] += r[k];"]
-    lines += ["    " * i + "}" for i in range(len(program.gradients) - 1, 0, -1)]
+    lines += ["    float q[4], length;", f"    {name}_input(p{passed}, q);", *gradient]
     lines.append("    length = sqrtf(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);")
     back = [_component(column, "g") for column in zip(*UPRIGHT[up], strict=True)]
     lines += [f"    normal[{k}] = {text} / length;" for k, text in enumerate(back)]
     lines += ["}", "", f"void {name}_color(const float p[3]{time}, float color[3])", "{"]
+    return [*lines, "    float q[4];", f"    {name}_input(p{passed}, q);", *colour, "}"]
+
+
+def _of_shape(program: Program, *_: str) -> tuple[list[str], list[str], list[str]]:
+    """Return the lines that compute, at q, the value f up to `level`, the gradient g, and the colour."""
+    level = ["    float f, r;", f"    {program.values[0].name}(q, &f);", "    r = f;"]
+    for i, function in enumerate(program.values[1:], start=1):
+        inside = f"fabsf(f) < {_number(program.bands[i - 1].delta)}"
+        level += [f"{'    ' * i}if (level > {i} && {inside}) {{"]
+        level += [f"{'    ' * i}    {function.name}(q, &r);", f"{'    ' * i}    f += r;"]
+    level += ["    " * i + "}" for i in range(len(program.values) - 1, 0, -1)]
+    gradient = ["    float g[4], r[4];", f"    {program.gradients[0].name}(q, g);", "    r[0] = 0.f;", "    (void)r;"]
+    for i, function in enumerate(program.gradients[1:], start=1):
+        gradient.append(f"{'    ' * i}if (fabsf(g[3]) < {_number(program.bands[i - 1].delta)}) {{")
+        gradient += [f"{'    ' * i}    {function.name}(q, r);"]
+        gradient += [f"{'    ' * i}    for (int k = 0; k < 4; k++) g[k] += r[k];"]
+    gradient += ["    " * i + "}" for i in range(len(program.gradients) - 1, 0, -1)]
     if program.texture is None:
-        unused = ["    (void)p;", *(["    (void)time;"] if program.moving else [])]
-        plain = [f"    color[{k}] = {_number(float(value))};" for k, value in enumerate(PLAIN.split(","))]
-        return [*lines, *unused, *plain, "}"]
-    lines += ["    float q[4];", f"    {name}_input(p{passed}, q);", f"    {program.texture.name}(q, color);"]
-    lines.append("    for (int k = 0; k < 3; k++) color[k] = fminf(fmaxf(color[k], 0.f), 1.f);")
-    return [*lines, "}"]
+        plain = ["    (void)q;", *_assigned("color", map(_number, plain_colour()))]
+        return [*level, "    (void)r;"], gradient, plain
+    clamped = "    for (int k = 0; k < 3; k++) color[k] = fminf(fmaxf(color[k], 0.f), 1.f);"
+    return [*level, "    (void)r;"], gradient, [f"    {program.texture.name}(q, color);", clamped]
+
+
+def _of_scene(program: Program, _: str, passed: str) -> tuple[list[str], list[str], list[str]]:
+    """Return the same for a scene."""
+
+    def there(level: str | None = None) -> Unrolled:
+        return Unrolled(program, _Notation(), ("q[0]", "q[1]", "q[2]"), level=level)
+
+    value, gradient, colour = there("level"), there(), there()
+    slope, shade = gradient.gradient(), colour.colour(plain_colour())
+    unused = ["    (void)time;"] if passed else []
+    return (
+        [*unused, *_indented(value.lines(value.value)), f"    float f = {value.text(value.value)};"],
+        [*unused, "    float g[3];", *_indented(gradient.lines(*slope)), *_assigned("g", map(gradient.text, slope))],
+        [*unused, *_indented(colour.lines(*shade)), *_assigned("color", map(colour.text, shade))],
+    )
+
+
+def _indented(lines: list[str]) -> list[str]:
+    return [f"    {line}" for line in lines]
+
+
+def _assigned(name: str, values: Iterable[str]) -> list[str]:
+    """Return the lines that fill an array."""
+    return [f"    {name}[{k}] = {value};" for k, value in enumerate(values)]
 
 
 def _component(row: tuple[float, ...], vector: str) -> str:

@@ -1,17 +1,18 @@
 """Target python: the distance function alone for NumPy, with its normal and colour, in one file without mplicits."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from ...model.model import Model
 from ...model.orientation import UPRIGHT
 from ..ir.prefixed import prefixed
-from ..ir.program import INPUT, Affine, Array, Cosine, Dot, Op, Product, Program, Scale, Sine, Transposed
+from ..ir.program import INPUT, Affine, Array, Cosine, Dot, Function, Op, Product, Program, Scale, Sine, Transposed
 from ..printers.cstyle import constants_of
-from ..printers.field import PLAIN
+from ..printers.field import PLAIN, plain_colour
 from ..printers.function import Place
+from ..printers.unrolled import Triple, Unrolled
 from .alone import described, prepared
 from .header import header_facts
 
@@ -35,6 +36,32 @@ def standalone(
         lines += [f"    {op.result} = {_expression(op)}" for op in function.ops]
         lines.append(f"    return {', '.join(function.outputs)}")
     return "\n".join([*lines, *_face(program, called, place)]) + "\n"
+
+
+class _Notation:
+    """How NumPy writes the numbers of a scene. asking: name of the function that `_helper` prints."""
+
+    both, pick = "{0} & {1}", "np.where({condition}, {yes}, {no})"
+    let = holds = "{name} = {value}"
+    functions: Mapping[str, str] = {name: f"np.{name}({{0}})" for name in ("sqrt", "sin", "cos", "abs")} | {
+        "min": "np.minimum({0}, {1})",
+        "max": "np.maximum({0}, {1})",
+    }
+
+    def __init__(self, asking: str) -> None:
+        self._asking = asking
+
+    def number(self, value: float) -> str:
+        """Return a literal."""
+        return repr(float(value))
+
+    def ask(self, name: str, function: Function, inputs: tuple[str, str, str, str], condition: str) -> list[str]:
+        """Return the line that calls a function where a condition holds."""
+        return [f"{name} = {self._asking}({function.name}, {condition}, {', '.join(inputs)})"]
+
+    def output(self, name: str, _: Function, k: int) -> str:
+        """Return an element."""
+        return f"{name}[{k}]"
 
 
 def _constant(name: str, values: Array) -> Iterator[str]:
@@ -82,17 +109,36 @@ def _face(program: Program, name: str, place: Place) -> list[str]:
     centre, scale, up = place
     time = ", time" if program.moving else ""
     turned = [list(map(int, row)) for row in UPRIGHT[up]]
-    deltas = [band.delta for band in program.bands[:-1]]
-    values = ", ".join(function.name for function in program.values)
-    gradients = ", ".join(function.name for function in program.gradients)
-    lines = [
+    level, normal, colour = (_of_scene if program.composition else _of_shape)(program, name, time)
+    return [
         *("", "", f"def _{name}_input(p{time}):"),
         f"    p = np.asarray(p, np.float64).reshape(-1, 3) @ np.array({turned}).T",
         f"    p = (p - {list(map(float, centre))}) / {float(scale)}",
         f"    fourth = np.full((len(p), 1), {'time' if program.moving else '1.0'})",
         "    return np.concatenate([p, fourth], axis=1).astype(np.float32)",
+        *(_helper(name) if program.composition else []),
         *("", "", f"def {name}_level(p, level{time}):"),
         f"    q = _{name}_input(p{time})",
+        *level,
+        f"    return total.reshape(np.shape(p)[:-1]) * np.float32({float(scale)})",
+        *("", "", f"def {name}(p{time}):"),
+        f"    return {name}_level(p, {len(program.bands)}{time})",
+        *("", "", f"def {name}_normal(p{time}):"),
+        f"    q = _{name}_input(p{time})",
+        *normal,
+        "    normal = total[:, :3] / np.linalg.norm(total[:, :3], axis=1, keepdims=True)",
+        f"    return (normal @ np.array({turned}, np.float32)).reshape(np.shape(p))",
+        *("", "", f"def {name}_color(p{time}):"),
+        *colour,
+    ]
+
+
+def _of_shape(program: Program, name: str, time: str) -> tuple[list[str], list[str], list[str]]:
+    """Return the lines that compute, at q, `total`, first the field and then its gradient, and those of the colour."""
+    deltas = [band.delta for band in program.bands[:-1]]
+    values = ", ".join(function.name for function in program.values)
+    gradients = ", ".join(function.name for function in program.gradients)
+    level = [
         f"    total = {program.values[0].name}(q)",
         "    rows, f = np.arange(len(q)), total",
         f"    for network, delta in zip([{values}][1:level], {deltas}):",
@@ -100,11 +146,8 @@ def _face(program: Program, name: str, place: Place) -> list[str]:
         "        rows = rows[inside]",
         "        f = f[inside] + network(q[rows])",
         "        total[rows] = f",
-        f"    return total.reshape(np.shape(p)[:-1]) * np.float32({float(scale)})",
-        *("", "", f"def {name}(p{time}):"),
-        f"    return {name}_level(p, {len(program.values)}{time})",
-        *("", "", f"def {name}_normal(p{time}):"),
-        f"    q = _{name}_input(p{time})",
+    ]
+    gradient = [
         f"    total, f = {program.gradients[0].name}(q)",
         "    rows = np.arange(len(q))",
         f"    for network, delta in zip([{gradients}][1:], {deltas}):",
@@ -113,14 +156,55 @@ def _face(program: Program, name: str, place: Place) -> list[str]:
         "        gradient, residual = network(q[rows])",
         "        f = f[inside] + residual",
         "        total[rows] += gradient",
-        "    normal = total[:, :3] / np.linalg.norm(total[:, :3], axis=1, keepdims=True)",
-        f"    return (normal @ np.array({turned}, np.float32)).reshape(np.shape(p))",
-        *("", "", f"def {name}_color(p{time}):"),
     ]
     if program.texture is None:
-        return [*lines, f"    return np.full(np.shape(p), [{PLAIN}], np.float32)"]
-    return [
-        *lines,
+        return level, gradient, [f"    return np.full(np.shape(p), [{PLAIN}], np.float32)"]
+    colour = [
         f"    color = np.stack({program.texture.name}(_{name}_input(p{time})), axis=1)",
         "    return np.clip(color, 0, 1).reshape(np.shape(p))",
+    ]
+    return level, gradient, colour
+
+
+def _of_scene(program: Program, name: str, time: str) -> tuple[list[str], list[str], list[str]]:
+    """Return the same for a scene."""
+
+    def there(level: str | None = None) -> Unrolled:
+        return Unrolled(program, _Notation(f"_{name}_ask"), ("x", "y", "z"), level=level)
+
+    point = "    x, y, z = q[:, :3].astype(np.float64).T"
+    value, gradient, colour = there("level"), there(), there()
+    slope, shade = gradient.gradient(), colour.colour(plain_colour())
+
+    def stacked(what: Unrolled, numbers: Triple) -> str:
+        return f"np.stack(np.broadcast_arrays({', '.join(map(what.text, numbers))}), axis=1).astype(np.float32)"
+
+    return (
+        [point, *_indented(value.lines(value.value)), f"    total = {value.text(value.value)}.astype(np.float32)"],
+        [point, *_indented(gradient.lines(*slope)), f"    total = {stacked(gradient, slope)}"],
+        [
+            f"    q = _{name}_input(p{time})",
+            point,
+            *_indented(colour.lines(*shade)),
+            f"    return {stacked(colour, shade)}.reshape(np.shape(p))",
+        ],
+    )
+
+
+def _indented(lines: list[str]) -> list[str]:
+    return [f"    {line}" for line in lines]
+
+
+def _helper(name: str) -> list[str]:
+    """Return the function that asks a network where a condition holds."""
+    return [
+        *("", "", f"def _{name}_ask(network, where, *inputs):"),
+        "    q = np.stack(np.broadcast_arrays(*inputs), axis=1).astype(np.float32)",
+        "    results = network(q[where])",
+        "    columns = results if isinstance(results, tuple) else (results,)",
+        "    if columns[0].ndim == 2:",
+        "        columns = (*columns[0].T[:3], columns[1])",
+        "    outputs = np.zeros((len(columns), len(q)))",
+        "    outputs[:, where] = columns",
+        "    return outputs",
     ]

@@ -10,6 +10,7 @@ LANGUAGE = Language(
     types={"float": "f32", "int": "i32", "vec3": "vec3f", "vec4": "vec4f", "mat4": "mat4x4f"},
     parameter="{name}: {type}",
     variable="var {name}: {type} = {value};",
+    pick="select({no}, {yes}, {condition})",
 )
 
 

@@ -23,6 +23,7 @@ from mplicits.model.orientation import as_in_file
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context
 from support.random_model import random_model
+from support.scene_models import SCENE, composed
 
 Array = NDArray[np.float32]
 ALONE = [name for name, target in TARGETS.items() if target.alone]
@@ -228,6 +229,20 @@ def test_a_function_alone_equals_the_reference(target: str, case: str, osmesa: C
     np.testing.assert_allclose(result[:, :2] / unit, wanted[:, :2] / unit, rtol=0, atol=1e-5)
     np.testing.assert_allclose(result[:, 2:5], wanted[:, 2:5], rtol=0, atol=1e-4)
     np.testing.assert_allclose(result[:, 5:], wanted[:, 5:], rtol=0, atol=1e-5)
+
+
+@pytest.mark.parametrize("target", ALONE)
+def test_a_scene_alone_equals_the_reference(target: str, osmesa: Context, tmp_path: Path) -> None:
+    model = composed(tmp_path, SCENE, widths=(8, 12))
+    here = points(model)
+    text = TARGETS[target](model, name="model", space="input") + TARGETS[target](OTHER, name="other")
+    result = RUNNERS[target](text, in_space(model, "input", here), ", time", tmp_path, osmesa)
+    wanted = expected(model, "input", here)
+    assert len({tuple(colour) for colour in np.round(wanted[:, 5:], 2)}) > 20
+    apart = np.abs(result - wanted)
+    for columns, tolerance in ((slice(0, 2), 1e-5 * model.scale), (slice(2, 5), 1e-3), (slice(5, 8), 1e-4)):
+        far = apart[:, columns].max(axis=1) > tolerance
+        assert far.mean() < 2e-3, "where two shapes are equally far, rounding decides"
 
 
 def globals_of(text: str) -> Iterator[str]:

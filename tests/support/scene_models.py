@@ -50,15 +50,15 @@ color = [0.2, 0.5, 0.3]
 """A ball that moves over a plate."""
 
 
-def write_balls(folder: Path) -> None:
-    """Write the models that SCENE names."""
-    ball = fitted_model((24, 48))
+def write_balls(folder: Path, widths: tuple[int, int] = (24, 48)) -> None:
+    """Write the models that SCENE names. widths: of their levels."""
+    ball = fitted_model(widths)
     save(ball, folder / "ball.safetensors")
     save(replace(ball, levels=ball.levels[:1], texture=None), folder / "coarse.safetensors")
 
 
-def composed(folder: Path, text: str = SCENE) -> Model:
+def composed(folder: Path, text: str = SCENE, widths: tuple[int, int] = (24, 48)) -> Model:
     """Compose a scene from a text, beside the models of `write_balls`."""
-    write_balls(folder)
+    write_balls(folder, widths)
     (folder / "scene.toml").write_text(text)
     return compose(folder / "scene.toml")
