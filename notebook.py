@@ -23,7 +23,8 @@ HEIGHT = 420
 """CSS pixels of the frame's height."""
 
 _FRAME = """<!doctype html><meta charset="utf-8"><style>
-html,body{margin:0;height:100%;overflow:hidden;background:#15181d}
+html,body{margin:0;height:100%;overflow:hidden;background:#f6f5f2}
+@media(prefers-color-scheme:dark){html,body{background:#1b1d22}}
 button,iframe{position:absolute;inset:0;width:100%;height:100%;border:0;padding:0;background:none}
 button{cursor:pointer}img{width:100%;height:100%;object-fit:contain}
 </style><button type="button" aria-label="Turn it"><img alt="" src="PICTURE"></button>
@@ -72,15 +73,19 @@ def picture(field: "Field") -> str:
 
 
 def frame(field: "Field", png: str) -> str:
-    """Return HTML that shows a model live: one iframe whose document is in its attribute, escaped whole.
+    """Return HTML that shows a model live: an iframe whose document is in its attribute, escaped whole.
 
-    png: what is seen until then, as `picture` gives it.
+    png: what is seen until then, as `picture` gives it. It lies behind the iframe, too, which hosts take out of what
+    they do not trust: notebooks by others, as JupyterLab and GitHub show them.
     """
     page = json.dumps(webpage.standalone(field.model)).replace("<", "\\u003c")
     document = _FRAME.replace("PICTURE", f"data:image/png;base64,{png}").replace("PAGE", page)
+    name = html.escape(repr(field))
     return (
-        f'<iframe title="{html.escape(repr(field))}" style="width:100%;height:{HEIGHT}px;border:0" '
-        f'sandbox="allow-scripts allow-downloads" allow="fullscreen" srcdoc="{html.escape(document)}"></iframe>'
+        f'<div style="position:relative;height:{HEIGHT}px">'
+        f'<img alt="{name}" style="max-width:100%;max-height:100%" src="data:image/png;base64,{png}">'
+        f'<iframe title="{name}" style="position:absolute;left:0;top:0;width:100%;height:100%;border:0" '
+        f'sandbox="allow-scripts allow-downloads" allow="fullscreen" srcdoc="{html.escape(document)}"></iframe></div>'
     )
 
 
