@@ -149,12 +149,10 @@ class Unrolled:
         point: tuple[str, str, str],
         time: str = "time",
         level: str | None = None,
-        unrefined: bool = False,
     ) -> None:
-        """Compute the field, up to the level in the variable `level`, from 1, or to the finest.
+        """Compute the field, to the finest level or up to the one, from 1, in the variable `level`.
 
-        point, time: variables. unrefined: whether `value` is less by the part of a band that the surface is in where a
-        level is not defined, as Shadertoy's text has it.
+        point, time: variables.
         """
         assert program.composition is not None
         w = self._w = Writer(notation, time)
@@ -164,18 +162,26 @@ class Unrolled:
         """The field."""
         self._leaves = [_Asked(leaf, w, (x, y, z)) for leaf in program.composition.leaves]
         defined: str | None = None
+        self._outside: list[tuple[str, Number]] = []
         for k in range(len(program.bands)):
             if k > 0:
                 delta = program.bands[k - 1].delta
-                inside = w.less(w.call("abs", self.value), delta)
-                inside = w.both(f"({level} > {k})", inside) if level else inside
+                size = w.let(w.call("abs", self.value))
+                inside, outside = w.less(size, delta), w.less(delta, size)
+                if level:
+                    inside, outside = (w.both(f"({level} > {k})", entry) for entry in (inside, outside))
+                self._outside.append((outside, w.sub(self.value, delta / OFFSET)))
                 defined = w.holds(w.both(defined, inside) if defined else inside)
             for leaf in self._leaves:
                 leaf.refine(k, defined)
-            before = self.value if k else 0.0
             self.value = w.let(self._join(self._root)[0])
-            if k > 0 and unrefined and defined:
-                self.value = w.let(w.pick(defined, self.value, w.sub(before, delta / OFFSET)))
+
+    def outside_bands(self) -> Number:
+        """Return the field where all levels are defined, and elsewhere the distance to the band's offset surface."""
+        value = self.value
+        for outside, distance in reversed(self._outside):
+            value = self._w.let(self._w.pick(outside, distance, value))
+        return value
 
     def gradient(self) -> Triple:
         """Return the gradient of the field."""

@@ -120,7 +120,7 @@ def cost(model: Model, coarse: Model) -> Cost:
     lengths = np.linalg.norm(gradients, axis=1) * np.linalg.norm(coarse_gradients, axis=1)
     cosine = np.clip((gradients * coarse_gradients).sum(axis=1) / np.maximum(lengths, 1e-9), -1, 1)
     colour = 0.0
-    if model.texture is not None:
+    if exact.coloured:
         colour = 255 * _rms(interpret.colour(exact, points) - interpret.colour(other, points))
     return Cost(_rms(error), float(error.max()), float(np.degrees(_rms(np.arccos(cosine)))), colour)
 

@@ -12,15 +12,16 @@ from ...model.errors import UserError
 from ...model.model import Model
 from ...model.quantise import is_quantised, quantised_model
 from ..ir.lower import lower
-from ..ir.program import Program
+from ..ir.program import Function, Program
 from ..printers.cstyle import Language, Storage
-from ..printers.field import PLAIN
+from ..printers.field import PLAIN, plain_colour
 from ..printers.literal import LiteralStorage
 from ..printers.packed import PackedStorage
+from ..printers.scalars import VectorNotation
+from ..printers.unrolled import Unrolled
 from ..reference.bits import cost, fewest_bits
 from ..reference.digits import fewest_digits
 from ..reference.march import OFFSET
-from .alone import refuse_scene
 from .header import header_facts, header_line
 from .orbit import AZIMUTH, ELEVATION
 from .uniforms import default
@@ -44,7 +45,7 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
     digits: decimals of literal weights, None for the fewest that keep the surface (codegen/reference/digits.py).
     Raises UserError where the model is too wide, or the storage is none of these.
     """
-    refuse_scene(model, "Shadertoy's text")
+    parts = model.shapes or (model,)
     networks = model.networks().values()
     widest = max(layer.weight.shape[0] for network in networks for layer in network)
     if widest > WIDEST:
@@ -54,24 +55,31 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
         )
     if storage not in ("auto", "packed", "literal"):
         raise UserError(f"--storage {storage}: shadertoy has no textures of its own; there is packed, literal")
-    if storage == "packed" and model.inputs != "xyz":
+    still = all(part.inputs == "xyz" for part in parts)
+    if storage == "packed" and not still:
         raise UserError("--storage packed: this model moves; take literal")
-    if storage == "auto" and model.inputs == "xyz" and (digits is None or all(map(is_quantised, networks))):
-        fewest = fewest_bits(model)
-        if fewest is not None:
-            return _packed(fewest, model)
+    if storage == "auto" and still and (digits is None or all(map(is_quantised, networks))):
+        fewest = [fewest_bits(part) for part in parts]
+        if None not in fewest:
+            return _packed(_with_parts(model, [part for part in fewest if part]), model)
         if all(map(is_quantised, networks)):
             storage = "packed"
     if storage == "packed":
-        return _packed(quantised_model(model), model)
-    program = lower(model, fewest_digits(model) if digits is None else digits)
+        return _packed(_with_parts(model, list(map(quantised_model, parts))), model)
+    program = lower(model, max(map(fewest_digits, parts)) if digits is None else digits, padded=False)
     return _text(program, model, LiteralStorage, {})
 
 
 def exact(model: Model, digits: int | None = None) -> str:
     """Return the text of a model in little time: packed where training quantised it, else literal."""
-    packed = model.inputs == "xyz" and all(map(is_quantised, model.networks().values()))
+    still = all(part.inputs == "xyz" for part in model.shapes or (model,))
+    packed = still and all(map(is_quantised, model.networks().values()))
     return standalone(model, "packed" if packed else "literal", digits)
+
+
+def _with_parts(model: Model, parts: Sequence[Model]) -> Model:
+    """Return a model with other weights. parts: the models of a scene with theirs, or the model itself."""
+    return parts[0] if model.scene is None else replace(model, shapes=tuple(parts))
 
 
 def _packed(packed: Model, model: Model) -> str:
@@ -80,9 +88,9 @@ def _packed(packed: Model, model: Model) -> str:
     packed: the model with these weights; model: with its own.
     """
     paid = cost(model, packed)
-    error = {"f": paid.distance, "degrees": paid.angle} | ({} if model.texture is None else {"colour": paid.colour})
+    error = {"f": paid.distance, "degrees": paid.angle} | ({"colour": paid.colour} if model.coloured else {})
     further = {"error": {key: float(f"{value:.2g}") for key, value in error.items()}} if paid.largest else {}
-    return _text(lower(packed), model, PackedStorage, further)
+    return _text(lower(packed, padded=False), model, PackedStorage, further)
 
 
 def _text(program: Program, model: Model, storage: type[Storage], further: dict[str, Any]) -> str:
@@ -91,15 +99,20 @@ def _text(program: Program, model: Model, storage: type[Storage], further: dict[
     further: facts for the header.
     """
     time = "TIME" if program.moving else "1"
-    values = program.values if len(program.values) > 1 else (replace(program.values[0], name="field"),)
-    functions = values + (() if program.texture is None else (program.texture,))
+    if program.composition is not None:
+        functions = tuple(function for part in program.composition.programs for function in _asked(part))
+    elif len(program.values) > 1:
+        functions = _asked(program)
+    else:
+        functions = _asked(replace(program, values=(replace(program.values[0], name="field"),)))
     printer = storage(program, LANGUAGE, functions)
     lines = printer.declarations()
     for function in functions:
         lines += printer.definition(function)
     albedo = "COLOUR"
-    if program.texture is not None:
-        albedo = f"clamp(COLOUR({program.texture.name}(vec4(3.52 * m[2] + t * v, {time}))), 0., 1.)"
+    if program.coloured:
+        called = "albedo" if program.texture is None else program.texture.name
+        albedo = f"clamp(COLOUR({called}(vec4(3.52 * m[2] + t * v, {time}))), 0., 1.)"
     bound = _bound(program)
     rest = re.sub(r"(?m)^//.*\n", "", glsl.load("shadertoy.glsl")).replace(", 1));", f", {time}));")
     rest = rest.replace("STEP * f", "f" if bound == 1 else f"{LANGUAGE.number(bound)} * f").replace("ALBEDO", albedo)
@@ -122,11 +135,12 @@ def _head(model: Model) -> list[str]:
 
 def _knobs(program: Program, front: tuple[float, float] | None) -> list[str]:
     """Return the #defines that are there to be changed."""
-    textured = program.texture is not None
-    colour = "COLOUR(c) c // of the surface, sRGB; c: the model's" if textured else f"COLOUR vec3({PLAIN}) // sRGB"
+    colour = (
+        "COLOUR(c) c // of the surface, sRGB; c: the model's" if program.coloured else f"COLOUR vec3({PLAIN}) // sRGB"
+    )
     view = front or (AZIMUTH, ELEVATION)
     motion = ["TIME (.5 - .5 * cos(iTime)) // of the motion, from 0 to 1, there and back"] if program.moving else []
-    level = [f"LEVEL {len(program.values)} // finest level, from 1"] if len(program.values) > 1 else []
+    level = [f"LEVEL {len(program.bands)} // finest level, from 1"] if len(program.bands) > 1 else []
     knobs = [
         f"VIEW {_vector(view)} // azimuth, elevation at first, degrees",
         f"SPEED {_short(SPEED)} // of the turntable, radians a second",
@@ -146,7 +160,10 @@ def _field(program: Program) -> list[str]:
     """Return field(), which evaluates a level inside the band of the one before it (Eq. 3), up to LEVEL.
 
     Outside the band it gives the distance to the band's offset surface. A single level is field() itself.
+    Of a scene, the function albedo() follows.
     """
+    if program.composition is not None:
+        return _scene(program)
     if len(program.values) == 1:
         return []
     lines = ["float field(vec4 p) {", f"    float f = {program.values[0].name}(p);"]
@@ -158,6 +175,23 @@ def _field(program: Program) -> list[str]:
             "#endif",
         ]
     return [*lines, "    return f;", "}"]
+
+
+def _scene(program: Program) -> list[str]:
+    """Return field() and albedo() of a scene."""
+    notation, point = VectorNotation(LANGUAGE), ("p.x", "p.y", "p.z")
+    there = Unrolled(program, notation, point, "p.w", "LEVEL" if len(program.bands) > 1 else None)
+    value = there.outside_bands()
+    lines = ["float field(vec4 p) {", *there.lines(value), f"    return {there.text(value)};", "}"]
+    there = Unrolled(program, notation, point, "p.w")
+    colour = there.colour(plain_colour())
+    result = f"    return vec3({', '.join(map(there.text, colour))});"
+    return [*lines, "vec3 albedo(vec4 p) {", *there.lines(*colour), result, "}"]
+
+
+def _asked(program: Program) -> tuple[Function, ...]:
+    """Return the functions of a model that the text has."""
+    return program.values + (() if program.texture is None else (program.texture,))
 
 
 def _bound(program: Program) -> float:

@@ -36,6 +36,7 @@ from support.golden_text import check_golden
 from support.moving_model import moving_model
 from support.paths import DEMO, GOLDEN
 from support.random_model import random_model
+from support.scene_models import SCENE, composed
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -137,6 +138,23 @@ def test_the_field_equals_the_reference(osmesa: Context, storage: str) -> None:
     exact = away & (reached == 3)
     assert exact.sum() > 300
     np.testing.assert_allclose(field[exact], expected[exact], rtol=0, atol=2e-5 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("level", [1, 2])
+def test_a_scene_is_one_text_with_its_field_and_colours(osmesa: Context, tmp_path: Path, level: int) -> None:
+    model = composed(tmp_path, SCENE, widths=(8, 12))
+    program, points = lower(model), np.random.default_rng(2).uniform(-0.7, 0.7, (64 * 64, 3)).astype(np.float32)
+    text = INPUTS + SHADERTOY(model, "literal", digits=7).replace("#define LEVEL 2", f"#define LEVEL {level}")
+    field = draw(osmesa, text + PROBE, (64, 64), {}, points)[::-1, :, 0].ravel()
+    nested, reached = interpret.nested_field(program, points, level, 1.0)
+    expected = nested - (reached < level) * model.levels[0].delta / 1.3
+    away = np.abs(np.abs(nested) - model.levels[0].delta) > 1e-4
+    assert (np.abs(field - expected)[away] > 2e-5).mean() < 1e-3
+    assert (reached == level).sum() > 100
+    albedo = PROBE.replace("(field(", "(albedo(").replace("1)));", "1)), 1);")
+    colours = draw(osmesa, text + albedo, (64, 64), {}, points)
+    apart = np.abs(colours[::-1, :, :3].reshape(-1, 3) - interpret.colour(program, points, 1.0)).max(axis=1)
+    assert (apart > 1e-3).mean() < 2e-3, "where two shapes are equally far, rounding decides"
 
 
 def test_a_model_of_many_layers_is_packed(osmesa: Context) -> None:
