@@ -53,10 +53,10 @@ class Field(FieldFunction):
         Where the field moves it is the cube from -1 to 1, which holds the shape at any time.
         """
         from .codegen.ir.lower import lower
-        from .codegen.reference.cells import Cells
+        from .codegen.reference.cells import EMPTY, Cells
 
         cells = Cells(lower(self.model), 64)
-        occupied = np.argwhere((cells.grid() == 0) & (cells.moments == 1))[:, ::-1]
+        occupied = np.argwhere((cells.grid() >= EMPTY) & (cells.moments == 1))[:, ::-1]
         if not len(occupied):
             return np.array([[-1.0] * 3, [1.0] * 3])
         edge = 2 * cells.half / cells.count

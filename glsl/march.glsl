@@ -100,10 +100,8 @@ Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, f
         for (int phase = relaxed ? level : 1; phase <= level; ++phase) {
             for (int i = 0; i < iterations[phase - 1] && (relaxed ? ray.level > 0 : ray.level == phase); ++i) {
                 if (relaxed && ray.level == 1 && ray.t > 0.0) { // an eye inside the shape is found out first
-                    float t = skip(origin, direction, ray.t, span.y);
-                    if (t > ray.t) before.y = 0.0;
-                    ray.t = t;
-                    if (t > span.y) {
+                    ray.t = skip(origin, direction, ray.t, span.y, footprint, step_scale, before);
+                    if (ray.t > span.y) {
                         ray.level = ray.steps > 0 ? -1 : 0;
                         break;
                     }

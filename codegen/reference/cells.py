@@ -1,4 +1,4 @@
-"""A grid of which cells may hold a part of the shape: rays skip the empty ones (glsl/skip.glsl)."""
+"""A grid of which cells may hold a part of the shape, and how near it is there: rays skip it (glsl/skip.glsl)."""
 
 import itertools
 
@@ -19,6 +19,13 @@ way to its corner. Trained fields may exceed the distance by more, 1.66 times at
 (docs/results/field.md), but not so near to their own surface: benchmarks/frames.py counts what is lost."""
 CHUNK = 65_536
 """Cells whose field is evaluated at a time."""
+REACH = OVERESTIMATE * np.sqrt(3) / 2
+"""Largest absolute value that a cell holds, in edges of a cell: that of a cell which the surface may just touch."""
+EMPTY = 8
+"""Bytes below this stand for empty cells; the others are levels of a value, from -REACH to REACH."""
+MISSED = 1.3
+"""What interpolation gives too much between the middles of cells is found at the cells' corners, and so many times that
+is taken off: it may be more elsewhere."""
 
 
 MOVING_COUNT, MOMENTS = 64, 32
@@ -27,7 +34,7 @@ the times from 0 to 1."""
 
 
 class Cells:
-    """Which cells of a cube around the origin the last level's surface cannot meet, and in which larger empty cubes.
+    """Which cells of a cube around the origin the last level's surface cannot meet, and how near it is to the others.
 
     Of a field that moves there are several grids, which follow one another in time. Each is found when it is first
     asked for.
@@ -59,15 +66,18 @@ class Cells:
         return min(int(time * self.moments), self.moments - 1) if 0.0 <= time <= 1.0 else None
 
     def grid(self, moment: int = 0) -> NDArray[np.uint8]:
-        """Return a grid (N, N, N), index [z, y, x]. A cell that may hold a part of the surface has 0.
+        """Return a grid (N, N, N) of bytes, index [z, y, x].
 
-        An empty one has 1 + log2 of the edge, in cells, of the largest empty cube that holds it, of those at multiples
-        of their edge. Where the field moves, a cell is empty that is so in the middle of the grid's times, by more than
-        level 1 is found to change anywhere in half of them.
+        An empty cell has log2 of the edge, in cells, of the largest empty cube that holds it, of those at multiples of
+        their edge. The others, which may hold a part of the surface or are inside of it, have EMPTY or more: a value,
+        see `value_of`. Interpolated between the middles of eight cells, of which empty ones count as REACH, values are
+        no more than the field outside of the shape, so far as the middles and corners of cells tell. Where the field
+        moves, all this is so of the middle of the grid's times, by more than level 1 is found to change anywhere in
+        half of them.
         """
         if moment not in self._grids:
             there = still(self._program, self._middle(moment))
-            self._grids[moment] = _sizes(there, self.count, self.half, self._slack(moment))
+            self._grids[moment] = _grid(there, self.count, self.half, self._slack(moment))
         return self._grids[moment]
 
     def _middle(self, moment: int) -> float:
@@ -101,74 +111,98 @@ def cut_in_eight(cells: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.asarray((2 * cells[:, None] + np.indices((2, 2, 2)).reshape(3, 8).T).reshape(-1, 3))
 
 
-def _sizes(program: Program, count: int, half: float, slack: float = 0.0) -> NDArray[np.uint8]:
+def value_of(codes: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Return the values, in edges of a cell, that bytes of a grid stand for; of empty cells, REACH."""
+    levels = (255 - EMPTY) / 2
+    values = np.where(codes < EMPTY, REACH, (codes - (EMPTY + levels)) / levels * REACH)
+    return np.asarray(values, np.float32)
+
+
+def interpolated(codes: NDArray[np.uint8], places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the values at places (M, 3), x, y, z in cells from the corner of a grid, between the middles of cells."""
+    first = np.floor(places - 0.5).astype(np.int64)
+    share = places - 0.5 - first
+    total = np.zeros(len(places))
+    for step in itertools.product((0, 1), repeat=3):
+        x, y, z = np.clip(first + step, 0, len(codes) - 1).T
+        total += np.prod(np.where(step, share, 1 - share), axis=1) * value_of(codes[z, y, x])
+    return total
+
+
+def _grid(program: Program, count: int, half: float, slack: float = 0.0) -> NDArray[np.uint8]:
     """Return what Cells.grid does, of a field that does not move.
 
-    slack: what is added to every cell's reach, in the unit of f.
+    slack: what is added to every cell's reach, and taken off its value, in the unit of f.
     """
-    deltas = [band.delta for band in program.bands]
     cells, edge = all_cells(FIRST), FIRST
-    while True:
-        points = middles(cells, edge, half)
+    while edge < count:
         reach = OVERESTIMATE * np.sqrt(3) * half / edge + slack
-        parts = np.array_split(points, 1 + len(points) // CHUNK)
-        cells = cells[np.concatenate([_near(program, part, deltas, reach, edge == count) for part in parts])]
-        if edge == count:
-            return _sizes_around(cells, count)
-        cells, edge = cut_in_eight(cells), 2 * edge
+        near = np.abs(_values(program, middles(cells, edge, half), 1)) < program.bands[0].delta + reach
+        cells, edge = cut_in_eight(cells[near]), 2 * edge
+    scale = 0.5 * count / half
+    reach = REACH / scale
+    values = _nested(program, middles(cells, edge, half), reach + slack)
+    kept = values < reach + slack
+    values = np.where(values > 0, program.bands[-1].step_bound, 1) * values - slack
+    codes = _sizes_around(cells[kept], count)
+    z, y, x = cells[kept].T[::-1]
+    codes[z, y, x] = _coded(scale * values[kept])
+    corners, excess = _excess(program, cells[np.abs(values) < reach], codes, scale, slack)
+    lowered = np.zeros(codes.shape, np.float32)
+    for step in itertools.product((0, 1), repeat=3):
+        i, j, k = (corners - step).T[::-1]
+        np.maximum.at(lowered, (i, j, k), excess)
+    codes[z, y, x] = _coded(value_of(codes[z, y, x]) - MISSED * lowered[z, y, x])
+    return codes
 
 
-def _near(
-    program: Program, points: NDArray[np.float32], deltas: list[float], reach: float, all_levels: bool
-) -> NDArray[np.bool_]:
-    """Tell which points (N, 3) may be within `reach` of the surface, by level 1 or by all levels."""
-    if not all_levels:
-        return np.asarray(np.abs(field(program, points, 1)) < deltas[0] + reach, np.bool_)
-    value, reached = nested_field(program, points, len(deltas), margins=[reach] * (len(deltas) - 1))
-    return np.asarray((reached == len(deltas)) & (np.abs(value) < reach), np.bool_)
+def _coded(values: NDArray[np.floating]) -> NDArray[np.uint8]:
+    """Return the bytes of values, in edges of a cell, of cells that are not empty; no byte stands for more."""
+    levels = (255 - EMPTY) / 2
+    return np.asarray(np.clip(np.floor(EMPTY + levels + values / REACH * levels + 1e-4), EMPTY, 255), np.uint8)
+
+
+def _excess(
+    program: Program, cells: NDArray[np.int64], codes: NDArray[np.uint8], scale: float, slack: float
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """Find where interpolation exceeds the field at corners of cells (M, 3), outside of the shape.
+
+    Returns these corners (K, 3), inside the grid, and by how much it does, in edges of a cell (K,).
+    """
+    count = len(codes)
+    corners = (cells[:, None] + np.indices((2, 2, 2)).reshape(3, 8).T).reshape(-1, 3)
+    corners = corners[((corners > 0) & (corners < count)).all(axis=1)]
+    keys = np.unique(corners @ np.array([1, count, count**2]))
+    corners = np.stack([keys % count, keys // count % count, keys // count**2], axis=1)
+    between = interpolated(codes, corners.astype(np.float64))
+    corners, between = corners[between > 0], between[between > 0]
+    points = ((2 * corners / count - 1) * (0.5 * count / scale)).astype(np.float32)
+    values = _nested(program, points, REACH / scale + slack) - slack
+    return corners, np.maximum(between - np.minimum(scale * values, REACH), 0).astype(np.float32)
+
+
+def _nested(program: Program, points: NDArray[np.float32], margin: float) -> NDArray[np.float32]:
+    """Evaluate all levels at points (N, 3), each in the band of the one before, wider by `margin`."""
+    return _values(program, points, len(program.bands), margin)
+
+
+def _values(program: Program, points: NDArray[np.float32], level: int, margin: float = 0.0) -> NDArray[np.float32]:
+    """Evaluate levels at points (N, 3); where the last one is not defined, the value is out of the widened band."""
+    parts = np.array_split(points, 1 + len(points) // CHUNK)
+    margins = [margin] * (level - 1)
+    return np.concatenate([nested_field(program, part, level, margins=margins)[0] for part in parts])
 
 
 def _sizes_around(occupied: NDArray[np.int64], count: int) -> NDArray[np.uint8]:
     """Return the sizes of a grid in which the cells (M, 3), as x, y, z, are occupied."""
     full: NDArray[np.bool_] = np.zeros((count, count, count), np.bool_)
     full[occupied[:, 2], occupied[:, 1], occupied[:, 0]] = True
-    sizes = np.where(full, 0, 1).astype(np.uint8)
+    sizes: NDArray[np.uint8] = np.zeros(full.shape, np.uint8)
     for power in range(1, count.bit_length()):
         side = full.shape[0] // 2
         full = np.asarray(full.reshape(side, 2, side, 2, side, 2).any(axis=(1, 3, 5)))
         empty: NDArray[np.bool_] = ~full
         for axis in range(3):
             empty = empty.repeat(1 << power, axis=axis)
-        sizes[empty] = power + 1
+        sizes[empty] = power
     return sizes
-
-
-def skip(
-    cells: Cells,
-    origin: NDArray[np.float64],
-    directions: NDArray[np.float64],
-    t: NDArray[np.float64],
-    far: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Move rays (N, 3), from t (N,) up to far (N,), to the next cell that is not empty, as glsl/skip.glsl does.
-
-    cells: of a field that does not move.
-    """
-    count = cells.count
-    scale = 0.5 * count / cells.half
-    start, along = scale * (origin + cells.half), scale * directions
-    along = np.where(along == 0, 1e-6, along)
-    t = t.copy()
-    active = np.flatnonzero(t <= far)
-    while len(active):
-        place = start + t[active, None] * along[active]
-        cell = np.clip(np.floor(place).astype(np.int64), 0, count - 1)
-        size = cells.grid()[cell[:, 2], cell[:, 1], cell[:, 0]].astype(np.int64)
-        empty = size > 0
-        active, place, cell = active[empty], place[empty], cell[empty]
-        edge = (1 << (size[empty] - 1))[:, None]
-        corner = cell // edge * edge
-        leaving = (corner + np.where(along[active] > 0, edge, 0) - place) / along[active]
-        t[active] += np.maximum(leaving.min(axis=1), 0) + 1e-3 / scale
-        active = active[t[active] <= far[active]]
-    return t

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..ir.program import Array, Program
-from .cells import Cells, skip
+from .cells import Cells
 from .interpret import nested_field
+from .skip import Skipping
 
 NEAR = 2.0
 """Radius of a free sphere, in gaps, above which a relaxed step is a plain one (glsl/march.glsl)."""
@@ -149,6 +150,8 @@ def march(
     none, never = np.zeros(len(t), np.int64), np.zeros(len(t), np.bool_)
     rays = Rays(t, far, np.where(meets, 1, 0), none, never, [0] * level, np.zeros((len(t), 2)))
     relaxed = schedule == "relaxed"
+    looks = np.zeros(len(t), np.int64)
+    skipping = None if cells is None else Skipping(cells, origin, directions, footprint, step_scale, looks)
 
     def evaluate(active: NDArray[np.intp], deepest: int) -> tuple[Array, NDArray[np.int64]]:
         points = (origin + rays.t[active, None] * directions[active]).astype(np.float32)
@@ -159,12 +162,9 @@ def march(
 
     def leave_out_empty_cells() -> None:
         far_out = np.flatnonzero((rays.level == 1) & (rays.t > 0))  # an eye inside the shape is found out first
-        if cells is None or not len(far_out):
-            return
-        moved = skip(cells, origin, directions[far_out], rays.t[far_out], rays.far[far_out])
-        rays.before[far_out[moved > rays.t[far_out]], 1] = 0
-        rays.t[far_out] = moved
-        rays.level[far_out[moved > rays.far[far_out]]] = 0
+        if skipping is not None:
+            skipping.skip(far_out, rays.t, rays.far, rays.before)
+            rays.level[far_out[rays.t[far_out] > rays.far[far_out]]] = 0
 
     for _ in range(rounds):
         if not (rays.level > 0).any():

@@ -30,7 +30,7 @@ from ..ir.program import Array, Program
 from ..printers.field import PLAIN, STORAGES, print_field
 from ..printers.texels import TEXTURE_WIDTH, UNROLL
 from ..reference import interpret
-from ..reference.cells import FIRST, OVERESTIMATE
+from ..reference.cells import EMPTY, FIRST, MISSED, OVERESTIMATE, REACH
 from ..reference.digits import near_surface
 from ..reference.lowest import lowest_point
 from ..reference.poster import poster as draw_poster
@@ -157,6 +157,9 @@ def facts_json(facts: dict[str, Any]) -> str:
             "most": CELLS[1],
             "moments": CELL_MOMENTS,
             "overestimate": OVERESTIMATE,
+            "reach": REACH,
+            "empty": EMPTY,
+            "missed": MISSED,
         },
         "period": PERIOD,
         "passes": list(PASSES),

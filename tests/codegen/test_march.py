@@ -8,8 +8,9 @@ import torch
 from numpy.typing import NDArray
 
 from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference.cells import Cells
+from mplicits.codegen.reference.cells import EMPTY, Cells, interpolated
 from mplicits.codegen.reference.dense import dense_march
+from mplicits.codegen.reference.interpret import nested_field
 from mplicits.codegen.reference.march import march
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.gallery import model_path
@@ -129,7 +130,7 @@ def test_the_relaxed_march_in_numpy_takes_the_same_steps(osmesa: Context, model:
     assert np.abs(rays.t - drawn[:, 0])[rays.hit].mean() < 1e-4
 
 
-def test_the_relaxed_march_costs_half_and_sees_the_same(model: Model) -> None:
+def test_the_relaxed_march_costs_a_quarter_and_sees_the_same(model: Model) -> None:
     program = lower(model)
     cells = Cells(program)
     costs = [program.cost(function).multiply_adds for function in program.values]
@@ -138,7 +139,7 @@ def test_the_relaxed_march_costs_half_and_sees_the_same(model: Model) -> None:
         directions = directions.reshape(-1, 3)
         plain = march(program, eye, directions, 2, footprint)
         relaxed = march(program, eye, directions, 2, footprint, schedule="relaxed", cells=cells)
-        assert np.dot(relaxed.evaluations, costs) < 0.5 * np.dot(plain.evaluations, costs)
+        assert np.dot(relaxed.evaluations, costs) < 0.25 * np.dot(plain.evaluations, costs)
         closest, _ = dense_march(program, eye, directions, 2, footprint)
         assert not ((closest == 0) & ~relaxed.hit).any()
         assert not (relaxed.hit & (closest > STOP)).any()
@@ -151,8 +152,22 @@ def test_no_point_of_the_surface_is_in_an_empty_cell(model: Model) -> None:
     cells = Cells(lower(model))
     surface = demo.DemoShape().surface(20_000, np.random.default_rng(1)).points
     x, y, z = (np.floor((surface / cells.half + 1) / 2 * cells.count).astype(int)).T
-    assert (cells.grid()[z, y, x] == 0).all()
-    assert (cells.grid() == 0).mean() < 0.1, "most of the ball is empty"
+    assert (cells.grid()[z, y, x] >= EMPTY).all()
+    assert (cells.grid() >= EMPTY).mean() < 0.1, "most of the ball is empty"
+
+
+def test_the_grid_s_values_are_no_more_than_the_field_and_near_it(model: Model) -> None:
+    program, rng = lower(model), np.random.default_rng(2)
+    cells = Cells(program)
+    surface = demo.DemoShape().surface(20_000, rng)
+    points = (surface.points + rng.uniform(0, 0.01, (20_000, 1)) * surface.normals).astype(np.float32)
+    scale = 0.5 * cells.count / cells.half
+    known = interpolated(cells.grid(), scale * (points + cells.half)) / scale
+    f = nested_field(program, points, 2)[0]
+    free = (f - known)[f > 0]
+    assert (free > -1e-3).all(), "between the middles and corners of cells a value may be a little more"
+    assert np.quantile(free, 0.002) > -3e-4
+    assert np.median(free) < 1e-3
 
 
 def test_depth_is_the_analytic_shape_s(renderer: Renderer) -> None:

@@ -1,4 +1,4 @@
-import {fieldValue, isNear} from "./reference.js";
+import {fieldValue, widenedValue} from "./reference.js";
 
 // Finds the height of the lowest point of a model's surface, at time 0, on which the studio's floor lies, as
 // codegen/reference/lowest.py does, on a coarser grid: its layers from the bottom up. Without a surface it is -1.
@@ -11,7 +11,7 @@ export function lowestPoint(model) {
     for (let layer = 0, left = MORE; layer < LAYERS && left >= 0; ++layer) {
         for (let k = 0; k < LAYERS ** 2; ++k) {
             const point = [at(k % LAYERS), at(layer), at(Math.floor(k / LAYERS))];
-            if (Math.hypot(...point) > 1 + reach || !isNear(model, point, 0, true, reach)) continue;
+            if (Math.hypot(...point) > 1 + reach || !(Math.abs(widenedValue(model, point, 0, reach)) < reach)) continue;
             lowest = Math.min(lowest, landed(model, point));
         }
         if (lowest < Infinity) --left;

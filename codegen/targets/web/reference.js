@@ -28,15 +28,16 @@ export function fieldValue(model, point) {
     return [value, level];
 }
 
-// Whether a point [x, y, z] may be within `reach` of the surface at a time: by level 1 alone, or by all levels, each in
-// the band of the one before it, wider by that.
-export function isNear(model, point, time, byAll, reach) {
-    const {levels} = model, input = inputOf(model, point, time);
+// Returns the value of the finest level that is defined at a point [x, y, z] at a time, where each band is wider by
+// `margin`.
+export function widenedValue({levels, inputs}, point, time, margin) {
+    const input = inputOf({inputs}, point, time);
     let value = 0;
-    return levels.slice(0, byAll ? levels.length : 1).every(({network, delta}, i) => {
+    levels.every(({network, delta}) => {
         value += networkValue(network, input);
-        return Math.abs(value) < reach + (byAll && i + 1 === levels.length ? 0 : delta);
+        return Math.abs(value) < delta + margin;
     });
+    return value;
 }
 
 // Returns {points, values}: the coordinates, one after another, of up to `count` points near the surface, which are
