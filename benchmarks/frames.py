@@ -1,6 +1,6 @@
 """Compares the schedules of sphere tracing by the work and the time of a frame: writes docs/results/frames.md.
 
-    python benchmarks/frames.py spot armadillo.safetensors ... [--side 512] [--views 10] [--timed 2] [-o FILE]
+    python benchmarks/frames.py M ... [--side 512] [--drawn N] [--views 10] [--timed 2] [--add] [-o FILE]
 
 The multiply-adds of tracing are counted in numpy (codegen/reference/march.py) on every fourth pixel in each direction;
 those of a picture's gradients and colours, which are the same for all schedules, are not among them. Whole pictures are
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from dense_view import STOP, Picture, lost_and_extra, views
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.ir.program import Program
+from mplicits.codegen.printers.few_cells import COUNTS
 from mplicits.codegen.reference.cells import Cells
 from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.reference.march import march
@@ -54,11 +55,11 @@ class Work:
     """Rays that hit although dense marching passes at over STOP pixels."""
 
 
-def count(program: Program, camera: Camera, side: int, cells: Cells | None) -> list[NDArray[np.float64]]:
-    """Count the evaluations of each level by the plain schedule, the relaxed one, and that with cells, in a view."""
+def count(program: Program, camera: Camera, side: int, few: Cells, cells: Cells) -> list[NDArray[np.float64]]:
+    """Count the evaluations of each level by the plain schedule, the relaxed one with few cells, and that with more."""
     eye, directions, footprint = camera.rays(side, side)
     rays, levels = directions[::THIN, ::THIN].reshape(-1, 3), len(program.bands)
-    ways = [("plain", None), ("relaxed", None), ("relaxed", cells)]
+    ways = [("plain", None), ("relaxed", few), ("relaxed", cells)]
     traced = [march(program, eye, rays, levels, footprint, schedule=schedule, cells=skip) for schedule, skip in ways]
     return [np.asarray(one.evaluations, np.float64) for one in traced]
 
@@ -82,11 +83,15 @@ def judge(program: Program, camera: Camera, pictures: list[Picture], works: list
     return int(hits[0].sum()), float(np.median(pixels[both]))
 
 
-def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int) -> None:
-    """Add the row of one model. side: of a picture, pixels; timed: how many cameras have frames drawn and timed."""
+def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int, drawn_side: int) -> None:
+    """Add the row of one model.
+
+    side: of a picture, pixels; timed: how many cameras have frames drawn and timed, drawn_side pixels a side.
+    """
     model = load(path)
     program = lower(model)
     costs = np.array([program.cost(function).multiply_adds for function in program.values], np.float64)
+    few = Cells(program, COUNTS[0], few=True)
     began = time.process_time()
     cells = Cells(program)
     cells.grid()
@@ -98,7 +103,7 @@ def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int
     plain, relaxed, alone = works = [Work() for _ in range(3)]
     hits, apart = 0, []
     for view, camera in enumerate(cameras):
-        counts = count(program, camera, side, cells)
+        counts = count(program, camera, side, few, cells)
         for work, evaluations in zip((plain, alone, relaxed), counts, strict=True):
             work.multiply_adds += float(evaluations @ costs)
             work.evaluations = work.evaluations + evaluations
@@ -106,10 +111,10 @@ def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int
             continue
         for (drawn_by, schedule), taken in zip(ways, seconds, strict=True):
             began = time.process_time()
-            drawn_by.timed((side, side), camera, RenderOptions(schedule=schedule))
+            drawn_by.timed((drawn_side, drawn_side), camera, RenderOptions(schedule=schedule))
             taken.append(time.process_time() - began)
         drawn = [RenderOptions(shading="data", schedule=schedule) for schedule in ("plain", "relaxed")]
-        pictures = [renderer.render((side, side), camera, options) for options in drawn]
+        pictures = [renderer.render((drawn_side, drawn_side), camera, options) for options in drawn]
         covered, difference = judge(program, camera, pictures, works[:2])
         hits += covered
         apart.append(difference)
@@ -118,11 +123,12 @@ def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int
     speed, passes = (
         statistics.median(old / new for old, new in zip(seconds[0], taken, strict=True)) for taken in seconds[:0:-1]
     )
+    name = model.name if drawn_side == side else f"{model.name} ({drawn_side})"
     levels = " > ".join(shape_of(level.network) for level in model.levels)
     counted = [", ".join(f"{number / 1000:,.0f}" for number in work.evaluations) for work in (plain, relaxed)]
     saved, saved_alone = (plain.multiply_adds / work.multiply_adds for work in (relaxed, alone))
     page.add(
-        f"| {model.name} | {levels} | {counted[0]} | {counted[1]} "
+        f"| {name} | {levels} | {counted[0]} | {counted[1]} "
         f"| 1 / {saved:.2f} | 1 / {saved_alone:.2f} | {finding:.1f} | {speed:.2f} | {passes:.2f} | {hits:,} "
         f"| {plain.lost}, {relaxed.lost} | {plain.extra}, {relaxed.extra} | {max(apart):.3f} |"
     )
@@ -135,34 +141,34 @@ def main() -> None:
     parser.add_argument("--side", type=int, default=512, help="pixels per side (default 512)")
     parser.add_argument("--views", type=int, default=10, help="cameras around the shape (default 10)")
     parser.add_argument("--timed", type=int, default=2, help="of these, drawn and timed (default 2)")
+    parser.add_argument("--drawn", type=int, help="pixels per side of what is drawn and timed (default: --side)")
+    parser.add_argument("--add", action="store_true", help="add rows to the page that is there")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/frames.md"))
     options = parser.parse_args()
-    page = Page(
-        options.output,
+    head = [
         "# The work of a frame",
         "",
-        f"Printed by `python benchmarks/frames.py {' '.join(path.stem for path in options.models)} "
-        f"--side {options.side} --views {options.views} --timed {options.timed}`, {machine()}.",
-        "",
-        "Models that are not the gallery's are those that `benchmarks/field.py --steps 1000,2200 --keep DIR` leaves.",
+        f"Printed by `benchmarks/frames.py --side {options.side} --views {options.views} --timed {options.timed}`, one "
+        f"call for each model, {machine()}.",
         "",
         f"{options.views} views of {options.side} x {options.side}, all levels. Plain: a step is as long as the free "
         "sphere's radius. Relaxed: `glsl/march.glsl`, `glsl/skip.glsl`. Evaluations of each level, in thousands, on "
         f"every {THIN}th pixel in each direction; multiply-adds of tracing, without those of gradients and colours, "
-        "which are the same. In one file: without the grid of cells, as shaders that stand alone are. Cells: "
+        "which are the same. In one file: with few cells in the text, as shaders that stand alone have them. Cells: "
         f"seconds to find them. Of {options.timed} views, frames with one sample and their colours were drawn by "
         "OSMesa, in turn: by the plain schedule in one draw, as all frames were once, and by both schedules in passes "
-        "(frames per second, times those of the first: ratio of the processor's seconds, median). The rays on which "
-        "both schedules' pictures differ were marched densely. Lost: dense marching meets a part of the shape that "
-        "tracing misses, or sees another part behind. Extra: tracing hits, and the ray passes at over "
-        f"{STOP:g} pixel.",
+        "(frames per second, times those of the first: ratio of the processor's seconds, median), with as many pixels "
+        "a side as stands behind a model's name, or all. The rays on which both schedules' pictures differ were "
+        "marched densely. Lost: dense marching meets a part of the shape that tracing misses, or sees another part "
+        f"behind. Extra: tracing hits, and the ray passes at over {STOP:g} pixel.",
         "",
         "| model | levels | evaluations: plain | relaxed | multiply-adds | in one file | cells, s | frames per second, "
         "times | plain, in passes | pixels hit | lost: plain, relaxed | extra | ends apart, median, pixels |",
         "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
-    )
+    ]
+    page = Page(options.output, *(options.output.read_text().splitlines() if options.add else head))
     for path in options.models:
-        measure(page, path, options.side, views(options.views), options.timed)
+        measure(page, path, options.side, views(options.views), options.timed, options.drawn or options.side)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ void main() {
     vec4 ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
     vec2 pixel = place();
     color = vec4(background(pixel, resolution, background_bottom, background_top), 0.0);
-    if (shading == SHADE_STEPS) color = vec4(heat(ray.y / 64.0), ray.w);
+    if (shading == SHADE_STEPS) color = vec4(heat(ray.y / 32.0), ray.w);
     if (shading == SHADE_DATA) color = ray;
     gl_FragDepth = shading == SHADE_STEPS || shading == SHADE_DATA ? 0.0 : ray.w;
     if (shading == SHADE_STUDIO && to_floor(camera[3].xyz, camera_ray(pixel, resolution, camera, focal), ground) > 0.0)

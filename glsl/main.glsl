@@ -17,6 +17,6 @@ void main() {
     float t = ray.hit || shading != SHADE_STUDIO ? ray.t : to_floor(camera[3].xyz, direction, ground);
     if (ray.hit || shading == SHADE_STUDIO && t > 0.0)
         color.rgb = surface(pixel, direction, t, ray.steps, ray.hit, color.rgb);
-    if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 64.0), color.a);
+    if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 32.0), color.a);
     if (shading == SHADE_DATA) color = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));
 }

@@ -23,6 +23,8 @@ REACH = OVERESTIMATE * np.sqrt(3) / 2
 """Largest absolute value that a cell holds, in edges of a cell: that of a cell which the surface may just touch."""
 EMPTY = 8
 """Bytes below this stand for empty cells; the others are levels of a value, from -REACH to REACH."""
+FEW_LEVELS = 15
+"""Levels of the values of a grid with `few` of them: with that of empty cells, 4 bits hold a cell."""
 MISSED = 1.3
 """What interpolation gives too much between the middles of cells is found at the cells' corners, and so many times that
 is taken off: it may be more elsewhere."""
@@ -47,15 +49,18 @@ class Cells:
     moments: int
     """Number of grids, each for an equal share of the times from 0 to 1; 1 where the field does not move."""
 
-    def __init__(self, program: Program, count: int | None = None, moments: int = MOMENTS) -> None:
+    def __init__(
+        self, program: Program, count: int | None = None, moments: int = MOMENTS, *, few: bool = False
+    ) -> None:
         """Take the program of a model.
 
-        count: cells along an edge, a power of 2, FIRST at least; None for COUNT, or MOVING_COUNT where the field moves.
-        moments: grids of a field that moves, 2 at least.
+        count: cells along an edge, a power of 2; None for COUNT, or MOVING_COUNT where the field moves. moments: grids
+        of a field that moves, 2 at least. few: whether values have FEW_LEVELS, and empty cells all have 0.
         """
         self.count = count or (MOVING_COUNT if program.moving else COUNT)
         self.half = 1.0 + program.bands[0].delta
         self.moments = moments if program.moving else 1
+        self._few = few
         self._program = program
         self._grids: dict[int, NDArray[np.uint8]] = {}
 
@@ -77,7 +82,8 @@ class Cells:
         """
         if moment not in self._grids:
             there = still(self._program, self._middle(moment))
-            self._grids[moment] = _grid(there, self.count, self.half, self._slack(moment))
+            codes = _grid(there, self.count, self.half, self._slack(moment))
+            self._grids[moment] = _of_few_levels(codes) if self._few else codes
         return self._grids[moment]
 
     def _middle(self, moment: int) -> float:
@@ -134,7 +140,8 @@ def _grid(program: Program, count: int, half: float, slack: float = 0.0) -> NDAr
 
     slack: what is added to every cell's reach, and taken off its value, in the unit of f.
     """
-    cells, edge = all_cells(FIRST), FIRST
+    edge = min(FIRST, count)
+    cells = all_cells(edge)
     while edge < count:
         reach = OVERESTIMATE * np.sqrt(3) * half / edge + slack
         near = np.abs(_values(program, middles(cells, edge, half), 1)) < program.bands[0].delta + reach
@@ -160,6 +167,13 @@ def _coded(values: NDArray[np.floating]) -> NDArray[np.uint8]:
     """Return the bytes of values, in edges of a cell, of cells that are not empty; no byte stands for more."""
     levels = (255 - EMPTY) / 2
     return np.asarray(np.clip(np.floor(EMPTY + levels + values / REACH * levels + 1e-4), EMPTY, 255), np.uint8)
+
+
+def _of_few_levels(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return bytes of which those of empty cells are 0, and the others the next lower one of FEW_LEVELS."""
+    most = FEW_LEVELS - 1
+    lower = (codes.astype(np.int64) - EMPTY) * most // (255 - EMPTY)
+    return np.where(codes < EMPTY, 0, EMPTY + lower * (255 - EMPTY) // most).astype(np.uint8)
 
 
 def _excess(

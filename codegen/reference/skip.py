@@ -10,6 +10,9 @@ from .cells import EMPTY, Cells, interpolated
 CLOSE = 0.1
 """Pixels to the surface, by the grid, from which on the field itself is asked."""
 
+LOOKS = 512
+"""How often a ray may look at the grid."""
+
 
 @dataclass(eq=False)
 class Skipping:
@@ -26,7 +29,7 @@ class Skipping:
     step_scale: float
     """Factor on every step."""
     looks: NDArray[np.int64]
-    """(N,) how often a ray has looked at the grid; it does so 4 times for each of the cells along an edge, at most."""
+    """(N,) how often a ray has looked at the grid, LOOKS at most."""
 
     def skip(
         self, indices: NDArray[np.intp], t: NDArray[np.float64], far: NDArray[np.float64], before: NDArray[np.float64]
@@ -42,7 +45,7 @@ class Skipping:
         along = np.where(along == 0, 1e-6, along)
         active = indices[t[indices] <= far[indices]]
         while len(active):
-            active = active[self.looks[active] < 4 * count]
+            active = active[self.looks[active] < LOOKS]
             self.looks[active] += 1
             place = scale * (self.origin + self.cells.half) + t[active, None] * along[active]
             cell = np.clip(np.floor(place).astype(np.int64), 0, count - 1)

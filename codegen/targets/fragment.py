@@ -10,6 +10,7 @@ from ...model.model import Model
 from ..ir.lower import lower
 from ..ir.program import Array, Program
 from ..printers.cstyle import Language
+from ..printers.few_cells import print_cells
 from ..printers.field import print_field
 from ..reference.cells import Cells
 from ..reference.lowest import lowest_point
@@ -41,9 +42,9 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
 
     storage: "literal", "texture", or "auto" or "mixed", which decide as printers/field.py says. digits: decimals
     that the weights are rounded to, None for all. main: name of the file in glsl/ that follows the field, or GLSL
-    itself. passes: whether the shader is for a renderer, which draws a frame in passes and hands them a grid of empty
-    cells as a texture; files that stand alone have neither. Raises UserError for the storage "packed", which Shadertoy
-    alone has.
+    itself. passes: whether the shader is for a renderer, which draws a frame in passes and hands them a grid of
+    cells as a texture; files that stand alone have neither, and a small grid as text where it is short beside the rest.
+    Raises UserError for the storage "packed", which Shadertoy alone has.
     """
     program = lower(model, digits)
     field = print_field(program, dialect.language, storage)
@@ -67,7 +68,8 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
     opening = prologue(facts, program, dialect, studio.weights, shader.ground)
     whole = replace(shader, text="\n".join([opening, field.text, body]))
     if not passes:
-        return whole
+        cells = print_cells(program, dialect.language, len(with_weights(whole)))
+        return replace(whole, text="\n".join([opening, field.text, cells + body]))
     if shader.cells is not None:
         opening += "#define CELLS\n"
     bodies = {name: glsl.load_numbered(f"{name}.glsl") for name in PASSES}

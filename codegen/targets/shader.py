@@ -6,6 +6,7 @@ from typing import Any
 
 from ..ir.program import Array
 from ..reference.cells import Cells
+from ..reference.skip import LOOKS
 from ..reference.studio import EVALUATIONS
 
 LOOP_LIMIT = 65_535
@@ -95,12 +96,12 @@ class Shader:
 
         level: the level that is traced; normal_level: the level whose gradient is the normal, both counted from 1.
         iterations: sphere tracing steps at each level, per round; of the schedule "relaxed", a round has those of the
-        last level alone, and each may look for the next cell that is not empty.
+        last level alone, and the grid of cells is looked at LOOKS times.
         """
         phases, skips = list(zip(iterations[:level], self.value_loops[:level], strict=True)), 0
         if schedule == "relaxed":
             phases = [(steps, loops + 1) for steps, loops in phases[-1:]]
-            skips = 4 * (0 if self.cells is None else self.cells.count)
+            skips = LOOKS
         one_round = sum(1 + steps * (1 + loops) + 1 for steps, loops in phases) + 2
         studio = EVALUATIONS * (1 + self.value_loops[0]) + 1
         return rounds * one_round + skips + studio + 1 + self.gradient_loops[normal_level - 1] + self.texture_loops

@@ -35,6 +35,7 @@ from ..reference.digits import near_surface
 from ..reference.lowest import lowest_point
 from ..reference.poster import poster as draw_poster
 from ..reference.rounding import in_decimals, is_float16
+from ..reference.skip import LOOKS
 from ..reference.studio import EVALUATIONS
 from . import fragment, orbit, shadertoy
 from .camera import basis, fitting_distance
@@ -160,6 +161,7 @@ def facts_json(facts: dict[str, Any]) -> str:
             "reach": REACH,
             "empty": EMPTY,
             "missed": MISSED,
+            "looks": LOOKS,
         },
         "period": PERIOD,
         "passes": list(PASSES),

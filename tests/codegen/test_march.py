@@ -130,6 +130,20 @@ def test_the_relaxed_march_in_numpy_takes_the_same_steps(osmesa: Context, model:
     assert np.abs(rays.t - drawn[:, 0])[rays.hit].mean() < 1e-4
 
 
+def test_a_shader_that_stands_alone_skips_the_few_cells_in_its_text(renderer: Renderer, model: Model) -> None:
+    program, text = lower(model), renderer.shader.text
+    few = Cells(program, 16, few=True)
+    grid = text[text.index("#define FEW_CELLS") : text.index(");\n", text.index("few_cells[")) + 3]
+    assert len(grid) <= 0.05 * len(text)
+    drawn = data(renderer, VIEWS[0]).reshape(-1, 4)
+    eye, directions, footprint = VIEWS[0].rays(SIDE, SIDE)
+    rays = march(program, eye, directions.reshape(-1, 3), 2, footprint, schedule="relaxed", cells=few)
+    assert (rays.hit == (drawn[:, 3] > 0.5)).mean() > 0.999
+    assert (rays.steps == drawn[:, 1]).mean() > 0.98
+    without = march(program, eye, directions.reshape(-1, 3), 2, footprint, schedule="relaxed")
+    assert rays.evaluations[0] < 0.6 * without.evaluations[0]
+
+
 def test_the_relaxed_march_costs_a_quarter_and_sees_the_same(model: Model) -> None:
     program = lower(model)
     cells = Cells(program)

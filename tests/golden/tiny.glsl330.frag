@@ -129,6 +129,20 @@ vec3 albedo(vec3 p) {
     return clamp(network_texture(vec4(p, 1.)), 0., 1.);
 }
 
+#define FEW_CELLS // how near the surface is, in a grid; see skip()
+const int cell_count = 8;
+const float cells_half = 2.;
+const float CELLS_DELTA = 1.;
+const uint few_cells[64] = uint[](
+    2048065563u, 17956880u, 118545408u, 268440328u, 268439927u, 268435776u, 16777232u, 1051664u,
+    286658816u, 286265600u, 285212672u, 181u, 218103825u, 17u, 285212944u, 2165309712u,
+    286789632u, 286041344u, 290455712u, 36700179u, 1048593u, 1048593u, 419495936u, 285282464u,
+    2970878113u, 118566929u, 1126417u, 1638736u, 17826048u, 16777216u, 268435457u, 268500993u,
+    1147160u, 135332113u, 168919057u, 287379461u, 268439552u, 268435456u, 268435456u, 56623126u,
+    2167040u, 1897140480u, 290460427u, 278200322u, 65537u, 268435456u, 2030043136u, 17826176u,
+    817175552u, 269095168u, 268439808u, 16785690u, 17893393u, 1116688u, 2702245888u, 296226816u,
+    2164265280u, 4673u, 71521u, 790832u, 18088208u, 2702180992u, 286326784u, 271646731u
+);
 // background(): soft vertical gradient, sRGB. A dark one is darker towards the corners, a light one stays clean.
 // pixel, resolution: pixels, origin bottom left; bottom, top: sRGB.
 vec3 background(vec2 pixel, vec2 resolution, vec3 bottom, vec3 top) {
@@ -143,34 +157,87 @@ vec3 camera_ray(vec2 pixel, vec2 resolution, mat4 camera, float focal) {
     vec2 plane = (2.0 * pixel - resolution) / resolution.y;
     return normalize(mat3(camera) * vec3(plane, -focal));
 }
-// skip(): where a ray meets the next cell of the grid that may hold a part of the shape; t itself where it is in one.
+// skip(): how far along a ray the surface may be, by a grid that is looked at in place of the field; t itself at least.
 // origin, direction: model space; t, far: distances along the ray, at which it is and at which it leaves the ball.
-// The grid (codegen/reference/cells.py) fills a cube around the origin. The texel of a cell that is not empty is 0; that
-// of an empty one is 1 + the binary logarithm of the edge, in cells, of the largest empty cube that holds it, of those
-// whose edges and corners are multiples of a power of 2. Without CELLS there is no grid, and nothing is skipped.
+// footprint, step_scale: see march.glsl. before: where the last free sphere is along the ray, and its radius; 0: none.
+// The grid (codegen/reference/cells.py) fills a cube around the origin. The texel of an empty cell, below CELL_EMPTY, is
+// the binary logarithm of the edge, in cells, of the largest empty cube that holds it, of those whose edges and corners are
+// multiples of a power of 2. The others stand for values in the cells' middles, in edges of a cell. Between these, they
+// are no more than the distance to the surface: rays are sphere traced in them up to CELL_CLOSE pixels.
+// A fragment looks at the grid CELL_LOOKS times at most.
+// CELLS: the grid is a texture. FEW_CELLS: the text before has it, of 4 bits for a cell, from the lowest ones up, 0 for an
+// empty one; it is of the last level with the bands as they were. Without both there is none, and nothing is skipped.
 #ifdef CELLS
 uniform highp usampler3D cells;
 uniform int cell_count; // along an edge; 0: no grid, nothing is skipped
 uniform float cells_half; // half the edge of the cube, model units
 
-float skip(vec3 origin, vec3 direction, float t, float far) {
+uint cell_code(ivec3 cell) { return texelFetch(cells, clamp(cell, 0, cell_count - 1), 0).r; }
+
+bool cells_hold() { return cell_count > 0; }
+#endif
+#ifdef FEW_CELLS
+uint cell_code(ivec3 cell) {
+    ivec3 inside = clamp(cell, 0, cell_count - 1);
+    int i = inside.x + cell_count * (inside.y + cell_count * inside.z);
+    uint code = few_cells[i >> 3] >> uint(4 * (i & 7)) & 15u;
+    return code == 0u ? 0u : 8u + (code - 1u) * 247u / 14u;
+}
+
+bool cells_hold() { return level == LEVELS && delta[0] == CELLS_DELTA; }
+#define CELLS
+#endif
+#ifdef CELLS
+const int CELL_LOOKS = 512;
+const uint CELL_EMPTY = 8u;
+const float CELL_REACH = 1.1258330; // largest value, of an empty cell, too
+const float CELL_CLOSE = 0.1; // pixels
+int cell_looks = 0;
+
+float cell_value(ivec3 cell) {
+    uint code = cell_code(cell);
+    return code < CELL_EMPTY ? CELL_REACH : (float(code) / 123.5 - 131.5 / 123.5) * CELL_REACH;
+}
+
+// Values between four cells of a layer: share of the way from `low` to the next ones in x and y.
+float cell_layer(ivec3 low, vec2 share) {
+    float nearer = mix(cell_value(low), cell_value(low + ivec3(1, 0, 0)), share.x);
+    float farther = mix(cell_value(low + ivec3(0, 1, 0)), cell_value(low + ivec3(1, 1, 0)), share.x);
+    return mix(nearer, farther, share.y);
+}
+
+float skip(vec3 origin, vec3 direction, float t, float far, float footprint, float step_scale, inout vec2 before) {
+    if (!cells_hold()) return t;
     float scale = 0.5 * float(cell_count) / cells_half; // cells per model unit
     vec3 start = scale * (origin + cells_half), along = scale * direction;
     along += vec3(equal(along, vec3(0.0))) * 1e-6;
-    for (int i = 0; i < 4 * cell_count && t <= far; ++i) {
+    while (cell_looks < CELL_LOOKS && t <= far) {
+        ++cell_looks;
         vec3 place = start + t * along;
         ivec3 cell = clamp(ivec3(floor(place)), 0, cell_count - 1);
-        uint size = texelFetch(cells, cell, 0).r;
-        if (size == 0u) break;
-        float edge = float(1 << (int(size) - 1));
-        vec3 corner = edge * floor(vec3(cell) / edge);
-        vec3 leaving = (corner + edge * step(0.0, along) - place) / along;
-        t += max(min(leaving.x, min(leaving.y, leaving.z)), 0.0) + 1e-3 / scale;
+        uint code = cell_code(cell);
+        if (code < CELL_EMPTY) {
+            float edge = float(1 << int(code));
+            vec3 corner = edge * floor(vec3(cell) / edge);
+            vec3 leaving = (corner + edge * step(0.0, along) - place) / along;
+            before = vec2(t, 0.0);
+            t += max(min(leaving.x, min(leaving.y, leaving.z)), 0.0) + 1e-3 / scale;
+        } else {
+            vec3 first = floor(place - 0.5), share = place - 0.5 - first;
+            float value = mix(
+                cell_layer(ivec3(first), share.xy), cell_layer(ivec3(first) + ivec3(0, 0, 1), share.xy), share.z);
+            float free = step_scale * value / scale;
+            if (free <= CELL_CLOSE * footprint * t) break;
+            before = vec2(t, free);
+            t += free;
+        }
     }
     return t;
 }
 #else
-float skip(vec3 origin, vec3 direction, float t, float far) { return t; }
+float skip(vec3 origin, vec3 direction, float t, float far, float footprint, float step_scale, inout vec2 before) {
+    return t;
+}
 #endif
 // ball(): where a ray meets the ball of a radius around the origin.
 // origin, direction: model space, direction of length 1; radius: model units.
@@ -283,10 +350,8 @@ Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, f
         for (int phase = relaxed ? level : 1; phase <= level; ++phase) {
             for (int i = 0; i < iterations[phase - 1] && (relaxed ? ray.level > 0 : ray.level == phase); ++i) {
                 if (relaxed && ray.level == 1 && ray.t > 0.0) { // an eye inside the shape is found out first
-                    float t = skip(origin, direction, ray.t, span.y);
-                    if (t > ray.t) before.y = 0.0;
-                    ray.t = t;
-                    if (t > span.y) {
+                    ray.t = skip(origin, direction, ray.t, span.y, footprint, step_scale, before);
+                    if (ray.t > span.y) {
                         ray.level = ray.steps > 0 ? -1 : 0;
                         break;
                     }
@@ -349,7 +414,7 @@ vec3 srgb(vec3 linear) {
 vec3 shade(int shading, vec3 normal, vec3 direction, float t, float eye, int steps, vec3 albedo, vec3 light, vec3 up) {
     if (shading == SHADE_NORMAL) return 0.5 + 0.5 * normal;
     if (shading == SHADE_DEPTH) return vec3(clamp(0.5 - 0.45 * (t - eye), 0.0, 1.0));
-    if (shading == SHADE_STEPS) return heat(float(steps) / 64.0);
+    if (shading == SHADE_STEPS) return heat(float(steps) / 32.0);
     if (shading == SHADE_TEXTURE) return albedo;
     return srgb(phong(linear(albedo), normal, -direction, light, up));
 }
@@ -517,6 +582,6 @@ void main() {
     float t = ray.hit || shading != SHADE_STUDIO ? ray.t : to_floor(camera[3].xyz, direction, ground);
     if (ray.hit || shading == SHADE_STUDIO && t > 0.0)
         color.rgb = surface(pixel, direction, t, ray.steps, ray.hit, color.rgb);
-    if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 64.0), color.a);
+    if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 32.0), color.a);
     if (shading == SHADE_DATA) color = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));
 }

@@ -12,7 +12,7 @@ export function uniforms({model, camera, options, cells}, loops, [width, height]
     const [level, normalLevel] = [options.level, options.normalLevel ?? options.level]
         .map((wanted) => Math.min(wanted, model.levels.length));
     const skipped = cells && level === model.levels.length ? cells.count : 0; // the cells are empty of that surface
-    const {steps, rounds} = fitting(loops, level, normalLevel, stepsOf(model, options), defaults.rounds[0], skipped);
+    const {steps, rounds} = fitting(loops, level, normalLevel, stepsOf(model, options), defaults.rounds[0]);
     return {
         resolution: [width, height], jitter: jitter(k), camera: matrix(camera, width / height), focal: [FOCAL],
         level, normal_level: normalLevel, iterations: steps, rounds, delta: model.levels.map(({delta}) => delta),
@@ -36,11 +36,10 @@ export function stepsOf(model, options) {
 
 // Returns the steps and rounds, at most those given, that llvmpipe draws whole, as schedule_that_fits in
 // viewer/draw/options.py chooses them for the relaxed schedule. Where not even one round fits, it is tried all the same.
-// skipped: cells along an edge of the grid, 0 where there is none.
-function fitting(loops, level, normalLevel, steps, rounds, skipped) {
+function fitting(loops, level, normalLevel, steps, rounds) {
     if (!loops) return {steps, rounds};
     const studio = shared.studio_evaluations * (1 + loops.value[0]) + 1;
-    const once = 1 + studio + 4 * skipped + loops.gradient[normalLevel - 1] + loops.texture;
+    const once = 1 + studio + shared.cells.looks + loops.gradient[normalLevel - 1] + loops.texture;
     const round = () => 4 + steps[level - 1] * (2 + loops.value[level - 1]);
     const isTooLong = () => rounds * round() + once > shared.loop_limit;
     if (isTooLong())

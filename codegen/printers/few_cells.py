@@ -1,0 +1,49 @@
+"""A small grid of cells as text, for shaders that stand alone (glsl/skip.glsl)."""
+
+import numpy as np
+
+from ..ir.program import Program
+from ..reference.cells import EMPTY, FEW_LEVELS, Cells
+from .cstyle import Language
+
+COUNTS = (16, 8)
+"""Cells along an edge of grids that a text may hold, the best first."""
+SHARE = 0.05
+"""Of the text without it, a grid's text is so long at most."""
+
+
+def print_cells(program: Program, language: Language, length: int) -> str:
+    """Return the grid of a program as text that defines FEW_CELLS, or "" where the field moves or none is short enough.
+
+    length: characters of the text without it.
+    """
+    if program.moving:
+        return ""
+    texts = (_text(Cells(program, count, few=True), program, language) for count in COUNTS)
+    return next((text for text in texts if len(text) <= SHARE * length), "")
+
+
+def packed(cells: Cells) -> list[int]:
+    """Return a grid with few levels as numbers of 32 bits: eight cells each, the first in the lowest four bits.
+
+    0 is an empty cell, and 1 to FEW_LEVELS are the levels of a value.
+    """
+    codes = cells.grid().reshape(-1, 8).astype(np.int64)
+    span = 255 - EMPTY
+    levels = np.where(codes < EMPTY, 0, 1 - (EMPTY - codes) * (FEW_LEVELS - 1) // span)
+    return [int(number) for number in (levels << 4 * np.arange(8)).sum(axis=1)]
+
+
+def _text(cells: Cells, program: Program, language: Language) -> str:
+    numbers = [f"{number}u" for number in packed(cells)]
+    rows = [", ".join(numbers[first : first + 8]) for first in range(0, len(numbers), 8)]
+    lines = [
+        "#define FEW_CELLS // how near the surface is, in a grid; see skip()",
+        f"const int cell_count = {cells.count};",
+        f"const float cells_half = {language.number(cells.half)};",
+        f"const float CELLS_DELTA = {language.number(program.bands[0].delta)};",
+        f"const uint few_cells[{len(numbers)}] = uint[](",
+        "    " + ",\n    ".join(rows),
+        ");",
+    ]
+    return "\n".join(lines) + "\n"
