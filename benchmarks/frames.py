@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from dense_view import STOP, Picture, lost_and_extra, views
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.ir.program import Program
-from mplicits.codegen.printers.few_cells import COUNTS
 from mplicits.codegen.reference.cells import Cells
 from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.reference.march import march
+from mplicits.codegen.targets.few_cells import COUNTS
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.gallery import model_path
 from mplicits.model.model import load, shape_of

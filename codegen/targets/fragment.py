@@ -10,10 +10,10 @@ from ...model.model import Model
 from ..ir.lower import lower
 from ..ir.program import Array, Program
 from ..printers.cstyle import Language
-from ..printers.few_cells import print_cells
 from ..printers.field import print_field
 from ..reference.cells import Cells
 from ..reference.lowest import lowest_point
+from .few_cells import print_cells
 from .header import header_facts, header_line
 from .shader import PASSES, Shader
 from .uniforms import TIME, UNIFORMS, Uniform

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ..ir.program import Program
+from ..printers.cstyle import Language
 from ..reference.cells import EMPTY, FEW_LEVELS, Cells
-from .cstyle import Language
 
 COUNTS = (16, 8)
 """Cells along an edge of grids that a text may hold, the best first."""
