@@ -7,7 +7,7 @@ import io
 import os
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, NoReturn
@@ -23,6 +23,8 @@ from .trainer.cli import train_verb
 from .trainer.motion_cli import morph_verb
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from .model.model import Model
     from .trainer.motion import ModelSurface
 
@@ -46,7 +48,7 @@ class Parser(argparse.ArgumentParser):
 def verbs() -> dict[str, Verb]:
     """Collect the verbs by name, in the order of the help. Imports each room's cli.py; these import nothing heavy."""
     of_rooms = [verb for room in ROOMS for verb in importlib.import_module(f".{room}.cli", __package__).VERBS]
-    trainings = train_verb(describe_surface), morph_verb(describe_surface, surface_of)
+    trainings = train_verb(describe_surface, pictures), morph_verb(describe_surface, surface_of, pictures)
     return {verb.name: verb for verb in (demo_verb(perform), *trainings, *of_rooms)}
 
 
@@ -55,6 +57,13 @@ def describe_surface(model: "Model", quiet: bool) -> str:
     from .mesher import survey
 
     return survey.describe_surface(model, quiet)
+
+
+def pictures(folder: "Path") -> "Callable[[Model], None]":
+    """Return what draws a model of a training into a folder. Only the front door may join training and drawing."""
+    from .pictures import Pictures
+
+    return Pictures(folder).draw
 
 
 def surface_of(model: "Model", quiet: bool) -> "ModelSurface":

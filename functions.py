@@ -12,6 +12,7 @@ from .model.errors import UserError
 from .model.gallery import model_path
 from .model.model import load as load_model
 from .notebook import Preview
+from .pictures import Pictures
 from .trainer.cli import before_torch
 from .trainer.options import TrainingOptions, settings_from, shows_options
 
@@ -52,7 +53,8 @@ def train(
     resume: Field | None = None,
     callback: "Callback | None" = None,
     follow: Callable[[Field], object] | None = None,
-    preview: bool = False,
+    log: str | Path | None = None,
+    preview: bool | str | Path = False,
     **options: Unpack[TrainingOptions],
 ) -> Field:
     """Train a model of a shape, and return it; `Field.save` writes it to a file.
@@ -62,8 +64,9 @@ def train(
     of one motion. levels: "64x1,64x2", or ["64x1", "64x2"]. seconds: of wall time for all of it, in place of steps.
     callback: is told the stage, the share of it that is done and the loss, over and over; it may raise
     KeyboardInterrupt, which ends the training with what is trained so far. resume: a model to go on with. follow:
-    receives a `Field` after every level. preview: show a picture of each level in a notebook. The other options are
-    those of `mplicits train`, with their names and defaults (docs/training.md). Raises UserError.
+    receives a `Field` after every level. log: a file that gets a line of JSON for every report. preview: show a picture
+    of each level in a notebook; a path: draw them into that folder. The other options are those of `mplicits train`,
+    with their names and defaults (docs/training.md). Raises UserError.
     """
     before_torch()
     from .trainer.learn import learn
@@ -79,6 +82,7 @@ def train(
             resume=before,
             callback=callback,
             follow=follower,
+            log=log,
             **options,
         )
     )
@@ -96,7 +100,8 @@ def morph(
     resume: Field | None = None,
     callback: "Callback | None" = None,
     follow: Callable[[Field], object] | None = None,
-    preview: bool = False,
+    log: str | Path | None = None,
+    preview: bool | str | Path = False,
     **options: Unpack[TrainingOptions],
 ) -> Field:
     """Train a model that moves: it is `first` at time 0, `second` at time 1, and surfaces between them meanwhile.
@@ -122,6 +127,7 @@ def morph(
             resume=before,
             callback=callback,
             follow=follower,
+            log=log,
             **options,
         )
     )
@@ -130,8 +136,10 @@ def morph(
 class _Follower:
     """Receives the levels of a training: hands them to the caller, and shows them."""
 
-    def __init__(self, follow: Callable[[Field], object] | None, preview: bool) -> None:
-        self._follow, self._preview = follow, Preview() if preview else None
+    def __init__(self, follow: Callable[[Field], object] | None, preview: bool | str | Path) -> None:
+        self._follow = follow
+        self._preview = Preview() if preview is True else None
+        self._pictures = Pictures(Path(preview)) if preview and preview is not True else None
 
     def __call__(self, model: "Model") -> None:
         field = self.ended(model)
@@ -143,6 +151,8 @@ class _Follower:
         field = Field(model)
         if self._preview is not None:
             self._preview.show(field)
+        if self._pictures is not None:
+            self._pictures.draw(model)
         return field
 
 

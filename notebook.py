@@ -2,7 +2,6 @@
 
 import base64
 import html
-import io
 import json
 import sys
 import tempfile
@@ -13,12 +12,11 @@ from typing import TYPE_CHECKING, Protocol
 
 from .codegen.targets import webpage
 from .model.errors import UserError
+from .pictures import png
 
 if TYPE_CHECKING:
     from .field import Field
 
-SIDE = 320
-"""Pixels of the picture, along each side."""
 HEIGHT = 420
 """CSS pixels of the frame's height."""
 
@@ -65,11 +63,7 @@ def mimebundle(field: "Field") -> dict[str, str]:
 
 def picture(field: "Field") -> str:
     """Draw a model from its front: the base64 of a PNG with a transparent background. It needs no OpenGL."""
-    from PIL import Image
-
-    data = io.BytesIO()
-    Image.fromarray(webpage.poster_pixels(field.model, SIDE)).save(data, "png", optimize=True)
-    return base64.b64encode(data.getvalue()).decode()
+    return base64.b64encode(png(field.model)).decode()
 
 
 def frame(field: "Field", png: str) -> str:

@@ -44,7 +44,7 @@ A folder does not stand for those inside it. The root's own files, named "", are
 """
 ROOMS = ("glsl", "model", "codegen", "trainer", "capture", "scenes", "mesher", "viewer")
 FRONT_DOOR = {path.stem for path in ROOT.glob("*.py")} - {"__init__", "__main__"}
-"""Modules at the root: cli, demo, extras, field, functions."""
+"""Modules at the root: cli, demo, extras, field, functions, pictures."""
 
 
 def unit_of(dotted: str) -> str:

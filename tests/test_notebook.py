@@ -15,6 +15,7 @@ from PIL import Image
 
 import mplicits
 from mplicits import notebook
+from mplicits.pictures import SIDE
 from support.browser import PATIENCE
 from support.paths import DEMO
 from support.random_model import random_model
@@ -43,7 +44,7 @@ def document(frame: str) -> str:
 def test_the_picture_is_of_the_model(bundle: dict[str, str]) -> None:
     assert bundle["text/plain"] == repr(mplicits.load(DEMO))
     image = np.asarray(Image.open(io.BytesIO(base64.b64decode(bundle["image/png"]))))
-    assert image.shape == (notebook.SIDE, notebook.SIDE, 4)
+    assert image.shape == (SIDE, SIDE, 4)
     assert 0.1 < (image[..., 3] > 0).mean() < 0.8
 
 

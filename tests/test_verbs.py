@@ -51,6 +51,8 @@ VERBS: dict[str, tuple[Callable[..., object], Callable[..., object]]] = {
     "import": (mplicits.import_checkpoints, import_checkpoints),
 }
 """Verb -> what `import mplicits` offers, and the room's function that both call."""
+OF_OTHER_ROOMS = {"model", "preview"}
+"""What a room's own function does not take: a model is its first argument, and pictures are drawn elsewhere."""
 PROGRAMS = {"demo", "view", "info"}
 """Verbs that have no function, and `info`, whose function is Field.info."""
 
@@ -80,7 +82,7 @@ def test_names_and_defaults_are_one(name: str) -> None:
     options = {key: default for key, default in defaults(name).items() if key not in apart}
     for function in VERBS[name]:
         parameters = inspect.signature(function).parameters
-        assert set(options) - {"model"} <= set(parameters), function
+        assert set(options) - OF_OTHER_ROOMS <= set(parameters), function
         for key, option in options.items():
             if key in parameters and parameters[key].default is not inspect.Parameter.empty:
                 assert same(parameters[key].default, option), (function, key)

@@ -12,7 +12,7 @@ from ..model.errors import UserError
 from ..model.files import check_writable, show
 from ..model.gallery import SUFFIX
 from ..model.interrupts import begin_work, ended_by
-from ..model.kinds import MODEL
+from ..model.kinds import LOG, MODEL
 from ..model.orientation import UPRIGHT
 from ..model.verb import Verb, output_arguments, take_negative_numbers
 from .options import CREASE, file_omegas, settings_from
@@ -21,6 +21,8 @@ from .settings import DEFAULT_PRESET, PRESETS, Settings, front
 if TYPE_CHECKING:
     from ..model.model import Model
     from .session import MovingLoader
+
+    MakesPictures = Callable[[Path], Callable[[Model], object]]
 
 
 def arguments(parser: ArgumentParser) -> None:
@@ -132,6 +134,19 @@ def training_arguments(parser: ArgumentParser) -> None:
         help="where to train (default: auto, a CUDA device if there is one)",
     )
     add(
+        "--log",
+        metavar="FILE.jsonl",
+        type=Path,
+        help="write how the training goes: a line of JSON with the loss, its terms, and mean |f| at held-out points",
+    )
+    add(
+        "--preview",
+        metavar="DIR",
+        type=Path,
+        default=False,
+        help="draw a picture of every level into this folder as soon as it is trained",
+    )
+    add(
         "--weights",
         metavar="NAME=X,..",
         help="weights of the loss: value, normal, eikonal (Eq. 4), distance (off the surface)",
@@ -165,21 +180,22 @@ def before_torch() -> None:
     os.environ.setdefault("GOMP_SPINCOUNT", "1000")
 
 
-def train_verb(describe_surface: "Callable[[Model, bool], str]") -> Verb:
+def train_verb(describe_surface: "Callable[[Model, bool], str]", pictures: "MakesPictures") -> Verb:
     """Make the verb `train`.
 
     describe_surface: describes the surface of the trained model in a line for people; it is told whether to be quiet.
+    pictures: makes, for a folder, what draws a model into it.
     """
     return Verb(
         "train",
         "a mesh or an oriented point cloud becomes a model file",
         arguments,
         "train bunny.ply -o bunny.safetensors --seconds 60",
-        lambda options: run(options, describe_surface),
+        lambda options: run(options, describe_surface, pictures),
     )
 
 
-def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") -> None:
+def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]", pictures: "MakesPictures") -> None:
     """Train, save the model, and print its figures. Raises UserError."""
     settings = settings_of(options)
     before_torch()
@@ -196,13 +212,13 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]") ->
         folder = Path(options.shape)
         paths, crease = motion.frames(folder), None if options.flat else options.crease
         load = motion.frames_loader(folder, paths, up=options.up, crease=crease)
-        train(options, settings, describe_surface, options.shape, paths, load)
+        train(options, settings, describe_surface, pictures, options.shape, paths, load)
         return
     from ..model.mesh_file import mesh_files
 
     image = None if options.texture in ("auto", "none") else Path(options.texture)
     reads = [*mesh_files(Path(options.shape)), *([] if image is None else [image])]
-    train(options, settings, describe_surface, options.shape, reads, image=image)
+    train(options, settings, describe_surface, pictures, options.shape, reads, image=image)
 
 
 def settings_of(options: Namespace) -> Settings:
@@ -215,6 +231,7 @@ def train(
     options: Namespace,
     settings: Settings,
     describe_surface: "Callable[[Model, bool], str]",
+    pictures: "MakesPictures",
     name: str,
     reads: list[Path],
     load_moving: "MovingLoader | None" = None,
@@ -226,6 +243,11 @@ def train(
     """
     output = options.output or Path(Path(name).stem + SUFFIX)
     check_writable(output, reads, kind=MODEL, force=options.force)
+    if options.log is not None:
+        if options.log.resolve() == output.resolve():
+            raise UserError(f"--log {show(options.log)}: that is the model file; name another")
+        check_writable(options.log, reads, kind=LOG)
+    draw = None if not options.preview else pictures(options.preview)
     from . import session
 
     begin_work(termination=not options.live)
@@ -241,7 +263,11 @@ def train(
         thicken=getattr(options, "thicken", None),
         load_moving=load_moving,
         began=time.perf_counter(),
+        log=options.log,
+        follow=draw,
     )
+    if draw is not None:
+        draw(model)
     if by := ended_by():
         raise SystemExit(128 + by)
     if not (options.live or model.provenance["interrupted"]):

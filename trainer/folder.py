@@ -23,7 +23,7 @@ from .settings import Settings
 from .shapes.load import READERS
 
 MOST_JOBS = 1024
-OWN = {"shape", "output", "force", "resume", "quiet", "live", "jobs", "cluster", "time", "help"}
+OWN = {"log", "preview", "shape", "output", "force", "resume", "quiet", "live", "jobs", "cluster", "time", "help"}
 """Options that are not each shape's."""
 
 
@@ -36,6 +36,8 @@ def run_folder(options: Namespace, settings: Settings, arguments: Callable[[Argu
     folder, output = Path(options.shape), options.output
     if options.live:
         raise UserError("--live: a folder's progress is not for programs; follow one shape")
+    if options.log or options.preview:
+        raise UserError("--log, --preview: of one shape, not of a folder")
     if not 1 <= options.jobs <= MOST_JOBS:
         raise UserError(f"--jobs {options.jobs}: a whole number from 1 to {MOST_JOBS} is needed")
     shapes = shapes_in(folder)

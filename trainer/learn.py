@@ -1,6 +1,6 @@
 """Trainings from a program: the options of `train` and `morph`, shapes in files or in memory, and no file written."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Unpack
@@ -8,6 +8,7 @@ from typing import Unpack
 from ..model.errors import UserError
 from ..model.model import Model
 from ..model.orientation import DEFAULT_UP, FILES_UP
+from .log import TrainingLog
 from .machine import device as device_called
 from .machine import prepare
 from .motion import ModelSurface, end_called, frames, frames_loader, morph_loader
@@ -38,6 +39,9 @@ class _Told:
         self._progress.advance(fraction, loss)
         self._callback(self._stage, fraction, loss)
 
+    def tell(self, step: int, figures: Mapping[str, float]) -> None:
+        self._progress.tell(step, figures)
+
     def end(self) -> None:
         self._progress.end()
 
@@ -56,6 +60,7 @@ def learn(
     resume: Model | None = None,
     callback: Callback | None = None,
     follow: Callable[[Model], object] | None = None,
+    log: str | Path | None = None,
     **options: Unpack[TrainingOptions],
 ) -> Model:
     """Train a model of a shape.
@@ -63,7 +68,8 @@ def learn(
     shape: a path, the word "demo", or what `Given` says; with `time`, a folder of meshes, which are moments of one
     motion. The options are those of `mplicits train` (docs/training.md), with their names and defaults; resume: a model
     to go on with. callback: is told of the progress; where it raises KeyboardInterrupt the training ends with what is
-    trained so far. follow: receives the model after each level. Raises UserError.
+    trained so far. follow: receives the model after each level. log: a file for the lines of `TrainingLog`. Raises
+    UserError.
     """
     settings = settings_from(levels, **options)
     crease = None if flat else options.get("crease", CREASE)
@@ -87,7 +93,7 @@ def learn(
             up = settings.up or DEFAULT_UP
             return given_shape(shape, crease=crease, noise=settings.noise, up=up, thicken=thicken)
 
-    return _trained(load, settings, quiet, resume, callback, follow)
+    return _trained(load, settings, quiet, resume, callback, follow, log)
 
 
 @shows_options(settings_from)
@@ -103,6 +109,7 @@ def morph(
     resume: Model | None = None,
     callback: Callback | None = None,
     follow: Callable[[Model], object] | None = None,
+    log: str | Path | None = None,
     **options: Unpack[TrainingOptions],
 ) -> Model:
     """Train a model that is one shape at t = 0 and another at t = 1.
@@ -115,7 +122,7 @@ def morph(
     ends = [end if isinstance(end, Model) else end_called(str(end)) for end in (first, second)]
     crease = None if flat else options.get("crease", CREASE)
     load = morph_loader(ends, surface_of, in_place=in_place, up=settings.up, crease=crease)
-    return _trained(load, settings, quiet, resume, callback, follow)
+    return _trained(load, settings, quiet, resume, callback, follow, log)
 
 
 def _trained(
@@ -125,6 +132,7 @@ def _trained(
     resume: Model | None,
     callback: Callback | None,
     follow: Callable[[Model], object] | None,
+    log: str | Path | None,
 ) -> Model:
     """Load a shape and train a model of it, without a file."""
     prepare(device_called(settings.device))
@@ -133,5 +141,7 @@ def _trained(
     for warning in warnings:
         bar.say(f"warning: {warning}")
     progress: TrainingProgress = bar if callback is None else _Told(bar, callback)
+    if log is not None:
+        progress = TrainingLog(progress, Path(log), onward=resume is not None)
     settings = replace(settings, up=settings.up or DEFAULT_UP)
     return Training(shape, settings, progress, follow=follow).run(resume)

@@ -62,6 +62,8 @@ class LevelStep:
         self._half = min(BATCH // 2, len(surface.points), len(volume.points))
         self._surface, self._volume = (Batches(pool, self._half, generator) for pool in (surface, volume))
         self._weight, self._generator = weight, generator
+        self.terms: dict[str, Tensor] = {}
+        """The terms of the last batch's loss by name, without their weights."""
         self.hard: Pool | None = None
         """Points off the surface that every step sees a few of (Sampler.hard)."""
 
@@ -73,7 +75,7 @@ class LevelStep:
         f = residual.f + torch.cat([pool.frozen for pool in pools])
         gradient = residual.gradient + torch.cat([pool.frozen_gradient for pool in pools])
         usual = len(on.points) + len(around.points)
-        loss, d_f, d_gradient = level_loss(f[:usual], gradient[:usual], on, around, self._weight)
+        loss, d_f, d_gradient, self.terms = level_loss(f[:usual], gradient[:usual], on, around, self._weight)
         if self.hard is not None:
             d_f = torch.cat((d_f, self._hard_derivative(f[usual:], pools[-1], len(around.points))))
             d_gradient = torch.cat((d_gradient, torch.zeros_like(gradient[usual:])))
@@ -137,11 +139,12 @@ def idle_loss(surface: Pool, volume: Pool, weight: LossWeights) -> float:
 
 def level_loss(
     f: Tensor, gradient: Tensor, surface: Pool, volume: Pool, weight: LossWeights
-) -> tuple[Tensor, Tensor, Tensor]:
+) -> tuple[Tensor, Tensor, Tensor, dict[str, Tensor]]:
     """Compute the loss of Eq. 4, with exact distances where they are known.
 
     f: (N,), gradient: (N, 3), or (N, 4) with the derivative to time, which the loss leaves alone: of f_i, at the points
-    of `surface`, then of `volume`. Returns the loss, and its derivatives with respect to f (N,) and to the gradient.
+    of `surface`, then of `volume`. Returns the loss, its derivatives with respect to f (N,) and to the gradient,
+    and its terms by name.
     """
     assert surface.distance is not None
     assert surface.normals is not None
@@ -157,4 +160,5 @@ def level_loss(
     d_gradient[:on].add_(d_normal, alpha=weight.normal)
     if gradient.shape[1] > 3:
         d_gradient = pad(d_gradient, (0, 1))
-    return loss, torch.cat((weight.value * d_value, weight.distance * d_distance)), d_gradient
+    terms = {"value": value, "normal": normal, "distance": distance, "eikonal": eikonal}
+    return loss, torch.cat((weight.value * d_value, weight.distance * d_distance)), d_gradient, terms

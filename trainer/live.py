@@ -3,7 +3,7 @@
 import json
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 INTERVAL = 0.25
 """Shortest time between two lines of a stage, seconds."""
@@ -29,6 +29,9 @@ class JsonLines:
             self._next = now + INTERVAL
             news = {"stage": self._stage, "fraction": round(fraction, 4), "loss": loss if math.isfinite(loss) else None}
             print(json.dumps(news), flush=True)
+
+    def tell(self, step: int, figures: Mapping[str, float]) -> None:
+        """Print nothing of the figures."""
 
     def end(self) -> None:
         """Print nothing: the next stage's first line says that this one is over."""

@@ -11,6 +11,7 @@ from .options import check_no_image
 
 if TYPE_CHECKING:
     from ..model.model import Model
+    from .cli import MakesPictures
     from .motion import ModelSurface
 
 
@@ -28,19 +29,22 @@ def arguments(parser: ArgumentParser) -> None:
 
 
 def morph_verb(
-    describe_surface: "Callable[[Model, bool], str]", surface_of: "Callable[[Model, bool], ModelSurface]"
+    describe_surface: "Callable[[Model, bool], str]",
+    surface_of: "Callable[[Model, bool], ModelSurface]",
+    pictures: "MakesPictures",
 ) -> Verb:
     """Make the verb `morph`.
 
     describe_surface: describes the surface of the trained model in a line for people. surface_of: extracts the surface
-    of a model that is A or B. Both are told whether to be quiet.
+    of a model that is A or B. Both are told whether to be quiet. pictures: makes, for a folder, what draws a model into
+    it.
     """
     return Verb(
         "morph",
         "one shape becomes another while time goes by",
         arguments,
         "morph spot bob -o spot-to-bob.safetensors",
-        lambda options: run(options, describe_surface, surface_of),
+        lambda options: run(options, describe_surface, surface_of, pictures),
     )
 
 
@@ -48,6 +52,7 @@ def run(
     options: Namespace,
     describe_surface: "Callable[[Model, bool], str]",
     surface_of: "Callable[[Model, bool], ModelSurface]",
+    pictures: "MakesPictures",
 ) -> None:
     """Train the motion from A to B, save the model, and print its figures. Raises UserError."""
     check_no_image(options.texture)
@@ -65,4 +70,4 @@ def run(
         crease=None if options.flat else options.crease,
     )
     reads = [path for end in ends for path in mesh_files(Path(end))]
-    train(options, settings, describe_surface, "-to-".join(Path(end).stem for end in ends), reads, load)
+    train(options, settings, describe_surface, pictures, "-to-".join(Path(end).stem for end in ends), reads, load)

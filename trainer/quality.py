@@ -1,7 +1,7 @@
 """How good trained levels are, measured at points of the surface that training never saw."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +24,8 @@ LIPSCHITZ_POINTS = 100_000
 """Points that the largest gradient is measured at, or fewer than twice as many."""
 ROUGH_POINTS = 16_384
 """Points that a level is measured at while it is trained."""
+WATCHED_POINTS = 1024
+"""Points that a level is measured at all the while: less than 1 % of the training's work."""
 TRIAL_POINTS = 4096
 """Points that the time of an evaluation is measured at."""
 TRIALS = 4
@@ -111,6 +113,12 @@ class SurfaceProbe:
         """Measure the last level's delta and its largest |grad f_i|, at few points: of a level that is under way."""
         points = self._all[:: max(1, len(self._all) // ROUGH_POINTS)]
         return delta(field(levels, points)), lipschitz(levels, points)
+
+    def watcher(self, frozen: Sequence[Weights]) -> Callable[[Weights], float]:
+        """Return a function that measures mean |f_i| of the level after `frozen`, at few of the held-out points."""
+        points = self._held_out[:: max(1, len(self._held_out) // WATCHED_POINTS)]
+        before = field(frozen, points) if frozen else points.new_zeros(len(points))
+        return lambda weights: float((before + field([weights], points)).abs().mean())
 
     def tracing(self, levels: Sequence[Weights], deltas: Sequence[float]) -> Tracing:
         """Measure how the last level can be traced. deltas: the half widths of the bands of all levels."""

@@ -1,9 +1,10 @@
 """One run of `mplicits train`: load the shape, train with a progress bar, save the model, print the figures."""
 
+import math
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -19,6 +20,7 @@ from ..model.interrupts import ended_by
 from ..model.model import Model, load, save
 from ..model.orientation import DEFAULT_UP, FILES_UP
 from .live import JsonLines
+from .log import TrainingLog
 from .machine import device, prepare
 from .networks.fit import TrainingProgress
 from .networks.snapshot import Snapshot
@@ -33,21 +35,25 @@ MovingLoader = Callable[[TrainingProgress], tuple[Shape, list[str]]]
 
 
 class TrainingBar:
-    """A `TrainingProgress` that people see: a bar on stderr with the stage, the share done, the loss, the time left.
+    """A `TrainingProgress` that people see: a bar on stderr: the stage, the share done, how good it is, the time left.
 
-    In a notebook that has ipywidgets the bar is one of theirs.
+    Of a level it shows mean |f| at points of the surface that training never sees; of a texture, how far its colours
+    are from the shape's; of what has no such figures, the loss. In a notebook that has ipywidgets the bar is one of
+    theirs.
     """
 
     def __init__(self, quiet: bool) -> None:
         """quiet: show no bar; lines of the log are printed all the same."""
         self._quiet = quiet
         self._bar: tqdm[NoReturn] | None = None
+        self._figures: Mapping[str, float] = {}
 
     # Whoever reads stderr may leave, or a terminal be closed: no training ends because nobody sees it.
 
     def begin(self, stage: str) -> None:
         """Show a new bar for the stage."""
         layout = "{desc} |{bar}| {percentage:3.0f}%{postfix} {remaining} left"
+        self._figures = {}
         interval = 0.1 if sys.stderr.isatty() else 10.0
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", TqdmWarning)  # a notebook without ipywidgets shows a bar of text
@@ -58,11 +64,22 @@ class TrainingBar:
             )
 
     def advance(self, fraction: float, loss: float) -> None:
-        """Move the bar to the share `fraction` of the stage, and show the loss."""
+        """Move the bar to the share `fraction` of the stage, and show how good the network is."""
         with suppress(OSError):
             if self._bar is not None:
-                self._bar.set_postfix_str(f"loss {loss:.4g}", refresh=False)
+                self._bar.set_postfix_str(self._shown(loss), refresh=False)
                 self._bar.update(fraction - self._bar.n)
+
+    def tell(self, step: int, figures: Mapping[str, float]) -> None:
+        """Keep the figures, which `advance` shows."""
+        self._figures = figures
+
+    def _shown(self, loss: float) -> str:
+        if "mean_f" in self._figures:
+            return f"mean |f| {self._figures['mean_f']:.2e}"
+        if "colour" in self._figures:
+            return f"colours off by {math.sqrt(self._figures['colour'] / 3):.3f}"
+        return f"loss {loss:.4g}"
 
     def end(self) -> None:
         """End the bar, and leave it on the screen."""
@@ -89,14 +106,17 @@ def run(
     crease: float | None = None,
     thicken: float | None = None,
     load_moving: MovingLoader | None = None,
+    log: Path | None = None,
+    follow: Callable[[Model], object] | None = None,
 ) -> Model:
     """Train the shape `name` as `mplicits train` does, write the model to `output`, and return it.
 
     image: the file of the texture, where it is not the mesh's own. resume: go on with the training that was cut short,
     or else with what `output` holds. quiet: show no progress bar. began: the value of time.perf_counter() from which on
     the user's seconds count. live: print progress as JSON, and save after every level. crease, thicken: as of
-    `load_shape`. load_moving: makes a shape that moves, in place of what `name` is. Raises UserError, and
-    KeyboardInterrupt where Ctrl-C came before there was anything to save.
+    `load_shape`. load_moving: makes a shape that moves, in place of what `name` is. log: a file that gets a line of
+    JSON for every report. follow: receives the model after every level. Raises UserError, and KeyboardInterrupt where
+    Ctrl-C came before there was anything to save.
     """
     prepare(device(settings.device))
     bar = TrainingBar(quiet)
@@ -114,10 +134,17 @@ def run(
         )
     for warning in warnings:
         bar.say(f"warning: {warning}")
-    if live:
-        training = Training(shape, settings, JsonLines(bar.say), began, part, partial(_hand_out, output))
-    else:
-        training = Training(shape, settings, bar, began, part)
+    progress: TrainingProgress = JsonLines(bar.say) if live else bar
+    if log is not None:
+        progress = TrainingLog(progress, log, onward=before is not None)
+    followers: list[Callable[[Model], object]] = [partial(_hand_out, output)] if live else []
+    followers += [] if follow is None else [follow]
+
+    def finished(model: Model) -> None:
+        for each in followers:
+            each(model)
+
+    training = Training(shape, settings, progress, began, part, finished if followers else None)
     model = training.run(before, snapshot)
     _save(model, output)
     if training.interrupted:

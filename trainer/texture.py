@@ -46,6 +46,8 @@ class TextureStep:
     def __init__(self, surface: Pool, band: Pool, generator: torch.Generator) -> None:
         half = min(BATCH // 2, len(surface.points), len(band.points))
         self._generator = generator
+        self.terms: dict[str, Tensor] = {}
+        """The terms of the last batch's loss by name, without their weights."""
         self._surface, self._band = (Batches(pool, half, generator) for pool in (surface, band))
 
     def __call__(self, weights: Weights) -> float:
@@ -56,7 +58,7 @@ class TextureStep:
         normals = torch.cat((on.frozen_gradient, around.frozen_gradient))
         normals[:, 3:] = 0  # colours are kept constant along the surface's normal, not in time
         forward = value_along(weights, points, normals)
-        loss, d_value, d_along = texture_loss(forward.value, forward.along, on.colours)
+        loss, d_value, d_along, self.terms = texture_loss(forward.value, forward.along, on.colours)
         add_derivative_along(weights, forward, d_value, d_along)
         return loss.item()
 
@@ -72,18 +74,19 @@ class TextureStep:
         set_random_state(self._generator, snapshot)
 
 
-def texture_loss(colours: Tensor, along: Tensor, truth: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+def texture_loss(colours: Tensor, along: Tensor, truth: Tensor) -> tuple[Tensor, Tensor, Tensor, dict[str, Tensor]]:
     """Compute T(phi) of Section 3.2.
 
     colours: (N, 3), values of g, and along: (N, 3), <grad g, grad f>, at points of the surface, whose colours are
-    truth: (M, 3), then at points of the band. Returns the loss, and its derivatives with respect to colours and along.
+    truth: (M, 3), then at points of the band. Returns the loss, its derivatives with respect to colours and along, and
+    its terms by name.
     """
     on = len(truth)
     colour, d_colour = losses.colour(colours[:on], truth)
     smooth, d_along = losses.constant_along_normals(along)
     d_value = torch.zeros_like(colours)
     d_value[:on] = d_colour
-    return colour + SMOOTHNESS * smooth, d_value, d_along.mul_(SMOOTHNESS)
+    return colour + SMOOTHNESS * smooth, d_value, d_along.mul_(SMOOTHNESS), {"colour": colour, "along": smooth}
 
 
 def idle_loss(surface: Pool) -> float:

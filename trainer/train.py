@@ -145,6 +145,11 @@ class Training:
         def review(weights: Weights) -> None:
             step.hard = sampler.hard(self._final(weights), step.hard, count)
 
+        watch = self._probe.watcher(frozen)
+
+        def figures(weights: Weights) -> dict[str, float]:
+            return {"mean_f": watch(self._final(weights))} | _numbers(step.terms)
+
         task = Task(
             start=start,
             step=self._step(step),
@@ -153,6 +158,7 @@ class Training:
             output_factor=output_factor,
             draws=level.LevelDraws(step, sampler),
             review=None if first else review,
+            figures=figures,
         )
 
         def keep(weights: Weights, snapshot: Snapshot) -> None:
@@ -209,6 +215,7 @@ class Training:
             rate=texture.RATE,
             output_factor=texture.OUTPUT_FACTOR,
             draws=step,
+            figures=lambda _: _numbers(step.terms),
         )
 
         def keep(weights: Weights, snapshot: Snapshot) -> None:
@@ -277,3 +284,8 @@ class Training:
 
     def _seconds(self) -> float:
         return self._trained.seconds + time.perf_counter() - self._began
+
+
+def _numbers(terms: dict[str, torch.Tensor]) -> dict[str, float]:
+    """Fetch terms of a loss from the device."""
+    return {name: term.item() for name, term in terms.items()}

@@ -89,10 +89,12 @@ def test_the_level_s_loss_is_equation_4() -> None:
     normals, distance = torch.nn.functional.normalize(points(20), dim=1), points()[:, 2]
     surface, volume = (Pool(points(20), part, normals, f, gradient) for part in (distance[:20], distance[20:]))
     weight = LossWeights(value=5, normal=3, eikonal=2, distance=7)
-    loss, d_f, d_gradient = level_loss(f, gradient, surface, volume, weight)
+    loss, d_f, d_gradient, terms = level_loss(f, gradient, surface, volume, weight)
     squares = (f - distance).square()
     cosine = torch.nn.functional.cosine_similarity(gradient[:20], normals, dim=1)
     eikonal = (gradient.norm(dim=1) - 1).square().mean()
+    assert terms["value"] == squares[:20].mean()
+    assert terms["eikonal"] == eikonal
     expected = 5 * squares[:20].mean() + 7 * squares[20:].mean() + 3 * (1 - cosine).mean() + 2 * eikonal
     torch.testing.assert_close(loss, expected)
     for derivative, slope in zip((d_f, d_gradient), torch.autograd.grad(expected, (f, gradient)), strict=True):
@@ -133,7 +135,8 @@ def test_the_derivative_along_a_direction_and_its_own_are_those_of_autograd(size
 def test_the_texture_s_loss_and_its_derivatives_are_those_of_autograd() -> None:
     colours, along = points().requires_grad_(), (points(40) + 0.2).requires_grad_()
     truth = points(15).abs()
-    loss, d_value, d_along = texture.texture_loss(colours, along, truth)
+    loss, d_value, d_along, terms = texture.texture_loss(colours, along, truth)
+    torch.testing.assert_close(terms["along"], along.square().sum(1).mean())
     expected = (colours[:15] - truth).square().sum(1).mean() + texture.SMOOTHNESS * along.square().sum(1).mean()
     torch.testing.assert_close(loss, expected)
     for derivative, slope in zip((d_value, d_along), torch.autograd.grad(expected, (colours, along)), strict=True):

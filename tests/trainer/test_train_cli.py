@@ -1,15 +1,21 @@
 """`mplicits train` through the command line: its options, outputs and exit codes."""
 
+import json
+import math
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
+from PIL import Image
 
-from mplicits import cli
+from mplicits import cli, pictures
 from mplicits.model.errors import UserError
 from mplicits.model.model import load, shape_of
 from mplicits.trainer import settings
+from mplicits.trainer.log import TrainingLog
+from support.ball_training import Log
 
 QUICK = ("--levels", "8x0,8x1", "--steps", "20", "--quiet")
 
@@ -76,8 +82,53 @@ def test_the_bar_shows_level_loss_and_time_left(ball: str, capsys: pytest.Captur
     assert cli.main(["train", ball, "--levels", "8x0", "--steps", "200"]) == 0
     shown = capsys.readouterr().err
     assert "level 1 (8x0)" in shown
-    assert "loss " in shown
+    assert re.search(r"mean \|f\| \d\.\d\de-\d\d", shown)
     assert " left" in shown
+
+
+def test_log_and_preview_tell_how_it_goes(
+    ball: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pictures, "SIDE", 24)
+    argv = ["train", ball, "--quiet", "--log", "log.jsonl", "--preview", "seen"]
+    assert cli.main([*argv, "--levels", "8x0", "--steps", "40"]) == 0
+    assert cli.main([*argv, "--levels", "8x0,8x1", "--steps", "30", "--resume"]) == 0
+    lines = [json.loads(line) for line in Path("log.jsonl").read_text().splitlines()]
+    steps = [*((1, step) for step in (10, 20, 30, 40)), *((2, step) for step in (10, 20, 30))]
+    assert [(line["level"], line["step"]) for line in lines] == steps
+    assert [line["network"] for line in lines] == ["8x0"] * 4 + ["8x1"] * 3
+    named = {"value", "normal", "distance", "eikonal", "mean_f", "fraction", "loss", "seconds"}
+    assert all(line.keys() >= named for line in lines)
+    measured = load(Path("ball.safetensors")).provenance["levels"][-1]["mean_f"]
+    assert lines[-1]["mean_f"] == pytest.approx(measured, rel=0.2), "at fewer points"
+    assert sorted(path.name for path in Path("seen").iterdir()) == ["ball-1.png", "ball-2.png"]
+    with Image.open("seen/ball-2.png") as picture:
+        assert picture.size == (24, 24)
+        assert 0.1 < (np.asarray(picture)[..., 3] > 0).mean() < 0.9
+    Path("notes.txt").write_text("mine")
+    assert f"--preview {ball}: File exists" in refused(capsys, ball, "--preview", ball)
+    assert "not a log" in refused(capsys, ball, "--log", "notes.txt")
+    assert "the model file" in refused(capsys, ball, "--log", "ball.safetensors")
+    assert Path("notes.txt").read_text() == "mine"
+
+
+def test_a_texture_s_lines_say_so_and_a_full_disk_ends_the_log_alone(tmp_path: Path) -> None:
+    told = Log()
+    log = TrainingLog(told, tmp_path / "log.jsonl")
+    log.begin("texture (8x0)")
+    log.tell(10, {"colour": 0.5, "along": math.nan})
+    log.advance(0.25, 0.75)
+    (line,) = [json.loads(line) for line in (tmp_path / "log.jsonl").read_text().splitlines()]
+    assert line.pop("seconds") >= 0
+    assert line == {
+        **{"level": None, "network": "8x0", "step": 10, "fraction": 0.25, "loss": 0.75},
+        **{"colour": 0.5, "along": None},
+    }
+    full = TrainingLog(told, Path("/dev/full"))
+    full.begin("level 1 (8x0)")
+    full.advance(0.5, 1.0)
+    full.advance(0.6, 1.0)
+    assert told.lines == ["warning: the log ends here: No space left on device"]
 
 
 def test_ctrl_c_saves_the_model_and_says_so(

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -42,6 +42,9 @@ class TrainingProgress(Protocol):
 
     def advance(self, fraction: float, loss: float) -> None:
         """Report the share of the stage that is done, in [0, 1], and a recent mean of the loss."""
+
+    def tell(self, step: int, figures: Mapping[str, float]) -> None:
+        """Report figures of the network as it is after so many steps, by name; `advance` follows."""
 
     def end(self) -> None:
         """Announce that the stage is over."""
@@ -119,6 +122,8 @@ class Task:
     """What changes from step to step beside the weights: random numbers, batches."""
     review: Callable[[Weights], None] | None = None
     """Looks at the network at the shares REVIEWS of the schedule, so that later steps may mend what it finds."""
+    figures: Callable[[Weights], Mapping[str, float]] | None = None
+    """Measures the network each time that the progress is told."""
 
 
 @dataclass(frozen=True)
@@ -232,6 +237,8 @@ def _attempt(
             if attempt.failed:
                 return attempt
             if attempt.steps % REPORT_EVERY == 0:
+                if task.figures is not None:
+                    progress.tell(attempt.steps, task.figures([w.detach() for w in weights]))
                 progress.advance(share, attempt.loss)
             if keeper is not None and keeper.due() and _finite(weights):
                 keeper.keep(*_state(weights, optimiser, task, attempt))
