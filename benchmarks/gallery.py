@@ -1,6 +1,6 @@
 """Draws and measures the models of the gallery: writes docs/gallery.md, docs/gallery/ and docs/demo.png.
 
-    python benchmarks/gallery.py [-o docs/gallery.md] [--front]
+    python benchmarks/gallery.py [-o docs/gallery.md] [--front | --scene]
 
 A model's web page is written if it has at most PAGE_MOST bytes; of larger ones, the table has the size. Models that are
 not yet named as the gallery calls them, but after the mesh that they were trained on, are renamed in their files.
@@ -19,7 +19,8 @@ from mplicits.codegen.targets.registry import TARGETS
 from mplicits.model import gallery
 from mplicits.model.errors import UserError
 from mplicits.model.files import write_whole
-from mplicits.model.model import Model, load, save, shape_of
+from mplicits.model.model import Model, load, save, shape_of, to_bytes
+from mplicits.scenes.composed import compose
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context, open_osmesa
 from mplicits.viewer.draw.options import RenderOptions
@@ -42,6 +43,10 @@ COMMANDS = (
     "bake spot-small --target shadertoy -o spot.frag",
 )
 """Examples on the page."""
+SCENE = Path("examples/pond.toml")
+"""The scene on the page."""
+MOMENTS = (0.0, 0.25, 0.5, 0.75)
+"""Times that its picture shows."""
 FRONT = (("spot", "studio"), ("bob", "studio"))
 """(model, shading) of the pictures that stand side by side in docs/demo.png."""
 
@@ -92,10 +97,30 @@ def shadertoy(model: Model) -> str:
         return "too wide"
 
 
+def scene_lines(folder: Path, context: Context) -> list[str]:
+    """Draw the moments of the example of a scene, and return what the page says of it."""
+    model = compose(SCENE)
+    options = RenderOptions(samples=16, background=WHITE, shading="studio")
+    moments = strip(model, context, SIDE, [replace(options, time=time) for time in MOMENTS])
+    save_png(folder / f"{model.name}.png", moments, model.name)
+    page, toy = (len(TARGETS[target](model).encode()) for target in ("html", "shadertoy"))
+    return [
+        "## A scene",
+        "",
+        f"`mplicits compose {SCENE}` places models and joins them ([scenes.md](scenes.md)): "
+        f"{len(model.shapes)} models, one of them moving, over a ground; {model.parameters():,} parameters, "
+        f"{len(to_bytes(model)):,} bytes as a model file, {page:,} as a web page, {toy:,} as Shadertoy's text. "
+        f"At t = {', '.join(f'{time:g}' for time in MOMENTS)}:",
+        "",
+        f"![{model.name}]({folder.name}/{model.name}.png)",
+    ]
+
+
 def main() -> None:
     """Write the page, the pictures, and the web pages that are small."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--front", action="store_true", help="draw docs/demo.png alone")
+    parser.add_argument("--scene", action="store_true", help="draw the scene alone, and print what the page says of it")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/gallery.md"))
     options = parser.parse_args()
     context, front = open_osmesa(), options.output.with_name("demo.png")
@@ -104,6 +129,9 @@ def main() -> None:
         return
     folder = options.output.with_suffix("")
     folder.mkdir(exist_ok=True)
+    if options.scene:
+        print(*scene_lines(folder, context), sep="\n")
+        return
     page = Page(
         options.output,
         "# Gallery",
@@ -151,6 +179,7 @@ def main() -> None:
     for name, model in models.items():
         save_png(folder / f"{name}.png", strip(model, context, SIDE, panels(len(model.levels)).values()), name)
         page.add(f"![{name}]({folder.name}/{name}.png)", "", f"{name}", "")
+    page.add(*scene_lines(folder, context))
     draw_front(front, context)
 
 

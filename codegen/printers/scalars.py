@@ -86,7 +86,10 @@ class VectorNotation:
 
     def output(self, name: str, function: Function, k: int) -> str:
         """Return a component."""
-        return name if len(function.outputs) == 1 else f"{name}.{'xyzw'[k]}"
+        if len(function.outputs) == 1:
+            return name
+        # CUDA's vec4 has the members xyz and w alone.
+        return f"{name}.w" if k == 3 else f"{name}{'.xyz' if len(function.outputs) == 2 else ''}.{'xyz'[k]}"
 
 
 class Writer:

@@ -4,6 +4,8 @@ composed.py prints the same with loops over tables, for networks whose weights a
 function with its weights as constants, which is called where a point is in its shape's ball.
 """
 
+from collections.abc import Sequence
+
 from ...model.expression import number
 from ...model.scene import DIFFERENCE, SMOOTH_UNION, UNION, Disc
 from ..ir.composition import OFFSET, Join, Leaf
@@ -149,10 +151,11 @@ class Unrolled:
         point: tuple[str, str, str],
         time: str = "time",
         level: str | None = None,
+        deltas: Sequence[Number] | None = None,
     ) -> None:
         """Compute the field, to the finest level or up to the one, from 1, in the variable `level`.
 
-        point, time: variables.
+        point, time: variables. deltas: half widths of the scene's bands, None for those of the program.
         """
         assert program.composition is not None
         w = self._w = Writer(notation, time)
@@ -160,18 +163,21 @@ class Unrolled:
         self._root = program.composition.root
         self.value: Number = 0.0
         """The field."""
+        self.reached: Number = 1.0
+        """The level that it is of."""
         self._leaves = [_Asked(leaf, w, (x, y, z)) for leaf in program.composition.leaves]
         defined: str | None = None
         self._outside: list[tuple[str, Number]] = []
         for k in range(len(program.bands)):
             if k > 0:
-                delta = program.bands[k - 1].delta
+                delta = program.bands[k - 1].delta if deltas is None else deltas[k - 1]
                 size = w.let(w.call("abs", self.value))
                 inside, outside = w.less(size, delta), w.less(delta, size)
                 if level:
                     inside, outside = (w.both(f"({level} > {k})", entry) for entry in (inside, outside))
-                self._outside.append((outside, w.sub(self.value, delta / OFFSET)))
+                self._outside.append((outside, w.sub(self.value, w.div(delta, OFFSET))))
                 defined = w.holds(w.both(defined, inside) if defined else inside)
+                self.reached = w.add(self.reached, w.pick(defined, 1.0, 0.0))
             for leaf in self._leaves:
                 leaf.refine(k, defined)
             self.value = w.let(self._join(self._root)[0])

@@ -36,14 +36,6 @@ def prepared(
     return program, function_name(name, model.name), model.place if space == "input" else MODEL_SPACE
 
 
-def refuse_scene(model: Model, what: str) -> None:
-    """Raise UserError for a scene. what: the target, which takes none."""
-    if model.scene is not None:
-        raise UserError(
-            f"{what} holds one shape, and this model is a scene; bake it with --target glsl330 or glsl300es"
-        )
-
-
 def in_shader(
     model: Model,
     target: str,

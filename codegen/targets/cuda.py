@@ -16,7 +16,7 @@ from ..printers.cstyle import Language
 from ..printers.field import print_field
 from ..printers.glsl_as_cuda import glsl_as_cuda
 from ..reference.lowest import lowest_point
-from .alone import refuse_scene
+from .cuda_scene import scene_field
 from .header import header_facts, header_line
 from .orbit import AZIMUTH, ELEVATION, FOV, MARGIN
 from .uniforms import GROUND, LEVELS, SHADINGS, TIME, UNIFORMS, Uniform, default
@@ -73,10 +73,13 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
     """
     if storage not in ("auto", "texture"):
         raise UserError(f"--storage {storage}: cuda keeps its weights in one array; leave --storage out")
-    refuse_scene(model, "a CUDA file")
-    program = lower(model, digits)
-    field = print_field(program, LANGUAGE, "texture")
-    offsets, texels = field.layout.offsets, field.layout.texels
+    program = lower(model, digits, padded=False)
+    if program.composition is None:
+        printed = print_field(program, LANGUAGE, "texture")
+        field, layout = printed.text, printed.layout
+    else:
+        field, layout = scene_field(program, LANGUAGE)
+    texels = layout.texels
     seen: set[str] = set()
     return "\n".join(
         [
@@ -99,10 +102,8 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
             _load("settings.cuh", seen),
             "// The field, as every target has it: p in model space, levels counted from 1.",
             "__device__ inline vec4 as_vec4(float4 v) { return vec4(v.x, v.y, v.z, v.w); }",
-            field.text,
-            _load("networks.cuh", seen),
-            *_networks(program, offsets),
-            "",
+            field,
+            *_many_rays(program, layout.offsets, seen),
             _load("main.cuh", seen),
             "}  // namespace mplicits",
             "",
@@ -110,6 +111,17 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
             "",
         ]
     )
+
+
+def _many_rays(program: Program, offsets: dict[str, int], seen: set[str]) -> list[str]:
+    """Return what the variants read that evaluate a network for many rays at once; of a scene, what stands for them.
+
+    offsets, seen: as of `_networks` and `_load`.
+    """
+    if program.composition is None:
+        return [_load("networks.cuh", seen), *_networks(program, offsets), ""]
+    seen |= {"frames.cuh", "benchmark.cuh"}
+    return [_load("scene.cuh", seen), ""]
 
 
 def _load(name: str, seen: set[str]) -> str:
@@ -140,12 +152,17 @@ def _with_includes(name: str, text: str, seen: set[str]) -> str:
 
 def _head(model: Model, program: Program) -> list[str]:
     """Return the comment that the file begins with."""
-    return [
+    opening = [
         header_line(header_facts(model, program, "cuda")),
         "// Multiscale neural signed distance function.",
         "//",
         "//     nvcc -O3 -arch=native model.cu -o model && ./model --help",
         "//",
+    ]
+    if program.composition is not None:
+        return [*opening, "// A scene: one variant, simple, with one thread per ray, float32."]
+    return [
+        *opening,
         "// Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores; layered, a",
         "// product by cuBLAS per layer, over all pixels. cuBLAS is part of the CUDA toolkit; it is opened at run time",
         "// by the variant that needs it: nothing is to be linked. In order: check, vectors, uniforms, camera_ray,",
@@ -158,14 +175,14 @@ def _head(model: Model, program: Program) -> list[str]:
 
 def _model_constants(program: Program) -> list[str]:
     """Return what the kernels know of the model at compile time, weights excepted, as declarations."""
-    textured = int(program.texture is not None)
+    textured = int(program.coloured)
     depths = [len(_affines(function)) for function in _functions(program).values()]
     return [
         f"const char *const MODEL = {c_string(program.name)};",
         f"const char *const SHA256 = {c_string(program.sha256)};",
         f"constexpr int LEVELS = {len(program.bands)};",
         f"constexpr float GROUND = {LANGUAGE.number(round(lowest_point(program), 4))};  // of the shape's lowest point",
-        f"constexpr int MOST_LAYERS = {max(depths)};",
+        *([f"constexpr int MOST_LAYERS = {max(depths)};"] if depths else []),
         f"constexpr bool MOVING = {str(program.moving).lower()};  // a field of (x, y, z, t)",
         f"#define TEXTURED {textured}",
         f"constexpr int ITERATIONS[LEVELS] = {{{', '.join(str(band.iterations) for band in program.bands)}}};",

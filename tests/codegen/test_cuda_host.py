@@ -25,6 +25,7 @@ from support.fitted_model import fitted_model
 from support.moving_model import PICTURED, moving_model
 from support.paths import DEMO
 from support.random_model import random_model
+from support.scene_models import SMALL, composed
 
 pytestmark = pytest.mark.slow
 
@@ -112,6 +113,23 @@ def test_simple_draws_each_moment_of_a_motion(tmp_path: Path) -> None:
     refused = run(program, "--time", "1.5")
     assert refused.returncode == 2
     assert "--time 1.5: from 0 to 1" in refused.stderr
+
+
+def test_a_scene_is_drawn_at_each_moment(tmp_path: Path) -> None:
+    model = composed(tmp_path, SMALL, widths=(8, 12))
+    program = build(model, tmp_path)
+    eye, directions, footprint = Camera().rays(SIDE, SIDE)
+    for time in (0.0, 0.8):
+        drawn = data(program, "simple", SIDE, "--time", str(time)).reshape(-1, 4)
+        rays = march(still(lower(model), time), eye, directions.reshape(-1, 3), 2, footprint)
+        both = rays.hit & (drawn[:, 3] > 0.5)
+        assert both.sum() > 100
+        assert (rays.hit == (drawn[:, 3] > 0.5)).mean() > 0.995
+        assert np.abs(rays.t - drawn[:, 0])[both].mean() < 1e-3
+        assert set(drawn[both, 2]) == {2.0}
+    refused = run(program, "--variant", "fused")
+    assert refused.returncode == 2
+    assert "a scene has simple alone" in refused.stderr
 
 
 def test_time_is_refused_for_a_model_that_does_not_move(fitted: Path) -> None:

@@ -1,0 +1,48 @@
+#include "arguments.cuh"
+#include "simple.cuh"
+#include "picture.cuh"
+#include "timer.cuh"
+// scene.cuh: what frames.cuh and benchmark.cuh are for one shape. A scene has the variant simple alone: the others
+// evaluate one shape's networks for many rays at once.
+inline bool weights_fit_halves() { return false; }
+
+class Frame {
+public:
+    Frame(const std::string &variant, const Arguments &a, const cudaDeviceProp &)
+        : settings_(a.settings), image_(static_cast<size_t>(a.settings.pixels())) {
+        if (variant != "simple") refuse("--variant %s: a scene has simple alone", variant.c_str());
+    }
+    template <class Mark> void draw(Mark mark) {
+        launch(render_simple, blocks_for(settings_.pixels()), settings_, image_.get());
+        mark("render");
+    }
+    std::vector<vec4> image() const { return image_.read(); }
+
+private:
+    Settings settings_;
+    Buffer<vec4> image_;
+};
+
+inline void run_benchmark(Arguments a, const cudaDeviceProp &device) {
+    printf("{\"model\": \"%s\", \"device\": \"%s\", \"sizes\": [\n", SHA256, device.name);
+    std::vector<int> sizes = a.sized ? std::vector<int>{0} : std::vector<int>{512, 1024};
+    for (size_t i = 0; i < sizes.size(); ++i) {
+        if (sizes[i]) a.settings.resolution = vec2(static_cast<float>(sizes[i]));
+        Frame frame(a.variant.empty() ? "simple" : a.variant, a, device);
+        Timer timer;
+        std::vector<double> totals;
+        int warm_up = std::max(1, a.frames / 10);
+        for (int k = 0; k < warm_up + a.frames; ++k) {
+            timer.begin();
+            frame.draw([&](const char *name) { timer.mark(name); });
+            timer.finish();
+            if (k >= warm_up) totals.push_back(timer.total());
+        }
+        double milliseconds = median(totals);
+        printf("  {\"width\": %d, \"height\": %d, \"variants\": [{\"variant\": \"simple\", \"rounds\": %d, "
+               "\"fps\": %.6g, \"milliseconds\": %.6g, \"frames\": %d}]}%s\n",
+               a.settings.width(), a.settings.height(), a.settings.rounds, 1e3 / milliseconds, milliseconds, a.frames,
+               i + 1 < sizes.size() ? "," : "");
+    }
+    printf("]}\n");
+}
