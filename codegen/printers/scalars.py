@@ -68,7 +68,11 @@ class VectorNotation:
         self.pick = language.pick
         self.let, self.holds = (language.local(kind, "{name}", "{value}") for kind in ("float", "bool"))
         four = language.type("vec4")
-        waves = {name: f"{wave}({four}({{0}})).x" for name, wave in (("sin", language.sine), ("cos", language.cosine))}
+        # A sine of the text's own takes a vec4, a built-in one takes a number, too.
+        waves = {
+            name: f"{name}({{0}})" if wave == name else f"{wave}({four}({{0}})).x"
+            for name, wave in (("sin", language.sine), ("cos", language.cosine))
+        }
         simple = {name: f"{name}({{0}})" for name in ("sqrt", "abs")}
         self.functions: Mapping[str, str] = {**simple, **waves, "min": "min({0}, {1})", "max": "max({0}, {1})"}
 

@@ -13,6 +13,7 @@ from mplicits.model.errors import UserError
 from support.golden_text import check_golden
 from support.paths import GOLDEN
 from support.random_model import random_model
+from support.scene_models import SCENE, composed
 
 GOLDEN_TEXT = GOLDEN / "tiny.cuda.cu"
 NAME = 'tiny "*/??/\n\\u000a</script>\\'
@@ -85,9 +86,11 @@ def test_the_head_lists_the_files_in_their_order(monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.slow
-def test_nvcc_compiles_a_tiny_model(tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", ["shape", "scene"])
+def test_nvcc_compiles_a_tiny_model(kind: str, tmp_path: Path) -> None:
     source = tmp_path / "model.cu"
-    source.write_text(standalone(random_model((4, 0), name=NAME)), encoding="utf-8")
+    model = random_model((4, 0), name=NAME) if kind == "shape" else composed(tmp_path, SCENE, widths=(4, 4))
+    source.write_text(standalone(model), encoding="utf-8")
     compile_for("sm_90", source)
     if Path("/dev/nvidia0").exists():
         return

@@ -25,7 +25,7 @@ from support.fitted_model import fitted_model
 from support.moving_model import PICTURED, moving_model
 from support.paths import DEMO
 from support.random_model import random_model
-from support.scene_models import SMALL, composed
+from support.scene_models import SCENE, composed
 
 pytestmark = pytest.mark.slow
 
@@ -116,7 +116,7 @@ def test_simple_draws_each_moment_of_a_motion(tmp_path: Path) -> None:
 
 
 def test_a_scene_is_drawn_at_each_moment(tmp_path: Path) -> None:
-    model = composed(tmp_path, SMALL, widths=(8, 12))
+    model = composed(tmp_path, SCENE, widths=(8, 12))
     program = build(model, tmp_path)
     eye, directions, footprint = Camera().rays(SIDE, SIDE)
     for time in (0.0, 0.8):

@@ -40,6 +40,8 @@ struct mat3 {
 __device__ inline float abs(float a) { return fabsf(a); }
 __device__ inline int abs(int a) { return a < 0 ? -a : a; }
 __device__ inline float sqrt(float a) { return sqrtf(a); }
+__device__ inline float sin(float a) { return sinf(a); }
+__device__ inline float cos(float a) { return cosf(a); }
 __device__ inline float max(float a, float b) { return fmaxf(a, b); }
 __device__ inline float min(float a, float b) { return fminf(a, b); }
 __device__ inline float pow(float a, float exponent) { return powf(a, exponent); }
