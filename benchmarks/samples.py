@@ -1,6 +1,6 @@
 """Compares samples that follow the edges with samples everywhere, by quality and work: writes docs/results/samples.md.
 
-python benchmarks/samples.py spot-small lucy.safetensors ... [--side 512] [-o FILE]
+python benchmarks/samples.py spot-small lucy.safetensors ... [--side 512] [--add] [-o FILE]
 """
 
 import argparse
@@ -40,19 +40,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("models", nargs="+")
     parser.add_argument("--side", type=int, default=512)
+    parser.add_argument("--add", action="store_true", help="add rows to the page that is there")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/samples.md"))
     args = parser.parse_args()
-    page = Page(
-        args.output,
+    head = [
         "# Samples that follow the edges",
         "",
-        f"Printed by `benchmarks/samples.py`: {machine()}. Each model from its front, {args.side} x {args.side}, "
-        "Phong, on OSMesa, weights in a texture. PSNR against 16 samples everywhere; work: the processor's time of the "
-        "picture over that of 4 samples everywhere, in one process, once each, after a first picture that compiles.",
+        f"Printed by `benchmarks/samples.py`, one call for each model: {machine()}. Each model from its front, as many "
+        "pixels a side as the table says, Phong, on OSMesa, weights in a texture. PSNR against 16 samples everywhere; "
+        "work: the processor's time of the picture over that of 4 samples everywhere, in one process, once each, after "
+        "a first picture that compiles.",
         "",
-        "| model | levels | 4 everywhere | 16 along the edges | its work | work of 16 everywhere |",
-        "| --- | --- | ---: | ---: | ---: | ---: |",
-    )
+        "| model | levels | side | 4 everywhere | 16 along the edges | its work | work of 16 everywhere |",
+        "| --- | --- | ---: | ---: | ---: | ---: | ---: |",
+    ]
+    page = Page(args.output, *(args.output.read_text().splitlines() if args.add else head))
     context = open_osmesa()
     for name in args.models:
         model = load(model_path(name))
@@ -70,7 +72,9 @@ def main() -> None:
         few, many = (decibels(pictures[way], truth) for way in ("4 everywhere", "16 along the edges"))
         work, most = (seconds[way] / seconds["4 everywhere"] for way in ("16 along the edges", "16 everywhere"))
         networks = " > ".join(shape_of(level.network) for level in model.levels)
-        page.add(f"| {model.name} | {networks} | {few:.1f} dB | {many:.1f} dB | {work:.2f} | {most:.2f} |")
+        page.add(
+            f"| {model.name} | {networks} | {args.side} | {few:.1f} dB | {many:.1f} dB | {work:.2f} | {most:.2f} |"
+        )
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from .supersampling import Image, jitters
 
-SHARE = 0.25
+SHARE = 0.2
 """Of all samples that a pixel may have, so many are taken by a pixel of the shape, at most, in the mean."""
 STEEPEST = 64.0
 """Further samples, for a difference of 1 between neighbouring pixels, where the shape has few edges."""

@@ -23,7 +23,7 @@ __device__ inline vec3 floor_or_background(const Settings &s, int pixel) {
 // A pixel whose colour does not need the gradient: the background, the steps, or the data (t, steps, level, hit).
 __device__ inline vec4 plain(const Settings &s, int pixel, const Hit &ray) {
     float steps = static_cast<float>(ray.steps), hit = static_cast<float>(ray.hit);
-    if (s.shading == SHADE_STEPS) return vec4(heat(steps / 64.0f), hit);
+    if (s.shading == SHADE_STEPS) return vec4(heat(steps / 32.0f), hit);
     if (s.shading == SHADE_DATA) return vec4(ray.t, steps, static_cast<float>(abs(ray.level)), hit);
     return vec4(ray.hit ? vec3(0.0f) : floor_or_background(s, pixel), 0.0f);
 }
