@@ -19,7 +19,7 @@ UNITS: dict[str, set[str]] = {
     "model": set(),
     "codegen.ir": {"model"},
     "codegen.reference": {"model", "codegen.ir"},
-    "codegen.printers": {"model", "codegen.ir"},
+    "codegen.printers": {"glsl", "model", "codegen.ir"},
     "codegen.targets": {"glsl", "model", "codegen.ir", "codegen.reference", "codegen.printers"},
     "codegen": {"model", "codegen.ir", "codegen.reference", "codegen.targets"},
     "trainer.shapes": {"model"},

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from itertools import accumulate
 
+from ... import glsl
 from ...model.expression import Expression, number
 from ...model.scene import DIFFERENCE, SMOOTH_UNION, UNION, Disc, Placement
 from ..ir.composition import OFFSET, Join, Leaf
@@ -10,55 +11,6 @@ from ..ir.program import Program
 from .cstyle import Language
 from .networks import Networks
 from .texels import TexelLayout
-
-HELPERS = """
-// A scene: shapes in places of their own, joined.
-
-// v turned about an axis of length 1, by an angle of cosine c and sine s.
-vec3 turned(vec3 v, vec3 axis, float c, float s) {
-    return c * v + s * cross(axis, v) + (1. - c) * dot(axis, v) * axis;
-}
-
-// The value at a distance of `far` from a shape's middle, where f is its field there or on the unit sphere below.
-float bounded(float f, float far) {
-    float outside = far - 1., inside = max(f, 0.);
-    return outside > 0. ? sqrt(outside * outside + inside * inside) : f;
-}
-
-// The share of the next level's residual where the field is f, in a band of half width delta.
-float faded(float f, float delta) {
-    return clamp((delta - abs(f)) * {fade} / delta, 0., 1.);
-}
-
-// grad g.xyz and value g.w with a further level's, r, in its share.
-vec4 refined(vec4 g, vec4 r, float delta) {
-    float share = faded(g.w, delta);
-    float bend = share < 1. ? -sign(g.w) * r.w * {fade} / delta : 0.;
-    return vec4((1. + bend) * g.xyz + share * r.xyz, g.w + share * r.w);
-}
-
-// The gradient of bounded(): g is that of the field, and the field; up: outwards, of length 1.
-vec3 bounded_slope(vec4 g, vec3 up, float far) {
-    float outside = far - 1., inside = max(g.w, 0.);
-    vec3 along = (g.xyz - dot(g.xyz, up) * up) / far;
-    float far_off = max(sqrt(outside * outside + inside * inside), 1e-12);
-    return outside > 0. ? (outside * up + inside * along) / far_off : g.xyz;
-}
-"""
-"""What the text of every scene begins with; {fade} is a place for a number."""
-DISC = """
-// A round plate under y = 0: the gradient of the distance, and the distance.
-vec4 plate(vec3 q, float radius, float half_thickness) {
-    float around = length(q.xz), y = q.y + half_thickness;
-    float beside = around - radius, above = abs(y) - half_thickness;
-    vec2 out_of = max(vec2(beside, above), 0.);
-    float away = length(out_of);
-    vec2 slope = away > 0. ? out_of / away : beside > above ? vec2(1., 0.) : vec2(0., 1.);
-    vec2 rim = slope.x * q.xz / max(around, 1e-12);
-    return vec4(rim.x, slope.y * (y < 0. ? -1. : 1.), rim.y, min(max(beside, above), 0.) + away);
-}
-"""
-"""What is there for scenes with a plate."""
 
 
 class ComposedPrinter:
@@ -77,9 +29,9 @@ class ComposedPrinter:
     def lines(self) -> Iterator[str]:
         """Yield the lines of field(), field_gradient() and albedo(), and of what these need; see `print_field`."""
         yield from self._networks.lines()
-        yield from HELPERS.replace("{fade}", self._number(OFFSET / (OFFSET - 1))).splitlines()
+        yield from ("", f"const float FADE = {self._number(OFFSET / (OFFSET - 1))};", "", *_lines("scene.glsl"))
         if any(isinstance(leaf.part, Disc) for leaf in self._leaves):
-            yield from DISC.splitlines()
+            yield from ("", *_lines("plate.glsl"))
         yield from self._tables()
         for i, leaf in enumerate(self._leaves):
             yield from self._place(i, leaf)
@@ -316,3 +268,8 @@ float field(vec3 p, int level, out int reached) {
             "cos": f"{self._language.cosine}(vec4({joined})).x",
         } | {name: f"{name}({', '.join(operands)})" for name in ("abs", "min", "max")}
         return printed.get(expression.kind, f"({joined})")
+
+
+def _lines(name: str) -> list[str]:
+    """Return the lines of a file in glsl/."""
+    return glsl.load(name).splitlines()
