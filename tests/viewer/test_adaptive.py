@@ -87,8 +87,13 @@ def test_samples_at_places_are_those_of_the_tile(renderer: Renderer) -> None:
 
 
 @pytest.mark.parametrize("options", [SIXTEEN, replace(SIXTEEN, transparent=True)])
-def test_sixteen_along_the_edges_are_better_than_four_everywhere(renderer: Renderer, options: RenderOptions) -> None:
+def test_sixteen_along_the_edges_are_better_than_four_everywhere_and_fewer(
+    renderer: Renderer, options: RenderOptions
+) -> None:
+    """In a picture as small as this nearly every pixel is at an edge; benchmarks/samples.py asks more of larger ones."""
     everywhere = renderer.render(SIZE, Camera(), replace(options, uniform=True))
     adaptive = renderer.render(SIZE, Camera(), options)
     four = renderer.render(SIZE, Camera(), replace(options, uniform=True, samples=4))
-    assert decibels(adaptive, everywhere) > decibels(four, everywhere) + 1
+    assert decibels(adaptive, everywhere) > decibels(four, everywhere)
+    once = renderer.render(SIZE, Camera(), replace(options, samples=1))
+    assert wanted(once, 16).sum() <= 2.2 * (once[..., 3] > 0).sum(), "and one of each pixel: 3.2 of the shape's"
