@@ -122,17 +122,18 @@ def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int
         apart.append(difference)
     renderer.release()
     at_once.release()
-    speed, passes = (
-        statistics.median(old / new for old, new in zip(seconds[0], taken, strict=True)) for taken in seconds[:0:-1]
-    )
+    speeds = ["-", "-"]
+    if timed:
+        ratios = ([old / new for old, new in zip(seconds[0], taken, strict=True)] for taken in seconds[:0:-1])
+        speeds = [f"{statistics.median(each):.2f}" for each in ratios]
     name = model.name if drawn_side == side else f"{model.name} ({drawn_side})"
     levels = " > ".join(shape_of(level.network) for level in model.levels)
     counted = [", ".join(f"{number / 1000:,.0f}" for number in work.evaluations) for work in (plain, relaxed)]
     saved, saved_alone = (plain.multiply_adds / work.multiply_adds for work in (relaxed, alone))
     page.add(
         f"| {name} | {levels} | {counted[0]} | {counted[1]} "
-        f"| 1 / {saved:.2f} | 1 / {saved_alone:.2f} | {finding:.1f} | {speed:.2f} | {passes:.2f} | {hits:,} "
-        f"| {plain.lost}, {relaxed.lost} | {plain.extra}, {relaxed.extra} | {max(apart):.3f} |"
+        f"| 1 / {saved:.2f} | 1 / {saved_alone:.2f} | {finding:.1f} | {' | '.join(speeds)} | {hits:,} "
+        f"| {plain.lost}, {relaxed.lost} | {plain.extra}, {relaxed.extra} | {max(apart, default=0):.3f} |"
     )
 
 
@@ -142,7 +143,7 @@ def main() -> None:
     parser.add_argument("models", type=model_path, nargs="+", metavar="M")
     parser.add_argument("--side", type=int, default=512, help="pixels per side (default 512)")
     parser.add_argument("--views", type=int, default=10, help="cameras around the shape (default 10)")
-    parser.add_argument("--timed", type=int, default=2, help="of these, drawn and timed (default 2)")
+    parser.add_argument("--timed", type=int, default=2, help="of these, drawn, timed, and marched densely (default 2)")
     parser.add_argument("--drawn", type=int, help="pixels per side of what is drawn and timed (default: --side)")
     parser.add_argument("--add", action="store_true", help="add rows to the page that is there")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/frames.md"))
