@@ -206,7 +206,12 @@ def _probes(program: Program) -> Array:
 
 
 def _shadertoy(model: Model, digits: int | None) -> str | None:
-    """Return what the button "Copy as Shadertoy" copies; None, and no button, where that target refuses the model."""
+    """Return what the button "Copy as Shadertoy" copies; None, and no button, where that target refuses the model.
+
+    Nor has a scene one: its text, with all decimals, would be larger than the rest of the page.
+    """
+    if model.scene is not None:
+        return None
     try:
         return shadertoy.exact(model, digits)
     except UserError:
