@@ -1,15 +1,26 @@
 """The web page, which loses its context of WebGL over and over."""
 
+import os
+import signal
 import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from mplicits.codegen.targets.registry import TARGETS
 from soak import Watch, grown, repeat
-from support.browser import chromium, visit
+from support.browser import PATIENCE, chromium, visit
 from support.random_model import random_model
 
+LONGEST = 300.0
+"""Seconds that one loss may take with all that follows; the browser is killed then."""
+TOLD = 25
+"""Losses after each of which their number is printed."""
+FEWEST = 3
+"""Looks through which a line is laid."""
 COUNTING = """window.alive = 0;
 const context = WebGL2RenderingContext.prototype;
 for (const kind of ["Texture", "Buffer", "Program", "Shader", "Framebuffer", "Renderbuffer", "VertexArray"]) {
@@ -31,26 +42,89 @@ LOSE = """() => new Promise((done) => {
 
 
 def losses(count: int, folder: Path) -> str:
-    """Take the context from the page `count` times, give it back, and wait for the picture."""
-    file = folder / "page.html"
+    """Take the context from the page `count` times, give it back, and wait for the picture.
+
+    Where the browser ends, or does not answer within `LONGEST`, the row tells it, with what was seen until then.
+    """
+    from playwright.sync_api import Error
+
+    file, outcome, done = folder / "page.html", "", 0
     file.write_text(TARGETS["html"](random_model((4, 0))), encoding="utf-8")
-    with chromium() as browser, visit(browser, file, (160, 160), script=COUNTING) as visited:
-        visited.still()
-        session = visited.page.context.new_cdp_session(visited.page)
+    try:
+        with chromium() as browser, visit(browser, file, (160, 160), script=COUNTING) as visited:
+            with within(LONGEST):
+                visited.still()
+                session = visited.page.context.new_cdp_session(visited.page)
 
-        def heap() -> float:
-            session.send("HeapProfiler.collectGarbage")
-            return float(session.send("Runtime.getHeapUsage")["usedSize"])
+            def heap() -> float:
+                with within(LONGEST):
+                    session.send("HeapProfiler.collectGarbage")
+                    return float(session.send("Runtime.getHeapUsage")["usedSize"])
 
-        alive = Watch(lambda: float(visited.page.evaluate("window.alive")))
-        memory = Watch(heap)
+            def objects() -> float:
+                with within(LONGEST):
+                    return float(visited.page.evaluate("window.alive"))
 
-        def work() -> None:
-            visited.page.evaluate(LOSE)
-            visited.page.wait_for_selector("#message", state="hidden")
-            visited.still()
+            def lose() -> None:
+                nonlocal done
+                with within(LONGEST):
+                    visited.page.evaluate(LOSE)
+                    visited.page.wait_for_selector("#message", state="hidden", timeout=PATIENCE)
+                    visited.still()
+                done += 1
+                if done % TOLD == 0:
+                    print(f"{done:,} contexts lost", file=sys.stderr, flush=True)
 
-        repeat(work, count, memory, alive)
-        least, most = alive.range()
-        said = len(visited.said)
-    return f"the page's {grown(memory)}; {least:.0f} to {most:.0f} objects of WebGL; {said} lines on the console"
+            alive, memory, end = Watch(objects), Watch(heap), ""
+            try:
+                repeat(lose, count, memory, alive)
+            except Error as error:
+                end = f"; ended after {done:,}: {str(error).splitlines()[0]}"
+            if len(alive.times) < FEWEST:
+                return f"too few to tell{end}"
+            least, most = alive.range()
+            outcome = f"the page's {grown(memory)}; {least:.0f} to {most:.0f} objects of WebGL; "
+            outcome += f"{len(visited.said)} lines on the console{end}"
+    except Error as error:
+        # A browser that is gone cannot be closed either.
+        return outcome or f"too few to tell; ended after {done:,}: {str(error).splitlines()[0]}"
+    return outcome
+
+
+@contextmanager
+def within(seconds: float) -> Iterator[None]:
+    """Kill the processes that this one has started where the block takes longer: what waits for them then fails.
+
+    Playwright itself waits without end for what a page evaluates. Raises its Error.
+    """
+    from playwright.sync_api import Error
+
+    late = threading.Event()
+
+    def end() -> None:
+        late.set()
+        kill_descendants()
+
+    limit = threading.Timer(seconds, end)
+    limit.daemon = True
+    limit.start()
+    try:
+        yield
+    except Error:
+        if late.is_set():
+            raise Error(f"no answer from the browser within {seconds:.0f} s") from None
+        raise
+    finally:
+        limit.cancel()
+
+
+def kill_descendants() -> None:
+    """Kill all processes that this one, or one of these, has started."""
+    found = [os.getpid()]
+    for process in found:  # It grows meanwhile.
+        for children in Path(f"/proc/{process}/task").glob("*/children"):
+            with suppress(OSError):  # of a thread that has ended
+                found += [int(number) for number in children.read_text().split()]
+    for process in found[1:]:
+        with suppress(ProcessLookupError):
+            os.kill(process, signal.SIGKILL)

@@ -33,21 +33,26 @@ def culled(field: Field, grid: Grid, progress: Progress) -> Cells:
     """
     size = 2 ** max((grid.resolution - 1).bit_length() - FIRST, 1)
     side = -(-grid.resolution // size)
-    blocks = lattice(side, side, side) * size
-    while True:
+
+    def near(blocks: Whole) -> Whole:
         centres = (blocks + size / 2) * grid.side - EXTENT
-        near = np.linalg.norm(centres, axis=1) <= EXTENT + size * grid.diagonal / 2
-        blocks, centres = blocks[near], centres[near].astype(np.float32)
-        progress.begin(f"culling blocks of {size}", len(blocks))
-        (clearance,) = over(centres, lambda part: (field.clearance(part),), progress, field.chunk)
-        blocks = blocks[clearance <= size * grid.diagonal / 2]
-        if size == 2:
-            check_memory(BYTES_OF_BLOCK * len(blocks), grid.resolution)
-            cells = _evaluated_blocks(field, np.sort(blocks @ grid.steps), grid, progress)
-            return _closed(field, cells, grid, progress)
+        traced = np.linalg.norm(centres, axis=1) <= EXTENT + size * grid.diagonal / 2
+        blocks = blocks[traced]
+        return blocks[field.clearance(centres[traced].astype(np.float32)) <= size * grid.diagonal / 2]
+
+    def halved(blocks: Whole) -> tuple[Whole]:
+        parts = (blocks[:, None] + size * BLOCK_CELLS).reshape(-1, 3)
+        return (near(parts[(parts < grid.resolution).all(axis=1)]),)
+
+    blocks = near(lattice(side, side, side) * size)
+    while size > 2:
         size //= 2
-        blocks = (blocks[:, None] + size * BLOCK_CELLS).reshape(-1, 3)
-        blocks = blocks[(blocks < grid.resolution).all(axis=1)]
+        progress.begin(f"culling blocks of {size}", len(blocks))
+        # Chunk by chunk, since eight times as many blocks would not fit the memory where those that are left do.
+        (blocks,) = over(blocks, halved, progress, max(1, field.chunk // len(BLOCK_CELLS)))
+    check_memory(BYTES_OF_BLOCK * len(blocks), grid.resolution)
+    cells = _evaluated_blocks(field, np.sort(blocks @ grid.steps), grid, progress)
+    return _closed(field, cells, grid, progress)
 
 
 def dense(field: Field, grid: Grid, progress: Progress) -> Cells:

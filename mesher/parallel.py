@@ -37,8 +37,8 @@ def over(
 ) -> tuple[NDArray[Any], ...]:
     """Evaluate a function at points, chunk by chunk, in as many threads as there are cores.
 
-    points: (N, ...). function: takes (M, ...) of them and returns arrays (M, ...). chunk: the largest M. progress is
-    told as chunks are done. Returns the function's arrays for all points (N, ...), in the points' order.
+    points: (N, ...). function: takes (M, ...) of them and returns arrays, of as many rows or of others. chunk: the
+    largest M. progress is told as chunks are done. Returns the function's arrays, joined in the points' order.
     """
     parts = [points[start : start + chunk] for start in range(0, max(len(points), 1), chunk)]
 

@@ -1,12 +1,19 @@
 """What does not fit the memory is refused in one line, by an estimate."""
 
 import resource
+import tracemalloc
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from mplicits import cli
-from mplicits.mesher import memory
+from mplicits.mesher import cull, memory
+from mplicits.mesher.cull import BYTES_OF_BLOCK, culled
+from mplicits.mesher.grid import Grid
+from mplicits.mesher.parallel import Silent
+from mplicits.mesher.surface import Array
+from mplicits.model.errors import UserError
 from support.paths import DEMO
 
 
@@ -36,3 +43,36 @@ def test_limits_of_machine_container_and_process_count(tmp_path: Path, monkeypat
     assert memory.free_memory() == 2000
     monkeypatch.setattr(resource, "getrlimit", lambda _: (4096, 4096))
     assert memory.free_memory() == 0
+
+
+class Ball:
+    """The distance to a sphere."""
+
+    chunk = 4096
+
+    def value(self, points: Array) -> Array:
+        return np.asarray(np.linalg.norm(points, axis=1) - np.float32(0.7), np.float32)
+
+    def clearance(self, points: Array) -> Array:
+        return np.abs(self.value(points))
+
+
+def test_what_is_needed_to_estimate_the_memory_is_little(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Blocks are halved in parts: eight times as many of them at once would come before any estimate."""
+    asked = []
+
+    def refuse(needed: float, resolution: int) -> None:
+        asked.append(needed / BYTES_OF_BLOCK)
+        raise UserError(f"--resolution {resolution}")
+
+    monkeypatch.setattr(cull, "check_memory", refuse)
+    tracemalloc.start()
+    try:
+        with pytest.raises(UserError):
+            culled(Ball(), Grid(512), Silent())
+        _, most = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    (blocks,) = asked
+    assert blocks > 100_000
+    assert most < 100 * blocks
