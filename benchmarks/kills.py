@@ -6,6 +6,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,8 @@ LENGTH = 4_000_000
 WRITES = 0.2
 """Seconds for which a process writes at the most."""
 STEPS = 600
+SECONDS = 16
+"""Length of the trainings that are compared with ones that were cut short half-way."""
 
 
 def killed(work: Callable[[], None], seconds: float) -> float | None:
@@ -99,6 +102,54 @@ def trainings(count: int, folder: Path) -> str:
         f"torn: {torn}; {found} left a part, none of which the next training refused or fell behind but {back}; "
         f"{ended} ended before they were killed; a part was at most {oldest:.1f} s older than it was to be"
     )
+
+
+def resumed(count: int, folder: Path) -> str:
+    """Train the built-in shape by the clock with so many seeds: twice straight through, and once ended half-way.
+
+    They draw and measure less than trainings do, so that there are many steps in so few seconds.
+    """
+    machine.prepare(torch.device("cpu"))
+    torch.set_num_threads(1)
+    for module, name, number in QUICK_NUMBERS:
+        setattr(module, name, number)
+    ratios, control, steps = [], [], []
+    for seed in range(count):
+        argv = ["train", "demo", "--levels", "16x1,32x1", "--texture", "none", "--seconds", str(SECONDS), "--resume"]
+        argv += ["--seed", str(seed), "--quiet", "-o"]
+        errors = []
+        for kind in ("straight", "broken", "again"):
+            path = folder / f"{kind}-{seed}.safetensors"
+            train = partial(cli.main, [*argv, str(path)])
+            if kind == "broken":
+                ended(train, SECONDS / 2)
+            ended(train, None)
+            levels = load(path).provenance["levels"]
+            errors.append(levels[-1]["mean_f"])
+            steps.append(sum(level["steps"] for level in levels))
+        ratios.append(errors[1] / errors[0])
+        control.append(errors[2] / errors[0])
+    listed, controls = (", ".join(f"{ratio:.2f}" for ratio in found) for found in (ratios, control))
+    return (
+        f"ended by SIGTERM half-way through {SECONDS} s and gone on with, mean abs f is {listed} times that of a "
+        f"training that was not; that of another one that was not, {controls} times; {min(steps):,} to "
+        f"{max(steps):,} steps"
+    )
+
+
+def ended(work: Callable[[], object], seconds: float | None) -> None:
+    """Do the work in a process of its own, which is asked to end after so many seconds. None: it is not."""
+    child = os.fork()
+    if not child:
+        try:
+            with open(os.devnull, "w") as nothing, contextlib.redirect_stdout(nothing):
+                work()
+        finally:
+            os._exit(0)
+    if seconds is not None:
+        time.sleep(seconds)
+        os.kill(child, signal.SIGTERM)
+    os.waitpid(child, 0)
 
 
 def progress(path: Path) -> tuple[int, float] | None:

@@ -1,7 +1,7 @@
 """Loads, draws, turns, loses contexts, kills and damages without end: writes docs/results/reliability.md.
 
     python benchmarks/reliability.py [-o FILE] [--loads N] [--starts N] [--renders N] [--turntable SECONDS]
-                                     [--resizes N] [--losses N] [--kills N] [--torn N] [--rounds N]
+                                     [--resizes N] [--losses N] [--kills N] [--torn N] [--resumes N] [--rounds N]
 
 What is measured is what docs/reliability.md promises: memory that does not grow, training that a kill costs no more
 than 30 s of, files that are whole, and one line for whatever is damaged. Only what is asked for is measured; the page
@@ -24,7 +24,7 @@ from protocol import machine
 HEAD = """# Reliability: the last figures
 
 By `python benchmarks/reliability.py --loads 20000 --starts 20 --renders 2000 --turntable 3600 --resizes 200
---losses 500 --kills 200 --torn 200 --rounds 20`, or a run of some of these: what was done, how often, where
+--losses 500 --kills 200 --resumes 3 --torn 200 --rounds 20`, or a run of some of these: what was done, how often, where
 and when is in the row. Memory and objects are those after the first 30 % of the looks, and growth is the slope of a
 straight line.
 
@@ -41,6 +41,7 @@ ROWS: dict[str, Row] = {
     "resizes": ("a window gets another size", "", soak.resizes),
     "losses": ("the web page loses its context, and gets it back", "", soak_page.losses),
     "kills": ("`kill -9` in a training, which the next one resumes", "", kills.trainings),
+    "resumes": ("a training by the clock, `--seconds`, is ended half-way and gone on with", " seeds", kills.resumed),
     "torn": ("`kill -9` in the writing of a file", "", kills.writings),
     "rounds": ("damaged files and command lines, rounds of some 500", "", kills.damages),
 }
@@ -51,7 +52,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/reliability.md"))
     for name, (words, unit, _) in ROWS.items():
-        parser.add_argument(f"--{name}", type=int, default=0, metavar="SECONDS" if unit else "N", help=words)
+        parser.add_argument(f"--{name}", type=int, default=0, metavar="SECONDS" if unit == " s" else "N", help=words)
     asked = vars(parser.parse_args())
     output = asked["output"].absolute()
     for name, (words, unit, measure) in ROWS.items():

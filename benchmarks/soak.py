@@ -29,8 +29,9 @@ from support.random_model import random_model
 SKIPPED = 0.3
 """Share of the looks that are not counted: caches fill."""
 TYPES = ("Texture", "Buffer", "Program", "Shader", "Framebuffer", "Renderbuffer", "VertexArray")
-NAMES = 4096
-"""Names, from 1 on, of which the driver is asked whether they are objects."""
+LEAST_NAMES = 4096
+"""So many names at the least, from 1 on, are asked of the driver: whether they are objects."""
+VERTEX_SHADER = 0x8B31
 LOOKS = 200
 """Looks at most in one run."""
 STRETCH = 5
@@ -54,8 +55,26 @@ def resident(process: str = "self") -> int:
 
 def objects(address: Callable[[str], int]) -> int:
     """Count the objects that an OpenGL context holds, which is current. address: finds a function by its name."""
-    asked = [ctypes.CFUNCTYPE(ctypes.c_ubyte, ctypes.c_uint)(address(f"glIs{name}")) for name in TYPES]
-    return sum(bool(is_one(name)) for is_one in asked for name in range(1, NAMES))
+    count = 0
+    for kind in TYPES:
+        is_one = ctypes.CFUNCTYPE(ctypes.c_ubyte, ctypes.c_uint)(address(f"glIs{kind}"))
+        count += sum(bool(is_one(name)) for name in range(1, max(LEAST_NAMES, newest(address, kind))))
+    return count
+
+
+def newest(address: Callable[[str], int], kind: str) -> int:
+    """Make an object of a kind and delete it; return its name. Mesa counts names up, and takes none a second time."""
+    name = ctypes.c_uint()
+    if kind in ("Program", "Shader"):
+        arguments = [VERTEX_SHADER] if kind == "Shader" else []
+        make = ctypes.CFUNCTYPE(ctypes.c_uint, *[ctypes.c_uint] * len(arguments))(address(f"glCreate{kind}"))
+        name.value = make(*arguments)
+        ctypes.CFUNCTYPE(None, ctypes.c_uint)(address(f"glDelete{kind}"))(name)
+    else:
+        for do in ("Gen", "Delete"):
+            function = ctypes.CFUNCTYPE(None, ctypes.c_int, ctypes.c_void_p)(address(f"gl{do}{kind}s"))
+            function(1, ctypes.byref(name))
+    return int(name.value)
 
 
 @dataclass
