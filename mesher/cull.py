@@ -38,7 +38,8 @@ def culled(field: Field, grid: Grid, progress: Progress) -> Cells:
         centres = (blocks + size / 2) * grid.side - EXTENT
         traced = np.linalg.norm(centres, axis=1) <= EXTENT + size * grid.diagonal / 2
         blocks = blocks[traced]
-        return blocks[field.clearance(centres[traced].astype(np.float32)) <= size * grid.diagonal / 2]
+        kept: Whole = blocks[field.clearance(centres[traced].astype(np.float32)) <= size * grid.diagonal / 2]
+        return kept
 
     def halved(blocks: Whole) -> tuple[Whole]:
         parts = (blocks[:, None] + size * BLOCK_CELLS).reshape(-1, 3)

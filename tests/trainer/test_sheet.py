@@ -91,3 +91,23 @@ def test_distances_of_many_faces_are_exact_near_and_bounded_far(monkeypatch: pyt
     assert error.max() < 1e-2
     assert error.mean() < 1e-4
     assert many(points[:0]).shape == (0,)
+
+
+def test_around_the_centre_of_many_faces_no_tree_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All faces are equally far there, so a tree over them would look at every one of them for each point."""
+    asked = []
+
+    class Tree:
+        def squared_distance(self, vertices: Doubles, faces: Doubles, points: Doubles) -> tuple[Doubles, None, None]:
+            asked.extend(np.linalg.norm(points, axis=1))
+            return (1 - np.linalg.norm(points, axis=1)) ** 2, None, None
+
+    monkeypatch.setattr(far, "MANY", 1000)
+    monkeypatch.setattr(far, "SAMPLES", 100_000)
+    mesh = trimesh.creation.icosphere(4)
+    vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
+    many = Distances(Tree(), vertices, faces, np.cumsum(mesh.area_faces))
+    radii = np.linspace(0, 1, 500)
+    found = many(radii[:, None] * (0.6, 0.0, 0.8))
+    np.testing.assert_allclose(found, 1 - radii, atol=2e-3)
+    assert 0.8 < min(asked) < 1 - far.NEAR
