@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .functions import load as load
     from .functions import morph as morph
     from .functions import photos as photos
+    from .functions import report as report
     from .functions import train as train
     from .functions import unproject as unproject
     from .mesher.evaluation import Evaluation as Evaluation
@@ -46,6 +47,7 @@ _PLACES = {
     "load": "functions",
     "morph": "functions",
     "photos": "functions",
+    "report": "functions",
     "train": "functions",
     "unproject": "functions",
 }
@@ -64,6 +66,7 @@ __all__ = [
     "load",
     "morph",
     "photos",
+    "report",
     "train",
     "unproject",
 ]

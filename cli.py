@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from .model.model import Model
     from .trainer.motion import ModelSurface
 
-ROOMS = ("trainer", "capture", "scenes", "codegen", "viewer", "mesher")
+ROOMS = ("trainer", "capture", "scenes", "codegen", "viewer", "mesher", "reporting")
 """Folders whose cli.py declares VERBS, in the order of the help."""
 ABOUT = "A mesh or an oriented point cloud becomes a small multiscale neural SDF, baked into shaders."
 EXAMPLE = "example: mplicits train bunny.ply -o bunny.safetensors"

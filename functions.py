@@ -219,6 +219,17 @@ def evaluate(
     return compare(other, Path(shape), resolution, level, samples, seed, quiet, time)
 
 
+def report(model: Field | str | Path, shape: str | Path | None = None, log: str | Path | None = None) -> str:
+    """Make one page about a model and its training: HTML, which loads nothing.
+
+    model: a model, its path or its name in the gallery. shape: the path of the mesh that is the truth, for the error on
+    the surface. log: the path of what `train` wrote with `log`, for curves. Raises UserError.
+    """
+    from .reporting.page import report as page
+
+    return page(model.model if isinstance(model, Field) else load_model(model_path(str(model))), shape, log)
+
+
 def compose(scene: str | Path) -> Field:
     """Place and join models as one, as the file of a scene says (docs/scenes.md).
 

@@ -48,5 +48,6 @@ MESH = Kind("a mesh", _is_mesh)
 PICTURE = Kind("a PNG picture", lambda content: content.startswith(b"\x89PNG\r\n\x1a\n"))
 VIDEO = Kind("a video", lambda content: content[4:8] == b"ftyp" or content.startswith((b"GIF87a", b"GIF89a")))
 LOG = Kind("a log of a training", lambda content: content.startswith(b'{"level": '))
+REPORT = Kind("a report", lambda content: b'content="mplicits report"' in content)
 GENERATED = Kind("a text that mplicits wrote", lambda content: b'{"mplicits": "' in content)
 """What every target of `bake` writes: its header line, or the page's, begins so (codegen/targets/header.py)."""

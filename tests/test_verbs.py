@@ -21,6 +21,7 @@ from mplicits.codegen.baked import bake
 from mplicits.mesher.evaluation import evaluate
 from mplicits.mesher.made import make_mesh
 from mplicits.model.model import load
+from mplicits.reporting.page import report
 from mplicits.scenes.composed import compose
 from mplicits.trainer.imported import import_checkpoints
 from mplicits.trainer.learn import learn, morph
@@ -47,6 +48,7 @@ VERBS: dict[str, tuple[Callable[..., object], Callable[..., object]]] = {
     "render": (mplicits.Field.render, Asked),
     "mesh": (mplicits.Field.mesh, make_mesh),
     "eval": (mplicits.evaluate, evaluate),
+    "report": (mplicits.report, report),
     "compose": (mplicits.compose, compose),
     "import": (mplicits.import_checkpoints, import_checkpoints),
 }

@@ -1,0 +1,1 @@
+"""A model file, and the log of its training -> one page about it."""

@@ -1,0 +1,160 @@
+"""`mplicits report`: one page that loads nothing, escapes everything, and tells what the model and its log say."""
+
+import base64
+import io
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import mplicits
+from mplicits import cli
+from mplicits.model.model import save
+from mplicits.reporting import drawn
+from mplicits.reporting.curves import diagram, read_log
+from mplicits.reporting.page import report
+from support.paths import DEMO
+from support.random_model import random_model
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+HOSTILE = '<script>alert(1)</script>"&'
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(drawn, "SIDE", 24)
+    monkeypatch.setattr(drawn, "SLICE", 48)
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    lines = [
+        {"level": 1, "network": "8x0", "step": 10 * k, "mean_f": 0.1 / k, "loss": 1 / k, "value": None, "normal": 0.5}
+        for k in range(1, 6)
+    ]
+    lines += [{"level": None, "network": HOSTILE, "step": 10, "colour": 0.25}]
+    path = tmp_path / "log.jsonl"
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines) + '{"level": 1, "ne')
+    return path
+
+
+class Tags(HTMLParser):
+    """Collects the tags of a page, with their attributes."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+
+def picture(url: str | None) -> np.ndarray:
+    assert url is not None
+    return np.asarray(Image.open(io.BytesIO(base64.b64decode(url.partition(",")[2]))))
+
+
+def test_the_page_tells_all_and_loads_nothing(log: Path, tmp_path: Path) -> None:
+    truth = tmp_path / "truth.ply"
+    mplicits.load(DEMO).mesh(48, quiet=True).save(truth)
+    text = mplicits.report(DEMO, truth, log)
+    tags = Tags(text).tags
+    assert not {"script", "link", "iframe", "object"} & {tag for tag, _ in tags}
+    sources = [attributes[key] for _, attributes in tags for key in ("src", "href") if key in attributes]
+    assert all(source is not None and source.startswith("data:image/png") for source in sources)
+    titles = [attributes["alt"] for tag, attributes in tags if tag == "img"]
+    assert titles[:3] == ["level 1 (32x1)", "level 2 (40x2)", "texture (40x2)"]
+    assert {"from the front", "from behind", "slice"} <= set(titles)
+    assert all(picture(source).size for source in sources)
+    assert len([tag for tag, _ in tags if tag == "svg"]) == 2
+    for said in ("Error on the surface", "shadertoy", "multiply-adds", "omegas", "mean |f|, held out"):
+        assert said in text
+
+
+def test_names_and_settings_are_escaped(log: Path) -> None:
+    model = random_model((4, 0), name=HOSTILE)
+    model = replace(model, credit=HOSTILE, provenance={"settings": {HOSTILE: HOSTILE}, "source": {"name": HOSTILE}})
+    text = report(model, log=log)
+    assert "<script" not in text
+    assert text.count("&lt;script&gt;") >= 6
+
+
+def test_curves_are_where_the_log_says(log: Path) -> None:
+    first, texture = read_log(log)
+    assert [line["step"] for line in first] == [10, 20, 30, 40, 50], "half a line at the end is left out"
+    (points,) = re.findall(r'class="mean_f" points="([^"]*)"', diagram(first))
+    x, y = np.array([pair.split(",") for pair in points.split()], float).T
+    np.testing.assert_allclose(np.diff(x), np.diff(x)[0], atol=0.15)
+    expected = np.log10([0.1 / k for k in range(1, 6)])
+    np.testing.assert_allclose((y - y[0]) / (y[-1] - y[0]), (expected - expected[0]) / np.ptp(expected) * -1, atol=0.01)
+    assert "value" not in re.findall(r'polyline class="(\w+)"', diagram(first)), "null is no point"
+    assert "colour term" in diagram(texture)
+
+
+def test_colours_are_of_the_distance() -> None:
+    field = mplicits.load(DEMO)
+    pictures, distances = drawn.errors(field.model, lambda points: np.full(len(points), 1e-5))
+    assert (distances == 1e-5).all()
+    for image in pictures:
+        shown = image[image[..., 3] > 0].astype(float)
+        assert 0.1 < len(shown) / 24**2 < 0.9
+        ratio = shown[:, :3] / shown[:, 2:3]
+        np.testing.assert_allclose(ratio, np.tile(drawn.RAMP[0] / drawn.RAMP[0, 2], (len(ratio), 1)), atol=0.05)
+    np.testing.assert_allclose(drawn.coloured(np.array([1e-9, 1e-2, 5.0])), drawn.RAMP[[0, -1, -1]])
+
+
+def test_the_slice_shows_sign_and_bands() -> None:
+    field = mplicits.load(DEMO)
+    image = drawn.slice_of(field.model).astype(float)
+    axis = (np.arange(48) + 0.5) / 24 - 1
+    z, y = np.meshgrid(axis, -axis)
+    coarse = field(np.stack((np.zeros_like(z), y, z), axis=-1), 1)
+    band = np.abs(coarse) < field.model.levels[0].delta
+    plain = (image == drawn.OUTSIDE).all(axis=-1)
+    assert plain.sum() > 300
+    assert (coarse[plain] > 0).all()
+    assert not (plain & band).any()
+
+
+def test_the_verb_writes_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "m.safetensors"
+    save(random_model((4, 0)), path)
+    page = tmp_path / "page.html"
+    assert cli.main(["report", str(path), "-o", str(page)]) == 0
+    assert page.read_text() == mplicits.report(path)
+    assert cli.main(["report", str(path), "-o", str(page)]) == 0, "a report may be written over"
+    (tmp_path / "mine.html").write_text("mine")
+    (tmp_path / "bad.jsonl").write_text("[1]\n")
+    capsys.readouterr()
+    for argv, said in (
+        (["-o", str(tmp_path / "mine.html")], "not a report"),
+        (["-o", str(page), "--log", str(tmp_path / "bad.jsonl")], "bad.jsonl:1: no line of"),
+        (["-o", str(page), "--log", str(tmp_path / "none")], "No such file"),
+        (["-o", str(page), "--shape", str(tmp_path / "none.ply")], "none.ply"),
+    ):
+        assert cli.main(["report", str(path), *argv]) == 2
+        lines = capsys.readouterr().err.strip().splitlines()
+        assert len(lines) == 1
+        assert said in lines[0]
+
+
+@pytest.mark.slow
+def test_the_page_in_a_browser(browser: "Browser", log: Path, tmp_path: Path) -> None:
+    (tmp_path / "page.html").write_text(mplicits.report(DEMO, log=log))
+    context = browser.new_context(offline=True, viewport={"width": 390, "height": 800})
+    page, said = context.new_page(), list[str]()
+    page.on("console", lambda message: said.append(message.text))
+    page.goto((tmp_path / "page.html").as_uri())
+    assert page.evaluate("() => [...document.images].every(image => image.naturalWidth > 0)")
+    assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth"), "nothing is wider than a phone"
+    context.close()
+    assert said == []
