@@ -46,7 +46,7 @@ LEVEL_SET = 100.0
 ENDS = 1e-6
 """A sample is of an end where its time is nearer to it than this."""
 
-Loss = Callable[[Tensor, Tensor, Pool, Pool, LossWeights], tuple[Tensor, Tensor, Tensor]]
+Loss = Callable[[Tensor, Tensor, Pool, Pool, LossWeights], tuple[Tensor, Tensor, Tensor, dict[str, Tensor]]]
 
 
 class Ends(MovingShape):
@@ -98,8 +98,8 @@ def with_level_set(usual: Loss, second: Grid, speed: float) -> Loss:
 
     def loss(
         f: Tensor, gradient: Tensor, surface: Pool, volume: Pool, weight: LossWeights
-    ) -> tuple[Tensor, Tensor, Tensor]:
-        total, d_f, d_gradient = usual(f, gradient, surface, volume, weight)
+    ) -> tuple[Tensor, Tensor, Tensor, dict[str, Tensor]]:
+        total, d_f, d_gradient, terms = usual(f, gradient, surface, volume, weight)
         on = len(surface.points)
         aim = interpolated(second, np.asarray(volume.points[:, :3], np.float64))
         value, slope = f[on:].detach().requires_grad_(), gradient[on:].detach().requires_grad_()
@@ -109,7 +109,7 @@ def with_level_set(usual: Loss, second: Grid, speed: float) -> Loss:
         d_value, d_slope = torch.autograd.grad(term, (value, slope))
         d_f[on:] += d_value
         d_gradient[on:] += d_slope
-        return total + term.detach(), d_f, d_gradient
+        return total + term.detach(), d_f, d_gradient, terms
 
     return loss
 

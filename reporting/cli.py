@@ -39,7 +39,7 @@ VERBS = (
         "report",
         "one page about a model and its training: curves, pictures, errors, bytes",
         arguments,
-        "report bunny.safetensors --shape bunny.ply --log bunny.jsonl -o report.html",
+        "report spot --shape spot.obj --log spot.jsonl -o report.html",
         run,
         extra="mesh",
     ),

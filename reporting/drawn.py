@@ -3,7 +3,7 @@
 import base64
 import io
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -33,6 +33,7 @@ BANDS = np.array([[190.0, 214, 240], [150, 186, 226], [112, 156, 208], [84, 128,
 """Of the places where finer levels answer, from level 2 on; the last also of those after it."""
 
 Picture = NDArray[np.uint8]
+Doubles = NDArray[np.float64]
 
 
 def levels(model: Model) -> Iterator[tuple[str, Picture]]:
@@ -62,7 +63,7 @@ def slice_of(model: Model) -> Picture:
     return image.astype(np.uint8)
 
 
-def errors(model: Model, distance: "Distances") -> tuple[list[Picture], NDArray[np.float64]]:
+def errors(model: Model, distance: Callable[[Doubles], Doubles]) -> tuple[list[Picture], NDArray[np.float64]]:
     """Draw the surface, from the front and from behind, in colours of its distance to the truth; see RAMP.
 
     distance: gives the distances (N,) of points (N, 3), model space, to the truth. Returns the pictures, and the

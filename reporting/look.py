@@ -23,7 +23,7 @@ p { color: var(--soft); margin: .25rem 0; max-width: 46rem; }
 .row { display: flex; flex-wrap: wrap; gap: 1rem; } figure { margin: 0; background: var(--card);
   border: 1px solid var(--line); border-radius: 8px; padding: .5rem; max-width: 100%; box-sizing: border-box; }
 img { display: block; max-width: 100%; } figcaption { color: var(--soft); font-size: .9rem; }
-.scale { width: 256px; height: 12px; image-rendering: pixelated; }
+.scale { width: 256px; height: 12px; margin-top: .75rem; image-rendering: pixelated; }
 .ends { display: flex; justify-content: space-between; width: 256px; font-size: .85rem; color: var(--soft); }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; background: var(--card); }
 td, th { border: 1px solid var(--line); padding: .2rem .6rem; text-align: right; font-weight: normal;

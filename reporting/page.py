@@ -53,7 +53,8 @@ def _top(model: Model) -> Iterator[str]:
     shown = " &gt; ".join(html.escape(level["network"]) for level in facts["levels"])
     texture = f", colours by {html.escape(facts['texture'])}" if facts["texture"] else ""
     credit = f"; {html.escape(model.credit)}" if model.credit else ""
-    yield f"<p>{shown}{texture}, {facts['parameters']:,} parameters{credit}. sha256 {html.escape(facts['sha256'][:12])}</p>"
+    mark = html.escape(facts["sha256"][:12])
+    yield f"<p>{shown}{texture}, {facts['parameters']:,} parameters{credit}. sha256 {mark}</p>"
 
 
 def _pictures(model: Model) -> Iterator[str]:

@@ -230,9 +230,9 @@ def test_a_missing_package_names_the_extra_that_brings_it(
     assert capsys.readouterr().err == line
 
 
-def test_the_verbs_of_the_mesher_ask_for_its_extra() -> None:
+def test_the_verbs_that_read_meshes_ask_for_the_mesher_s_extra() -> None:
     extras_of_verbs = {name: verb.extra for name, verb in cli.verbs().items()}
-    assert {name for name, extra in extras_of_verbs.items() if extra == "mesh"} == {"mesh", "eval"}
+    assert {name for name, extra in extras_of_verbs.items() if extra == "mesh"} == {"mesh", "eval", "report"}
     # Of `unproject`, an option asks for the extra `depth`, and the verb itself for another.
     assert {*extras_of_verbs.values(), "depth"} == set(extras.EXTRAS)
 
