@@ -233,8 +233,8 @@ def test_a_missing_package_names_the_extra_that_brings_it(
 def test_the_verbs_that_read_meshes_ask_for_the_mesher_s_extra() -> None:
     extras_of_verbs = {name: verb.extra for name, verb in cli.verbs().items()}
     assert {name for name, extra in extras_of_verbs.items() if extra == "mesh"} == {"mesh", "eval", "report"}
-    # Of `unproject`, an option asks for the extra `depth`, and the verb itself for another.
-    assert {*extras_of_verbs.values(), "depth"} == set(extras.EXTRAS)
+    # Of `unproject` and `train`, an option asks for the extra `depth` or `cluster`, and the verb itself for another.
+    assert {*extras_of_verbs.values(), "depth", "cluster"} == set(extras.EXTRAS)
 
 
 @pytest.mark.parametrize(
