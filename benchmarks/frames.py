@@ -39,6 +39,8 @@ APART = 0.25
 """Pixels along a ray by which the ends of two schedules differ enough to be checked by dense marching."""
 BEHIND = 1.0
 """Pixels behind the end of dense marching from which on a hit is of another part of the shape."""
+WAYS = ((0, "plain"), (1, "plain"), (1, "relaxed"))
+"""How frames are drawn: at once (0) or in passes (1), by which schedule."""
 
 
 @dataclass
@@ -97,8 +99,9 @@ def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int
     cells.grid()
     finding = time.process_time() - began
     shader = bake(model, passes=True)
-    renderer, at_once = (Renderer(open_osmesa(), kind) for kind in (shader, replace(shader, passes=None)))
-    ways = ((at_once, "plain"), (renderer, "plain"), (renderer, "relaxed"))
+    kinds = (replace(shader, passes=None), shader) if timed else ()
+    renderers = [Renderer(open_osmesa(), kind) for kind in kinds]
+    ways = [(renderers[kind], schedule) for kind, schedule in WAYS if timed]
     seconds: list[list[float]] = [[] for _ in ways]
     for drawn_by, schedule in ways:
         drawn_by.timed((16, 16), cameras[0], RenderOptions(schedule=schedule))  # drivers compile again for a tile
@@ -116,24 +119,27 @@ def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int
             drawn_by.timed((drawn_side, drawn_side), camera, RenderOptions(schedule=schedule))
             taken.append(time.process_time() - began)
         drawn = [RenderOptions(shading="data", schedule=schedule) for schedule in ("plain", "relaxed")]
-        pictures = [renderer.render((drawn_side, drawn_side), camera, options) for options in drawn]
+        pictures = [renderers[1].render((drawn_side, drawn_side), camera, options) for options in drawn]
         covered, difference = judge(program, camera, pictures, works[:2])
         hits += covered
         apart.append(difference)
-    renderer.release()
-    at_once.release()
-    speeds = ["-", "-"]
+    for renderer in renderers:
+        renderer.release()
+    drawn_columns = "- | - | - | - | - | -"
     if timed:
         ratios = ([old / new for old, new in zip(seconds[0], taken, strict=True)] for taken in seconds[:0:-1])
         speeds = [f"{statistics.median(each):.2f}" for each in ratios]
+        drawn_columns = (
+            f"{speeds[0]} | {speeds[1]} | {hits:,} | {plain.lost}, {relaxed.lost} | {plain.extra}, {relaxed.extra} "
+            f"| {max(apart):.3f}"
+        )
     name = model.name if drawn_side == side else f"{model.name} ({drawn_side})"
     levels = " > ".join(shape_of(level.network) for level in model.levels)
     counted = [", ".join(f"{number / 1000:,.0f}" for number in work.evaluations) for work in (plain, relaxed)]
     saved, saved_alone = (plain.multiply_adds / work.multiply_adds for work in (relaxed, alone))
     page.add(
         f"| {name} | {levels} | {counted[0]} | {counted[1]} "
-        f"| 1 / {saved:.2f} | 1 / {saved_alone:.2f} | {finding:.1f} | {' | '.join(speeds)} | {hits:,} "
-        f"| {plain.lost}, {relaxed.lost} | {plain.extra}, {relaxed.extra} | {max(apart, default=0):.3f} |"
+        f"| 1 / {saved:.2f} | 1 / {saved_alone:.2f} | {finding:.1f} | {drawn_columns} |"
     )
 
 
@@ -163,7 +169,7 @@ def main() -> None:
         "(frames per second, times those of the first: ratio of the processor's seconds, median), with as many pixels "
         "a side as stands behind a model's name, or all. The rays on which both schedules' pictures differ were "
         "marched densely. Lost: dense marching meets a part of the shape that tracing misses, or sees another part "
-        f"behind. Extra: tracing hits, and the ray passes at over {STOP:g} pixel.",
+        f"behind. Extra: tracing hits, and the ray passes at over {STOP:g} pixel. -: not drawn.",
         "",
         "| model | levels | evaluations: plain | relaxed | multiply-adds | in one file | cells, s | frames per second, "
         "times | plain, in passes | pixels hit | lost: plain, relaxed | extra | ends apart, median, pixels |",
