@@ -176,7 +176,7 @@ def test_the_grid_s_values_are_no_more_than_the_field_and_near_it(model: Model) 
     surface = demo.DemoShape().surface(20_000, rng)
     points = (surface.points + rng.uniform(0, 0.01, (20_000, 1)) * surface.normals).astype(np.float32)
     scale = 0.5 * cells.count / cells.half
-    known = interpolated(cells.grid(), scale * (points + cells.half)) / scale
+    known = interpolated(cells.grid(), np.asarray(scale * (points + cells.half), np.float64)) / scale
     f = nested_field(program, points, 2)[0]
     free = (f - known)[f > 0]
     assert (free > -1e-3).all(), "between the middles and corners of cells a value may be a little more"
