@@ -52,8 +52,9 @@ def test_the_page_of_a_scene_draws_a_time_as_osmesa_does(browser: "Browser", osm
         assert float(visited.root("error") or "nan") < 5e-6
         assert visited.page.inner_text("#shapes").startswith("2 shapes · ")
         ours = visited.saved()
-        assert not differ(ours, theirs[0.3])
-        assert differ(ours, theirs[1.0])
+        # Half as many pixels along a side as in other tests of pages: twice the share of them lies on silhouettes.
+        assert not differ(ours, theirs[0.3], mean=1.2)
+        assert differ(ours, theirs[1.0], mean=1.2)
         visited.page.click("#play")
         visited.until("Number(document.getElementById('time').value) > 0.35")
         assert visited.said == []

@@ -32,9 +32,9 @@ def desktop(renderer: Renderer, camera: Camera, options: RenderOptions, side: in
     return pixels
 
 
-def differ(ours: NDArray[np.uint8], theirs: NDArray[np.uint8]) -> bool:
-    """Say whether two pictures (H, W, 3) differ beyond the tolerances."""
+def differ(ours: NDArray[np.uint8], theirs: NDArray[np.uint8], mean: float = MEAN_TOLERANCE) -> bool:
+    """Say whether two pictures (H, W, 3) differ beyond the tolerances. mean: difference that is allowed, of 255."""
     assert ours.shape == theirs.shape
     difference = np.abs(ours.astype(int) - theirs)
     different = (difference.max(axis=-1) > CHANNEL_TOLERANCE).mean()
-    return bool(different > MOST_DIFFERENT or difference.mean() > MEAN_TOLERANCE)
+    return bool(different > MOST_DIFFERENT or difference.mean() > mean)
