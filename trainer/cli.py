@@ -67,7 +67,15 @@ def training_arguments(parser: ArgumentParser) -> None:
     """Add the options that every training has."""
     add = parser.add_argument
     output_arguments(parser, "M.safetensors", "the model file (default: the shape's name, in this folder)")
-    add("--levels", metavar="NxD,..", help="width and hidden layers of each level, coarse to fine: 64x1,64x2,128x2")
+    add(
+        "--levels",
+        metavar="NxD,..|auto",
+        help="width and hidden layers of each level, coarse to fine: 64x1,64x2,128x2; "
+        "auto: chosen by short trials, by one of --parameters, --kilobytes, --error",
+    )
+    add("--parameters", metavar="N", type=int, help="with --levels auto: most parameters of the model")
+    add("--kilobytes", metavar="K", type=float, help="with --levels auto: size of the model file, at most")
+    add("--error", metavar="E", type=float, help="with --levels auto: mean |f| on the surface, in radii of the shape")
     presets = "; ".join(f"{name} = {preset.levels}{' --packed' * preset.packed}" for name, preset in PRESETS.items())
     add(
         "--preset",

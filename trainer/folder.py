@@ -119,14 +119,15 @@ def _folder_for(output: Path | None, folder: Path, shapes: dict[str, Path], opti
 
 def _is_done(job: Job, settings: Settings) -> bool:
     """Whether an earlier run has trained this very shape with these settings to the end."""
-    from .trained import same_training  # loads torch
+    from .automatic import as_before  # loads torch
+    from .trained import same_training
 
     with suppress(UserError, OSError):
         model = load(Path(job.output))
         source = model.provenance.get("source") or {}
         sha = hashlib.sha256(Path(job.shape).read_bytes()).hexdigest()
         ended = model.provenance.get("interrupted") is False
-        return ended and source.get("sha256") == sha and same_training(model, settings)
+        return ended and source.get("sha256") == sha and same_training(model, as_before(settings, model))
     return False
 
 

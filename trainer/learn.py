@@ -8,6 +8,7 @@ from typing import Unpack
 from ..model.errors import UserError
 from ..model.model import Model
 from ..model.orientation import DEFAULT_UP, FILES_UP
+from .automatic import chosen
 from .log import TrainingLog
 from .machine import device as device_called
 from .machine import prepare
@@ -144,4 +145,5 @@ def _trained(
     if log is not None:
         progress = TrainingLog(progress, Path(log), onward=resume is not None)
     settings = replace(settings, up=settings.up or DEFAULT_UP)
+    settings = chosen(shape, settings, resume, progress)
     return Training(shape, settings, progress, follow=follow).run(resume)

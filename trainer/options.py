@@ -7,6 +7,7 @@ from typing import TypedDict, TypeVar
 from ..model.errors import UserError
 from ..model.orientation import check_up
 from . import settings as parse
+from .automatic_wish import wish_of
 from .settings import DEFAULT_PRESET, PRESETS, Settings, networks
 
 LARGEST_NOISE = 0.1
@@ -15,6 +16,8 @@ MOST_SECONDS = 1e7
 """A training takes less: some 116 days."""
 THINNEST = 0.001
 """Least that thicken takes: a thinner sheet is thinner than what a network resolves."""
+AUTOMATIC = "auto"
+"""Value of levels that has them chosen for the shape."""
 CREASE = 30.0
 """Angle in degrees above which an edge of a mesh may be a crease."""
 
@@ -30,6 +33,12 @@ def is_duration(seconds: float) -> bool:
 class TrainingOptions(TypedDict, total=False):
     """The arguments of `settings_from` by name, for functions that pass them on; their defaults are there."""
 
+    parameters: int | None
+    """Most parameters of the model, for levels "auto"."""
+    kilobytes: float | None
+    """Size of the model file, likewise."""
+    error: float | None
+    """Mean |f| on the surface that is to be reached, likewise."""
     preset: str
     """Levels by name: one of `PRESETS`."""
     packed: bool
@@ -58,6 +67,9 @@ class TrainingOptions(TypedDict, total=False):
 def settings_from(
     levels: str | Sequence[str] | None = None,
     *,
+    parameters: int | None = None,
+    kilobytes: float | None = None,
+    error: float | None = None,
     preset: str = DEFAULT_PRESET,
     packed: bool = False,
     omega: Numbers | None = None,
@@ -79,7 +91,11 @@ def settings_from(
     if preset not in PRESETS:
         raise UserError(f"--preset {preset}: there is {', '.join(PRESETS)}")
     chosen = PRESETS[preset]
-    sizes = networks((levels if isinstance(levels, str) else ",".join(levels or ())) or chosen.levels)
+    named = levels if isinstance(levels, str) else ",".join(levels or ())
+    wish = wish_of(parameters, kilobytes, error, automatic=named == AUTOMATIC)
+    if wish is not None and not (omega is None and steps is None and not packed):
+        raise UserError(f"--levels {AUTOMATIC}: not with --omega, --steps or --packed: it chooses them itself")
+    sizes = networks((not wish and named) or chosen.levels)
     if seconds is not None and not is_duration(seconds):
         raise UserError(f"--seconds: {seconds:g}: at least 1 is needed")
     if seconds is not None and steps is not None:
@@ -100,6 +116,7 @@ def settings_from(
         weights = ",".join(f"{name}={number}" for name, number in weights.items())
     return Settings(
         networks=sizes,
+        wish=wish,
         omegas=parse.omegas(text_of(omega), sizes),
         steps=parse.steps(text_of(steps), len(sizes)),
         seconds=seconds,
@@ -107,7 +124,7 @@ def settings_from(
         seed=seed,
         device=device,
         weights=parse.loss_weights(weights),
-        packed=packed or (chosen.packed and not levels),
+        packed=packed or (chosen.packed and not named),
         texture_network=networks(texture_network, "--texture-network")[0] if texture_network else None,
         noise=noise,
         up=up,

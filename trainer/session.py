@@ -19,6 +19,7 @@ from ..model.files import show
 from ..model.interrupts import ended_by
 from ..model.model import Model, load, save
 from ..model.orientation import DEFAULT_UP, FILES_UP
+from .automatic import chosen
 from .live import JsonLines
 from .log import TrainingLog
 from .machine import device, prepare
@@ -134,6 +135,7 @@ def run(
         )
     for warning in warnings:
         bar.say(f"warning: {warning}")
+    settings = chosen(shape, settings, before, bar)
     progress: TrainingProgress = JsonLines(bar.say) if live else bar
     if log is not None:
         progress = TrainingLog(progress, log, onward=before is not None)

@@ -72,6 +72,16 @@ MOVING_EIKONAL = 30.0
 
 
 @dataclass(frozen=True)
+class Wish:
+    """What the levels that `--levels auto` chooses are to reach; one of the two is None."""
+
+    parameters: int | None
+    """Most parameters of the model, its texture included."""
+    error: float | None
+    """Mean |f| of the last level on the surface, model units."""
+
+
+@dataclass(frozen=True)
 class Settings:
     """The choices for one training; the model's provenance keeps them under these names."""
 
@@ -90,6 +100,8 @@ class Settings:
     """"auto", "cpu" or "cuda"."""
     weights: dict[str, float] = field(default_factory=dict)
     """Those of `LossWeights` that are not the default, by name."""
+    wish: Wish | None = None
+    """What `networks` and `omegas` are yet to be chosen by, or were; None: the user has chosen them."""
     packed: bool = False
     """Whether weights are quantised in every step (networks/quantised.py)."""
     texture_network: tuple[int, int] | None = None

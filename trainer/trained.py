@@ -20,7 +20,7 @@ from .quality import Quality
 from .settings import Settings
 from .shapes.shape import Shape
 
-NO_MATTER = {"up", "front", "credit", "device", "seconds"}
+NO_MATTER = {"wish", "up", "front", "credit", "device", "seconds"}
 """Settings that may be others where a training is gone on with; `up` is part of the shape, which must be the same."""
 
 

@@ -1,0 +1,53 @@
+"""`--levels auto`: a budget or an error becomes widths, and trials choose the frequencies."""
+
+import pytest
+
+from mplicits.model.errors import UserError
+from mplicits.trainer import automatic
+from mplicits.trainer.automatic_wish import BYTES, HEADER, size, wish_of
+from mplicits.trainer.networks.network import initial
+from mplicits.trainer.settings import networks
+
+
+@pytest.mark.parametrize("width", [8, 64, 200])
+def test_sizes_are_those_of_networks(width: int) -> None:
+    import torch
+
+    generator = torch.Generator().manual_seed(0)
+    levels = networks(f"{width}x1,{width}x2")
+    count = sum(w.numel() for level in levels for w in initial(level, 30.0, 1, generator))
+    assert size(width, textured=False) == count
+    texture = initial((min(width, 64), 2), 30.0, 3, generator)
+    assert size(width, textured=True) == count + sum(w.numel() for w in texture)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ((None, None, None), "there is none"),
+        ((1000, None, 1e-3), "there is --parameters and --error"),
+        ((10, None, None), "--parameters: 10 parameters; from"),
+        ((None, 1.0, None), "--kilobytes"),
+        ((None, None, 0.5), "--error 0.5"),
+    ],
+)
+def test_wishes_that_cannot_be_are_one_line(given: tuple[int | None, float | None, float | None], said: str) -> None:
+    with pytest.raises(UserError, match=said):
+        wish_of(*given, automatic=True)
+
+
+def test_a_budget_of_bytes_is_one_of_parameters() -> None:
+    wanted = wish_of(None, 60.0, None, automatic=True)
+    assert wanted is not None
+    assert wanted.parameters is not None
+    assert wanted.parameters == pytest.approx((60_000 - HEADER) / BYTES, abs=1)
+    width = automatic._widest(wanted.parameters, textured=False)
+    assert size(width, textured=False) <= wanted.parameters < size(width + automatic.STEP, textured=False)
+
+
+def test_the_error_that_is_wanted_decides_the_width() -> None:
+    trials = [(size(w, textured=False), 0.02 * size(w, textured=False) ** -0.4) for w in automatic.TRIAL_WIDTHS]
+    error = automatic.LONGER * 0.02 * size(100, textured=False) ** -0.4
+    assert automatic._wide_enough(trials, error * 1.0001)[0] == 100
+    with pytest.raises(UserError, match="not even 512x1,512x2"):
+        automatic._wide_enough(trials, 1e-5)
