@@ -98,7 +98,7 @@ def announce(perform: Perform, *argv: str) -> None:
 
 def is_trained(path: Path) -> bool:
     """Whether a file is a model whose training was not cut short."""
-    from .model.model import load
+    from .model.model_file import load
 
     try:
         return not load(path).provenance.get("interrupted")

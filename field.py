@@ -13,7 +13,7 @@ from .codegen.targets.uniforms import SCHEDULES
 from .field_function import FieldFunction
 from .mesher.eval_cli import DEFAULT_RESOLUTION
 from .model.model import level_networks, shape_of, sizes
-from .model.model import save as save_model
+from .model.model_file import save as save_model
 
 if TYPE_CHECKING:
     from .mesher.evaluation import Evaluation

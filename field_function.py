@@ -20,7 +20,7 @@ class FieldFunction:
     """What `Field` is to those who ask it: its class says how."""
 
     def __init__(self, model: Model) -> None:
-        """model: as `mplicits.model.model.load` reads it."""
+        """model: as `mplicits.model.model_file.load` reads it."""
         self.model = model
         self._evaluator = Evaluator(model)
 

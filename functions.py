@@ -10,7 +10,7 @@ from .capture.photo_settings import PhotoOptions, photo_settings
 from .field import Field
 from .model.errors import UserError
 from .model.gallery import model_path
-from .model.model import load as load_model
+from .model.model_file import load as load_model
 from .notebook import Preview
 from .pictures import Pictures
 from .trainer.cli import before_torch

@@ -23,7 +23,8 @@ from mplicits.codegen.targets.shadertoy import WIDEST
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.metrics import SampledSurface, chamfer
 from mplicits.model import gallery
-from mplicits.model.model import Network, load, save, shape_of
+from mplicits.model.model import Network, shape_of
+from mplicits.model.model_file import load, save
 from mplicits.model.quantise import step_of
 from mplicits.trainer import settings
 from mplicits.trainer.machine import device, prepare

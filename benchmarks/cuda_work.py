@@ -14,7 +14,7 @@ from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.ir.program import Affine, Function, Program
 from mplicits.codegen.reference.march import Rays, march
 from mplicits.codegen.targets.cuda import WIDEST_SPLIT
-from mplicits.model.model import load
+from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from protocol import Page, machine
 from table2 import MODELS_OF, ROWS, train

@@ -20,7 +20,8 @@ from mplicits.mesher.evaluate import compare
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.truth import in_model_space, read_mesh
 from mplicits.model.field_figures import written
-from mplicits.model.model import Model, save
+from mplicits.model.model import Model
+from mplicits.model.model_file import save
 from mplicits.trainer import sampling
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.session import TrainingBar

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from dense_view import STOP, closest_approach
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.targets.glsl330 import bake
-from mplicits.model.model import DEFAULT_ITERATIONS, DEFAULT_STEP_BOUND, Model, load, shape_of
+from mplicits.model.model import DEFAULT_ITERATIONS, DEFAULT_STEP_BOUND, Model, shape_of
+from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import open_osmesa
 from mplicits.viewer.draw.options import RenderOptions

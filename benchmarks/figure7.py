@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.mesher.extract import extract_model, up_to
 from mplicits.model.files import show
-from mplicits.model.model import Layer, Model, Network, load, shape_of
+from mplicits.model.model import Layer, Model, Network, shape_of
+from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context, open_osmesa
 from mplicits.viewer.draw.options import RenderOptions

@@ -26,7 +26,8 @@ from mplicits.codegen.reference.march import march
 from mplicits.codegen.targets.few_cells import COUNTS
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.gallery import model_path
-from mplicits.model.model import load, shape_of
+from mplicits.model.model import shape_of
+from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import open_osmesa
 from mplicits.viewer.draw.options import RenderOptions

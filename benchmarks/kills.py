@@ -19,7 +19,7 @@ from fuzz.test_fuzz import KINDS, cases
 from mplicits import cli
 from mplicits.model.errors import UserError
 from mplicits.model.files import write_whole
-from mplicits.model.model import load
+from mplicits.model.model_file import load
 from mplicits.trainer import machine, part
 from support.ball_training import QUICK_NUMBERS
 from support.fuzzing import survive

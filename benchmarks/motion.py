@@ -21,7 +21,8 @@ from mplicits.mesher.metrics import SampledSurface, chamfer
 from mplicits.mesher.moment import place_at
 from mplicits.mesher.surface import Mesh
 from mplicits.mesher.truth import in_model_space, read_mesh
-from mplicits.model.model import Model, load, shape_of
+from mplicits.model.model import Model, shape_of
+from mplicits.model.model_file import load
 from mplicits.trainer.options import CREASE
 from mplicits.trainer.shapes.between import Between, between, distances, triangles
 from mplicits.trainer.shapes.load import load_shape

@@ -20,7 +20,8 @@ from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference.cells import MOMENTS, Cells
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.gallery import model_path
-from mplicits.model.model import Layer, Model, Network, load, shape_of
+from mplicits.model.model import Layer, Model, Network, shape_of
+from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import open_osmesa
 from mplicits.viewer.draw.options import RenderOptions

@@ -22,7 +22,8 @@ from mplicits.mesher.distance import compare_field
 from mplicits.mesher.evaluate import compare
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.surface import Mesh
-from mplicits.model.model import Model, load
+from mplicits.model.model import Model
+from mplicits.model.model_file import load
 from protocol import Page, machine
 
 Doubles = NDArray[np.float64]

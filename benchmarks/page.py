@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mplicits.codegen.targets.registry import TARGETS
-from mplicits.model.model import Model, load, shape_of
+from mplicits.model.model import Model, shape_of
+from mplicits.model.model_file import load
 from protocol import Page, machine
 from support.browser import DRIVERS, Visit, chromium, visit
 

@@ -9,7 +9,7 @@ import argparse
 import time
 from pathlib import Path
 
-from mplicits.model.model import save
+from mplicits.model.model_file import save
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.shapes.load import load_shape

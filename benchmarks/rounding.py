@@ -15,7 +15,8 @@ import numpy as np
 from mplicits.codegen.reference.bits import cost, fewest_bits
 from mplicits.codegen.targets.shadertoy import WIDEST
 from mplicits.model import gallery
-from mplicits.model.model import Array, Layer, Model, Network, load
+from mplicits.model.model import Array, Layer, Model, Network
+from mplicits.model.model_file import load
 from mplicits.model.quantise import step_of
 from protocol import Page, machine
 

@@ -13,7 +13,8 @@ import numpy as np
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.orbit import AZIMUTH, ELEVATION
 from mplicits.model.gallery import model_path
-from mplicits.model.model import load, shape_of
+from mplicits.model.model import shape_of
+from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import open_osmesa
 from mplicits.viewer.draw.options import RenderOptions

@@ -16,7 +16,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from mplicits.codegen.targets import glsl330
-from mplicits.model.model import load, save
+from mplicits.model.model_file import load, save
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import open_osmesa
 from mplicits.viewer.draw.options import RenderOptions

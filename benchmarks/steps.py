@@ -20,7 +20,8 @@ from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.ir.program import Program
 from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.targets.glsl330 import bake
-from mplicits.model.model import DEFAULT_STEP_BOUND, Model, load, save
+from mplicits.model.model import DEFAULT_STEP_BOUND, Model
+from mplicits.model.model_file import load, save
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.shapes.load import load_shape

@@ -23,7 +23,8 @@ from mplicits.codegen.reference.march import march
 from mplicits.codegen.reference.studio import openness
 from mplicits.codegen.targets.uniforms import default
 from mplicits.model.gallery import model_path
-from mplicits.model.model import load, shape_of
+from mplicits.model.model import shape_of
+from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from protocol import Page, machine
 

@@ -15,7 +15,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from contenders import Trained, of_model, ours, paper
-from mplicits.model.model import Model, save
+from mplicits.model.model import Model
+from mplicits.model.model_file import save
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.shapes.load import load_shape
 from protocol import DATA, Page, Truth, machine

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from mplicits.model.model import load
+from mplicits.model.model_file import load
 from nvcc import NOT_RUN, build, gpu
 from protocol import DATA, Page, machine
 

@@ -27,7 +27,8 @@ from mplicits.mesher.extract import extract
 from mplicits.mesher.field import ModelField
 from mplicits.mesher.grid import Grid
 from mplicits.mesher.surface import Mesh
-from mplicits.model.model import Layer, Level, Model, load, shape_of
+from mplicits.model.model import Layer, Level, Model, shape_of
+from mplicits.model.model_file import load
 from protocol import Page, machine
 
 WIDTH, DEPTH, OMEGA = 256, 4, 30.0
@@ -44,7 +45,7 @@ PRINTED = (
 ALONE = """
 import resource, sys, time
 from pathlib import Path
-from mplicits.model.model import load
+from mplicits.model.model_file import load
 from mplicits.mesher.extract import extract
 from mplicits.mesher.field import ModelField
 from mplicits.mesher.grid import Grid

@@ -23,7 +23,8 @@ import trimesh
 from numpy.typing import NDArray
 
 from mplicits.codegen.targets.glsl330 import bake
-from mplicits.model.model import Model, load, save, shape_of
+from mplicits.model.model import Model, shape_of
+from mplicits.model.model_file import load, save
 from mplicits.trainer import settings
 from mplicits.trainer.cli import before_torch
 from mplicits.trainer.machine import device, prepare

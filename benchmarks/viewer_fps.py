@@ -14,7 +14,8 @@ from pathlib import Path
 
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.gallery import model_path
-from mplicits.model.model import load, shape_of
+from mplicits.model.model import shape_of
+from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context, open_context
 from mplicits.viewer.draw.options import RenderOptions

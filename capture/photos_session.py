@@ -6,7 +6,8 @@ from typing import Unpack
 from ..model.errors import UserError
 from ..model.files import show
 from ..model.interrupts import ended_by
-from ..model.model import Model, save, shape_of
+from ..model.model import Model, shape_of
+from ..model.model_file import save
 from ..trainer.options import shows_options
 from ..trainer.part import Part
 from ..trainer.session import TrainingBar

@@ -18,7 +18,7 @@ def _info_arguments(parser: ArgumentParser) -> None:
 
 def _info(arguments: Namespace) -> None:
     """Run `mplicits info`: print what is known of a model. Raises UserError."""
-    from ..model.model import load
+    from ..model.model_file import load
     from .description import describe
     from .facts import model_facts
 
@@ -72,7 +72,7 @@ def _bake(arguments: Namespace) -> None:
     from ..model.errors import UserError
     from ..model.files import check_writable, show, write_whole
     from ..model.kinds import GENERATED
-    from ..model.model import load
+    from ..model.model_file import load
     from .baked import bake
     from .targets.header import read_header
 

@@ -44,7 +44,7 @@ def run_mesh(args: Namespace) -> None:
 
     from ..model.files import check_writable, show, write_whole
     from ..model.kinds import MESH
-    from ..model.model import load
+    from ..model.model_file import load
     from .extract import check_resolution
     from .made import make_mesh
     from .write import check_suffix

@@ -48,7 +48,7 @@ def run_eval(args: Namespace) -> None:
 
     from ..model.files import show
     from ..model.mesh_file import SUFFIXES
-    from ..model.model import load
+    from ..model.model_file import load
     from .evaluation import evaluate
 
     other = args.model if args.model.suffix.lower() in SUFFIXES else load(args.model)

@@ -1,45 +1,21 @@
-"""The model and its file: this module is the definition of the format that docs/format.md describes in prose.
+"""The model: a sum of nested levels f_{i+1} = f_i + r_i (Section 3.2), a texture, and the place of the shape.
 
-A model is a sum of nested levels f_{i+1} = f_i + r_i (Section 3.2), a texture, and the place of the shape in the space
-that it came from. A file of it is a safetensors file: `Model.tensors` says which tensors it holds, `MODEL_KEYS` and
-`LEVEL_KEYS` say what stands in its metadata, `validate` says which values are allowed. Nothing here needs torch.
+What its file holds stands in model_file.py.
 """
 
 import hashlib
 import json
-import re
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from safetensors import SafetensorError, safe_open
-from safetensors.numpy import save as to_safetensors
 
-from .checks import check_finite, check_json, check_keys, check_network, check_positive, shape_hint
+from .checks import check_finite, check_json, check_network, check_positive
 from .errors import UserError
-from .files import show, write_whole
 from .orientation import DEFAULT_UP, check_front, check_up
-from .scene import Group, from_json, moves, to_json
+from .scene import Group, moves, to_json
 
-FORMAT = "mplicits"
-"""Value of the metadata key `format`."""
-VERSION = 2
-"""Newest value of the metadata key `version` that this program reads; it writes this one for scenes."""
-SHAPE_VERSION = 1
-"""Value of the metadata key `version` of a model that is no scene."""
-TRAINING = "training"
-"""A metadata key, and with a dot after it the beginning of tensors' names: the state of a training that is not over.
-
-Such a file is a model like any other to `load`, which passes over them.
-"""
-MODEL_KEYS = {"name": str, "levels": list, "inputs": str, "centre": list, "scale": float, "provenance": dict}
-"""Keys of the JSON object under the metadata key `model`, and the types of their values; `Model` says what they mean.
-
-A float here and below is any finite JSON number. `levels` is a list of objects with the keys `LEVEL_KEYS`.
-"""
 LEVEL_KEYS = {"delta": float, "iterations": int, "lipschitz": float}
 """Keys of the JSON object of one level, and the types of their values; `Level` says what they mean.
 
@@ -47,11 +23,6 @@ A level may have the keys `STEP_BOUNDS` as well.
 """
 STEP_BOUNDS = {"step_bound": float, "band_step_bound": float}
 """Further keys of the JSON object of one level. A value that is missing, as in older files, is `DEFAULT_STEP_BOUND`."""
-OPTIONAL_KEYS = {"up": str, "front": list, "credit": str}
-"""Further keys of the JSON object under `model`; a value that is missing is the default of `Model`."""
-SCENE_KEYS = {"shapes": list, "scene": dict}
-"""Further keys of the JSON object under `model` of a scene, which needs version 2: the objects of its models, whose
-tensors' names begin with `shape1.`, `shape2.`, ..., and the tree of scene.py."""
 MOST_MODELS = 64
 """Most models of a scene."""
 INPUTS = ("xyz", "xyzt")
@@ -78,9 +49,6 @@ class Layer:
     """(out,) float32."""
 
 
-Training = tuple[str, Mapping[str, NDArray[Any]]]
-"""The state of a training that is not over: JSON for the metadata key `TRAINING`, and tensors by name."""
-
 Network = tuple[Layer, ...]
 """A SIREN: at least two layers, with a sine after every layer but the last."""
 
@@ -104,6 +72,12 @@ class Level:
     """
     band_step_bound: float = DEFAULT_STEP_BOUND
     """The same for the steps towards the band, f_i - delta_i / 1.3, where a finer level is traced."""
+
+    def numbers(self) -> dict[str, float | int]:
+        """Return the level's numbers by the keys of the file: `LEVEL_KEYS`, and `STEP_BOUNDS` that were measured."""
+        numbers = {"delta": float(self.delta), "iterations": self.iterations, "lipschitz": float(self.lipschitz)}
+        bounds = {key: float(getattr(self, key)) for key in STEP_BOUNDS}
+        return numbers | {key: bound for key, bound in bounds.items() if bound != DEFAULT_STEP_BOUND}
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +155,7 @@ class Model:
 
         Two models that differ in name, provenance or input space alone have the same hash.
         """
-        digest = hashlib.sha256(json.dumps([_level_description(level) for level in self.levels]).encode())
+        digest = hashlib.sha256(json.dumps([level.numbers() for level in self.levels]).encode())
         if self.scene is not None:
             shapes = [(shape.inputs, shape.sha256()) for shape in self.shapes]
             digest.update(json.dumps([shapes, to_json(self.scene)]).encode())
@@ -258,189 +232,3 @@ def _validate_scene(model: Model) -> None:
         raise UserError("levels: there are more than any shape has")
     if moves(model.scene, [shape.inputs == "xyzt" for shape in model.shapes]) != (model.inputs == "xyzt"):
         raise UserError("inputs: must be 'xyzt' where the scene moves, and 'xyz' where it does not")
-
-
-def save(model: Model, path: Path, training: Training | None = None) -> None:
-    """Write the model file, whole or not at all. Raises UserError where `path` cannot be written.
-
-    training: what the file holds beside the model.
-    """
-    write_whole(path, to_bytes(model, training=training))
-
-
-def to_bytes(model: Model, dtype: type[np.floating] = np.float32, training: Training | None = None) -> bytes:
-    """Return the model file of a model, the same bytes each time.
-
-    dtype: of the tensors in the file. Only float32 gives a file that `load` reads; a web page carries float16.
-    training: what the file holds beside the model.
-    """
-    tensors: dict[str, NDArray[Any]]
-    tensors = {name: np.ascontiguousarray(tensor, dtype) for name, tensor in model.tensors().items()}
-    version = SHAPE_VERSION if model.scene is None else VERSION
-    metadata = {"format": FORMAT, "version": str(version), "model": json.dumps(_description(model))}
-    if training is not None:
-        text, state = training
-        metadata[TRAINING] = text
-        tensors |= {f"{TRAINING}.{name}": np.asarray(tensor, order="C") for name, tensor in state.items()}
-    data = to_safetensors(tensors, metadata)
-    # safetensors writes the metadata in an order that changes from call to call, so its header is replaced: 8 bytes of
-    # length, then JSON padded with spaces to a multiple of 8.
-    end = 8 + int.from_bytes(data[:8], "little")
-    header = json.dumps({**json.loads(data[8:end]), "__metadata__": metadata}, separators=(",", ":")).encode()
-    header += b" " * (-len(header) % 8)
-    return len(header).to_bytes(8, "little") + header + data[end:]
-
-
-def load(path: Path) -> Model:
-    """Read and validate a model file.
-
-    Raises UserError, one line that begins with the path, where the file is missing, damaged, or not a model that this
-    version reads.
-    """
-    try:
-        if path.exists() and not path.is_file():
-            raise UserError("not a file")
-        with safe_open(path, framework="numpy") as file:
-            metadata = file.metadata() or {}
-            _check_version(metadata)
-            tensors = {}
-            for name in file.keys():  # noqa: SIM118 (not a mapping)
-                if name.startswith(f"{TRAINING}."):
-                    continue
-                if file.get_slice(name).get_dtype() != "F32":
-                    raise UserError(f"{name}: must be float32")
-                tensors[name] = file.get_tensor(name)
-        return _from_file(metadata, tensors)
-    except FileNotFoundError:
-        raise UserError(f"{show(path)}: no such file") from None
-    except OSError as error:
-        raise UserError(f"{show(path)}: {_one_line(error.strerror or str(error))}") from None
-    except SafetensorError as error:
-        reason = shape_hint(path) or f"not a model file, or a damaged one ({_one_line(str(error))})"
-        raise UserError(f"{show(path)}: {reason}") from None
-    except UserError as error:
-        raise UserError(f"{show(path)}: {_one_line(str(error))}") from None
-
-
-def _description(model: Model) -> dict[str, Any]:
-    """Return the JSON object of a model: a value for each of MODEL_KEYS, and for OPTIONAL_KEYS where there is one."""
-    further = {
-        "up": None if model.up == DEFAULT_UP else model.up,
-        "front": None if model.front is None else [float(angle) for angle in model.front],
-        "credit": model.credit or None,
-        "shapes": [_description(shape) for shape in model.shapes] or None,
-        "scene": None if model.scene is None else to_json(model.scene),
-    }
-    return {
-        "name": model.name,
-        "levels": [_level_description(level) for level in model.levels],
-        "inputs": model.inputs,
-        "centre": [float(coordinate) for coordinate in model.centre],
-        "scale": float(model.scale),
-        "provenance": model.provenance,
-    } | {key: value for key, value in further.items() if value is not None}
-
-
-def _level_description(level: Level) -> dict[str, float | int]:
-    """Return the JSON object of a level: values for LEVEL_KEYS, and for STEP_BOUNDS that were measured."""
-    numbers = {"delta": float(level.delta), "iterations": level.iterations, "lipschitz": float(level.lipschitz)}
-    bounds = {key: float(getattr(level, key)) for key in STEP_BOUNDS}
-    return numbers | {key: bound for key, bound in bounds.items() if bound != DEFAULT_STEP_BOUND}
-
-
-def _check_version(metadata: Mapping[str, str]) -> None:
-    """Check that a file's metadata is of a model, and of a version that this program reads. Raises UserError."""
-    if metadata.get("format") != FORMAT:
-        raise UserError("not an mplicits model (metadata key 'format')")
-    version = metadata.get("version", "")
-    if not re.fullmatch("[1-9][0-9]{0,8}", version):
-        raise UserError("metadata key 'version' is not a version number")
-    if int(version) > VERSION:
-        raise UserError(f"format version {version} is newer than this program reads ({VERSION}); update mplicits")
-
-
-def _from_file(metadata: Mapping[str, str], tensors: dict[str, Array]) -> Model:
-    """Make the model of a file's metadata and tensors; `tensors` is empty afterwards. Raises UserError."""
-    description = _read_description(metadata)
-    if "scene" in description:
-        description |= _take_scene(description, tensors)
-    levels = []
-    for i, given in enumerate(description["levels"], start=1):
-        check_keys(f"levels[{i}]", given, LEVEL_KEYS)
-        numbers = dict.fromkeys(STEP_BOUNDS, DEFAULT_STEP_BOUND) | given
-        check_keys(f"levels[{i}]", numbers, STEP_BOUNDS)
-        network = () if "scene" in description else _take_network(tensors, f"level{i}")
-        sizes = (float(numbers[key]) for key in ("lipschitz", *STEP_BOUNDS))
-        levels.append(Level(network, float(numbers["delta"]), numbers["iterations"], *sizes))
-    texture = _take_network(tensors, "texture") if "texture.layer0.weight" in tensors else None
-    if tensors:
-        kind = f"a model with {len(levels)} levels"
-        raise UserError(f"{min(tensors)}: not a tensor of {kind}, or the layer before it is missing")
-    for i, coordinate in enumerate(description["centre"]):
-        check_finite(f"centre[{i}]", coordinate)
-    if "front" in description:
-        check_front(description["front"])
-        description["front"] = tuple(float(angle) for angle in description["front"])
-    description |= {
-        "levels": tuple(levels),
-        "texture": texture,
-        "centre": tuple(float(coordinate) for coordinate in description["centre"]),
-    }
-    return Model(**description)
-
-
-def _take_scene(description: dict[str, Any], tensors: dict[str, Array]) -> dict[str, Any]:
-    """Make the shapes and the tree of a scene, and take the shapes' tensors. Raises UserError."""
-    shapes = []
-    for i, given in enumerate(description["shapes"], start=1):
-        prefix = f"shape{i}."
-        if not isinstance(given, dict) or "scene" in given:
-            raise UserError(f"shapes[{i}]: is not an object of keys and values of one shape")
-        own = {name.removeprefix(prefix): tensors.pop(name) for name in sorted(tensors) if name.startswith(prefix)}
-        try:
-            shapes.append(_from_file({"model": json.dumps(given)}, own))
-        except UserError as error:
-            raise UserError(f"shapes[{i}]: {error}") from None
-    tree = from_json(description["scene"], len(shapes))
-    if not isinstance(tree, Group):
-        raise UserError("scene: is no group")
-    return {"shapes": tuple(shapes), "scene": tree}
-
-
-def _read_description(metadata: Mapping[str, str]) -> dict[str, Any]:
-    """Read the JSON object in a file's metadata: values for MODEL_KEYS and OPTIONAL_KEYS, other keys left out.
-
-    Raises UserError where it is no JSON, or where a value is missing or of another type.
-    """
-    if "model" not in metadata:
-        raise UserError("metadata key 'model' is missing")
-    try:
-        description = json.loads(metadata["model"], parse_constant=_refuse_constant)
-    except (ValueError, RecursionError) as error:
-        raise UserError(f"metadata key 'model' is not JSON ({error})") from None
-    keys = MODEL_KEYS | {key: kind for key, kind in OPTIONAL_KEYS.items() if key in description}
-    if metadata.get("version") == str(VERSION):
-        keys |= SCENE_KEYS
-    check_keys("metadata key 'model'", description, keys)
-    return {key: float(description[key]) if kind is float else description[key] for key, kind in keys.items()}
-
-
-def _refuse_constant(constant: str) -> None:
-    """Refuse NaN and Infinity, which Python's JSON reader would take."""
-    raise ValueError(f"{constant} is not a number of JSON")
-
-
-def _take_network(tensors: dict[str, Array], prefix: str) -> Network:
-    """Take the layers 0, 1, ... of a network out of `tensors`, as far as there are any. Raises UserError."""
-    layers: list[Layer] = []
-    while f"{prefix}.layer{len(layers)}.weight" in tensors:
-        name = f"{prefix}.layer{len(layers)}"
-        if f"{name}.bias" not in tensors:
-            raise UserError(f"{name}.bias: missing")
-        layers.append(Layer(tensors.pop(f"{name}.weight"), tensors.pop(f"{name}.bias")))
-    return tuple(layers)
-
-
-def _one_line(text: str) -> str:
-    """Escape and shorten a text, some of which may come from the file, so that it fits one line."""
-    return show(text)[:300]

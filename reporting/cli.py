@@ -23,7 +23,7 @@ def run(args: Namespace) -> None:
     """Write the page. Raises UserError."""
     from ..model.files import check_writable, show, write_whole
     from ..model.kinds import REPORT
-    from ..model.model import load
+    from ..model.model_file import load
     from .page import report
 
     output = args.output or Path(f"{args.model.stem}.html")

@@ -18,7 +18,7 @@ def _compose(arguments: Namespace) -> None:
     """Run `mplicits compose`: write a scene as a model file. Raises UserError."""
     from ..model.files import check_writable, show
     from ..model.kinds import MODEL
-    from ..model.model import save
+    from ..model.model_file import save
     from ..model.scene import shapes_of
     from .composed import compose
 

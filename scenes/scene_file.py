@@ -12,7 +12,8 @@ from ..model.errors import UserError
 from ..model.expression import Expression
 from ..model.files import show
 from ..model.gallery import FOLDER, SUFFIX, names
-from ..model.model import MOST_MODELS, Model, load
+from ..model.model import MOST_MODELS, Model
+from ..model.model_file import load
 from ..model.orientation import check_front
 from ..model.scene import (
     MOST_DEPTH,

@@ -11,7 +11,7 @@ import pytest
 
 from mplicits import cli, extras
 from mplicits.model.errors import UserError
-from mplicits.model.model import save
+from mplicits.model.model_file import save
 from mplicits.model.verb import Verb
 from support.paths import ROOT
 from support.random_model import random_model

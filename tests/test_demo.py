@@ -14,7 +14,7 @@ from mplicits import cli
 from mplicits.demo import demo_verb
 from mplicits.model import gallery
 from mplicits.model.errors import UserError
-from mplicits.model.model import save
+from mplicits.model.model_file import save
 from mplicits.model.verb import Verb
 from support.random_model import random_model
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from mplicits.model.model import save
+from mplicits.model.model_file import save
 from support.fitted_model import fitted_model
 from support.paths import ROOT
 from support.random_model import random_model

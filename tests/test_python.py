@@ -17,7 +17,7 @@ import mplicits
 from mplicits import functions
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
-from mplicits.model.model import load, save
+from mplicits.model.model_file import load, save
 from mplicits.model.orientation import as_in_file
 from mplicits.trainer.networks import differentiable
 from support.paths import DEMO, ROOT

@@ -20,7 +20,7 @@ from mplicits.capture.unprojected import unprojected
 from mplicits.codegen.baked import bake
 from mplicits.mesher.evaluation import evaluate
 from mplicits.mesher.made import make_mesh
-from mplicits.model.model import load
+from mplicits.model.model_file import load
 from mplicits.reporting.page import report
 from mplicits.scenes.composed import compose
 from mplicits.trainer.imported import import_checkpoints

@@ -15,7 +15,7 @@ from ..model.errors import UserError
 from ..model.files import show
 from ..model.gallery import SUFFIX
 from ..model.interrupts import begin_work, ended_by
-from ..model.model import load
+from ..model.model_file import load
 from .folders.job import Job, News, Outcome
 from .folders.results import PAGE, TABLE, Row, row_of, write_results
 from .folders.workers import here, on_cluster

@@ -13,7 +13,8 @@ from ..model.errors import UserError
 from ..model.files import show
 from ..model.gallery import SUFFIX, model_path
 from ..model.mesh_file import SUFFIXES
-from ..model.model import Model, load
+from ..model.model import Model
+from ..model.model_file import load
 from ..model.orientation import DEFAULT_UP, FILES_UP
 from .networks.fit import TrainingProgress
 from .session import MovingLoader

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..model.verb import Verb
-from .cli import before_torch, settings_of, train, training_arguments
+from .arguments import training_arguments
+from .cli import before_torch, settings_of, train
 from .options import check_no_image
 
 if TYPE_CHECKING:

@@ -11,7 +11,8 @@ from safetensors import SafetensorError, safe_open
 from ..model.errors import UserError
 from ..model.files import is_special, show
 from ..model.gallery import SUFFIX
-from ..model.model import TRAINING, Model, load, save
+from ..model.model import Model
+from ..model.model_file import TRAINING, load, save
 from .networks.snapshot import Snapshot
 
 EVERY = 30.0

@@ -17,7 +17,8 @@ from ..model.errors import UserError
 from ..model.field_figures import written
 from ..model.files import show
 from ..model.interrupts import ended_by
-from ..model.model import Model, load, save
+from ..model.model import Model
+from ..model.model_file import load, save
 from ..model.orientation import DEFAULT_UP, FILES_UP
 from .automatic import chosen
 from .live import JsonLines

@@ -67,7 +67,7 @@ What the removal of noise has left of it makes f flat where the value term outwe
 """
 NOISY_EIKONAL = 10.0
 """`eikonal` of a residual where there is noise."""
-MOVING_EIKONAL = 30.0
+MOVING_EIKONAL = 45.0
 """`eikonal` of a shape that moves: fronts that meet, and limbs that vanish, would leave flat places."""
 
 

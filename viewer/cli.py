@@ -87,7 +87,7 @@ def run_render(args: Namespace) -> None:
 
     from ..model.errors import UserError
     from ..model.files import show
-    from ..model.model import load
+    from ..model.model_file import load
     from .draw.screenshot import save_png
     from .draw.tiles import check_size
     from .record import check_options, record, shot_from

@@ -15,16 +15,8 @@ from numpy.typing import NDArray
 from ... import glsl
 from ...model.checks import SHAPES, WIDEST
 from ...model.errors import UserError
-from ...model.model import (
-    DEFAULT_STEP_BOUND,
-    FORMAT,
-    MOST_ITERATIONS,
-    STEP_BOUNDS,
-    TRAINING,
-    VERSION,
-    Model,
-    to_bytes,
-)
+from ...model.model import DEFAULT_STEP_BOUND, MOST_ITERATIONS, STEP_BOUNDS, Model
+from ...model.model_file import FORMAT, TRAINING, VERSION, to_bytes
 from ..ir.lower import lower
 from ..ir.program import Array, Program
 from ..printers.field import PLAIN, STORAGES, print_field

@@ -19,7 +19,7 @@ from mplicits.capture.photo_settings import photo_settings
 from mplicits.capture.reconstruct import Reconstruction
 from mplicits.capture.scene import MultiscaleScene, Sizes
 from mplicits.model.errors import UserError
-from mplicits.model.model import load
+from mplicits.model.model_file import load
 from mplicits.trainer.session import TrainingBar
 from support.ball_photographs import RADIUS, write_sphere_layout
 

@@ -15,7 +15,8 @@ from mplicits.codegen.targets import shadertoy
 from mplicits.codegen.targets.header import read_header
 from mplicits.codegen.targets.registry import TARGETS
 from mplicits.model import quantise
-from mplicits.model.model import Model, Network, load
+from mplicits.model.model import Model, Network
+from mplicits.model.model_file import load
 from support.paths import DEMO
 from support.random_model import random_model
 

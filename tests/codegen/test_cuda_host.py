@@ -15,7 +15,8 @@ from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.reference.march import march
 from mplicits.codegen.reference.run import run as interpret_run
 from mplicits.codegen.targets.glsl330 import bake
-from mplicits.model.model import Model, load
+from mplicits.model.model import Model
+from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from mplicits import cli
-from mplicits.model.model import save
+from mplicits.model.model_file import save
 from support.random_model import random_model
 
 RECORD = {"mean_f": 1.5e-4, "angle": 2.25, "steps": 100}

@@ -23,7 +23,8 @@ from mplicits.codegen.targets import glsl300es
 from mplicits.codegen.targets.glsl330 import read_weights
 from mplicits.codegen.targets.registry import TARGETS
 from mplicits.model.errors import UserError
-from mplicits.model.model import Model, save
+from mplicits.model.model import Model
+from mplicits.model.model_file import save
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context
 from support.fitted_model import fitted_model

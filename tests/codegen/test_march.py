@@ -14,7 +14,8 @@ from mplicits.codegen.reference.interpret import nested_field
 from mplicits.codegen.reference.march import march
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.gallery import model_path
-from mplicits.model.model import Model, load
+from mplicits.model.model import Model
+from mplicits.model.model_file import load
 from mplicits.trainer import tracing
 from mplicits.trainer.networks.network import from_model
 from mplicits.trainer.shapes import demo

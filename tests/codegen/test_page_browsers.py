@@ -7,7 +7,8 @@ import pytest
 
 from mplicits.codegen.targets.webpage import standalone
 from mplicits.model import gallery
-from mplicits.model.model import Model, load
+from mplicits.model.model import Model
+from mplicits.model.model_file import load
 from support.browser import visit
 from support.firefox import firefox
 from support.random_model import random_model

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from mplicits.model.model import save
+from mplicits.model.model_file import save
 from support.browser import Visit, visit
 from support.page_pictures import MODEL
 from support.random_model import random_model

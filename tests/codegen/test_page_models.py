@@ -15,7 +15,8 @@ from mplicits.codegen.reference.rounding import in_float16
 from mplicits.codegen.targets import glsl330
 from mplicits.codegen.targets.registry import TARGETS
 from mplicits.codegen.targets.webpage import SHADERS
-from mplicits.model.model import Layer, Model, save
+from mplicits.model.model import Layer, Model
+from mplicits.model.model_file import save
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions

@@ -22,7 +22,8 @@ from mplicits.codegen.targets.shader import LOOP_LIMIT, Shader
 from mplicits.codegen.targets.uniforms import SHADINGS, TIME, UNIFORMS, default
 from mplicits.codegen.targets.webpage import CELL_MOMENTS, PRINTER, facts_json, script
 from mplicits.model.errors import UserError
-from mplicits.model.model import Model, load, save
+from mplicits.model.model import Model
+from mplicits.model.model_file import load, save
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.options import schedule_that_fits
 from support.paths import DEMO

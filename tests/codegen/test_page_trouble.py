@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mplicits.codegen.targets.registry import TARGETS
-from mplicits.model.model import save
+from mplicits.model.model_file import save
 from support.browser import visit
 from support.page_pictures import MODEL, differ
 from support.random_model import random_model

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
 from mplicits.codegen.targets import glsl330
-from mplicits.model.model import Layer, Level, Model, Network, load, save
+from mplicits.model.model import Layer, Level, Model, Network
+from mplicits.model.model_file import load, save
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions

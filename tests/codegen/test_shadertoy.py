@@ -26,7 +26,8 @@ from mplicits.codegen.targets.motion import PERIOD
 from mplicits.codegen.targets.registry import TARGETS
 from mplicits.model import quantise
 from mplicits.model.errors import UserError
-from mplicits.model.model import Layer, load
+from mplicits.model.model import Layer
+from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context

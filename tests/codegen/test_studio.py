@@ -11,7 +11,7 @@ from mplicits.codegen.reference.lowest import lowest_point
 from mplicits.codegen.reference.studio import LIGHT_SIZE, coarse, openness
 from mplicits.codegen.targets import glsl330
 from mplicits.codegen.targets.read_shader import read_shader
-from mplicits.model.model import load
+from mplicits.model.model_file import load
 from mplicits.model.srgb import to_srgb
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context

@@ -19,7 +19,7 @@ from mplicits import cli
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
 from mplicits.model.errors import UserError
-from mplicits.model.model import load, save, to_bytes
+from mplicits.model.model_file import load, save, to_bytes
 from mplicits.scenes.composed import compose
 from mplicits.trainer.checkpoint import read_network
 from mplicits.trainer.part import Part

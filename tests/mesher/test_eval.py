@@ -13,7 +13,7 @@ from mplicits.mesher.evaluate import compare
 from mplicits.mesher.metrics import VOXEL, SampledSurface, angles, chamfer, shell_iou
 from mplicits.mesher.surface import Mesh
 from mplicits.mesher.truth import in_model_space, normalisation, read_mesh
-from mplicits.model.model import load
+from mplicits.model.model_file import load
 from support.paths import DEMO
 
 ORIGIN = (0.0, 0.0, 0.0)

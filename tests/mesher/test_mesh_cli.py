@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from mplicits import cli
-from mplicits.model.model import load, save
+from mplicits.model.model_file import load, save
 from support.paths import DEMO
 
 

@@ -14,7 +14,8 @@ from mplicits.mesher.extract import extract_model
 from mplicits.mesher.field import ModelField
 from mplicits.mesher.grid import Grid
 from mplicits.model.errors import UserError
-from mplicits.model.model import Layer, Level, Model, load
+from mplicits.model.model import Layer, Level, Model
+from mplicits.model.model_file import load
 from support.fitted_model import fitted_model
 from support.nested import same_vertices
 from support.paths import DEMO

@@ -7,7 +7,7 @@ import trimesh
 
 from mplicits import cli
 from mplicits.mesher.extract import extract_model
-from mplicits.model.model import load
+from mplicits.model.model_file import load
 from support.nested import same_vertices
 from support.paths import DATA
 

@@ -12,7 +12,7 @@ from mplicits import cli
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference.interpret import colour, nested_field
 from mplicits.model import gallery
-from mplicits.model.model import load, save
+from mplicits.model.model_file import load, save
 from mplicits.trainer.options import CREASE
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape

@@ -17,7 +17,7 @@ import pytest
 import trimesh
 
 from mplicits.model.interrupts import INTERRUPTED, begin_work, end_imports_at_once, held_back
-from mplicits.model.model import load
+from mplicits.model.model_file import load
 from support.paths import ROOT
 
 NOT_IGNORED = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"

@@ -12,7 +12,7 @@ from mplicits.codegen.targets import cuda, glsl300es, glsl330, shadertoy, webpag
 from mplicits.mesher.surface import Mesh
 from mplicits.mesher.write import OPTIONS, to_bytes
 from mplicits.model.kinds import GENERATED, MESH, MODEL, PICTURE, is_other
-from mplicits.model.model import load, save
+from mplicits.model.model_file import load, save
 from support.paths import DEMO, ROOT
 from support.random_model import random_model
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from mplicits.model.errors import UserError
-from mplicits.model.model import DEFAULT_STEP_BOUND, Model, load, save
+from mplicits.model.model import DEFAULT_STEP_BOUND, Model
+from mplicits.model.model_file import load, save
 from support.paths import DEMO
 from support.random_model import random_model
 

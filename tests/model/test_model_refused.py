@@ -11,7 +11,7 @@ from safetensors.numpy import load_file, save_file
 
 from mplicits.model.errors import UserError
 from mplicits.model.files import show
-from mplicits.model.model import load, save
+from mplicits.model.model_file import load, save
 from support.random_model import random_model
 
 

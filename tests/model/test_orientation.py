@@ -10,7 +10,7 @@ import trimesh
 from mplicits import cli
 from mplicits.mesher.truth import in_model_space, read_mesh
 from mplicits.model.errors import UserError
-from mplicits.model.model import load, save
+from mplicits.model.model_file import load, save
 from mplicits.model.orientation import UPRIGHT, as_in_file, upright
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.viewer.draw.triangles import read_triangles_for

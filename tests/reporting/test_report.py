@@ -15,7 +15,7 @@ from PIL import Image
 
 import mplicits
 from mplicits import cli
-from mplicits.model.model import save
+from mplicits.model.model_file import save
 from mplicits.reporting import drawn
 from mplicits.reporting.curves import diagram, read_log
 from mplicits.reporting.page import report

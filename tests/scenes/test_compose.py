@@ -16,7 +16,7 @@ from mplicits.codegen.reference import interpret
 from mplicits.codegen.reference.march import march
 from mplicits.codegen.reference.run import run
 from mplicits.model.errors import UserError
-from mplicits.model.model import load, save, to_bytes
+from mplicits.model.model_file import load, save, to_bytes
 from mplicits.model.scene import Disc, shapes_of
 from mplicits.scenes.place import line_of
 from support.paths import ROOT

@@ -3,7 +3,8 @@
 from dataclasses import replace
 from pathlib import Path
 
-from mplicits.model.model import Model, save
+from mplicits.model.model import Model
+from mplicits.model.model_file import save
 from mplicits.scenes.composed import compose
 from support.fitted_model import fitted_model
 

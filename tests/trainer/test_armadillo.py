@@ -5,7 +5,8 @@ import time
 import numpy as np
 import pytest
 
-from mplicits.model.model import Model, load
+from mplicits.model.model import Model
+from mplicits.model.model_file import load
 from mplicits.trainer import machine, settings
 from mplicits.trainer.session import run
 from mplicits.trainer.shapes.load import load_shape

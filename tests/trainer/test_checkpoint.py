@@ -11,7 +11,8 @@ import torch
 from mplicits import cli
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
-from mplicits.model.model import Model, Network, load
+from mplicits.model.model import Model, Network
+from mplicits.model.model_file import load
 from mplicits.trainer.checkpoint import read_network
 from support.fitted_model import fitted_model
 from support.random_model import random_model

@@ -13,8 +13,8 @@ import pytest
 import trimesh
 
 from mplicits import cli
-from mplicits.model.model import load
-from mplicits.trainer.cli import arguments
+from mplicits.model.model_file import load
+from mplicits.trainer.arguments import arguments
 from mplicits.trainer.folder import passed_on, shapes_in
 from mplicits.trainer.folders.job import Job, Outcome
 from mplicits.trainer.folders.results import PAGE, TABLE, row_of, write_results

@@ -14,7 +14,8 @@ import trimesh
 from mplicits import cli
 from mplicits.model.errors import UserError
 from mplicits.model.interrupts import ENDINGS, begin_work
-from mplicits.model.model import TRAINING, Model, load, save
+from mplicits.model.model import Model
+from mplicits.model.model_file import TRAINING, load, save
 from mplicits.trainer import level, machine, part, pools
 from mplicits.trainer.networks.network import initial
 from mplicits.trainer.networks.snapshot import Snapshot

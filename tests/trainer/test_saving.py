@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from mplicits.model.errors import UserError
-from mplicits.model.model import load, save
+from mplicits.model.model_file import load, save
 from mplicits.trainer import session
 from mplicits.trainer.networks import fit
 from mplicits.trainer.networks.network import Weights

@@ -9,7 +9,8 @@ import pytest
 import torch
 
 from mplicits.model.errors import UserError
-from mplicits.model.model import Model, load, save, shape_of
+from mplicits.model.model import Model, shape_of
+from mplicits.model.model_file import load, save
 from mplicits.trainer import bands, machine, pools
 from mplicits.trainer.networks.network import from_model
 from mplicits.trainer.settings import Settings

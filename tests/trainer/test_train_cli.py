@@ -12,7 +12,8 @@ from PIL import Image
 
 from mplicits import cli, pictures
 from mplicits.model.errors import UserError
-from mplicits.model.model import load, shape_of
+from mplicits.model.model import shape_of
+from mplicits.model.model_file import load
 from mplicits.trainer import settings
 from mplicits.trainer.log import TrainingLog
 from support.ball_training import Log

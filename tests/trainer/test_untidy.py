@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mplicits import cli
-from mplicits.model.model import load
+from mplicits.model.model_file import load
 from mplicits.trainer.shapes.load import load_shape
 from support.ball_training import QUICK_NUMBERS
 

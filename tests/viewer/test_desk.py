@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from mplicits.codegen.targets.glsl330 import standalone
-from mplicits.model.model import save
+from mplicits.model.model_file import save
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.state import jobs
 from mplicits.viewer.state.desk import Desk

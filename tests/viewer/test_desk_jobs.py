@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from mplicits.codegen.targets.registry import TARGETS
-from mplicits.model.model import load
+from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.screenshot import to_png

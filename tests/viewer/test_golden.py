@@ -9,7 +9,7 @@ from PIL import Image
 
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.mesher.extract import extract_model, up_to
-from mplicits.model.model import load
+from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions

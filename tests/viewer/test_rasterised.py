@@ -9,7 +9,7 @@ import trimesh
 
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.gallery import model_path
-from mplicits.model.model import load
+from mplicits.model.model_file import load
 from mplicits.trainer.options import CREASE
 from mplicits.trainer.shapes.creases import corner_normals
 from mplicits.trainer.shapes.curved import curved

@@ -17,7 +17,8 @@ from mplicits.codegen.targets.glsl330 import bake
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.write import to_bytes
 from mplicits.model.errors import UserError
-from mplicits.model.model import Model, save
+from mplicits.model.model import Model
+from mplicits.model.model_file import save
 from mplicits.viewer.draw import tiles
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context

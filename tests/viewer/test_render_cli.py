@@ -14,7 +14,7 @@ from PIL import Image
 from mplicits import cli
 from mplicits.codegen.targets.uniforms import SHADINGS
 from mplicits.model.errors import UserError
-from mplicits.model.model import save
+from mplicits.model.model_file import save
 from mplicits.viewer.arguments import SHADES
 from mplicits.viewer.cli import CONTEXTS, VERBS
 from mplicits.viewer.draw.compile import compile_quickly, storage_for

@@ -13,7 +13,8 @@ from PIL import Image, ImageSequence
 from mplicits.cli import main
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.motion import moment, phase_of
-from mplicits.model.model import Model, save
+from mplicits.model.model import Model
+from mplicits.model.model_file import save
 from mplicits.viewer.draw import movie
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from mplicits.cli import main
-from mplicits.model.model import save
+from mplicits.model.model_file import save
 from support.fitted_model import fitted_model
 from support.random_model import random_model
 from support.window_script import run

@@ -6,7 +6,7 @@ import pytest
 
 from mplicits.codegen.targets.glsl330 import standalone
 from mplicits.codegen.targets.registry import TARGETS
-from mplicits.model.model import save
+from mplicits.model.model_file import save
 from support.desk_fixture import TETRAHEDRON
 from support.fitted_model import fitted_model
 from support.random_model import random_model

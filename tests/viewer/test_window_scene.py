@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from mplicits.model.model import save
+from mplicits.model.model_file import save
 from support.scene_models import SMALL, composed
 from support.window_script import run
 

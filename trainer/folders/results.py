@@ -10,7 +10,7 @@ from urllib.parse import quote
 
 from ...model.errors import UserError
 from ...model.files import show, write_whole
-from ...model.model import load
+from ...model.model_file import load
 from .job import Outcome
 
 TABLE, PAGE = "models.csv", "index.html"

@@ -10,7 +10,8 @@ import numpy as np
 
 from ...codegen.targets.registry import TARGETS
 from ...model.files import show, write_whole
-from ...model.model import Model, save
+from ...model.model import Model
+from ...model.model_file import save
 from ..draw.camera import Camera
 from ..draw.movie import Shot, open_movie
 from ..draw.options import RenderOptions

@@ -9,7 +9,8 @@ from ...codegen.targets.shader import Shader
 from ...model.checks import SHAPES
 from ...model.errors import UserError
 from ...model.files import show
-from ...model.model import Model, load
+from ...model.model import Model
+from ...model.model_file import load
 
 SHADER_SUFFIXES = (".glsl", ".frag", ".fs")
 """Endings of baked shaders; a file with any other ending is read as a model."""
