@@ -121,20 +121,28 @@ def turned(model: Model, degrees: float) -> Model:
 
 
 @settings(QUICK, max_examples=6)
-@given(st.floats(-180, 180), st.floats(-180, 180), st.floats(-80, 80), st.sampled_from(["data", "texture"]))
-@example(90.0, 20.0, 15.0, "data")
+@given(st.floats(-180, 180), st.floats(-180, 180), st.floats(-80, 80), st.sampled_from(["plain", "relaxed"]))
+@example(90.0, 20.0, 15.0, "plain")
+@example(1.0, 0.0, 0.0, "relaxed")
 def test_model_and_camera_turned_together_change_no_pixel(
-    osmesa: Context, degrees: float, azimuth: float, elevation: float, shading: str
+    osmesa: Context, degrees: float, azimuth: float, elevation: float, schedule: str
 ) -> None:
-    """Not by a step of eight bits: values are distances along rays, and colours."""
+    """Not by a step of eight bits where rays ask the field alone.
+
+    The relaxed schedule's grid does not turn with the model: rays that pass the silhouette within 1/20 pixel, which may
+    count as hits or not, may end otherwise.
+    """
     model, camera = fitted_model(), Camera(azimuth, elevation)
-    options, pictures = RenderOptions(shading=shading), []
+    options, pictures = RenderOptions(shading="texture", schedule=schedule), []
     for shown, seen in ((model, camera), (turned(model, degrees), camera.orbited(degrees, 0.0))):
         renderer = Renderer(osmesa, glsl330.bake(shown, "texture"))
         pictures.append(renderer.render((32, 24), seen, options))
         renderer.release()
     here, there = pictures
     assert 20 < (here[..., 3] == 1).sum() < here[..., 3].size
-    different = np.abs(here - there)
+    different = np.abs(here - there).max(axis=-1)
     assert np.median(different) < 1e-5
-    assert different.max() < 1 / 255
+    if schedule == "plain":
+        assert different.max() < 1 / 255
+    else:
+        assert (different > 0.05).sum() <= 4
