@@ -25,6 +25,13 @@ EMPTY = 8
 """Bytes below this stand for empty cells; the others are levels of a value, from -REACH to REACH."""
 FEW_LEVELS = 15
 """Levels of the values of a grid with `few` of them: with that of empty cells, 4 bits hold a cell."""
+FINE = 64
+"""Cells along an edge of the grid whose middles a grid with few cells is checked at: cells as large as its own would
+miss what is thin."""
+TRUSTED = 0.5
+"""Share of a band's half width beyond which, outside of the band, no residual is asked there: it was trained within."""
+ROUNDS = 12
+"""How often such a grid is checked, and lowered where it gave too much."""
 MISSED = 1.3
 """What interpolation gives too much between the middles of cells is found at the cells' corners, and so many times that
 is taken off: it may be more elsewhere."""
@@ -82,8 +89,9 @@ class Cells:
         """
         if moment not in self._grids:
             there = still(self._program, self._middle(moment))
-            codes = _grid(there, self.count, self.half, self._slack(moment))
-            self._grids[moment] = _of_few_levels(codes) if self._few else codes
+            slack = self._slack(moment)
+            grid = _few if self._few else _grid
+            self._grids[moment] = grid(there, self.count, self.half, slack)
         return self._grids[moment]
 
     def _middle(self, moment: int) -> float:
@@ -161,6 +169,51 @@ def _grid(program: Program, count: int, half: float, slack: float = 0.0) -> NDAr
         np.maximum.at(lowered, (i, j, k), excess)
     codes[z, y, x] = _coded(value_of(codes[z, y, x]) - MISSED * lowered[z, y, x])
     return codes
+
+
+def _few(program: Program, count: int, half: float, slack: float = 0.0) -> NDArray[np.uint8]:
+    """Return what Cells.grid does with few levels: what `_grid` finds, lowered where finer cells know better."""
+    codes = _grid(program, count, half, slack)
+    fine = all_cells(FINE)
+    points = middles(fine, FINE, half)
+    truth = _trusted(program, points) - slack
+    scale = 0.5 * count / half
+    occupied = fine[truth < OVERESTIMATE * np.sqrt(3) * half / FINE] * count // FINE
+    z, y, x = occupied.T[::-1]
+    codes[z, y, x] = np.where(codes[z, y, x] < EMPTY, 255, codes[z, y, x])
+    codes = _of_few_levels(codes)
+    near = scale * truth < REACH
+    places, least = (fine[near] + 0.5) * (count / FINE), scale * truth[near]
+    first = np.floor(places - 0.5).astype(np.int64)
+    for _ in range(ROUNDS):
+        between = interpolated(codes, places)
+        wrong = (between > 0) & (between > least)
+        if not wrong.any():
+            break
+        lowered = np.zeros(codes.shape, np.float32)
+        excess = (between - least)[wrong].astype(np.float32)
+        for step in itertools.product((0, 1), repeat=3):
+            i, j, k = np.clip(first[wrong] + step, 0, count - 1).T[::-1]
+            np.maximum.at(lowered, (i, j, k), excess)
+        less = _of_few_levels(_coded(value_of(codes) - MISSED * lowered))
+        codes = np.where(lowered > 0, less, codes)
+    return codes
+
+
+def _trusted(program: Program, points: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Evaluate all levels at points (N, 3), far from the surface, too.
+
+    A residual is asked no farther than TRUSTED half widths beyond its band; elsewhere a positive value is that of the
+    coarser level less its half width.
+    """
+    deltas = np.array([band.delta for band in program.bands[:-1]], np.float32)
+    found = []
+    for part in np.array_split(points, 1 + len(points) // CHUNK):
+        value, reached = nested_field(program, part, len(program.bands), margins=[*(TRUSTED * deltas)])
+        beyond = (reached < len(program.bands)) & (value > 0)
+        value[beyond] -= deltas[reached[beyond] - 1]
+        found.append(value)
+    return np.concatenate(found)
 
 
 def _coded(values: NDArray[np.floating]) -> NDArray[np.uint8]:
