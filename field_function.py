@@ -13,6 +13,7 @@ from .model.model import Model
 from .placement import Array, Placement, Points, as_tensor, numbers
 
 if TYPE_CHECKING:
+    from .trainer.networks.by_arrays import ArrayField
     from .trainer.networks.differentiable import Tensor, TorchField
 
 
@@ -25,9 +26,11 @@ class FieldFunction:
         self._evaluator = Evaluator(model)
 
     @cached_property
-    def _torch(self) -> "TorchField":
+    def _torch(self) -> "TorchField | ArrayField":
         if self.model.scene is not None:
-            raise UserError("a scene takes arrays; tensors of PyTorch are for models of one shape")
+            from .trainer.networks.by_arrays import ArrayField
+
+            return ArrayField(self._evaluator)
         from .trainer.networks.differentiable import TorchField
 
         return TorchField(self.model)

@@ -57,8 +57,7 @@ another, for hosts may fold them.
 def mimebundle(field: "Field") -> dict[str, str]:
     """Return what a notebook keeps of a model: a PNG in base64, for those who show no pages, the page, and a line."""
     png = picture(field)
-    live = {"text/html": frame(field, png)} if field.model.scene is None else {}  # no page takes scenes
-    return {"text/plain": repr(field), "image/png": png} | live
+    return {"text/plain": repr(field), "image/png": png, "text/html": frame(field, png)}
 
 
 def picture(field: "Field") -> str:

@@ -3,6 +3,7 @@
 import base64
 import html
 import io
+import json
 import re
 import sys
 from pathlib import Path
@@ -19,6 +20,7 @@ from mplicits.pictures import SIDE
 from support.browser import PATIENCE
 from support.paths import DEMO
 from support.random_model import random_model
+from support.scene_models import composed
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -62,6 +64,14 @@ def test_hostile_names_stay_inside() -> None:
     frame = notebook.frame(mplicits.Field(random_model((4, 0), name=HOSTILE)), "")
     assert re.fullmatch(TAGS, frame)
     assert "<script>alert" not in document(frame)
+
+
+def test_a_scene_is_live_too(tmp_path: Path) -> None:
+    bundle = mplicits.Field(composed(tmp_path))._repr_mimebundle_()
+    assert re.fullmatch(TAGS, bundle["text/html"])
+    assert bundle["image/png"] in bundle["text/html"]
+    page = json.loads(re.findall(r'<script type="application/json">(.*?)</script>', document(bundle["text/html"]))[0])
+    assert "<canvas" in page
 
 
 def test_show_opens_a_page_in_the_browser(monkeypatch: pytest.MonkeyPatch) -> None:

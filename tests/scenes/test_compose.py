@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 from numpy.typing import NDArray
 
 import mplicits
@@ -141,6 +142,20 @@ def test_rays_ask_only_the_shapes_that_they_come_near(tmp_path: Path, monkeypatc
         assert traced.hit.sum() > 800
         counts.append(asked[0])
     assert counts[0] <= 1.5 * counts[1]
+
+
+def test_tensors_give_tensors_that_are_differentiable(tmp_path: Path) -> None:
+    field = mplicits.Field(composed(tmp_path))
+    array = np.random.default_rng(2).uniform(-0.8, 0.8, (2000, 3)).astype(np.float32)
+    points = torch.from_numpy(array).requires_grad_()
+    value = field(points, time=0.3)
+    np.testing.assert_array_equal(value.detach(), field(array, time=0.3))
+    (gradient,) = torch.autograd.grad((2 * value).sum(), points)
+    np.testing.assert_allclose(gradient, 2 * field.gradient(array, time=0.3), atol=1e-6)
+    np.testing.assert_array_equal(field.gradient(points, time=0.3), gradient / 2)
+    np.testing.assert_array_equal(field.color(points.detach(), time=0.3), field.color(array, time=0.3))
+    with pytest.raises(UserError, match="differentiable once"):
+        torch.autograd.grad(field(points).sum(), points, create_graph=True)
 
 
 def test_the_file_holds_the_scene_and_older_ones_are_written_as_before(tmp_path: Path) -> None:

@@ -1,0 +1,75 @@
+"""A field that NumPy evaluates, as a function of tensors: differentiable in the points, once."""
+
+from typing import Any, Protocol, cast
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from ...model.errors import UserError
+
+Array = NDArray[np.float32]
+Tensor = torch.Tensor
+
+
+class Evaluated(Protocol):
+    """A field of arrays: points are (N, 3), model space; all else is as `TorchField` has it."""
+
+    def value(self, points: Array, level: int | None, time: float) -> Array:
+        """Evaluate the field: (N,)."""
+
+    def gradient(self, points: Array, level: int | None, time: float) -> Array:
+        """Evaluate its gradient: (N, 3)."""
+
+    def colour(self, points: Array, time: float) -> Array | None:
+        """Evaluate the colour: (N, 3)."""
+
+
+class ArrayField:
+    """What `TorchField` is to a model of one shape, for scenes, whose composition only NumPy evaluates.
+
+    Values may be differentiated in the points, on their device; gradients and colours may not.
+    """
+
+    def __init__(self, field: Evaluated) -> None:
+        self._field = field
+
+    def value(self, points: Tensor, level: int | None = None, time: float = 0.0) -> Tensor:
+        """Evaluate the finest level that is defined at points (N, 3), up to `level`: (N,)."""
+        return cast(Tensor, _Value.apply(points, self._field, level, time))  # type: ignore[no-untyped-call]
+
+    def gradient(self, points: Tensor, level: int | None = None, time: float = 0.0) -> Tensor:
+        """Evaluate the gradient of what `value` gives, (N, 3)."""
+        return _tensor(self._field.gradient(_array(points), level, time), points)
+
+    def colour(self, points: Tensor, time: float = 0.0) -> Tensor | None:
+        """Evaluate the colour at points (N, 3): (N, 3), sRGB in [0, 1]; None where nothing is coloured."""
+        colours = self._field.colour(_array(points), time)
+        return None if colours is None else _tensor(colours, points)
+
+
+class _Value(torch.autograd.Function):
+    """The field's value, whose derivative is its gradient."""
+
+    @staticmethod
+    def forward(ctx: Any, points: Tensor, field: Evaluated, level: int | None, time: float) -> Tensor:
+        ctx.save_for_backward(points)
+        ctx.asked = field, level, time
+        return _tensor(field.value(_array(points), level, time), points)
+
+    @staticmethod
+    def backward(ctx: Any, above: Tensor) -> tuple[Tensor, None, None, None]:
+        if torch.is_grad_enabled():  # with create_graph
+            raise UserError("a scene is differentiable once: its gradient has no derivative")
+        (points,) = ctx.saved_tensors
+        field, level, time = ctx.asked
+        return above[:, None] * _tensor(field.gradient(_array(points), level, time), points), None, None, None
+
+
+def _array(points: Tensor) -> Array:
+    return points.detach().cpu().numpy()
+
+
+def _tensor(array: Array, points: Tensor) -> Tensor:
+    """Return an array as a tensor beside the points."""
+    return torch.from_numpy(np.ascontiguousarray(array)).to(points)
