@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-import mplicits
+from mplicits.model.model_file import save
 from support.browser import PATIENCE
 from support.random_model import random_model
 
@@ -28,12 +28,19 @@ PANEL = ".jp-WindowedPanel-outer"
 
 
 @pytest.fixture(scope="module")
-def notebook() -> Any:
-    """Twenty cells that show a model each."""
+def notebook(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """Twenty cells, run by a kernel, that show a model each, every one another."""
     nbformat = pytest.importorskip("nbformat")
-    bundle = mplicits.Field(random_model((4, 0)))._repr_mimebundle_()
-    output = nbformat.v4.new_output("execute_result", bundle, execution_count=1)
-    return nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("m", outputs=[output]) for _ in range(COUNT)])
+    nbclient = pytest.importorskip("nbclient", reason="nbclient is not installed (pip: nbclient)")
+    folder = tmp_path_factory.mktemp("models")
+    for i in range(COUNT):
+        save(random_model((4, 0), name=f"number {i}", seed=i), folder / f"{i}.safetensors")
+    lines = [f'mplicits.load("{i}.safetensors")' for i in range(COUNT)]
+    lines[0] = f"import mplicits\n{lines[0]}"
+    made = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(line) for line in lines])
+    nbclient.NotebookClient(made, timeout=300, resources={"metadata": {"path": str(folder)}}).execute()
+    assert len({cell.outputs[0].data["image/png"] for cell in made.cells}) == COUNT
+    return made
 
 
 @pytest.fixture(scope="module")
