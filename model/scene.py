@@ -11,7 +11,8 @@ from typing import Any
 
 from .checks import check_finite
 from .errors import UserError
-from .expression import ONE, TIME, ZERO, Expression, number, read
+from .expression import ONE, TIME, ZERO, Expression, number
+from .expression_reader import read
 
 UNION, SMOOTH_UNION, INTERSECTION, DIFFERENCE = OPERATIONS = ("union", "smooth union", "intersection", "difference")
 """How a group joins its parts: what is in any of them, the same with soft seams, what is in all, and what is in the

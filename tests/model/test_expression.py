@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mplicits.model.errors import UserError
-from mplicits.model.expression import read
+from mplicits.model.expression_reader import read
 
 VALID = (
     ("30 * t", lambda t: 30 * t),
