@@ -24,7 +24,7 @@ from mplicits.mesher.truth import in_model_space, read_mesh
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load
 from mplicits.trainer.options import CREASE
-from mplicits.trainer.shapes.between import Between, between, distances, triangles
+from mplicits.trainer.shapes.between import Between, between, blended, distances, triangles
 from mplicits.trainer.shapes.load import load_shape
 from protocol import Page, machine
 
@@ -118,10 +118,7 @@ def main() -> None:
         "| --- |" + " ---: |" * 5,
     )
     grids = [distances(load_shape(str(path), crease=CREASE)[0]) for path in options.meshes]
-    difference = grids[0] - grids[1]
-    times = np.asarray(grids[0] / np.where(np.abs(difference) < 1e-9, 1e-9, difference), np.float32)
-    blend = Between(grids[0], grids[1], times)
-    steady = between(*grids)
+    blend, steady = blended(*grids), between(*grids)
     page.add(row("blend of the distances", *follow(lambda time: surface_of(blend, time))))
     page.add(row("arrival times, which `morph` trains on", *follow(lambda time: surface_of(steady, time))))
     sizes = ",".join(shape_of(level.network) for level in model.levels)

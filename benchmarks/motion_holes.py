@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dense_view import STOP, closest_approach, lost_and_extra
+from dense_view import ELEVATIONS, STOP, closest_approach, lost_and_extra
 from moment import frozen
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.targets.glsl330 import bake
@@ -24,7 +24,6 @@ from protocol import Page, machine
 
 TURN = 137.5
 """Degrees from the view of a frame to that of the next: all sides are seen, and no two frames from the same."""
-ELEVATIONS = (20, -25, 50, 0)
 
 
 def main() -> None:

@@ -32,7 +32,7 @@ from mplicits.trainer.pools import Pool
 from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.settings import LossWeights
 from mplicits.trainer.shapes import motion as shapes_motion
-from mplicits.trainer.shapes.between import Between, Grid, between, distances, interpolated
+from mplicits.trainer.shapes.between import Between, Grid, between, blended, distances, interpolated
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.motion import MovingShape
 from mplicits.trainer.shapes.shape import Doubles, SurfacePoints
@@ -84,13 +84,6 @@ def timed_at_ends(points: Doubles, moving: bool, rng: np.random.Generator) -> Do
     assert moving
     chosen = rng.integers(3, size=len(points))
     return np.column_stack((points, np.where(chosen == 2, rng.random(len(points)), chosen)))
-
-
-def blended(first: Grid, second: Grid) -> Between:
-    """Return the surfaces of the blend of both distances."""
-    difference = first - second
-    times = first / np.where(np.abs(difference) < 1e-9, 1e-9, difference)
-    return Between(first, second, np.asarray(times, np.float32))
 
 
 def with_level_set(usual: Loss, second: Grid, speed: float) -> Loss:

@@ -150,14 +150,20 @@ def between(first: Grid, second: Grid) -> Between:
     comes, goes = (first > 0) & (second < 0), (first < 0) & (second > 0)
     longest = max(_longest(first, comes), _longest(second, goes))
     slowest = 1 / max(FASTEST * longest, step_of(first))
-    difference = first - second
-    times = first / np.where(np.abs(difference) < 1e-9, 1e-9, difference)
+    times = blended(first, second).times
     # Where both or none are inside, the clipping of Between.field leaves the blend: its T is kept as it is.
     for part, late in ((comes, _late(first, second, comes, slowest)), (goes, 1 - _late(second, first, goes, slowest))):
         if part.any():
             shell = ndimage.binary_dilation(part, iterations=SHELL) & (first > 0) & (second > 0)
             nearest = ndimage.distance_transform_edt(~part, return_distances=False, return_indices=True)
             times = np.where(part, late, np.where(shell, late[tuple(nearest)], times))
+    return Between(first, second, np.asarray(times, np.float32))
+
+
+def blended(first: Grid, second: Grid) -> Between:
+    """Return the surfaces of the blend of the distances of the two shapes."""
+    difference = first - second
+    times = first / np.where(np.abs(difference) < 1e-9, 1e-9, difference)
     return Between(first, second, np.asarray(times, np.float32))
 
 
