@@ -5,10 +5,14 @@ from numpy.typing import NDArray
 
 from mplicits.codegen.ir.program import Program
 from mplicits.codegen.reference.dense import dense_march
+from mplicits.codegen.reference.interpret import nested_field
 from mplicits.viewer.draw.camera import Camera
 
 STOP = 0.05
 """Pixels: a ray that passes the surface closer than this may count as a hit or not (glsl/march.glsl)."""
+
+STRETCH = 32
+"""Points at which a stretch of a ray is looked at."""
 
 ELEVATIONS = (20, -25, 50, 0)
 """Of the views around a model, in turn, degrees."""
@@ -33,6 +37,25 @@ def lost_and_extra(
     hit = rays[:, 3] > 0.5
     lost = (closest == 0) & (~hit | (rays[:, 0] > farthest))
     return int(lost.sum()), int(((closest > STOP) & hit).sum())
+
+
+def along_surface(
+    program: Program,
+    eye: NDArray[np.float64],
+    directions: NDArray[np.float64],
+    ends: tuple[NDArray[np.floating], NDArray[np.floating]],
+    footprint: float,
+) -> NDArray[np.bool_]:
+    """Tell which rays are within STOP pixels of the last level's surface all the way between two distances.
+
+    eye: (3,); directions: (N, 3) of length 1, model space. ends: both distances, (N,) each. footprint: width of a pixel
+    at distance 1. A ray that grazes the surface may rightly end anywhere on such a stretch. Returns (N,).
+    """
+    t = np.linspace(*ends, STRETCH, axis=1)
+    points = (eye + t[..., None] * directions[:, None]).reshape(-1, 3).astype(np.float32)
+    value, reached = nested_field(program, points, len(program.bands))
+    near = (reached == len(program.bands)) & (np.abs(value) <= STOP * footprint * t.ravel())
+    return np.asarray(near.reshape(t.shape).all(axis=1))
 
 
 def closest_approach(program: Program, camera: Camera, side: int) -> NDArray[np.float32]:

@@ -19,6 +19,7 @@
 // it goes where the surface is expected, but only so far that its sphere and the next one overlap (stride()). Large
 // spheres may be none: far from the shape, the field may exceed the distance by a third. Steps are plain there.
 const float NEAR = 2.0; // gaps: radius of a free sphere above which a relaxed step is a plain one
+const float STEEPEST = 4.0; // slope between a free sphere and a point inside above which the sphere is taken to be none
 const float GAP = 0.005; // model units, of pixels that are wider: largest gap between two free spheres
 
 struct Hit {
@@ -59,7 +60,7 @@ void advance(inout Hit ray, float f, int reached, int level, float footprint, fl
 // no farther than nine tenths of the way to where the next sphere, if they go on like that, is a pixel away from this one;
 // and where that turns out wrong, with a gap of over a pixel, back to the end of the last sphere (Keinert et al., Enhanced
 // sphere tracing, 2014; Balint and Valasek, Accelerating sphere tracing, 2018). Past the surface, false position between
-// the two.
+// the two, on to before the last sphere where the slope says that this one was not free: the grid may be wrong.
 void stride(inout Hit ray, inout vec2 before, float f, int reached, int level, float footprint, float far,
             float step_scale) {
     ++ray.steps;
@@ -78,7 +79,7 @@ void stride(inout Hit ray, inout vec2 before, float f, int reached, int level, f
     float slope = known ? (before.y - radius) / moved : 1.0;
     float change = radius;
     if (known && radius < 0.0) {
-        change = max(radius / slope, -moved);
+        change = radius / min(slope, STEEPEST);
     } else {
         if (known && radius > 0.0 && radius < NEAR * gap) {
             float nearest = max(slope, 0.0);

@@ -15,6 +15,8 @@ from .skip import Skipping
 
 NEAR = 2.0
 """Radius of a free sphere, in gaps, above which a relaxed step is a plain one (glsl/march.glsl)."""
+STEEPEST = 4.0
+"""Slope between a free sphere and a point inside the shape above which the sphere is taken to be none."""
 GAP = 0.005
 """Largest gap between two free spheres, model units, where a pixel is wider than that; else, a pixel."""
 OFFSET = 1.3
@@ -105,7 +107,7 @@ class Rays:
         ahead = np.minimum(0.9 * (2 * radius / (1 + nearest) + gap), radius / np.maximum(nearest, 0.5))
         past = known & (radius < 0)
         change = np.where(known & (radius > 0) & (radius < NEAR * gap), np.maximum(ahead, radius), radius)
-        change[past] = np.maximum(radius[past] / slope[past], -moved[past])
+        change[past] = radius[past] / np.minimum(slope[past], STEEPEST)
         kept = ~past & ~apart
         self.before[indices[kept]] = np.stack([self.t[indices[kept]], radius[kept]], axis=1)
         self._move(indices[~apart], change[~apart], f[~apart], reached[~apart], settings)

@@ -163,6 +163,18 @@ def test_the_relaxed_march_costs_a_quarter_and_sees_the_same(model: Model) -> No
         assert np.quantile(pixels, 0.99) < 0.25, "each ends within 1/20 pixel of the surface"
 
 
+def test_a_grid_that_leads_into_the_shape_costs_few_steps(model: Model) -> None:
+    """Between the middles and corners of cells its values may be too large: the last sphere then is no free one."""
+    program, cells = lower(model), Cells(lower(model))
+    codes = cells.grid()
+    codes[codes >= EMPTY] = np.minimum(codes[codes >= EMPTY], 255 - 25) + 25
+    eye, directions, footprint = VIEWS[0].rays(SIDE, SIDE)
+    directions = directions.reshape(-1, 3)
+    rays = march(program, eye, directions, 2, footprint, schedule="relaxed", cells=cells)
+    assert rays.hit.mean() > 0.3
+    assert rays.steps.max() < 64, "false position must not go to a bracket that holds no zero, up to the last round"
+
+
 def test_no_point_of_the_surface_is_in_an_empty_cell(model: Model) -> None:
     cells = Cells(lower(model))
     surface = demo.DemoShape().surface(20_000, np.random.default_rng(1)).points
