@@ -7,6 +7,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ... import glsl
 from ...model.errors import UserError
 from ...model.model import Model
@@ -21,6 +24,7 @@ from ..printers.scalars import VectorNotation
 from ..printers.unrolled import Unrolled
 from ..reference.bits import cost, fewest_bits
 from ..reference.digits import fewest_digits
+from ..reference.hull import hull
 from ..reference.march import OFFSET
 from .header import header_facts, header_line
 from .orbit import AZIMUTH, ELEVATION
@@ -34,6 +38,10 @@ STEPS = 200
 """Evaluations of the field on a ray, those for its normal included."""
 SPEED = 0.3
 """Of the turntable, radians a second."""
+HULL_SHARE = 0.03
+"""Of the text without it, a hull takes so much at most: shorter texts have a ball around the shape."""
+HULL_LENGTH = 350
+"""Characters that a hull takes, about."""
 
 
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
@@ -113,15 +121,34 @@ def _text(program: Program, model: Model, storage: type[Storage], further: dict[
     if program.coloured:
         called = "albedo" if program.texture is None else program.texture.name
         albedo = f"clamp(COLOUR({called}(vec4(3.52 * m[2] + t * v, {time}))), 0., 1.)"
-    bound = _bound(program)
-    rest = re.sub(r"(?m)^//.*\n", "", glsl.load("shadertoy.glsl")).replace(", 1));", f", {time}));")
-    rest = rest.replace("STEP * f", "f" if bound == 1 else f"{LANGUAGE.number(bound)} * f").replace("ALBEDO", albedo)
+    bound = step_bound(program)
+    rest = _without_comments("shadertoy.glsl").replace(", 1));", f", {time}));").replace("ALBEDO", albedo)
+    rest = rest.replace("f *= BOUND;\n", "" if bound == 1 else f"f *= {LANGUAGE.number(bound)};\n")
+    lines += _field(program)
     head = [
         header_line(header_facts(model, program, "shadertoy") | further),
         *_head(model),
         *_knobs(program, model.front),
     ]
-    return "\n".join([*head, _squeezed("\n".join([*lines, *_field(program), rest]))])
+
+    def text(hull: str = "", *declarations: str) -> str:
+        body = rest.replace("ENTER", _without_comments("enter_ball.glsl") + hull)
+        return "\n".join([*head, _squeezed("\n".join([*lines, *declarations, body]))])
+
+    with_ball = text()
+    planes = shape_hull(program, len(with_ball))
+    if planes is None:
+        return with_ball
+    places = ",".join(map(_short, planes.ravel()))
+    return text(_without_comments("enter_hull.glsl"), f"const float[{planes.size}] H = float[]({places});")
+
+
+def shape_hull(program: Program, length: int) -> NDArray[np.float64] | None:
+    """Return the planes (13, 2) of the hull that a program's text has, or None where a ball takes its place.
+
+    length: characters of the text with the ball. Scenes, and fields that move, have the ball.
+    """
+    return None if program.moving or program.composition or length * HULL_SHARE < HULL_LENGTH else hull(program)
 
 
 def _head(model: Model) -> list[str]:
@@ -194,10 +221,15 @@ def _asked(program: Program) -> tuple[Function, ...]:
     return program.values + (() if program.texture is None else (program.texture,))
 
 
-def _bound(program: Program) -> float:
+def step_bound(program: Program) -> float:
     """Return the factor on every step, of two digits: the smallest of all levels'."""
     *coarser, last = program.bands
     return math.floor(100 * min(last.step_bound, *(band.band_step_bound for band in coarser), 1.0) + 1e-6) / 100
+
+
+def _without_comments(name: str) -> str:
+    """Return a file of glsl/ without its lines that are comments."""
+    return re.sub(r"(?m)^//.*\n", "", glsl.load(name))
 
 
 def _short(value: float) -> str:

@@ -1,121 +1,38 @@
 """Shadertoy texts compute the numpy reference's field, and draw what the renderer and other players draw."""
 
-import importlib.util
-import io
-import json
-import os
 import re
 import shutil
 import subprocess
-import sys
 import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import moderngl
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from PIL import Image
 
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import digits, interpret
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.motion import PERIOD
-from mplicits.codegen.targets.registry import TARGETS
 from mplicits.model import quantise
 from mplicits.model.errors import UserError
 from mplicits.model.model import Layer
 from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
-from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.renderer import Renderer
-from support.browser import visit
 from support.golden_text import check_golden
 from support.moving_model import moving_model
 from support.paths import DEMO, GOLDEN
 from support.random_model import random_model
 from support.scene_models import SCENE, composed
+from support.shadertoy import INPUTS, MAIN, PROBE, SHADERTOY, SIZE, draw, picture
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser
+    pass
 
-SHADERTOY = TARGETS["shadertoy"]
-INPUTS = "uniform vec3 iResolution; uniform float iTime; uniform vec4 iMouse; uniform int iFrame;\n"
-MAIN = "out vec4 c; void main() { if (iResolution.x < 0.) discard; mainImage(c, gl_FragCoord.xy); }\n"
-PROBE = """uniform sampler2D points; out vec4 c;
-void main() { c = vec4(field(vec4(texelFetch(points, ivec2(gl_FragCoord.xy), 0).xyz, 1))); }
-"""
 GOLDEN_TEXT = GOLDEN / "tiny.shadertoy.frag"
-SIZE = (144, 96)
-WEBGL = f"""<body style="margin: 0"><canvas width={SIZE[0]} height={SIZE[1]}></canvas><script>
-const gl = document.querySelector("canvas").getContext("webgl2", {{preserveDrawingBuffer: true}});
-const program = gl.createProgram();
-const vertex = `#version 300 es
-void main() {{ gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }}`;
-for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, THE_TEXT]]) {{
-    const shader = gl.createShader(kind);
-    gl.shaderSource(shader, text);
-    gl.compileShader(shader);
-    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) console.log(gl.getShaderInfoLog(shader));
-    gl.attachShader(program, shader);
-}}
-gl.linkProgram(program);
-gl.useProgram(program);
-gl.uniform3f(gl.getUniformLocation(program, "iResolution"), {SIZE[0]}, {SIZE[1]}, 1);
-gl.drawArrays(gl.TRIANGLES, 0, 3);
-gl.finish();
-window.done = true;
-</script>"""
-PLAYER = """
-import sys
-from wgpu_shadertoy import Shadertoy
-from PIL import Image
-text, size, output = open(sys.argv[1]).read(), tuple(map(int, sys.argv[2].split("x"))), sys.argv[3]
-drawn = Shadertoy(text, resolution=size).snapshot(float(sys.argv[4]))
-Image.frombytes("RGBA", size, bytes(drawn)).convert("RGB").save(output)
-"""
-
-
-def draw(
-    osmesa: Context,
-    text: str,
-    size: tuple[int, int],
-    inputs: dict[str, object],
-    points: NDArray[np.float32] | None = None,
-) -> NDArray[np.float32]:
-    """Draw desktop GLSL on OSMesa; returns (H, W, 4) float32, top row first.
-
-    inputs: name -> value of uniforms, of which the text may lack some. points: (H W, 3) for the sampler `points`.
-    """
-    with osmesa as gl:
-        program = gl.program(vertex_shader=VERTEX_SHADER, fragment_shader="#version 330\n" + text)
-        target = gl.framebuffer([gl.texture(size, 4, dtype="f4")])
-        for name, value in inputs.items():
-            if name in program:
-                program[name] = value
-        if points is not None:
-            texture = gl.texture(size, 4, np.pad(points, ((0, 0), (0, 1))).astype("f4").tobytes(), dtype="f4")
-            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-            texture.use(0)
-        target.use()
-        gl.vertex_array(program, []).render(moderngl.TRIANGLES, vertices=3)
-        data = target.read(components=4, dtype="f4")
-    return np.frombuffer(data, np.float32).reshape(size[1], size[0], 4)[::-1]
-
-
-def picture(
-    osmesa: Context,
-    text: str,
-    mouse: tuple[float, float, float, float] = (0, 0, 0, 0),
-    time: float = 0.0,
-    size: tuple[int, int] = SIZE,
-) -> NDArray[np.int16]:
-    """Draw a text as Shadertoy does; returns (H, W, 3), from 0 to 255. mouse: iMouse, in pixels; time: iTime."""
-    inputs = {"iResolution": (*size, 1), "iTime": time, "iMouse": mouse, "iFrame": 0}
-    return (draw(osmesa, INPUTS + text + MAIN, size, inputs)[..., :3].clip(0, 1) * 255).round().astype(np.int16)
 
 
 @pytest.fixture(scope="module")
@@ -271,33 +188,6 @@ def test_the_head_says_what_it_is_and_holds_any_text(tmp_path: Path) -> None:
         assert subprocess.run(["glslangValidator", str(file)], capture_output=True, check=False).returncode == 0
 
 
-@pytest.mark.skipif(importlib.util.find_spec("wgpu_shadertoy") is None, reason="wgpu-shadertoy is not installed")
-def test_another_shadertoy_player_draws_the_same(osmesa: Context, tmp_path: Path) -> None:
-    """The model that moves is at time 0.5 after a quarter of its way there and back."""
-    packed = SHADERTOY(quantise.quantised_model(random_model((16, 1), (8, 0))), "packed")
-    moving = SHADERTOY(moving_model(), "literal")
-    assert np.abs(picture(osmesa, moving, time=0.4) - picture(osmesa, moving, time=2.4)).max(-1).mean() > 3
-    texts = [(packed, 0.0), (SHADERTOY(load(DEMO), "literal"), 0.0), (moving, PERIOD / 4), (moving, PERIOD / 2)]
-    for text, time in texts:
-        (tmp_path / "text.frag").write_text(text)
-        command = [sys.executable, "-c", PLAYER, "text.frag", "x".join(map(str, SIZE)), "player.png", str(time)]
-        player = subprocess.run(
-            command,
-            cwd=tmp_path,
-            env={**os.environ, "WGPU_FORCE_OFFSCREEN": "true"},
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=120,
-        )
-        if "adapter" in player.stderr.lower() and player.returncode:
-            pytest.skip("no Vulkan driver (Debian: mesa-vulkan-drivers)")
-        assert player.returncode == 0, player.stderr
-        theirs = np.asarray(Image.open(tmp_path / "player.png"), np.int16)
-        difference = np.abs(picture(osmesa, text, time=time) - theirs).max(-1)
-        assert (difference > 4).mean() < 0.005, time
-
-
 def test_a_motion_goes_there_and_back(osmesa: Context) -> None:
     """Without the turntable, pictures of a time are the same on the way there and on the way back."""
     text = re.sub("#define SPEED .*", "#define SPEED 0.", SHADERTOY(moving_model(), "literal"))
@@ -305,19 +195,6 @@ def test_a_motion_goes_there_and_back(osmesa: Context) -> None:
     for same in (back, again):
         assert (np.abs(there - same).max(-1) > 2).mean() < 0.01
     assert (np.abs(there - end).max(-1) > 30).mean() > 0.05
-
-
-def test_chromium_draws_the_same(osmesa: Context, browser: "Browser", tmp_path: Path) -> None:
-    """Chromium draws by WebGL2 on SwiftShader, whose sine is off by 2e-4."""
-    text = SHADERTOY(quantise.quantised_model(random_model((16, 1), (8, 0))), "packed")
-    fragment = "#version 300 es\nprecision highp float; precision highp int;\n" + INPUTS + text + MAIN
-    (tmp_path / "player.html").write_text(WEBGL.replace("THE_TEXT", json.dumps(fragment)))
-    with visit(browser, tmp_path / "player.html", SIZE, share=1) as visited:
-        visited.until("window.done")
-        assert not visited.said
-        theirs = np.asarray(Image.open(io.BytesIO(visited.page.screenshot())).convert("RGB"), np.int16)
-    difference = np.abs(picture(osmesa, text) - theirs).max(-1)
-    assert (difference > 8).mean() < 0.01
 
 
 def test_digits_are_the_fewest_that_keep_the_surface() -> None:

@@ -74,14 +74,31 @@ o=vec4(0);
 for(int j=min(iFrame,0);j<AA*AA;j++){
 u=q+(vec2(j % AA,j/AA)+.5)/float(AA)-.5;
 vec3 v=normalize(m*vec3((2.*u-r)/z,-3.17)),n=vec3(0),e,w=pow(mix(BOTTOM,TOP,u.y/r.y),vec3(2.2));
-float b=3.52*dot(m[2],v),h=sqrt(max(b*b-11.35,0.)),t=-b-h,f;
+float t=0.,h,p=0.,d=1.,s,f,g,b;
+b=-3.52*dot(m[2],v);
+h=sqrt(max(b*b-11.35,0.));
+t=b-h;
+h+=b;
 int k=-1;
-for(int i=min(iFrame,0);i<STEPS&&k<4&&t<h-b;i++){
+for(int i=min(iFrame,0);i<STEPS&&k<4&&t<h;i++){
 e=k<0?vec3(0):vec3(k+3>>1&1,k>>1&1,k&1)-.5;
 f=field(vec4(3.52*m[2]+t*v+.002*e,1));
 if(k>=0){n+=f*e;k++;}
 else if(abs(f)<.06*t/z)k=0;
-else t+=.8*f;
+else{
+f*=.8;
+g=min(.63*t/z,.005);
+s=p>0.?(p-f)/d:1.;
+b=f;
+if(f<0.)d+=b/=s;
+else if(p>0.&&d>p+f+g){b=p-d;p=0.;}
+else{
+if(f<3.*g)b=max(f,min(1.8*f/(1.+max(s,0.))+.9*g,f/max(s,.5)));
+p=f;
+d=b;
+}
+t+=b;
+}
 }
 if(k>3){
 n=normalize(n);

@@ -1,0 +1,92 @@
+"""Shadertoy texts trace as numpy does, inside of a hull, and lose nothing that dense marching finds."""
+
+import math
+
+import numpy as np
+import pytest
+
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.reference.dense import dense_march
+from mplicits.codegen.reference.hull import NORMALS, hull, within
+from mplicits.codegen.reference.march import march
+from mplicits.codegen.reference.short_march import STOP, short_march
+from mplicits.codegen.targets.orbit import AZIMUTH, ELEVATION
+from mplicits.codegen.targets.shadertoy import step_bound
+from mplicits.model.model import Model
+from mplicits.model.model_file import load
+from mplicits.trainer.shapes import demo
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import Context
+from support.dense_views import VIEWS
+from support.paths import DEMO
+from support.random_model import random_model
+from support.shadertoy import INPUTS, MAIN, SHADERTOY, draw
+
+SIDE = 96
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    return load(DEMO)
+
+
+def test_the_text_takes_the_steps_of_numpy(osmesa: Context, model: Model) -> None:
+    text = SHADERTOY(model, "literal", digits=7)
+    for old, new in (
+        ("float t=0.", "float C=0.,t=0."),
+        ("f=field(", "C+=float(k<0);f=field("),
+        ("o+=vec4(w,1);\n}\no=pow(o/o.a,vec4(.4545));", "o=vec4(t,C,k>3,1);\n}"),
+    ):
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    inputs = {"iResolution": (SIDE, SIDE, 1), "iTime": 0.0, "iMouse": (0, 0, 0, 0), "iFrame": 0}
+    drawn = draw(osmesa, INPUTS + text + MAIN, (SIDE, SIDE), inputs).reshape(-1, 4)
+    program, front = lower(model, 7), model.front or (AZIMUTH, ELEVATION)
+    eye, directions, footprint = Camera(*front, distance=3.52, fov=2 * math.degrees(math.atan(1 / 3.17))).rays(
+        SIDE, SIDE
+    )
+    rays = short_march(program, eye, directions.reshape(-1, 3), footprint, step_bound(program), planes=hull(program))
+    assert (rays.hit == (drawn[:, 2] > 0.5)).mean() > 0.998
+    assert (rays.steps == drawn[:, 1]).mean() > 0.97, "steps may differ where rounding moves f across a threshold"
+    both = rays.hit & (drawn[:, 2] > 0.5)
+    assert np.median(np.abs(rays.t - drawn[:, 0])[both]) < 1e-3
+
+
+def test_it_loses_nothing_and_takes_two_thirds_of_the_work(model: Model) -> None:
+    program = lower(model)
+    planes = hull(program)
+    costs = [program.cost(function).multiply_adds for function in program.values]
+    for camera in VIEWS[:3]:
+        eye, directions, footprint = camera.rays(SIDE, SIDE)
+        directions = directions.reshape(-1, 3)
+        closest, end = dense_march(program, eye, directions, 2, footprint)
+        plain = march(program, eye, directions, 2, footprint)
+        for around in (planes, None):
+            rays = short_march(program, eye, directions, footprint, step_bound(program), planes=around)
+            assert not ((closest == 0) & (~rays.hit | (rays.t > end * (1 + footprint)))).any()
+            trained = np.linalg.norm(eye + rays.t[:, None] * directions, axis=1) < 1
+            assert not (rays.hit & trained & (closest > 1.05 * STOP)).any()
+            share = 1.0 if around is None else 0.67
+            assert np.dot(rays.evaluations, costs) < share * np.dot(plain.evaluations, costs)
+
+
+def test_the_hull_holds_the_shape_and_is_close_to_it(model: Model) -> None:
+    planes = hull(lower(model))
+    along = demo.DemoShape().surface(20_000, np.random.default_rng(1)).points @ NORMALS.T
+    assert (along >= planes[:, 0]).all()
+    assert (along <= planes[:, 1]).all()
+    room = np.stack([along.min(axis=0) - planes[:, 0], planes[:, 1] - along.max(axis=0)])
+    assert (room / np.linalg.norm(NORMALS, axis=1)).max() < 0.2, "level 1 has a small piece at the ball's border"
+
+
+def test_rays_enter_and_leave_a_hull() -> None:
+    cube = np.stack([-np.abs(NORMALS).sum(axis=1), np.abs(NORMALS).sum(axis=1)], axis=1)
+    origin = np.array([0.0, 0.1, 3.0])
+    near, far = within(0.5 * cube, origin, np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]))
+    np.testing.assert_allclose((near[0], far[0]), (2.5, 3.5))
+    assert (near[1:] >= far[1:]).all()
+
+
+def test_short_texts_and_scenes_have_a_ball(model: Model) -> None:
+    assert "float[](" in SHADERTOY(model, "literal")
+    assert "float[](" not in SHADERTOY(random_model((8, 1), (8, 0)), "literal")
