@@ -27,16 +27,16 @@ def views(count: int) -> list[Camera]:
 
 
 def lost_and_extra(
-    rays: NDArray[np.float32], closest: NDArray[np.float32], farthest: NDArray[np.floating]
+    rays: NDArray[np.float32], closest: NDArray[np.float32], farthest: NDArray[np.floating], stop: float = STOP
 ) -> tuple[int, int]:
-    """Count the rays that tracing loses, and those that it hits although they pass at over STOP pixels.
+    """Count the rays that tracing loses, and those that it hits although they pass at over `stop` pixels.
 
     rays: (N, 4), of a Picture. closest: (N,) pixels, of dense marching. farthest: (N,) distance along the ray beyond
     which a hit is of another part of the shape than the one that dense marching meets.
     """
     hit = rays[:, 3] > 0.5
     lost = (closest == 0) & (~hit | (rays[:, 0] > farthest))
-    return int(lost.sum()), int(((closest > STOP) & hit).sum())
+    return int(lost.sum()), int(((closest > stop) & hit).sum())
 
 
 def along_surface(

@@ -11,8 +11,10 @@ are marched densely.
 import argparse
 import statistics
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +25,13 @@ from mplicits.codegen.ir.program import Program
 from mplicits.codegen.reference.cells import Cells
 from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.reference.march import march
+from mplicits.codegen.reference.short_march import STOP as SHORT_STOP
+from mplicits.codegen.reference.short_march import short_march
 from mplicits.codegen.targets.few_cells import COUNTS
 from mplicits.codegen.targets.glsl330 import bake
+from mplicits.codegen.targets.shadertoy import WIDEST, exact, shape_hull, step_bound
 from mplicits.model.gallery import model_path
-from mplicits.model.model import shape_of
+from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import open_osmesa
@@ -56,15 +61,74 @@ class Work:
     """Rays that miss, or end behind, what dense marching meets."""
     extra: int = 0
     """Rays that hit although dense marching passes at over STOP pixels."""
+    stop: float = STOP
+    """Pixels to the surface within which a ray may end."""
+    hits: int = 0
+    """Rays that hit, of those that were counted."""
+
+    def judge(
+        self,
+        program: Program,
+        eye: NDArray[np.float64],
+        directions: NDArray[np.float64],
+        rays: NDArray[np.float32],
+        dense: tuple[NDArray[np.float32], NDArray[np.float32]],
+        footprint: float,
+    ) -> None:
+        """Add rays (N, 4), of a Picture, that are lost or extra by how near dense marching came, and where it ended."""
+        closest, end = dense
+        same = along_surface(program, eye, directions, (end, rays[:, 0]), footprint)
+        lost, extra = lost_and_extra(rays, closest, np.where(same, np.inf, end * (1 + BEHIND * footprint)), self.stop)
+        self.lost += lost
+        self.extra += extra
 
 
-def count(program: Program, camera: Camera, side: int, few: Cells, cells: Cells) -> list[NDArray[np.float64]]:
-    """Count the evaluations of each level by the plain schedule, the relaxed one with few cells, and that with more."""
+Way = Callable[
+    [NDArray[np.float64], NDArray[np.float64], float], tuple[NDArray[np.bool_], NDArray[np.float64], list[int]]
+]
+"""Traces rays from a point, (3,), in directions (N, 3), with a pixel's width at distance 1: hit, t, evaluations."""
+
+
+def ways_of(program: Program, model: Model, cells: Cells) -> list[Way]:
+    """Return the plain schedule, the relaxed one with a grid and with few cells, and Shadertoy's where there is one."""
+    levels, few = len(program.bands), Cells(program, COUNTS[0], few=True)
+
+    def marched(schedule: str, skipped: Cells | None) -> Way:
+        def way(eye: NDArray[np.float64], directions: NDArray[np.float64], footprint: float) -> Any:
+            rays = march(program, eye, directions, levels, footprint, schedule=schedule, cells=skipped)
+            return rays.hit, rays.t, rays.evaluations
+
+        return way
+
+    def short(eye: NDArray[np.float64], directions: NDArray[np.float64], footprint: float) -> Any:
+        rays = short_march(program, eye, directions, footprint, step_bound(program), planes=planes)
+        return rays.hit, rays.t, rays.evaluations
+
+    found = [marched("plain", None), marched("relaxed", cells), marched("relaxed", few)]
+    if max(map(program.widest, program.functions())) > WIDEST:
+        return found
+    planes = shape_hull(program, len(exact(model)))
+    return [*found, short]
+
+
+def count(program: Program, camera: Camera, side: int, ways: Sequence[Way], works: Sequence[Work]) -> None:
+    """Add what tracing a view takes by each way, and what it loses, to the ways' works.
+
+    The first way is what the ends of the others are compared with; where they differ, dense marching decides.
+    """
     eye, directions, footprint = camera.rays(side, side)
-    rays, levels = directions[::THIN, ::THIN].reshape(-1, 3), len(program.bands)
-    ways = [("plain", None), ("relaxed", few), ("relaxed", cells)]
-    traced = [march(program, eye, rays, levels, footprint, schedule=schedule, cells=skip) for schedule, skip in ways]
-    return [np.asarray(one.evaluations, np.float64) for one in traced]
+    rays = directions[::THIN, ::THIN].reshape(-1, 3)
+    costs = np.array([program.cost(function).multiply_adds for function in program.values], np.float64)
+    ends = [way(eye, rays, footprint) for way in ways]
+    for (hit, t, evaluations), work in zip(ends, works, strict=True):
+        work.evaluations = work.evaluations + np.asarray(evaluations, np.float64)
+        work.multiply_adds += float(np.dot(evaluations, costs))
+        work.hits += int(hit.sum())
+        apart = hit & ends[0][0] & (np.abs(t - ends[0][1]) > APART * footprint * t)
+        differ = (hit ^ ends[0][0]) | apart
+        picture = np.stack([t, t, t, hit], axis=1)[differ].astype(np.float32)
+        closest, end = dense_march(program, eye, rays[differ], len(program.bands), footprint)
+        work.judge(program, eye, rays[differ], picture, (closest, end), footprint)
 
 
 def judge(program: Program, camera: Camera, pictures: list[Picture], works: list[Work]) -> tuple[int, float]:
@@ -78,12 +142,9 @@ def judge(program: Program, camera: Camera, pictures: list[Picture], works: list
     both = hits[0] & hits[1]
     pixels = np.abs(pictures[0][..., 0] - pictures[1][..., 0]) / (footprint * np.maximum(pictures[0][..., 0], 1e-6))
     differ = (hits[0] ^ hits[1]) | (both & (pixels > APART))
-    closest, end = dense_march(program, eye, directions[differ], len(program.bands), footprint)
+    dense = dense_march(program, eye, directions[differ], len(program.bands), footprint)
     for picture, work in zip(pictures, works, strict=True):
-        same = along_surface(program, eye, directions[differ], (end, picture[differ][:, 0]), footprint)
-        lost, extra = lost_and_extra(picture[differ], closest, np.where(same, np.inf, end * (1 + BEHIND * footprint)))
-        work.lost += lost
-        work.extra += extra
+        work.judge(program, eye, directions[differ], picture[differ], dense, footprint)
     return int(hits[0].sum()), float(np.median(pixels[both]))
 
 
@@ -94,35 +155,32 @@ def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int
     """
     model = load(path)
     program = lower(model)
-    costs = np.array([program.cost(function).multiply_adds for function in program.values], np.float64)
-    few = Cells(program, COUNTS[0], few=True)
     began = time.process_time()
     cells = Cells(program)
     cells.grid()
     finding = time.process_time() - began
+    ways = ways_of(program, model, cells)
+    counted = [Work(stop=stop) for _, stop in zip(ways, (STOP, STOP, STOP, 1.05 * SHORT_STOP), strict=False)]
     shader = bake(model, passes=True)
     kinds = (replace(shader, passes=None), shader) if timed else ()
     renderers = [Renderer(open_osmesa(), kind) for kind in kinds]
-    ways = [(renderers[kind], schedule) for kind, schedule in WAYS if timed]
-    seconds: list[list[float]] = [[] for _ in ways]
-    for drawn_by, schedule in ways:
+    drawers = [(renderers[kind], schedule) for kind, schedule in WAYS if timed]
+    seconds: list[list[float]] = [[] for _ in drawers]
+    for drawn_by, schedule in drawers:
         drawn_by.timed((16, 16), cameras[0], RenderOptions(schedule=schedule))  # drivers compile again for a tile
-    plain, relaxed, alone = works = [Work() for _ in range(3)]
+    drawn = [Work(), Work()]
     hits, apart = 0, []
     for view, camera in enumerate(cameras):
-        counts = count(program, camera, side, few, cells)
-        for work, evaluations in zip((plain, alone, relaxed), counts, strict=True):
-            work.multiply_adds += float(evaluations @ costs)
-            work.evaluations = work.evaluations + evaluations
+        count(program, camera, side, ways, counted)
         if view >= timed:
             continue
-        for (drawn_by, schedule), taken in zip(ways, seconds, strict=True):
+        for (drawn_by, schedule), taken in zip(drawers, seconds, strict=True):
             began = time.process_time()
             drawn_by.timed((drawn_side, drawn_side), camera, RenderOptions(schedule=schedule))
             taken.append(time.process_time() - began)
-        drawn = [RenderOptions(shading="data", schedule=schedule) for schedule in ("plain", "relaxed")]
-        pictures = [renderers[1].render((drawn_side, drawn_side), camera, options) for options in drawn]
-        covered, difference = judge(program, camera, pictures, works[:2])
+        data = [RenderOptions(shading="data", schedule=schedule) for schedule in ("plain", "relaxed")]
+        pictures = [renderers[1].render((drawn_side, drawn_side), camera, options) for options in data]
+        covered, difference = judge(program, camera, pictures, drawn)
         hits += covered
         apart.append(difference)
     for renderer in renderers:
@@ -132,16 +190,18 @@ def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int
         ratios = ([old / new for old, new in zip(seconds[0], taken, strict=True)] for taken in seconds[:0:-1])
         speeds = [f"{statistics.median(each):.2f}" for each in ratios]
         drawn_columns = (
-            f"{speeds[0]} | {speeds[1]} | {hits:,} | {plain.lost}, {relaxed.lost} | {plain.extra}, {relaxed.extra} "
-            f"| {max(apart):.3f}"
+            f"{speeds[0]} | {speeds[1]} | {hits:,} | {drawn[0].lost}, {drawn[1].lost} "
+            f"| {drawn[0].extra}, {drawn[1].extra} | {max(apart):.3f}"
         )
     name = model.name if drawn_side == side else f"{model.name} ({drawn_side})"
     levels = " > ".join(shape_of(level.network) for level in model.levels)
-    counted = [", ".join(f"{number / 1000:,.0f}" for number in work.evaluations) for work in (plain, relaxed)]
-    saved, saved_alone = (plain.multiply_adds / work.multiply_adds for work in (relaxed, alone))
+    evaluations = [", ".join(f"{number / 1000:,.0f}" for number in work.evaluations) for work in counted[:2]]
+    saved = [f"1 / {counted[0].multiply_adds / work.multiply_adds:.2f}" for work in counted[1:]]
+    losses, extras = (", ".join(str(getattr(work, key)) for work in counted) for key in ("lost", "extra"))
     page.add(
-        f"| {name} | {levels} | {counted[0]} | {counted[1]} "
-        f"| 1 / {saved:.2f} | 1 / {saved_alone:.2f} | {finding:.1f} | {drawn_columns} |"
+        f"| {name} | {levels} | {evaluations[0]} | {evaluations[1]} | {saved[0]} | {saved[1]} "
+        f"| {'-' if len(saved) < 3 else saved[2]} | {counted[0].hits:,} | {losses} | {extras} "
+        f"| {finding:.1f} | {drawn_columns} |"
     )
 
 
@@ -165,7 +225,11 @@ def main() -> None:
         f"{options.views} views of {options.side} x {options.side}, all levels. Plain: a step is as long as the free "
         "sphere's radius. Relaxed: `glsl/march.glsl`, `glsl/skip.glsl`. Evaluations of each level, in thousands, on "
         f"every {THIN}th pixel in each direction; multiply-adds of tracing, without those of gradients and colours, "
-        "which are the same. In one file: with few cells in the text, as shaders that stand alone have them. Cells: "
+        "which are the same. In one file: with few cells in the text, as shaders that stand alone have them. "
+        "Shadertoy: `codegen/reference/short_march.py`, as its text traces, which takes no network wider than 64, with "
+        "a hull around the shape. Of these rays, those that end apart from the plain schedule's were marched densely: "
+        "lost and extra by the plain schedule, the relaxed one, in one file, and in Shadertoy, whose rays end within "
+        "0.095 pixel. Cells: "
         f"seconds to find them. Of {options.timed} views, frames with one sample and their colours were drawn by "
         "OSMesa, in turn: by the plain schedule in one draw, as all frames were once, and by both schedules in passes "
         "(frames per second, times those of the first: ratio of the processor's seconds, median), with as many pixels "
@@ -174,9 +238,10 @@ def main() -> None:
         f"behind (where a ray grazes the shape within {STOP:g} pixel, any end is right). Extra: tracing hits, and "
         f"the ray passes at over {STOP:g} pixel. -: not drawn.",
         "",
-        "| model | levels | evaluations: plain | relaxed | multiply-adds | in one file | cells, s | frames per second, "
-        "times | plain, in passes | pixels hit | lost: plain, relaxed | extra | ends apart, median, pixels |",
-        "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
+        "| model | levels | evaluations: plain | relaxed | multiply-adds | in one file | Shadertoy | rays hit | lost "
+        "| extra | cells, s | frames per second, times | plain, in passes | pixels hit | lost: plain, relaxed | extra "
+        "| ends apart, median, pixels |",
+        "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
     ]
     page = Page(options.output, *(options.output.read_text().splitlines() if options.add else head))
     for path in options.models:
