@@ -148,7 +148,8 @@ def shape_hull(program: Program, length: int) -> NDArray[np.float64] | None:
 
     length: characters of the text with the ball. Scenes, and fields that move, have the ball.
     """
-    return None if program.moving or program.composition or length * HULL_SHARE < HULL_LENGTH else hull(program)
+    short = length * HULL_SHARE < HULL_LENGTH
+    return None if program.moving or program.composition is not None or short else hull(program)
 
 
 def _head(model: Model) -> list[str]:
