@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .creases import Whole, corner_angles, edge_pairs, face_normals
+from .creases import CornerNormals, Whole, corner_angles, edge_pairs, face_normals
 from .shape import Doubles, unit
 
 MOST_CUTS = 5
@@ -32,8 +32,8 @@ class Facets:
     """(V, 3)."""
     faces: Whole
     """(F, 3), numbers of vertices."""
-    normals: Doubles
-    """(F, 3, 3), outward, of length one: of the surface, at each corner of a facet."""
+    normals: CornerNormals
+    """Of the surface, outward, at each corner of a facet."""
     parents: Whole
     """(F,), numbers of the mesh's faces that the facets were cut from."""
     weights: Doubles
@@ -42,29 +42,41 @@ class Facets:
 
 def flat(vertices: Doubles, faces: Whole) -> Facets:
     """Take the faces of a mesh as they are. vertices: (V, 3). faces: (F, 3)."""
-    count = len(faces)
-    normals = np.repeat(face_normals(vertices, faces)[:, None], 3, axis=1)
-    return Facets(vertices, faces, normals, np.arange(count), np.tile(np.eye(3), (count, 1, 1)))
+    return _uncut(
+        vertices, faces, CornerNormals(face_normals(vertices, faces), np.broadcast_to(_numbers(faces), faces.shape))
+    )
 
 
-def curved(vertices: Doubles, faces: Whole, normals: Doubles) -> Facets:
-    """Curve and cut a mesh.
+def curved(vertices: Doubles, faces: Whole, normals: CornerNormals) -> Facets:
+    """Curve and cut a mesh; of one that is fine enough only the normals are those of a curved surface.
 
-    vertices: (V, 3). faces: (F, 3). normals: (F, 3, 3), of length one, at the faces' corners (creases.py).
+    vertices: (V, 3). faces: (F, 3). normals: at the faces' corners (creases.py).
     """
     cuts = int(np.clip(np.sqrt(MOST_FACES / max(1, len(faces))), 1, MOST_CUTS))
-    grid, small = _cut_triangle(cuts)
-    points = _patches(vertices[faces], _edge_points(vertices, faces, normals), grid)
-    offsets = len(grid) * np.arange(len(faces))
-    vertices, facets = points.reshape(-1, 3), (small[None] + offsets[:, None, None]).reshape(-1, 3)
-    turned = _turned(normals, grid).reshape(-1, 3)
+    if cuts == 1:
+        return _uncut(vertices, faces, normals)
+    grid, small = cut_triangle(cuts)
+    corners = normals[:]
+    points = _patches(vertices[faces], _edge_points(vertices, faces, corners), grid)
+    vertices, facets = points.reshape(-1, 3), (small[None] + len(grid) * _numbers(faces)[:, None]).reshape(-1, 3)
     return Facets(
         vertices=vertices,
         faces=facets,
-        normals=turned[facets] if cuts == 1 else _own_normals(vertices, facets, turned),
+        normals=_own_normals(vertices, facets, _turned(corners, grid).reshape(-1, 3)),
         parents=np.repeat(np.arange(len(faces)), len(small)),
         weights=np.tile(grid[small], (len(faces), 1, 1)),
     )
+
+
+def _uncut(vertices: Doubles, faces: Whole, normals: CornerNormals) -> Facets:
+    """Take the faces of a mesh with normals of another surface."""
+    count = len(faces)
+    return Facets(vertices, faces, normals, np.arange(count), np.broadcast_to(np.eye(3), (count, 3, 3)))
+
+
+def _numbers(faces: Whole) -> Whole:
+    """Number faces (F, 3): (F, 1)."""
+    return np.arange(len(faces))[:, None]
 
 
 def _edge_points(vertices: Doubles, faces: Whole, normals: Doubles) -> Doubles:
@@ -97,7 +109,7 @@ def _tangential(edges: Doubles, normals: Doubles, across: Doubles) -> Doubles:
     return np.asarray(np.where(creased[:, None], share[:, None] * line, in_plane))
 
 
-def _cut_triangle(cuts: int) -> tuple[Doubles, Whole]:
+def cut_triangle(cuts: int) -> tuple[Doubles, Whole]:
     """Cut a triangle into cuts^2 small ones: barycentric coordinates of the vertices (M, 3), and faces (cuts^2, 3)."""
     numbers = dict[tuple[int, int], int]()
     places = list[tuple[int, int, int]]()
@@ -134,11 +146,11 @@ def _turned(normals: Doubles, grid: Doubles) -> Doubles:
     return unit(mixed.reshape(-1, 3)).reshape(mixed.shape)
 
 
-def _own_normals(vertices: Doubles, facets: Whole, turned: Doubles) -> Doubles:
+def _own_normals(vertices: Doubles, facets: Whole, turned: Doubles) -> CornerNormals:
     """Compute the patches' own normals at the corners of facets, as means over the facets around a place.
 
     Those interpolated between corners are none of the patch's: a field cannot have both. They only tell the sides of a
-    crease apart. vertices, turned: (V, 3), places and interpolated normals. facets: (F, 3). Returns (F, 3, 3).
+    crease apart. vertices, turned: (V, 3), places and interpolated normals. facets: (F, 3).
     """
     places = np.round(np.concatenate((vertices, turned), axis=1), DECIMALS)
     groups, group = np.unique(places, axis=0, return_inverse=True)
@@ -146,5 +158,7 @@ def _own_normals(vertices: Doubles, facets: Whole, turned: Doubles) -> Doubles:
     sums = np.zeros((len(groups), 3))
     weighted = face_normals(vertices, facets)[:, None] * corner_angles(vertices, facets)[:, :, None]
     np.add.at(sums, corners, weighted)
-    own = unit(sums)[corners]
-    return np.asarray(np.where(np.linalg.norm(own, axis=2, keepdims=True) > 0.5, own, turned[facets]))
+    own = unit(sums)
+    known = np.linalg.norm(own, axis=1) > 0.5
+    index = np.where(known[corners], corners, len(own) + facets)
+    return CornerNormals(np.concatenate((own, turned)), index)

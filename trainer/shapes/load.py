@@ -16,13 +16,14 @@ from ...model.orientation import DEFAULT_UP, upright
 from ...model.strips import mesh_of_strips
 from .checks import FEWEST, check_cloud, check_coordinates
 from .cloud import CloudShape
+from .creases import CornerNormals
 from .demo import DemoShape
 from .duplicates import merge
 from .image import ImageTexture, image_texture
 from .mesh import MeshShape
 from .orient import estimated_normals
 from .points import Cloud, no_image, points_of_ply, read_npz, read_xyz
-from .shape import Doubles, Shape, SurfacePoints
+from .shape import Shape, SurfacePoints
 from .sheet import SheetShape
 
 
@@ -34,8 +35,8 @@ class TexturedMesh:
     texture: ImageTexture | None
     unwrapped: bool
     """Whether it has texture coordinates."""
-    normals: Doubles | None
-    """(F, 3, 3), of the file, at the faces' corners; None where it has none."""
+    normals: CornerNormals | None
+    """Of the file, at the faces' corners; None where it has none."""
 
 
 def load_shape(
@@ -78,7 +79,7 @@ def load_shape(
         known = " ".join(suffix[1:].upper() for suffix in READERS)
         raise UserError(f"{label}: no shape format by that ending; this program reads {known}")
     try:
-        source: dict[str, Any] = {"file": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()}
+        source: dict[str, Any] = {"file": path.name, "sha256": _sha256(path)}
         content = read(path, image)
         if not isinstance(content, TexturedMesh):
             check_cloud(content.points, content.normals, content.colours)
@@ -88,8 +89,14 @@ def load_shape(
         reason = show(str(error).splitlines()[0] if str(error) else type(error).__name__)[:160]
         raise UserError(f"{label}: not a readable {path.suffix[1:].upper()} file ({reason})") from None
     if image is not None:
-        source["texture"] = {"file": image.name, "sha256": hashlib.sha256(image.read_bytes()).hexdigest()}
+        source["texture"] = {"file": image.name, "sha256": _sha256(image)}
     return shape_of_content(content, label, source, crease=crease, noise=noise, up=up, thicken=thicken)
+
+
+def _sha256(path: Path) -> str:
+    """Compute the SHA-256 of a file, in hexadecimal digits."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def shape_of_content(
@@ -148,7 +155,8 @@ def _turned(content: TexturedMesh | Cloud, up: str) -> TexturedMesh | Cloud:
     """Turn what was read so that the axis `up` becomes y."""
     if isinstance(content, TexturedMesh):
         content.mesh.vertices = upright(np.asarray(content.mesh.vertices, np.float64), up)
-        return replace(content, normals=None if content.normals is None else upright(content.normals, up))
+        given = content.normals
+        return replace(content, normals=given and replace(given, values=upright(given.values, up)))
     normals = None if content.normals is None else upright(content.normals, up)
     return Cloud(upright(content.points, up), normals, content.colours)
 
@@ -182,7 +190,9 @@ def textured(mesh: trimesh.Trimesh, image: Path | None) -> TexturedMesh:
     check_coordinates(np.asarray(mesh.vertices, np.float64))
     texture = image_texture(mesh, image)
     # trimesh computes normals where the file has none; those of the file are in its cache from the start.
-    normals = np.asarray(mesh.vertex_normals, np.float64)[mesh.faces] if "vertex_normals" in mesh._cache else None
+    normals = None
+    if "vertex_normals" in mesh._cache:
+        normals = CornerNormals(np.asarray(mesh.vertex_normals, np.float64), np.array(mesh.faces))
     mesh.merge_vertices(merge_tex=True, merge_norm=True)
     return TexturedMesh(mesh, texture, isinstance(mesh.visual, trimesh.visual.TextureVisuals), normals)
 
@@ -191,6 +201,7 @@ def _read_ply(path: Path, image: Path | None) -> TexturedMesh | Cloud:
     loaded: Any = trimesh.load(path, process=False)
     mesh = loaded if isinstance(loaded, trimesh.Trimesh) and len(loaded.faces) else mesh_of_strips(loaded)
     if mesh is not None:
+        loaded.metadata.pop("_ply_raw", None)  # the whole file once more
         return textured(mesh, image)
     no_image(image)
     return points_of_ply(loaded.metadata.get("_ply_raw", {}).get("vertex", {}).get("data", {}))

@@ -9,7 +9,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from ...model.errors import UserError
-from .creases import corner_normals, face_areas, usable_normals
+from .creases import CornerNormals, closed, corner_normals, face_areas, usable_normals
 from .curved import curved, flat
 from .far import Distances
 from .image import ImageTexture
@@ -37,13 +37,13 @@ class MeshShape:
         texture: ImageTexture | None = None,
         *,
         crease: float | None = None,
-        normals: Doubles | None = None,
+        normals: CornerNormals | None = None,
         room: float = 0.0,
     ) -> None:
         """name: for people. source: for the provenance. texture: where the mesh has an image.
 
         crease: angle in degrees above which an edge stays sharp where all else is curved; None keeps the faces flat.
-        normals: (F, 3, 3), of the file, at the faces' corners; curved surfaces have these, creases included.
+        normals: of the file, at the faces' corners; curved surfaces have these, creases included.
         room: what is left free around the mesh, as a share of its radius.
         Raises UserError where the mesh has no faces, no extent, or bounds no volume.
         """
@@ -51,7 +51,7 @@ class MeshShape:
         faces = np.asarray(mesh.faces, dtype=np.int64).reshape(-1, 3)
         if not len(vertices) or not len(faces):
             raise UserError(f"{name}: the mesh is empty; a shape needs triangles, or points with normals")
-        used = vertices[np.unique(faces)]
+        used = _used(vertices, faces)
         if not np.ptp(used, axis=0).max() > 0:
             raise UserError(f"{name}: all vertices are one point; nothing to train on")
         _, centre, scale = normalise(used)
@@ -60,17 +60,21 @@ class MeshShape:
         self.warnings = []
         if _signed_volume(vertices, faces) < 0:
             faces, texture = faces[:, ::-1].copy(), None if texture is None else texture.reversed()
-            normals = None if normals is None else normals[:, ::-1]
+            normals = None if normals is None else replace(normals, index=normals.index[:, ::-1])
             self.warnings.append(f"{name}: the faces point inwards; turned round")
+        if not closed(faces):
+            self.warnings.append(f"{name}: the mesh is not watertight; inside is where its winding number exceeds 1/2")
         self._texture, self._colours, self._corners = texture, _vertex_colours(mesh), faces
         self.coloured = texture is not None or self._colours is not None
         self.centre, self.scale = centre, scale
-        self._inputs = vertices[np.unique(faces)]
-        self._facets = flat(vertices, faces)
-        if crease is not None:
-            self._curve(_normals(vertices, faces, crease, normals))
-        self._facets = replace(self._facets, vertices=self._facets.vertices / (1 + room))
-        self._inputs, self.scale = self._inputs / (1 + room), self.scale * (1 + room)
+        self._inputs = _used(vertices, faces)
+        if crease is None:
+            self._facets = flat(vertices, faces)
+        else:
+            self._curve(vertices, faces, _normals(vertices, faces, crease, normals))
+        if room:
+            self._facets = replace(self._facets, vertices=self._facets.vertices / (1 + room))
+            self._inputs, self.scale = self._inputs / (1 + room), self.scale * (1 + room)
         self._areas = np.cumsum(face_areas(self._facets.vertices, self._facets.faces))
         if not self._areas[-1] > 0:
             raise UserError(f"{name}: every triangle has zero area; nothing to train on")
@@ -79,8 +83,6 @@ class MeshShape:
         self._winding.init(self._facets.vertices, self._facets.faces)
         self._unsigned = Distances(self._tree, self._facets.vertices, self._facets.faces, self._areas)
         self._check_volume()
-        if not mesh.is_watertight:
-            self.warnings.append(f"{name}: the mesh is not watertight; inside is where its winding number exceeds 1/2")
 
     def surface(
         self, count: int, rng: np.random.Generator, *, held_out: bool = False, colours: bool = False
@@ -117,14 +119,13 @@ class MeshShape:
         weights = igl.barycentric_coordinates(np.ascontiguousarray(closest), a, b, c)
         return self._colours_at(np.asarray(face, np.int64), np.nan_to_num(np.asarray(weights))[:, :, None])
 
-    def _curve(self, normals: Doubles) -> None:
-        """Replace the facets by those of the curved surface, which bulges beyond them: it is normalised once more.
-
-        normals: (F, 3, 3), at the faces' corners.
-        """
-        facets = curved(self._facets.vertices, self._facets.faces, normals)
-        vertices, centre, scale = normalise(facets.vertices)
-        self._facets = replace(facets, vertices=vertices)
+    def _curve(self, vertices: Doubles, faces: NDArray[np.int64], normals: CornerNormals) -> None:
+        """Make the facets of the curved surface; where they bulge beyond the mesh, it is normalised once more."""
+        self._facets = curved(vertices, faces, normals)
+        if self._facets.vertices is vertices:
+            return
+        vertices, centre, scale = normalise(self._facets.vertices)
+        self._facets = replace(self._facets, vertices=vertices)
         self._inputs = (self._inputs - centre) / scale
         x, y, z = (float(c) for c in np.array(self.centre) + self.scale * np.array(centre))
         self.centre, self.scale = (x, y, z), self.scale * scale
@@ -153,8 +154,15 @@ def _signed_volume(vertices: Doubles, faces: NDArray[np.int64]) -> float:
     return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
 
 
-def _normals(vertices: Doubles, faces: NDArray[np.int64], crease: float, given: Doubles | None) -> Doubles:
-    """Choose the normals at the corners of faces: those of the file, or else those between creases. (F, 3, 3)."""
+def _used(vertices: Doubles, faces: NDArray[np.int64]) -> Doubles:
+    """Return the vertices (V, 3) that faces use: (N, 3)."""
+    used = np.zeros(len(vertices), np.bool_)
+    used[faces] = True
+    return vertices if used.all() else vertices[used]
+
+
+def _normals(vertices: Doubles, faces: NDArray[np.int64], crease: float, given: CornerNormals | None) -> CornerNormals:
+    """Choose the normals at the corners of faces: those of the file, or else those between creases."""
     computed = corner_normals(vertices, faces, crease)
     return computed if given is None else usable_normals(vertices, faces, given, computed)
 

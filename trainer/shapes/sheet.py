@@ -7,6 +7,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from ...model.errors import UserError
+from .creases import CornerNormals, closed
 from .image import ImageTexture
 from .mesh import MeshShape
 from .shape import Doubles, SurfacePoints
@@ -36,13 +37,13 @@ class SheetShape(MeshShape):
         *,
         thickness: float,
         crease: float | None = None,
-        normals: Doubles | None = None,
+        normals: CornerNormals | None = None,
     ) -> None:
         """thickness: T, as a share of the sheet's radius. See `MeshShape` for the rest.
 
         Raises UserError where the mesh is closed, too.
         """
-        if mesh.is_watertight:
+        if closed(np.asarray(mesh.faces, np.int64)):
             raise UserError(f"{name}: --thicken is for open sheets; this mesh is closed")
         source = source | {"thicken": thickness}
         super().__init__(mesh, name, source, texture, crease=crease, normals=normals, room=thickness)
