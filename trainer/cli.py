@@ -20,7 +20,7 @@ from .settings import Settings, front
 
 if TYPE_CHECKING:
     from ..model.model import Model
-    from .session import MovingLoader
+    from .session import Loader
 
     MakesPictures = Callable[[Path], Callable[[Model], object]]
 
@@ -88,7 +88,7 @@ def train(
     pictures: "MakesPictures",
     name: str,
     reads: list[Path],
-    load_moving: "MovingLoader | None" = None,
+    load_moving: "Loader | None" = None,
     image: Path | None = None,
 ) -> None:
     """Train the shape `name`, or the one that `load_moving` makes, as `session.run` does, and print what came of it.

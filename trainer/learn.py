@@ -8,19 +8,14 @@ from typing import Unpack
 from ..model.errors import UserError
 from ..model.model import Model
 from ..model.orientation import DEFAULT_UP, FILES_UP
-from .automatic import chosen
-from .log import TrainingLog
-from .machine import device as device_called
-from .machine import prepare
 from .motion import ModelSurface, end_called, frames, frames_loader, morph_loader
 from .networks.fit import TrainingProgress
 from .options import CREASE, TrainingOptions, check_no_image, settings_from, shows_options
-from .session import MovingLoader, TrainingBar
+from .session import Loader, TrainingBar, prepared
 from .settings import Settings
 from .shapes.given import Given, given_shape
 from .shapes.load import load_shape
 from .shapes.shape import Shape
-from .train import Training
 
 Callback = Callable[[str, float, float], object]
 """Is told the stage ("level 1 (64x1)"), the share of it that is done, in [0, 1], and a recent mean of the loss."""
@@ -75,7 +70,7 @@ def learn(
     settings = settings_from(levels, **options)
     crease = None if flat else options.get("crease", CREASE)
     texture, thicken = options.get("texture", "auto"), options.get("thicken")
-    load: MovingLoader
+    load: Loader
     if time:
         if not isinstance(shape, (str, Path)):
             raise UserError("time: the path of a folder of meshes is needed")
@@ -127,7 +122,7 @@ def morph(
 
 
 def _trained(
-    load: MovingLoader,
+    load: Loader,
     settings: Settings,
     quiet: bool,
     resume: Model | None,
@@ -136,14 +131,7 @@ def _trained(
     log: str | Path | None,
 ) -> Model:
     """Load a shape and train a model of it, without a file."""
-    prepare(device_called(settings.device))
     bar = TrainingBar(quiet)
-    shape, warnings = load(bar)
-    for warning in warnings:
-        bar.say(f"warning: {warning}")
-    progress: TrainingProgress = bar if callback is None else _Told(bar, callback)
-    if log is not None:
-        progress = TrainingLog(progress, Path(log), onward=resume is not None)
+    progress = bar if callback is None else _Told(bar, callback)
     settings = replace(settings, up=settings.up or DEFAULT_UP)
-    settings = chosen(shape, settings, resume, progress)
-    return Training(shape, settings, progress, follow=follow).run(resume)
+    return prepared(load, settings, progress, resume, follow=follow, log=None if log is None else Path(log)).run(resume)

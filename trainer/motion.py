@@ -17,7 +17,7 @@ from ..model.model import Model
 from ..model.model_file import load
 from ..model.orientation import DEFAULT_UP, FILES_UP
 from .networks.fit import TrainingProgress
-from .session import MovingLoader
+from .session import Loader
 from .shapes.demo import DemoShape
 from .shapes.load import load_shape
 from .shapes.mesh import MeshShape
@@ -45,7 +45,7 @@ def end_called(name: str) -> str:
     return name if name == "demo" or Path(name).suffix.lower() in SUFFIXES else str(model_path(name))
 
 
-def frames_loader(folder: Path, paths: Sequence[Path], *, up: str | None, crease: float | None) -> MovingLoader:
+def frames_loader(folder: Path, paths: Sequence[Path], *, up: str | None, crease: float | None) -> Loader:
     """Make the loader of a folder of moments, which stand in one space.
 
     up: axis of the files that points up; None: as their format says. crease: as of `load_shape`.
@@ -67,7 +67,7 @@ def morph_loader(
     in_place: bool,
     up: str | None,
     crease: float | None,
-) -> MovingLoader:
+) -> Loader:
     """Make the loader of two shapes of which one becomes the other.
 
     ends: models, or what `end_called` gives. surface_of: extracts the surface of a model. in_place: they stay where

@@ -32,8 +32,8 @@ from .shapes.load import load_shape
 from .shapes.shape import Shape
 from .train import Training
 
-MovingLoader = Callable[[TrainingProgress], tuple[Shape, list[str]]]
-"""Makes a shape that moves, and the warnings for the user; it shows its progress."""
+Loader = Callable[[TrainingProgress], tuple[Shape, list[str]]]
+"""Makes a shape, and the warnings for the user; it shows its progress."""
 
 
 class TrainingBar:
@@ -107,7 +107,7 @@ def run(
     live: bool = False,
     crease: float | None = None,
     thicken: float | None = None,
-    load_moving: MovingLoader | None = None,
+    load_moving: Loader | None = None,
     log: Path | None = None,
     follow: Callable[[Model], object] | None = None,
 ) -> Model:
@@ -120,7 +120,6 @@ def run(
     JSON for every report. follow: receives the model after every level. Raises UserError, and KeyboardInterrupt where
     Ctrl-C came before there was anything to save.
     """
-    prepare(device(settings.device))
     bar = TrainingBar(quiet)
     part = Part(output, bar.say)
     before, snapshot = _earlier(output, part, resume, bar.say)
@@ -128,18 +127,11 @@ def run(
         kept = {key: getattr(settings, key) or getattr(before, key) for key in ("up", "front", "credit")}
         settings = replace(settings, **kept)
     settings = replace(settings, up=settings.up or FILES_UP.get(Path(name).suffix.lower(), DEFAULT_UP))
-    if load_moving:
-        shape, warnings = load_moving(bar)
-    else:
-        shape, warnings = load_shape(
-            name, image, crease=crease, noise=settings.noise, up=settings.up or DEFAULT_UP, thicken=thicken
-        )
-    for warning in warnings:
-        bar.say(f"warning: {warning}")
-    settings = chosen(shape, settings, before, bar)
-    progress: TrainingProgress = JsonLines(bar.say) if live else bar
-    if log is not None:
-        progress = TrainingLog(progress, log, onward=before is not None)
+
+    def load_still(_: TrainingProgress) -> tuple[Shape, list[str]]:
+        up = settings.up or DEFAULT_UP
+        return load_shape(name, image, crease=crease, noise=settings.noise, up=up, thicken=thicken)
+
     followers: list[Callable[[Model], object]] = [partial(_hand_out, output)] if live else []
     followers += [] if follow is None else [follow]
 
@@ -147,7 +139,17 @@ def run(
         for each in followers:
             each(model)
 
-    training = Training(shape, settings, progress, began, part, finished if followers else None)
+    progress = JsonLines(bar.say) if live else bar
+    training = prepared(
+        load_moving or load_still,
+        settings,
+        progress,
+        before,
+        began=began,
+        part=part,
+        follow=finished if followers else None,
+        log=log,
+    )
     model = training.run(before, snapshot)
     _save(model, output)
     if training.interrupted:
@@ -157,6 +159,33 @@ def run(
         part.remove()
     print(report(model, output))
     return model
+
+
+def prepared(
+    load: Loader,
+    settings: Settings,
+    progress: TrainingProgress,
+    before: Model | None,
+    *,
+    began: float | None = None,
+    part: Part | None = None,
+    follow: Callable[[Model], object] | None = None,
+    log: Path | None = None,
+) -> Training:
+    """Load a shape, choose its levels where the user has not, and return the training of it.
+
+    before: a model that it goes on with. log: a file for the lines of `TrainingLog`, from then on. The others are as
+    of `Training`. Raises UserError.
+    """
+    where = device(settings.device)
+    shape, warnings = load(progress)
+    prepare(where)  # not before: of what the shape is made of, blocks as large as this keeps would leave holes
+    for warning in warnings:
+        progress.say(f"warning: {warning}")
+    settings = chosen(shape, settings, before, progress)
+    if log is not None:
+        progress = TrainingLog(progress, log, onward=before is not None)
+    return Training(shape, settings, progress, began, part, follow)
 
 
 def _earlier(
