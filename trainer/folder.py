@@ -16,7 +16,7 @@ from ..model.files import show
 from ..model.gallery import SUFFIX
 from ..model.interrupts import begin_work, ended_by
 from ..model.model_file import load
-from .folders.job import Job, News, Outcome
+from .folders.job import Job, News, Outcome, Status
 from .folders.results import PAGE, TABLE, Row, row_of, write_results
 from .folders.workers import here, on_cluster
 from .settings import Settings
@@ -50,9 +50,10 @@ def run_folder(options: Namespace, settings: Settings, arguments: Callable[[Argu
         Job(name, str(path.resolve()), str((output / (name + SUFFIX)).resolve()), passed, options.resume, threads)
         for name, path in shapes.items()
     ]
-    kept = [job for job in jobs if options.resume and _is_done(job, settings)]
-    rows = [row_of(Outcome(job, "kept", 0.0)) for job in kept]
-    waiting = [job for job in jobs if job not in kept]
+    kept, waiting = list[Job](), list[Job]()
+    for job in jobs:
+        (kept if options.resume and _is_done(job, settings) else waiting).append(job)
+    rows = [row_of(Outcome(job, Status.KEPT, 0.0)) for job in kept]
     title = f"{folder.resolve().name or 'shapes'}: {len(jobs)} shapes"
     bar = tqdm(total=len(jobs), initial=len(kept), unit="shape", disable=options.quiet)
     write_results(output, rows, title, len(waiting))
@@ -143,9 +144,9 @@ def _shown_on(bar: "tqdm[NoReturn]") -> News:
 
 
 def _say(row: Row) -> None:
-    if row.status == "failed":
+    if row.status is Status.FAILED:
         tqdm.write(f"{show(row.name)}: failed: {show(row.reason)}")
-    elif row.status == "trained":
+    elif row.status is Status.TRAINED:
         tqdm.write(f"{show(row.name)}: mean |f| {row.mean_f:.2e}, {row.angle} degrees, {row.seconds} s")
 
 
@@ -153,7 +154,7 @@ def _end(output: Path, rows: Sequence[Row]) -> None:
     """Say what came of all. Raises UserError where no shape became a model, and SystemExit after a signal."""
     if by := ended_by():
         raise SystemExit(128 + by)
-    failed = sum(row.status == "failed" for row in rows)
+    failed = sum(row.status is Status.FAILED for row in rows)
     print(f"{len(rows) - failed} models, {failed} failed: {show(output / PAGE)}, {show(output / TABLE)}")
     if failed == len(rows):
         raise UserError(f"none of the {failed} shapes became a model; {show(output / TABLE)} says why")

@@ -16,7 +16,7 @@ from mplicits import cli
 from mplicits.model.model_file import load
 from mplicits.trainer.arguments import arguments
 from mplicits.trainer.folder import passed_on, shapes_in
-from mplicits.trainer.folders.job import Job, Outcome
+from mplicits.trainer.folders.job import Job, Outcome, Status
 from mplicits.trainer.folders.results import PAGE, TABLE, row_of, write_results
 from support.paths import DEMO
 
@@ -105,9 +105,9 @@ def test_table_and_page_escape_names_and_say_what_failed(tmp_path: Path) -> None
         return Job(name, f"/x/{name}.ply", str(tmp_path / f"{name}.safetensors"), (), False, 0)
 
     outcomes = [
-        Outcome(job("a<b>&"), "trained", 1.0),
-        Outcome(job("worse"), "failed", 2.0, "worse.ply: <script>alert(1)</script>"),
-        Outcome(job("gone"), "trained", 3.0),
+        Outcome(job("a<b>&"), Status.TRAINED, 1.0),
+        Outcome(job("worse"), Status.FAILED, 2.0, "worse.ply: <script>alert(1)</script>"),
+        Outcome(job("gone"), Status.TRAINED, 3.0),
     ]
     write_results(tmp_path, [row_of(outcome) for outcome in outcomes], "three & <more>", 4)
     table, page = rows(tmp_path), (tmp_path / PAGE).read_text()

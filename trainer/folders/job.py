@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 
 News = Callable[[str, str, float], None]
@@ -37,13 +38,27 @@ class Job:
     """Of the processor, at most; 0: as many as there are."""
 
 
+class Status(StrEnum):
+    """What became of a job."""
+
+    TRAINED = "trained"
+    KEPT = "kept"
+    """An earlier run has trained it."""
+    FAILED = "failed"
+    STOPPED = "stopped"
+
+    @property
+    def has_model(self) -> bool:
+        """Whether there is a whole model."""
+        return self in (Status.TRAINED, Status.KEPT)
+
+
 @dataclass(frozen=True)
 class Outcome:
     """What came of a job."""
 
     job: Job
-    status: str
-    """"trained", "kept" (an earlier run has trained it), "failed" or "stopped"."""
+    status: Status
     seconds: float
     """Of wall time."""
     reason: str = ""
@@ -64,10 +79,10 @@ class Runner:
         output = Path(job.output)
         argv = ["train", job.shape, "-o", job.output, "--live", *job.options, *(["--resume"] if job.resume else [])]
         code, said = self._mplicits(argv, job)
-        status = "stopped" if self._stopped else "failed" if code else "trained"
-        if status == "trained":
+        status = Status.STOPPED if self._stopped else Status.FAILED if code else Status.TRAINED
+        if status is Status.TRAINED:
             self._mplicits(["render", job.output, "-o", str(output.with_suffix(".png")), "--force", *PICTURE], job)
-        reason = (said or f"ended with exit code {code}").removeprefix("mplicits: ") if status == "failed" else ""
+        reason = (said or f"ended with exit code {code}").removeprefix("mplicits: ") if status is Status.FAILED else ""
         return Outcome(job, status, time.perf_counter() - began, reason)
 
     def stop(self) -> None:

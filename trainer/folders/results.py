@@ -11,7 +11,7 @@ from urllib.parse import quote
 from ...model.errors import UserError
 from ...model.files import show, write_whole
 from ...model.model_file import load
-from .job import Outcome
+from .job import Outcome, Status
 
 TABLE, PAGE = "models.csv", "index.html"
 """Names of the files."""
@@ -38,8 +38,7 @@ class Row:
     """A line of the table; the figures are those that `train` prints, empty where there is no model."""
 
     name: str
-    status: str
-    """What `Outcome.status` says."""
+    status: Status
     shape: str
     """Name of the shape's file."""
     seconds: float | str
@@ -59,7 +58,7 @@ def row_of(outcome: Outcome) -> Row:
     """Look up the figures of a job's model."""
     job, path = outcome.job, Path(outcome.job.output)
     bare = Row(job.name, outcome.status, Path(job.shape).name, round(outcome.seconds, 1), reason=outcome.reason)
-    if outcome.status not in ("trained", "kept"):
+    if not outcome.status.has_model:
         return bare
     try:
         model = load(path)
@@ -75,7 +74,9 @@ def row_of(outcome: Outcome) -> Row:
             round(float(last["angle"]), 2),
         )
     except (UserError, OSError, KeyError, IndexError, TypeError, ValueError) as error:
-        return Row(job.name, "failed", bare.shape, bare.seconds, reason=f"no model to read: {show(str(error))[:160]}")
+        return Row(
+            job.name, Status.FAILED, bare.shape, bare.seconds, reason=f"no model to read: {show(str(error))[:160]}"
+        )
 
 
 def write_results(folder: Path, rows: Sequence[Row], title: str, left: int) -> None:
@@ -89,8 +90,8 @@ def write_results(folder: Path, rows: Sequence[Row], title: str, left: int) -> N
 
 
 def _page(folder: Path, rows: Sequence[Row], title: str, left: int) -> Iterable[str]:
-    done = sum(row.status in ("trained", "kept") for row in rows)
-    failed = sum(row.status == "failed" for row in rows)
+    done = sum(row.status.has_model for row in rows)
+    failed = sum(row.status is Status.FAILED for row in rows)
     yield f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(title)}</title>"
     yield f'<meta name=viewport content="width=device-width"><style>{STYLE}</style>'
     yield f"<h1>{html.escape(title)}</h1>"
@@ -98,7 +99,7 @@ def _page(folder: Path, rows: Sequence[Row], title: str, left: int) -> Iterable[
     yield f"<p><small>{', '.join(counts)}; <a href={TABLE}>{TABLE}</a></small></p><ul>"
     for row in sorted(rows, key=lambda row: row.name):
         name = html.escape(row.name)
-        if row.status not in ("trained", "kept"):
+        if not row.status.has_model:
             reason = html.escape(row.reason or row.status)
             yield f"<li class=failed><p><b>{name}</b><br><small>{reason}</small></p></li>"
             continue

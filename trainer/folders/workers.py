@@ -6,7 +6,7 @@ from typing import Any
 
 from ...model.errors import UserError
 from ...model.files import show
-from .job import Job, News, Outcome, Runner, run_job
+from .job import Job, News, Outcome, Runner, Status, run_job
 
 PATIENCE = 10.0
 """Seconds that a cluster has to answer."""
@@ -56,4 +56,6 @@ def on_cluster(jobs: Sequence[Job], address: str) -> Generator[Outcome]:
             if future.status == "finished":
                 yield future.result()
             else:
-                yield Outcome(job, "failed", 0.0, f"its workers were lost ({show(repr(future.exception()))[:120]})")
+                yield Outcome(
+                    job, Status.FAILED, 0.0, f"its workers were lost ({show(repr(future.exception()))[:120]})"
+                )
