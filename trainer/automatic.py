@@ -8,6 +8,7 @@ with fine detail.
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, replace
+from functools import cache
 
 from ..model.errors import UserError
 from ..model.model import Model
@@ -66,15 +67,20 @@ def choose(shape: Shape, settings: Settings, wanted: Wish, progress: TrainingPro
     if settings.seconds is not None and settings.seconds < LEAST_SECONDS:
         raise UserError(f"--levels auto: its trials need --seconds {LEAST_SECONDS} or more")
     textured = shape.coloured and settings.texture
+
+    @cache
+    def trial(width: int, factor: float) -> float:
+        return _trial(shape, settings, width, factor, progress)
+
     if wanted.error is None:
         assert wanted.parameters is not None
         width = _widest(wanted.parameters, textured)
         why = f"{wanted.parameters:,} parameters"
     else:
-        trials = [(size(w, textured=False), _trial(shape, settings, w, 1.0, progress)) for w in TRIAL_WIDTHS]
-        width, expected = _wide_enough(trials, wanted.error)
+        widths = [(size(w, textured=False), trial(w, 1.0)) for w in TRIAL_WIDTHS]
+        width, expected = _wide_enough(widths, wanted.error)
         why = f"a mean |f| of {wanted.error:g} (expected: {expected:.1e})"
-    tried = {factor: _trial(shape, settings, min(width, TRIAL_WIDTHS[-1]), factor, progress) for factor in FACTORS}
+    tried = {factor: trial(min(width, TRIAL_WIDTHS[-1]), factor) for factor in FACTORS}
     chosen = _with_levels(settings, width, min(tried, key=tried.__getitem__))
     omegas = ", ".join(f"{omega:g}" for omega in chosen.omegas)
     errors = ", ".join(f"{error:.1e}" for error in tried.values())

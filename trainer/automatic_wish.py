@@ -1,7 +1,7 @@
 """What `--levels auto` is to reach, and how many parameters its levels have; nothing here needs torch."""
 
 from ..model.errors import UserError
-from .settings import TEXTURE_DEEPEST, TEXTURE_WIDEST, Wish
+from .settings import Wish, usual_texture
 
 NARROWEST, WIDEST = 8, 512
 """Widths that are chosen from, in steps of 4: shaders read weights four at a time."""
@@ -38,8 +38,7 @@ def wish_of(parameters: int | None, kilobytes: float | None, error: float | None
 
 def size(width: int, *, textured: bool) -> int:
     """Count the parameters of levels of Wx1 and Wx2, with the texture that they get by default."""
-    wide, deep = min(width, TEXTURE_WIDEST), min(2, TEXTURE_DEEPEST)
-    texture = _network_size(wide, deep, 3) if textured else 0
+    texture = _network_size(*usual_texture((width, 2)), 3) if textured else 0
     return _network_size(width, 1, 1) + _network_size(width, 2, 1) + texture
 
 

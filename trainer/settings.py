@@ -115,9 +115,8 @@ class Settings:
     credit: str = ""
 
     def texture_size(self) -> tuple[int, int]:
-        """Choose (width, depth) of the texture network: what was asked for, or that of the last level within limits."""
-        width, depth = self.networks[-1]
-        return self.texture_network or (min(width, TEXTURE_WIDEST), min(depth, TEXTURE_DEEPEST))
+        """Choose (width, depth) of the texture network: what was asked for, or the usual one."""
+        return self.texture_network or usual_texture(self.networks[-1])
 
     def texture_omega(self) -> float:
         """Choose omega_0 of the texture network."""
@@ -137,6 +136,12 @@ class Settings:
         if moving:
             usual = replace(usual, eikonal=MOVING_EIKONAL)
         return replace(usual, **self.weights)
+
+
+def usual_texture(last: tuple[int, int]) -> tuple[int, int]:
+    """Choose (width, depth) of a texture network: that of the last level within limits."""
+    width, depth = last
+    return min(width, TEXTURE_WIDEST), min(depth, TEXTURE_DEEPEST)
 
 
 def networks(text: str, option: str = "--levels") -> tuple[tuple[int, int], ...]:
