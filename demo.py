@@ -54,7 +54,7 @@ def run_demo(args: Namespace, perform: Perform) -> None:
             print(f"mplicits: no window: {show(str(error))}", file=sys.stderr)
     make_folder(args.out_dir)
     picture, shader, page = (str(args.out_dir / f"demo.{suffix}") for suffix in ("png", "glsl", "html"))
-    announce(perform, "render", model, "-o", picture)
+    announce(perform, "render", model, "--shade", "studio", "-o", picture)
     announce(perform, "bake", model, "--target", "glsl330", "-o", shader)
     announce(perform, "bake", model, "--target", "html", "-o", page)
     print("picture, shader and web page:", *map(show, (picture, shader, page)), sep="\n  ")

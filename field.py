@@ -164,6 +164,7 @@ class Field(FieldFunction):
         precision: str = "float32",
         name: str | None = None,
         space: str | None = None,
+        shade: str | None = None,
     ) -> str:
         """Write the model as shader source, a web page, or a function for another program, and return the text.
 
@@ -176,7 +177,7 @@ class Field(FieldFunction):
 
         if path is not None:
             check_writable(Path(path), kind=GENERATED)
-        text = bake(self.model, target, storage, digits, precision, name, space).text
+        text = bake(self.model, target, storage, digits, precision, name, space, shade).text
         if path is not None:
             write_whole(Path(path), text)
         return text

@@ -30,6 +30,7 @@ def bake(
     precision: str = "float32",
     name: str | None = None,
     space: str | None = None,
+    shade: str | None = None,
 ) -> Baked:
     """Write a model as the text of a target.
 
@@ -46,4 +47,5 @@ def bake(
     if precision == "float16":
         exact, model = model, in_float16(model)
         rounding = rounding_error(exact, model)
-    return Baked(TARGETS[target](model, storage=storage, digits=digits, name=name, space=space), rounding)
+    text = TARGETS[target](model, storage=storage, digits=digits, name=name, space=space, shade=shade)
+    return Baked(text, rounding)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..model.gallery import model_help, model_path
 from ..model.verb import Verb, output_arguments
-from .targets.registry import DEFAULT, TARGETS
+from .targets.registry import DEFAULT, PAGE_SHADES, TARGETS
 
 
 def _info_arguments(parser: ArgumentParser) -> None:
@@ -58,6 +58,10 @@ def _bake_arguments(parser: ArgumentParser) -> None:
         help=f"where the function takes points ({alone}): where the shape fits the unit sphere, or as its file has it "
         "(default: model)",
     )
+    pages = ", ".join(name for name, target in TARGETS.items() if target.page)
+    parser.add_argument(
+        "--shade", choices=PAGE_SHADES, help=f"what a page opens in ({pages}; default: {PAGE_SHADES[0]})"
+    )
 
 
 def _digits(text: str) -> int:
@@ -83,7 +87,14 @@ def _bake(arguments: Namespace) -> None:
     output = arguments.output or Path(arguments.model.stem + TARGETS[target].suffix)
     check_writable(output, [arguments.model], kind=GENERATED, force=arguments.force)
     baked = bake(
-        model, target, arguments.storage, arguments.digits, arguments.precision, arguments.name, arguments.space
+        model,
+        target,
+        arguments.storage,
+        arguments.digits,
+        arguments.precision,
+        arguments.name,
+        arguments.space,
+        arguments.shade,
     )
     if baked.rounding is not None:
         largest, mean = baked.rounding

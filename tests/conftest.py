@@ -62,9 +62,9 @@ def browser() -> Iterator["Browser"]:
 
 @pytest.fixture(scope="session")
 def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The file of a web page that shows MODEL."""
+    """The file of a web page that shows MODEL, in Phong."""
     path = tmp_path_factory.mktemp("page") / "ball.html"
-    path.write_text(TARGETS["html"](MODEL))
+    path.write_text(TARGETS["html"](MODEL, shade="phong"))
     return path
 
 

@@ -38,7 +38,7 @@ class Verbs:
 
     def add_arguments(self, parser: ArgumentParser) -> None:
         parser.add_argument("input")
-        for option in ("-o", "--target", "--levels", "--seconds"):
+        for option in ("-o", "--target", "--levels", "--seconds", "--shade"):
             parser.add_argument(option)
 
     def make(self, name: str) -> Verb:

@@ -36,7 +36,7 @@ def model_arguments(parser: ArgumentParser, model_help: str, mesh_help: str) -> 
     parser.add_argument("--fov", type=float, default=FOV, help=f"vertical field of view, degrees (default {FOV:g})")
     parser.add_argument("--level", type=int, metavar="L", help="last level traced (default: all)")
     parser.add_argument("--normal-level", type=int, metavar="L", help="level of the normals (default: that of --level)")
-    parser.add_argument("--shade", choices=SHADES, default="phong", help="default phong")
+    parser.add_argument("--shade", choices=SHADES, default="phong", help="default %(default)s")
     parser.add_argument("--iterations", type=_numbers(1, 64, int), metavar="20,5,5", help="steps at each level")
     parser.add_argument("--rounds", type=int, metavar="N", help="passes through the levels (default: the shader's)")
     parser.add_argument(

@@ -74,7 +74,7 @@ def view_arguments(parser: ArgumentParser) -> None:
         model_help() + "; or a shader that `bake --target glsl330` wrote (.glsl)",
         "a mesh (PLY OBJ STL GLB) whose edges and faces the panel can show",
     )
-    parser.set_defaults(size="1120x720")
+    parser.set_defaults(size="1120x720", shade="studio")
     parser.add_argument("--watch", action="store_true", help="load the file again when it changes")
 
 

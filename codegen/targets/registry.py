@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, cast
 
+from ...model.errors import UserError
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -18,8 +20,8 @@ class Target:
     """Name of the module. It is loaded when the target is first called, so that the table alone loads nothing."""
     suffix: str
     """How the output file's name ends where the user gives none."""
-    poster: bool = False
-    """Whether the text holds a small picture of the model, which takes seconds to draw."""
+    page: bool = False
+    """Whether the text is a page: it opens in a shading, and holds a small picture, which takes seconds to draw."""
     alone: bool = False
     """Whether the text is a function alone, for another program: it takes a name and a space."""
 
@@ -30,23 +32,26 @@ class Target:
         digits: int | None = None,
         name: str | None = None,
         space: str | None = None,
+        shade: str | None = None,
     ) -> str:
         """Return the text of the whole output file, by the module's function `standalone`.
 
         storage: how weights are stored: "auto", or a way that the target has. digits: decimals that the weights are
         rounded to, None for all. name: of a function alone; None: made of the model's. space: "model" or "input", where
-        a function alone takes points; None: model space. Raises UserError where the target does not take the model, the
-        storage, a name or a space.
+        a function alone takes points; None: model space. shade: shading that a page opens in; None: the studio. Raises
+        UserError where the target does not take the model, the storage, a name, a space or a shading.
         """
+        if shade is not None and not self.page:
+            pages = ", ".join(key for key, target in TARGETS.items() if target.page)
+            raise UserError(f"--shade: only pages open in one: {pages}")
         if self.alone:
             return self._standalone(model, storage=storage, digits=digits, name=name, space=space or "model")
         for option, value in (("name", name), ("space", space)):
             if value is not None:
-                from ...model.errors import UserError
-
                 targets = ", ".join(key for key, target in TARGETS.items() if target.alone)
                 raise UserError(f"--{option}: only functions alone have one: {targets}")
-        return self._standalone(model, storage=storage, digits=digits)
+        more = {} if shade is None else {"shade": shade}
+        return self._standalone(model, storage=storage, digits=digits, **more)
 
     def size(self, model: "Model") -> int:
         """Count the bytes of the output file, without the poster where it has one. Raises UserError likewise.
@@ -57,7 +62,7 @@ class Target:
             from .shadertoy import exact
 
             return len(exact(model).encode())
-        return len(self._standalone(model, **({"poster": False} if self.poster else {})).encode())
+        return len(self._standalone(model, **({"poster": False} if self.page else {})).encode())
 
     @property
     def _standalone(self) -> "Callable[..., str]":
@@ -68,7 +73,7 @@ class Target:
 TARGETS = {
     "glsl330": Target("glsl330", suffix=".glsl"),
     "glsl300es": Target("glsl300es", suffix=".es.frag"),
-    "html": Target("webpage", suffix=".html", poster=True),
+    "html": Target("webpage", suffix=".html", page=True),
     "shadertoy": Target("shadertoy", suffix=".frag"),
     "cuda": Target("cuda", suffix=".cu"),
     "glsl": Target("glsl_function", suffix=".sdf.glsl", alone=True),
@@ -78,5 +83,7 @@ TARGETS = {
     "python": Target("python", suffix=".py", alone=True),
 }
 """Name, as `--target` takes it -> target."""
+PAGE_SHADES = "studio", "phong"
+"""Shadings that a page may open in; the first one where none is asked for."""
 DEFAULT = "glsl330"
 """Name of the target that is baked where none is given."""

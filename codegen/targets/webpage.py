@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ... import glsl
 from ...model.checks import SHAPES, WIDEST
 from ...model.errors import UserError
+from ...model.files import show
 from ...model.model import DEFAULT_STEP_BOUND, MOST_ITERATIONS, STEP_BOUNDS, Model
 from ...model.model_file import FORMAT, TRAINING, VERSION, to_bytes
 from ..ir.lower import lower
@@ -34,6 +35,7 @@ from .camera import basis, fitting_distance
 from .glsl300es import DIALECT
 from .header import header_facts
 from .motion import PERIOD
+from .registry import PAGE_SHADES
 from .shader import LEAST_STEPS, LOOP_LIMIT, PASSES
 from .uniforms import SHADINGS, UNIFORMS, default
 from .webpage_scene import scene_facts, texel_bytes
@@ -82,7 +84,9 @@ _PLACE = re.compile(r"\{\{(\w+)\}\}")
 """A place in page.html that a part of the page is put into, by name."""
 
 
-def standalone(model: Model, storage: str = "auto", digits: int | None = None, poster: bool = True) -> str:
+def standalone(
+    model: Model, storage: str = "auto", digits: int | None = None, poster: bool = True, shade: str = PAGE_SHADES[0]
+) -> str:
     """Return the text of the page.
 
     storage: the page draws from a texture at once. With "auto" it also compiles literals (for networks up to 64 wide)
@@ -90,9 +94,12 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None, p
     digits: decimals to which the weights are rounded first, None for none. Weights that 16-bit floats hold exactly
     travel in those.
     poster: whether the page opens with a small picture of the model, which takes seconds to draw.
+    shade: the shading that it opens in, one of PAGE_SHADES.
     Raises UserError where the weights cannot be stored so.
     """
     weights = model if digits is None else in_decimals(model, digits)
+    if shade not in PAGE_SHADES:
+        raise UserError(f"--shade {show(shade)}: there is {', '.join(PAGE_SHADES)}")
     if storage == "packed":
         raise UserError("--storage packed: only shadertoy has it; there is literal, texture, auto")
     program = lower(weights)
@@ -102,12 +109,12 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None, p
     # A model that is dropped on the page may move, even if this one does not.
     ground = round(lowest_point(program), 4)
     prologue = fragment.prologue(header, replace(program, moving=True), DIALECT, field.weights, ground)
-    facts = header | {"ground": ground} | _facts(model, program, storage, digits)
+    facts = header | {"ground": ground, "shade": shade} | _facts(model, program, storage, digits)
     if model.scene is not None:
         facts["scene"] = scene_facts(model, program, field)
     parts = {
         "css": _read("page.css"),
-        "poster": _poster(model, program) if poster else "data:,",
+        "poster": _poster(model, program, shade) if poster else "data:,",
         "js": script(),
         "facts": facts_json(facts),
         "weights": _wrapped(base64.b64encode(_bytes(weights) if model.scene is None else texel_bytes(field)).decode()),
@@ -216,24 +223,24 @@ def _bytes(model: Model) -> bytes:
     return to_bytes(replace(model, provenance={}), kind)
 
 
-def poster_pixels(model: Model, side: int, program: Program | None = None) -> NDArray[np.uint8]:
+def poster_pixels(model: Model, side: int, program: Program | None = None, shade: str = "phong") -> NDArray[np.uint8]:
     """Draw a model as the page first shows it, at time 0: (side, side, 4) uint8, sRGB and coverage, top row first.
 
-    program: the model's, where it is there already.
+    program: the model's, where it is there already. shade: one of PAGE_SHADES; of the studio without its floor.
     """
     azimuth, elevation = model.front or (orbit.AZIMUTH, orbit.ELEVATION)
     focal = 1 / math.tan(math.radians(orbit.FOV) / 2)
     light, plain = np.array(default("light")), np.array([float(c) for c in PLAIN.split(",")])
     view = basis(azimuth, elevation), fitting_distance(1.0, focal), focal
-    return np.round(255 * draw_poster(program or lower(model), *view, light, plain, side)).astype(np.uint8)
+    return np.round(255 * draw_poster(program or lower(model), *view, light, plain, side, shade)).astype(np.uint8)
 
 
-def _poster(model: Model, program: Program) -> str:
+def _poster(model: Model, program: Program, shade: str) -> str:
     """Return a picture of the model, as the page first shows it, as the URL of a WebP of some 3 kB."""
     from PIL import Image
 
     data = io.BytesIO()
-    pixels = poster_pixels(model, POSTER_SIDE, program)
+    pixels = poster_pixels(model, POSTER_SIDE, program, shade)
     Image.fromarray(pixels).save(data, "WEBP", quality=POSTER_QUALITY, method=6)
     return "data:image/webp;base64," + base64.b64encode(data.getvalue()).decode()
 

@@ -40,6 +40,18 @@ def test_the_page_shows_the_picture_that_osmesa_draws(
     assert differ(ours, turned), "the tolerance tells another view apart"
 
 
+def test_the_page_opens_in_the_studio(browser: "Browser", tmp_path: Path, renderer: Renderer) -> None:
+    file = tmp_path / "page.html"
+    file.write_text(standalone(MODEL))
+    with visit(browser, file) as visited:
+        visited.still()
+        visited.unfold()
+        assert visited.page.input_value("#shading input:checked") == "studio"
+        visited.fold()
+        assert not differ(visited.saved(), desktop(renderer, Camera(), RenderOptions(shading="studio")))
+        assert visited.said == []
+
+
 def test_the_page_says_what_it_shows_and_how_exact_it_is(shown: Visit) -> None:
     assert shown.page.title() == "fitted"
     assert shown.page.inner_text("h1") == "fitted"

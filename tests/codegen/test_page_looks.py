@@ -164,7 +164,7 @@ def test_bar_status_line_and_live_region_tell_the_present_state(browser: "Browse
 @pytest.mark.parametrize("background", BACKGROUNDS)
 def test_every_text_has_contrast_on_every_background(background: str, wide: Visit) -> None:
     wide.page.evaluate("name => document.querySelector(`#background input[value=${name}]`).click()", background)
-    for key in "pndxt":
+    for key in "pgndxt":
         wide.page.keyboard.press(key)
         assert wide.page.evaluate(UNREADABLE) == []
     assert wide.page.evaluate("window.texts") > 100

@@ -27,7 +27,7 @@ TEXTURE = f'localStorage.setItem("mplicits {MODEL.sha256()}", "texture");'
 def moving(browser: "Browser", tmp_path_factory: pytest.TempPathFactory) -> Iterator[Visit]:
     """A visit to the page of MODEL, at a time that its address names."""
     path = tmp_path_factory.mktemp("page") / "moving.html"
-    path.write_text(TARGETS["html"](MODEL))
+    path.write_text(TARGETS["html"](MODEL, shade="phong"))
     with visit(browser, path, script=TEXTURE, hash_="#t=0.6") as visited:
         visited.still()
         yield visited

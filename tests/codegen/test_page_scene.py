@@ -43,7 +43,7 @@ def test_the_page_of_a_scene_holds_the_field_that_glsl300es_has(tmp_path: Path) 
 @pytest.mark.slow
 def test_the_page_of_a_scene_draws_a_time_as_osmesa_does(browser: "Browser", osmesa: Context, tmp_path: Path) -> None:
     model = composed(tmp_path, SMALL)
-    (tmp_path / "scene.html").write_text(standalone(model))
+    (tmp_path / "scene.html").write_text(standalone(model, shade="phong"))
     renderer = Renderer(osmesa, glsl330.bake(model, passes=True))
     theirs = {time: desktop(renderer, Camera(), RenderOptions(time=time), side=64) for time in (0.3, 1.0)}
     renderer.release()

@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 from mplicits.codegen.targets import glsl330, webpage
+from mplicits.codegen.targets.registry import PAGE_SHADES
 from mplicits.model.model import Model
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
@@ -37,13 +38,15 @@ def poster_of(page: str) -> np.ndarray:
     [replace(MODEL, front=(215.0, 15.0)), replace(MODEL, texture=None)],
     ids=["with colours, from its front", "plain, from the usual place"],
 )
-def test_the_poster_is_the_first_picture(model: Model, osmesa: Context) -> None:
-    poster = poster_of(webpage.standalone(model))
+@pytest.mark.parametrize("shade", PAGE_SHADES)
+def test_the_poster_is_the_first_picture(model: Model, shade: str, osmesa: Context) -> None:
+    poster = poster_of(webpage.standalone(model, shade=shade))
     side = len(poster)
     renderer = Renderer(osmesa, glsl330.bake(model))
 
     def error(camera: Camera) -> float:
-        drawn = renderer.render((side, side), camera, RenderOptions(samples=4, transparent=True)).astype(np.float64)
+        options = RenderOptions(shading=shade, samples=4, transparent=True)
+        drawn = renderer.render((side, side), camera, options).astype(np.float64)
         over = [BACKDROP * (1 - image[..., 3:]) + image[..., 3:] * image[..., :3] for image in (poster, drawn)]
         return float(np.sqrt(np.mean((over[0] - over[1]) ** 2)))
 

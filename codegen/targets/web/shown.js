@@ -39,7 +39,7 @@ export async function start(chosen) {
     const moves = model.inputs === "xyzt";
     element("moment").hidden = !moves;
     goTo(moves ? options.time : 0);
-    const shading = options.shading === "texture" && !model.texture ? "phong" : options.shading;
+    const shading = options.shading === "texture" && !model.texture ? facts.shade : options.shading;
     set({level: levels, normalLevel: null, shading}, true);
     const numbers = model.levels.map((_, i) => ({value: i + 1, label: String(i + 1)}));
     fillChoices(element("level"), numbers, levels, (level) => set({level}));

@@ -14,7 +14,7 @@ export const canvas = element("view");
 const NO_STEPS = [0.01, 0.01, 0.05]; // heat(0) in glsl/heat.glsl
 const {light} = shared.defaults;
 export const options = {
-    level: 1, normalLevel: null, shading: "phong", iterations: 1, resolution: "auto", time: timeFrom(location.hash),
+    level: 1, normalLevel: null, shading: facts.shade, iterations: 1, resolution: "auto", time: timeFrom(location.hash),
     light: light.map((c) => c / Math.hypot(...light)), background: [],
 };
 export let renderer = null;
