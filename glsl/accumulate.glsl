@@ -2,7 +2,9 @@
 // One sample of a tile, sRGB, on its way into the picture, which is linear light; the mean is the blending's.
 uniform sampler2D tile;
 uniform ivec2 corner;
+uniform bool covered; // alpha is the sample's coverage, not 1
 out vec4 light;
 void main() {
-    light = vec4(linear(texelFetch(tile, ivec2(gl_FragCoord.xy) - corner, 0).rgb), 1.0);
+    vec4 seen = texelFetch(tile, ivec2(gl_FragCoord.xy) - corner, 0);
+    light = vec4(linear(seen.rgb), covered ? seen.a : 1.0);
 }

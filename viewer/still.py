@@ -9,11 +9,11 @@ from pathlib import Path
 
 from ..codegen.targets.glsl330 import bake
 from ..codegen.targets.orbit import AZIMUTH, ELEVATION, FOV
+from ..codegen.targets.samples import SHARE
 from ..codegen.targets.uniforms import SCHEDULES
 from ..model.errors import UserError
 from ..model.files import show
 from ..model.model import Model
-from .draw.adaptive import SHARE
 from .draw.camera import Camera
 from .draw.compile import are_few, compile_quickly, storage_for
 from .draw.context import Context, open_context

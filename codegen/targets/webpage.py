@@ -36,6 +36,7 @@ from .glsl300es import DIALECT
 from .header import header_facts
 from .motion import PERIOD
 from .registry import PAGE_SHADES
+from .samples import BLOCK, SHARE, STEEPEST
 from .shader import LEAST_STEPS, LOOP_LIMIT, PASSES
 from .uniforms import SHADINGS, UNIFORMS, default
 from .webpage_scene import scene_facts, texel_bytes
@@ -52,6 +53,7 @@ SCRIPTS = (
     "embedding.js",
     "uniforms.js",
     "device.js",
+    "samples.js",
     "painter.js",
     "variants.js",
     "renderer.js",
@@ -73,7 +75,7 @@ CELLS = 32, 64
 """Cells along an edge of the grid that the page finds: of large models and of those that move, and of others."""
 CELL_MOMENTS = 16
 """Grids that it finds for a model that moves, one after the other in time."""
-SHADERS = ("main", *PASSES, "accumulate", "present", "blocks.vert")
+SHADERS = ("anywhere", *PASSES, "accumulate", "present", "blocks.vert", "contrast", "scatter", "scatter.vert")
 """Files in glsl/ with the shaders that the page compiles."""
 PROBES = 32
 """Most points at which the page compares its field with the reference's."""
@@ -162,6 +164,7 @@ def facts_json(facts: dict[str, Any]) -> str:
             "missed": MISSED,
             "looks": LOOKS,
         },
+        "samples": {"share": SHARE, "steepest": STEEPEST, "block": BLOCK},
         "period": PERIOD,
         "passes": list(PASSES),
         "loop_limit": LOOP_LIMIT,

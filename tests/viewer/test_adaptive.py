@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from mplicits.codegen.targets.glsl330 import bake
+from mplicits.codegen.targets.samples import SHARE
 from mplicits.model.gallery import model_path
 from mplicits.model.model_file import load
-from mplicits.viewer.draw.adaptive import SHARE, add_samples, from_blocks, into_blocks, places_of, wanted
+from mplicits.viewer.draw.adaptive import add_samples, from_blocks, into_blocks, places_of, wanted
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions

@@ -1,16 +1,18 @@
 import {momentOf} from "./cells.js";
 import {Device} from "./device.js";
 import {shared} from "./facts.js";
+import {packed, wanted} from "./samples.js";
 
 // Draws pictures tile by tile. The model's shaders draw one sample of each pixel into a small target, which is then
 // added to the picture, the mean of its samples in linear light.
-// variants.js says what a variant is. A pass is one sample of every pixel: {tiles, values}, the tiles that are yet to
-// be drawn and the values of the uniforms.
+// variants.js says what a variant is. A pass is one sample of every pixel, or of some: {tiles, values}, the tiles, or packs
+// of pixels (samples.js), that are yet to be drawn and the values of the uniforms.
 const TILE = 512; // pixels along the side of the small target
 const BATCH = 20; // milliseconds of drawing that are asked for at once
 const CELL_UNIT = 1; // texture unit of the grid of cells; everything else but rays has unit 0
 const BLOCK = 8; // pixels along the side of a block (blocks.vert.glsl)
 const RAYS_UNIT = 2; // texture unit of what the passes that trace leave to those that colour
+const PLACES_UNIT = 3; // texture unit of the places of packed samples
 const PER_LEVEL = ["delta", "step_bound", "band_step_bound"]; // uniforms that are arrays of floats
 
 export class Painter {
@@ -30,10 +32,12 @@ export class Painter {
     open() {
         const device = new Device(this.canvas);
         const opening = "#version 300 es\nprecision highp float;\n";
-        const program = (name) => device.finish(device.begin(opening + this.shader(name)));
+        const program = (name, vertices) => device.finish(device.begin(opening + this.shader(name), vertices));
         const target = () => device.target(device.sampleFormat, TILE, TILE, device.gl.NEAREST);
         Object.assign(this, {
             device, accumulate: program("accumulate.glsl"), present: program("present.glsl"),
+            contrast: program("contrast.glsl"), scatter: program("scatter.glsl", this.vertexShader("scatter")),
+            places: device.texture(device.gl.RG32F, TILE, TILE, device.gl.NEAREST),
             tile: target(), rays: device.float ? target() : null, cells: null,
         });
     }
@@ -52,17 +56,41 @@ export class Painter {
         return this.device.target(this.device.pictureFormat, width, height, this.device.gl.LINEAR);
     }
 
-    // Returns the tiles [x, y, width, height] of a picture, from the middle out. cost: milliseconds that a pixel takes,
-    // 0 where unknown.
-    tiles([width, height], cost) {
+    // Returns the side of a tile. cost: milliseconds that a pixel takes, 0 where unknown.
+    side(cost) {
         const pixels = cost ? BATCH / cost : 4096;
-        const side = Math.min(TILE, Math.max(32, 2 ** Math.floor(Math.log2(Math.sqrt(pixels)))));
-        const tiles = [];
+        return Math.min(TILE, Math.max(32, 2 ** Math.floor(Math.log2(Math.sqrt(pixels)))));
+    }
+
+    // Returns the tiles [x, y, width, height] of a picture, from the middle out. cost: as of side().
+    tiles([width, height], cost) {
+        const side = this.side(cost), tiles = [];
         for (let y = 0; y < height; y += side)
             for (let x = 0; x < width; x += side)
                 tiles.push([x, y, Math.min(side, width - x), Math.min(side, height - y)]);
         const far = ([x, y]) => Math.hypot(x + side / 2 - width / 2, y + side / 2 - height / 2);
         return tiles.sort((a, b) => far(a) - far(b));
+    }
+
+    // Returns {pixels, counts}, as wanted() does, of a picture that holds one sample of every pixel.
+    async wanted(picture, samples) {
+        const {gl} = this.device, {width, height} = picture, {program} = this.contrast;
+        const target = this.device.target(gl.RGBA8, width, height, gl.NEAREST), seen = new Uint8Array(4 * width * height);
+        gl.useProgram(program);
+        gl.bindTexture(gl.TEXTURE_2D, picture.texture);
+        gl.bindFramebuffer(gl.FRAMEBUFFER, target.framebuffer);
+        gl.viewport(0, 0, width, height);
+        gl.drawArrays(gl.TRIANGLES, 0, 3);
+        await this.device.done();
+        gl.bindFramebuffer(gl.FRAMEBUFFER, target.framebuffer);
+        gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, seen);
+        this.device.release(target);
+        return wanted(seen, samples);
+    }
+
+    // Returns the packs of one further sample of some pixels of a picture. offset, cost: as of packed() and side().
+    packs(pixels, {width}, offset, cost) {
+        return packed(pixels, width, offset, this.side(cost));
     }
 
     // Draws tiles of a pass, and takes them off it, until the time of a batch is likely used up. Returns the
@@ -71,15 +99,30 @@ export class Painter {
         const start = performance.now();
         let pixels = 0;
         do {
-            const [x, y, width, height] = tiles.shift();
-            this.draw(variant, values, [x, y], [width, height]);
-            this.add(picture, [x, y], [width, height], share);
-            pixels += width * height;
+            const next = tiles.shift();
+            pixels += next.places ? this.drawPack(variant, values, next, picture, share)
+                : this.drawTile(variant, values, next, picture, share);
         } while (tiles.length && variant.cost && pixels * variant.cost < BATCH);
         await this.device.done();
         const milliseconds = performance.now() - start, cost = milliseconds / pixels;
         variant.cost = variant.cost ? 0.7 * variant.cost + 0.3 * cost : cost;
         return milliseconds;
+    }
+
+    // Draws a tile, or a pack, and adds it to the picture; returns the number of its pixels.
+    drawTile(variant, values, [x, y, width, height], picture, share) {
+        this.draw(variant, values, [x, y], [width, height]);
+        this.add(picture, [x, y], [width, height], share);
+        return width * height;
+    }
+
+    drawPack(variant, values, {width, height, places}, picture, share) {
+        const {gl} = this.device;
+        gl.bindTexture(gl.TEXTURE_2D, this.places);
+        gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RG, gl.FLOAT, places);
+        this.draw(variant, {...values, scattered: 1}, [0, 0], [width, height]);
+        this.spread(picture, [width, height], share);
+        return width * height;
     }
 
     // Takes the grids of empty cells that rays of the model skip, or null.
@@ -100,26 +143,32 @@ export class Painter {
     // Returns the names of the passes that a variant draws a frame in. Literals are text without loops, which a CPU
     // computes for every pixel: passes leave out the pixels that need none of it. A loop over texels leaves itself out.
     passes(storage) {
-        return this.rays && storage === "literal" ? shared.passes : ["main"];
+        return this.rays && storage === "literal" ? shared.passes : ["anywhere"];
     }
 
     // Returns the vertex shader of a pass that draws only where the one before it says so; undefined for the others.
     vertices(name) {
         if (!["trace", "colour"].includes(name)) return undefined;
-        return `#version 300 es\nprecision highp sampler2D;\n${this.shader("blocks.vert.glsl")}`;
+        return this.vertexShader("blocks");
+    }
+
+    vertexShader(name) {
+        return `#version 300 es\nprecision highp sampler2D;\n${this.shader(`${name}.vert.glsl`)}`;
     }
 
     // Draws a rectangle of the picture's sample into the small target, at [column, row] of it.
     draw({programs, weights}, values, [x, y], [width, height], [column, row] = [0, 0]) {
         const {gl} = this.device, {rays, tile} = this, viewport = [column, row, width, height];
-        const told = {...values, origin: [x - column, y - row]};
+        const told = {scattered: 0, ...values, origin: [x - column, y - row]};
         const pass = (name, target, ...more) => this.pass(programs[name], told, target, viewport, ...more);
         gl.bindTexture(gl.TEXTURE_2D, weights);
         this.holdTime(values.time[0]);
+        gl.activeTexture(gl.TEXTURE0 + PLACES_UNIT);
+        gl.bindTexture(gl.TEXTURE_2D, this.places);
         gl.activeTexture(gl.TEXTURE0 + CELL_UNIT);
         gl.bindTexture(gl.TEXTURE_3D, this.cells?.texture ?? null);
         gl.activeTexture(gl.TEXTURE0);
-        if (programs.main) return pass("main", tile);
+        if (programs.anywhere) return pass("anywhere", tile);
         pass("near", tile);
         gl.bindFramebuffer(gl.FRAMEBUFFER, rays.framebuffer);
         gl.clear(gl.COLOR_BUFFER_BIT);
@@ -140,6 +189,7 @@ export class Painter {
         gl.activeTexture(gl.TEXTURE0);
         if (names.cells) gl.uniform1i(names.cells, CELL_UNIT);
         if (names.rays) gl.uniform1i(names.rays, RAYS_UNIT);
+        if (names.places) gl.uniform1i(names.places, PLACES_UNIT);
         if (inBlocks) gl.uniform4i(names.viewport, column, row, width, height);
         if (inBlocks) gl.uniform1i(names.everywhere, Number(everywhere));
         for (const [name, value] of Object.entries(values)) {
@@ -156,20 +206,38 @@ export class Painter {
         gl.drawArrays(gl.TRIANGLES, 0, inBlocks ? 6 * Math.ceil(width / BLOCK) * Math.ceil(height / BLOCK) : 3);
     }
 
-    // Adds what `draw` drew to the picture's mean.
+    // Adds what `draw` drew to the picture's mean; the first sample brings its coverage, too.
     add(picture, [x, y], [width, height], share) {
         const {gl} = this.device, {program, names} = this.accumulate;
         gl.useProgram(program);
-        gl.bindFramebuffer(gl.FRAMEBUFFER, picture.framebuffer);
         gl.viewport(x, y, width, height);
         gl.uniform2i(names.corner, x, y);
+        gl.uniform1i(names.covered, 1);
+        this.blend(picture, share, () => gl.drawArrays(gl.TRIANGLES, 0, 3));
+    }
+
+    // Adds the samples of a pack, each in its pixel.
+    spread(picture, [width, height], share) {
+        const {gl} = this.device, {program, names} = this.scatter;
+        gl.useProgram(program);
+        gl.viewport(0, 0, picture.width, picture.height);
+        gl.uniform1i(names.places, PLACES_UNIT);
+        gl.uniform1i(names.across, width);
+        gl.uniform2f(names.size, picture.width, picture.height);
+        this.blend(picture, share, () => gl.drawArrays(gl.POINTS, 0, width * height));
+    }
+
+    // Draws into a picture's mean. share: the weight there of what is drawn from the small target.
+    blend(picture, share, draw) {
+        const {gl} = this.device;
+        gl.bindFramebuffer(gl.FRAMEBUFFER, picture.framebuffer);
         gl.bindTexture(gl.TEXTURE_2D, this.tile.texture);
         if (share < 1) {
             gl.enable(gl.BLEND);
             gl.blendColor(0, 0, 0, share);
             gl.blendFunc(gl.CONSTANT_ALPHA, gl.ONE_MINUS_CONSTANT_ALPHA);
         }
-        gl.drawArrays(gl.TRIANGLES, 0, 3);
+        draw();
         gl.disable(gl.BLEND);
     }
 

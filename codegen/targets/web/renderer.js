@@ -1,14 +1,14 @@
 import {nextFrame, pause} from "./device.js";
 import {Painter} from "./painter.js";
-import {asked, uniforms} from "./uniforms.js";
+import {asked, jitter, uniforms} from "./uniforms.js";
 import {Variants} from "./variants.js";
 
 // Decides what is drawn when, a few milliseconds at a time, so that the page never freezes: coarse pixels while
-// something moves, then all of them, then more samples of each. Nothing is drawn unless something changed.
+// something moves, then all of them, then more samples where they show. Nothing is drawn unless something changed.
 const SMOOTH = 33; // milliseconds that a frame may take while something moves
 const COARSEST = 1 / 16; // least pixels drawn per pixel of the canvas, along each axis
 const REST = 160; // milliseconds without a change after which the picture is refined
-const SAMPLES = 16; // of each pixel of a refined picture
+const SAMPLES = 16; // of a pixel of a refined picture, at most
 const PATIENCE = 15000; // milliseconds of refining after which no further sample is begun
 
 export class Renderer {
@@ -90,10 +90,23 @@ export class Renderer {
         return this.device.half ? SAMPLES : 4;
     }
 
+    // Whether pixels have further samples as they differ from their neighbours; else all have all.
+    get adapts() {
+        return this.device.half;
+    }
+
     // Returns the pass, as painter.js describes it, of one sample of every pixel of a picture of `size`.
     pass(scene, size, sample) {
         const {loops, cost} = this.variants.current;
         return {tiles: this.painter.tiles(size, cost), values: uniforms(scene, loops, size, sample)};
+    }
+
+    // Returns the pass of one more sample of the pixels that want it, or of all.
+    further(size, sample) {
+        const {refining: {wanted}, still} = this, all = this.pass(this.scene, size, sample);
+        if (!wanted || !sample) return all;
+        const pixels = wanted.pixels.filter((_, i) => wanted.counts[i] >= sample);
+        return {...all, tiles: this.painter.packs(pixels, still, jitter(sample), this.variants.current.cost)};
     }
 
     // Draws a whole frame, with as many pixels as the last frames' times suggest. A model's first frame shows level 1.
@@ -110,7 +123,8 @@ export class Renderer {
         while (pass.tiles.length) spent += await painter.batch(this.variants.current, pass, picture, 1);
         painter.put(picture);
         this.quicked = version;
-        this.refining = {samples: whole && !fresh ? 1 : 0, pass: null, began: performance.now(), spent: 0};
+        const samples = whole && !fresh ? 1 : 0;
+        this.refining = {samples, pass: null, wanted: null, began: performance.now(), spent: 0, frame: spent};
         this.listener.frame({milliseconds: spent, size, samples: 1, settled: false});
         const factor = Math.sqrt(SMOOTH / Math.max(spent, 1));
         if (spent > 1.3 * SMOOTH) this.scale = Math.max(COARSEST, this.scale * Math.max(0.35, factor));
@@ -127,11 +141,13 @@ export class Renderer {
                 this.still = painter.sized(this.still, size);
                 painter.put(this.quick, this.still);
             }
-            refining.pass = this.pass(this.scene, size, refining.samples);
+            if (refining.samples === 1 && this.adapts) refining.wanted = await painter.wanted(this.still, this.samples);
+            refining.pass = this.further(size, refining.samples);
             refining.tiles = refining.pass.tiles.length;
             refining.spent = 0;
         }
-        refining.spent += await painter.batch(variants.current, refining.pass, this.still, 1 / (refining.samples + 1));
+        const share = 1 / (refining.samples + 1);
+        if (refining.tiles) refining.spent += await painter.batch(variants.current, refining.pass, this.still, share);
         if (version !== this.version) return;
         const complete = !refining.pass.tiles.length, now = performance.now();
         if (complete || now - (this.shown ?? 0) > 120) {
@@ -143,11 +159,12 @@ export class Renderer {
             return;
         }
         refining.pass = null;
-        ++refining.samples;
+        if (refining.samples === 0) refining.frame = refining.spent;
+        refining.samples = refining.tiles ? refining.samples + 1 : this.samples;
         variants.current.proven = true;
         if (refining.samples >= this.samples || now - refining.began > this.patience) this.drawn = version;
         const settled = this.drawn === version;
-        this.listener.frame({milliseconds: refining.spent, size, samples: refining.samples, settled});
+        this.listener.frame({milliseconds: refining.frame, size, samples: refining.samples, settled});
     }
 
     // Fills a canvas whose size has changed, which makes it blank, with the last picture until a new one is drawn.

@@ -50,6 +50,6 @@ function fitting(loops, level, normalLevel, steps, rounds) {
 
 // Returns the offset, in pixels, of sample k of a pixel: the first is at its centre, and the others follow a sequence
 // of low discrepancy.
-function jitter(k) {
+export function jitter(k) {
     return k ? [(0.5 + k * 0.7548776662) % 1 - 0.5, (0.5 + k * 0.5698402910) % 1 - 0.5] : [0, 0];
 }
