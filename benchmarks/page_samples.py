@@ -1,8 +1,8 @@
-"""Compares the page's samples along the edges with samples everywhere, in Chromium: writes docs/results/page_samples.md.
+"""Compares the page's samples along the edges with samples everywhere: writes docs/results/page_samples.md.
 
-    PYTHONPATH=tests python benchmarks/page_samples.py spot-small spot ... [--side 512] [--shades phong,studio] [-o FILE]
+    PYTHONPATH=tests python benchmarks/page_samples.py MODEL... [--side 512] [--weights literal] [-o FILE]
 
-One page in two texts: as it is, and with a line changed so that no pixel is left out. Both refine for as long as it takes.
+A page's text as it is, and with lines changed so that no pixel is left out; all refine for as long as it takes.
 """
 
 import argparse
@@ -42,12 +42,14 @@ def changed(text: str, changes: list[tuple[str, str]]) -> str:
     return text
 
 
-def refined(browser: "Browser", model: Model, text: str, side: int, folder: Path) -> tuple[NDArray[np.float64], float]:
+def refined(
+    browser: "Browser", model: Model, weights: str, text: str, side: int, folder: Path
+) -> tuple[NDArray[np.float64], float]:
     """Return the picture at rest of a page, and the processor's seconds from a change of the view to there."""
     (folder / "page.html").write_text(text, encoding="utf-8")
-    remember = f"localStorage.setItem('mplicits {model.sha256()}', 'literal');"
+    remember = f"localStorage.setItem('mplicits {model.sha256()}', '{weights}');"
     with visit(browser, folder / "page.html", (side, side), 1, remember, "#panel=0") as visited:
-        visited.until("document.documentElement.dataset.storage === 'literal'")
+        visited.until(f"document.documentElement.dataset.storage === '{weights}'")
         visited.still()
         visited.page.keyboard.press("ArrowLeft")
         visited.still()
@@ -66,6 +68,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("models", nargs="+")
     parser.add_argument("--side", type=int, default=512)
+    parser.add_argument("--weights", choices=("literal", "texture"), default="literal")
     parser.add_argument("--shades", default="phong,studio")
     parser.add_argument("--add", action="store_true", help="add rows to the page that is there")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/page_samples.md"))
@@ -73,13 +76,14 @@ def main() -> None:
     head = [
         "# The page's samples along the edges",
         "",
-        f"Printed by `benchmarks/page_samples.py`: {machine()}. Chromium on SwiftShader, weights as literals, the first "
-        "view, as many pixels a side as the table says. PSNR of the screen's 8 bits against 16 samples everywhere; work: "
-        "the processor's seconds of all the browser's processes, from a change of the view to the picture at rest, over "
-        "those of 4 samples everywhere, once each.",
+        f"Printed by `benchmarks/page_samples.py`: {machine()}. Chromium on SwiftShader, the first view, as many "
+        "pixels a side as the table says. PSNR of the screen's 8 bits against 16 samples everywhere; work: the processor's "
+        "seconds of all the browser's processes, from a change of the view to the picture at rest, over those of 4 "
+        "samples everywhere, once each.",
         "",
-        "| model | levels | shading | side | 4 everywhere | 16 along the edges | its work | work of 16 everywhere |",
-        "| --- | --- | --- | ---: | ---: | ---: | ---: | ---: |",
+        "| model | levels | weights | shading | side | 4 everywhere | 16 along the edges | its work "
+        "| work of 16 everywhere |",
+        "| --- | --- | --- | --- | ---: | ---: | ---: | ---: | ---: |",
     ]
     page = Page(args.output, *(args.output.read_text().splitlines() if args.add else head))
     with chromium() as browser, tempfile.TemporaryDirectory() as folder:
@@ -89,13 +93,13 @@ def main() -> None:
             for shade in args.shades.split(","):
                 text = changed(standalone(model, shade=shade), [PATIENCE])
                 drawn = {
-                    way: refined(browser, model, changed(text, changes), args.side, Path(folder))
+                    way: refined(browser, model, args.weights, changed(text, changes), args.side, Path(folder))
                     for way, changes in WAYS.items()
                 }
-                truth, most = drawn[EVERYWHERE]
+                truth, most = drawn.pop(EVERYWHERE)
                 quality = {way: -10 * np.log10(((picture - truth) ** 2).mean()) for way, (picture, _) in drawn.items()}
                 page.add(
-                    f"| {model.name} | {levels} | {shade} | {args.side} | {quality[FOUR]:.1f} dB | "
+                    f"| {model.name} | {levels} | {args.weights} | {shade} | {args.side} | {quality[FOUR]:.1f} dB | "
                     f"{quality[ALONG]:.1f} dB | {drawn[ALONG][1] / drawn[FOUR][1]:.2f} | {most / drawn[FOUR][1]:.2f} |"
                 )
 

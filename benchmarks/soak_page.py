@@ -10,6 +10,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
+from browser_time import descendants
 from mplicits.codegen.targets.registry import TARGETS
 from soak import Watch, grown, repeat
 from support.browser import PATIENCE, chromium, visit
@@ -120,11 +121,6 @@ def within(seconds: float) -> Iterator[None]:
 
 def kill_descendants() -> None:
     """Kill all processes that this one, or one of these, has started."""
-    found = [os.getpid()]
-    for process in found:  # It grows meanwhile.
-        for children in Path(f"/proc/{process}/task").glob("*/children"):
-            with suppress(OSError):  # of a thread that has ended
-                found += [int(number) for number in children.read_text().split()]
-    for process in found[1:]:
+    for process in descendants():
         with suppress(ProcessLookupError):
             os.kill(process, signal.SIGKILL)
