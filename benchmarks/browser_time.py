@@ -1,4 +1,4 @@
-"""The processor's time of the programs that this one has started, a browser's processes among them."""
+"""What benchmarks of the page share: a page with lines changed, and the processor's time of a browser."""
 
 import os
 from contextlib import suppress
@@ -26,3 +26,11 @@ def processor_seconds() -> float:
             fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
             ticks += int(fields[11]) + int(fields[12])
     return ticks / TICK
+
+
+def changed(text: str, changes: list[tuple[str, str]]) -> str:
+    """Return a page's text with each of some places, which it has once, changed."""
+    for old, new in changes:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    return text

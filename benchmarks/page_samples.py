@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from browser_time import processor_seconds
+from browser_time import changed, processor_seconds
 from mplicits.codegen.targets.webpage import standalone
 from mplicits.model.gallery import model_path
 from mplicits.model.model import Model, shape_of
@@ -32,14 +32,6 @@ WAYS = {ALONG: [], EVERYWHERE: [(ADAPTS, f"{ADAPTS} return false;")]}
 WAYS[FOUR] = [*WAYS[EVERYWHERE], ("const SAMPLES = 16;", "const SAMPLES = 4;")]
 """What is changed in the page's text."""
 PATIENCE = "const PATIENCE = 15000;", "const PATIENCE = 1500000;"
-
-
-def changed(text: str, changes: list[tuple[str, str]]) -> str:
-    """Return a text with each of some places, which it has once, changed."""
-    for old, new in changes:
-        assert text.count(old) == 1, old
-        text = text.replace(old, new)
-    return text
 
 
 def refined(
@@ -77,9 +69,9 @@ def main() -> None:
         "# The page's samples along the edges",
         "",
         f"Printed by `benchmarks/page_samples.py`: {machine()}. Chromium on SwiftShader, the first view, as many "
-        "pixels a side as the table says. PSNR of the screen's 8 bits against 16 samples everywhere; work: the processor's "
-        "seconds of all the browser's processes, from a change of the view to the picture at rest, over those of 4 "
-        "samples everywhere, once each.",
+        "pixels a side as the table says. PSNR of the screen's 8 bits against 16 samples everywhere; work: the "
+        "processor's seconds of all the browser's processes, from a change of the view to the picture at rest, "
+        "over those of 4 samples everywhere, once each.",
         "",
         "| model | levels | weights | shading | side | 4 everywhere | 16 along the edges | its work "
         "| work of 16 everywhere |",
