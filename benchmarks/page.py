@@ -14,6 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mplicits.codegen.targets.registry import TARGETS
+from mplicits.model.errors import UserError
+from mplicits.model.gallery import model_path
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load
 from protocol import Page, machine
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
 
 SIDE = 256
 """Pixels along each side of the canvas."""
+VIEWS = 3
+"""Views in which a frame is timed."""
 MEASURES = "() => performance.getEntriesByType('measure').map(({name, duration}) => [name, duration / 1000])"
 """Asks the page for the names and seconds of what its scripts measured."""
 
@@ -31,7 +35,7 @@ MEASURES = "() => performance.getEntriesByType('measure').map(({name, duration})
 def main() -> None:
     """Write the table: a row for each model, driver and variant of the shader."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("models", nargs="+", type=Path, metavar="MODEL")
+    parser.add_argument("models", nargs="+", type=model_path, metavar="MODEL")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/page.md"), metavar="FILE")
     parser.add_argument("--note", default="", help="what the models are, for the head of the table")
     arguments = parser.parse_args()
@@ -42,10 +46,10 @@ def main() -> None:
         "",
         machine(),
         "",
-        f"`python benchmarks/page.py {' '.join(path.name for path in arguments.models)}`. "
+        f"`python benchmarks/page.py {' '.join(path.stem for path in arguments.models)}`. "
         f"Canvas {SIDE}x{SIDE}, default view, Phong, all levels. Compile: from handing over the text to the end "
-        "of a first draw of one pixel, 60 s at most. Frame: the fastest of the samples that refine the picture; inf: "
-        f"it came to rest before a whole sample was seen. {arguments.note}".rstrip(),
+        f"of a first draw of one pixel, 60 s at most. Frame: one sample of every pixel, the fastest of {VIEWS} "
+        f"views. {arguments.note}".rstrip(),
         "",
         "| model | levels | bytes of HTML | of Shadertoy text | driver | weights | compile + first draw, s | frame, ms "
         "| field error |",
@@ -57,28 +61,26 @@ def main() -> None:
                 model = load(path)
                 for storage in ("texture", "literal"):
                     row = measured(browser, model, storage, Path(folder) / "page.html")
-                    sizes = " | ".join(f"{len(TARGETS[target](model).encode()):,}" for target in ("html", "shadertoy"))
+                    sizes = " | ".join(size(model, target) for target in ("html", "shadertoy"))
                     levels = ", ".join(shape_of(level.network) for level in model.levels)
                     table.add(f"| {path.stem} | {levels} | {sizes} | {driver} | {storage} | {row} |")
 
 
 def measured(browser: "Browser", model: Model, storage: str, file: Path) -> str:
     """Return the last three cells of a row, measured with the variant `storage` in a page written to `file`."""
-    file.write_text(TARGETS["html"](model), encoding="utf-8")
+    file.write_text(TARGETS["html"](model, shade="phong"), encoding="utf-8")
     memory = f"mplicits {model.sha256()}"
     remember = f"localStorage.setItem('{memory}', '{storage}');"
     with visit(browser, file, size=(SIDE, SIDE), share=1, script=remember) as visited:
-        decided = f"document.documentElement.dataset.storage === '{storage}'"
-        if storage == "literal":
-            decided += f" || localStorage.getItem('{memory}') === 'texture'"
-        visited.until(decided)
+        visited.still()
+        visited.until("!document.getElementById('status').textContent.includes('trying')")
         if visited.root("storage") != storage:
             return "given up, the page stays with the texture | - | -"
-        visited.page.keyboard.press("ArrowRight")
-        visited.until("!document.getElementById('status').textContent.includes(' samples')")
-        frames = [float("inf")]
-        while visited.root("state") != "still":
-            visited.page.wait_for_timeout(30)
+        frames = []
+        for _ in range(VIEWS):
+            visited.page.keyboard.press("ArrowRight")
+            visited.until("document.documentElement.dataset.state === 'drawing'")
+            visited.still()
             frames.append(frame(visited))
         times = dict(visited.page.evaluate(MEASURES))
         assert not visited.said, visited.said
@@ -86,10 +88,19 @@ def measured(browser: "Browser", model: Model, storage: str, file: Path) -> str:
         return f"{compiled:.2f} | {min(frames):.0f} | {error:.1e}"
 
 
+def size(model: Model, target: str) -> str:
+    """Return the bytes of a target's text as a cell of the table, or that it does not take the model."""
+    try:
+        return f"{len(TARGETS[target](model).encode()):,}"
+    except UserError:
+        return "-"
+
+
 def frame(visited: Visit) -> float:
-    """Return the milliseconds of the last whole sample, infinity before there is one."""
-    status = re.match(rf"([\d.]+) (m?s) · {SIDE} × {SIDE} · \d+ samples", visited.page.inner_text("#status"))
-    return float(status[1]) * (1 if status[2] == "ms" else 1000) if status else float("inf")
+    """Return the milliseconds that one sample of every pixel has taken, of the picture at rest."""
+    status = re.match(rf"([\d.]+) (m?s) · {SIDE} × {SIDE}", visited.page.inner_text("#status"))
+    assert status is not None
+    return float(status[1]) * (1 if status[2] == "ms" else 1000)
 
 
 if __name__ == "__main__":
