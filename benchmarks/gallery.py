@@ -1,6 +1,6 @@
 """Draws and measures the models of the gallery: writes docs/gallery.md, docs/gallery/ and docs/demo.png.
 
-    python benchmarks/gallery.py [-o docs/gallery.md] [--front | --scene]
+    python benchmarks/gallery.py [-o docs/gallery.md] [--front | --scene | --pages]
 
 A model's web page is written if it has at most PAGE_MOST bytes; of larger ones, the table has the size. Models that are
 not yet named as the gallery calls them, but after the mesh that they were trained on, are renamed in their files.
@@ -98,12 +98,13 @@ def shadertoy(model: Model) -> str:
         return "too wide"
 
 
-def scene_lines(folder: Path, context: Context) -> list[str]:
-    """Draw the moments of the example of a scene, and return what the page says of it."""
+def scene_lines(folder: Path, context: Context | None) -> list[str]:
+    """Draw the moments of the example of a scene, in a context, and return what the page says of it."""
     model = compose(SCENE)
-    options = RenderOptions(samples=16, background=WHITE, shading="studio")
-    moments = strip(model, context, SIDE, [replace(options, time=time) for time in MOMENTS])
-    save_png(folder / f"{model.name}.png", moments, model.name)
+    if context is not None:
+        options = RenderOptions(samples=16, background=WHITE, shading="studio")
+        moments = strip(model, context, SIDE, [replace(options, time=time) for time in MOMENTS])
+        save_png(folder / f"{model.name}.png", moments, model.name)
     page, toy = (len(TARGETS[target](model).encode()) for target in ("html", "shadertoy"))
     return [
         "## A scene",
@@ -122,10 +123,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--front", action="store_true", help="draw docs/demo.png alone")
     parser.add_argument("--scene", action="store_true", help="draw the scene alone, and print what the page says of it")
+    parser.add_argument("--pages", action="store_true", help="leave the pictures as they are")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/gallery.md"))
     options = parser.parse_args()
-    context, front = open_osmesa(), options.output.with_name("demo.png")
-    if options.front:
+    context, front = None if options.pages else open_osmesa(), options.output.with_name("demo.png")
+    if options.front and context is not None:
         draw_front(front, context)
         return
     folder = options.output.with_suffix("")
@@ -178,10 +180,12 @@ def main() -> None:
         "",
     )
     for name, model in models.items():
-        save_png(folder / f"{name}.png", strip(model, context, SIDE, panels(len(model.levels)).values()), name)
+        if context is not None:
+            save_png(folder / f"{name}.png", strip(model, context, SIDE, panels(len(model.levels)).values()), name)
         page.add(f"![{name}]({folder.name}/{name}.png)", "", f"{name}", "")
     page.add(*scene_lines(folder, context))
-    draw_front(front, context)
+    if context is not None:
+        draw_front(front, context)
 
 
 if __name__ == "__main__":
