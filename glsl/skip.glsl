@@ -32,7 +32,7 @@ bool cells_hold() { return level == LEVELS && delta[0] == CELLS_DELTA; }
 const int CELL_LOOKS = 512;
 const uint CELL_EMPTY = 8u;
 const float CELL_REACH = 1.1258330; // largest value, of an empty cell, too
-const float CELL_CLOSE = 0.1; // pixels
+const float CELL_CLOSE = 0.2; // pixels
 int cell_looks = 0;
 
 float cell_value(ivec3 cell) {

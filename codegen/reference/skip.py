@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from .cells import EMPTY, Cells, interpolated
 
-CLOSE = 0.1
+CLOSE = 0.2
 """Pixels to the surface, by the grid, from which on the field itself is asked."""
 
 LOOKS = 512
