@@ -6,6 +6,7 @@ with fine detail.
 """
 
 import math
+import time
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from functools import cache
@@ -22,8 +23,10 @@ STEP = 4
 """Between widths."""
 TRIAL_STEPS = "150,350"
 """Steps of the two levels in a trial."""
-FACTORS = (0.7, 1.0, 1.4)
+FACTORS = (1.0, 0.7, 1.4)
 """On the usual omega_0 of both levels: a trial each."""
+TRIALS_SHARE = 0.5
+"""Of the user's seconds: after these, no further frequencies are tried."""
 TRIAL_WIDTHS = (24, 56)
 """Widths of the trials that tell how the error falls with the number of parameters."""
 LONGER = 0.6
@@ -45,21 +48,24 @@ def as_before(settings: Settings, model: Model) -> Settings:
     return replace(settings, networks=networks, omegas=omegas, steps=steps(None, len(networks)))
 
 
-def chosen(shape: Shape, settings: Settings, before: Model | None, progress: TrainingProgress) -> Settings:
+def chosen(
+    shape: Shape, settings: Settings, before: Model | None, progress: TrainingProgress, began: float
+) -> Settings:
     """Return settings with levels: those that the user or an earlier training has chosen, or else those for the shape.
 
-    before: the model that a training goes on with. Raises as `choose`.
+    before: the model that a training goes on with. began: as of `choose`, which says what is raised.
     """
     if settings.wish is None:
         return settings
     kept = settings if before is None else as_before(settings, before)
-    return choose(shape, settings, settings.wish, progress) if kept is settings else kept
+    return choose(shape, settings, settings.wish, progress, began) if kept is settings else kept
 
 
-def choose(shape: Shape, settings: Settings, wanted: Wish, progress: TrainingProgress) -> Settings:
+def choose(shape: Shape, settings: Settings, wanted: Wish, progress: TrainingProgress, began: float) -> Settings:
     """Choose the levels for a shape, say so in the log, and return the settings with them.
 
-    Trials are trained as `settings` say, but for their length. Raises UserError where no width is enough or too few
+    Trials are trained as `settings` say, but for their length. began: the value of time.perf_counter() from which on
+    the user's seconds count. Raises UserError where no width is enough or too few
     seconds are left, and KeyboardInterrupt after Ctrl-C.
     """
     if shape.moving:
@@ -80,14 +86,25 @@ def choose(shape: Shape, settings: Settings, wanted: Wish, progress: TrainingPro
         widths = [(size(w, textured=False), trial(w, 1.0)) for w in TRIAL_WIDTHS]
         width, expected = _wide_enough(widths, wanted.error)
         why = f"a mean |f| of {wanted.error:g} (expected: {expected:.1e})"
-    tried = {factor: trial(min(width, TRIAL_WIDTHS[-1]), factor) for factor in FACTORS}
-    chosen = _with_levels(settings, width, min(tried, key=tried.__getitem__))
-    omegas = ", ".join(f"{omega:g}" for omega in chosen.omegas)
-    errors = ", ".join(f"{error:.1e}" for error in tried.values())
-    times = ", ".join(f"{factor:g}" for factor in tried)
+    ends = math.inf if settings.seconds is None else began + TRIALS_SHARE * settings.seconds
+    tried = dict[float, float]()
+    for factor in FACTORS:
+        if time.perf_counter() < ends:
+            tried[factor] = trial(min(width, TRIAL_WIDTHS[-1]), factor)
+    chosen = _with_levels(settings, width, min(tried, key=tried.__getitem__, default=1.0))
     progress.say(f"levels: {width}x1,{width}x2, for {why}")
-    progress.say(f"omega: {omegas}; of trials with {times} times the usual ones, whose mean |f| was {errors}")
+    of_trials = ", ".join(f"{error:.1e} with {factor:g} times" for factor, error in tried.items())
+    why = (
+        f"mean |f| of trials: {of_trials} the usual ones"
+        if tried
+        else "the usual ones: no seconds were left to try others"
+    )
+    progress.say(f"omega: {_shown(chosen.omegas)}; {why}")
     return chosen
+
+
+def _shown(omegas: tuple[float, ...]) -> str:
+    return ", ".join(f"{omega:g}" for omega in omegas)
 
 
 def _widest(parameters: int, textured: bool) -> int:
@@ -128,7 +145,7 @@ def _trial(shape: Shape, settings: Settings, width: int, factor: float, progress
     """
     levels = _with_levels(settings, width, factor)
     short = replace(levels, steps=steps(TRIAL_STEPS, 2), seconds=None, texture=False)
-    training = Training(shape, short, _Trial(progress))
+    training = Training(shape, short, _Trial(progress, _shown(levels.omegas)))
     model = training.run()
     if training.interrupted:
         raise KeyboardInterrupt
@@ -136,19 +153,19 @@ def _trial(shape: Shape, settings: Settings, width: int, factor: float, progress
 
 
 class _Trial:
-    """A `TrainingProgress` of a trial, which says nothing of its own."""
+    """A `TrainingProgress` of a trial, which logs nothing of its own."""
 
-    def __init__(self, progress: TrainingProgress) -> None:
-        self._progress = progress
+    def __init__(self, progress: TrainingProgress, omegas: str) -> None:
+        self._progress, self._omegas = progress, omegas
 
     def begin(self, stage: str) -> None:
-        self._progress.begin(f"trial, {stage}")
+        self._progress.begin(f"trial of omega {self._omegas}: {stage}")
 
     def advance(self, fraction: float, loss: float) -> None:
         self._progress.advance(fraction, loss)
 
     def tell(self, step: int, figures: Mapping[str, float]) -> None:
-        """Keep the figures of a trial to oneself."""
+        self._progress.tell(step, figures)
 
     def end(self) -> None:
         self._progress.end()

@@ -3,6 +3,7 @@
 import math
 import sys
 import tempfile
+import time
 import warnings
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -177,12 +178,13 @@ def prepared(
     before: a model that it goes on with. log: a file for the lines of `TrainingLog`, from then on. The others are as
     of `Training`. Raises UserError.
     """
+    began = time.perf_counter() if began is None else began
     where = device(settings.device)
     shape, warnings = load(progress)
     prepare(where)  # not before: of what the shape is made of, blocks as large as this keeps would leave holes
     for warning in warnings:
         progress.say(f"warning: {warning}")
-    settings = chosen(shape, settings, before, progress)
+    settings = chosen(shape, settings, before, progress, began)
     if log is not None:
         progress = TrainingLog(progress, log, onward=before is not None)
     return Training(shape, settings, progress, began, part, follow)

@@ -1,12 +1,16 @@
 """`--levels auto`: a budget or an error becomes widths, and trials choose the frequencies."""
 
+import time
+
 import pytest
 
 from mplicits.model.errors import UserError
 from mplicits.trainer import automatic
 from mplicits.trainer.automatic_wish import BYTES, HEADER, size, wish_of
 from mplicits.trainer.networks.network import initial
+from mplicits.trainer.options import settings_from
 from mplicits.trainer.settings import networks
+from mplicits.trainer.shapes.demo import DemoShape
 
 
 @pytest.mark.parametrize("width", [8, 64, 200])
@@ -51,3 +55,48 @@ def test_the_error_that_is_wanted_decides_the_width() -> None:
     assert automatic._wide_enough(trials, error * 1.0001)[0] == 100
     with pytest.raises(UserError, match="not even 512x1,512x2"):
         automatic._wide_enough(trials, 1e-5)
+
+
+def test_trials_leave_half_of_the_seconds_to_the_training(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried, said = [], []
+
+    def trial(shape: object, settings: object, width: int, factor: float, progress: object) -> float:
+        tried.append(factor)
+        return 1e-3 / factor
+
+    class Progress:
+        def say(self, line: str) -> None:
+            said.append(line)
+
+    monkeypatch.setattr(automatic, "_trial", trial)
+    settings = settings_from("auto", parameters=5000, seconds=200)
+    assert settings.wish is not None
+    shape, progress = DemoShape(), Progress()
+    now = time.perf_counter()
+    chosen = automatic.choose(shape, settings, settings.wish, progress, now)  # type: ignore[arg-type]
+    assert sorted(tried) == sorted(automatic.FACTORS)
+    assert "1.4 times" in said[-1]
+    usual = automatic.choose(shape, settings, settings.wish, progress, now - 150)  # type: ignore[arg-type]
+    assert len(tried) == len(automatic.FACTORS)
+    assert "no seconds were left" in said[-1]
+    assert chosen.networks == usual.networks
+    assert chosen.omegas[0] == pytest.approx(1.4 * usual.omegas[0], abs=0.1)
+
+
+def test_an_error_takes_no_trial_twice(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried = []
+
+    def trial(shape: object, settings: object, width: int, factor: float, progress: object) -> float:
+        tried.append((width, factor))
+        return 0.1 / width
+
+    class Progress:
+        def say(self, line: str) -> None:
+            """Nobody listens."""
+
+    monkeypatch.setattr(automatic, "_trial", trial)
+    settings = settings_from("auto", error=5e-4)
+    assert settings.wish is not None
+    automatic.choose(DemoShape(), settings, settings.wish, Progress(), 0.0)  # type: ignore[arg-type]
+    assert (56, 1.0) in tried
+    assert len(tried) == len(set(tried)) == 4
