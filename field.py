@@ -53,7 +53,8 @@ class Field(FieldFunction):
         Where the field moves it is the cube from -1 to 1, which holds the shape at any time.
         """
         from .codegen.ir.lower import lower
-        from .codegen.reference.cells import EMPTY, Cells
+        from .codegen.reference.cell_codes import EMPTY
+        from .codegen.reference.cells import Cells
 
         cells = Cells(lower(self.model), 64)
         occupied = np.argwhere((cells.grid() >= EMPTY) & (cells.moments == 1))[:, ::-1]

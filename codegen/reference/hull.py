@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..ir.program import Program
-from .cells import EMPTY, Cells, middles
+from .cell_codes import EMPTY, middles
+from .cells import Cells
 from .march import ball
 
 NUMBERS = range(14, 27)

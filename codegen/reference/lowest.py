@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..ir.program import Array, Program
-from .cells import OVERESTIMATE, all_cells, cut_in_eight, middles
+from .cell_codes import OVERESTIMATE, all_cells, cut_in_eight, middles
 from .interpret import field_gradient, nested_field
 
 FIRST, LAST = 16, 64

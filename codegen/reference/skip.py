@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .cells import EMPTY, Cells, interpolated
+from .cell_codes import EMPTY, interpolated
+from .cells import Cells
 
 CLOSE = 0.2
 """Pixels to the surface, by the grid, from which on the field itself is asked."""

@@ -23,7 +23,8 @@ from ..ir.program import Array, Program
 from ..printers.field import PLAIN, STORAGES, print_field
 from ..printers.texels import TEXTURE_WIDTH, UNROLL
 from ..reference import interpret
-from ..reference.cells import EMPTY, FIRST, MISSED, OVERESTIMATE, REACH
+from ..reference.cell_codes import EMPTY, OVERESTIMATE, REACH
+from ..reference.cell_search import FIRST, MISSED
 from ..reference.digits import near_surface
 from ..reference.lowest import lowest_point
 from ..reference.poster import poster as draw_poster
@@ -73,8 +74,8 @@ POSTER_QUALITY = 85
 """Of its WebP, from 0 to 100."""
 CELLS = 32, 64
 """Cells along an edge of the grid that the page finds: of large models and of those that move, and of others."""
-CELL_MOMENTS = 16
-"""Grids that it finds for a model that moves, one after the other in time."""
+CELL_MOMENTS = 17
+"""Grids that it finds for a model that moves, evenly spaced in time."""
 SHADERS = ("anywhere", *PASSES, "accumulate", "present", "blocks.vert", "contrast", "scatter", "scatter.vert")
 """Files in glsl/ with the shaders that the page compiles."""
 PROBES = 32

@@ -8,7 +8,8 @@ import torch
 from numpy.typing import NDArray
 
 from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference.cells import EMPTY, Cells, interpolated
+from mplicits.codegen.reference.cell_codes import EMPTY, interpolated
+from mplicits.codegen.reference.cells import Cells
 from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.reference.interpret import nested_field
 from mplicits.codegen.reference.march import march

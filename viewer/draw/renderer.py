@@ -57,8 +57,8 @@ class Renderer:
         self._programs: dict[str, Program] = {}
         self._colour = _colour_pass(shading)
         """Name of the last pass of a frame."""
-        self._moment = 0
-        """Index of the grid of cells that the texture holds."""
+        self._cells_time = 0.0
+        """Of the grid of cells that the texture holds."""
         start = time.perf_counter()
         with context as gl:
             try:
@@ -336,7 +336,7 @@ class Renderer:
         }
         if self.shader.cells is not None:
             empty = level == self.shader.levels and options.delta_scale == 1.0  # of that surface, in those bands
-            empty &= self.shader.cells.moment(options.time) is not None
+            empty &= self.shader.cells.holds(options.time)
             count = self.shader.cells.count if empty else 0
             values |= {"cell_count": count, "cells_half": self.shader.cells.half}
         return {name: value for name, value in values.items() if value is not None}
@@ -344,12 +344,11 @@ class Renderer:
     def _hold_cells(self, time: float) -> None:
         """Put the grid of cells for a time into the texture that rays read."""
         cells = self.shader.cells
-        moment = None if cells is None else cells.moment(time)
-        if cells is None or self._cells is None or moment is None:
+        if cells is None or self._cells is None or cells.moments == 1 or not cells.holds(time):
             return
-        if moment != self._moment:
-            self._cells.write(cells.grid(moment).tobytes(), alignment=1)
-            self._moment = moment
+        if time != self._cells_time:
+            self._cells.write(cells.grid(time).tobytes(), alignment=1)
+            self._cells_time = time
 
     def _draw_surface(self, target: moderngl.Framebuffer, tile: Tile, corner: tuple[int, int]) -> None:
         """Draw a tile without edges into the `target`, which is bound and cleared."""

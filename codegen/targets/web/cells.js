@@ -22,40 +22,52 @@ export async function emptyCells(model, isWanted, rest) {
             return isWanted();
         },
     };
-    const times = moves ? Array.from({length: moments}, (_, k) => (k + 0.5) / moments) : [0];
-    const changes = moves ? await changesBetween(model, times, half, pace) : [], grids = [];
+    const times = moves ? Array.from({length: moments}, (_, k) => k / (moments - 1)) : [0];
+    const excesses = moves ? await excessesBetween(model, times, half, pace) : [], grids = [];
     for (const [k, time] of times.entries()) {
-        const slack = moves ? 0.5 * overestimate * Math.max(changes?.[k - 1] ?? 0, changes?.[k] ?? 0) : 0;
-        const grid = changes && await gridAt(model, time, {count, half, slack}, pace);
+        const slack = moves ? overestimate * Math.max(excesses?.[k - 1] ?? 0, excesses?.[k] ?? 0) : 0;
+        const grid = excesses && await gridAt(model, time, {count, half, slack}, pace);
         if (!grid) return null;
         grids.push(grid);
     }
     return {count, half, grids};
 }
 
-// Returns the index of the grid for a time from 0 to 1.
-export const momentOf = ({grids}, time) => Math.min(Math.floor(time * grids.length), grids.length - 1);
+// Returns the grid for a time from 0 to 1: the only one, or as between() in cell_codes.py has it.
+export function gridOf({grids}, time) {
+    if (grids.length === 1) return grids[0];
+    const place = time * (grids.length - 1), first = Math.min(Math.floor(place), grids.length - 2), share = place - first;
+    const {empty} = shared.cells, before = grids[first], after = grids[first + 1];
+    const values = Float64Array.from({length: 256}, (_, code) => valueOf(code));
+    return before.map((code, cell) => {
+        const other = after[cell];
+        if (code === empty || other === empty) return empty;
+        if (code < empty && other < empty) return Math.min(code, other);
+        return coded((1 - share) * values[code] + share * values[other]);
+    });
+}
 
 const at = (i, edge, half) => Math.fround((2 * i / edge - 1) * half);
 const placeOf = (cell, edge) => [cell % edge, Math.floor(cell / edge) % edge, Math.floor(cell / edge / edge)];
 const middle = (cell, edge, half) => placeOf(cell, edge).map((i) => at(i + 0.5, edge, half));
 const everyCell = (edge) => Array.from({length: edge ** 3}, (_, cell) => cell);
 
-// Resolves to the largest change of level 1 in the ball from each of the times to the next; null where that was unwanted.
-async function changesBetween(model, times, half, pace) {
-    const {first} = shared.cells, changes = [];
-    let before = null;
-    for (const time of times) {
-        const values = [];
-        for (const cell of everyCell(first)) {
-            const point = middle(cell, first, half);
-            if (Math.hypot(...point) < half) values.push(firstValue(model, point, time));
-            if (pace.isDue() && !await pace.goOn()) return null;
-        }
-        if (before) changes.push(values.reduce((most, value, i) => Math.max(most, Math.abs(value - before[i])), 0));
-        before = values;
+// Resolves to what level 1 makes values from each of the times to the next too large by, as Cells._slack in cells.py finds
+// it; null where that was unwanted.
+async function excessesBetween(model, times, half, pace) {
+    const {first} = shared.cells, excesses = times.slice(1).fill(0), step = times[1], [{delta}] = model.levels;
+    for (const cell of everyCell(first)) {
+        const point = middle(cell, first, half);
+        if (Math.hypot(...point) >= half) continue;
+        const values = times.map((time) => firstValue(model, point, time));
+        excesses.forEach((most, k) => {
+            const [before, after] = [values[k], values[k + 1]];
+            const bend = 0.5 * (before + after) - firstValue(model, point, times[k] + 0.5 * step);
+            excesses[k] = Math.max(most, bend, Math.abs(after - before) - delta);
+        });
+        if (pace.isDue() && !await pace.goOn()) return null;
     }
-    return changes;
+    return excesses;
 }
 
 // Resolves to the grid for a time; null where it was unwanted.

@@ -1,4 +1,4 @@
-import {momentOf} from "./cells.js";
+import {gridOf} from "./cells.js";
 import {Device} from "./device.js";
 import {shared} from "./facts.js";
 import {packed, wanted} from "./samples.js";
@@ -128,16 +128,16 @@ export class Painter {
     // Takes the grids of empty cells that rays of the model skip, or null.
     hold(cells) {
         this.device.gl.deleteTexture(this.cells?.texture ?? null);
-        this.cells = cells && {...cells, moment: 0, texture: this.device.grid(cells.count)};
+        this.cells = cells && {...cells, time: 0, texture: this.device.grid(cells.count)};
         if (cells) this.device.fill(this.cells.texture, cells.count, cells.grids[0]);
     }
 
     // Has the texture of the grid hold that of a time.
     holdTime(time) {
-        const {cells} = this, moment = cells && momentOf(cells, time);
-        if (!cells || moment === cells.moment) return;
-        this.device.fill(cells.texture, cells.count, cells.grids[moment]);
-        cells.moment = moment;
+        const {cells} = this;
+        if (!cells || cells.grids.length === 1 || time === cells.time) return;
+        this.device.fill(cells.texture, cells.count, gridOf(cells, time));
+        cells.time = time;
     }
 
     // Returns the names of the passes that a variant draws a frame in. Literals are text without loops, which a CPU
