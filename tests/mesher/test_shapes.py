@@ -28,7 +28,8 @@ def test_culled_vertices_are_those_of_the_last_level_everywhere(shape: str, leve
     if shape != "demo" and not (MESHES / shape).is_file():
         pytest.skip(f"{shape} is not there; MPLICITS_DATA names its folder's parent")
     path = tmp_path / "m.safetensors"
-    assert cli.main(["train", source, "-o", str(path), "--levels", levels, "--seconds", "25", "--quiet"]) == 0
+    steps = levels.count(",") * "600," + "1000"
+    assert cli.main(["train", source, "-o", str(path), "--levels", levels, "--steps", steps, "--quiet"]) == 0
     model = load(path)
     comparison = same_vertices(model, 256)
     print(shape, comparison)
