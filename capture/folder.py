@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ..model.errors import UserError
-from ..model.files import show
+from ..model.files import is_folder, show
 from .pictures import LARGEST, Found, posed
 from .posed import Photographs
 from .sphere_cameras import find_in_sphere
@@ -59,7 +59,7 @@ def _find(
     sphere: tuple[float, float, float, float] | None,
     up: str | None,
 ) -> Found:
-    if not folder.is_dir():
+    if not is_folder(folder):
         raise UserError(f"{show(folder)}: no such folder")
     for name in CAMERAS:
         if (folder / name).is_file():

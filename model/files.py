@@ -21,6 +21,20 @@ NO_PROMISE = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)
 """What file systems say that cannot promise that something is on the disk."""
 
 
+def is_folder(path: Path) -> bool:
+    """Whether a path is that of a folder; false for one that the system refuses, as where a name is too long."""
+    with contextlib.suppress(OSError):
+        return path.is_dir()
+    return False
+
+
+def is_file(path: Path) -> bool:
+    """Whether a path is that of a file; false for one that the system refuses."""
+    with contextlib.suppress(OSError):
+        return path.is_file()
+    return False
+
+
 def show(text: str | os.PathLike[str]) -> str:
     """Escape what does not print in a path, or in a text from a file, so that it may stand in a one-line message."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(text))

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..model.errors import UserError
-from ..model.files import check_writable, show
+from ..model.files import check_writable, is_folder, show
 from ..model.gallery import SUFFIX
 from ..model.interrupts import begin_work, ended_by
 from ..model.kinds import LOG, MODEL
@@ -53,7 +53,7 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]", pi
     """Train, save the model, and print its figures. Raises UserError."""
     settings = settings_of(options)
     before_torch()
-    if Path(options.shape).is_dir() and not options.time:
+    if is_folder(Path(options.shape)) and not options.time:
         from .folder import run_folder
 
         run_folder(options, settings, arguments)

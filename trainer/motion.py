@@ -10,7 +10,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from ..model.errors import UserError
-from ..model.files import show
+from ..model.files import is_folder, show
 from ..model.gallery import SUFFIX, model_path
 from ..model.mesh_file import SUFFIXES
 from ..model.model import Model
@@ -32,7 +32,7 @@ STAGE = "surfaces between"
 
 def frames(folder: Path) -> list[Path]:
     """List the meshes of a folder, by name. Raises UserError where it has none, or one."""
-    if not folder.is_dir():
+    if not is_folder(folder):
         raise UserError(f"{show(folder)}: not a folder; with --time, a folder of meshes is needed")
     paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES and path.is_file())
     if len(paths) < 2:

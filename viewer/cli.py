@@ -195,9 +195,10 @@ def _may_be_model(path: Path) -> bool:
     """Whether a path is a file that begins as models do, which is seen at once; a shader does not."""
     import os
 
+    from ..model.files import is_file
     from ..model.kinds import MODEL, is_other
 
-    return path.is_file() and os.access(path, os.R_OK) and not is_other(path, MODEL)
+    return is_file(path) and os.access(path, os.R_OK) and not is_other(path, MODEL)
 
 
 def _open_source(args: Namespace) -> "Source":
