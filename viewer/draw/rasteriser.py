@@ -15,6 +15,7 @@ from .mesh_program import DEPTH_SHADER, clip_planes, mesh_vertex_shader
 from .options import RenderOptions
 from .program import UNITS, Program
 from .renderer import Renderer
+from .sampler import Sampler
 from .tiles import Tile
 from .triangles import Triangles
 from .uniforms import tile_uniforms
@@ -31,7 +32,7 @@ class Rasteriser(Renderer):
         self._mesh = mesh
         self.vertex_shader = mesh_vertex_shader()
         self._buffers: list[moderngl.Buffer] = []
-        self._backdrop = Renderer(context, bake_numbered(model, storage, "backdrop.glsl"))
+        self._backdrop = Sampler(context, bake_numbered(model, storage, "backdrop.glsl"))
         try:
             super().__init__(context, bake_numbered(model, storage, "mesh.glsl"))
         except UserError:
