@@ -65,8 +65,8 @@ def choose(shape: Shape, settings: Settings, wanted: Wish, progress: TrainingPro
     """Choose the levels for a shape, say so in the log, and return the settings with them.
 
     Trials are trained as `settings` say, but for their length. began: the value of time.perf_counter() from which on
-    the user's seconds count. Raises UserError where no width is enough or too few
-    seconds are left, and KeyboardInterrupt after Ctrl-C.
+    the user's seconds count. Raises UserError where no width is enough or too few seconds are left, and
+    KeyboardInterrupt after Ctrl-C.
     """
     if shape.moving:
         raise UserError("--levels auto: for shapes that stand still; give the levels of a motion yourself")
