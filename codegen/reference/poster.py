@@ -36,8 +36,8 @@ def poster(
 
     basis: (3, 3), columns right, up and back of a camera that looks at the origin from `distance`, model units.
     focal: distance of the picture plane that reaches from -1 to 1. light: (3,), the direction to the light in the
-    camera's axes. plain: (3,), the sRGB colour of a model without colours. side: pixels. shade: "phong", or "studio", of
-    which the floor is left out.
+    camera's axes. plain: (3,), the sRGB colour of a model without colours. side: pixels. shade: "phong", or "studio"
+    without its floor.
 
     Returns (side, side, 4), top row first: sRGB in [0, 1], and the share of the pixel that the shape covers.
     """
