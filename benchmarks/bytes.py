@@ -91,6 +91,9 @@ def write_gallery(output: Path) -> None:
         if max(layer.weight.shape[0] for network in model.networks().values() for layer in network) > WIDEST:
             page.add(f"| {name} | | too wide | | | | | | | | |")
             continue
+        if model.inputs == "xyzt":
+            page.add(f"| {name} | | it moves, and has decimals | | | | | | | | |")
+            continue
         began = time.process_time()
         text = shadertoy(model)
         seconds = time.process_time() - began
