@@ -52,14 +52,17 @@ class Field(FieldFunction):
 
         Where the field moves it is the cube from -1 to 1, which holds the shape at any time.
         """
+        cube = np.array([[-1.0] * 3, [1.0] * 3])
+        if self.model.inputs == "xyzt":
+            return cube
         from .codegen.ir.lower import lower
         from .codegen.reference.cell_codes import EMPTY
         from .codegen.reference.cells import Cells
 
         cells = Cells(lower(self.model), 64)
-        occupied = np.argwhere((cells.grid() >= EMPTY) & (cells.moments == 1))[:, ::-1]
+        occupied = np.argwhere(cells.grid() >= EMPTY)[:, ::-1]
         if not len(occupied):
-            return np.array([[-1.0] * 3, [1.0] * 3])
+            return cube
         edge = 2 * cells.half / cells.count
         return np.stack((occupied.min(axis=0), occupied.max(axis=0) + 1)) * edge - cells.half
 

@@ -57,10 +57,11 @@ class Cells:
         no more than the field outside of the shape, so far as the middles and corners of cells tell. Where the field
         moves, all this is so between two moments, so far as level 1 tells how evenly it changes.
         """
-        if self.moments == 1:
-            return self._found(0)
-        before = min(int(time * (self.moments - 1)), self.moments - 2)
-        return between(self._found(before), self._found(before + 1), time * (self.moments - 1) - before)
+        place = time * (self.moments - 1)
+        before = int(place)
+        if place == before:
+            return self._found(before)
+        return between(self._found(before), self._found(before + 1), place - before)
 
     def _found(self, moment: int) -> NDArray[np.uint8]:
         """Return the grid at a moment."""
