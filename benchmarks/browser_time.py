@@ -1,8 +1,13 @@
-"""What benchmarks of the page share: a page with lines changed, and the processor's time of a browser."""
+"""What benchmarks of the page share: a page with lines changed, its frames, and the processor's time of a browser."""
 
 import os
+import re
 from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from support.browser import Visit
 
 TICK = os.sysconf("SC_CLK_TCK")
 """Ticks of the kernel's clock in a second."""
@@ -34,3 +39,17 @@ def changed(text: str, changes: list[tuple[str, str]]) -> str:
         assert text.count(old) == 1, old
         text = text.replace(old, new)
     return text
+
+
+def turn(visited: "Visit", key: str) -> None:
+    """Turn a page's view by a key, and wait until the picture is at rest."""
+    visited.page.keyboard.press(key)
+    visited.until("document.documentElement.dataset.state === 'drawing'")
+    visited.still()
+
+
+def shown_seconds(visited: "Visit") -> float:
+    """Return the seconds that one sample of every pixel has taken, as the page says them of the picture at rest."""
+    status = re.match(r"([\d.]+) (m?s) ·", visited.page.inner_text("#status"))
+    assert status is not None
+    return float(status[1]) / (1000 if status[2] == "ms" else 1)

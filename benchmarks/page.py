@@ -8,18 +8,18 @@ to the end of a first draw of one pixel, and the milliseconds of one sample of e
 
 import argparse
 import os
-import re
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from browser_time import shown_seconds, turn
 from mplicits.codegen.targets.registry import TARGETS
 from mplicits.model.errors import UserError
 from mplicits.model.gallery import model_path
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load
 from protocol import Page, machine
-from support.browser import DRIVERS, Visit, chromium, visit
+from support.browser import DRIVERS, chromium, visit
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -78,10 +78,9 @@ def measured(browser: "Browser", model: Model, storage: str, file: Path) -> str:
             return "given up, the page stays with the texture | - | -"
         frames = []
         for _ in range(VIEWS):
-            visited.page.keyboard.press("ArrowRight")
-            visited.until("document.documentElement.dataset.state === 'drawing'")
-            visited.still()
-            frames.append(frame(visited))
+            turn(visited, "ArrowRight")
+            frames.append(1000 * shown_seconds(visited))
+            assert f"{SIDE} × {SIDE}" in visited.page.inner_text("#status")
         times = dict(visited.page.evaluate(MEASURES))
         assert not visited.said, visited.said
         compiled, error = times[f"{storage}: compiled and first drawn"], float(visited.root("error") or "nan")
@@ -94,13 +93,6 @@ def size(model: Model, target: str) -> str:
         return f"{len(TARGETS[target](model).encode()):,}"
     except UserError:
         return "-"
-
-
-def frame(visited: Visit) -> float:
-    """Return the milliseconds that one sample of every pixel has taken, of the picture at rest."""
-    status = re.match(rf"([\d.]+) (m?s) · {SIDE} × {SIDE}", visited.page.inner_text("#status"))
-    assert status is not None
-    return float(status[1]) * (1 if status[2] == "ms" else 1000)
 
 
 if __name__ == "__main__":

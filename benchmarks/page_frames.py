@@ -6,13 +6,12 @@ A page's text as it is, and with lines changed so that it traces by the plain sc
 """
 
 import argparse
-import re
 import statistics
 import tempfile
 from contextlib import ExitStack
 from pathlib import Path
 
-from browser_time import changed, processor_seconds
+from browser_time import changed, processor_seconds, shown_seconds, turn
 from mplicits.codegen.targets.webpage import standalone
 from mplicits.model.gallery import model_path
 from mplicits.model.model import shape_of
@@ -34,13 +33,8 @@ ONE_SAMPLE = [
 def frame(visited: Visit, key: str) -> tuple[float, float]:
     """Turn a page's view by a key; return the seconds of the whole frame, by the processor and as the page says it."""
     began = processor_seconds()
-    visited.page.keyboard.press(key)
-    visited.until("document.documentElement.dataset.state === 'drawing'")
-    visited.still()
-    spent = processor_seconds() - began
-    status = re.match(r"([\d.]+) (m?s) ·", visited.page.inner_text("#status"))
-    assert status is not None
-    return spent, float(status[1]) / (1000 if status[2] == "ms" else 1)
+    turn(visited, key)
+    return processor_seconds() - began, shown_seconds(visited)
 
 
 def main() -> None:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from browser_time import changed, processor_seconds
+from browser_time import changed, processor_seconds, turn
 from mplicits.codegen.targets.webpage import standalone
 from mplicits.model.gallery import model_path
 from mplicits.model.model import Model, shape_of
@@ -46,9 +46,7 @@ def refined(
         visited.page.keyboard.press("ArrowLeft")
         visited.still()
         began = processor_seconds()
-        visited.page.keyboard.press("ArrowRight")
-        visited.until("document.documentElement.dataset.state === 'drawing'")
-        visited.still()
+        turn(visited, "ArrowRight")
         seconds = processor_seconds() - began
         png = Image.open(io.BytesIO(visited.page.locator("#view").screenshot())).convert("RGB")
         assert not visited.said, visited.said
