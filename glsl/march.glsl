@@ -92,20 +92,28 @@ void stride(inout Hit ray, inout vec2 before, float f, int reached, int level, f
     move(ray, change, f, reached, level, pixel, far);
 }
 
+// Takes a ray, between two relaxed steps, past what the grid says is empty; it is done where that is all that is left.
+// looks: how often it has looked at the grid.
+void leave_out(inout Hit ray, inout vec2 before, inout int looks, vec3 origin, vec3 direction, float footprint,
+               float far, float step_scale) {
+    if (ray.level == 1 && ray.t > 0.0) { // an eye inside the shape is found out first
+        ray.t = skip(origin, direction, ray.t, far, footprint, step_scale, before, looks);
+        if (ray.t > far) ray.level = ray.steps > 0 ? -1 : 0;
+    }
+}
+
 Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, float step_scale, int schedule) {
     vec2 span = ball(origin, direction, 1.0 + delta[level - 1]);
     Hit ray = Hit(false, max(span.x, 0.0), span.x < span.y && span.y > 0.0 ? 1 : 0, 0);
     vec2 before = vec2(0.0);
+    int looks = 0;
     bool relaxed = schedule == SCHEDULE_RELAXED;
     for (int round = 0; round < rounds && ray.level > 0; ++round) {
         for (int phase = relaxed ? level : 1; phase <= level; ++phase) {
             for (int i = 0; i < iterations[phase - 1] && (relaxed ? ray.level > 0 : ray.level == phase); ++i) {
-                if (relaxed && ray.level == 1 && ray.t > 0.0) { // an eye inside the shape is found out first
-                    ray.t = skip(origin, direction, ray.t, span.y, footprint, step_scale, before);
-                    if (ray.t > span.y) {
-                        ray.level = ray.steps > 0 ? -1 : 0;
-                        break;
-                    }
+                if (relaxed) {
+                    leave_out(ray, before, looks, origin, direction, footprint, span.y, step_scale);
+                    if (ray.level <= 0) break;
                 }
                 int reached;
                 float f = field(origin + ray.t * direction, phase, reached);

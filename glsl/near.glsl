@@ -13,8 +13,9 @@ void main() {
     float t = max(span.x, 0.0);
     bool near = span.x < span.y && span.y > 0.0;
     vec2 before = vec2(0.0);
+    int looks = 0;
     if (near && schedule == SCHEDULE_RELAXED && t > 0.0)
-        t = skip(eye, direction, t, span.y, 2.0 / (focal * resolution.y), step_scale, before);
+        t = skip(eye, direction, t, span.y, 2.0 / (focal * resolution.y), step_scale, before, looks);
     near = near && t <= span.y;
     color = vec4(t, 0.0, 0.0, float(near));
     gl_FragDepth = color.a;

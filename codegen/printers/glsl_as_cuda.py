@@ -5,10 +5,10 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import NoReturn
 
-TYPES = frozenset({"bool", "int", "float", "vec2", "vec3", "vec4", "mat3", "mat4"})
+TYPES = frozenset({"bool", "int", "uint", "float", "ivec3", "vec2", "vec3", "vec4", "mat3", "mat4"})
 """GLSL's types that CUDA has, the vectors and matrices by cuda_source/vectors.cuh."""
 BUILT_INS = frozenset(
-    {"abs", "clamp", "dot", "max", "min", "mix", "normalize", "pow", "reflect", "smoothstep", "sqrt", "step"}
+    {"abs", "clamp", "dot", "floor", "max", "min", "mix", "normalize", "pow", "reflect", "smoothstep", "sqrt", "step"}
 )
 """GLSL's functions that vectors.cuh defines."""
 MEMBERS = frozenset({"x", "y", "z", "w", "xyz"})
@@ -19,7 +19,7 @@ KEYWORDS = frozenset({"if", "else", "for", "while", "do", "return", "break", "co
 _TOKEN = re.compile(
     r"""(?P<before>(?:\s+|//[^\n]*|/\*.*?\*/)*)
     (?:(?P<float>(?:(?:\d+\.\d*|\.\d+)(?:[eE][-+]?\d+)?|\d+[eE][-+]?\d+)(?![\w.]))
-    |(?P<integer>(?:0|[1-9]\d*)(?![\w.]))
+    |(?P<integer>(?:0|[1-9]\d*)u?(?![\w.]))
     |(?P<word>[A-Za-z_]\w*)
     |(?P<sign>\+\+|--|&&|\|\||<<|>>|[-+*/%<>=!]=|/(?![/*])|[-+*%<>=!&|~?:;,.(){}[\]])
     |(?P<end>\Z)

@@ -16,10 +16,11 @@ from ..printers.cstyle import Language
 from ..printers.field import print_field
 from ..printers.glsl_as_cuda import glsl_as_cuda
 from ..reference.lowest import lowest_point
+from .cuda_cells import print_cells
 from .cuda_scene import scene_field
 from .header import header_facts, header_line
 from .orbit import AZIMUTH, ELEVATION, FOV, MARGIN
-from .uniforms import GROUND, LEVELS, SHADINGS, TIME, UNIFORMS, Uniform, default
+from .uniforms import GROUND, LEVELS, SCHEDULES, SHADINGS, TIME, UNIFORMS, Uniform, default
 
 LANGUAGE = Language(
     function="__device__ inline {type} {name}({parameters})",
@@ -37,10 +38,14 @@ Its rounding to single halves would be the whole error of a picture (docs/cuda.m
 """
 PER_LEVEL = {"DELTAS": "delta", "STEP_BOUNDS": "step_bound", "BAND_STEP_BOUNDS": "band_step_bound"}
 """Name of a constant array of floats -> the number of a Band that it holds for each level."""
-LACKING = ("origin", "jitter", "schedule")
-"""Uniforms that CUDA lacks: it draws whole pictures by the plain schedule, one ray through the centre of each pixel."""
-READ_BY_GLSL = ("field", "iterations", "delta", "step_bound", "band_step_bound", "skip")
-"""What functions in glsl/ use without declaring it: the generated field, and the uniforms with an entry per level."""
+LACKING = ("origin", "jitter")
+"""Uniforms that CUDA lacks: it draws whole pictures, one ray through the centre of each pixel."""
+READ_BY_GLSL = (
+    *("field", "iterations", "delta", "step_bound", "band_step_bound"),
+    *("skip", "cell_code", "cells_hold", "cell_count", "cells_half"),
+)
+"""What functions in glsl/ use without declaring it: the generated field, the uniforms with an entry per level, and the
+grid of cells (cuda_source/grid.cuh)."""
 
 HEADERS = (
     "cuda_runtime.h",
@@ -90,6 +95,7 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
             "namespace mplicits {",
             "",
             *_model_constants(program),
+            *print_cells(program, LANGUAGE),
             "",
             f"const float WEIGHTS[{len(texels)}][4] = {{",
             *(f"    {{{', '.join(LANGUAGE.number(value) for value in texel)}}}," for texel in texels),
@@ -166,10 +172,10 @@ def _head(model: Model, program: Program) -> list[str]:
         "// Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores; layered, a",
         "// product by cuBLAS per layer, over all pixels. cuBLAS is part of the CUDA toolkit; it is opened at run time",
         "// by the variant that needs it: nothing is to be linked. In order: check, vectors, uniforms, camera_ray,",
-        "// settings, the field, networks, shade, arguments, skip, march, background, to_floor, key_light, openness,",
-        "// studio, floor_colour, colours, simple, stepping, mma, packed, team, tile, adjoint, queues, fused, cublas,",
-        "// layered, picture, benchmark, main. Of these, camera_ray, shade, march, background, and all from to_floor",
-        "// to floor_colour, are the functions of the GLSL targets.",
+        "// settings, the field, networks, shade, arguments, grid, cells, march, background, to_floor, key_light,",
+        "// openness, studio, floor_colour, colours, simple, stepping, mma, packed, team, tile, adjoint, queues,",
+        "// fused, cublas, layered, picture, unpack, benchmark, main. Of these, camera_ray, shade, cells, march,",
+        "// background, and all from to_floor to floor_colour, are the functions of the GLSL targets.",
     ]
 
 
@@ -211,8 +217,9 @@ def _uniforms() -> list[str]:
             if uniform.per_level or uniform is TIME
         ),
         f"constexpr float DEFAULT_TIME = {LANGUAGE.number(default('time')[0])};",
-        "// Names of the shadings; the index is the uniform's value.",
+        "// Names of the shadings and of the schedules; the index is the uniform's value.",
         f"const char *const SHADINGS[] = {{{', '.join(map(c_string, SHADINGS))}}};",
+        f"const char *const SCHEDULES[] = {{{', '.join(map(c_string, SCHEDULES))}}};",
         "// The camera that --camera and --fov stand for where they are not given.",
         f"constexpr double AZIMUTH = {AZIMUTH!r}, ELEVATION = {ELEVATION!r}, FOV = {FOV!r};  // degrees",
         f"constexpr double MARGIN = {MARGIN!r};  // the picture shows a sphere of this radius",

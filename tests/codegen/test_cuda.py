@@ -5,9 +5,10 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from mplicits.codegen.targets import cuda
+from mplicits.codegen.targets import cuda, cuda_cells
 from mplicits.codegen.targets.cuda import c_string, standalone
 from mplicits.model.errors import UserError
 from support.golden_text import check_golden
@@ -38,8 +39,24 @@ def compile_for(architecture: str, source: Path) -> None:
 def test_generated_text_is_golden(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """The golden text leaves out the hand-written files of codegen/targets/cuda_source/ and glsl/."""
     monkeypatch.setattr(cuda, "_load", lambda name, _seen: f"// {name}\n")
+    monkeypatch.setattr(cuda_cells, "COUNT", 4)
     text = standalone(random_model((4, 1), (8, 0), texture=(4, 0), name=NAME), digits=3)
     check_golden(text, GOLDEN_TEXT, request)
+
+
+def test_a_cube_of_empty_cells_is_one_byte_and_the_others_follow_by_their_bits() -> None:
+    grid = np.full((4, 4, 4), 1, np.uint8)
+    grid[:2, :2, :2] = [[[0, 9], [0, 0]], [[0, 0], [200, 0]]]
+    numbers = cuda_cells.packed(grid)
+    codes = b"".join(number.to_bytes(4, "little") for number in numbers)
+    assert list(codes[:8]) == [0, 9, 0, 0, 0, 0, 200, 0], "x first, then y, then z"
+    assert list(codes[8:]) == [1] * 7 + [0], "seven cubes, and what fills the last number"
+    assert cuda_cells.packed(np.full((4, 4, 4), 2, np.uint8)) == [2]
+
+
+def test_what_moves_has_no_cells() -> None:
+    assert "CELL_COUNT = 0;" in standalone(random_model((4, 0), inputs="xyzt"))
+    assert "CELL_COUNT = 128;" in standalone(random_model((4, 0)))
 
 
 @pytest.mark.parametrize("name", [NAME, "\x00\x7f\ud800é漢", "%s%n"])

@@ -12,7 +12,7 @@ from mplicits.codegen.targets.uniforms import SHADINGS
 from support.random_model import random_model
 
 SOURCES = Path(cuda.__file__).parent / "cuda_source"
-PRINTED = ("camera_ray.glsl", "march.glsl", "background.glsl", "shade.glsl", "openness.glsl")
+PRINTED = ("camera_ray.glsl", "cells.glsl", "march.glsl", "background.glsl", "shade.glsl", "openness.glsl")
 """Files of glsl/ that the kernels include."""
 
 
@@ -88,10 +88,11 @@ def test_names_from_outside_are_known_where_they_are_given() -> None:
         ("int f(int a) { return a ^ 1; }", "^"),
         ("int f() { return 017; }", "017"),
         ("float f() { return 1.0f; }", "1.0f"),
+        ("uint f() { return 1U; }", "1U"),
         ("void f() { int a, b; }", "b"),
         ("void f(int if) {}", "if"),
         ("struct S { float a[2]; };", "["),
-        ("struct S { uint a; };", "uint"),
+        ("struct S { ivec2 a; };", "ivec2"),
         ("void f() { if (true) {", ""),
         ("void f() { /* }", "/*"),
     ],
@@ -118,7 +119,7 @@ def test_the_vectors_have_all_that_the_printer_lets_through_and_it_is_used() -> 
     words = set(re.findall(r"\w+", " ".join(re.sub("//.*", "", glsl.load(name)) for name in PRINTED)))
     for name in BUILT_INS:
         assert re.search(rf"^__device__ inline \w+ {name}\(", vectors, re.MULTILINE), name
-    for name in TYPES - {"bool", "int", "float"}:
+    for name in TYPES - {"bool", "int", "uint", "float"}:
         assert f"struct {name} {{" in vectors
     assert words >= (BUILT_INS | TYPES) - {"vec4"}, "vec4 is the field's"
     declared = re.findall(r"^    (?:float|vec3) ([\w, ]+);", vectors, re.MULTILINE)

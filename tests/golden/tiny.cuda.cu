@@ -6,10 +6,10 @@
 // Variants: simple, one thread per ray, float32; fused, tiles of rays on the tensor cores; layered, a
 // product by cuBLAS per layer, over all pixels. cuBLAS is part of the CUDA toolkit; it is opened at run time
 // by the variant that needs it: nothing is to be linked. In order: check, vectors, uniforms, camera_ray,
-// settings, the field, networks, shade, arguments, skip, march, background, to_floor, key_light, openness,
-// studio, floor_colour, colours, simple, stepping, mma, packed, team, tile, adjoint, queues, fused, cublas,
-// layered, picture, benchmark, main. Of these, camera_ray, shade, march, background, and all from to_floor
-// to floor_colour, are the functions of the GLSL targets.
+// settings, the field, networks, shade, arguments, grid, cells, march, background, to_floor, key_light,
+// openness, studio, floor_colour, colours, simple, stepping, mma, packed, team, tile, adjoint, queues,
+// fused, cublas, layered, picture, unpack, benchmark, main. Of these, camera_ray, shade, cells, march,
+// background, and all from to_floor to floor_colour, are the functions of the GLSL targets.
 
 #include <cuda_runtime.h>
 #include <dlfcn.h>
@@ -43,6 +43,12 @@ constexpr int ITERATIONS[LEVELS] = {20, 5};
 constexpr float DELTAS[LEVELS] = {1.f, .5f};
 constexpr float STEP_BOUNDS[LEVELS] = {.8f, .8f};
 constexpr float BAND_STEP_BOUNDS[LEVELS] = {.8f, .8f};
+constexpr int CELL_COUNT = 4;  // along an edge of the grid that rays skip
+constexpr float CELLS_HALF = 2.f;
+const unsigned CELLS[16] = {
+    26368u, 1711807796u, 1879050273u, 2121271376u, 134744072u, 524296u, 2717965824u, 1151140000u, 1011025928u, 148244480u,
+    856162312u, 51968u, 0u, 36691u, 2583724800u, 1309184776u,
+};
 
 const float WEIGHTS[27][4] = {
     {.913f, -3.223f, .711f, 2.9f},
@@ -87,6 +93,7 @@ struct Uniforms {
     int normal_level = LEVELS;  // level whose gradient is the normal
     int rounds = 64;  // how often the levels are gone through
     float step_scale = 1.f;  // another factor on every step; below 1: safer, slower
+    int schedule = 1;  // how rays are traced: 0 plain, 1 relaxed
     int shading = 0;  // 0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 studio, 6 data: (t, steps, level, hit)
     float ground = GROUND;  // height of the floor that shading 5 shows, model space, y up
     vec3 light = vec3(-.5f, .7f, .8f);  // direction to the light, camera space
@@ -99,8 +106,9 @@ __constant__ float step_bound[LEVELS];  // factor on each level's steps where it
 __constant__ float band_step_bound[LEVELS];  // the same where a finer level is traced
 __constant__ float time;  // moment of a model that moves, from 0 to 1
 constexpr float DEFAULT_TIME = 0.f;
-// Names of the shadings; the index is the uniform's value.
+// Names of the shadings and of the schedules; the index is the uniform's value.
 const char *const SHADINGS[] = {"phong", "normal", "depth", "steps", "texture", "studio", "data"};
+const char *const SCHEDULES[] = {"plain", "relaxed"};
 // The camera that --camera and --fov stand for where they are not given.
 constexpr double AZIMUTH = 30.0, ELEVATION = 20.0, FOV = 35.0;  // degrees
 constexpr double MARGIN = 1.06;  // the picture shows a sphere of this radius

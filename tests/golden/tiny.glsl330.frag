@@ -164,7 +164,7 @@ vec3 camera_ray(vec2 pixel, vec2 resolution, mat4 camera, float focal) {
 // the binary logarithm of the edge, in cells, of the largest empty cube that holds it, of those whose edges and corners are
 // multiples of a power of 2. The others stand for values in the cells' middles, in edges of a cell. Between these, they
 // are no more than the distance to the surface: rays are sphere traced in them up to CELL_CLOSE pixels.
-// A fragment looks at the grid CELL_LOOKS times at most.
+// A ray looks at the grid CELL_LOOKS times at most (cells.glsl); looks: how often it has.
 // CELLS: the grid is a texture. FEW_CELLS: the text before has it, of 4 bits for a cell, from the lowest ones up, 0 for an
 // empty one; it is of the last level with the bands as they were. Without both there is none, and nothing is skipped.
 #ifdef CELLS
@@ -188,11 +188,11 @@ bool cells_hold() { return level == LEVELS && delta[0] == CELLS_DELTA; }
 #define CELLS
 #endif
 #ifdef CELLS
+// cells.glsl: how rays skip the grid that cell_code() reads; see skip.glsl. Reads cell_count, cells_half, cells_hold().
 const int CELL_LOOKS = 512;
 const uint CELL_EMPTY = 8u;
 const float CELL_REACH = 1.1258330; // largest value, of an empty cell, too
 const float CELL_CLOSE = 0.2; // pixels
-int cell_looks = 0;
 
 float cell_value(ivec3 cell) {
     uint code = cell_code(cell);
@@ -200,19 +200,24 @@ float cell_value(ivec3 cell) {
 }
 
 // Values between four cells of a layer: share of the way from `low` to the next ones in x and y.
-float cell_layer(ivec3 low, vec2 share) {
+float cell_layer(ivec3 low, vec3 share) {
     float nearer = mix(cell_value(low), cell_value(low + ivec3(1, 0, 0)), share.x);
     float farther = mix(cell_value(low + ivec3(0, 1, 0)), cell_value(low + ivec3(1, 1, 0)), share.x);
     return mix(nearer, farther, share.y);
 }
 
-float skip(vec3 origin, vec3 direction, float t, float far, float footprint, float step_scale, inout vec2 before) {
+// What may be divided by.
+float slanted(float along) { return along == 0.0 ? 0.000001 : along; }
+
+float skip(vec3 origin, vec3 direction, float t, float far, float footprint, float step_scale, inout vec2 before,
+           inout int looks) {
     if (!cells_hold()) return t;
     float scale = 0.5 * float(cell_count) / cells_half; // cells per model unit
-    vec3 start = scale * (origin + cells_half), along = scale * direction;
-    along += vec3(equal(along, vec3(0.0))) * 1e-6;
-    while (cell_looks < CELL_LOOKS && t <= far) {
-        ++cell_looks;
+    vec3 start = scale * (origin + cells_half);
+    vec3 along = scale * direction;
+    along = vec3(slanted(along.x), slanted(along.y), slanted(along.z));
+    while (looks < CELL_LOOKS && t <= far) {
+        ++looks;
         vec3 place = start + t * along;
         ivec3 cell = clamp(ivec3(floor(place)), 0, cell_count - 1);
         uint code = cell_code(cell);
@@ -221,11 +226,11 @@ float skip(vec3 origin, vec3 direction, float t, float far, float footprint, flo
             vec3 corner = edge * floor(vec3(cell) / edge);
             vec3 leaving = (corner + edge * step(0.0, along) - place) / along;
             before = vec2(t, 0.0);
-            t += max(min(leaving.x, min(leaving.y, leaving.z)), 0.0) + 1e-3 / scale;
+            t += max(min(leaving.x, min(leaving.y, leaving.z)), 0.0) + 0.001 / scale;
         } else {
-            vec3 first = floor(place - 0.5), share = place - 0.5 - first;
-            float value = mix(
-                cell_layer(ivec3(first), share.xy), cell_layer(ivec3(first) + ivec3(0, 0, 1), share.xy), share.z);
+            vec3 first = floor(place - 0.5);
+            vec3 share = place - 0.5 - first;
+            float value = mix(cell_layer(ivec3(first), share), cell_layer(ivec3(first) + ivec3(0, 0, 1), share), share.z);
             float free = step_scale * value / scale;
             if (free <= CELL_CLOSE * footprint * t) break;
             before = vec2(t, free);
@@ -235,7 +240,8 @@ float skip(vec3 origin, vec3 direction, float t, float far, float footprint, flo
     return t;
 }
 #else
-float skip(vec3 origin, vec3 direction, float t, float far, float footprint, float step_scale, inout vec2 before) {
+float skip(vec3 origin, vec3 direction, float t, float far, float footprint, float step_scale, inout vec2 before,
+           inout int looks) {
     return t;
 }
 #endif
@@ -342,20 +348,28 @@ void stride(inout Hit ray, inout vec2 before, float f, int reached, int level, f
     move(ray, change, f, reached, level, pixel, far);
 }
 
+// Takes a ray, between two relaxed steps, past what the grid says is empty; it is done where that is all that is left.
+// looks: how often it has looked at the grid.
+void leave_out(inout Hit ray, inout vec2 before, inout int looks, vec3 origin, vec3 direction, float footprint,
+               float far, float step_scale) {
+    if (ray.level == 1 && ray.t > 0.0) { // an eye inside the shape is found out first
+        ray.t = skip(origin, direction, ray.t, far, footprint, step_scale, before, looks);
+        if (ray.t > far) ray.level = ray.steps > 0 ? -1 : 0;
+    }
+}
+
 Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, float step_scale, int schedule) {
     vec2 span = ball(origin, direction, 1.0 + delta[level - 1]);
     Hit ray = Hit(false, max(span.x, 0.0), span.x < span.y && span.y > 0.0 ? 1 : 0, 0);
     vec2 before = vec2(0.0);
+    int looks = 0;
     bool relaxed = schedule == SCHEDULE_RELAXED;
     for (int round = 0; round < rounds && ray.level > 0; ++round) {
         for (int phase = relaxed ? level : 1; phase <= level; ++phase) {
             for (int i = 0; i < iterations[phase - 1] && (relaxed ? ray.level > 0 : ray.level == phase); ++i) {
-                if (relaxed && ray.level == 1 && ray.t > 0.0) { // an eye inside the shape is found out first
-                    ray.t = skip(origin, direction, ray.t, span.y, footprint, step_scale, before);
-                    if (ray.t > span.y) {
-                        ray.level = ray.steps > 0 ? -1 : 0;
-                        break;
-                    }
+                if (relaxed) {
+                    leave_out(ray, before, looks, origin, direction, footprint, span.y, step_scale);
+                    if (ray.level <= 0) break;
                 }
                 int reached;
                 float f = field(origin + ray.t * direction, phase, reached);

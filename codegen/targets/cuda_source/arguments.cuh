@@ -19,6 +19,12 @@ inline std::string shadings() {
     return names;
 }
 
+inline std::string schedules() {
+    std::string names = SCHEDULES[0];
+    for (size_t i = 1; i < std::size(SCHEDULES); ++i) names += std::string(" or ") + SCHEDULES[i];
+    return names;
+}
+
 inline void print_usage() {
     const Arguments usual;
     const Settings &s = usual.settings;
@@ -32,6 +38,7 @@ inline void print_usage() {
         "  --normal-level L      level of the normals (default: that of --level)\n"
         "  --shade S             %s; %s: raw float32 (t, steps, level, hit)\n"
         "  --iterations 20,5,5   steps at each level;  --rounds N  passes through the levels (default %d)\n"
+        "  --schedule S          how rays are traced: %s (default %s; layered: plain)\n"
         "  --delta-scale X       factor on the bands' widths;  --step-scale X  factor on the steps (default %g)\n"
         "  --light X,Y,Z         direction towards the light: right, up, towards the viewer\n"
         "  --background C[,C]    #RRGGBB: one colour, or top,bottom\n"
@@ -42,6 +49,7 @@ inline void print_usage() {
         "%g)\n"
         "One ray per pixel. The default variant is fused where the GPU has the instructions, else simple.\n",
         s.width(), AZIMUTH, ELEVATION, FOV, shadings().c_str(), SHADINGS[SHADE_DATA], s.rounds,
+        schedules().c_str(), SCHEDULES[s.schedule],
         static_cast<double>(s.step_scale), usual.frames, usual.least_psnr);
 }
 
@@ -105,13 +113,20 @@ inline int shading_named(const std::string &text) {
     return shading;
 }
 
+// The value of the uniform `schedule` that a name stands for.
+inline int schedule_named(const std::string &text) {
+    const auto *end = std::end(SCHEDULES), *place = std::find(std::begin(SCHEDULES), end, text);
+    if (place == end) refuse("--schedule %s: %s", text.c_str(), schedules().c_str());
+    return static_cast<int>(place - SCHEDULES);
+}
+
 inline Arguments read_arguments(int count, char **values) {
     Arguments a;
     std::map<std::string, std::string> given;
     const std::set<std::string> known = {
         "-o",      "--variant",    "--size",   "--camera",      "--fov",        "--level", "--normal-level",
         "--shade", "--iterations", "--rounds", "--delta-scale", "--step-scale", "--light", "--background",
-        "--time",  "--frames",     "--check",  "--psnr"};
+        "--time",  "--frames",     "--check",  "--psnr",        "--schedule"};
     for (int i = 1; i < count; ++i) {
         std::string option = values[i];
         if (option == "--help" || option == "-h") {
@@ -166,6 +181,7 @@ inline Arguments read_arguments(int count, char **values) {
     s.normal_level = has("--normal-level") ? whole("--normal-level", given["--normal-level"], 1, LEVELS) : s.level;
     if (has("--shade")) s.shading = shading_named(given["--shade"]);
     if (has("--rounds")) s.rounds = whole("--rounds", given["--rounds"], 1, 1000);
+    if (has("--schedule")) s.schedule = schedule_named(given["--schedule"]);
     if (has("--step-scale"))
         s.step_scale = static_cast<float>(within("--step-scale", given["--step-scale"], 1e-6, 100.0));
     std::vector<std::string> steps = parts(given["--iterations"], ',');

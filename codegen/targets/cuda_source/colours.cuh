@@ -1,4 +1,5 @@
-#include "skip.cuh"
+#include "grid.cuh"
+#include "cells.glsl"
 #include "march.glsl"
 #include "background.glsl"
 #include "shade.glsl"

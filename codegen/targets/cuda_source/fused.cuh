@@ -13,13 +13,18 @@ __device__ inline float fourth() { return MOVING ? time : 1.0f; }
 
 __global__ void enter(Settings s, Rays rays) {
     int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-    bool inside = pixel < s.pixels();
+    bool inside = pixel < s.pixels(), relaxed = s.schedule == SCHEDULE_RELAXED;
     Hit ray = {};
     if (inside) {
-        ray = entering(s, s.direction(pixel));
+        vec3 direction = s.direction(pixel);
+        ray = entering(s, direction);
+        Past past = {};
+        if (relaxed && s.rounds > 0) leave_out(ray, past, s, direction, leaving(s, direction));
         rays.state[pixel] = ray;
+        rays.past[pixel] = past;
     }
-    append(inside && ray.level > 0, pixel, rays.list(0, 1), rays.length(0, 1));
+    int phase = relaxed ? s.level : 1;
+    append(inside && ray.level > 0, pixel, rays.list(0, phase), rays.length(0, phase));
 }
 
 // Counts the points that each network was evaluated at, and the lanes that took part, with or without a ray.
@@ -76,7 +81,7 @@ __device__ inline float value_of(const PackedNetworks &networks, const Settings 
     return value[0];
 }
 
-// Makes up to iterations[PHASE - 1] steps of each ray that waits at level PHASE. Teams fill their lanes from the queue.
+// Makes up to iterations[PHASE - 1] steps of each ray that waits for this phase. Teams fill their lanes from the queue.
 template <int PHASE, class Team>
 __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks networks, Rays rays, int round) {
     const int count = *rays.length(round, PHASE);
@@ -84,6 +89,7 @@ __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks netw
     Work work;
     vec3 eye = s.eye(), direction = vec3(0.0f, 0.0f, 1.0f);
     Hit ray = {};
+    Past past = {};
     int pixel = 0, step = 0;
     float far = 0.0f;
     bool live = false, more = true;
@@ -95,6 +101,7 @@ __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks netw
             if (!live && mine < count) {
                 pixel = queue[mine];
                 ray = rays.state[pixel];
+                past = rays.past[pixel];
                 direction = s.direction(pixel);
                 far = leaving(s, direction);
                 step = 0;
@@ -111,14 +118,19 @@ __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks netw
         vec4 p = vec4(eye + ray.t * direction, fourth());
         float f = value_of<PHASE, Team>(networks, s, live ? PHASE : 0, p, reached, work);
         bool leaves = false;
+        int next = PHASE;
         if (live) {
-            advance(ray, f, reached, s, far);
-            leaves = ray.level != PHASE || ++step == iterations[PHASE - 1];
-            if (leaves && Team::leads()) rays.state[pixel] = ray;
+            go_on(ray, past, f, reached, s, direction, far);
+            next = next_phase(ray, s);
+            leaves = next != PHASE || ++step == iterations[PHASE - 1];
+            if (leaves && Team::leads()) {
+                rays.state[pixel] = ray;
+                rays.past[pixel] = past;
+            }
             live = !leaves;
         }
         if (Team::leads() && __any_sync(WARP, leaves))
-            hand_over(rays, leaves, ray, pixel, round, PHASE, round + 1 == s.rounds);
+            hand_over(rays, leaves, ray, next, pixel, round, PHASE, round + 1 == s.rounds);
     }
     if (Team::leads() && lane() == 0) work.write(rays.work);
 }
@@ -134,22 +146,24 @@ __global__ void __launch_bounds__(THREADS) finish(Settings s, PackedNetworks net
         int pixel = lane() < each ? rays.waiting_at(round, first + lane()) : -1;
         bool live = pixel >= 0;
         Hit ray = live ? rays.state[pixel] : Hit{};
+        Past past = live ? rays.past[pixel] : Past{};
         vec3 direction = s.direction(live ? pixel : 0);
         float far = leaving(s, direction);
-        int now = round, phase = ray.level, step = 0;
+        int now = round, phase = next_phase(ray, s), step = 0;
         while (__any_sync(WARP, live)) {
             int reached;
             vec4 p = vec4(eye + ray.t * direction, fourth());
             float f = value_of<LEVELS, Together>(networks, s, live ? phase : 0, p, reached, work);
             bool done = false;
             if (live) {
-                advance(ray, f, reached, s, far);
-                if (ray.level != phase || ++step == iterations[phase - 1]) {
-                    now += ray.level <= phase;
-                    phase = ray.level;
+                go_on(ray, past, f, reached, s, direction, far);
+                int next = next_phase(ray, s);
+                if (next != phase || ++step == iterations[phase - 1]) {
+                    now += next <= phase;
+                    phase = next;
                     step = 0;
                 }
-                done = ray.level <= 0 || now == s.rounds;
+                done = phase <= 0 || now == s.rounds;
                 live = !done;
             }
             if (!Together::leads() || !__any_sync(WARP, done)) continue;

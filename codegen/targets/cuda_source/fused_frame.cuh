@@ -11,7 +11,7 @@ struct Statistics {
 class Fused {
 public:
     Fused(const Settings &s, int processors)
-        : processors_(processors), state_(pixels(s)), even_(pixels(s) * LEVELS), odd_(pixels(s) * LEVELS),
+        : processors_(processors), state_(pixels(s)), past_(pixels(s)), even_(pixels(s) * LEVELS), odd_(pixels(s) * LEVELS),
           hits_(pixels(s)), waiting_(counters(s)), taken_(counters(s)), hit_count_(1), work_(2 * LEVELS) {
         for (int i = TEXTURED ? 0 : 1; i <= LEVELS; ++i) {
             packings_.emplace_back(NETWORKS[i]);
@@ -24,7 +24,7 @@ public:
 
     // Draws a frame. mark(name) is called after each stage.
     template <class Mark> void draw(const Settings &s, vec4 *image, Mark mark) {
-        Rays rays = {state_.get(), {even_.get(), odd_.get()}, hits_.get(), waiting_.get(), taken_.get(),
+        Rays rays = {state_.get(), past_.get(), {even_.get(), odd_.get()}, hits_.get(), waiting_.get(), taken_.get(),
                      hit_count_.get(), work_.get(), s.pixels()};
         waiting_.clear();
         taken_.clear();
@@ -82,7 +82,8 @@ private:
     void phase(std::integral_constant<int, PHASE>, const Settings &s, const Rays &rays) {
         if (PHASE > s.level) return;
         const std::vector<Grid> &grids = Team::WARPS == 1 ? alone_ : together_;
-        launch(trace<PHASE, Team>, grids[PHASE - 1], s, networks_, rays, round_);
+        if (PHASE == s.level || s.schedule == SCHEDULE_PLAIN)
+            launch(trace<PHASE, Team>, grids[PHASE - 1], s, networks_, rays, round_);
         if constexpr (PHASE < LEVELS) phase<Team>(std::integral_constant<int, PHASE + 1>(), s, rays);
     }
 
@@ -90,6 +91,7 @@ private:
     std::vector<Grid> alone_, together_;  // of the kernel trace, at index level - 1
     Grid finish_grid_ = 1, shade_grid_ = 1;
     Buffer<Hit> state_;
+    Buffer<Past> past_;
     Buffer<int> even_, odd_, hits_, waiting_, taken_, hit_count_;
     Buffer<unsigned long long> work_;
     std::list<Packing> packings_;

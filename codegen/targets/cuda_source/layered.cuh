@@ -4,7 +4,7 @@
 #include "packed.cuh"
 // layered.cuh: variant `layered`, the comparator, which works as the paper's renderer does. At every step, every layer
 // of every network is one matrix product by cuBLAS over all pixels, whether their rays are done or not. The inputs of
-// the products are halves, except in the first and last layer.
+// the products are halves, except in the first and last layer. Its schedule is the plain one.
 
 // Sines of sums [pixels][width] + bias, as halves or, where floats is given, of the last layer, as floats; and their
 // cosines as halves where slopes is given. A thread works on two columns. floats may be the array sums.

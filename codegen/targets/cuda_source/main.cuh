@@ -1,6 +1,7 @@
 #include "arguments.cuh"
 #include "frames.cuh"
 #include "picture.cuh"
+#include "unpack.cuh"
 #include "benchmark.cuh"
 // main.cuh: the program.
 
@@ -16,19 +17,25 @@ inline cudaDeviceProp the_device() {
     return device;
 }
 
-inline void set_constants(const Arguments &a) {
+// grid: on the device, or of no cells.
+inline void set_constants(const Arguments &a, const unsigned char *grid, int count) {
     check(cudaMemcpyToSymbol(weights, WEIGHTS, sizeof WEIGHTS), "cudaMemcpyToSymbol");
     check(cudaMemcpyToSymbol(iterations, a.steps.data(), LEVELS * sizeof(int)), "cudaMemcpyToSymbol");
     check(cudaMemcpyToSymbol(delta, a.deltas.data(), LEVELS * sizeof(float)), "cudaMemcpyToSymbol");
     check(cudaMemcpyToSymbol(step_bound, STEP_BOUNDS, LEVELS * sizeof(float)), "cudaMemcpyToSymbol");
     check(cudaMemcpyToSymbol(band_step_bound, BAND_STEP_BOUNDS, LEVELS * sizeof(float)), "cudaMemcpyToSymbol");
     check(cudaMemcpyToSymbol(time, &a.time, sizeof(float)), "cudaMemcpyToSymbol");
+    check(cudaMemcpyToSymbol(cells, &grid, sizeof grid), "cudaMemcpyToSymbol");
+    check(cudaMemcpyToSymbol(cell_count, &count, sizeof count), "cudaMemcpyToSymbol");
+    check(cudaMemcpyToSymbol(cells_half, &CELLS_HALF, sizeof(float)), "cudaMemcpyToSymbol");
 }
 
 inline int run(int count, char **values) {
     Arguments a = read_arguments(count, values);
     cudaDeviceProp device = the_device();
-    set_constants(a);
+    std::vector<unsigned char> grid = cells_for(a);
+    Buffer<unsigned char> on_device(grid);
+    set_constants(a, on_device.get(), grid.empty() ? 0 : CELL_COUNT);
     if (a.benchmark) {
         run_benchmark(a, device);
         return 0;

@@ -1,9 +1,10 @@
 // queues.cuh: the rays of `fused` that wait to be traced, by the level that they are at.
-// A ray that is not done (Hit::level above 0) waits in the queue of its level: this round's where that level's phase is
-// still to come, else the next round's. There are counters for each round and level, so that they are the statistics in
+// A ray that is not done (Hit::level above 0) waits in the queue of its next phase, that of its level where steps are
+// plain: this round's where that phase is still to come, else the next round's. There are counters for each round and level, so that they are the statistics in
 // the end.
 struct Rays {
     Hit *state;                // [pixels]
+    Past *past;                // [pixels]
     int *queue[2];             // [LEVELS][pixels] each: pixels, in even and in odd rounds
     int *hits;                 // [pixels] the pixels whose rays are done on the surface
     int *waiting;              // [rounds + 1][LEVELS] lengths of the queues
@@ -41,15 +42,15 @@ __device__ inline void append(bool wanted, int pixel, int *list, int *length) {
     if (wanted) list[first + __popc(voters & ((1u << lane()) - 1u))] = pixel;
 }
 
-// Hands over rays that leave the phase of a level: to the hits where they are done on the surface, and to the queue of
-// their new level where they are not done. last: whether no round comes after this one.
-__device__ inline void hand_over(const Rays &rays, bool leaves, const Hit &ray, int pixel, int round, int phase,
-                                 bool last) {
-    bool done = ray.level <= 0 || (last && ray.level <= phase);
+// Hands over rays that leave a phase: to the hits where they are done on the surface, and to the queue of their next
+// phase where they are not done. last: whether no round comes after this one.
+__device__ inline void hand_over(const Rays &rays, bool leaves, const Hit &ray, int next, int pixel, int round,
+                                 int phase, bool last) {
+    bool done = next <= 0 || (last && next <= phase);
     append(leaves && done && ray.hit, pixel, rays.hits, rays.hit_count);
 #pragma unroll
     for (int to = 1; to <= LEVELS; ++to) {
         int then = to > phase ? round : round + 1;
-        append(leaves && ray.level == to, pixel, rays.list(then, to), rays.length(then, to));
+        append(leaves && next == to, pixel, rays.list(then, to), rays.length(then, to));
     }
 }

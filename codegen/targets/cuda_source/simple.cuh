@@ -1,4 +1,5 @@
-#include "skip.cuh"
+#include "grid.cuh"
+#include "cells.glsl"
 #include "march.glsl"
 #include "colours.cuh"
 // simple.cuh: variant `simple`, one thread for each ray and all in float32. It is what main.glsl does, as a kernel.
@@ -6,7 +7,7 @@ __global__ void render_simple(Settings s, vec4 *image) {
     int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
     if (pixel >= s.pixels()) return;
     vec3 direction = s.direction(pixel);
-    Hit ray = march(s.eye(), direction, s.footprint(), s.level, s.rounds, s.step_scale, SCHEDULE_PLAIN);
+    Hit ray = march(s.eye(), direction, s.footprint(), s.level, s.rounds, s.step_scale, s.schedule);
     vec4 colour = plain(s, pixel, ray);
     if (ray.hit && shades_hits(s)) {
         vec3 p = s.eye() + ray.t * direction;

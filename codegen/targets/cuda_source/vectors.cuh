@@ -1,4 +1,6 @@
 // vectors.cuh: the types and functions of GLSL that the field, the files of glsl/ and the kernels use.
+using uint = unsigned;
+
 struct vec2 {
     float x, y;
     vec2() = default;
@@ -6,12 +8,23 @@ struct vec2 {
     __host__ __device__ explicit constexpr vec2(float all) : x(all), y(all) {}
 };
 
+struct ivec3;
+
 struct vec3 {
     float x, y, z;
     vec3() = default;
     __host__ __device__ constexpr vec3(float x, float y, float z) : x(x), y(y), z(z) {}
     __host__ __device__ constexpr vec3(vec2 xy, float z) : x(xy.x), y(xy.y), z(z) {}
     __host__ __device__ explicit constexpr vec3(float all) : x(all), y(all), z(all) {}
+    __host__ __device__ explicit constexpr vec3(ivec3 v);
+};
+
+struct ivec3 {
+    int x, y, z;
+    ivec3() = default;
+    __host__ __device__ constexpr ivec3(int x, int y, int z) : x(x), y(y), z(z) {}
+    __host__ __device__ explicit constexpr ivec3(vec3 v)
+        : x(static_cast<int>(v.x)), y(static_cast<int>(v.y)), z(static_cast<int>(v.z)) {}
 };
 
 struct vec4 {
@@ -22,6 +35,9 @@ struct vec4 {
     __host__ __device__ constexpr vec4(vec3 xyz, float w) : xyz(xyz), w(w) {}
     __host__ __device__ explicit constexpr vec4(float all) : xyz(all), w(all) {}
 };
+
+__host__ __device__ constexpr vec3::vec3(ivec3 v)
+    : x(static_cast<float>(v.x)), y(static_cast<float>(v.y)), z(static_cast<float>(v.z)) {}
 
 // Matrices hold their columns. Columns are members, not an array: a chosen one stays in registers.
 struct mat4 {
@@ -44,9 +60,11 @@ __device__ inline float sin(float a) { return sinf(a); }
 __device__ inline float cos(float a) { return cosf(a); }
 __device__ inline float max(float a, float b) { return fmaxf(a, b); }
 __device__ inline float min(float a, float b) { return fminf(a, b); }
+__device__ inline float floor(float a) { return floorf(a); }
 __device__ inline float pow(float a, float exponent) { return powf(a, exponent); }
 __device__ inline float step(float edge, float a) { return a < edge ? 0.0f : 1.0f; }
 __device__ inline float clamp(float a, float low, float high) { return fminf(fmaxf(a, low), high); }
+__device__ inline int clamp(int a, int low, int high) { return a < low ? low : a > high ? high : a; }
 __device__ inline float mix(float a, float b, float share) { return (1.0f - share) * a + share * b; }
 __device__ inline float smoothstep(float low, float high, float a) {
     float x = clamp((a - low) / (high - low), 0.0f, 1.0f);
@@ -77,7 +95,9 @@ __device__ inline float length(vec3 a) { return sqrtf(dot(a, a)); }
 __device__ inline vec3 normalize(vec3 a) { return 1.0f / sqrtf(dot(a, a)) * a; }
 __device__ inline vec3 reflect(vec3 incident, vec3 normal) { return incident - 2.0f * dot(normal, incident) * normal; }
 __device__ inline vec3 pow(vec3 a, vec3 b) { return vec3(pow(a.x, b.x), pow(a.y, b.y), pow(a.z, b.z)); }
+__device__ inline vec3 floor(vec3 a) { return vec3(floor(a.x), floor(a.y), floor(a.z)); }
 __device__ inline vec3 step(vec3 a, vec3 b) { return vec3(step(a.x, b.x), step(a.y, b.y), step(a.z, b.z)); }
+__device__ inline vec3 step(float a, vec3 b) { return step(vec3(a), b); }
 __device__ inline vec3 clamp(vec3 a, float low, float high) {
     return vec3(clamp(a.x, low, high), clamp(a.y, low, high), clamp(a.z, low, high));
 }
@@ -86,6 +106,11 @@ __device__ inline vec3 mix(vec3 a, vec3 b, vec3 share) {
 }
 __device__ inline vec3 mix(vec3 a, vec3 b, float share) { return mix(a, b, vec3(share)); }
 __device__ inline vec3 operator*(const mat3 &m, vec3 v) { return v.x * m.a + v.y * m.b + v.z * m.c; }
+
+__device__ inline ivec3 operator+(ivec3 a, ivec3 b) { return ivec3(a.x + b.x, a.y + b.y, a.z + b.z); }
+__device__ inline ivec3 clamp(ivec3 a, int low, int high) {
+    return ivec3(clamp(a.x, low, high), clamp(a.y, low, high), clamp(a.z, low, high));
+}
 
 __device__ inline vec4 operator+(vec4 a, vec4 b) { return vec4(a.xyz + b.xyz, a.w + b.w); }
 __device__ inline vec4 operator*(vec4 a, vec4 b) { return vec4(a.xyz * b.xyz, a.w * b.w); }

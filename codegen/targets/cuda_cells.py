@@ -1,0 +1,38 @@
+"""The grid of cells that rays skip, as text of a CUDA file (cuda_source/unpack.cuh)."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..ir.program import Program
+from ..printers.cstyle import Language
+from ..reference.cell_codes import EMPTY
+from ..reference.cells import COUNT, Cells
+
+
+def print_cells(program: Program, language: Language) -> list[str]:
+    """Return the grid of a program as declarations; where the field moves, one of no cells."""
+    cells = Cells(program, COUNT)
+    count = 0 if program.moving else COUNT
+    numbers = packed(cells.grid()) if count else [0]
+    rows = [", ".join(f"{number}u" for number in numbers[first : first + 10]) for first in range(0, len(numbers), 10)]
+    return [
+        f"constexpr int CELL_COUNT = {count};  // along an edge of the grid that rays skip",
+        f"constexpr float CELLS_HALF = {language.number(cells.half)};",
+        f"const unsigned CELLS[{len(numbers)}] = {{",
+        *(f"    {row}," for row in rows),
+        "};",
+    ]
+
+
+def packed(grid: NDArray[np.uint8]) -> list[int]:
+    """Return a grid (N, N, N), N a power of 2, as numbers of 32 bits: four bytes each, the first in the lowest bits.
+
+    Cells are in Morton order, whose index has the bits of z, y and x in turn. In it the cells of an empty cube, whose
+    corners are multiples of its edge, follow one another: the cube is the byte of its first cell.
+    """
+    bits = len(grid).bit_length() - 1
+    axes = [axis * bits + bit for bit in range(bits) for axis in range(3)]
+    codes = grid.reshape((2,) * (3 * bits)).transpose(axes).ravel()
+    sizes = np.where(codes < EMPTY, 8 ** np.minimum(codes, EMPTY).astype(np.int64), 1)
+    kept = codes[np.arange(len(codes)) % sizes == 0]
+    return [int(number) for number in np.pad(kept, (0, -len(kept) % 4)).view("<u4")]

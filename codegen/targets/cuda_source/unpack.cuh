@@ -1,0 +1,30 @@
+#include "arguments.cuh"
+#include "grid.cuh"
+// unpack.cuh: the grid of cells on its way from the text to the GPU.
+
+// The place in a grid, z y x, of a cell whose number in Morton order is given: its bits are those of z, y and x in turn.
+inline size_t place_of(size_t number) {
+    size_t xyz[3] = {};
+    for (int bit = 0; number >> bit; ++bit) xyz[bit % 3] |= (number >> bit & 1u) << bit / 3;
+    return xyz[0] + CELL_COUNT * (xyz[1] + CELL_COUNT * xyz[2]);
+}
+
+// The grid as grid.cuh reads it. CELLS has it in Morton order, in which the cells of an empty cube follow one another: a
+// byte that stands for one is there once for the whole cube.
+inline std::vector<unsigned char> unpacked_cells() {
+    std::vector<unsigned char> grid(static_cast<size_t>(CELL_COUNT) * CELL_COUNT * CELL_COUNT);
+    size_t number = 0;
+    for (size_t i = 0; number < grid.size(); ++i) {
+        auto code = static_cast<unsigned char>(CELLS[i / 4] >> 8 * (i % 4));
+        size_t end = number + (code < CELL_EMPTY ? size_t{1} << 3 * code : 1);
+        while (number < end) grid[place_of(number++)] = code;
+    }
+    return grid;
+}
+
+// The grid, of the last level in its own bands, where rays are to skip it; else an empty one.
+inline std::vector<unsigned char> cells_for(const Arguments &a) {
+    bool wanted = a.settings.schedule == SCHEDULE_RELAXED && a.settings.level == LEVELS;
+    for (int i = 0; i < LEVELS; ++i) wanted = wanted && a.deltas[static_cast<size_t>(i)] == DELTAS[i];
+    return wanted ? unpacked_cells() : std::vector<unsigned char>();
+}

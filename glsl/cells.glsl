@@ -1,0 +1,51 @@
+// cells.glsl: how rays skip the grid that cell_code() reads; see skip.glsl. Reads cell_count, cells_half, cells_hold().
+const int CELL_LOOKS = 512;
+const uint CELL_EMPTY = 8u;
+const float CELL_REACH = 1.1258330; // largest value, of an empty cell, too
+const float CELL_CLOSE = 0.2; // pixels
+
+float cell_value(ivec3 cell) {
+    uint code = cell_code(cell);
+    return code < CELL_EMPTY ? CELL_REACH : (float(code) / 123.5 - 131.5 / 123.5) * CELL_REACH;
+}
+
+// Values between four cells of a layer: share of the way from `low` to the next ones in x and y.
+float cell_layer(ivec3 low, vec3 share) {
+    float nearer = mix(cell_value(low), cell_value(low + ivec3(1, 0, 0)), share.x);
+    float farther = mix(cell_value(low + ivec3(0, 1, 0)), cell_value(low + ivec3(1, 1, 0)), share.x);
+    return mix(nearer, farther, share.y);
+}
+
+// What may be divided by.
+float slanted(float along) { return along == 0.0 ? 0.000001 : along; }
+
+float skip(vec3 origin, vec3 direction, float t, float far, float footprint, float step_scale, inout vec2 before,
+           inout int looks) {
+    if (!cells_hold()) return t;
+    float scale = 0.5 * float(cell_count) / cells_half; // cells per model unit
+    vec3 start = scale * (origin + cells_half);
+    vec3 along = scale * direction;
+    along = vec3(slanted(along.x), slanted(along.y), slanted(along.z));
+    while (looks < CELL_LOOKS && t <= far) {
+        ++looks;
+        vec3 place = start + t * along;
+        ivec3 cell = clamp(ivec3(floor(place)), 0, cell_count - 1);
+        uint code = cell_code(cell);
+        if (code < CELL_EMPTY) {
+            float edge = float(1 << int(code));
+            vec3 corner = edge * floor(vec3(cell) / edge);
+            vec3 leaving = (corner + edge * step(0.0, along) - place) / along;
+            before = vec2(t, 0.0);
+            t += max(min(leaving.x, min(leaving.y, leaving.z)), 0.0) + 0.001 / scale;
+        } else {
+            vec3 first = floor(place - 0.5);
+            vec3 share = place - 0.5 - first;
+            float value = mix(cell_layer(ivec3(first), share), cell_layer(ivec3(first) + ivec3(0, 0, 1), share), share.z);
+            float free = step_scale * value / scale;
+            if (free <= CELL_CLOSE * footprint * t) break;
+            before = vec2(t, free);
+            t += free;
+        }
+    }
+    return t;
+}
