@@ -71,43 +71,47 @@ def write_gallery(output: Path) -> None:
         output,
         "# Shadertoy texts of the gallery",
         "",
-        "Printed by `python benchmarks/bytes.py --gallery`. Bytes: of the whole text, ready to paste; beside it those "
-        "with as many decimals as keep the surface, as models were baked before they were packed. Bits: log2 of how "
-        "many values a weight of a hidden layer can have, of each level and of the texture. Off by: root mean square "
-        "and largest abs(f - f packed) near the surface of the last level (model units; the shape has radius 1), angle "
-        "between normals, colours of 255, all measured in numpy. PSNR: of the text's first picture, "
+        "Printed by `python benchmarks/bytes.py --gallery`. Bytes: of the whole text, ready to paste, with Phong's "
+        "shading alone; beside it those with the studio, where `bake` puts it in by itself, and those with as many "
+        "decimals as keep the surface, as models were baked before they were packed. Bits: log2 of how many values a "
+        "weight of a hidden layer can have, of each level and of the texture. Off by: root mean square and largest "
+        "abs(f - f packed) near the surface of the last level (model units; the shape has radius 1), angle between "
+        "normals, colours of 255, all measured in numpy. PSNR: of the first picture of the text with Phong's shading, "
         f"{SIDE} x {SIDE} from the model's front on OSMesa, against that with seven decimals. Seconds: of `bake`, "
         "processor time.",
         "",
         f"{machine()}.",
         "",
-        "| model | levels + texture | bytes | with decimals | bits | f off by | largest | normals, degrees "
-        "| colours | PSNR, dB | s |",
-        "| --- | --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: |",
+        "| model | levels + texture | bytes | with the studio | with decimals | bits | f off by | largest "
+        "| normals, degrees | colours | PSNR, dB | s |",
+        "| --- | --- | ---: | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: |",
     )
     context = open_osmesa()
     for name in gallery.names():
         model = load(gallery.model_path(name))
         if max(layer.weight.shape[0] for network in model.networks().values() for layer in network) > WIDEST:
-            page.add(f"| {name} | | too wide | | | | | | | | |")
+            page.add(f"| {name} | | too wide | | | | | | | | | |")
             continue
         if model.inputs == "xyzt":
-            page.add(f"| {name} | | it moves, and has decimals | | | | | | | | |")
+            page.add(f"| {name} | | it moves, and has decimals | | | | | | | | | |")
             continue
         began = time.process_time()
-        text = shadertoy(model)
+        lit = shadertoy(model)
         seconds = time.process_time() - began
+        text = shadertoy(model, shade="phong")
+        decimals = shadertoy(model, "literal", shade="phong")
+        studio = f"{len(lit):,}" if len(lit) > len(text) else "left out"
         packed = fewest_bits(model)
         assert packed is not None
         paid = cost(model, packed)
-        difference = picture(context, text) - picture(context, shadertoy(model, "literal", 7))
+        difference = picture(context, text) - picture(context, shadertoy(model, "literal", 7, shade="phong"))
         psnr = 10 * np.log10(255**2 / np.square(difference).mean())
         bits = ", ".join(_bits(network) for network in packed.networks().values())
         shapes = ", ".join(shape_of(level.network) for level in model.levels)
         assert model.texture is not None
         page.add(
-            f"| {name} | {shapes} + {shape_of(model.texture)} | {len(text):,} "
-            f"| {len(shadertoy(model, 'literal')):,} | {bits} | {paid.distance:.1e} | {paid.largest:.1e} "
+            f"| {name} | {shapes} + {shape_of(model.texture)} | {len(text):,} | {studio} "
+            f"| {len(decimals):,} | {bits} | {paid.distance:.1e} | {paid.largest:.1e} "
             f"| {paid.angle:.2f} | {paid.colour:.1f} | {psnr:.1f} | {seconds:.1f} |"
         )
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..model.gallery import model_help, model_path
 from ..model.verb import Verb, output_arguments
-from .targets.registry import DEFAULT, PAGE_SHADES, TARGETS
+from .targets.registry import DEFAULT, OPENING_SHADES, TARGETS
 
 
 def _info_arguments(parser: ArgumentParser) -> None:
@@ -58,9 +58,11 @@ def _bake_arguments(parser: ArgumentParser) -> None:
         help=f"where the function takes points ({alone}): where the shape fits the unit sphere, or as its file has it "
         "(default: model)",
     )
-    pages = ", ".join(name for name, target in TARGETS.items() if target.page)
+    opening = ", ".join(name for name, target in TARGETS.items() if target.opens)
     parser.add_argument(
-        "--shade", choices=PAGE_SHADES, help=f"what a page opens in ({pages}; default: {PAGE_SHADES[0]})"
+        "--shade",
+        choices=OPENING_SHADES,
+        help=f"what the text opens in ({opening}; default: {OPENING_SHADES[0]}, but phong in short texts of shadertoy)",
     )
 
 

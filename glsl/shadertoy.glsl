@@ -9,6 +9,12 @@
 // ball or the hull that the shape is in, which stands in place of ENTER.
 // Steps are as in march.glsl: p: radius of the last free sphere, 0: none; d: how far behind its middle is; s: how fast the
 // surface comes near; g: gap that is allowed; b: the step (codegen/reference/short_march.py).
+// Texts that are long enough have the studio, too, studio.glsl and floor_colour.glsl in few characters, and without STUDIO
+// its lines are left out. A ray that misses goes on to the floor (h is 0 then). Then come openness.glsl's samples, of level
+// 1, from where the ray ended: tap 4 on that point, 5 to 9 for the sky, from 10 on toward the light. Their way from there
+// is W, their place x, its distance from the origin g. A: what of the sky is hidden, later what is seen; C: cover, later what
+// of the light is seen; F: `here`; p and S: the last step and the one before; d, s: ratio and rise of the sample before.
+// G: height of the floor; Y: half width of level 1's band.
 void mainImage(out vec4 o, vec2 q) {
     vec2 r = iResolution.xy, u;
     float z = min(r.x, r.y);
@@ -18,17 +24,79 @@ void mainImage(out vec4 o, vec2 q) {
     c = cos(a);
     mat3 m = mat3(c.x, 0, -s.x, -s.y * s.x, c.y, -s.y * c.x, c.y * s.x, s.y, c.y * c.x);
     vec3 l = m * normalize(LIGHT);
+#ifdef STUDIO
+    if (STUDIO > 0) {
+        l = normalize(LIGHT);
+        l = normalize(vec3(l.x * c.x + l.z * s.x, max(l.y, .35), l.z * c.x - l.x * s.x));
+    }
+#endif
     o = vec4(0);
     for (int j = min(iFrame, 0); j < AA * AA; j++) {
         u = q + (vec2(j % AA, j / AA) + .5) / float(AA) - .5;
         vec3 v = normalize(m * vec3((2. * u - r) / z, -3.17)), n = vec3(0), e, w = pow(mix(BOTTOM, TOP, u.y / r.y), vec3(2.2));
         float t = 0., h, p = 0., d = 1., s, f, g, b;
         ENTER
+#ifdef STUDIO
+        float A = -1., C = 1., F = 0., W, S;
+        k = -1;
+        for (int i = min(iFrame, 0); i < STEPS && k < 4 + 26 * STUDIO; i++) {
+            if (k < 0 && t >= h) {
+                t = (G - 3.52 * m[2].y) / v.y;
+                if (STUDIO < 1 || t < 0.) break;
+                n.y = 1.;
+                h = A = 0.;
+                e = 3.52 * m[2] + t * v + .7 * n;
+                k = length(e) < 1.7 ? 5 : 10;
+            }
+            vec3 x = 3.52 * m[2] + t * v;
+            if (k < 10) W = k < 4 ? .002 : .028 * float((k - 4) * (k - 4));
+#else
         int k = -1;
         for (int i = min(iFrame, 0); i < STEPS && k < 4 && t < h; i++) {
+#endif
             e = k < 0 ? vec3(0) : vec3(k + 3 >> 1 & 1, k >> 1 & 1, k & 1) - .5;
+#ifdef STUDIO
+            if (k > 3) {
+                n = normalize(n);
+                e = k < 10 ? n : l;
+                if (k == 10) {
+                    b = -dot(x, l);
+                    f = dot(x, x) - b * b;
+                    if (dot(n, l) < -.16 || f > pow(1. + .16 * max(b, 0.), 2.)) break;
+                    W = max(.03, b - sqrt(max(1.3 - f, .3)));
+                    d = -9.;
+                    s = 0.;
+                    p = 1.;
+                }
+            }
+            x += W * e;
+            g = k < 4 ? 1. : max(length(x), 1.);
+            if (k > 9 && length(x) > 1. + .16 * W * C && dot(x, l) > 0.) break;
+            f = field(vec4(x / g, 1));
+            if (k > 3) {
+                if (g > 1.) f = length(vec2(g - 1., max(f, 0.)));
+                if (k == 4) F = f;
+                f -= F * max(1. - 4. * W, 0.);
+                if (k < 10) A += (1.48 - .12 * float(k)) * clamp(1. - min(f, x.y - G) / max(W, .001), 0., 1.5);
+                else {
+                    g = f / (.16 * W);
+                    C = min(C, g);
+                    b = (g - d) / p;
+                    e.x = s * p + b * S;
+                    if (s < 0. && b > 0.) C = min(C, d - .25 * e.x * e.x / (S + p) / (b - s));
+                    if (C < -1.) break;
+                    s = b;
+                    d = g;
+                    S = p;
+                    W += p = max(abs(f) * clamp(.55 + .15 * g, .7, 1.), .02 + .08 * W);
+                }
+                k++;
+            }
+            else if (k >= 0) { n += f * e; k++; }
+#else
             f = field(vec4(3.52 * m[2] + t * v + .002 * e, 1));
             if (k >= 0) { n += f * e; k++; }
+#endif
             else if (abs(f) < .06 * t / z) k = 0;
             else {
                 f *= BOUND;
@@ -45,10 +113,35 @@ void mainImage(out vec4 o, vec2 q) {
                 t += b;
             }
         }
+#ifdef STUDIO
+        A = clamp(1. - A / 3.2, 0., 1.);
+        C = clamp(C, -1., 1.);
+        C = .25 * (1. + C) * (1. + C) * (2. - C);
+        b = 3.52 * m[2].y - G;
+        if (k > 3 && h == 0.) {
+            e = 3.52 * m[2] + t * v;
+            g = dot(e, e) / 2.5;
+            f = (.9 * l.y * C + .45 * A) / (.9 * l.y + .45);
+            w *= mix(1., f + 1.4 * f * (1. - smoothstep(.05, .5, dot(w, vec3(.333)))) / (1. + g * g), smoothstep(0., .3, b));
+        } else
+#endif
         if (k > 3) {
             n = normalize(n);
-            w = pow(ALBEDO, vec3(2.2)) * (mix(vec3(.16, .13, .12), vec3(.34, .38, .46), .5 + .5 * dot(n, m[1]))
-                + max(dot(n, l), 0.) * vec3(1.05, 1, .95)) + .14 * pow(max(dot(reflect(v, n), l), 0.), 48.);
+            e = reflect(v, n);
+            g = dot(n, l);
+            w = pow(ALBEDO, vec3(2.2));
+#ifdef STUDIO
+            if (STUDIO > 0) {
+                f = A * clamp(1. + .6 * F / Y, .5, 1.);
+                s = clamp(g + .2, 0., .4);
+                w *= mix(sqrt(f) * (1. - .75 / (1. + 4. * max(b + t * v.y, 0.))) * vec3(.3, .28, .26),
+                    f * vec3(.4, .43, .48), smoothstep(-1., 1., n.y)) + .86 * C * max(g, 1.25 * s * s) * vec3(1, .97, .92);
+                w += .9 * f * (.04 + .5 * pow(1. - max(-dot(n, v), 0.), 5.)) * smoothstep(-.2, .9, e.y)
+                    + .1 * C * pow(max(dot(e, l), 0.), 40.);
+            } else
+#endif
+            w = w * (mix(vec3(.16, .13, .12), vec3(.34, .38, .46), .5 + .5 * dot(n, m[1])) + max(g, 0.) * vec3(1.05, 1, .95))
+                + .14 * pow(max(dot(e, l), 0.), 48.);
             e = max(w - .6, 0.);
             w += e / (1. + 2. * e) - e;
         }

@@ -5,6 +5,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, cast
 
 from ...model.errors import UserError
+from ...model.files import show
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,7 +22,9 @@ class Target:
     suffix: str
     """How the output file's name ends where the user gives none."""
     page: bool = False
-    """Whether the text is a page: it opens in a shading, and holds a small picture, which takes seconds to draw."""
+    """Whether the text is a page: it holds a small picture, which takes seconds to draw."""
+    opens: bool = False
+    """Whether the text opens in a shading."""
     alone: bool = False
     """Whether the text is a function alone, for another program: it takes a name and a space."""
 
@@ -38,12 +41,15 @@ class Target:
 
         storage: how weights are stored: "auto", or a way that the target has. digits: decimals that the weights are
         rounded to, None for all. name: of a function alone; None: made of the model's. space: "model" or "input", where
-        a function alone takes points; None: model space. shade: shading that a page opens in; None: the studio. Raises
-        UserError where the target does not take the model, the storage, a name, a space or a shading.
+        a function alone takes points; None: model space. shade: shading that the text opens in; None: the studio, but
+        for short texts of Shadertoy. Raises UserError where the target does not take the model, the storage, a name, a
+        space or a shading.
         """
-        if shade is not None and not self.page:
-            pages = ", ".join(key for key, target in TARGETS.items() if target.page)
-            raise UserError(f"--shade: only pages open in one: {pages}")
+        if shade is not None and not self.opens:
+            opening = ", ".join(key for key, target in TARGETS.items() if target.opens)
+            raise UserError(f"--shade: only these open in one: {opening}")
+        if shade is not None and shade not in OPENING_SHADES:
+            raise UserError(f"--shade {show(shade)}: there is {', '.join(OPENING_SHADES)}")
         if self.alone:
             return self._standalone(model, storage=storage, digits=digits, name=name, space=space or "model")
         for option, value in (("name", name), ("space", space)):
@@ -73,8 +79,8 @@ class Target:
 TARGETS = {
     "glsl330": Target("glsl330", suffix=".glsl"),
     "glsl300es": Target("glsl300es", suffix=".es.frag"),
-    "html": Target("webpage", suffix=".html", page=True),
-    "shadertoy": Target("shadertoy", suffix=".frag"),
+    "html": Target("webpage", suffix=".html", page=True, opens=True),
+    "shadertoy": Target("shadertoy", suffix=".frag", opens=True),
     "cuda": Target("cuda", suffix=".cu"),
     "glsl": Target("glsl_function", suffix=".sdf.glsl", alone=True),
     "wgsl": Target("wgsl", suffix=".wgsl", alone=True),
@@ -83,7 +89,7 @@ TARGETS = {
     "python": Target("python", suffix=".py", alone=True),
 }
 """Name, as `--target` takes it -> target."""
-PAGE_SHADES = "studio", "phong"
-"""Shadings that a page may open in; the first one where none is asked for."""
+OPENING_SHADES = "studio", "phong"
+"""Shadings that a text may open in; the first one where none is asked for."""
 DEFAULT = "glsl330"
 """Name of the target that is baked where none is given."""

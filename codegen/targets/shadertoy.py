@@ -25,6 +25,7 @@ from ..printers.unrolled import Unrolled
 from ..reference.bits import cost, fewest_bits
 from ..reference.digits import fewest_digits
 from ..reference.hull import hull
+from ..reference.lowest import lowest_point
 from ..reference.march import OFFSET
 from .header import header_facts, header_line
 from .orbit import AZIMUTH, ELEVATION
@@ -42,16 +43,21 @@ HULL_SHARE = 0.03
 """Of the text without it, a hull takes so much at most: shorter texts have a ball around the shape."""
 HULL_LENGTH = 350
 """Characters that a hull takes, about."""
+STUDIO_SHARE = 0.05
+"""Of the text without it, the studio takes so much at most: shorter texts have Phong's shading alone."""
+STUDIO = re.compile(r"(?ms)^#ifdef STUDIO\n(.*?)(?:^#else\n(.*?))?^#endif\n")
+"""Lines of glsl/shadertoy.glsl with the studio, and those that stand in their place without it."""
 
 
-def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
+def standalone(model: Model, storage: str = "auto", digits: int | None = None, shade: str | None = None) -> str:
     """Return the text of a model.
 
     storage: "packed": weights as quantised (model/quantise.py), which is exact where training did it; "literal":
     decimals; "auto": packed with the fewest bits that keep the surface and the colours (codegen/reference/bits.py), and
     literal where none do, where the field moves, or where `digits` says so for a model that was not quantised.
     digits: decimals of literal weights, None for the fewest that keep the surface (codegen/reference/digits.py).
-    Raises UserError where the model is too wide, or the storage is none of these.
+    shade: "studio", which it opens in, with a knob for Phong; "phong", without the studio; None: the studio
+    where it takes at most STUDIO_SHARE. Raises UserError where the model is too wide, or the storage is none of these.
     """
     parts = model.shapes or (model,)
     networks = model.networks().values()
@@ -69,20 +75,20 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
     if storage == "auto" and still and (digits is None or all(map(is_quantised, networks))):
         fewest = [fewest_bits(part) for part in parts]
         if None not in fewest:
-            return _packed(_with_parts(model, [part for part in fewest if part]), model)
+            return _packed(_with_parts(model, [part for part in fewest if part]), model, shade)
         if all(map(is_quantised, networks)):
             storage = "packed"
     if storage == "packed":
-        return _packed(_with_parts(model, list(map(quantised_model, parts))), model)
+        return _packed(_with_parts(model, list(map(quantised_model, parts))), model, shade)
     program = lower(model, max(map(fewest_digits, parts)) if digits is None else digits, padded=False)
-    return _text(program, model, LiteralStorage, {})
+    return _text(program, model, LiteralStorage, {}, shade)
 
 
-def exact(model: Model, digits: int | None = None) -> str:
-    """Return the text of a model in little time: packed where training quantised it, else literal."""
+def exact(model: Model, digits: int | None = None, shade: str | None = None) -> str:
+    """Return what `standalone` does in little time: packed where training quantised it, else literal."""
     still = all(part.inputs == "xyz" for part in model.shapes or (model,))
     packed = still and all(map(is_quantised, model.networks().values()))
-    return standalone(model, "packed" if packed else "literal", digits)
+    return standalone(model, "packed" if packed else "literal", digits, shade)
 
 
 def _with_parts(model: Model, parts: Sequence[Model]) -> Model:
@@ -90,23 +96,44 @@ def _with_parts(model: Model, parts: Sequence[Model]) -> Model:
     return parts[0] if model.scene is None else replace(model, shapes=tuple(parts))
 
 
-def _packed(packed: Model, model: Model) -> str:
+def _packed(packed: Model, model: Model, shade: str | None) -> str:
     """Return the text of a model with weights of few bits, and say in its header what they cost.
 
-    packed: the model with these weights; model: with its own.
+    packed: the model with these weights; model: with its own. shade: see `standalone`.
     """
     paid = cost(model, packed)
     error = {"f": paid.distance, "degrees": paid.angle} | ({"colour": paid.colour} if model.coloured else {})
     further = {"error": {key: float(f"{value:.2g}") for key, value in error.items()}} if paid.largest else {}
-    return _text(lower(packed, padded=False), model, PackedStorage, further)
+    return _text(lower(packed, padded=False), model, PackedStorage, further, shade)
 
 
-def _text(program: Program, model: Model, storage: type[Storage], further: dict[str, Any]) -> str:
+def _text(program: Program, model: Model, storage: type[Storage], further: dict[str, Any], shade: str | None) -> str:
     """Return the text: head and knobs, weights, networks, field() and the hand-written rest in glsl/shadertoy.glsl.
 
-    further: facts for the header.
+    further: facts for the header. shade: see `standalone`.
     """
-    time = "TIME" if program.moving else "1"
+    lines = _weights(program, storage)
+    header = header_line(header_facts(model, program, "shadertoy") | further)
+
+    def text(studio: bool, hull: str = "", *declarations: str) -> str:
+        knobs = _knobs(program, model.front, studio)
+        body = [*_studio_constants(program, studio), *lines, *_field(program, studio), *declarations]
+        return "\n".join([header, *_head(model), *knobs, _squeezed("\n".join([*body, _main(program, studio, hull)]))])
+
+    planes = shape_hull(program, len(text(False)))
+    around: tuple[str, ...] = ()
+    if planes is not None:
+        places = ",".join(map(_short, planes.ravel()))
+        around = _without_comments("enter_hull.glsl"), f"const float[{planes.size}] H = float[]({places});"
+    plain = text(False, *around)
+    if shade == "phong":
+        return plain
+    lit = text(True, *around)
+    return lit if shade == "studio" or len(lit) <= (1 + STUDIO_SHARE) * len(plain) else plain
+
+
+def _weights(program: Program, storage: type[Storage]) -> list[str]:
+    """Return the lines of the weights and the networks."""
     if program.composition is not None:
         functions = tuple(function for part in program.composition.programs for function in _asked(part))
     elif len(program.values) > 1:
@@ -117,30 +144,29 @@ def _text(program: Program, model: Model, storage: type[Storage], further: dict[
     lines = printer.declarations()
     for function in functions:
         lines += printer.definition(function)
+    return lines
+
+
+def _main(program: Program, studio: bool, hull: str) -> str:
+    """Return mainImage(). studio: whether it has the studio; hull: what follows enter_ball.glsl."""
+    time = "TIME" if program.moving else "1"
     albedo = "COLOUR"
     if program.coloured:
         called = "albedo" if program.texture is None else program.texture.name
         albedo = f"clamp(COLOUR({called}(vec4(3.52 * m[2] + t * v, {time}))), 0., 1.)"
     bound = step_bound(program)
-    rest = _without_comments("shadertoy.glsl").replace(", 1));", f", {time}));").replace("ALBEDO", albedo)
+    rest = STUDIO.sub(lambda lines: lines[1] if studio else lines[2] or "", _without_comments("shadertoy.glsl"))
+    rest = rest.replace(", 1));", f", {time}));").replace("ALBEDO", albedo)
     rest = rest.replace("f *= BOUND;\n", "" if bound == 1 else f"f *= {LANGUAGE.number(bound)};\n")
-    lines += _field(program)
-    head = [
-        header_line(header_facts(model, program, "shadertoy") | further),
-        *_head(model),
-        *_knobs(program, model.front),
-    ]
+    return rest.replace("ENTER", _without_comments("enter_ball.glsl") + hull)
 
-    def text(hull: str = "", *declarations: str) -> str:
-        body = rest.replace("ENTER", _without_comments("enter_ball.glsl") + hull)
-        return "\n".join([*head, _squeezed("\n".join([*lines, *declarations, body]))])
 
-    with_ball = text()
-    planes = shape_hull(program, len(with_ball))
-    if planes is None:
-        return with_ball
-    places = ",".join(map(_short, planes.ravel()))
-    return text(_without_comments("enter_hull.glsl"), f"const float[{planes.size}] H = float[]({places});")
+def _studio_constants(program: Program, studio: bool) -> list[str]:
+    """Return what the studio declares before field(): the tap, which field() reads, the floor and level 1's band."""
+    if not studio:
+        return []
+    floor = LANGUAGE.number(round(lowest_point(program), 4))
+    return ["int k = -1;", f"const float G = {floor}, Y = {_short(program.bands[0].delta)};"]
 
 
 def shape_hull(program: Program, length: int) -> NDArray[np.float64] | None:
@@ -161,7 +187,7 @@ def _head(model: Model) -> list[str]:
     ]
 
 
-def _knobs(program: Program, front: tuple[float, float] | None) -> list[str]:
+def _knobs(program: Program, front: tuple[float, float] | None, studio: bool) -> list[str]:
     """Return the #defines that are there to be changed."""
     colour = (
         "COLOUR(c) c // of the surface, sRGB; c: the model's" if program.coloured else f"COLOUR vec3({PLAIN}) // sRGB"
@@ -177,6 +203,7 @@ def _knobs(program: Program, front: tuple[float, float] | None) -> list[str]:
         f"BOTTOM {_vector(default('background_bottom'))} // of the background, sRGB",
         f"TOP {_vector(default('background_top'))}",
         *motion,
+        *(["STUDIO 1 // a floor, soft shadows, sky light; 0: Phong"] if studio else []),
         *level,
         f"STEPS {STEPS} // of a ray, at most",
         "AA 1 // 2: 2 x 2 samples a pixel",
@@ -184,17 +211,18 @@ def _knobs(program: Program, front: tuple[float, float] | None) -> list[str]:
     return [f"#define {knob}" for knob in knobs]
 
 
-def _field(program: Program) -> list[str]:
+def _field(program: Program, studio: bool) -> list[str]:
     """Return field(), which evaluates a level inside the band of the one before it (Eq. 3), up to LEVEL.
 
-    Outside the band it gives the distance to the band's offset surface. A single level is field() itself.
-    Of a scene, the function albedo() follows.
+    Outside the band it gives the distance to the band's offset surface; for the studio's taps, level 1. A single level
+    is field() itself. Of a scene, the function albedo() follows.
     """
     if program.composition is not None:
-        return _scene(program)
+        return _scene(program, studio)
     if len(program.values) == 1:
         return []
     lines = ["float field(vec4 p) {", f"    float f = {program.values[0].name}(p);"]
+    lines += ["    if (k > 3) return f;"] if studio else []
     for i, (function, band) in enumerate(zip(program.values[1:], program.bands, strict=False), start=2):
         lines += [
             f"#if LEVEL >= {i}",
@@ -205,10 +233,11 @@ def _field(program: Program) -> list[str]:
     return [*lines, "    return f;", "}"]
 
 
-def _scene(program: Program) -> list[str]:
+def _scene(program: Program, studio: bool) -> list[str]:
     """Return field() and albedo() of a scene."""
     notation, point = VectorNotation(LANGUAGE), ("p.x", "p.y", "p.z")
-    there = Unrolled(program, notation, point, "p.w", "LEVEL" if len(program.bands) > 1 else None)
+    level = "(k > 3 ? 1 : LEVEL)" if studio else "LEVEL"
+    there = Unrolled(program, notation, point, "p.w", level if len(program.bands) > 1 else None)
     value = there.outside_bands()
     lines = ["float field(vec4 p) {", *there.lines(value), f"    return {there.text(value)};", "}"]
     there = Unrolled(program, notation, point, "p.w")

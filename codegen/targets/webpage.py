@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from ... import glsl
 from ...model.checks import SHAPES, WIDEST
 from ...model.errors import UserError
-from ...model.files import show
 from ...model.model import DEFAULT_STEP_BOUND, MOST_ITERATIONS, STEP_BOUNDS, Model
 from ...model.model_file import FORMAT, TRAINING, VERSION, to_bytes
 from ..ir.lower import lower
@@ -36,7 +35,7 @@ from .camera import basis, fitting_distance
 from .glsl300es import DIALECT
 from .header import header_facts
 from .motion import PERIOD
-from .registry import PAGE_SHADES
+from .registry import OPENING_SHADES
 from .samples import BLOCK, SHARE, STEEPEST
 from .shader import LEAST_STEPS, LOOP_LIMIT, PASSES
 from .uniforms import SHADINGS, UNIFORMS, default
@@ -88,7 +87,7 @@ _PLACE = re.compile(r"\{\{(\w+)\}\}")
 
 
 def standalone(
-    model: Model, storage: str = "auto", digits: int | None = None, poster: bool = True, shade: str = PAGE_SHADES[0]
+    model: Model, storage: str = "auto", digits: int | None = None, poster: bool = True, shade: str = OPENING_SHADES[0]
 ) -> str:
     """Return the text of the page.
 
@@ -97,12 +96,10 @@ def standalone(
     digits: decimals to which the weights are rounded first, None for none. Weights that 16-bit floats hold exactly
     travel in those.
     poster: whether the page opens with a small picture of the model, which takes seconds to draw.
-    shade: the shading that it opens in, one of PAGE_SHADES.
+    shade: the shading that it opens in, one of OPENING_SHADES.
     Raises UserError where the weights cannot be stored so.
     """
     weights = model if digits is None else in_decimals(model, digits)
-    if shade not in PAGE_SHADES:
-        raise UserError(f"--shade {show(shade)}: there is {', '.join(PAGE_SHADES)}")
     if storage == "packed":
         raise UserError("--storage packed: only shadertoy has it; there is literal, texture, auto")
     program = lower(weights)
@@ -230,7 +227,7 @@ def _bytes(model: Model) -> bytes:
 def poster_pixels(model: Model, side: int, program: Program | None = None, shade: str = "phong") -> NDArray[np.uint8]:
     """Draw a model as the page first shows it, at time 0: (side, side, 4) uint8, sRGB and coverage, top row first.
 
-    program: the model's, where it is there already. shade: one of PAGE_SHADES; of the studio without its floor.
+    program: the model's, where it is there already. shade: one of OPENING_SHADES; of the studio without its floor.
     """
     azimuth, elevation = model.front or (orbit.AZIMUTH, orbit.ELEVATION)
     focal = 1 / math.tan(math.radians(orbit.FOV) / 2)

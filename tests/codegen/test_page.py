@@ -251,7 +251,7 @@ def test_the_button_copies_the_text_for_shadertoy(
     browser: "Browser", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text = "void mainImage() { } // <é>"
-    monkeypatch.setattr(shadertoy, "standalone", lambda model, storage="auto", digits=None: text)
+    monkeypatch.setattr(shadertoy, "standalone", lambda model, storage="auto", digits=None, shade=None: text)
     file = tmp_path / "page.html"
     file.write_text(standalone(MODEL))
     with visit(browser, file, permissions=["clipboard-read", "clipboard-write"]) as visited:

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from mplicits.codegen.targets import glsl330, webpage
-from mplicits.codegen.targets.registry import PAGE_SHADES
+from mplicits.codegen.targets.registry import OPENING_SHADES
 from mplicits.model.model import Model
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
@@ -38,7 +38,7 @@ def poster_of(page: str) -> np.ndarray:
     [replace(MODEL, front=(215.0, 15.0)), replace(MODEL, texture=None)],
     ids=["with colours, from its front", "plain, from the usual place"],
 )
-@pytest.mark.parametrize("shade", PAGE_SHADES)
+@pytest.mark.parametrize("shade", OPENING_SHADES)
 def test_the_poster_is_the_first_picture(model: Model, shade: str, osmesa: Context) -> None:
     poster = poster_of(webpage.standalone(model, shade=shade))
     side = len(poster)

@@ -114,7 +114,7 @@ def test_a_step_that_was_rounded_down_holds_the_largest_weight() -> None:
 def test_the_text_draws_what_the_renderer_draws(osmesa: Context) -> None:
     """Normals by differences, a gamma of 2.2 and a plain background make it no other silhouette or shading."""
     model = load(DEMO)
-    text = SHADERTOY(model, "literal")
+    text = SHADERTOY(model, "literal", shade="phong")
     ours = picture(osmesa, text)
     theirs = Renderer(osmesa, bake(model)).render(SIZE, Camera())
     nothing = picture(osmesa, text.replace("k>3", "k>4"))

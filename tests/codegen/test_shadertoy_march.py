@@ -31,7 +31,7 @@ def model() -> Model:
 
 
 def test_the_text_takes_the_steps_of_numpy(osmesa: Context, model: Model) -> None:
-    text = SHADERTOY(model, "literal", digits=7)
+    text = SHADERTOY(model, "literal", digits=7, shade="phong")
     for old, new in (
         ("float t=0.", "float C=0.,t=0."),
         ("f=field(", "C+=float(k<0);f=field("),

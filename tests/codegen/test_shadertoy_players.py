@@ -61,7 +61,12 @@ def test_another_shadertoy_player_draws_the_same(osmesa: Context, tmp_path: Path
     packed = SHADERTOY(quantise.quantised_model(random_model((16, 1), (8, 0))), "packed")
     moving = SHADERTOY(moving_model(), "literal")
     assert np.abs(picture(osmesa, moving, time=0.4) - picture(osmesa, moving, time=2.4)).max(-1).mean() > 3
-    texts = [(packed, 0.0), (SHADERTOY(load(DEMO), "literal"), 0.0), (moving, PERIOD / 4), (moving, PERIOD / 2)]
+    texts = [
+        (packed, 0.0),
+        (SHADERTOY(load(DEMO), "literal", shade="studio"), 0.0),
+        (moving, PERIOD / 4),
+        (moving, PERIOD / 2),
+    ]
     for text, time in texts:
         (tmp_path / "text.frag").write_text(text)
         command = [sys.executable, "-c", PLAYER, "text.frag", "x".join(map(str, SIZE)), "player.png", str(time)]
@@ -84,7 +89,7 @@ def test_another_shadertoy_player_draws_the_same(osmesa: Context, tmp_path: Path
 
 def test_chromium_draws_the_same(osmesa: Context, browser: "Browser", tmp_path: Path) -> None:
     """Chromium draws by WebGL2 on SwiftShader, whose sine is off by 2e-4."""
-    text = SHADERTOY(quantise.quantised_model(random_model((16, 1), (8, 0))), "packed")
+    text = SHADERTOY(quantise.quantised_model(random_model((16, 1), (8, 0))), "packed", shade="studio")
     fragment = "#version 300 es\nprecision highp float; precision highp int;\n" + INPUTS + text + MAIN
     (tmp_path / "player.html").write_text(WEBGL.replace("THE_TEXT", json.dumps(fragment)))
     with visit(browser, tmp_path / "player.html", SIZE, share=1) as visited:

@@ -102,8 +102,11 @@ t+=b;
 }
 if(k>3){
 n=normalize(n);
-w=pow(clamp(COLOUR(network_texture(vec4(3.52*m[2]+t*v,1))),0.,1.),vec3(2.2))*(mix(vec3(.16,.13,.12),vec3(.34,.38,.46),.5+.5*dot(n,m[1]))
-+max(dot(n,l),0.)*vec3(1.05,1,.95))+.14*pow(max(dot(reflect(v,n),l),0.),48.);
+e=reflect(v,n);
+g=dot(n,l);
+w=pow(clamp(COLOUR(network_texture(vec4(3.52*m[2]+t*v,1))),0.,1.),vec3(2.2));
+w=w*(mix(vec3(.16,.13,.12),vec3(.34,.38,.46),.5+.5*dot(n,m[1]))+max(g,0.)*vec3(1.05,1,.95))
++.14*pow(max(dot(e,l),0.),48.);
 e=max(w-.6,0.);
 w+=e/(1.+2.*e)-e;
 }
