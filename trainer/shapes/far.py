@@ -27,6 +27,16 @@ ROUNDS, NEIGHBOURS = 3, 24
 """From the nearest of these, a point's foot moves so many times to the best of so many samples around it."""
 CHUNK = 16_384
 """Points that are worked on at once."""
+CELLS = 32
+"""Cells along a unit of length by which points are sorted."""
+
+
+def neighbours_together(points: Doubles) -> NDArray[np.intp]:
+    """Return an order (N,) of points (N, 3), by the cells of a grid, in which a tree is asked for like places in turn.
+
+    It halves what a distance to a mesh of ten million faces takes, whose tree is larger than the processor's caches.
+    """
+    return np.lexsort(np.floor(points * CELLS).T)
 
 
 class Distances:
@@ -56,17 +66,22 @@ class Distances:
         return np.concatenate(parts) if parts else np.empty(0)
 
     def _part(self, points: Doubles) -> Doubles:
-        foot = np.asarray(self._coarse.query(points, workers=-1)[1])
+        result, foot = (np.asarray(found) for found in self._coarse.query(points, workers=-1))
+        far = result > NEAR
+        result[far] = self._far(points[far], foot[far])
+        near = result <= NEAR * (1 + MARGIN)
+        result[near] = self._exact(points[near])
+        return result
+
+    def _far(self, points: Doubles, foot: NDArray[np.intp]) -> Doubles:
+        """Compute distances to the faces of samples that are nearly the nearest. foot: (N,), samples to begin with."""
         for _ in range(ROUNDS):
             around = np.asarray(self._fine.query(self._samples[foot], k=NEIGHBOURS, workers=-1)[1])
             apart = ((self._samples[around] - points[:, None]) ** 2).sum(axis=2)
             foot = around[np.arange(len(points)), apart.argmin(axis=1)]
         closest: Any = trimesh.triangles.closest_point
         nearest = closest(self._vertices[self._faces[self._of[foot]]], points)
-        result = np.asarray(np.linalg.norm(nearest - points, axis=1))
-        near = result <= NEAR * (1 + MARGIN)
-        result[near] = self._exact(points[near])
-        return result
+        return np.asarray(np.linalg.norm(nearest - points, axis=1))
 
     def _exact(self, points: Doubles) -> Doubles:
         squared, _, _ = self._tree.squared_distance(self._vertices, self._faces, points)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...model.errors import UserError
 from .creases import CornerNormals, closed, corner_normals, face_areas, usable_normals
 from .curved import curved, flat
-from .far import Distances
+from .far import Distances, neighbours_together
 from .image import ImageTexture
 from .shape import Doubles, SurfacePoints, normalise, unit
 
@@ -106,8 +106,12 @@ class MeshShape:
 
     def distance(self, points: Doubles) -> Doubles:
         """Compute the distance to the facets (`Distances`), signed by the winding number. Returns (N,)."""
-        inside = self._winding.winding_number(points) > 0.5
-        return np.asarray(np.where(inside, -1.0, 1.0) * self._unsigned(points))
+        order = neighbours_together(points)
+        ordered = points[order]
+        inside = self._winding.winding_number(ordered) > 0.5
+        distances = np.empty(len(points))
+        distances[order] = np.where(inside, -1.0, 1.0) * self._unsigned(ordered)
+        return distances
 
     def colours_near(self, points: Doubles) -> Doubles | None:
         """Look up the colours of the surface's nearest places to points (N, 3): (N, 3); None without colours."""
