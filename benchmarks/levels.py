@@ -1,11 +1,11 @@
 """Compare numbers of levels at equal parameters and equal seconds of the processor; writes docs/results/levels.md.
 
-    python benchmarks/levels.py [FILE...] [--seconds 40] [--ways NAME,..] [--rows N] [-o docs/results/levels.md]
+    python benchmarks/levels.py [FILE...] [--seconds 40] [--ways "NAME;.."] [--rows N] [-o docs/results/levels.md]
 
-FILE: meshes; by default five of the data's folder. Every shape is trained in four ways: one level, two, three (the
-default sizes), and these three networks without nesting: their sum f1 + r1 + r2, each trained by the same loss and
-schedule as a level, but in the whole domain, and evaluated everywhere. Rows that the page has already are kept, so that
-a run that was cut short goes on; --rows says how many more to measure.
+FILE: meshes; by default five of the data's folder. The ways: one level; two of one width; two, the last of which is
+wide; three; and these three networks without nesting: their sum f1 + r1 + r2, each trained by the same loss and
+schedule as a level, but in the whole domain, and evaluated everywhere. Rows that the page has already are kept, those
+of other lengths too, so that a run that was cut short goes on; --rows says how many more to measure.
 """
 
 import argparse
@@ -32,14 +32,15 @@ from mplicits.trainer.networks.nested import field_and_gradient
 from mplicits.trainer.networks.network import Weights, to_model
 from mplicits.trainer.pools import Pool, Sampler
 from mplicits.trainer.session import TrainingBar
-from mplicits.trainer.settings import DEFAULT_PRESET, PRESETS
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
 from protocol import DATA, Page, machine, training_settings
 
 SHAPES = ("meshes/armadillo", "meshes/lucy", "meshes/happy_buddha", "thingi32/53159", "thingi32/64764")
 CPU = torch.device("cpu")
-THREE = PRESETS[DEFAULT_PRESET].levels
+THREE = "64x1,64x2,64x2"
+"""The sizes whose number of parameters no way exceeds."""
+WIDE_LAST = "48x1,96x2"
 RESOLUTION = 256
 """Of marching cubes."""
 SAMPLES = 200_000
@@ -129,6 +130,7 @@ def ways() -> dict[str, Way]:
     return {
         "one level": Way(widest, single),
         "two": Way(two, partial(nested, two)),
+        "two, wide last": Way(WIDE_LAST, partial(nested, WIDE_LAST)),
         "three": Way(THREE, partial(nested, THREE)),
         "unnested": Way(THREE, unnested),
     }
@@ -136,13 +138,27 @@ def ways() -> dict[str, Way]:
 
 def row(path: Path, name: str, way: Way, options: argparse.Namespace) -> str:
     """Train a shape in one way and return its row of the table."""
+    trained = columns(path, lambda shape: way.train(shape, options.seconds, options.seed))
+    return f"{_start(path, name, options)}| {way.sizes} {trained}"
+
+
+def _start(path: Path, name: str, options: argparse.Namespace) -> str:
+    """Return the columns that tell a row from others."""
+    return f"| {path.stem} | {name} | {options.seconds:g} s "
+
+
+def columns(path: Path, train: Callable[[Shape], tuple[Model, tuple[int, ...]]]) -> str:
+    """Train a shape and return the columns that both tables have: parameters, seconds, steps, and how near it came.
+
+    train: makes the model, and the optimiser steps of its networks. Its seconds are those of the processor.
+    """
     shape, _ = load_shape(str(path))
     began = time.process_time()
     with patch("time.perf_counter", time.process_time):  # whatever else the machine does, all ways get as much of it
-        model, steps = way.train(shape, options.seconds, options.seed)
+        model, steps = train(shape)
     seconds, last = time.process_time() - began, model.provenance["levels"][-1]
     start = (
-        f"| {path.stem} | {name} | {way.sizes} | {model.parameters():,} | {seconds:.0f} "
+        f"| {model.parameters():,} | {seconds:.0f} "
         f"| {', '.join(map(str, steps))} | {last['mean_f']:.2e} | {last['angle']:.2f} |"
     )
     try:
@@ -162,41 +178,40 @@ def main() -> None:
     parser.add_argument("files", nargs="*", type=Path, metavar="FILE")
     parser.add_argument("--seconds", type=float, default=40.0, metavar="S")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--ways", default=",".join(ways()), metavar="NAME,..", help="default: %(default)s")
+    parser.add_argument("--ways", default=";".join(ways()), metavar="NAME;..", help="default: %(default)s")
     parser.add_argument("--rows", type=int, metavar="N", help="measure so many rows at most (default: all)")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/levels.md"))
     options = parser.parse_args()
     prepare(device("cpu"))
     files = options.files or [DATA / f"{name}.ply" for name in SHAPES]
-    names = "".join(f"{path.name} " for path in options.files)
     lines = options.output.read_text(encoding="utf-8").splitlines() if options.output.exists() else []
-    done = {tuple(line.split(" | ")[:2]): line for line in lines if line.startswith("| ")}
+    known = [line for line in lines if line.startswith("| ") and " s | " in line]
     page = Page(
         options.output,
         "# Numbers of levels",
         "",
-        f"Printed by `python benchmarks/levels.py {names}--seconds {options.seconds:g} --seed {options.seed}`: one "
-        "level, two, three (the default), and the three networks unnested (their sum, each trained with the loss and "
-        "the schedule of a level, but in the whole domain, and evaluated everywhere), with equal parameters, for equal "
-        f"seconds of the processor, {torch.get_num_threads()} thread(s), one seed. These are short trainings. The "
-        "seconds include measuring bands and bounds for tracing, and looking for loose pieces of surface, which the "
-        "unnested networks do without: they take more steps. Mean abs f and angle are of held-out points of the "
+        f"Printed by `python benchmarks/levels.py --seconds S`, once for each length given (--seed {options.seed}): "
+        "one level, two of one width, two with a wide last one, three, and the three networks unnested (their sum, "
+        "each trained with the loss and the schedule of a level, but in the whole domain, and evaluated everywhere), "
+        f"with equal parameters, for equal seconds of the processor, {torch.get_num_threads()} thread(s), one seed. "
+        "The seconds include measuring bands and bounds for tracing, and looking for loose pieces of surface, which "
+        "the unnested networks do without: they take more steps. Mean abs f and angle are of held-out points of the "
         "surface; Chamfer distance (of its floor), Hausdorff distance and components at "
         f"{RESOLUTION}^3.",
         "",
         f"{machine()}.",
         "",
-        "| shape | way | networks | parameters | seconds | steps | mean abs f | angle, degrees "
+        "| shape | way | given | networks | parameters | seconds | steps | mean abs f | angle, degrees "
         "| Chamfer, of the floor | Hausdorff | components (truth) |",
-        "| --- | --- | --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: |",
+        "| --- | --- | --- | --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: |",
+        *known,
     )
     left = options.rows
     for path in files:
-        for name in options.ways.split(","):
-            known = done.get((f"| {path.stem}", name))
-            if known is not None:
-                page.add(known)
-            elif left is None or left > 0:
+        for name in options.ways.split(";"):
+            if any(line.startswith(_start(path, name, options)) for line in known):
+                continue
+            if left is None or left > 0:
                 page.add(row(path, name, ways()[name], options))
                 left = None if left is None else left - 1
 
