@@ -27,16 +27,6 @@ ROUNDS, NEIGHBOURS = 3, 24
 """From the nearest of these, a point's foot moves so many times to the best of so many samples around it."""
 CHUNK = 16_384
 """Points that are worked on at once."""
-CELLS = 32
-"""Cells along a unit of length by which points are sorted."""
-
-
-def neighbours_together(points: Doubles) -> NDArray[np.intp]:
-    """Return an order (N,) of points (N, 3), by the cells of a grid, in which a tree is asked for like places in turn.
-
-    It halves what a distance to a mesh of ten million faces takes, whose tree is larger than the processor's caches.
-    """
-    return np.lexsort(np.floor(points * CELLS).T)
 
 
 class Distances:

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from ...model.errors import UserError
 from .creases import CornerNormals, closed, corner_normals, face_areas, usable_normals
 from .curved import curved, flat
-from .far import Distances, neighbours_together
+from .far import Distances
 from .image import ImageTexture
-from .shape import Doubles, SurfacePoints, normalise, unit
+from .shape import Doubles, SurfacePoints, neighbours_together, normalise, unit
 
 
 class MeshShape:
