@@ -3,11 +3,12 @@
     python benchmarks/noise.py [--cases armadillo:0.01,armadillo:0.01:0.05,...] [--steps 700,2500]
         [--methods ours,uncleaned,siren,hash,poisson] [-o docs/results/noise.md]
 
-A case is SHAPE:NOISE or SHAPE:NOISE:OUTLIERS, with a share of outliers. A cloud is 100,000 points of a mesh in model
-space, uniform by area, with the normals of the faces. Noise is Gaussian, on each coordinate of the points and, in the
-same size, of the normals; outliers are further points of the cube [-1, 1]^3 with normals of any direction. ours: as
-`mplicits train CLOUD`. uncleaned: the same with `--noise 0`. siren: one SIREN of as many parameters, hash: a hash grid,
-each on the cloud as it is, for the seconds that our training took.
+A case is SHAPE:NOISE or SHAPE:NOISE:OUTLIERS, with a share of outliers, and with :bare or :uneven behind. A cloud is
+100,000 points of a mesh in model space, uniform by area, with the normals of the faces. Noise is Gaussian, on each
+coordinate of the points and, in the same size, of the normals; outliers are further points of the cube [-1, 1]^3 with
+normals of any direction. bare: without normals, which are then estimated as `train` does. uneven: the density is ten
+times as high at one end as at the other. ours: as `mplicits train CLOUD`. uncleaned: the same with `--noise 0`. siren:
+one SIREN of as many parameters, hash: a hash grid, each on the cloud as it is, for the seconds that our training took.
 poisson: screened Poisson (Kazhdan and Hoppe 2013) of pymeshlab, which has to be installed, by its defaults (depth 8).
 """
 
@@ -33,6 +34,7 @@ from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.shapes.cloud import CloudShape
 from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.shapes.orient import estimated_normals
 from mplicits.trainer.shapes.shape import Doubles, SurfacePoints, unit
 from mplicits.trainer.train import Training
 from protocol import DATA, Page, machine, training_settings
@@ -44,6 +46,8 @@ CASES = ",".join(
     for case in ("0.01", "0.02", "0.005", "0", "0.01:0.05", "0.01:0.01")
     for shape in ("armadillo", "lucy", "bunny")
 )
+FURTHER = {"bare": "without normals", "uneven": "uneven density"}
+"""What a case may have at its end, and how its row says so."""
 METHODS = ("ours", "uncleaned", "siren", "hash", "poisson")
 GRADIENT_STEP = 5e-4
 """Length of the central differences that gradients are measured with."""
@@ -52,15 +56,27 @@ PICTURE = 320
 """Pixels along a side of a picture."""
 
 
-def noisy_cloud(truth: SampledSurface, noise: float, outliers: float, seed: int) -> SurfacePoints:
-    """Draw a cloud of a surface. noise: standard deviation. outliers: their number, as a share of the other points'."""
+def noisy_cloud(
+    truth: SampledSurface, noise: float, outliers: float, seed: int, *, bare: bool = False, uneven: bool = False
+) -> SurfacePoints:
+    """Draw a cloud of a surface.
+
+    noise: standard deviation. outliers: their number, as a share of the other points'. bare: with estimated normals.
+    uneven: denser along x.
+    """
     rng = np.random.default_rng(seed)
-    points, face = truth.sample(POINTS, rng)
+    points, face = truth.sample(4 * POINTS if uneven else POINTS, rng)
+    if uneven:
+        along = (points[:, 0] - points[:, 0].min()) / np.ptp(points[:, 0])
+        kept = rng.choice(len(points), POINTS, replace=False, p=(0.1 + 0.9 * along) / (0.1 + 0.9 * along).sum())
+        points, face = points[kept], face[kept]
     normals = truth.normals[face] + rng.normal(scale=noise, size=points.shape)
     count = int(POINTS * outliers)
     away, directions = rng.uniform(-1, 1, (count, 3)), rng.normal(size=(count, 3))
     moved = points + rng.normal(scale=noise, size=points.shape)
-    return SurfacePoints(np.concatenate((moved, away)), unit(np.concatenate((normals, directions))))
+    everything = np.concatenate((moved, away))
+    found = estimated_normals(everything)[0] if bare else unit(np.concatenate((normals, directions)))
+    return SurfacePoints(everything, found)
 
 
 class Reconstruction:
@@ -166,7 +182,7 @@ def picture(mesh: Mesh, path: Path) -> None:
 def main() -> None:
     """Reconstruct every case by every method, and write the page."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--cases", default=CASES, metavar="SHAPE:NOISE[:OUTLIERS],..")
+    parser.add_argument("--cases", default=CASES, metavar="SHAPE:NOISE[:OUTLIERS][:bare][:uneven],..")
     parser.add_argument("--methods", default=",".join(METHODS), metavar="NAME,..", help=f"of {', '.join(METHODS)}")
     parser.add_argument("--levels", default="64x1,64x2", metavar="NxD,..")
     parser.add_argument("--steps", default="700,2500", metavar="N,..", help="of our levels (default 700,2500)")
@@ -196,12 +212,15 @@ def main() -> None:
     )
     drawn: list[str] = []
     for number, case in enumerate(options.cases.split(",")):
-        name, noise, outliers = (*case.split(":"), "0")[:3]
+        words = [word for word in case.split(":") if word not in FURTHER]
+        further = {word: word in case.split(":") for word in FURTHER}
+        name, noise, outliers = (*words, "0")[:3]
         path = options.data / "meshes" / f"{name}.ply"
         mesh, _ = load_shape(str(path))
         truth = in_model_space(read_mesh(path), mesh.centre, mesh.scale)
-        cloud = noisy_cloud(SampledSurface(truth), float(noise), float(outliers), options.seed + 1)
+        cloud = noisy_cloud(SampledSurface(truth), float(noise), float(outliers), options.seed + 1, **further)
         title = f"{name}, noise {float(noise):.1%}, outliers {float(outliers):.0%}"
+        title += "".join(f", {says}" for word, says in FURTHER.items() if further[word])
         for made in reconstructions(cloud, options):
             page.add(row(title, made, truth, options))
             if options.pictures and not number and len(made.mesh.faces):
