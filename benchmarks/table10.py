@@ -3,10 +3,11 @@
     PYTHONPATH=tests python benchmarks/table10.py [--scan] [--seconds 150] [--shrink 4] [-o docs/results/table10.md]
 
 Both learn from the same rays of the same photographs, drawn in the same order, with the same samples on a ray, for the
-same processor time, by NeuS's loss; what differs is the distance's network, how its gradient is differentiated, what
-guides the samples, and the rates. NeuS's network has its own schedule (5e-4, a warm-up, a cosine down to a twentieth),
-and once more four times the rate, since so few steps are taken. Sets: DTU's scan 24, and Spot drawn by pyrender from 24
-sides and 6 more. Held-out views are rendered by volume rendering; PSNR is over the masks' pixels.
+same processor time; what differs is the distance's network, how its gradient is differentiated, what guides the
+samples, the rates, the bound on the sharpness, and the weights of the loss, which are NeuS's own for its network. That
+has its own schedule, too (5e-4, a warm-up, a cosine down to a twentieth), and once more four times the rate, since so
+few steps are taken. Sets: DTU's scan 24, and Spot drawn by pyrender from 24 sides and 6 more. Held-out views are
+rendered by volume rendering; PSNR is over the masks' pixels.
 """
 
 import argparse
@@ -53,6 +54,8 @@ LEVELS = ((128, 4), (256, 5))
 OMEGAS, DELTAS = (15.0, 30.0), (0.08,)
 NEUS_RATE, WARM_UP = 5e-4, 5000 / 300_000
 """Rate, and the share of the schedule in which it rises (NeuS's wmask.conf)."""
+NEUS_FACTORS = Factors(eikonal=0.1, mask=0.1)
+"""Its weights of the terms of the loss, likewise."""
 FACTOR = 4.0
 """On NeuS's rate in its second row."""
 STEPS = 9
@@ -60,6 +63,9 @@ STEPS = 9
 SCAN_SIZE = (1600, 1200)
 """Of the pictures that the cameras of scan 24 are for."""
 RESOLUTION, SAMPLES = 64, 200_000
+"""Cells along a side of the meshes that the Chamfer distance is of, and samples."""
+PICTURE = 200
+"""Least height of a picture beside the page, pixels."""
 HEAD = """# From photographs to a shape (Table 10)
 
 Held-out views of NeuS's own network and of ours, after the same processor time ({seconds:g} s, one thread) on the same
@@ -96,7 +102,7 @@ class NeusLearner:
     def step(self, share: float) -> float:
         """Take a step."""
         rays = next(self._batches)
-        loss = loss_of(render(self.scene, rays, self._effort, self._generator), rays, Factors(), 0.0)
+        loss = loss_of(render(self.scene, rays, self._effort, self._generator), rays, NEUS_FACTORS, 0.0)
         self._adam.zero_grad()
         self.scene.backward(loss)
         for group in self._adam.param_groups:
@@ -188,11 +194,19 @@ def cost_of_a_step(scene: MultiscaleScene, rays: Rays, count: int) -> float:
     return statistics.median(times)
 
 
-def judged(scene: Scene, views: list[Posed], effort: Effort, path: Path) -> float:
-    """Average the PSNR of held-out views, and write the first one."""
+def judged(scene: Scene, views: list[Posed], effort: Effort) -> tuple[float, NDArray[np.uint8]]:
+    """Average the PSNR of held-out views, and return it and the first one (H, W, 3)."""
     found = [picture(scene, view, effort, 0.0, CPU) for view in views]
-    Image.fromarray((255 * np.clip(found[0].colours, 0, 1)).astype(np.uint8)).save(path)
-    return float(np.mean([one.psnr for one in found]))
+    shown = (255 * np.clip(found[0].colours, 0, 1)).astype(np.uint8)
+    return float(np.mean([one.psnr for one in found])), shown
+
+
+def write_beside(view: Posed, shown: list[NDArray[np.uint8]], path: Path) -> None:
+    """Write a photograph, black where its mask is, and pictures of the same view, side by side."""
+    assert view.mask is not None
+    row = Image.fromarray(np.concatenate([view.colours * view.mask[..., None].astype(np.uint8), *shown], axis=1))
+    factor = -(-PICTURE // row.height)
+    row.resize((factor * row.width, factor * row.height), Image.Resampling.NEAREST).save(path, optimize=True)
 
 
 def distance_to(truth: NDArray[np.float64] | None, field: Field, *, cull: bool) -> str:
@@ -276,26 +290,33 @@ def main() -> None:
         learnt, held = split(case.photographs, case.every)
         rays, _ = rays_of(learnt, CPU)
         label = f"{case.name}, {len(learnt)} + {len(held)} of {held[0].size[0]} x {held[0].size[1]}"
-        pictures = args.output.parent / f"table10-{case.file}"
         held = held[: args.judged]
-        Image.fromarray(held[0].colours).save(f"{pictures}-photograph.png")
         scene = MultiscaleScene(sizes, CPU, SEED)
         began = time.process_time()
         scene.become_sphere(SEED)
         learner = Learner(scene, rays, args.rays, 0.0, SEED)
         steps = learn(learner, args.seconds - (time.process_time() - began))
-        gained = judged(scene, held, effort, Path(f"{pictures}-ours.png"))
+        gained, one = judged(scene, held, effort)
+        shown = [one]
         model = unfinished_model(case.photographs, scene.weights(), DELTAS, {"settings": {"credit": ""}})
         distance = distance_to(case.truth, ModelField(model, Grid(RESOLUTION).diagonal), cull=True)
         page.add(f"| {label} | ours | {steps:,} | {gained:.2f} dB | | {distance} |")
         for name, factor in ((f"NeuS, {FACTOR:g} times the rate", FACTOR), ("NeuS", 1.0)):
             neus = NeusLearner(rays, args.rays, effort, width, factor * NEUS_RATE)
             steps = learn(neus, args.seconds)
-            decibels = judged(neus.scene, held, effort, Path(f"{pictures}-neus-{factor:g}.png"))
+            decibels, one = judged(neus.scene, held, effort)
+            shown.append(one)
             distance = distance_to(case.truth, NeusField(neus.scene), cull=False)
             page.add(
                 f"| {label} | {name} | {steps:,} | {decibels:.2f} dB | {gained / decibels - 1:+.1%} | {distance} |"
             )
+        write_beside(held[0], shown, args.output.with_name(f"table10-{case.file}.png"))
+    page.add(
+        "",
+        f"A held-out view of each: the photograph where its mask is, ours, NeuS with {FACTOR:g} times the rate, NeuS.",
+        "",
+        *(f"![{case.name}](table10-{case.file}.png)\n" for case in sets),
+    )
 
 
 if __name__ == "__main__":

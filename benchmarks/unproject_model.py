@@ -1,4 +1,4 @@
-"""How well a depth map becomes a model (Appendix G.1): writes docs/results/unproject_model.md, and pictures beside it.
+"""How well a depth map becomes a model (Appendix G.1): writes docs/results/unproject_model.md, and a picture.
 
     PYTHONPATH=tests python benchmarks/unproject_model.py [--size 256] [--steps 600,2000,1000] [-o FILE]
 
@@ -32,7 +32,9 @@ Doubles = NDArray[np.float64]
 
 BESIDE = 30
 """Degrees around the shape, from the camera to the second picture."""
-PICTURE = 320
+COLOURS = 64
+"""Of the sheet of pictures."""
+PICTURE = 160
 """Side of a picture, pixels."""
 
 
@@ -102,6 +104,7 @@ def main() -> None:
         "| shape | depths | missed | mean | 95 % | 99 % | colours |",
         "|---|---|---:|---:|---:|---:|---:|",
     )
+    strips: list[NDArray[np.uint8]] = []
     for name, (file, camera) in SHAPES.items():
         mesh = trimesh.load_mesh(DATA / file, process=False)
         vertices, centre, scale = normalise(np.asarray(mesh.vertices, np.float64))
@@ -115,12 +118,16 @@ def main() -> None:
         for label, worsen in WORSENED.items():
             field = trained(worsen(seen, np.random.default_rng(0)), colours, mesh, camera, args)
             page.add(row(name, label, field, moved, camera, colours, depth))
-            where = args.output.with_name(
-                f"unproject-{name.lower()}-{label.replace(' ', '-').replace('%', 'percent')}.png"
-            )
-            pictures(field, large, camera).save(where)
+            strips.append(np.asarray(pictures(field, large, camera)))
         drawn.release()
         large.release()
+    sheet = Image.fromarray(np.concatenate(strips)).quantize(COLOURS)
+    sheet.save(args.output.with_suffix(".png"), optimize=True)
+    page.add(
+        "",
+        f"The mesh and the model from the camera, then both from {BESIDE} degrees beside it; the rows are those of the "
+        f"table:\n\n![Mesh and model]({args.output.stem}.png)",
+    )
 
 
 def _in_model_space(field: Field) -> Field:

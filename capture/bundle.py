@@ -81,6 +81,9 @@ class RayBatches:
         """count: of a batch."""
         self._rays, self._count, self._generator = rays, count, generator
         self._object = None if rays.inside is None else torch.nonzero(rays.inside)[:, 0]
+        share = 1.0 if self._object is None else len(self._object) / len(rays)
+        self.inside = (1 - ON_OBJECT) / (1 - ON_OBJECT + ON_OBJECT / max(share, 1e-6))
+        """How often one ray outside the masks is drawn for each time that one inside is."""
 
     def __next__(self) -> Rays:
         """Draw a batch."""

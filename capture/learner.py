@@ -19,6 +19,10 @@ COARSE = 0.2
 ANNEALED = 0.15
 """Share of the schedule after which sections that a ray leaves through no longer count, where there are no masks."""
 
+BLUNT, SHARP, SHARPENED = 20.0, 500.0, 0.8
+"""With masks, s is at least the first at the start of the schedule and the second from the last share of it on. An s
+that is only learnt stays low as long as the shape is wrong, and so does the shape: outlines are as wide as 1 / s."""
+
 
 class Learner:
     """A scene, its optimiser, and the random numbers of both."""
@@ -29,13 +33,15 @@ class Learner:
         self._generator = torch.Generator().manual_seed(seed)
         self._batches = RayBatches(rays, count, self._generator)
         self._learnt = scene.optimisers(RATE, RADIANCE_RATE, SHARPNESS_RATE)
-        self.effort, self.factors = Effort(), Factors()
+        self.effort, self.factors = Effort(), Factors(inside=self._batches.inside)
 
     def step(self, share: float) -> float:
         """Take a step at a share of the schedule, in [0, 1]. Returns the loss."""
         scene = self.scene
         scene.field.active = min(len(scene.levels), 1 + int(share / COARSE))
         rays = next(self._batches)
+        if rays.inside is not None:
+            scene.least_sharpness = BLUNT * (SHARP / BLUNT) ** min(1.0, share / SHARPENED)
         anneal = 1.0 if rays.inside is not None else min(1.0, share / ANNEALED)
         loss = loss_of(render(scene, rays, self.effort, self._generator, anneal), rays, self.factors, self._background)
         scene.backward(loss)

@@ -48,10 +48,14 @@ class Effort:
 
 @dataclass(frozen=True)
 class Factors:
-    """Weights of the terms of the loss, NeuS's own."""
+    """Weights of the terms of the loss."""
 
     eikonal: float = 0.1
-    mask: float = 0.1
+    mask: float = 1.0
+    """NeuS has 0.1. But a pixel that the object covers by half is the darker for it, so that colours draw a bright
+    object over its outline; the masks have to outweigh that."""
+    inside: float = 1.0
+    """Of a ray inside the mask, in its cross entropy, where one outside has 1 (`RayBatches.inside`)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +106,7 @@ def loss_of(rendered: Rendered, rays: Rays, factors: Factors, background: float)
     inside = rays.inside
     difference = (rendered.colours - rays.colours).abs().sum(dim=1)
     colour = (difference * inside).sum() / (inside.sum() + 1e-5)
-    mask = functional.binary_cross_entropy(rendered.opacity.clamp(1e-3, 1 - 1e-3), inside)
-    loss: Tensor = colour + factors.eikonal * eikonal + factors.mask * mask
+    weight = torch.where(inside > 0.5, factors.inside, 1.0)
+    entropy = functional.binary_cross_entropy(rendered.opacity.clamp(1e-3, 1 - 1e-3), inside, weight, reduction="sum")
+    loss: Tensor = colour + factors.eikonal * eikonal + factors.mask * entropy / weight.sum()
     return loss

@@ -48,6 +48,8 @@ class MultiscaleScene:
         self.field = MultiscaleField(self.levels, sizes.deltas)
         self.radiance = Radiance(sizes.radiance, torch.Generator().manual_seed(seed)).to(device)
         self.logarithm = torch.tensor(SHARPNESS, device=device, requires_grad=True)
+        self.least_sharpness = 0.0
+        """s is at least this."""
         self._evaluated: Evaluated | None = None
 
     def become_sphere(self, seed: int) -> None:
@@ -79,7 +81,7 @@ class MultiscaleScene:
 
     def sharpness(self) -> Tensor:
         """Return s."""
-        return torch.exp(SHARPNESS_UNIT * self.logarithm)
+        return torch.exp(SHARPNESS_UNIT * self.logarithm).clamp_min(self.least_sharpness)
 
     def backward(self, loss: Tensor) -> None:
         """Differentiate as far as the field's values by autograd, and from there by hand."""

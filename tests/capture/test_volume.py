@@ -6,6 +6,7 @@ import pytest
 import torch
 
 from mplicits.capture.bundle import RayBatches, Rays
+from mplicits.capture.learner import Learner
 from mplicits.capture.multiscale import MultiscaleField
 from mplicits.capture.rendering import Effort, Factors, loss_of, render
 from mplicits.capture.scene import MultiscaleScene, Sizes
@@ -126,8 +127,23 @@ def test_a_mask_and_a_background_count() -> None:
     assert black != white
 
 
-def test_half_of_the_rays_show_the_object() -> None:
+def test_half_of_the_rays_show_the_object_and_weigh_no_more_for_it() -> None:
     rays = rays_at([0.01 * k for k in range(60)], [1.0] * 6 + [0.0] * 54)
-    inside = next(RayBatches(rays, 40, torch.Generator().manual_seed(0))).inside
+    batches = RayBatches(rays, 4000, torch.Generator().manual_seed(0))
+    inside = next(batches).inside
     assert inside is not None
-    assert 20 <= int(inside.sum()) <= 32
+    count = float(inside.sum())
+    assert count == pytest.approx(0.55 * 4000, rel=0.05)
+    assert batches.inside * count / 6 == pytest.approx((4000 - count) / 54, rel=0.1)
+
+
+def test_the_surface_is_sharpened_where_there_are_masks() -> None:
+    for inside, least in (([1.0, 0.0], 500.0), (None, 0.0)):
+        scene = MultiscaleScene(Sizes(((8, 1),), (8.0,), (), 8), torch.device("cpu"), 0)
+        scene.become_sphere(0)
+        learner = Learner(scene, rays_at([0.0, 0.9], inside), 16, 0.0, 0)
+        learner.step(0.0)
+        assert float(scene.sharpness().detach()) < 30
+        learner.step(0.9)
+        assert float(scene.sharpness().detach()) >= least
+        assert scene.least_sharpness == pytest.approx(least)

@@ -1,0 +1,155 @@
+"""What follows from a model of photographs, and how `mplicits photos` ends: by a signal, and by bad input."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from mplicits import cli
+from mplicits.model.model_file import load
+from support.ball_photographs import RADIUS, write_sphere_layout, write_transforms_layout
+
+TINY = ["--levels", "12x1,16x1", "--omega", "8,12", "--radiance", "16", "--rays", "64", "--held-out", "3", "--quiet"]
+SIZE = 24
+
+
+@pytest.fixture(scope="module")
+def ball(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a model file of nine photographs of the coloured ball."""
+    folder = tmp_path_factory.mktemp("photos")
+    write_sphere_layout(folder / "ball", 9, SIZE)
+    output = folder / "ball.safetensors"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("mplicits.capture.finish.TEXTURE_STEPS", 200)
+        patch.setattr("mplicits.trainer.measured.POINTS", 10_000)
+        assert cli.main(["photos", str(folder / "ball"), "-o", str(output), *TINY, "--steps", "300"]) == 0
+    return output
+
+
+@pytest.mark.slow
+def test_its_mesh_has_the_photographs_colours(ball: Path, tmp_path: Path) -> None:
+    """The ball's colour is 0.5 + 0.4 n; the scale is 2 and the centre (5, 6, 7) of the cameras' space."""
+    written = tmp_path / "ball.ply"
+    assert cli.main(["mesh", str(ball), "-o", str(written), "--resolution", "48", "--quiet"]) == 0
+    mesh: Any = trimesh.load_mesh(written)
+    normals = (np.asarray(mesh.vertices) - (5, 6, 7)) / 2
+    radius = np.linalg.norm(normals, axis=1, keepdims=True)
+    assert np.median(radius) == pytest.approx(RADIUS, abs=0.12)
+    colours = np.asarray(mesh.visual.vertex_colors)[:, :3] / 255
+    for channel in range(3):
+        assert np.corrcoef(colours[:, channel], (normals / radius)[:, channel])[0, 1] > 0.7
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("target", "ending"), [("html", "html"), ("shadertoy", "glsl")])
+def test_a_page_and_a_shader_have_its_weights(ball: Path, tmp_path: Path, target: str, ending: str) -> None:
+    written = tmp_path / f"ball.{ending}"
+    assert cli.main(["bake", str(ball), "--target", target, "-o", str(written)]) == 0
+    text = written.read_text(encoding="utf-8")
+    assert load(ball).sha256() in text if target == "html" else "mainImage" in text
+    assert "texture" in text
+
+
+@pytest.mark.slow
+def test_a_termination_saves_a_model_that_resume_goes_on_with(tmp_path: Path) -> None:
+    """The exit code is 128 + SIGTERM's 15."""
+    write_sphere_layout(tmp_path / "ball", 9, SIZE)
+    output, part = tmp_path / "m.safetensors", tmp_path / "m.part.safetensors"
+    argv = [sys.executable, "-m", "mplicits", "photos", str(tmp_path / "ball"), "-o", str(output), *TINY]
+    environment = os.environ | {"OMP_NUM_THREADS": "2"}
+    working = subprocess.Popen(
+        [*argv, "--seconds", "60"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+    )
+    assert working.stderr is not None
+    for line in working.stderr:
+        if "held out: " in line:  # a tenth of the time is over
+            break
+    working.send_signal(signal.SIGTERM)
+    _, said = working.communicate(timeout=120)
+    assert working.returncode == 128 + signal.SIGTERM
+    assert "stopped by SIGTERM; what is learnt so far is saved; go on with --resume" in said
+    stopped = load(output).provenance
+    assert stopped["interrupted"]
+    assert part.exists()
+    began = time.monotonic()
+    again = [*argv, "--seconds", "20", "--resume"]
+    done = subprocess.run(again, check=False, capture_output=True, text=True, env=environment)
+    assert done.returncode == 0, done.stderr
+    assert time.monotonic() - began < 60
+    after = load(output).provenance
+    assert not after["interrupted"]
+    assert after["steps"] > stopped["steps"]
+    assert not part.exists()
+
+
+def without_a_camera(folder: Path) -> None:
+    """Take the camera of the third picture away."""
+    path = folder / "transforms.json"
+    content = json.loads(path.read_text())
+    del content["frames"][2]["transform_matrix"]
+    path.write_text(json.dumps(content))
+
+
+def of_another_size(folder: Path) -> None:
+    """Cut the lower half off all pictures."""
+    for path in folder.glob("*.png"):
+        Image.open(path).crop((0, 0, SIZE, SIZE // 2)).save(path)
+
+
+def singular(folder: Path) -> None:
+    """Make the second camera's matrix one of rank 1."""
+    path = folder / "transforms.json"
+    content = json.loads(path.read_text())
+    content["frames"][1]["transform_matrix"] = [[1.0] * 4] * 4
+    path.write_text(json.dumps(content))
+
+
+def all_black(folder: Path) -> None:
+    """Make all pictures transparent."""
+    for path in folder.glob("*.png"):
+        picture = Image.open(path)
+        picture.putalpha(0)
+        picture.save(path)
+
+
+def two_pictures(folder: Path) -> None:
+    """Leave the first two."""
+    path = folder / "transforms.json"
+    content = json.loads(path.read_text())
+    path.write_text(json.dumps(content | {"frames": content["frames"][:2]}))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "says"),
+    [
+        (without_a_camera, "frame 2: no camera; it has no transform_matrix"),
+        (of_another_size, f"its camera is for a picture of {SIZE} x {SIZE}, this is {SIZE} x {SIZE // 2}"),
+        (singular, "the camera's matrix is singular: no rays follow from it"),
+        (all_black, "all masks are black"),
+        (two_pictures, "2 photographs with cameras; at least 3"),
+        (lambda folder: (folder / "transforms.json").unlink(), "no cameras in it"),
+        (shutil.rmtree, "no such folder"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(
+    spoil: Callable[[Path], None], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_transforms_layout(tmp_path / "ball", 4, SIZE)
+    spoil(tmp_path / "ball")
+    output = tmp_path / "m.safetensors"
+    assert cli.main(["photos", str(tmp_path / "ball"), "-o", str(output), *TINY]) == 2
+    said = capsys.readouterr().err
+    assert says in said
+    assert said.count("\n") == 1
+    assert not output.exists()
