@@ -1,7 +1,7 @@
 // queues.cuh: the rays of `fused` that wait to be traced, by the level that they are at.
 // A ray that is not done (Hit::level above 0) waits in the queue of its next phase, that of its level where steps are
-// plain: this round's where that phase is still to come, else the next round's. There are counters for each round and level, so that they are the statistics in
-// the end.
+// plain: this round's where that phase is still to come, else the next round's. There are counters for each round and
+// level, so that they are the statistics in the end.
 struct Rays {
     Hit *state;                // [pixels]
     Past *past;                // [pixels]
