@@ -3,35 +3,35 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.targets.samples import BLOCK, SHARE, STEEPEST
+from ...codegen.targets.samples import BLOCK, POWER, SHARE, STEEPEST
 from .supersampling import Image, jitters
 
 
 def wanted(picture: Image, samples: int) -> NDArray[np.int64]:
     """Return how many samples each pixel (H, W) wants after its first: as it differs from its eight neighbours.
 
-    That is at silhouettes, creases, edges of the texture, thin parts; the error of a mean is least for the work where
-    samples follow the spread. picture: sRGB and coverage, one sample of a pixel. samples: most of a pixel, at least 1.
+    That is at silhouettes, creases, edges of the texture, thin parts. picture: sRGB and coverage, one sample of a
+    pixel. samples: most of a pixel, at least 1.
     """
     least = greatest = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode="edge")
     for axis in (0, 1):
         count = picture.shape[axis]
         least = np.minimum.reduce([np.take(least, range(k, k + count), axis) for k in range(3)])
         greatest = np.maximum.reduce([np.take(greatest, range(k, k + count), axis) for k in range(3)])
-    contrast = (greatest - least).max(axis=2)
+    wish = (greatest - least).max(axis=2).astype(np.float64) ** POWER
     most = max(0.0, SHARE * samples - 1) * (picture[..., 3] > 0).sum()
     low, high = 0.0, STEEPEST
-    if _counts(contrast, high, samples).sum() <= most:
-        return _counts(contrast, high, samples)
+    if _counts(wish, high, samples).sum() <= most:
+        return _counts(wish, high, samples)
     for _ in range(20):
         middle = (low + high) / 2
-        low, high = (middle, high) if _counts(contrast, middle, samples).sum() <= most else (low, middle)
-    return _counts(contrast, low, samples)
+        low, high = (middle, high) if _counts(wish, middle, samples).sum() <= most else (low, middle)
+    return _counts(wish, low, samples)
 
 
-def _counts(contrast: NDArray[np.float32], steepness: float, samples: int) -> NDArray[np.int64]:
-    """Return the further samples (H, W) for differences (H, W) between neighbours: none, or two and more."""
-    counts = np.minimum(contrast * steepness, samples - 1).astype(np.int64)
+def _counts(wish: NDArray[np.float64], steepness: float, samples: int) -> NDArray[np.int64]:
+    """Return the further samples (H, W) for numbers (H, W) that they are to follow: none, or two and more."""
+    counts = np.minimum(wish * steepness, samples - 1).astype(np.int64)
     return np.where(counts == 1, 0, counts)
 
 

@@ -15,7 +15,7 @@ export function wanted(seen, samples) {
     }
     const most = Math.max(0, shared.samples.share * samples - 1) * covered;
     const count = (byte, steepness) => {
-        const further = Math.min(Math.floor(byte / 255 * steepness), samples - 1);
+        const further = Math.min(Math.floor((byte / 255) ** shared.samples.power * steepness), samples - 1);
         return further === 1 ? 0 : further;
     };
     const isTooMuch = (steepness) => bins.reduce((sum, many, byte) => sum + many * count(byte, steepness), 0) > most;
