@@ -63,7 +63,7 @@ void mainImage(out vec4 o, vec2 q) {
                     b = -dot(x, l);
                     f = dot(x, x) - b * b;
                     if (dot(n, l) < -.16 || f > pow(1. + .16 * max(b, 0.), 2.)) break;
-                    W = max(.03, b - sqrt(max(1.3 - f, .3)));
+                    W = max(.03, b - sqrt(max(1. - f, .1)));
                     d = -9.;
                     s = 0.;
                     p = 1.;
@@ -88,7 +88,7 @@ void mainImage(out vec4 o, vec2 q) {
                     s = b;
                     d = g;
                     S = p;
-                    W += p = max(abs(f) * clamp(.55 + .15 * g, .7, 1.), .02 + .08 * W);
+                    W += p = max(abs(f) * clamp(.55 + .15 * g, .7, 1.), .02 + .14 * W);
                 }
                 k++;
             }

@@ -10,6 +10,7 @@ from ..ir.program import Array, Program
 from .interpret import field
 
 SKY_TAPS, LIGHT_STEPS, SKY_REACH, LIGHT_SIZE, LIFT = 5, 20, 0.7, 0.16, 0.25
+CLEAR, BEHIND, AWAY = 0.7, 0.2, 4.0
 """The constants of glsl/openness.glsl."""
 EVALUATIONS = 1 + SKY_TAPS + LIGHT_STEPS
 """Most evaluations of level 1 for a point."""
@@ -43,17 +44,20 @@ def openness(
     if not floored:
         here, evaluations = coarse(program, points).astype(np.float64), count
     occluded, weights = np.zeros(count), 0.0
-    for i in range(1, SKY_TAPS + 1):
+    asked: NDArray[np.bool_] = np.ones(count, np.bool_)
+    for i in range(SKY_TAPS, 0, -1):
         share = i / SKY_TAPS
         way = SKY_REACH * share * share
         q = points + way * normals
-        under = np.flatnonzero(np.linalg.norm(q, axis=1) < 1 + way) if floored else np.arange(count)
+        asked &= not floored or np.linalg.norm(q, axis=1) < 1 + way
+        under = np.flatnonzero(asked)
         q = q[under]
         f = coarse(program, q) - here[under] * max(1 - way / LIFT, 0)
         evaluations += len(under)
         free = f if floored else np.minimum(f, q[:, 1] - ground)
         occluded[under] += (1 - 0.6 * share) * np.clip(1 - free / way, 0, 1.5)
         weights += 1 - 0.6 * share
+        asked[under] = not floored or free < way
     cover, steps = _cover(program, points, light, here, np.flatnonzero(shaded), nearest, passed)
     seen = 0.25 * (1 + cover) ** 2 * (2 - cover)
     return np.stack([np.clip(1 - occluded / weights, 0, 1), seen, here], axis=1), evaluations + steps
@@ -73,7 +77,7 @@ def _cover(
     active: (M,) indices of the points that anything can shade. The second value counts evaluations.
     """
     cover, evaluations = np.ones(len(points)), 0
-    t = np.maximum(0.03, nearest - np.sqrt(np.maximum(1.3 - passed, 0.3)))
+    t = np.maximum(0.03, nearest - np.sqrt(np.maximum(1 - passed, 0.1)))
     before = np.tile((0.0, 1.0), (len(points), 1))
     last_but_one = np.tile((-1.0, 1.0), (len(points), 1))
     for _ in range(LIGHT_STEPS):
@@ -92,6 +96,9 @@ def _cover(
         least = np.where(turns, ratio_0 + (at - way_0) * (rise_before + bend * (at - way_1)), ratio)
         cover[active] = np.minimum(cover[active], least)
         last_but_one[active], before[active] = before[active], np.stack([way, ratio], axis=1)
-        t[active] += np.maximum(np.abs(f) * np.clip(0.55 + 0.15 * ratio, 0.7, 1), 0.02 + 0.08 * way)
-        active = active[cover[active] >= -1]
+        t[active] += np.maximum(np.abs(f) * np.clip(0.55 + 0.15 * ratio, 0.7, 1), 0.02 + 0.14 * way)
+        left = nearest[active] + np.sqrt(np.maximum(1 - passed[active], 0)) - way
+        ends = (cover[active] < -1) | (f > CLEAR * (left + LIGHT_SIZE * (way + left)))
+        ends |= (ratio > AWAY) & (rise > 0) & (way_1 > 0) & (q @ light > BEHIND)
+        active = active[~ends]
     return np.clip(cover, -1, 1), evaluations
