@@ -29,7 +29,7 @@ from mplicits.codegen.reference.short_march import STOP as SHORT_STOP
 from mplicits.codegen.reference.short_march import short_march
 from mplicits.codegen.targets.few_cells import COUNTS
 from mplicits.codegen.targets.glsl330 import bake
-from mplicits.codegen.targets.shadertoy import WIDEST, exact, shape_hull, step_bound
+from mplicits.codegen.targets.shadertoy import WIDEST, exact, narrow_bands, shape_hull, step_bound
 from mplicits.model.gallery import model_path
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load
@@ -101,13 +101,14 @@ def ways_of(program: Program, model: Model, cells: Cells) -> list[Way]:
         return way
 
     def short(eye: NDArray[np.float64], directions: NDArray[np.float64], footprint: float) -> Any:
-        rays = short_march(program, eye, directions, footprint, step_bound(program), planes=planes)
+        rays = short_march(program, eye, directions, footprint, step_bound(program), planes=planes, shares=shares)
         return rays.hit, rays.t, rays.evaluations
 
     found = [marched("plain", None), marched("relaxed", cells), marched("relaxed", few)]
     if max(map(program.widest, program.functions())) > WIDEST:
         return found
-    planes = shape_hull(program, len(exact(model)))
+    length = len(exact(model))
+    planes, shares = shape_hull(program, length), narrow_bands(program, length)
     return [*found, short]
 
 
@@ -227,7 +228,8 @@ def main() -> None:
         f"every {THIN}th pixel in each direction; multiply-adds of tracing, without those of gradients and colours, "
         "which are the same. In one file: with few cells in the text, as shaders that stand alone have them. "
         "Shadertoy: `codegen/reference/short_march.py`, as its text traces, which takes no network wider than 64, with "
-        "a hull around the shape. Of these rays, those that end apart from the plain schedule's were marched densely: "
+        "a hull around the shape and narrow bands. Of these rays, those that end apart from the plain schedule's were "
+        "marched densely: "
         "lost and extra by the plain schedule, the relaxed one, in one file, and in Shadertoy, whose rays end within "
         "0.095 pixel. Cells: "
         f"seconds to find them. Of {options.timed} views, frames with one sample and their colours were drawn by "

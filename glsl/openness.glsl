@@ -17,7 +17,7 @@ const int LIGHT_STEPS = 20;
 const float SKY_REACH = 0.7; // of the last tap, model units
 const float SKY_WEIGHTS = 3.2; // of all taps together
 const float LIGHT_SIZE = 0.16; // radius of the disc over its distance
-const float CLEAR = 0.7; // of what is left of a ray in the ball, and of the disc's radius there: this is free
+const float CLEAR = 0.8; // of what is left of a ray in the ball, and of the disc's radius there: this is free
 const float BEHIND = 0.2; // model units beyond the middle of the ball, toward the light, from which on a ray may end
 const float AWAY = 4.0; // radii of the disc from the shape at which it does
 const float LIFT = 0.25; // way from p, model units, after which level 1 counts as it is: p may be off its surface
@@ -70,7 +70,7 @@ vec3 openness(vec3 p, vec3 normal, vec3 light, float ground, bool floored) {
         if (ratio > AWAY && rise > 0.0 && before.x > 0.0 && dot(q, light) > BEHIND) break;
         last_but_one = before;
         before = vec2(t, ratio);
-        t += max(abs(f) * clamp(0.55 + 0.15 * ratio, 0.7, 1.0), 0.02 + 0.14 * t);
+        t += max(abs(f) * clamp(0.55 + 0.15 * ratio, 0.7, 1.0), 0.02 + 0.12 * t);
     }
     cover = clamp(cover, -1.0, 1.0);
     float sky = clamp(1.0 - occluded / SKY_WEIGHTS, 0.0, 1.0);

@@ -88,7 +88,7 @@ void mainImage(out vec4 o, vec2 q) {
                     s = b;
                     d = g;
                     S = p;
-                    W += p = max(abs(f) * clamp(.55 + .15 * g, .7, 1.), .02 + .14 * W);
+                    W += p = max(abs(f) * clamp(.55 + .15 * g, .7, 1.), .02 + .12 * W);
                 }
                 k++;
             }

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ...model.scene import DIFFERENCE, SMOOTH_UNION, UNION, Disc
 from ..ir.composition import OFFSET, Composition, Join, Leaf
 from ..ir.program import Array, Program
-from .run import run
+from .run import Margins, run
 
 Values = NDArray[np.float64]
 
@@ -121,7 +121,7 @@ class _Asked:
 
 
 def nested_levels(
-    program: Program, points: Array, level: int, time: float, margins: Sequence[float] | None = None
+    program: Program, points: Array, level: int, time: float, margins: Margins | None = None
 ) -> Iterator[tuple[NDArray[np.int64], Array]]:
     """Do what interpret.nested_levels does, for a scene."""
     for defined, _, value in _levels(program, points, level, time, margins):
@@ -173,7 +173,7 @@ def _composition(program: Program) -> Composition:
 
 
 def _levels(
-    program: Program, points: Array, level: int, time: float, margins: Sequence[float] | None = None
+    program: Program, points: Array, level: int, time: float, margins: Margins | None = None
 ) -> Iterator[tuple[NDArray[np.int64], list[_Asked], Values]]:
     """Yield for each level the indices (M,) of the points where it is defined, the leaves there, and f there (M,)."""
     composition = _composition(program)

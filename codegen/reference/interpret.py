@@ -1,13 +1,13 @@
 """Runs programs in numpy, in float32: what codegen/ir/program.py says, as code. Every target is tested against it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..ir.program import Array, Program
 from . import composed
-from .run import run
+from .run import Margins, run
 
 
 def field(program: Program, points: Array, level: int, time: float = 0.0) -> Array:
@@ -37,7 +37,11 @@ def field_gradient(program: Program, points: Array, level: int, time: float = 0.
 
 
 def nested_levels(
-    program: Program, points: Array, level: int, time: float = 0.0, margins: Sequence[float] | None = None
+    program: Program,
+    points: Array,
+    level: int,
+    time: float = 0.0,
+    margins: Margins | None = None,
 ) -> Iterator[tuple[NDArray[np.int64], Array]]:
     """Evaluate the nested levels, each at the points where it is defined (Eq. 3).
 
@@ -46,7 +50,8 @@ def nested_levels(
 
     points: (N, 3) float32, model space. level: the last one that is evaluated. time: the fourth input of a model that
     moves. margins: how far each band is widened, in the unit of f, for every level before the last; None for not at
-    all. Yields for each level, the coarsest first, the indices (M,) of the points where it is defined and f there (M,).
+    all. Of a model that is no scene, level 1's may be one for each point, (N,). Yields for each level, the coarsest
+    first, the indices (M,) of the points where it is defined and f there (M,).
     """
     if program.composition is not None:
         yield from composed.nested_levels(program, points, level, time, margins)
@@ -64,7 +69,11 @@ def nested_levels(
 
 
 def nested_field(
-    program: Program, points: Array, level: int, time: float = 0.0, margins: Sequence[float] | None = None
+    program: Program,
+    points: Array,
+    level: int,
+    time: float = 0.0,
+    margins: Margins | None = None,
 ) -> tuple[Array, NDArray[np.int64]]:
     """Evaluate the finest level that is defined at each point, up to `level`.
 

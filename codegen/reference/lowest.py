@@ -24,21 +24,26 @@ def lowest_point(program: Program) -> float:
 
 
 def _lowest(program: Program, time: float) -> float:
-    points = _near_surface(program, time)
+    points = near_surface(program, time)
     points = points[np.argsort(points[:, 1])]
-    level = len(program.bands)
     for part in np.array_split(points, 1 + len(points) // CHUNK):
-        at, value = part, np.zeros(len(part), np.float32)
-        for _ in range(4):  # Newton's steps
-            gradient, value = field_gradient(program, at, level, time)
-            at = at - (value / np.maximum((gradient**2).sum(axis=1), 0.25))[:, None] * gradient
-        there = (np.abs(value) < 1e-3) & (np.linalg.norm(at, axis=1) < 1.1)
-        if there.any():
-            return float(at[there, 1].min())
+        there = on_surface(program, part, time)
+        if len(there):
+            return float(there[:, 1].min())
     return -1.0
 
 
-def _near_surface(program: Program, time: float) -> Array:
+def on_surface(program: Program, points: Array, time: float = 0.0) -> Array:
+    """Move points (N, 3) onto the last level's surface. Returns (M, 3): those that have got there, not far out."""
+    at, value = points, np.zeros(len(points), np.float32)
+    for _ in range(4):  # Newton's steps
+        gradient, value = field_gradient(program, at, len(program.bands), time)
+        at = at - (value / np.maximum((gradient**2).sum(axis=1), 0.25))[:, None] * gradient
+    there = (np.abs(value) < 1e-3) & (np.linalg.norm(at, axis=1) < 1.1)
+    return np.asarray(at[there], np.float32)
+
+
+def near_surface(program: Program, time: float = 0.0) -> Array:
     """Return the centres (N, 3) of the cells of a grid that the last level's surface may cross."""
     cells, edge = all_cells(FIRST), FIRST
     deltas = [band.delta for band in program.bands]

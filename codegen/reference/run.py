@@ -1,11 +1,15 @@
 """Runs the functions of a program in numpy, in float32, op by op."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..ir.program import INPUT, Affine, Array, Cosine, Dot, Function, Op, Product, Program, Scale, Sine, Transposed
+
+Margins = Sequence[float] | Sequence[NDArray[np.float64]]
+"""How far bands are widened, see interpret.nested_levels."""
 
 
 def _biased(products: Array, bias: Array | None) -> Array:

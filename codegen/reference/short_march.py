@@ -9,6 +9,7 @@ from ..ir.program import Program
 from .hull import BALL, within
 from .interpret import nested_field
 from .march import GAP, OFFSET, ball
+from .narrow import half_widths
 
 NEAR = 3.0
 """Radius of a free sphere, in gaps, above which a relaxed step is a plain one."""
@@ -38,11 +39,13 @@ def short_march(
     bound: float,
     steps: int = 200,
     planes: NDArray[np.float64] | None = None,
+    shares: NDArray[np.uint8] | None = None,
 ) -> ShortRays:
     """Trace the last level along rays from outside of the shape.
 
     origin: (3,), of all rays; directions: (N, 3) of length 1, model space. footprint: width of a pixel at distance 1.
     bound: factor on every step. steps: of a ray, at most. planes: (13, 2) of a hull around the shape, or None.
+    shares: of `narrow_widths`, or None.
     """
     levels = len(program.bands)
     offsets = np.array([*(band.delta / OFFSET for band in program.bands[:-1]), 0.0])
@@ -58,11 +61,13 @@ def short_march(
         if not len(active):
             break
         points = (origin + t[active, None] * directions[active]).astype(np.float32)
-        value, reached = nested_field(program, points, levels)
+        widths = half_widths(program, shares, points)
+        margins = [widths - program.bands[0].delta, *[np.zeros(1)] * (levels - 2)][: levels - 1]
+        value, reached = nested_field(program, points, levels, margins=margins)
         for i in range(levels):
             rays.evaluations[i] += int(np.count_nonzero(reached > i))
         rays.steps[active] += 1
-        f = value - offsets[reached - 1]
+        f = value - np.where((reached == 1) & (levels > 1), widths / OFFSET, offsets[reached - 1])
         stops = np.abs(f) < STOP * footprint * t[active]
         rays.hit[active[stops]] = True
         active, f = active[~stops], bound * f[~stops]

@@ -10,7 +10,7 @@ from ..ir.program import Array, Program
 from .interpret import field
 
 SKY_TAPS, LIGHT_STEPS, SKY_REACH, LIGHT_SIZE, LIFT = 5, 20, 0.7, 0.16, 0.25
-CLEAR, BEHIND, AWAY = 0.7, 0.2, 4.0
+CLEAR, BEHIND, AWAY = 0.8, 0.2, 4.0
 """The constants of glsl/openness.glsl."""
 EVALUATIONS = 1 + SKY_TAPS + LIGHT_STEPS
 """Most evaluations of level 1 for a point."""
@@ -96,7 +96,7 @@ def _cover(
         least = np.where(turns, ratio_0 + (at - way_0) * (rise_before + bend * (at - way_1)), ratio)
         cover[active] = np.minimum(cover[active], least)
         last_but_one[active], before[active] = before[active], np.stack([way, ratio], axis=1)
-        t[active] += np.maximum(np.abs(f) * np.clip(0.55 + 0.15 * ratio, 0.7, 1), 0.02 + 0.14 * way)
+        t[active] += np.maximum(np.abs(f) * np.clip(0.55 + 0.15 * ratio, 0.7, 1), 0.02 + 0.12 * way)
         left = nearest[active] + np.sqrt(np.maximum(1 - passed[active], 0)) - way
         ends = (cover[active] < -1) | (f > CLEAR * (left + LIGHT_SIZE * (way + left)))
         ends |= (ratio > AWAY) & (rise > 0) & (way_1 > 0) & (q @ light > BEHIND)

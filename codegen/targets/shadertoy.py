@@ -27,6 +27,7 @@ from ..reference.digits import fewest_digits
 from ..reference.hull import hull
 from ..reference.lowest import lowest_point
 from ..reference.march import OFFSET
+from ..reference.narrow import SHARES, narrow_widths
 from .header import header_facts, header_line
 from .orbit import AZIMUTH, ELEVATION
 from .uniforms import default
@@ -43,6 +44,8 @@ HULL_SHARE = 0.03
 """Of the text without it, a hull takes so much at most: shorter texts have a ball around the shape."""
 HULL_LENGTH = 350
 """Characters that a hull takes, about."""
+NARROW = ((8, 930, 0.03), (4, 270, 0.02))
+"""Grids of narrow bands, the best first: cells along an edge, its characters, what share of the text they may be."""
 STUDIO_SHARE = 0.05
 """Of the text without it, the studio takes so much at most: shorter texts have Phong's shading alone."""
 STUDIO = re.compile(r"(?ms)^#ifdef STUDIO\n(.*?)(?:^#else\n(.*?))?^#endif\n")
@@ -117,10 +120,12 @@ def _text(program: Program, model: Model, storage: type[Storage], further: dict[
 
     def text(studio: bool, hull: str = "", *declarations: str) -> str:
         knobs = _knobs(program, model.front, studio)
-        body = [*_studio_constants(program, studio), *lines, *_field(program, studio), *declarations]
+        body = [*_studio_constants(program, studio), *lines, *_field(program, studio, narrow), *declarations]
         return "\n".join([header, *_head(model), *knobs, _squeezed("\n".join([*body, _main(program, studio, hull)]))])
 
-    planes = shape_hull(program, len(text(False)))
+    narrow: NDArray[np.uint8] | None = None
+    length = len(text(False))
+    planes, narrow = shape_hull(program, length), narrow_bands(program, length)
     around: tuple[str, ...] = ()
     if planes is not None:
         places = ",".join(map(_short, planes.ravel()))
@@ -178,6 +183,17 @@ def shape_hull(program: Program, length: int) -> NDArray[np.float64] | None:
     return None if program.moving or program.composition is not None or short else hull(program)
 
 
+def narrow_bands(program: Program, length: int) -> NDArray[np.uint8] | None:
+    """Return the widths of level 1's band that a program's text has, or None where it has one width alone.
+
+    length: characters of the text without them. Scenes, and fields that move, have none.
+    """
+    if program.moving or program.composition is not None or len(program.bands) == 1:
+        return None
+    count = next((count for count, characters, share in NARROW if characters <= share * length), None)
+    return None if count is None else narrow_widths(program, count)
+
+
 def _head(model: Model) -> list[str]:
     """Return comments that tell people what this is. Name and credit are JSON, which keeps them inside the line."""
     by = f", by {json.dumps(model.credit)}" if model.credit else ""
@@ -211,26 +227,42 @@ def _knobs(program: Program, front: tuple[float, float] | None, studio: bool) ->
     return [f"#define {knob}" for knob in knobs]
 
 
-def _field(program: Program, studio: bool) -> list[str]:
+def _field(program: Program, studio: bool, narrow: NDArray[np.uint8] | None) -> list[str]:
     """Return field(), which evaluates a level inside the band of the one before it (Eq. 3), up to LEVEL.
 
     Outside the band it gives the distance to the band's offset surface; for the studio's taps, level 1. A single level
-    is field() itself. Of a scene, the function albedo() follows.
+    is field() itself. Of a scene, the function albedo() follows. narrow: of `narrow_bands`.
     """
     if program.composition is not None:
         return _scene(program, studio)
     if len(program.values) == 1:
         return []
-    lines = ["float field(vec4 p) {", f"    float f = {program.values[0].name}(p);"]
+    lines = [] if narrow is None else [_widths(narrow)]
+    lines += ["float field(vec4 p) {", f"    float f = {program.values[0].name}(p);"]
     lines += ["    if (k > 3) return f;"] if studio else []
     for i, (function, band) in enumerate(zip(program.values[1:], program.bands, strict=False), start=2):
+        outside = f"    if (abs(f) > {_short(band.delta)}) return f - {_short(band.delta / OFFSET)};"
+        if i == 2 and narrow is not None:
+            count = len(narrow)
+            outside = (
+                f"    ivec3 c = clamp(ivec3({count / 2:g}. * (p.xyz + 1.)), 0, {count - 1});\n"
+                f"    float b = float(Q[{count} * c.z + c.y] >> 4 * c.x & 15) * {_short(band.delta / SHARES)};\n"
+                f"    if (abs(f) > b) return f - {_short(1 / OFFSET)} * b;"
+            )
         lines += [
             f"#if LEVEL >= {i}",
-            f"    if (abs(f) > {_short(band.delta)}) return f - {_short(band.delta / OFFSET)};",
+            outside,
             f"    f += {function.name}(p);",
             "#endif",
         ]
     return [*lines, "    return f;", "}"]
+
+
+def _widths(narrow: NDArray[np.uint8]) -> str:
+    """Return the widths of bands as numbers of four bits for a cell, a row of cells in each number."""
+    rows = narrow.reshape(-1, len(narrow)).astype(np.int64) << 4 * np.arange(len(narrow))
+    numbers = [int(np.int32(np.uint32(number))) for number in rows.sum(axis=1)]
+    return f"const int[{len(numbers)}] Q = int[]({','.join(map(str, numbers))});"
 
 
 def _scene(program: Program, studio: bool) -> list[str]:

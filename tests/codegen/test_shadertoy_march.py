@@ -8,10 +8,13 @@ import pytest
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.reference.hull import NORMALS, hull, within
+from mplicits.codegen.reference.interpret import field
+from mplicits.codegen.reference.lowest import on_surface
 from mplicits.codegen.reference.march import march
+from mplicits.codegen.reference.narrow import half_widths, narrow_widths
 from mplicits.codegen.reference.short_march import STOP, short_march
 from mplicits.codegen.targets.orbit import AZIMUTH, ELEVATION
-from mplicits.codegen.targets.shadertoy import step_bound
+from mplicits.codegen.targets.shadertoy import narrow_bands, step_bound
 from mplicits.model.model import Model
 from mplicits.model.model_file import load
 from mplicits.trainer.shapes import demo
@@ -45,7 +48,11 @@ def test_the_text_takes_the_steps_of_numpy(osmesa: Context, model: Model) -> Non
     eye, directions, footprint = Camera(*front, distance=3.52, fov=2 * math.degrees(math.atan(1 / 3.17))).rays(
         SIDE, SIDE
     )
-    rays = short_march(program, eye, directions.reshape(-1, 3), footprint, step_bound(program), planes=hull(program))
+    shares = narrow_bands(program, len(text))
+    assert shares is not None
+    rays = short_march(
+        program, eye, directions.reshape(-1, 3), footprint, step_bound(program), planes=hull(program), shares=shares
+    )
     assert (rays.hit == (drawn[:, 2] > 0.5)).mean() > 0.998
     assert (rays.steps == drawn[:, 1]).mean() > 0.97, "steps may differ where rounding moves f across a threshold"
     both = rays.hit & (drawn[:, 2] > 0.5)
@@ -54,19 +61,19 @@ def test_the_text_takes_the_steps_of_numpy(osmesa: Context, model: Model) -> Non
 
 def test_it_loses_nothing_and_takes_two_thirds_of_the_work(model: Model) -> None:
     program = lower(model)
-    planes = hull(program)
+    planes, shares = hull(program), narrow_widths(program, 8)
     costs = [program.cost(function).multiply_adds for function in program.values]
     for camera in VIEWS[:3]:
         eye, directions, footprint = camera.rays(SIDE, SIDE)
         directions = directions.reshape(-1, 3)
         closest, end = dense_march(program, eye, directions, 2, footprint)
         plain = march(program, eye, directions, 2, footprint)
-        for around in (planes, None):
-            rays = short_march(program, eye, directions, footprint, step_bound(program), planes=around)
+        for around, narrow in ((planes, shares), (planes, None), (None, None)):
+            rays = short_march(program, eye, directions, footprint, step_bound(program), planes=around, shares=narrow)
             assert not ((closest == 0) & (~rays.hit | (rays.t > end * (1 + footprint)))).any()
             trained = np.linalg.norm(eye + rays.t[:, None] * directions, axis=1) < 1
             assert not (rays.hit & trained & (closest > 1.05 * STOP)).any()
-            share = 1.0 if around is None else 0.67
+            share = 1.0 if around is None else 0.67 if narrow is None else 0.6
             assert np.dot(rays.evaluations, costs) < share * np.dot(plain.evaluations, costs)
 
 
@@ -77,6 +84,19 @@ def test_the_hull_holds_the_shape_and_is_close_to_it(model: Model) -> None:
     assert (along <= planes[:, 1]).all()
     room = np.stack([along.min(axis=0) - planes[:, 0], planes[:, 1] - along.max(axis=0)])
     assert (room / np.linalg.norm(NORMALS, axis=1)).max() < 0.2, "level 1 has a small piece at the ball's border"
+
+
+def test_bands_are_narrow_only_where_level_1_is_near(model: Model) -> None:
+    """Wherever the surface is, level 1 is within the band there."""
+    program = lower(model)
+    points = demo.DemoShape().surface(20_000, np.random.default_rng(1)).points.astype(np.float32)
+    points = on_surface(program, points)
+    assert len(points) > 15_000
+    sizes = np.abs(field(program, points, 1))
+    for count in (4, 8):
+        shares = narrow_widths(program, count)
+        assert (sizes <= half_widths(program, shares, points)).all()
+        assert half_widths(program, shares, points).mean() < 0.8 * program.bands[0].delta
 
 
 def test_rays_enter_and_leave_a_hull() -> None:
