@@ -43,7 +43,7 @@ def main() -> None:
     options = parser.parse_args()
     prepare(device("cpu"))
     lines = options.output.read_text(encoding="utf-8").splitlines() if options.output.exists() else []
-    known = [line for line in lines if line.startswith(f"| {options.shape.stem} |")]
+    known = [line for line in lines if line.startswith("| ") and not line.startswith(("| shape", "| ---"))]
     page = Page(
         options.output,
         "# Where parameters go",
