@@ -18,7 +18,7 @@ const float SKY_REACH = 0.7; // of the last tap, model units
 const float SKY_WEIGHTS = 3.2; // of all taps together
 const float LIGHT_SIZE = 0.16; // radius of the disc over its distance
 const float CLEAR = 0.8; // of what is left of a ray in the ball, and of the disc's radius there: this is free
-const float BEHIND = 0.2; // model units beyond the middle of the ball, toward the light, from which on a ray may end
+const float BEHIND = 0.4; // model units beyond the middle of the ball, toward the light, from which on a ray may end
 const float AWAY = 4.0; // radii of the disc from the shape at which it does
 const float LIFT = 0.25; // way from p, model units, after which level 1 counts as it is: p may be off its surface
 

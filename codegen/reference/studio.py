@@ -10,7 +10,7 @@ from ..ir.program import Array, Program
 from .interpret import field
 
 SKY_TAPS, LIGHT_STEPS, SKY_REACH, LIGHT_SIZE, LIFT = 5, 20, 0.7, 0.16, 0.25
-CLEAR, BEHIND, AWAY = 0.8, 0.2, 4.0
+CLEAR, BEHIND, AWAY = 0.8, 0.4, 4.0
 """The constants of glsl/openness.glsl."""
 EVALUATIONS = 1 + SKY_TAPS + LIGHT_STEPS
 """Most evaluations of level 1 for a point."""
