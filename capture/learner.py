@@ -19,7 +19,7 @@ COARSE = 0.2
 ANNEALED = 0.15
 """Share of the schedule after which sections that a ray leaves through no longer count, where there are no masks."""
 
-BLUNT, SHARP, SHARPENED = 20.0, 500.0, 0.8
+BLUNT, SHARP, SHARPENED = 20.0, 100.0, 0.8
 """With masks, s is at least the first at the start of the schedule and the second from the last share of it on. An s
 that is only learnt stays low as long as the shape is wrong, and so does the shape: outlines are as wide as 1 / s."""
 

@@ -20,7 +20,7 @@ class Preset:
 PRESETS = {
     "tiny": Preset("20x1,16x2", packed=True),
     "small": Preset("32x1,48x2", packed=True),
-    "base": Preset("48x1,96x2"),
+    "base": Preset("48x1,64x4"),
     "paper": Preset("64x2,128x2,256x2"),
 }
 DEFAULT_PRESET = "base"

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from mplicits.capture.bundle import RayBatches, Rays
-from mplicits.capture.learner import Learner
+from mplicits.capture.learner import SHARP, Learner
 from mplicits.capture.multiscale import MultiscaleField
 from mplicits.capture.rendering import Effort, Factors, loss_of, render
 from mplicits.capture.scene import MultiscaleScene, Sizes
@@ -138,7 +138,7 @@ def test_half_of_the_rays_show_the_object_and_weigh_no_more_for_it() -> None:
 
 
 def test_the_surface_is_sharpened_where_there_are_masks() -> None:
-    for inside, least in (([1.0, 0.0], 500.0), (None, 0.0)):
+    for inside, least in (([1.0, 0.0], SHARP), (None, 0.0)):
         scene = MultiscaleScene(Sizes(((8, 1),), (8.0,), (), 8), torch.device("cpu"), 0)
         scene.become_sphere(0)
         learner = Learner(scene, rays_at([0.0, 0.9], inside), 16, 0.0, 0)
