@@ -77,7 +77,7 @@ def short_march(
         inside, apart = f < 0, (f >= 0) & (last > 0) & (way > last + f + gap)
         touching = 0.9 * (2 * f / (1 + np.maximum(slope, 0)) + gap)
         ahead = np.maximum(f, np.minimum(touching, f / np.maximum(slope, 0.5)))
-        change = np.where(inside, f / slope, np.where(f < NEAR * gap, ahead, f))
+        change = np.divide(f, slope, out=np.where(f < NEAR * gap, ahead, f), where=inside)
         change = np.where(apart, last - way, change)
         moved[active] = np.where(inside, way + change, np.where(apart, way, change))
         before[active] = np.where(inside, last, np.where(apart, 0, f))

@@ -190,8 +190,10 @@ def test_it_is_a_model_and_goes_when_the_training_ends(
 
 @pytest.fixture
 def _handlers() -> Iterator[None]:
-    """What signals do is as it was after the test."""
+    """Signals that end a process do so, as where nohup did not start the tests; afterwards all is as it was."""
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, *ENDINGS)}
+    for number in ENDINGS:
+        signal.signal(number, signal.SIG_DFL)
     yield
     for number, handler in before.items():
         signal.signal(number, handler)
