@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import torch
 import trimesh
 from PIL import Image
 
@@ -32,7 +33,10 @@ def ball(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("mplicits.capture.finish.TEXTURE_STEPS", 200)
         patch.setattr("mplicits.trainer.measured.POINTS", 10_000)
+        threads = torch.get_num_threads()
+        torch.set_num_threads(1)  # two that wait for one another take minutes beside a busy program
         assert cli.main(["photos", str(folder / "ball"), "-o", str(output), *TINY, "--steps", "300"]) == 0
+        torch.set_num_threads(threads)
     return output
 
 
