@@ -35,8 +35,10 @@ def ball(tmp_path_factory: pytest.TempPathFactory) -> Path:
         patch.setattr("mplicits.trainer.measured.POINTS", 10_000)
         threads = torch.get_num_threads()
         torch.set_num_threads(1)  # two that wait for one another take minutes beside a busy program
-        assert cli.main(["photos", str(folder / "ball"), "-o", str(output), *TINY, "--steps", "300"]) == 0
-        torch.set_num_threads(threads)
+        try:
+            assert cli.main(["photos", str(folder / "ball"), "-o", str(output), *TINY, "--steps", "300"]) == 0
+        finally:
+            torch.set_num_threads(threads)
     return output
 
 

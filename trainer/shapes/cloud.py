@@ -11,7 +11,7 @@ from .checks import FEWEST
 from .cleaning import clean, pick
 from .duplicates import merge
 from .planes import LocalPlanes
-from .shape import Doubles, SurfacePoints, neighbours_together, unit
+from .shape import Doubles, SurfacePoints, asked_together, unit
 
 HELD_OUT = 0.05
 """Share of the points kept for evaluation."""
@@ -89,10 +89,7 @@ class CloudShape:
 
     def distance(self, points: Doubles) -> Doubles:
         """Compute the signed distance, NaN where it is not known. Returns (N,)."""
-        order = neighbours_together(points)
-        distances = np.empty(len(points))
-        distances[order] = self._distance(points[order])
-        return distances
+        return asked_together(self._distance, points)
 
     def _distance(self, points: Doubles) -> Doubles:
         planes, nearest = self._planes.distance(points)

@@ -13,7 +13,7 @@ from .creases import CornerNormals, closed, corner_normals, face_areas, usable_n
 from .curved import curved, flat
 from .far import Distances
 from .image import ImageTexture
-from .shape import Doubles, SurfacePoints, neighbours_together, normalise, unit
+from .shape import Doubles, SurfacePoints, asked_together, normalise, unit
 
 
 class MeshShape:
@@ -106,12 +106,11 @@ class MeshShape:
 
     def distance(self, points: Doubles) -> Doubles:
         """Compute the distance to the facets (`Distances`), signed by the winding number. Returns (N,)."""
-        order = neighbours_together(points)
-        ordered = points[order]
-        inside = self._winding.winding_number(ordered) > 0.5
-        distances = np.empty(len(points))
-        distances[order] = np.where(inside, -1.0, 1.0) * self._unsigned(ordered)
-        return distances
+        return asked_together(self._distance, points)
+
+    def _distance(self, points: Doubles) -> Doubles:
+        inside = self._winding.winding_number(points) > 0.5
+        return np.asarray(np.where(inside, -1.0, 1.0) * self._unsigned(points))
 
     def colours_near(self, points: Doubles) -> Doubles | None:
         """Look up the colours of the surface's nearest places to points (N, 3): (N, 3); None without colours."""

@@ -1,5 +1,6 @@
 """What training needs to know of a shape, and the normalisation that every shape goes through."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -11,7 +12,7 @@ Doubles = NDArray[np.float64]
 SHORTEST = 1e-300
 """A vector below this length counts as this long where it is scaled to length one."""
 CELLS = 32
-"""Cells along a unit of length by which `neighbours_together` sorts."""
+"""Cells along a unit of length by which `asked_together` sorts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,10 +100,13 @@ def unit(vectors: Doubles) -> Doubles:
     return np.asarray(vectors / np.maximum(lengths, SHORTEST))
 
 
-def neighbours_together(points: Doubles) -> NDArray[np.intp]:
-    """Return an order (N,) of points (N, 3), by the cells of a grid, in which a tree is asked for like places in turn.
+def asked_together(distance: Callable[[Doubles], Doubles], points: Doubles) -> Doubles:
+    """Compute distances (N,) at points (N, 3), in the order of a grid's cells, so that like places follow one another.
 
     What a tree needs for one is then in the processor's caches from the one before. Distances to a mesh of 100,000
     faces take a fourth of the time, to one of ten million half, to a cloud of 100,000 points 0.6 times.
     """
-    return np.lexsort(np.floor(points * CELLS).T)
+    order = np.lexsort(np.floor(points * CELLS).T)
+    result = np.empty(len(points))
+    result[order] = distance(points[order])
+    return result
