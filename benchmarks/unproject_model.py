@@ -36,6 +36,8 @@ COLOURS = 64
 """Of the sheet of pictures."""
 PICTURE = 160
 """Side of a picture, pixels."""
+LIGHT = (-0.5, 0.7, -1.0)
+"""Direction to the light that untextured meshes are drawn in."""
 
 
 def rays(camera: Camera, size: int) -> tuple[Doubles, Doubles]:
@@ -54,6 +56,7 @@ def row(
     """
     eye, directions = rays(camera, len(seen))
     hits = field.trace(eye, directions[seen > 0], space="input")
+    over = field.trace(eye, directions[~(seen > 0)], space="input").hit.sum() / (seen > 0).sum()
     points = hits.points[hits.hit].astype(np.float64)
     square = igl.point_mesh_squared_distance(points, mesh.vertices, np.asarray(mesh.faces, np.int64))[0]
     error = 100 * np.sqrt(square) / SIZE
@@ -63,7 +66,16 @@ def row(
         squared = (field.color(points, space="input") - colours[seen > 0][hits.hit]) ** 2
         found = f"{squared.mean():.1e}"
     errors = f"{error.mean():.3f} % | {np.percentile(error, 95):.3f} % | {np.percentile(error, 99):.2f} %"
-    return f"| {name} | {label} | {missed:.2%} | {errors} | {found} |"
+    return f"| {name} | {label} | {missed:.2%} | {over:.2%} | {errors} | {found} |"
+
+
+def lit(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """Return a mesh without a texture in shades of grey, by how its normals turn to a light; others as they are."""
+    if isinstance(mesh.visual, trimesh.visual.TextureVisuals):
+        return mesh
+    shade = 0.2 + 0.6 * np.clip(mesh.vertex_normals @ (np.array(LIGHT) / np.linalg.norm(LIGHT)), 0, 1)
+    colours = np.round(255 * np.repeat(shade[:, None], 3, axis=1)).astype(np.uint8)
+    return trimesh.Trimesh(mesh.vertices, mesh.faces, vertex_colors=colours, process=False)
 
 
 def pictures(field: Field, drawn: Rasterised, camera: Camera) -> Image.Image:
@@ -97,18 +109,19 @@ def main() -> None:
         "",
         f"Depth and colour are pyrender's, {args.size} x {args.size} pixels; what is done to the depths is said in "
         "[From a depth map to a cloud](unproject.md). The clouds were closed (`--close`) and trained. Missed: "
-        "pixels of the shape whose rays miss the model. Errors: distances from what the camera sees of the model to "
+        "pixels of the shape whose rays miss the model. Over: pixels beside the shape whose rays meet the model, as a "
+        "share of the shape's. Errors: distances from what the camera sees of the model to "
         "the mesh, in percent of the object's size. Colours: mean squared error against the picture, sRGB in [0, 1]. "
         "Mesh itself: the gallery's model of that mesh.",
         "",
-        "| shape | depths | missed | mean | 95 % | 99 % | colours |",
-        "|---|---|---:|---:|---:|---:|---:|",
+        "| shape | depths | missed | over | mean | 95 % | 99 % | colours |",
+        "|---|---|---:|---:|---:|---:|---:|---:|",
     )
     strips: list[NDArray[np.uint8]] = []
     for name, (file, camera) in SHAPES.items():
         mesh = trimesh.load_mesh(DATA / file, process=False)
         vertices, centre, scale = normalise(np.asarray(mesh.vertices, np.float64))
-        drawn, large = (Rasterised(mesh, centre, scale, (side, side)) for side in (args.size, PICTURE))
+        drawn, large = (Rasterised(lit(mesh), centre, scale, (side, side)) for side in (args.size, PICTURE))
         colours, depth = drawn(camera)
         moved = trimesh.Trimesh(vertices, mesh.faces, process=False)
         seen = np.where(depth > 0, depth, np.nan)

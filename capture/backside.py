@@ -14,6 +14,10 @@ SMOOTH = 0.03
 """Standard deviation of what smooths the unseen side, as a share of the longer side of the picture."""
 THINNEST = 0.25
 """Where the seen surface lies behind the unseen one, as in a bowl: the thickness there, as a share of `_round`."""
+OUTLINE = 1.5
+"""Standard deviation of what smooths the outline for its normals, pixels."""
+THICKEST = 256
+"""Points at most from the one side to the other."""
 
 
 def backside(depth: Doubles, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
@@ -37,6 +41,35 @@ def backside(depth: Doubles, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
     behind[~filled] = np.nan
     planes = fit_planes(behind, x, y)
     return planes.depth, -planes.normals
+
+
+def rim(
+    front: Doubles, behind: Doubles, x: Doubles, y: Doubles
+) -> tuple[Doubles, Doubles, tuple[NDArray[np.int64], NDArray[np.int64]]]:
+    """Join the seen surface to the unseen one along the outline, where both would go on beyond it otherwise.
+
+    front, behind: depths (H, W) of both, NaN where there is none. x (W,), y (H,): where the pixels' rays meet the plane
+    at distance 1. Returns points (N, 3) from the one to the other, a pixel apart, their normals, which are those of the
+    outline, and the rows and columns (N,) of their pixels.
+    """
+    filled = ndimage.binary_fill_holes(~np.isnan(front))
+    smooth = ndimage.gaussian_filter(filled.astype(np.float64), OUTLINE)
+    right, down = -np.gradient(smooth, axis=1), -np.gradient(smooth, axis=0)
+    there = filled & ~ndimage.binary_erosion(filled) & (front < behind) & (np.hypot(down, right) > 0)
+    rows, columns = np.nonzero(there)
+    near, far = front[there], behind[there]
+    outward = np.stack([right[there] * np.sign(x[1] - x[0]), down[there] * np.sign(y[1] - y[0])], axis=1)
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    pitch = abs(x[1] - x[0])
+    rays = np.column_stack((x[columns], y[rows], np.ones(len(rows))))
+    rays[:, :2] += pitch / 2 * outward
+    count = np.clip(np.ceil((far - near) / (pitch * near)), 1, THICKEST).astype(np.int64)
+    pixel = np.repeat(np.arange(len(rows)), count)
+    place = (np.arange(len(pixel)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[pixel]
+    depth = near[pixel] + place * (far - near)[pixel]
+    normals = np.column_stack((outward, -(outward * rays[:, :2]).sum(axis=1)))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return rays[pixel] * depth[:, None], normals[pixel], (rows[pixel], columns[pixel])
 
 
 def _round(inward: Doubles) -> Doubles:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from ..model.errors import UserError
-from .backside import backside
+from .backside import backside, rim
 from .depth_map import Doubles, step_of
 from .intrinsics import Intrinsics
 from .planes import Planes, fit_planes
@@ -88,11 +88,13 @@ def unproject(
     parts = []
     for found, normals in sides:
         here = chosen & ~np.isnan(found) & ~np.isnan(normals).any(axis=-1)
-        parts.append((rays[here] * found[here][:, None] * FLIP, normals[here] * FLIP, here))
+        parts.append((rays[here] * found[here][:, None], normals[here], np.nonzero(here)))
+    if close:
+        parts.append(rim(np.where(kept, planes.depth, np.nan), sides[1][0], x, y))
     painted = None
     if colours is not None:
         painted = np.concatenate([colours[rows, columns][here] for _, _, here in parts])
-    points, normals = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
+    points, normals = (np.concatenate([part[k] for part in parts]) * FLIP for k in (0, 1))
     return Cloud(points, normals, painted), cut, planes
 
 

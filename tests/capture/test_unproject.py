@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from mplicits.capture.backside import rim
 from mplicits.capture.depth_map import from_inverse
 from mplicits.capture.intrinsics import Intrinsics, of_view
 from mplicits.capture.planes import fit_planes
@@ -119,6 +120,10 @@ def test_the_unseen_side_closes_the_shape() -> None:
     cloud = unproject(ball(), CAMERA, np.full((SIDE, SIDE, 3), 9, np.uint8), close=True)[0]
     seen = len(unproject(ball(), CAMERA, None)[0].points)
     behind, normals = cloud.points[seen:], cloud.normals[seen:]
+    joint = abs((normals * behind).sum(axis=1)) < 1e-9
+    assert joint.sum() > 100
+    assert ((behind[joint] - CENTRE) * normals[joint]).sum(axis=1).min() > 0
+    behind, normals = behind[~joint], normals[~joint]
     assert len(behind) > 0.9 * seen
     assert np.percentile(np.linalg.norm(behind - CENTRE, axis=1), 99) < 1.05
     assert 0.5 < (behind[:, 2] - CENTRE[2]).max() - (behind[:, 2] - CENTRE[2]).min() < 1.3
@@ -127,6 +132,24 @@ def test_the_unseen_side_closes_the_shape() -> None:
     assert closest.min() < 0.05
     assert cloud.colours is not None
     assert len(cloud.colours) == len(cloud.points)
+
+
+def test_the_rim_joins_both_sides_by_points_a_pixel_apart() -> None:
+    """Columns of a disc that is two pixels thick at its left end and eight at its right one."""
+    x = y = (np.arange(40) - 19.5) / 100
+    front = np.where(np.hypot(x, y[:, None]) < 0.15, 2.0, np.nan)
+    behind = front + 2 * (0.05 + 0.2 * x)
+    points, normals, (rows, columns) = rim(front, behind, x, y)
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1)
+    assert np.hypot(x[columns], y[rows]).min() > 0.13
+    assert (points[:, 2] > 2).all()
+    assert (points[:, 2] < behind[rows, columns]).all()
+    outward = np.column_stack((x[columns], y[rows])) / np.hypot(x[columns], y[rows])[:, None]
+    assert (outward * normals[:, :2]).sum(axis=1).min() > 0.9
+    closest = np.asarray(cKDTree(points).query(points, k=2)[0])[:, 1]
+    assert closest.max() < 0.03
+    thin, thick = (np.count_nonzero(columns == k) for k in (columns.min(), columns.max()))
+    assert thick > 2 * thin
 
 
 def test_a_large_map_is_thinned(monkeypatch: pytest.MonkeyPatch) -> None:
