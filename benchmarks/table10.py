@@ -11,55 +11,56 @@ rendered by volume rendering; PSNR is over the masks' pixels.
 """
 
 import argparse
-import statistics
 import sys
 import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from PIL import Image
-from torch import Tensor
 
-from mplicits.capture.bundle import RayBatches, Rays, rays_of
+from mplicits.capture.bundle import rays_of
 from mplicits.capture.finish import unfinished_model
 from mplicits.capture.folder import read_photographs
 from mplicits.capture.learner import Learner
 from mplicits.capture.pictured import picture
 from mplicits.capture.posed import Photographs, Posed, split
-from mplicits.capture.rendering import Effort, Factors, Scene, Shade, loss_of, render
+from mplicits.capture.rendering import Effort, Scene
 from mplicits.capture.scene import MultiscaleScene, Sizes
 from mplicits.mesher.extract import extract
 from mplicits.mesher.field import Field, ModelField
 from mplicits.mesher.grid import Grid
 from mplicits.mesher.metrics import SampledSurface, chamfer
-from mplicits.mesher.surface import Array
 from mplicits.mesher.truth import in_model_space, read_mesh
 from mplicits.trainer.machine import prepare
 from mplicits.trainer.shapes.shape import normalise
 from neus import NeusScene
+from photo_contenders import (
+    DELTAS,
+    LAYERS,
+    NEUS_RATE,
+    SEED,
+    SKIP,
+    STEPS,
+    WIDTH,
+    NeusField,
+    NeusLearner,
+    TwiceDifferentiated,
+    cost_of_a_step,
+    learn,
+)
 from protocol import DATA, Page, machine
 from support.photographed import around, write_photographs
 
-SEED = 0
 CPU = torch.device("cpu")
-WIDTH, LAYERS, SKIP = 256, 8, 4
-"""NeuS's network; the radiance network has the same width on both sides."""
 LEVELS = ((128, 4), (256, 5))
 """The paper's."""
-OMEGAS, DELTAS = (15.0, 30.0), (0.08,)
-NEUS_RATE, WARM_UP = 5e-4, 5000 / 300_000
-"""Rate, and the share of the schedule in which it rises (NeuS's wmask.conf)."""
-NEUS_FACTORS = Factors(eikonal=0.1, mask=0.1)
-"""Its weights of the terms of the loss, likewise."""
+OMEGAS = (15.0, 30.0)
 FACTOR = 4.0
 """On NeuS's rate in its second row."""
-STEPS = 9
-"""That are timed to compare two ways to differentiate."""
 SCAN_SIZE = (1600, 1200)
 """Of the pictures that the cameras of scan 24 are for."""
 RESOLUTION, SAMPLES = 64, 200_000
@@ -83,85 +84,6 @@ pass and its derivative that are written out by hand (median of {timed} steps, b
 |---|---|---:|---:|---:|---:|"""
 
 
-class Contender(Protocol):
-    """Something that learns a scene."""
-
-    def step(self, share: float) -> float:
-        """Take a step at a share of the schedule, and return the loss."""
-
-
-class NeusLearner:
-    """NeuS's optimisation at a peak rate."""
-
-    def __init__(self, rays: Rays, count: int, effort: Effort, width: int, rate: float) -> None:
-        self.scene = NeusScene(width, LAYERS, SKIP, width, SEED)
-        self._generator = torch.Generator().manual_seed(SEED)
-        self._batches = RayBatches(rays, count, self._generator)
-        self._adam, self._rate, self._effort = torch.optim.Adam(self.scene.parameters(), lr=rate), rate, effort
-
-    def step(self, share: float) -> float:
-        """Take a step."""
-        rays = next(self._batches)
-        loss = loss_of(render(self.scene, rays, self._effort, self._generator), rays, NEUS_FACTORS, 0.0)
-        self._adam.zero_grad()
-        self.scene.backward(loss)
-        for group in self._adam.param_groups:
-            rising = share / WARM_UP if share < WARM_UP else 0.05 + 0.95 * (0.5 + 0.5 * np.cos(np.pi * share))
-            group["lr"] = self._rate * rising
-        self._adam.step()
-        return float(loss.detach())
-
-
-class TwiceDifferentiated(MultiscaleScene):
-    """Ours, with the gradient by autograd and the loss differentiated through it: what the hand-written way saves."""
-
-    def evaluate(self, points: Tensor) -> tuple[Tensor, Tensor, Shade]:
-        """Evaluate level 1 everywhere and the residual in its band, with a graph of everything."""
-        for weights in self.levels:
-            for weight in weights:
-                weight.requires_grad_()
-        at = points.requires_grad_()
-        f = self._value(0, at)
-        inside = torch.nonzero(f.detach().abs() < DELTAS[0])[:, 0]
-        f = f.index_add(0, inside, self._value(1, at[inside]))
-        gradient = torch.autograd.grad(f.sum(), at, create_graph=True)[0]
-
-        def shade(index: Tensor, directions: Tensor, slope: Tensor) -> Tensor:
-            colours: Tensor = self.radiance(points[index].detach(), directions, slope)
-            return colours
-
-        return f, gradient, shade
-
-    def _value(self, index: int, points: Tensor) -> Tensor:
-        """Evaluate a network in PyTorch's own operations, (N,)."""
-        weights, hidden = self.levels[index], points
-        for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
-            hidden = torch.addmm(bias, hidden, weight.t()).sin()
-        return torch.addmm(weights[-1], hidden, weights[-2].t())[:, 0]
-
-    def backward(self, loss: Tensor) -> None:
-        """Differentiate twice."""
-        loss.backward()  # type: ignore[no-untyped-call]
-
-
-class NeusField:
-    """NeuS's distance as a field to extract."""
-
-    chunk = 16_384
-
-    def __init__(self, scene: NeusScene) -> None:
-        self._scene = scene
-
-    def value(self, points: Array) -> Array:
-        """Evaluate it; outside the unit ball, where nothing was learnt, at least by the ball's distance."""
-        f = self._scene.guide(torch.from_numpy(points)).numpy()
-        return np.asarray(np.maximum(f, np.linalg.norm(points, axis=1) - 1), np.float32)
-
-    def clearance(self, points: Array) -> Array:
-        """Return 0: nothing is known."""
-        return np.zeros(len(points), np.float32)
-
-
 @dataclass(frozen=True, eq=False)
 class Set:
     """Photographs, and what they are compared with."""
@@ -172,26 +94,6 @@ class Set:
     every: int
     truth: NDArray[np.float64] | None
     """Points of the true surface, model space."""
-
-
-def learn(contender: Contender, seconds: float) -> int:
-    """Learn for some processor time; return the steps."""
-    began, steps = time.process_time(), 0
-    while (share := (time.process_time() - began) / seconds) < 1:
-        contender.step(share)
-        steps += 1
-    return steps
-
-
-def cost_of_a_step(scene: MultiscaleScene, rays: Rays, count: int) -> float:
-    """Measure the processor time of a step of a new scene with all its levels, in seconds: the median of some."""
-    scene.become_sphere(SEED)
-    learner, times = Learner(scene, rays, count, 0.0, SEED), []
-    for _ in range(STEPS):
-        began = time.process_time()
-        learner.step(0.5)
-        times.append(time.process_time() - began)
-    return statistics.median(times)
 
 
 def judged(scene: Scene, views: list[Posed], effort: Effort) -> tuple[float, NDArray[np.uint8]]:

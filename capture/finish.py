@@ -75,6 +75,7 @@ def distilled(
     levels: Sequence[Weights],
     delta: float,
     surface: Tensor,
+    features: Tensor,
     radiance: Radiance,
     views: Sequence[Posed],
     progress: TrainingProgress,
@@ -82,14 +83,14 @@ def distilled(
 ) -> Network:
     """Train the texture network on what the cameras see of the surface; its colours do not depend on the view.
 
-    delta: half width of the band in which colours are kept constant along normals. surface: (N, 3). Everything is on
-    the CPU.
+    delta: half width of the band in which colours are kept constant along normals. surface: (N, 3). features: (N, F),
+    of the surface's points, which `radiance` takes. Everything is on the CPU.
     """
     width, depth = levels[-1][0].shape[0], len(levels[-1]) // 2 - 2
     size = min(width, TEXTURE_WIDEST), min(depth, TEXTURE_DEEPEST)
     progress.begin(f"texture ({size[0]}x{size[1]})")
     _, gradient = field_and_gradient(levels, surface)
-    on = _pool(surface, gradient, colours_of_surface(surface, gradient, radiance, views))
+    on = _pool(surface, gradient, colours_of_surface(surface, gradient, features, radiance, views))
     generator = torch.Generator().manual_seed(seed)
     shift = delta * (2 * torch.rand(len(surface), 1, generator=generator) - 1)
     beside = surface + shift * normalize(gradient, dim=1)
@@ -107,23 +108,25 @@ def distilled(
 
 
 @torch.no_grad()
-def colours_of_surface(points: Tensor, gradient: Tensor, radiance: Radiance, views: Sequence[Posed]) -> Tensor:
+def colours_of_surface(
+    points: Tensor, gradient: Tensor, features: Tensor, radiance: Radiance, views: Sequence[Posed]
+) -> Tensor:
     """Average the radiance along the normal and towards the cameras that face a point.
 
-    points: of the surface, (N, 3). gradient: of the distance there. Returns sRGB in [0, 1], (N, 3).
+    points: of the surface, (N, 3). gradient (N, 3), features (N, F): of the field. Returns sRGB (N, 3), in [0, 1].
     """
     stride = max(1, len(views) // CAMERAS)
     eyes = torch.from_numpy(np.stack([view.eye for view in views[::stride]])).float()
     parts = []
     for k in range(0, len(points), CHUNK):
-        at, slope = points[k : k + CHUNK], gradient[k : k + CHUNK]
+        at, slope, known = (column[k : k + CHUNK] for column in (points, gradient, features))
         normals = normalize(slope, dim=1)
-        total, count = radiance(at, -normals, slope), torch.ones(len(at), 1)
+        total, count = radiance(at, -normals, slope, known), torch.ones(len(at), 1)
         for eye in eyes:
             sight = normalize(at - eye, dim=1)
             facing = torch.nonzero((sight * normals).sum(dim=1) < -FACING)[:, 0]
             if len(facing):
-                seen = radiance(at[facing], sight[facing], slope[facing])
+                seen = radiance(at[facing], sight[facing], slope[facing], known[facing])
                 total[facing] += seen
                 count[facing] += 1
         parts.append(total / count)

@@ -10,7 +10,7 @@ from .bundle import RayBatches, Rays
 from .rendering import Effort, Factors, loss_of, render
 from .scene import MultiscaleScene
 
-RATE, RADIANCE_RATE, SHARPNESS_RATE = 3e-3, 2e-3, 1e-2
+RATE, RADIANCE_RATE, SHARPNESS_RATE = 3e-3, 5e-3, 1e-2
 """Peak rates: of hidden layers up to 64 wide, of the radiance, and of log s."""
 LOWEST = 0.05
 """The rate ends at this share of its peak."""

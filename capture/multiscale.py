@@ -1,8 +1,9 @@
 """The multiscale field while it is learnt from photographs: its value and gradient, and the way back to its weights.
 
-A loss on volume rendering depends on f and on grad f. Both come without a graph from the trainer's adjoint pass and are
-the leaves of a graph that ends in the loss. What that leaves in their .grad goes on to the weights by the derivative of
-the adjoint pass, which is written out by hand. Nothing is differentiated twice.
+A loss on volume rendering depends on f, on grad f, and, by the colours, on the last hidden layers, which tell the
+radiance network where it is. All come without a graph from the trainer's adjoint pass and are the leaves of a graph
+that ends in the loss. What that leaves in their .grad goes on to the weights by the derivative of the adjoint pass,
+which is written out by hand. Nothing is differentiated twice.
 """
 
 from collections.abc import Sequence
@@ -11,7 +12,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from ..trainer.networks.nested import nested_field
+from ..trainer.networks.nested import CHUNK, nested_field
 from ..trainer.networks.network import Adjoint, Weights, add_derivative, adjoint_pass
 
 
@@ -23,6 +24,8 @@ class Evaluated:
     """(N,), a leaf that wants a gradient."""
     gradient: Tensor
     """(N, 3), a leaf likewise."""
+    features: Tensor
+    """(N, F), a leaf likewise: the last hidden layers of all levels side by side, 0 where a level is not evaluated."""
     passes: list[tuple[Adjoint, Tensor]]
     """Of each level: what `add_derivative` needs, and the indices (M,) of the points where the level is defined."""
 
@@ -33,6 +36,8 @@ class MultiscaleField:
     def __init__(self, levels: Sequence[Weights], deltas: Sequence[float]) -> None:
         """levels: networks, coarse to fine. deltas: half widths of the bands of all levels but the last."""
         self.levels, self.deltas = list(levels), list(deltas)
+        self.widths = [len(weights[-3]) for weights in levels]
+        """Of the last hidden layers."""
         self.active = len(levels)
         """Levels that are used; finer ones are not evaluated and learn nothing."""
 
@@ -53,12 +58,22 @@ class MultiscaleField:
             f[inside] += residual.f
             gradient[inside] += residual.gradient
             passes.append((residual, inside))
-        return Evaluated(f.requires_grad_(), gradient.requires_grad_(), passes)
+        features = points.new_zeros(len(points), sum(self.widths))
+        for (forward, where), part in zip(passes, torch.split(features, self.widths, dim=1), strict=False):
+            part[where] = forward.hidden[-1]
+        return Evaluated(f.requires_grad_(), gradient.requires_grad_(), features.requires_grad_(), passes)
+
+    def features(self, points: Tensor) -> Tensor:
+        """Evaluate the features (N, F) at points (N, 3), without a graph."""
+        parts = [self.evaluate(part).features.detach() for part in torch.split(points, CHUNK)]
+        return torch.cat(parts)
 
     def backward(self, evaluated: Evaluated) -> None:
         """Add the derivative of a loss, which is in the leaves' .grad, to that of the weights."""
-        d_f, d_gradient = (
-            torch.zeros_like(leaf) if leaf.grad is None else leaf.grad for leaf in (evaluated.f, evaluated.gradient)
+        d_f, d_gradient, d_features = (
+            torch.zeros_like(leaf) if leaf.grad is None else leaf.grad
+            for leaf in (evaluated.f, evaluated.gradient, evaluated.features)
         )
-        for weights, (forward, inside) in zip(self.levels, evaluated.passes, strict=False):
-            add_derivative(weights, forward, d_f[inside], d_gradient[inside])
+        parts = torch.split(d_features, self.widths, dim=1)
+        for weights, (forward, inside), d_last in zip(self.levels, evaluated.passes, parts, strict=False):
+            add_derivative(weights, forward, d_f[inside], d_gradient[inside], d_last[inside])

@@ -20,10 +20,10 @@ def encode(x: Tensor, frequencies: int) -> Tensor:
 class Radiance(nn.Module):
     """A point, the direction of sight and the normal become a colour."""
 
-    def __init__(self, width: int, generator: torch.Generator) -> None:
-        """width: of the hidden layers. generator: draws the weights."""
+    def __init__(self, width: int, features: int, generator: torch.Generator) -> None:
+        """width: of the hidden layers. features: of a point. generator: draws the weights."""
         super().__init__()
-        inputs = 3 * (1 + 2 * POINT_FREQUENCIES) + 3 * (1 + 2 * DIRECTION_FREQUENCIES) + 3
+        inputs = 3 * (1 + 2 * POINT_FREQUENCIES) + 3 * (1 + 2 * DIRECTION_FREQUENCIES) + 3 + features
         sizes = [inputs, *[width] * LAYERS, 3]
         layers: list[nn.Module] = []
         for before, after in pairwise(sizes):
@@ -35,11 +35,12 @@ class Radiance(nn.Module):
             layers += [layer, nn.ReLU()]
         self._network = nn.Sequential(*layers[:-1])
 
-    def forward(self, points: Tensor, directions: Tensor, gradient: Tensor) -> Tensor:
+    def forward(self, points: Tensor, directions: Tensor, gradient: Tensor, features: Tensor) -> Tensor:
         """Evaluate the colour, sRGB in [0, 1], (N, 3).
 
-        points, directions of sight, and gradients of the field, which are the normals: (N, 3) each.
+        points, directions of sight, and gradients of the field, which are the normals: (N, 3) each. features: (N, F),
+        what the field's networks know of the points.
         """
         encoded = encode(points, POINT_FREQUENCIES), encode(directions, DIRECTION_FREQUENCIES)
-        colour: Tensor = torch.sigmoid(self._network(torch.cat((*encoded, gradient), dim=1)))
+        colour: Tensor = torch.sigmoid(self._network(torch.cat((*encoded, gradient, features), dim=1)))
         return colour

@@ -165,8 +165,9 @@ class Reconstruction:
         return finished_model(self._photographs, levels, bands, colour, surface, self._provenance())
 
     def _texture(self, levels: Sequence[Any], width: float, surface: torch.Tensor) -> Network:
-        radiance = self.scene.radiance.cpu()
-        return distilled(levels, width, surface, radiance, self._learnt, self._progress, self._settings.seed)
+        features = self.scene.field.features(surface.to(self._device)).cpu()
+        radiance, seed = self.scene.radiance.cpu(), self._settings.seed
+        return distilled(levels, width, surface, features, radiance, self._learnt, self._progress, seed)
 
 
 def _that_matter(settings: object) -> object:

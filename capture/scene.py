@@ -46,7 +46,7 @@ class MultiscaleScene:
         for i, (size, omega) in enumerate(zip(sizes.levels, sizes.omegas, strict=True)):
             self.levels.append(level.start(size, omega, first=i == 0, seed=seed + i, device=device)())
         self.field = MultiscaleField(self.levels, sizes.deltas)
-        self.radiance = Radiance(sizes.radiance, torch.Generator().manual_seed(seed)).to(device)
+        self.radiance = Radiance(sizes.radiance, sum(self.field.widths), torch.Generator().manual_seed(seed)).to(device)
         self.logarithm = torch.tensor(SHARPNESS, device=device, requires_grad=True)
         self.least_sharpness = 0.0
         """s is at least this."""
@@ -74,7 +74,7 @@ class MultiscaleScene:
         evaluated = self._evaluated = self.field.evaluate(points)
 
         def shade(index: Tensor, directions: Tensor, gradient: Tensor) -> Tensor:
-            colours: Tensor = self.radiance(points[index], directions, gradient)
+            colours: Tensor = self.radiance(points[index], directions, gradient, evaluated.features[index])
             return colours
 
         return evaluated.f, evaluated.gradient, shade

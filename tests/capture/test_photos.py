@@ -13,6 +13,7 @@ import mplicits
 from mplicits import cli
 from mplicits.capture import learner
 from mplicits.capture.bundle import rays_of
+from mplicits.capture.finish import FACING, colours_of_surface
 from mplicits.capture.folder import read_photographs
 from mplicits.capture.learner import Learner
 from mplicits.capture.photo_settings import photo_settings
@@ -52,8 +53,9 @@ def test_photographs_become_a_model(tmp_path: Path, capsys: pytest.CaptureFixtur
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("few_texture_steps")
-def test_photographs_of_a_ball_become_a_ball(tmp_path: Path) -> None:
-    """It begins as a sphere 0.09 larger, and ends near the ball all around."""
+def test_photographs_of_a_ball_become_a_ball(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It begins as a smaller sphere, and ends near the ball all around, in its colours."""
+    monkeypatch.setattr("mplicits.capture.finish.TEXTURE_STEPS", 600)
     write_sphere_layout(tmp_path / "ball", 9, 24)
     output = tmp_path / "ball.safetensors"
     assert cli.main(["photos", str(tmp_path / "ball"), "-o", str(output), *TINY, "--steps", "900"]) == 0
@@ -66,6 +68,8 @@ def test_photographs_of_a_ball_become_a_ball(tmp_path: Path) -> None:
     found = inside.sum(axis=0) * (radii[1] - radii[0]) + radii[0]
     assert abs(np.median(found) - RADIUS) < 0.06
     assert np.quantile(abs(found - RADIUS), 0.9) < 0.11
+    colours = field.color(found[:, None] * directions)
+    assert abs(colours - (0.5 + 0.4 * directions)).mean() < 0.1
 
 
 def test_every_network_learns(tmp_path: Path) -> None:
@@ -78,6 +82,24 @@ def test_every_network_learns(tmp_path: Path) -> None:
     before = [weight.clone() for weight in scene.levels[0]]
     learner.step(0.1)
     assert all(not torch.equal(old, new) for old, new in zip(before, scene.levels[0], strict=True))
+
+
+def test_finishing_asks_for_the_colours_that_were_learnt(tmp_path: Path) -> None:
+    """A camera that faces a point counts as much as the look along its normal, and the features are the point's."""
+    write_sphere_layout(tmp_path / "ball", 4, 12)
+    views = read_photographs(tmp_path / "ball")[0].views[:1]
+    scene = MultiscaleScene(Sizes(((8, 1), (8, 1)), (8.0, 12.0), (0.02,), 8), CPU, 0)
+    points = torch.nn.functional.normalize(torch.randn(50, 3, generator=torch.Generator().manual_seed(0)), dim=1) * 0.5
+    f, gradient, shade = scene.evaluate(points)
+    assert 0 < int((f.abs() < 0.02).sum()) < 50
+    normals = torch.nn.functional.normalize(gradient.detach(), dim=1)
+    sight = torch.nn.functional.normalize(points - torch.from_numpy(views[0].eye).float(), dim=1)
+    facing = (sight * normals).sum(dim=1) < -FACING
+    assert 0 < int(facing.sum()) < 50
+    everything = torch.arange(50)
+    along, seen = (shade(everything, way, gradient).detach() for way in (-normals, sight))
+    found = colours_of_surface(points, gradient.detach(), scene.field.features(points), scene.radiance, views)
+    torch.testing.assert_close(found, torch.where(facing[:, None], (along + seen) / 2, along))
 
 
 def test_what_was_cut_short_goes_on_as_if_it_had_not_been(tmp_path: Path) -> None:

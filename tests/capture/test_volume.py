@@ -80,34 +80,39 @@ def test_the_way_back_is_autograd_s() -> None:
     found = field.evaluate(points)
     assert 0 < len(found.passes[1][1]) < len(points)
 
-    def loss_on(f: torch.Tensor, gradient: torch.Tensor) -> torch.Tensor:
-        loss: torch.Tensor = (torch.sigmoid(3 * f) * gradient[:, 0]).sum() + (gradient.norm(dim=1) - 1).square().sum()
-        return loss
+    assert found.features.shape == (200, 8 + 12)
 
-    loss_on(found.f, found.gradient).backward()  # type: ignore[no-untyped-call]
+    def loss_on(f: torch.Tensor, gradient: torch.Tensor, features: torch.Tensor) -> torch.Tensor:
+        loss: torch.Tensor = (torch.sigmoid(3 * f) * gradient[:, 0]).sum() + (gradient.norm(dim=1) - 1).square().sum()
+        return loss + (features @ torch.linspace(-1, 2, 20).double()).square().sum()
+
+    loss_on(found.f, found.gradient, found.features).backward()  # type: ignore[no-untyped-call]
     field.backward(found)
     copies = [[w.detach().clone().requires_grad_() for w in weights] for weights in levels]
     at = points.clone().requires_grad_()
-    f = value_of(copies[0], at)
+    f, hidden = value_of(copies[0], at)
     inside = f.detach().abs() < delta
-    f = f + inside * value_of(copies[1], at)
+    residual, finer = value_of(copies[1], at)
+    f, features = f + inside * residual, torch.cat((hidden, inside[:, None] * finer), dim=1)
     gradient = torch.autograd.grad(f.sum(), at, create_graph=True)[0]
     torch.testing.assert_close(found.f.detach(), f.detach())
     torch.testing.assert_close(found.gradient.detach(), gradient.detach())
-    loss_on(f, gradient).backward()  # type: ignore[no-untyped-call]
+    torch.testing.assert_close(found.features.detach(), features.detach())
+    torch.testing.assert_close(field.features(points), features.detach())
+    loss_on(f, gradient, features).backward()  # type: ignore[no-untyped-call]
     for weights, theirs in zip(levels, copies, strict=True):
         for weight, other in zip(weights, theirs, strict=True):
             torch.testing.assert_close(weight.grad, other.grad)
 
 
-def value_of(weights: list[torch.Tensor], points: torch.Tensor) -> torch.Tensor:
-    """A SIREN in operations that can be differentiated twice."""
+def value_of(weights: list[torch.Tensor], points: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    """A SIREN and its last hidden layer in operations that can be differentiated twice."""
     hidden = points
     for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
         hidden = torch.sin(hidden @ weight.t() + bias)
     result: torch.Tensor = (hidden @ weights[-2].t() + weights[-1])[:, 0]
     torch.testing.assert_close(result.detach(), value([w.detach() for w in weights], points.detach())[:, 0])
-    return result
+    return result, hidden
 
 
 def test_a_mask_and_a_background_count() -> None:

@@ -99,11 +99,13 @@ def adjoint_pass(weights: Weights, points: Tensor) -> Adjoint:
 
 
 @torch.no_grad()
-def add_derivative(weights: Weights, forward: Adjoint, d_f: Tensor, d_gradient: Tensor) -> None:
+def add_derivative(
+    weights: Weights, forward: Adjoint, d_f: Tensor, d_gradient: Tensor, d_last: Tensor | None = None
+) -> None:
     """Add the derivative of a loss with respect to the weights to their .grad, which must not be None.
 
     forward: of these weights; it is overwritten. d_f: (N,), d_gradient: (N, 3): the loss's derivatives with respect to
-    f and grad f.
+    f and grad f. d_last: (N, width), with respect to the last hidden layer, where the loss depends on that directly.
     """
     grads = [weight.grad for weight in weights if weight.grad is not None]
     layers = len(forward.cosines)
@@ -123,6 +125,8 @@ def add_derivative(weights: Weights, forward: Adjoint, d_f: Tensor, d_gradient: 
 
     # Back through the values, downwards: da_j = dh_j * cos a_j - bend_j * sin a_j.
     d_hidden = d_f[:, None] * weights[-2]
+    if d_last is not None:
+        d_hidden += d_last
     for j in range(layers - 1, -1, -1):
         d_angle = d_hidden.mul_(forward.cosines[j]).addcmul_(bends[j], forward.hidden[j + 1], value=-1)
         grads[2 * j].addmm_(d_angle.t(), forward.hidden[j])
