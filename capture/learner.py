@@ -11,7 +11,7 @@ from .rendering import Effort, Factors, loss_of, render
 from .scene import MultiscaleScene
 
 RATE, RADIANCE_RATE, SHARPNESS_RATE = 3e-3, 5e-3, 1e-2
-"""Peak rates: of hidden layers up to 64 wide, of the radiance, and of log s."""
+"""Peak rates: of the levels' and the radiance's layers up to 64 wide, and of log s."""
 LOWEST = 0.05
 """The rate ends at this share of its peak."""
 COARSE = 0.2

@@ -23,6 +23,7 @@ class Radiance(nn.Module):
     def __init__(self, width: int, features: int, generator: torch.Generator) -> None:
         """width: of the hidden layers. features: of a point. generator: draws the weights."""
         super().__init__()
+        self.width = width
         inputs = 3 * (1 + 2 * POINT_FREQUENCIES) + 3 * (1 + 2 * DIRECTION_FREQUENCIES) + 3 + features
         sizes = [inputs, *[width] * LAYERS, 3]
         layers: list[nn.Module] = []

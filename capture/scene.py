@@ -93,14 +93,16 @@ class MultiscaleScene:
     def optimisers(self, rate: float, radiance: float, sharpness: float) -> list[tuple[list[Tensor], Optimiser]]:
         """Make an optimiser for each network, and for log s, and return each with its parameters.
 
-        rate: peak rate of hidden layers up to 64 wide. radiance: of the radiance network. sharpness: of log s.
+        rate, radiance: peak rates of the levels' and of the radiance's hidden layers up to 64 wide; those of wider ones
+        are lower. sharpness: of log s.
         """
         made: list[tuple[list[Tensor], Optimiser]] = []
         for i, weights in enumerate(self.levels):
             relative, factor = level.rates(len(weights[0]), self.field.deltas[i - 1] if i else None)
             made.append((weights, Optimiser(weights, rate * relative / level.RATE, factor)))
         parameters: list[Tensor] = list(self.radiance.parameters())
-        made.append((parameters, Optimiser(parameters, radiance, 1.0)))
+        slower = min(1, level.RATE_WIDTH / self.radiance.width)
+        made.append((parameters, Optimiser(parameters, radiance * slower, 1.0)))
         return [*made, ([self.logarithm], Optimiser([self.logarithm], sharpness, 1.0))]
 
     def weights(self) -> list[Weights]:

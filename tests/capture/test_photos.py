@@ -84,6 +84,21 @@ def test_every_network_learns(tmp_path: Path) -> None:
     assert all(not torch.equal(old, new) for old, new in zip(before, scene.levels[0], strict=True))
 
 
+def test_a_wide_radiance_network_learns_more_slowly(tmp_path: Path) -> None:
+    """Adam's first step is as long as its rate."""
+    write_sphere_layout(tmp_path / "ball", 4, 12)
+    rays, _ = rays_of(read_photographs(tmp_path / "ball")[0].views, CPU)
+    moved = []
+    for width in (32, 64, 128):
+        scene = MultiscaleScene(Sizes(((8, 1),), (8.0,), (), width), CPU, 0)
+        before = torch.cat([weight.detach().clone().ravel() for weight in scene.radiance.parameters()])
+        Learner(scene, rays, 32, 0.0, 0).step(0.1)
+        after = torch.cat([weight.detach().ravel() for weight in scene.radiance.parameters()])
+        moved.append(float((after - before).abs().max()))
+    assert moved[0] == pytest.approx(moved[1], rel=1e-3)
+    assert moved[2] == pytest.approx(moved[1] / 2, rel=1e-3)
+
+
 def test_finishing_asks_for_the_colours_that_were_learnt(tmp_path: Path) -> None:
     """A camera that faces a point counts as much as the look along its normal, and the features are the point's."""
     write_sphere_layout(tmp_path / "ball", 4, 12)
