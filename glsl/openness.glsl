@@ -6,7 +6,7 @@
 //
 // The sky: the field at SKY_TAPS points on the normal, the farthest first; what it falls short of their distance from p is
 // occluded (Evans, Fast approximations for global illumination on dynamic scenes, 2006). Where a point above the floor
-// has nothing around it as far as that, the nearer ones have not, either.
+// has next to nothing around it as far as that, the nearer ones have not, either.
 // The light is a disc. Along a ray to its middle, the field over the way so far tells how far the shape is from that ray,
 // in radii of the disc: from -1, where it hides the disc, to 1. Its least value is that of a parabola through three
 // samples: the least sample itself would show the steps as stripes. The ray ends where all that is left of it in the unit
@@ -16,6 +16,7 @@ const int SKY_TAPS = 5;
 const int LIGHT_STEPS = 20;
 const float SKY_REACH = 0.7; // of the last tap, model units
 const float SKY_WEIGHTS = 3.2; // of all taps together
+const float ENOUGH = 0.85; // of a point's distance from the floor: so much around it is next to nothing
 const float LIGHT_SIZE = 0.16; // radius of the disc over its distance
 const float CLEAR = 0.8; // of what is left of a ray in the ball, and of the disc's radius there: this is free
 const float BEHIND = 0.4; // model units beyond the middle of the ball, toward the light, from which on a ray may end
@@ -52,7 +53,7 @@ vec3 openness(vec3 p, vec3 normal, vec3 light, float ground, bool floored) {
         if (tap) {
             float free = floored ? f : min(f, q.y - ground);
             occluded += i == 0 ? 0.0 : (1.0 - 0.6 * share) * clamp(1.0 - free / way, 0.0, 1.5);
-            if (floored && free >= way) i = SKY_TAPS;
+            if (floored && free >= ENOUGH * way) i = SKY_TAPS;
             continue;
         }
         float ratio = f / (LIGHT_SIZE * t);

@@ -10,7 +10,7 @@ from ..ir.program import Array, Program
 from .interpret import field
 
 SKY_TAPS, LIGHT_STEPS, SKY_REACH, LIGHT_SIZE, LIFT = 5, 20, 0.7, 0.16, 0.25
-CLEAR, BEHIND, AWAY = 0.8, 0.4, 4.0
+ENOUGH, CLEAR, BEHIND, AWAY = 0.85, 0.8, 0.4, 4.0
 """The constants of glsl/openness.glsl."""
 EVALUATIONS = 1 + SKY_TAPS + LIGHT_STEPS
 """Most evaluations of level 1 for a point."""
@@ -57,7 +57,7 @@ def openness(
         free = f if floored else np.minimum(f, q[:, 1] - ground)
         occluded[under] += (1 - 0.6 * share) * np.clip(1 - free / way, 0, 1.5)
         weights += 1 - 0.6 * share
-        asked[under] = not floored or free < way
+        asked[under] = not floored or free < ENOUGH * way
     cover, steps = _cover(program, points, light, here, np.flatnonzero(shaded), nearest, passed)
     seen = 0.25 * (1 + cover) ** 2 * (2 - cover)
     return np.stack([np.clip(1 - occluded / weights, 0, 1), seen, here], axis=1), evaluations + steps
