@@ -21,7 +21,7 @@ from mplicits.codegen.ir.program import Affine, Function, Program
 from mplicits.codegen.reference.cells import Cells
 from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.reference.march import Rays, march
-from mplicits.codegen.targets.cuda import WIDEST_SPLIT
+from mplicits.codegen.targets.cuda_tables import WIDEST_SPLIT
 from mplicits.codegen.targets.uniforms import SCHEDULES
 from mplicits.model.gallery import model_path
 from mplicits.model.model import Model, shape_of

@@ -25,11 +25,12 @@ from mplicits.codegen.ir.program import Program
 from mplicits.codegen.reference.cells import Cells
 from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.reference.march import march
+from mplicits.codegen.reference.narrow import Grid
 from mplicits.codegen.reference.short_march import STOP as SHORT_STOP
 from mplicits.codegen.reference.short_march import short_march
-from mplicits.codegen.targets.few_cells import COUNTS
 from mplicits.codegen.targets.glsl330 import bake
-from mplicits.codegen.targets.shadertoy import WIDEST, exact, narrow_bands, shape_hull, step_bound
+from mplicits.codegen.targets.shadertoy import WIDEST, exact
+from mplicits.codegen.targets.shadertoy_text import spared, step_bound
 from mplicits.model.gallery import model_path
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load
@@ -91,24 +92,25 @@ Way = Callable[
 
 def ways_of(program: Program, model: Model, cells: Cells) -> list[Way]:
     """Return the plain schedule, the relaxed one with a grid and with few cells, and Shadertoy's where there is one."""
-    levels, few = len(program.bands), Cells(program, COUNTS[0], few=True)
+    levels, alone = len(program.bands), bake(model)
 
-    def marched(schedule: str, skipped: Cells | None) -> Way:
+    def marched(schedule: str, skipped: Cells | None, narrow: tuple[Grid, ...] = ()) -> Way:
         def way(eye: NDArray[np.float64], directions: NDArray[np.float64], footprint: float) -> Any:
-            rays = march(program, eye, directions, levels, footprint, schedule=schedule, cells=skipped)
+            rays = march(program, eye, directions, levels, footprint, schedule=schedule, cells=skipped, narrow=narrow)
             return rays.hit, rays.t, rays.evaluations
 
         return way
 
     def short(eye: NDArray[np.float64], directions: NDArray[np.float64], footprint: float) -> Any:
-        rays = short_march(program, eye, directions, footprint, step_bound(program), planes=planes, shares=shares)
+        rays = short_march(
+            program, eye, directions, footprint, step_bound(program), planes=spares.planes, narrow=spares.narrow
+        )
         return rays.hit, rays.t, rays.evaluations
 
-    found = [marched("plain", None), marched("relaxed", cells), marched("relaxed", few)]
+    found = [marched("plain", None), marched("relaxed", cells), marched("relaxed", alone.few_cells, alone.narrow)]
     if max(map(program.widest, program.functions())) > WIDEST:
         return found
-    length = len(exact(model))
-    planes, shares = shape_hull(program, length), narrow_bands(program, length)
+    spares = spared(program, len(exact(model)))
     return [*found, short]
 
 
@@ -226,7 +228,8 @@ def main() -> None:
         f"{options.views} views of {options.side} x {options.side}, all levels. Plain: a step is as long as the free "
         "sphere's radius. Relaxed: `glsl/march.glsl`, `glsl/skip.glsl`. Evaluations of each level, in thousands, on "
         f"every {THIN}th pixel in each direction; multiply-adds of tracing, without those of gradients and colours, "
-        "which are the same. In one file: with few cells in the text, as shaders that stand alone have them. "
+        "which are the same. In one file: with few cells and narrow bands in the text, as shaders that stand alone "
+        "have them. "
         "Shadertoy: `codegen/reference/short_march.py`, as its text traces, which takes no network wider than 64, with "
         "a hull around the shape and narrow bands. Of these rays, those that end apart from the plain schedule's were "
         "marched densely: "

@@ -3,15 +3,15 @@
 // march(): multiscale sphere tracing (Section 3.2, Appendix C): f_1 - delta_1, then f_2 - delta_2, ..., then f_level.
 // origin, direction: model space, direction of length 1; footprint: width of a pixel at distance 1.
 // rounds: how often the sequence of levels is gone through; step_scale: factor on every step; schedule: see below.
-// Reads delta[], iterations[], step_bound[], band_step_bound[] (one per level), field() and skip(). The bounds are
-// factors on a level's steps: 1 where whole ones pass through no part of the shape, less where f exceeds the distance by
-// too much.
+// Reads delta[], iterations[], step_bound[], band_step_bound[] (one per level), field(), half_width() and skip(). The
+// bounds are factors on a level's steps: 1 where whole ones pass through no part of the shape, less where f exceeds the
+// distance by too much.
 //
 // Two things are added to the paper's scheme, against holes (benchmarks/holes.py). A ray that leaves a band without
 // having met the surface goes back to the coarser level, and the levels are gone through again: hence rounds. And a
-// band's offset surface is traced at delta / 1.3 = max |f_i(x_j)| (Eq. 5), so that a ray crosses |f_i| = delta in
-// finitely many steps. A ray that begins inside the shape, or goes back behind the eye, is done. A ray stops within
-// 1/20 pixel of the surface; one that is out of rounds hits within 1/2 pixel.
+// band's offset surface is traced at its half width / 1.3, where delta / 1.3 = max |f_i(x_j)| (Eq. 5), so that a ray
+// crosses the band's border in finitely many steps. A ray that begins inside the shape, or goes back behind the eye, is
+// done. A ray stops within 1/20 pixel of the surface; one that is out of rounds hits within 1/2 pixel.
 //
 // SCHEDULE_PLAIN: a step is as long as the free sphere's radius, and all rays go through the levels together: on a GPU
 // the branches on the level are uniform.
@@ -29,11 +29,12 @@ struct Hit {
     int steps;
 };
 
-// The radius of the sphere around a ray that is free of the shape by f, the field of level `reached`.
-float free_radius(float f, int reached, int level, float step_scale) {
+// The radius of the sphere around a ray that is free of the shape by f, the field of level `reached`, whose band has the
+// half width `width` there.
+float free_radius(float f, float width, int reached, int level, float step_scale) {
     bool last = reached == level;
     float bound = last ? step_bound[reached - 1] : band_step_bound[reached - 1];
-    return step_scale * bound * (last ? f : f - delta[reached - 1] / 1.3);
+    return step_scale * bound * (last ? f : f - width / 1.3);
 }
 
 // Moves a ray by a step, and tells whether it hits there or is done.
@@ -44,14 +45,16 @@ void move(inout Hit ray, float change, float f, int reached, int level, float pi
     ray.level = last && abs(f) < 0.05 * pixel || ray.t > far || ray.t < 0.0 ? -reached : reached;
 }
 
-// One plain step of a ray that is at ray.level, where the field is f, of the finest level `reached` that is defined.
-void advance(inout Hit ray, float f, int reached, int level, float footprint, float far, float step_scale) {
+// One plain step of a ray that is at ray.level, where the field is f, of the finest level `reached` that is defined, and
+// the half width of its band is `width`.
+void advance(inout Hit ray, float f, float width, int reached, int level, float footprint, float far,
+             float step_scale) {
     ++ray.steps;
-    if (reached == ray.level && reached < level && abs(f) < delta[reached - 1]) {
+    if (reached == ray.level && reached < level && abs(f) < width) {
         ++ray.level;
         return;
     }
-    move(ray, free_radius(f, reached, level, step_scale), f, reached, level, footprint * ray.t, far);
+    move(ray, free_radius(f, width, reached, level, step_scale), f, reached, level, footprint * ray.t, far);
 }
 
 // One relaxed step. before: where the last free sphere is along the ray, and its radius; 0: there is none.
@@ -61,11 +64,11 @@ void advance(inout Hit ray, float f, int reached, int level, float footprint, fl
 // and where that turns out wrong, with a gap of over a pixel, back to the end of the last sphere (Keinert et al., Enhanced
 // sphere tracing, 2014; Balint and Valasek, Accelerating sphere tracing, 2018). Past the surface, false position between
 // the two, on to before the last sphere where the slope says that this one was not free: the grid may be wrong.
-void stride(inout Hit ray, inout vec2 before, float f, int reached, int level, float footprint, float far,
-            float step_scale) {
+void stride(inout Hit ray, inout vec2 before, float f, float width, int reached, int level, float footprint,
+            float far, float step_scale) {
     ++ray.steps;
     float pixel = footprint * ray.t;
-    float radius = free_radius(f, reached, level, step_scale);
+    float radius = free_radius(f, width, reached, level, step_scale);
     float moved = ray.t - before.x;
     float gap = min(pixel, GAP);
     bool known = before.y > 0.0 && moved > 0.0;
@@ -116,9 +119,11 @@ Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, f
                     if (ray.level <= 0) break;
                 }
                 int reached;
-                float f = field(origin + ray.t * direction, phase, reached);
-                if (relaxed) stride(ray, before, f, reached, level, footprint, span.y, step_scale);
-                else advance(ray, f, reached, level, footprint, span.y, step_scale);
+                vec3 p = origin + ray.t * direction;
+                float f = field(p, phase, reached);
+                float width = half_width(p, reached);
+                if (relaxed) stride(ray, before, f, width, reached, level, footprint, span.y, step_scale);
+                else advance(ray, f, width, reached, level, footprint, span.y, step_scale);
             }
         }
     }

@@ -48,11 +48,11 @@ class FieldText:
         return self.layout.image()
 
 
-def print_field(program: Program, language: Language, storage: str) -> FieldText:
+def print_field(program: Program, language: Language, storage: str, narrow: bool = False) -> FieldText:
     """Print the three functions of the field, for p in model space and levels counted from 1.
 
     float field(vec3 p, int level, out int reached): value of the finest level up to `level` that is defined at p
-    (Eq. 3), and which one it is; reads delta[];
+    (Eq. 3), and which one it is; reads delta[], or half_width() where bands are `narrow` in places;
     vec4 field_gradient(vec3 p, int level): grad f_level, f_level;
     vec3 albedo(vec3 p): colour, sRGB.
 
@@ -72,7 +72,8 @@ def print_field(program: Program, language: Language, storage: str) -> FieldText
     lines = [*literals.declarations(), *texels.declarations()]
     for function in functions:
         lines += ["", *storage_of[function.name].definition(function)]
-    lines += ["", *_field(program, language), "", *_field_gradient(program, language), "", *_albedo(program, language)]
+    lines += ["", *_field(program, language, narrow), "", *_field_gradient(program, language)]
+    lines += ["", *_albedo(program, language)]
 
     def loops(of_levels: tuple[Function, ...]) -> tuple[int, ...]:
         """Return the loop iterations that each level costs, with the levels before it."""
@@ -113,7 +114,7 @@ def _input(program: Program) -> str:
     return f"vec4(p, {'time' if program.moving else '1.'})"
 
 
-def _field(program: Program, language: Language) -> list[str]:
+def _field(program: Program, language: Language, narrow: bool) -> list[str]:
     """Return field(), which evaluates a level where the one before it is inside its band (Eq. 3)."""
     lines = [
         language.begin("float", "field", f"vec3 p, int level, {language.out.format(name='reached')}"),
@@ -122,7 +123,8 @@ def _field(program: Program, language: Language) -> list[str]:
         "    reached = 1;",
     ]
     for i, function in enumerate(program.values[1:], start=1):
-        lines.append(f"    if (reached == {i} && level > {i} && abs(f) < delta[{i - 1}]) {{")
+        width = f"half_width(p, {i})" if narrow else f"delta[{i - 1}]"
+        lines.append(f"    if (reached == {i} && level > {i} && abs(f) < {width}) {{")
         lines += [f"        f += {function.name}(q);", f"        reached = {i + 1};", "    }"]
     return [*lines, "    return f;", "}"]
 

@@ -50,7 +50,7 @@ def nested_levels(
 
     points: (N, 3) float32, model space. level: the last one that is evaluated. time: the fourth input of a model that
     moves. margins: how far each band is widened, in the unit of f, for every level before the last; None for not at
-    all. Of a model that is no scene, level 1's may be one for each point, (N,). Yields for each level, the coarsest
+    all; of a model that is no scene, one for each point, (N,), or for all. Yields for each level, the coarsest
     first, the indices (M,) of the points where it is defined and f there (M,).
     """
     if program.composition is not None:
@@ -64,7 +64,9 @@ def nested_levels(
         value = residual if i == 0 else value + residual
         yield defined, value
         if i + 1 < level:
-            inside = np.abs(value) < program.bands[i].delta + (0.0 if margins is None else margins[i])
+            margin = 0.0 if margins is None else margins[i]
+            margin = margin[defined] if isinstance(margin, np.ndarray) else margin
+            inside = np.abs(value) < program.bands[i].delta + margin
             defined, value = defined[inside], value[inside]
 
 

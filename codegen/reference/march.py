@@ -3,6 +3,7 @@
 It counts what a frame costs, and the shaders' steps are compared with its own.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from ..ir.program import Array, Program
 from .cells import Cells
 from .interpret import nested_field
+from .narrow import OFFSET, Grid, half_widths, margins
 from .skip import Skipping
 
 NEAR = 2.0
@@ -19,8 +21,6 @@ STEEPEST = 4.0
 """Slope between a free sphere and a point inside the shape above which the sphere is taken to be none."""
 GAP = 0.005
 """Largest gap between two free spheres, model units, where a pixel is wider than that; else, a pixel."""
-OFFSET = 1.3
-"""The offset surface of a band is traced where |f_i| is delta over this (glsl/march.glsl)."""
 
 
 def ball(
@@ -43,17 +43,17 @@ class TraceSettings:
 
     level: int
     """The level that is traced, counted from 1."""
-    deltas: NDArray[np.float64]
-    """(L,) half widths of all levels' bands, model units."""
     footprint: float
     """Width of a pixel at distance 1, model units."""
     bounds: NDArray[np.float64]
     """(L,) factors on the steps of all levels, of `level` as the last."""
 
-    def free_radius(self, f: Array, reached: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Return the radii (M,) of spheres that are free of the shape, by the field f (M,) of level `reached` (M,)."""
-        last = reached == self.level
-        return self.bounds[reached - 1] * np.where(last, f, f - self.deltas[reached - 1] / OFFSET)
+    def free_radius(self, f: Array, widths: NDArray[np.float64], reached: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the radii (M,) of spheres that are free of the shape, by the field f (M,) of level `reached` (M,).
+
+        widths: (M,) half widths of this level's band there.
+        """
+        return self.bounds[reached - 1] * np.where(reached == self.level, f, f - widths / OFFSET)
 
 
 @dataclass(eq=False)
@@ -79,22 +79,36 @@ class Rays:
     evaluations_outside: int = 0
     """How often level 1's network was evaluated for rays that were traced at level 1; of the plain schedule."""
 
-    def advance(self, indices: NDArray[np.intp], f: Array, reached: NDArray[np.int64], settings: TraceSettings) -> None:
+    def advance(
+        self,
+        indices: NDArray[np.intp],
+        f: Array,
+        widths: NDArray[np.float64],
+        reached: NDArray[np.int64],
+        settings: TraceSettings,
+    ) -> None:
         """Move some rays by one plain step: into the band of the level that they are traced at, or along.
 
-        indices: (M,) of the rays; f: (M,) value of the field where they are; reached: (M,) the level of which f is.
+        indices: (M,) of the rays; f: (M,) value of the field where they are; reached: (M,) the level of which f is;
+        widths: (M,) half widths of its band there.
         """
         self.steps[indices] += 1
-        entered = (reached == self.level[indices]) & (reached < settings.level)
-        entered &= np.abs(f) < settings.deltas[reached - 1]
+        entered = (reached == self.level[indices]) & (reached < settings.level) & (np.abs(f) < widths)
         self.level[indices[entered]] += 1
-        indices, f, reached = indices[~entered], f[~entered], reached[~entered]
-        self._move(indices, settings.free_radius(f, reached), f, reached, settings)
+        indices, f, widths, reached = indices[~entered], f[~entered], widths[~entered], reached[~entered]
+        self._move(indices, settings.free_radius(f, widths, reached), f, reached, settings)
 
-    def stride(self, indices: NDArray[np.intp], f: Array, reached: NDArray[np.int64], settings: TraceSettings) -> None:
+    def stride(
+        self,
+        indices: NDArray[np.intp],
+        f: Array,
+        widths: NDArray[np.float64],
+        reached: NDArray[np.int64],
+        settings: TraceSettings,
+    ) -> None:
         """Move some rays by one relaxed step; takes what `advance` takes."""
         self.steps[indices] += 1
-        pixel, radius = settings.footprint * self.t[indices], settings.free_radius(f, reached)
+        pixel, radius = settings.footprint * self.t[indices], settings.free_radius(f, widths, reached)
         at, free = self.before[indices].T
         moved = self.t[indices] - at
         known = (free > 0) & (moved > 0)
@@ -138,29 +152,32 @@ def march(
     step_scale: float = 1.0,
     schedule: str = "plain",
     cells: Cells | None = None,
+    narrow: Sequence[Grid] = (),
 ) -> Rays:
     """Trace f_level along rays.
 
     origin: (3,), of all rays; directions: (N, 3) of length 1, model space. footprint: width of a pixel at distance 1.
     rounds: how often the levels are gone through; step_scale: factor on every step, beside each level's own.
-    schedule: "plain" or "relaxed". cells: what the relaxed one skips; only where `level` is the last one.
+    schedule: "plain" or "relaxed". cells: what the relaxed one skips; only where `level` is the last one. narrow: of
+    `narrow_widths`, of the first levels.
     """
-    deltas, bounds = np.array([(band.delta, band.band_step_bound) for band in program.bands]).T
+    bounds = np.array([band.band_step_bound for band in program.bands])
     bounds[level - 1] = program.bands[level - 1].step_bound
-    settings = TraceSettings(level, deltas, footprint, step_scale * bounds)
-    t, far, meets = ball(origin, directions, 1.0 + settings.deltas[level - 1])
+    settings = TraceSettings(level, footprint, step_scale * bounds)
+    t, far, meets = ball(origin, directions, 1.0 + program.bands[level - 1].delta)
     none, never = np.zeros(len(t), np.int64), np.zeros(len(t), np.bool_)
     rays = Rays(t, far, np.where(meets, 1, 0), none, never, [0] * level, np.zeros((len(t), 2)))
     relaxed = schedule == "relaxed"
     looks = np.zeros(len(t), np.int64)
     skipping = None if cells is None else Skipping(cells, origin, directions, footprint, step_scale, looks)
 
-    def evaluate(active: NDArray[np.intp], deepest: int) -> tuple[Array, NDArray[np.int64]]:
+    def evaluate(active: NDArray[np.intp], deepest: int) -> tuple[Array, NDArray[np.float64], NDArray[np.int64]]:
         points = (origin + rays.t[active, None] * directions[active]).astype(np.float32)
-        f, reached = nested_field(program, points, deepest)
+        widths = half_widths(program, narrow, points)
+        f, reached = nested_field(program, points, deepest, margins=margins(program, widths) if narrow else None)
         for i in range(deepest):
             rays.evaluations[i] += int(np.count_nonzero(reached > i))
-        return f, reached
+        return f, widths[reached - 1, np.arange(len(points))], reached
 
     def leave_out_empty_cells() -> None:
         far_out = np.flatnonzero((rays.level == 1) & (rays.t > 0))  # an eye inside the shape is found out first
@@ -175,8 +192,7 @@ def march(
             for _ in range(program.bands[level - 1].iterations):
                 leave_out_empty_cells()
                 active = np.flatnonzero(rays.level > 0)
-                f, reached = evaluate(active, level)
-                rays.stride(active, f, reached, settings)
+                rays.stride(active, *evaluate(active, level), settings)
             continue
         rays.traced.append([])
         for phase in range(1, level + 1):
@@ -185,8 +201,7 @@ def march(
             for _ in range(program.bands[phase - 1].iterations):
                 if not len(active):
                     break
-                f, reached = evaluate(active, phase)
                 rays.evaluations_outside += len(active) if phase == 1 else 0
-                rays.advance(active, f, reached, settings)
+                rays.advance(active, *evaluate(active, phase), settings)
                 active = active[rays.level[active] == phase]
     return rays

@@ -1,10 +1,11 @@
-"""Where level 1's band may be narrower than its half width: a small grid of widths, in Shadertoy's texts.
+"""Where a level's band may be narrower than its half width: small grids of widths, in the text of single files.
 
-The half width of a band is what the worst place of the shape needs. Elsewhere level 1 is nearer to the surface, and
+The half width of a band is what the worst place of the shape needs. Elsewhere the level is nearer to the surface, and
 rays may be traced by it alone for longer.
 """
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,46 +15,66 @@ from ..ir.program import Array, Program
 from .cell_codes import OVERESTIMATE
 from .interpret import field
 from .lowest import near_surface, on_surface
-from .march import OFFSET
 
+OFFSET = 1.3
+"""The offset surface of a band is traced where |f_i| is its half width over this (glsl/march.glsl)."""
 SHARES = 15
 """Widths are whole multiples of the half width over this, at least LEAST of them."""
 LEAST = 4
 """Of SHARES: with less, a ray could stop in small pictures where it should enter the band."""
 
+Grid = NDArray[np.uint8]
+"""The half widths of a level's band in the cells of the cube from -1 to 1, (N, N, N), index [z, y, x], as multiples of
+its largest half width over SHARES."""
 
-def narrow_widths(program: Program, count: int) -> NDArray[np.uint8] | None:
-    """Return the band's half width in the cells of the cube from -1 to 1, (count, count, count), index [z, y, x].
 
-    Each is a multiple of the half width over SHARES: OFFSET times the largest |f_1| on the surfaces of the finer
-    levels, in the cell and as far around as the band's spheres reach. None where there is no such surface. The program
-    is that of one model of several levels, whose field does not move.
+def narrow_widths(program: Program, count: int) -> tuple[Grid, ...]:
+    """Return how wide the bands of the levels before the last are in `count` cells along an edge, a grid for each.
+
+    It is OFFSET times the largest |f_i| on the surfaces of the finer levels, in the cell and as far around as the
+    band's spheres reach. There is no grid where a finer level has no surface. The program is that of one model of
+    several levels, whose field does not move.
     """
-    largest, delta = np.zeros((count,) * 3), program.bands[0].delta
-    found = False
-    for level in range(2, len(program.bands) + 1):
-        finer = replace(program, values=program.values[:level], gradients=program.gradients[:level])
-        finer = replace(finer, bands=program.bands[:level])
-        points = on_surface(finer, near_surface(finer))
-        found = found or len(points) > 0
-        sizes = np.abs(field(program, points, 1))
-        for way in itertools.product((-1, 0, 1), repeat=3):
-            x, y, z = _cells(points + OVERESTIMATE * delta * np.array(way), count).T
-            np.maximum.at(largest, (z, y, x), sizes)
-    shares = np.clip(np.ceil(SHARES * OFFSET / delta * largest), LEAST, SHARES)
-    return shares.astype(np.uint8) if found else None
+    levels = len(program.bands)
+    largest = np.zeros((levels - 1, count, count, count))
+    for finest in range(2, levels + 1):
+        points = _surface(program, finest)
+        if not len(points):
+            return ()
+        for level in range(1, finest):
+            sizes = np.abs(field(program, points, level))
+            reach = OVERESTIMATE * program.bands[level - 1].delta
+            for way in itertools.product((-1, 0, 1), repeat=3):
+                x, y, z = _cells(points + reach * np.array(way), count).T
+                np.maximum.at(largest[level - 1], (z, y, x), sizes)
+    deltas = np.array([band.delta for band in program.bands[:-1]])[:, None, None, None]
+    return tuple(np.clip(np.ceil(SHARES * OFFSET / deltas * largest), LEAST, SHARES).astype(np.uint8))
 
 
-def half_widths(program: Program, shares: NDArray[np.uint8] | None, points: Array) -> NDArray[np.float64]:
-    """Return the half widths (N,) of level 1's band at points (N, 3).
+def half_widths(program: Program, grids: Sequence[Grid], points: Array) -> NDArray[np.float64]:
+    """Return the half widths (L, N) of all levels' bands at points (N, 3).
 
-    shares: of `narrow_widths`; None where the half width is the same everywhere.
+    grids: of `narrow_widths`, of the first levels; the bands of the others have one half width everywhere.
     """
-    delta = program.bands[0].delta
-    if shares is None:
-        return np.full(len(points), delta)
-    x, y, z = _cells(points, len(shares)).T
-    return np.asarray(shares[z, y, x] * (delta / SHARES))
+    deltas = np.array([band.delta for band in program.bands])
+    widths = np.repeat(deltas[:, None], len(points), axis=1)
+    for i, grid in enumerate(grids):
+        x, y, z = _cells(points, len(grid)).T
+        widths[i] *= grid[z, y, x] / SHARES
+    return widths
+
+
+def margins(program: Program, widths: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Return what bands of half widths (L, N) are wider by than those of the program, for interpret.nested_levels."""
+    return [width - band.delta for width, band in zip(widths[:-1], program.bands, strict=False)]
+
+
+def _surface(program: Program, level: int) -> Array:
+    """Return points (N, 3) of a level's surface."""
+    upto = replace(
+        program, values=program.values[:level], gradients=program.gradients[:level], bands=program.bands[:level]
+    )
+    return on_surface(upto, near_surface(upto))
 
 
 def _cells(points: NDArray[np.floating], count: int) -> NDArray[np.int64]:

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from ..ir.program import Program
 from .hull import BALL, within
 from .interpret import nested_field
-from .march import GAP, OFFSET, ball
-from .narrow import half_widths
+from .march import GAP, ball
+from .narrow import OFFSET, Grid, half_widths, margins
 
 NEAR = 3.0
 """Radius of a free sphere, in gaps, above which a relaxed step is a plain one."""
@@ -39,16 +39,15 @@ def short_march(
     bound: float,
     steps: int = 200,
     planes: NDArray[np.float64] | None = None,
-    shares: NDArray[np.uint8] | None = None,
+    narrow: Grid | None = None,
 ) -> ShortRays:
     """Trace the last level along rays from outside of the shape.
 
     origin: (3,), of all rays; directions: (N, 3) of length 1, model space. footprint: width of a pixel at distance 1.
     bound: factor on every step. steps: of a ray, at most. planes: (13, 2) of a hull around the shape, or None.
-    shares: of `narrow_widths`, or None.
+    narrow: of `narrow_widths`, that of level 1; or None.
     """
     levels = len(program.bands)
-    offsets = np.array([*(band.delta / OFFSET for band in program.bands[:-1]), 0.0])
     if planes is None:
         t, far, meets = ball(origin, directions, BALL)
         far = np.where(meets, far, -1.0)
@@ -61,13 +60,13 @@ def short_march(
         if not len(active):
             break
         points = (origin + t[active, None] * directions[active]).astype(np.float32)
-        widths = half_widths(program, shares, points)
-        margins = [widths - program.bands[0].delta, *[np.zeros(1)] * (levels - 2)][: levels - 1]
-        value, reached = nested_field(program, points, levels, margins=margins)
+        widths = half_widths(program, () if narrow is None else (narrow,), points)
+        value, reached = nested_field(program, points, levels, margins=margins(program, widths))
         for i in range(levels):
             rays.evaluations[i] += int(np.count_nonzero(reached > i))
         rays.steps[active] += 1
-        f = value - np.where((reached == 1) & (levels > 1), widths / OFFSET, offsets[reached - 1])
+        offsets = widths[reached - 1, np.arange(len(points))] / OFFSET
+        f = value - np.where(reached < levels, offsets, 0)
         stops = np.abs(f) < STOP * footprint * t[active]
         rays.hit[active[stops]] = True
         active, f = active[~stops], bound * f[~stops]

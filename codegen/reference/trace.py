@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from ...model.model import Model
 from ..ir.program import Array
 from .evaluate import Evaluator
-from .march import OFFSET
+from .narrow import OFFSET
 
 Doubles = NDArray[np.float64]
 

@@ -10,19 +10,18 @@ from ..reference.few_levels import FEW_LEVELS
 
 COUNTS = (16, 8)
 """Cells along an edge of grids that a text may hold, the best first."""
-SHARE = 0.05
-"""Of the text without it, a grid's text is so long at most."""
 
 
-def print_cells(program: Program, language: Language, length: int) -> str:
-    """Return the grid of a program as text that defines FEW_CELLS, or "" where the field moves or none is short enough.
+def few_cells(program: Program, language: Language, room: float) -> tuple[str, Cells | None]:
+    """Return text that defines FEW_CELLS, and its grid: "" and None where the field moves or none is short enough.
 
-    length: characters of the text without it.
+    room: characters that the text may have.
     """
     if program.moving:
-        return ""
-    texts = (_text(Cells(program, count, few=True), program, language) for count in COUNTS)
-    return next((text for text in texts if len(text) <= SHARE * length), "")
+        return "", None
+    grids = (Cells(program, count, few=True) for count in COUNTS)
+    texts = ((_text(cells, program, language), cells) for cells in grids)
+    return next(((text, cells) for text, cells in texts if len(text) <= room), ("", None))
 
 
 def packed(cells: Cells) -> list[int]:
@@ -38,14 +37,14 @@ def packed(cells: Cells) -> list[int]:
 
 def _text(cells: Cells, program: Program, language: Language) -> str:
     numbers = [f"{number}u" for number in packed(cells)]
-    rows = [", ".join(numbers[first : first + 8]) for first in range(0, len(numbers), 8)]
+    rows = [",".join(numbers[first : first + 8]) for first in range(0, len(numbers), 8)]
     lines = [
         "#define FEW_CELLS // how near the surface is, in a grid; see skip()",
         f"const int cell_count = {cells.count};",
         f"const float cells_half = {language.number(cells.half)};",
         f"const float CELLS_DELTA = {language.number(program.bands[0].delta)};",
         f"const uint few_cells[{len(numbers)}] = uint[](",
-        "    " + ",\n    ".join(rows),
+        ",\n".join(rows),
         ");",
     ]
     return "\n".join(lines) + "\n"

@@ -13,10 +13,15 @@ from ..printers.cstyle import Language
 from ..printers.field import print_field
 from ..reference.cells import Cells
 from ..reference.lowest import lowest_point
-from .few_cells import print_cells
+from ..reference.narrow import Grid
+from .few_cells import few_cells
 from .header import header_facts, header_line
+from .narrow_bands import narrow_bands, print_bands
 from .shader import PASSES, Shader
 from .uniforms import TIME, UNIFORMS, Uniform
+
+FURTHER = 0.05
+"""Of the text without them, what spares rays evaluations in a file that stands alone takes so much at most."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +48,8 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
     storage: "literal", "texture", or "auto" or "mixed", which decide as printers/field.py says. digits: decimals
     that the weights are rounded to, None for all. main: name of the file in glsl/ that follows the field, or GLSL
     itself. passes: whether the shader is for a renderer, which draws a frame in passes and hands them a grid of
-    cells as a texture; files that stand alone have neither, and a small grid as text where it is short beside the rest.
+    cells as a texture; files that stand alone have neither, and a small grid, and bands that are narrow in places, as
+    text where these are short beside the rest.
     Raises UserError for the storage "packed", which Shadertoy alone has.
     """
     program = lower(model, digits)
@@ -68,8 +74,13 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
     opening = prologue(facts, program, dialect, studio.weights, shader.ground)
     whole = replace(shader, text="\n".join([opening, field.text, body]))
     if not passes:
-        cells = print_cells(program, dialect.language, len(with_weights(whole)))
-        return replace(whole, text="\n".join([opening, field.text, cells + body]))
+        length = len(with_weights(whole))
+        if narrow := narrow_bands(program, length):
+            opening = prologue(facts, program, dialect, studio.weights, shader.ground, narrow)
+            field = print_field(program, dialect.language, storage, narrow=True)
+        whole = replace(whole, text="\n".join([opening, field.text, body]), narrow=narrow)
+        cells, few = few_cells(program, dialect.language, (1 + FURTHER) * length - len(with_weights(whole)))
+        return replace(whole, text="\n".join([opening, field.text, cells + body]), few_cells=few)
     if shader.cells is not None:
         opening += "#define CELLS\n"
     bodies = {name: glsl.load_numbered(f"{name}.glsl") for name in PASSES}
@@ -80,10 +91,17 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
     return replace(whole, passes={name: (text, files[name]) for name, text in texts.items()})
 
 
-def prologue(facts: Mapping[str, Any], program: Program, dialect: Dialect, weights: Array | None, ground: float) -> str:
-    """Return the text before the field: opening, header line with `facts`, uniforms, output and helpers.
+def prologue(
+    facts: Mapping[str, Any],
+    program: Program,
+    dialect: Dialect,
+    weights: Array | None,
+    ground: float,
+    narrow: tuple[Grid, ...] = (),
+) -> str:
+    """Return the text before the field: opening, header line with `facts`, uniforms, output, helpers, half_width().
 
-    ground: height of the shape's lowest point, model space.
+    ground: height of the shape's lowest point, model space. narrow: of `narrow_bands`.
     """
     number = dialect.language.number
     arrays = {
@@ -116,7 +134,7 @@ def prologue(facts: Mapping[str, Any], program: Program, dialect: Dialect, weigh
         "out vec4 color;",
         "",
     ]
-    return "\n".join(lines) + dialect.helpers
+    return "\n".join(lines) + dialect.helpers + print_bands(narrow)
 
 
 def with_weights(shader: Shader) -> str:

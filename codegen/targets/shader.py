@@ -6,6 +6,7 @@ from typing import Any
 
 from ..ir.program import Array
 from ..reference.cells import Cells
+from ..reference.narrow import Grid
 from ..reference.skip import LOOKS
 from ..reference.studio import EVALUATIONS
 
@@ -56,6 +57,10 @@ class Shader:
     that of "studio", which takes the place of "colour" for the shading of this name: "colour" does not know it."""
     cells: Cells | None = None
     """The grids for the sampler `cells` of skip.glsl, which passes read; None where rays skip nothing."""
+    few_cells: Cells | None = None
+    """The grid that the text of a file that stands alone has; None where it has none."""
+    narrow: tuple[Grid, ...] = ()
+    """The widths of bands that the text has, a grid for each level before the last; none where it has none."""
     files: tuple[str, ...] = ()
     """Names of the files in glsl/ that `#line` directives in the text tell apart (glsl.load_numbered)."""
 

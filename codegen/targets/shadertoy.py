@@ -1,55 +1,20 @@
-"""Target shadertoy: the text of Shadertoy's Image tab."""
+"""Target shadertoy: the text of Shadertoy's Image tab, and how its weights are written."""
 
-import json
-import math
-import re
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ... import glsl
 from ...model.errors import UserError
 from ...model.model import Model
 from ...model.quantise import is_quantised, quantised_model
 from ..ir.lower import lower
-from ..ir.program import Function, Program
-from ..printers.cstyle import Language, Storage
-from ..printers.field import PLAIN, plain_colour
 from ..printers.literal import LiteralStorage
 from ..printers.packed import PackedStorage
-from ..printers.scalars import VectorNotation
-from ..printers.unrolled import Unrolled
 from ..reference.bits import cost, fewest_bits
 from ..reference.digits import fewest_digits
-from ..reference.hull import hull
-from ..reference.lowest import lowest_point
-from ..reference.march import OFFSET
-from ..reference.narrow import SHARES, narrow_widths
-from .header import header_facts, header_line
-from .orbit import AZIMUTH, ELEVATION
-from .uniforms import default
+from .shadertoy_text import shader_text
 
 WIDEST = 64
 """Width of the widest layer that is baked: with wider ones, browsers take minutes to compile the text, or crash."""
-LANGUAGE = Language(function="{type} {name}(vec4 p)")
-"""GLSL ES 3.00, in which every function of the field takes the program's input as it is."""
-STEPS = 200
-"""Evaluations of the field on a ray, those for its normal included."""
-SPEED = 0.3
-"""Of the turntable, radians a second."""
-HULL_SHARE = 0.03
-"""Of the text without it, a hull takes so much at most: shorter texts have a ball around the shape."""
-HULL_LENGTH = 350
-"""Characters that a hull takes, about."""
-NARROW = ((8, 930, 0.03), (4, 270, 0.02))
-"""Grids of narrow bands, the best first: cells along an edge, its characters, what share of the text they may be."""
-STUDIO_SHARE = 0.05
-"""Of the text without it, the studio takes so much at most: shorter texts have Phong's shading alone."""
-STUDIO = re.compile(r"(?ms)^#ifdef STUDIO\n(.*?)(?:^#else\n(.*?))?^#endif\n")
-"""Lines of glsl/shadertoy.glsl with the studio, and those that stand in their place without it."""
 
 
 def standalone(model: Model, storage: str = "auto", digits: int | None = None, shade: str | None = None) -> str:
@@ -84,7 +49,7 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None, s
     if storage == "packed":
         return _packed(_with_parts(model, list(map(quantised_model, parts))), model, shade)
     program = lower(model, max(map(fewest_digits, parts)) if digits is None else digits, padded=False)
-    return _text(program, model, LiteralStorage, {}, shade)
+    return shader_text(program, model, LiteralStorage, {}, shade)
 
 
 def exact(model: Model, digits: int | None = None, shade: str | None = None) -> str:
@@ -107,204 +72,4 @@ def _packed(packed: Model, model: Model, shade: str | None) -> str:
     paid = cost(model, packed)
     error = {"f": paid.distance, "degrees": paid.angle} | ({"colour": paid.colour} if model.coloured else {})
     further = {"error": {key: float(f"{value:.2g}") for key, value in error.items()}} if paid.largest else {}
-    return _text(lower(packed, padded=False), model, PackedStorage, further, shade)
-
-
-def _text(program: Program, model: Model, storage: type[Storage], further: dict[str, Any], shade: str | None) -> str:
-    """Return the text: head and knobs, weights, networks, field() and the hand-written rest in glsl/shadertoy.glsl.
-
-    further: facts for the header. shade: see `standalone`.
-    """
-    lines = _weights(program, storage)
-    header = header_line(header_facts(model, program, "shadertoy") | further)
-
-    def text(studio: bool, hull: str = "", *declarations: str) -> str:
-        knobs = _knobs(program, model.front, studio)
-        body = [*_studio_constants(program, studio), *lines, *_field(program, studio, narrow), *declarations]
-        return "\n".join([header, *_head(model), *knobs, _squeezed("\n".join([*body, _main(program, studio, hull)]))])
-
-    narrow: NDArray[np.uint8] | None = None
-    length = len(text(False))
-    planes, narrow = shape_hull(program, length), narrow_bands(program, length)
-    around: tuple[str, ...] = ()
-    if planes is not None:
-        places = ",".join(map(_short, planes.ravel()))
-        around = _without_comments("enter_hull.glsl"), f"const float[{planes.size}] H = float[]({places});"
-    plain = text(False, *around)
-    if shade == "phong":
-        return plain
-    lit = text(True, *around)
-    return lit if shade == "studio" or len(lit) <= (1 + STUDIO_SHARE) * len(plain) else plain
-
-
-def _weights(program: Program, storage: type[Storage]) -> list[str]:
-    """Return the lines of the weights and the networks."""
-    if program.composition is not None:
-        functions = tuple(function for part in program.composition.programs for function in _asked(part))
-    elif len(program.values) > 1:
-        functions = _asked(program)
-    else:
-        functions = _asked(replace(program, values=(replace(program.values[0], name="field"),)))
-    printer = storage(program, LANGUAGE, functions)
-    lines = printer.declarations()
-    for function in functions:
-        lines += printer.definition(function)
-    return lines
-
-
-def _main(program: Program, studio: bool, hull: str) -> str:
-    """Return mainImage(). studio: whether it has the studio; hull: what follows enter_ball.glsl."""
-    time = "TIME" if program.moving else "1"
-    albedo = "COLOUR"
-    if program.coloured:
-        called = "albedo" if program.texture is None else program.texture.name
-        albedo = f"clamp(COLOUR({called}(vec4(3.52 * m[2] + t * v, {time}))), 0., 1.)"
-    bound = step_bound(program)
-    rest = STUDIO.sub(lambda lines: lines[1] if studio else lines[2] or "", _without_comments("shadertoy.glsl"))
-    rest = rest.replace(", 1));", f", {time}));").replace("ALBEDO", albedo)
-    rest = rest.replace("f *= BOUND;\n", "" if bound == 1 else f"f *= {LANGUAGE.number(bound)};\n")
-    return rest.replace("ENTER", _without_comments("enter_ball.glsl") + hull)
-
-
-def _studio_constants(program: Program, studio: bool) -> list[str]:
-    """Return what the studio declares before field(): the tap, which field() reads, the floor and level 1's band."""
-    if not studio:
-        return []
-    floor = LANGUAGE.number(round(lowest_point(program), 4))
-    return ["int k = -1;", f"const float G = {floor}, Y = {_short(program.bands[0].delta)};"]
-
-
-def shape_hull(program: Program, length: int) -> NDArray[np.float64] | None:
-    """Return the planes (13, 2) of the hull that a program's text has, or None where a ball takes its place.
-
-    length: characters of the text with the ball. Scenes, and fields that move, have the ball.
-    """
-    short = length * HULL_SHARE < HULL_LENGTH
-    return None if program.moving or program.composition is not None or short else hull(program)
-
-
-def narrow_bands(program: Program, length: int) -> NDArray[np.uint8] | None:
-    """Return the widths of level 1's band that a program's text has, or None where it has one width alone.
-
-    length: characters of the text without them. Scenes, and fields that move, have none.
-    """
-    if program.moving or program.composition is not None or len(program.bands) == 1:
-        return None
-    count = next((count for count, characters, share in NARROW if characters <= share * length), None)
-    return None if count is None else narrow_widths(program, count)
-
-
-def _head(model: Model) -> list[str]:
-    """Return comments that tell people what this is. Name and credit are JSON, which keeps them inside the line."""
-    by = f", by {json.dumps(model.credit)}" if model.credit else ""
-    return [
-        f"// {json.dumps(model.name)}{by}",
-        "// as a neural signed distance function, made with mplicits. Drag to orbit; change what is below.",
-    ]
-
-
-def _knobs(program: Program, front: tuple[float, float] | None, studio: bool) -> list[str]:
-    """Return the #defines that are there to be changed."""
-    colour = (
-        "COLOUR(c) c // of the surface, sRGB; c: the model's" if program.coloured else f"COLOUR vec3({PLAIN}) // sRGB"
-    )
-    view = front or (AZIMUTH, ELEVATION)
-    motion = ["TIME (.5 - .5 * cos(iTime)) // of the motion, from 0 to 1, there and back"] if program.moving else []
-    level = [f"LEVEL {len(program.bands)} // finest level, from 1"] if len(program.bands) > 1 else []
-    knobs = [
-        f"VIEW {_vector(view)} // azimuth, elevation at first, degrees",
-        f"SPEED {_short(SPEED)} // of the turntable, radians a second",
-        f"LIGHT {_vector(default('light'))} // direction to it: right, up, back",
-        colour,
-        f"BOTTOM {_vector(default('background_bottom'))} // of the background, sRGB",
-        f"TOP {_vector(default('background_top'))}",
-        *motion,
-        *(["STUDIO 1 // a floor, soft shadows, sky light; 0: Phong"] if studio else []),
-        *level,
-        f"STEPS {STEPS} // of a ray, at most",
-        "AA 1 // 2: 2 x 2 samples a pixel",
-    ]
-    return [f"#define {knob}" for knob in knobs]
-
-
-def _field(program: Program, studio: bool, narrow: NDArray[np.uint8] | None) -> list[str]:
-    """Return field(), which evaluates a level inside the band of the one before it (Eq. 3), up to LEVEL.
-
-    Outside the band it gives the distance to the band's offset surface; for the studio's taps, level 1. A single level
-    is field() itself. Of a scene, the function albedo() follows. narrow: of `narrow_bands`.
-    """
-    if program.composition is not None:
-        return _scene(program, studio)
-    if len(program.values) == 1:
-        return []
-    lines = [] if narrow is None else [_widths(narrow)]
-    lines += ["float field(vec4 p) {", f"    float f = {program.values[0].name}(p);"]
-    lines += ["    if (k > 3) return f;"] if studio else []
-    for i, (function, band) in enumerate(zip(program.values[1:], program.bands, strict=False), start=2):
-        outside = f"    if (abs(f) > {_short(band.delta)}) return f - {_short(band.delta / OFFSET)};"
-        if i == 2 and narrow is not None:
-            count = len(narrow)
-            outside = (
-                f"    ivec3 c = clamp(ivec3({count / 2:g}. * (p.xyz + 1.)), 0, {count - 1});\n"
-                f"    float b = float(Q[{count} * c.z + c.y] >> 4 * c.x & 15) * {_short(band.delta / SHARES)};\n"
-                f"    if (abs(f) > b) return f - {_short(1 / OFFSET)} * b;"
-            )
-        lines += [
-            f"#if LEVEL >= {i}",
-            outside,
-            f"    f += {function.name}(p);",
-            "#endif",
-        ]
-    return [*lines, "    return f;", "}"]
-
-
-def _widths(narrow: NDArray[np.uint8]) -> str:
-    """Return the widths of bands as numbers of four bits for a cell, a row of cells in each number."""
-    rows = narrow.reshape(-1, len(narrow)).astype(np.int64) << 4 * np.arange(len(narrow))
-    numbers = [int(np.int32(np.uint32(number))) for number in rows.sum(axis=1)]
-    return f"const int[{len(numbers)}] Q = int[]({','.join(map(str, numbers))});"
-
-
-def _scene(program: Program, studio: bool) -> list[str]:
-    """Return field() and albedo() of a scene."""
-    notation, point = VectorNotation(LANGUAGE), ("p.x", "p.y", "p.z")
-    level = "(k > 3 ? 1 : LEVEL)" if studio else "LEVEL"
-    there = Unrolled(program, notation, point, "p.w", level if len(program.bands) > 1 else None)
-    value = there.outside_bands()
-    lines = ["float field(vec4 p) {", *there.lines(value), f"    return {there.text(value)};", "}"]
-    there = Unrolled(program, notation, point, "p.w")
-    colour = there.colour(plain_colour())
-    result = f"    return vec3({', '.join(map(there.text, colour))});"
-    return [*lines, "vec3 albedo(vec4 p) {", *there.lines(*colour), result, "}"]
-
-
-def _asked(program: Program) -> tuple[Function, ...]:
-    """Return the functions of a model that the text has."""
-    return program.values + (() if program.texture is None else (program.texture,))
-
-
-def step_bound(program: Program) -> float:
-    """Return the factor on every step, of two digits: the smallest of all levels'."""
-    *coarser, last = program.bands
-    return math.floor(100 * min(last.step_bound, *(band.band_step_bound for band in coarser), 1.0) + 1e-6) / 100
-
-
-def _without_comments(name: str) -> str:
-    """Return a file of glsl/ without its lines that are comments."""
-    return re.sub(r"(?m)^//.*\n", "", glsl.load(name))
-
-
-def _short(value: float) -> str:
-    """Return a number as a literal of three digits."""
-    return LANGUAGE.number(float(f"{value:.3g}"))
-
-
-def _vector(values: Sequence[float]) -> str:
-    """Return a vector as GLSL, with numbers of three digits."""
-    return f"vec{len(values)}({', '.join(map(_short, values))})"
-
-
-def _squeezed(text: str) -> str:
-    """Return GLSL without indentation, comments and spaces around operators; lines stay lines."""
-    text = re.sub(r"(?m)^\s+|\s*//.*$", "", text)
-    return re.sub(r" *([-+*/=<>,;(){}?:&|]) *", r"\1", text)
+    return shader_text(lower(packed, padded=False), model, PackedStorage, further, shade)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from mplicits.codegen.targets import cuda, cuda_cells
-from mplicits.codegen.targets.cuda import c_string, standalone
+from mplicits.codegen.targets.cuda import standalone
+from mplicits.codegen.targets.cuda_tables import c_string
 from mplicits.model.errors import UserError
 from support.golden_text import check_golden
 from support.paths import GOLDEN

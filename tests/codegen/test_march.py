@@ -89,9 +89,10 @@ def test_numpy_and_glsl_take_the_same_bound_for_the_same_step(osmesa: Context, m
     drawn = data(shader, VIEWS[0], level=level, schedule="plain").reshape(-1, 4)
     shader.release()
     eye, directions, footprint = VIEWS[0].rays(SIDE, SIDE)
-    rays = march(lower(uneven), eye, directions.reshape(-1, 3), level, footprint)
+    narrow = shader.shader.narrow
+    rays = march(lower(uneven), eye, directions.reshape(-1, 3), level, footprint, narrow=narrow)
     assert (rays.steps == drawn[:, 1]).mean() > 0.98
-    mixed_up = march(lower(bounded(model, 0.6, 0.9)), eye, directions.reshape(-1, 3), level, footprint)
+    mixed_up = march(lower(bounded(model, 0.6, 0.9)), eye, directions.reshape(-1, 3), level, footprint, narrow=narrow)
     assert (mixed_up.steps == drawn[:, 1]).mean() < 0.9
 
 
@@ -108,7 +109,7 @@ def test_the_plain_march_in_numpy_takes_the_same_steps(
 ) -> None:
     shader = data(renderer, VIEWS[0], level=level, rounds=rounds, schedule="plain").reshape(-1, 4)
     eye, directions, footprint = VIEWS[0].rays(SIDE, SIDE)
-    rays = march(lower(model), eye, directions.reshape(-1, 3), level, footprint, rounds)
+    rays = march(lower(model), eye, directions.reshape(-1, 3), level, footprint, rounds, narrow=renderer.shader.narrow)
     assert (rays.hit == (shader[:, 3] > 0.5)).mean() > 0.999
     assert (rays.steps == shader[:, 1]).mean() > 0.98, "steps may differ where rounding moves f across a threshold"
     assert np.abs(rays.t - shader[:, 0])[rays.hit].mean() < 1e-4
@@ -132,30 +133,40 @@ def test_the_relaxed_march_in_numpy_takes_the_same_steps(osmesa: Context, model:
     assert np.abs(rays.t - drawn[:, 0])[rays.hit].mean() < 1e-4
 
 
-def test_a_shader_that_stands_alone_skips_the_few_cells_in_its_text(renderer: Renderer, model: Model) -> None:
-    program, text = lower(model), renderer.shader.text
-    few = Cells(program, 16, few=True)
-    grid = text[text.index("#define FEW_CELLS") : text.index(");\n", text.index("few_cells[")) + 3]
-    assert len(grid) <= 0.05 * len(text)
+def test_a_shader_that_stands_alone_skips_cells_and_has_narrow_bands_in_its_text(
+    renderer: Renderer, model: Model
+) -> None:
+    shader = renderer.shader
+    assert shader.few_cells is not None
+    assert len(shader.narrow) == 1
+    longer = 0
+    for first, last in (("const uint narrow_bands[", "}\n"), ("#define FEW_CELLS", ");\n")):
+        start = shader.text.index(first)
+        longer += shader.text.index(last, start) + len(last) - start
+    assert longer <= 0.05 * (len(shader.text) - longer)
     drawn = data(renderer, VIEWS[0]).reshape(-1, 4)
     eye, directions, footprint = VIEWS[0].rays(SIDE, SIDE)
-    rays = march(program, eye, directions.reshape(-1, 3), 2, footprint, schedule="relaxed", cells=few)
+    directions, few = directions.reshape(-1, 3), shader.few_cells
+    rays = march(lower(model), eye, directions, 2, footprint, schedule="relaxed", cells=few, narrow=shader.narrow)
     assert (rays.hit == (drawn[:, 3] > 0.5)).mean() > 0.999
     assert (rays.steps == drawn[:, 1]).mean() > 0.98
-    without = march(program, eye, directions.reshape(-1, 3), 2, footprint, schedule="relaxed")
+    without = march(lower(model), eye, directions, 2, footprint, schedule="relaxed")
     assert rays.evaluations[0] < 0.85 * without.evaluations[0]
+    wide = march(lower(model), eye, directions, 2, footprint, schedule="relaxed", cells=few)
+    assert rays.evaluations[1] < 0.9 * wide.evaluations[1]
 
 
-def test_the_relaxed_march_costs_a_quarter_and_sees_the_same(model: Model) -> None:
-    program = lower(model)
-    cells = Cells(program)
+@pytest.mark.parametrize("where", ["in passes", "in one file"])
+def test_the_relaxed_march_costs_little_and_sees_the_same(model: Model, where: str) -> None:
+    program, shader = lower(model), bake(model, passes=where == "in passes")
+    cells, share = (shader.cells, 1 / 4) if where == "in passes" else (shader.few_cells, 1 / 1.6)
     costs = [program.cost(function).multiply_adds for function in program.values]
     for camera in VIEWS[:2]:
         eye, directions, footprint = camera.rays(SIDE, SIDE)
         directions = directions.reshape(-1, 3)
         plain = march(program, eye, directions, 2, footprint)
-        relaxed = march(program, eye, directions, 2, footprint, schedule="relaxed", cells=cells)
-        assert np.dot(relaxed.evaluations, costs) < 0.25 * np.dot(plain.evaluations, costs)
+        relaxed = march(program, eye, directions, 2, footprint, schedule="relaxed", cells=cells, narrow=shader.narrow)
+        assert np.dot(relaxed.evaluations, costs) < share * np.dot(plain.evaluations, costs)
         closest, _ = dense_march(program, eye, directions, 2, footprint)
         assert not ((closest == 0) & ~relaxed.hit).any()
         assert not (relaxed.hit & (closest > STOP)).any()

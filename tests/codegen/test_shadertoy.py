@@ -13,10 +13,10 @@ import pytest
 
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import digits, interpret
-from mplicits.codegen.reference.narrow import half_widths
+from mplicits.codegen.reference.narrow import half_widths, margins
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.motion import PERIOD
-from mplicits.codegen.targets.shadertoy import narrow_bands
+from mplicits.codegen.targets.shadertoy_text import spared
 from mplicits.model import quantise
 from mplicits.model.errors import UserError
 from mplicits.model.model import Layer
@@ -51,10 +51,10 @@ def test_the_field_equals_the_reference(osmesa: Context, storage: str) -> None:
     text = INPUTS + SHADERTOY(model, storage, digits=None if storage == "packed" else 7)
     field = draw(osmesa, text + PROBE, (64, 64), {}, points)[::-1, :, 0].ravel()
     program = lower(model)
-    widths = half_widths(program, narrow_bands(program, len(text)), points)
-    margins = [widths - model.levels[0].delta, np.zeros(1)]
-    nested, reached = interpret.nested_field(program, points, 3, margins=margins)
-    offsets = np.choose(reached - 1, [widths, np.full(len(points), model.levels[1].delta), np.zeros(len(points))])
+    narrow = spared(program, len(text)).narrow
+    widths = half_widths(program, () if narrow is None else (narrow,), points)
+    nested, reached = interpret.nested_field(program, points, 3, margins=margins(program, widths))
+    offsets = np.choose(reached - 1, [*widths[:2], np.zeros(len(points))])
     expected = nested - offsets / 1.3
     away = np.abs(np.abs(nested) - offsets) > 2e-3  # of a band's edge, which the text gives to 3 digits
     np.testing.assert_allclose(field[away], expected[away], rtol=0, atol=3e-3)

@@ -14,7 +14,7 @@ from mplicits.codegen.reference.march import march
 from mplicits.codegen.reference.narrow import half_widths, narrow_widths
 from mplicits.codegen.reference.short_march import STOP, short_march
 from mplicits.codegen.targets.orbit import AZIMUTH, ELEVATION
-from mplicits.codegen.targets.shadertoy import narrow_bands, step_bound
+from mplicits.codegen.targets.shadertoy_text import spared, step_bound
 from mplicits.model.model import Model
 from mplicits.model.model_file import load
 from mplicits.trainer.shapes import demo
@@ -48,10 +48,16 @@ def test_the_text_takes_the_steps_of_numpy(osmesa: Context, model: Model) -> Non
     eye, directions, footprint = Camera(*front, distance=3.52, fov=2 * math.degrees(math.atan(1 / 3.17))).rays(
         SIDE, SIDE
     )
-    shares = narrow_bands(program, len(text))
-    assert shares is not None
+    spares = spared(program, len(text))
+    assert spares.narrow is not None
     rays = short_march(
-        program, eye, directions.reshape(-1, 3), footprint, step_bound(program), planes=hull(program), shares=shares
+        program,
+        eye,
+        directions.reshape(-1, 3),
+        footprint,
+        step_bound(program),
+        planes=spares.planes,
+        narrow=spares.narrow,
     )
     assert (rays.hit == (drawn[:, 2] > 0.5)).mean() > 0.998
     assert (rays.steps == drawn[:, 1]).mean() > 0.97, "steps may differ where rounding moves f across a threshold"
@@ -61,15 +67,15 @@ def test_the_text_takes_the_steps_of_numpy(osmesa: Context, model: Model) -> Non
 
 def test_it_loses_nothing_and_takes_two_thirds_of_the_work(model: Model) -> None:
     program = lower(model)
-    planes, shares = hull(program), narrow_widths(program, 8)
+    planes, grids = hull(program), narrow_widths(program, 8)
     costs = [program.cost(function).multiply_adds for function in program.values]
     for camera in VIEWS[:3]:
         eye, directions, footprint = camera.rays(SIDE, SIDE)
         directions = directions.reshape(-1, 3)
         closest, end = dense_march(program, eye, directions, 2, footprint)
         plain = march(program, eye, directions, 2, footprint)
-        for around, narrow in ((planes, shares), (planes, None), (None, None)):
-            rays = short_march(program, eye, directions, footprint, step_bound(program), planes=around, shares=narrow)
+        for around, narrow in ((planes, grids[0]), (planes, None), (None, None)):
+            rays = short_march(program, eye, directions, footprint, step_bound(program), planes=around, narrow=narrow)
             assert not ((closest == 0) & (~rays.hit | (rays.t > end * (1 + footprint)))).any()
             trained = np.linalg.norm(eye + rays.t[:, None] * directions, axis=1) < 1
             assert not (rays.hit & trained & (closest > 1.05 * STOP)).any()
@@ -94,9 +100,10 @@ def test_bands_are_narrow_only_where_level_1_is_near(model: Model) -> None:
     assert len(points) > 15_000
     sizes = np.abs(field(program, points, 1))
     for count in (4, 8):
-        shares = narrow_widths(program, count)
-        assert (sizes <= half_widths(program, shares, points)).all()
-        assert half_widths(program, shares, points).mean() < 0.8 * program.bands[0].delta
+        widths, last = half_widths(program, narrow_widths(program, count), points)
+        assert (sizes <= widths).all()
+        assert widths.mean() < 0.8 * program.bands[0].delta
+        assert (last == program.bands[1].delta).all()
 
 
 def test_rays_enter_and_leave_a_hull() -> None:

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from mplicits.codegen.targets.glsl330 import bake
-from mplicits.codegen.targets.shadertoy import STUDIO_SHARE
+from mplicits.codegen.targets.shadertoy_text import STUDIO_SHARE
 from mplicits.model import quantise
 from mplicits.model.model import Model
 from mplicits.model.model_file import load

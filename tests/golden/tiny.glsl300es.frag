@@ -49,6 +49,9 @@ vec4 cosine(vec4 x) {
     vec4 p = s * (s * (s * 1.724760890e-9 - 2.707977564e-7) + 2.476996628e-5) - 1.388780784e-3;
     return s * (s * (s * p + 4.166649020e-2) - 0.4999998919) + 0.9999999892;
 }
+// half_width(): half the width of a level's band at a point p, model space. Reads delta[]. Texts whose bands are narrower in
+// places have narrow_bands.glsl in place of this.
+float half_width(vec3 p, int level) { return delta[level - 1]; }
 
 const mat4 w1_0_0_0 = mat4(.913, -3.223, .711, 2.9, -1.535, 2.088, 1.53, 2.106, -3.06, 2.752, .291, -3.315, .715, -.933, .459, -.649);
 const mat4 w1_1_0_0 = mat4(.89, -1.155, .283, .454, .102, -.92, -.285, .369, -.491, .418, 1.218, .462, -.189, .361, 1.178, -.272);
@@ -159,14 +162,14 @@ const int cell_count = 8;
 const float cells_half = 2.;
 const float CELLS_DELTA = 1.;
 const uint few_cells[64] = uint[](
-    1192366353u, 3239121169u, 1896943889u, 286331153u, 287510801u, 287510801u, 292426001u, 3323793681u,
-    286593300u, 286331159u, 286331157u, 554799377u, 564728081u, 581505297u, 291574033u, 1360072977u,
-    286331153u, 286331153u, 286331153u, 2165444881u, 3608809745u, 3608690961u, 309399825u, 292622609u,
-    286331409u, 286331409u, 286331153u, 1141969169u, 286593297u, 293130513u, 292622609u, 393285905u,
-    286331153u, 286331153u, 2165380113u, 286332689u, 295770385u, 295770897u, 296317209u, 823202065u,
-    286331153u, 286331153u, 286331201u, 286332529u, 286333457u, 286333713u, 286527772u, 286331165u,
-    286332833u, 286331345u, 345051585u, 293671185u, 286351633u, 286352145u, 286331340u, 286331153u,
-    286331153u, 1997607185u, 3926988561u, 3574665489u, 286335256u, 286662936u, 286333559u, 353443089u
+1192366353u,3239121169u,1896943889u,286331153u,287510801u,287510801u,292426001u,3323793681u,
+286593300u,286331159u,286331157u,554799377u,564728081u,581505297u,291574033u,1360072977u,
+286331153u,286331153u,286331153u,2165444881u,3608809745u,3608690961u,309399825u,292622609u,
+286331409u,286331409u,286331153u,1141969169u,286593297u,293130513u,292622609u,393285905u,
+286331153u,286331153u,2165380113u,286332689u,295770385u,295770897u,296317209u,823202065u,
+286331153u,286331153u,286331201u,286332529u,286333457u,286333713u,286527772u,286331165u,
+286332833u,286331345u,345051585u,293671185u,286351633u,286352145u,286331340u,286331153u,
+286331153u,1997607185u,3926988561u,3574665489u,286335256u,286662936u,286333559u,353443089u
 );
 // background(): soft vertical gradient, sRGB. A dark one is darker towards the corners, a light one stays clean.
 // pixel, resolution: pixels, origin bottom left; bottom, top: sRGB.
@@ -284,15 +287,15 @@ const int SCHEDULE_RELAXED = 1;
 // march(): multiscale sphere tracing (Section 3.2, Appendix C): f_1 - delta_1, then f_2 - delta_2, ..., then f_level.
 // origin, direction: model space, direction of length 1; footprint: width of a pixel at distance 1.
 // rounds: how often the sequence of levels is gone through; step_scale: factor on every step; schedule: see below.
-// Reads delta[], iterations[], step_bound[], band_step_bound[] (one per level), field() and skip(). The bounds are
-// factors on a level's steps: 1 where whole ones pass through no part of the shape, less where f exceeds the distance by
-// too much.
+// Reads delta[], iterations[], step_bound[], band_step_bound[] (one per level), field(), half_width() and skip(). The
+// bounds are factors on a level's steps: 1 where whole ones pass through no part of the shape, less where f exceeds the
+// distance by too much.
 //
 // Two things are added to the paper's scheme, against holes (benchmarks/holes.py). A ray that leaves a band without
 // having met the surface goes back to the coarser level, and the levels are gone through again: hence rounds. And a
-// band's offset surface is traced at delta / 1.3 = max |f_i(x_j)| (Eq. 5), so that a ray crosses |f_i| = delta in
-// finitely many steps. A ray that begins inside the shape, or goes back behind the eye, is done. A ray stops within
-// 1/20 pixel of the surface; one that is out of rounds hits within 1/2 pixel.
+// band's offset surface is traced at its half width / 1.3, where delta / 1.3 = max |f_i(x_j)| (Eq. 5), so that a ray
+// crosses the band's border in finitely many steps. A ray that begins inside the shape, or goes back behind the eye, is
+// done. A ray stops within 1/20 pixel of the surface; one that is out of rounds hits within 1/2 pixel.
 //
 // SCHEDULE_PLAIN: a step is as long as the free sphere's radius, and all rays go through the levels together: on a GPU
 // the branches on the level are uniform.
@@ -310,11 +313,12 @@ struct Hit {
     int steps;
 };
 
-// The radius of the sphere around a ray that is free of the shape by f, the field of level `reached`.
-float free_radius(float f, int reached, int level, float step_scale) {
+// The radius of the sphere around a ray that is free of the shape by f, the field of level `reached`, whose band has the
+// half width `width` there.
+float free_radius(float f, float width, int reached, int level, float step_scale) {
     bool last = reached == level;
     float bound = last ? step_bound[reached - 1] : band_step_bound[reached - 1];
-    return step_scale * bound * (last ? f : f - delta[reached - 1] / 1.3);
+    return step_scale * bound * (last ? f : f - width / 1.3);
 }
 
 // Moves a ray by a step, and tells whether it hits there or is done.
@@ -325,14 +329,16 @@ void move(inout Hit ray, float change, float f, int reached, int level, float pi
     ray.level = last && abs(f) < 0.05 * pixel || ray.t > far || ray.t < 0.0 ? -reached : reached;
 }
 
-// One plain step of a ray that is at ray.level, where the field is f, of the finest level `reached` that is defined.
-void advance(inout Hit ray, float f, int reached, int level, float footprint, float far, float step_scale) {
+// One plain step of a ray that is at ray.level, where the field is f, of the finest level `reached` that is defined, and
+// the half width of its band is `width`.
+void advance(inout Hit ray, float f, float width, int reached, int level, float footprint, float far,
+             float step_scale) {
     ++ray.steps;
-    if (reached == ray.level && reached < level && abs(f) < delta[reached - 1]) {
+    if (reached == ray.level && reached < level && abs(f) < width) {
         ++ray.level;
         return;
     }
-    move(ray, free_radius(f, reached, level, step_scale), f, reached, level, footprint * ray.t, far);
+    move(ray, free_radius(f, width, reached, level, step_scale), f, reached, level, footprint * ray.t, far);
 }
 
 // One relaxed step. before: where the last free sphere is along the ray, and its radius; 0: there is none.
@@ -342,11 +348,11 @@ void advance(inout Hit ray, float f, int reached, int level, float footprint, fl
 // and where that turns out wrong, with a gap of over a pixel, back to the end of the last sphere (Keinert et al., Enhanced
 // sphere tracing, 2014; Balint and Valasek, Accelerating sphere tracing, 2018). Past the surface, false position between
 // the two, on to before the last sphere where the slope says that this one was not free: the grid may be wrong.
-void stride(inout Hit ray, inout vec2 before, float f, int reached, int level, float footprint, float far,
-            float step_scale) {
+void stride(inout Hit ray, inout vec2 before, float f, float width, int reached, int level, float footprint,
+            float far, float step_scale) {
     ++ray.steps;
     float pixel = footprint * ray.t;
-    float radius = free_radius(f, reached, level, step_scale);
+    float radius = free_radius(f, width, reached, level, step_scale);
     float moved = ray.t - before.x;
     float gap = min(pixel, GAP);
     bool known = before.y > 0.0 && moved > 0.0;
@@ -397,9 +403,11 @@ Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, f
                     if (ray.level <= 0) break;
                 }
                 int reached;
-                float f = field(origin + ray.t * direction, phase, reached);
-                if (relaxed) stride(ray, before, f, reached, level, footprint, span.y, step_scale);
-                else advance(ray, f, reached, level, footprint, span.y, step_scale);
+                vec3 p = origin + ray.t * direction;
+                float f = field(p, phase, reached);
+                float width = half_width(p, reached);
+                if (relaxed) stride(ray, before, f, width, reached, level, footprint, span.y, step_scale);
+                else advance(ray, f, width, reached, level, footprint, span.y, step_scale);
             }
         }
     }
@@ -485,7 +493,7 @@ float coarse(vec3 p) {
 //
 // The sky: the field at SKY_TAPS points on the normal, the farthest first; what it falls short of their distance from p is
 // occluded (Evans, Fast approximations for global illumination on dynamic scenes, 2006). Where a point above the floor
-// has nothing around it as far as that, the nearer ones have not, either.
+// has next to nothing around it as far as that, the nearer ones have not, either.
 // The light is a disc. Along a ray to its middle, the field over the way so far tells how far the shape is from that ray,
 // in radii of the disc: from -1, where it hides the disc, to 1. Its least value is that of a parabola through three
 // samples: the least sample itself would show the steps as stripes. The ray ends where all that is left of it in the unit
@@ -495,6 +503,7 @@ const int SKY_TAPS = 5;
 const int LIGHT_STEPS = 20;
 const float SKY_REACH = 0.7; // of the last tap, model units
 const float SKY_WEIGHTS = 3.2; // of all taps together
+const float ENOUGH = 0.85; // of a point's distance from the floor: so much around it is next to nothing
 const float LIGHT_SIZE = 0.16; // radius of the disc over its distance
 const float CLEAR = 0.8; // of what is left of a ray in the ball, and of the disc's radius there: this is free
 const float BEHIND = 0.4; // model units beyond the middle of the ball, toward the light, from which on a ray may end
@@ -531,7 +540,7 @@ vec3 openness(vec3 p, vec3 normal, vec3 light, float ground, bool floored) {
         if (tap) {
             float free = floored ? f : min(f, q.y - ground);
             occluded += i == 0 ? 0.0 : (1.0 - 0.6 * share) * clamp(1.0 - free / way, 0.0, 1.5);
-            if (floored && free >= way) i = SKY_TAPS;
+            if (floored && free >= ENOUGH * way) i = SKY_TAPS;
             continue;
         }
         float ratio = f / (LIGHT_SIZE * t);

@@ -33,6 +33,7 @@ class FieldProbe:
 
     def __init__(self, osmesa: Context, model: Model, storage: str) -> None:
         self.context, shader = osmesa, glsl330.bake(model, storage, main=PROBE)
+        self.narrow = shader.narrow
         with osmesa as gl:
             self.program = gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=shader.text)
             texels = np.concatenate([points(), points()[:, :1]], axis=1)

@@ -1,5 +1,6 @@
 #include "grid.cuh"
 #include "cells.glsl"
+#include "half_width.glsl"
 #include "march.glsl"
 #include "background.glsl"
 #include "shade.glsl"

@@ -1,5 +1,6 @@
 #include "grid.cuh"
 #include "cells.glsl"
+#include "half_width.glsl"
 #include "march.glsl"
 #include "colours.cuh"
 // simple.cuh: variant `simple`, one thread for each ray and all in float32. It is what main.glsl does, as a kernel.

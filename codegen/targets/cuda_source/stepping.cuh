@@ -1,5 +1,6 @@
 #include "grid.cuh"
 #include "cells.glsl"
+#include "half_width.glsl"
 #include "march.glsl"
 // stepping.cuh: march() in parts, for the variants that take one step of many rays at a time.
 static_assert(sizeof(Hit) == 16, "a ray's state is four words of memory");
@@ -22,7 +23,7 @@ __device__ inline float leaving(const Settings &s, vec3 direction) {
 
 // One plain step of a ray, where the field is f, the value of level `reached`.
 __device__ inline void advance(Hit &ray, float f, int reached, const Settings &s, float far) {
-    advance(ray, f, reached, s.level, s.footprint(), far, s.step_scale);
+    advance(ray, f, delta[reached - 1], reached, s.level, s.footprint(), far, s.step_scale);
 }
 
 // Takes a ray of the relaxed schedule past what the grid says is empty.
@@ -36,7 +37,7 @@ __device__ inline void go_on(Hit &ray, Past &past, float f, int reached, const S
         advance(ray, f, reached, s, far);
         return;
     }
-    stride(ray, past.before, f, reached, s.level, s.footprint(), far, s.step_scale);
+    stride(ray, past.before, f, delta[reached - 1], reached, s.level, s.footprint(), far, s.step_scale);
     if (ray.steps < s.rounds * iterations[s.level - 1]) leave_out(ray, past, s, direction, far);
 }
 
