@@ -2,6 +2,10 @@
 
 SHARE = 0.2
 """Of all samples that a pixel may have, so many are taken by a pixel of the shape, at most, in the mean."""
+ROUGH_SHARE = 0.25
+"""The same where nearly all pixels are at an edge: as long as few are taken for a difference of 1."""
+FEW = 6.0
+"""Further samples, for a difference of 1 between neighbouring pixels, that are few."""
 POWER = 2 / 3
 """Of a pixel's difference from its neighbours, that the number of its further samples follows.
 

@@ -36,7 +36,7 @@ from .glsl300es import DIALECT
 from .header import header_facts
 from .motion import PERIOD
 from .registry import OPENING_SHADES
-from .samples import BLOCK, POWER, SHARE, STEEPEST
+from .samples import BLOCK, FEW, POWER, ROUGH_SHARE, SHARE, STEEPEST
 from .shader import LEAST_STEPS, LOOP_LIMIT, PASSES
 from .uniforms import SHADINGS, UNIFORMS, default
 from .webpage_scene import scene_facts, texel_bytes
@@ -162,7 +162,14 @@ def facts_json(facts: dict[str, Any]) -> str:
             "missed": MISSED,
             "looks": LOOKS,
         },
-        "samples": {"share": SHARE, "power": POWER, "steepest": STEEPEST, "block": BLOCK},
+        "samples": {
+            "share": SHARE,
+            "roughShare": ROUGH_SHARE,
+            "few": FEW,
+            "power": POWER,
+            "steepest": STEEPEST,
+            "block": BLOCK,
+        },
         "period": PERIOD,
         "passes": list(PASSES),
         "loop_limit": LOOP_LIMIT,

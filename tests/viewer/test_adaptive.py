@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mplicits.codegen.targets.glsl330 import bake
-from mplicits.codegen.targets.samples import SHARE
+from mplicits.codegen.targets.samples import ROUGH_SHARE, SHARE
 from mplicits.model.gallery import model_path
 from mplicits.model.model_file import load
 from mplicits.viewer.draw.adaptive import add_samples, from_blocks, into_blocks, places_of, wanted
@@ -39,9 +39,10 @@ def test_pixels_beside_an_edge_want_more_and_others_do_not() -> None:
 
 
 @pytest.mark.parametrize("samples", [1, 4, 16])
-def test_samples_keep_to_their_share(samples: int) -> None:
-    noise = np.random.default_rng(0).random((40, 50, 4)).astype(np.float32)
-    assert 0.8 * (SHARE * samples - 1) <= wanted(noise, samples).mean() <= max(0, SHARE * samples - 1)
+@pytest.mark.parametrize(("contrast", "share"), [(1.0, ROUGH_SHARE), (0.1, SHARE)])
+def test_samples_keep_to_their_share(samples: int, contrast: float, share: float) -> None:
+    noise = contrast * np.random.default_rng(0).random((40, 50, 4)).astype(np.float32)
+    assert 0.8 * (share * samples - 1) <= wanted(noise, samples).mean() <= max(0, share * samples - 1)
     noise[..., 3] = 0.0
     assert not wanted(noise, samples).any()
 
@@ -97,4 +98,4 @@ def test_sixteen_along_the_edges_are_better_than_four_everywhere_and_fewer(
     four = renderer.render(SIZE, Camera(), replace(options, uniform=True, samples=4))
     assert decibels(adaptive, everywhere) > decibels(four, everywhere)
     once = renderer.render(SIZE, Camera(), replace(options, samples=1))
-    assert wanted(once, 16).sum() <= 2.2 * (once[..., 3] > 0).sum(), "and one of each pixel: 3.2 of the shape's"
+    assert wanted(once, 16).sum() <= 3 * (once[..., 3] > 0).sum(), "and one of each pixel: 4 of the shape's"

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.targets.samples import BLOCK, POWER, SHARE, STEEPEST
+from ...codegen.targets.samples import BLOCK, FEW, POWER, ROUGH_SHARE, SHARE, STEEPEST
 from .supersampling import Image, jitters
 
 
@@ -19,13 +19,18 @@ def wanted(picture: Image, samples: int) -> NDArray[np.int64]:
         least = np.minimum.reduce([np.take(least, range(k, k + count), axis) for k in range(3)])
         greatest = np.maximum.reduce([np.take(greatest, range(k, k + count), axis) for k in range(3)])
     wish = (greatest - least).max(axis=2).astype(np.float64) ** POWER
-    most = max(0.0, SHARE * samples - 1) * (picture[..., 3] > 0).sum()
+    covered = (picture[..., 3] > 0).sum()
+
+    def is_too_much(steepness: float) -> bool:
+        share = ROUGH_SHARE if steepness <= FEW else SHARE
+        return bool(_counts(wish, steepness, samples).sum() > max(0.0, share * samples - 1) * covered)
+
     low, high = 0.0, STEEPEST
-    if _counts(wish, high, samples).sum() <= most:
+    if not is_too_much(high):
         return _counts(wish, high, samples)
     for _ in range(20):
         middle = (low + high) / 2
-        low, high = (middle, high) if _counts(wish, middle, samples).sum() <= most else (low, middle)
+        low, high = (low, middle) if is_too_much(middle) else (middle, high)
     return _counts(wish, low, samples)
 
 
