@@ -16,6 +16,8 @@ THINNEST = 0.25
 """Where the seen surface lies behind the unseen one, as in a bowl: the thickness there, as a share of `_round`."""
 OUTLINE = 1.5
 """Standard deviation of what smooths the outline for its normals, pixels."""
+MOST_CUT = 4.0
+"""Pixels between a point and the outline, at most, for the rim to be at the outline: farther in is a depth edge."""
 THICKEST = 256
 """Points at most from the one side to the other."""
 
@@ -44,12 +46,13 @@ def backside(depth: Doubles, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
 
 
 def rim(
-    front: Doubles, behind: Doubles, x: Doubles, y: Doubles
+    front: Doubles, behind: Doubles, seen: NDArray[np.bool_], x: Doubles, y: Doubles
 ) -> tuple[Doubles, Doubles, tuple[NDArray[np.int64], NDArray[np.int64]]]:
     """Join the seen surface to the unseen one along the outline, where both would go on beyond it otherwise.
 
-    front, behind: depths (H, W) of both, NaN where there is none. x (W,), y (H,): where the pixels' rays meet the plane
-    at distance 1. Returns points (N, 3) from the one to the other, a pixel apart, their normals, which are those of the
+    front, behind: depths (H, W) of both, NaN where there is none. seen: (H, W), where the picture has the shape; pixels
+    along its outline that were cut lie within the rim. x (W,), y (H,): where the pixels' rays meet the plane at
+    distance 1. Returns points (N, 3) from the one to the other, a pixel apart, their normals, which are those of the
     outline, and the rows and columns (N,) of their pixels.
     """
     filled = ndimage.binary_fill_holes(~np.isnan(front))
@@ -62,7 +65,8 @@ def rim(
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
     pitch = abs(x[1] - x[0])
     rays = np.column_stack((x[columns], y[rows], np.ones(len(rows))))
-    rays[:, :2] += pitch / 2 * outward
+    cut = ndimage.distance_transform_edt(np.pad(seen, 1))[1:-1, 1:-1][there] - 1
+    rays[:, :2] += pitch * (0.5 + np.where(cut <= MOST_CUT, cut, 0))[:, None] * outward
     count = np.clip(np.ceil((far - near) / (pitch * near)), 1, THICKEST).astype(np.int64)
     pixel = np.repeat(np.arange(len(rows)), count)
     place = (np.arange(len(pixel)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[pixel]

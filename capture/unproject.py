@@ -90,7 +90,7 @@ def unproject(
         here = chosen & ~np.isnan(found) & ~np.isnan(normals).any(axis=-1)
         parts.append((rays[here] * found[here][:, None], normals[here], np.nonzero(here)))
     if close:
-        parts.append(rim(np.where(kept, planes.depth, np.nan), sides[1][0], x, y))
+        parts.append(rim(np.where(kept, planes.depth, np.nan), sides[1][0], ~np.isnan(depth), x, y))
     painted = None
     if colours is not None:
         painted = np.concatenate([colours[rows, columns][here] for _, _, here in parts])

@@ -139,7 +139,7 @@ def test_the_rim_joins_both_sides_by_points_a_pixel_apart() -> None:
     x = y = (np.arange(40) - 19.5) / 100
     front = np.where(np.hypot(x, y[:, None]) < 0.15, 2.0, np.nan)
     behind = front + 2 * (0.05 + 0.2 * x)
-    points, normals, (rows, columns) = rim(front, behind, x, y)
+    points, normals, (rows, columns) = rim(front, behind, ~np.isnan(front), x, y)
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1)
     assert np.hypot(x[columns], y[rows]).min() > 0.13
     assert (points[:, 2] > 2).all()
@@ -150,6 +150,9 @@ def test_the_rim_joins_both_sides_by_points_a_pixel_apart() -> None:
     assert closest.max() < 0.03
     thin, thick = (np.count_nonzero(columns == k) for k in (columns.min(), columns.max()))
     assert thick > 2 * thin
+    wider = np.hypot(x, y[:, None]) < 0.17
+    moved = rim(front, behind, wider, x, y)[0]
+    assert (np.hypot(*(moved[:, :2] / moved[:, 2:]).T) - np.hypot(*(points[:, :2] / points[:, 2:]).T)).min() > 0.01
 
 
 def test_a_large_map_is_thinned(monkeypatch: pytest.MonkeyPatch) -> None:
