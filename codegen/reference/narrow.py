@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..ir.program import Array, Program
 from .cell_codes import OVERESTIMATE
 from .interpret import field
-from .lowest import near_surface, on_surface
+from .lowest import LAST, near_surface, on_surface
 
 OFFSET = 1.3
 """The offset surface of a band is traced where |f_i| is its half width over this (glsl/march.glsl)."""
@@ -22,6 +22,10 @@ SHARES = 15
 """Widths are whole multiples of the half width over this, at least LEAST of them."""
 LEAST = 4
 """Of SHARES: with less, a ray could stop in small pictures where it should enter the band."""
+
+STARTS = 4
+"""Points of a cell of the finest search that are moved onto the surface: with one alone, the largest |f_i| of thin
+parts is missed, and one ray of 10,000 with it (benchmarks/frames.py, the paper's widths)."""
 
 Grid = NDArray[np.uint8]
 """The half widths of a level's band in the cells of the cube from -1 to 1, (N, N, N), index [z, y, x], as multiples of
@@ -70,11 +74,14 @@ def margins(program: Program, widths: NDArray[np.float64]) -> list[NDArray[np.fl
 
 
 def _surface(program: Program, level: int) -> Array:
-    """Return points (N, 3) of a level's surface."""
+    """Return points (N, 3) of a level's surface: from the middles of cells, and from others in them."""
     upto = replace(
         program, values=program.values[:level], gradients=program.gradients[:level], bands=program.bands[:level]
     )
-    return on_surface(upto, near_surface(upto))
+    middles = near_surface(upto)
+    offsets = np.random.default_rng(0).uniform(-1, 1, (STARTS - 1, *middles.shape)) * (1 + upto.bands[0].delta) / LAST
+    starts = np.concatenate([middles, *(middles + offsets)], dtype=np.float32)
+    return on_surface(upto, starts)
 
 
 def _cells(points: NDArray[np.floating], count: int) -> NDArray[np.int64]:
