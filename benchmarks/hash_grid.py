@@ -86,7 +86,7 @@ class HashField:
 
 
 def hash_grid(shape: Shape, levels: int, seconds: float, seed: int) -> Trained:
-    """Train a grid on exact distances: half of them on the surface, three eighths near it, the rest in the domain."""
+    """Train a grid on distances: half of the samples on the surface, three eighths near it, the rest in the domain."""
     began = time.perf_counter()
     rng, generator = np.random.default_rng(seed), torch.Generator().manual_seed(seed)
     torch.manual_seed(seed)
@@ -95,11 +95,12 @@ def hash_grid(shape: Shape, levels: int, seconds: float, seed: int) -> Trained:
     surface[POOL // 2 :] += rng.normal(0, NEAR, (len(surface) - POOL // 2, 3))
     points: Doubles = np.concatenate((surface, rng.uniform(-1, 1, (POOL - len(surface), 3))))
     known = np.concatenate((np.zeros(POOL // 2), shape.distance(points[POOL // 2 :])))
-    positions, distances = (torch.from_numpy(array.astype(np.float32)) for array in (points, known))
+    said = np.isfinite(known)  # a cloud knows no distance in its holes
+    positions, distances = (torch.from_numpy(array[said].astype(np.float32)) for array in (points, known))
     optimiser = torch.optim.Adam(grid.parameters(), RATE, eps=1e-15)
     steps, share = 0, 0.0
     while share < 1:
-        batch = torch.from_numpy(rng.integers(POOL, size=BATCH))
+        batch = torch.from_numpy(rng.integers(len(positions), size=BATCH))
         f, distance = grid(positions[batch]), distances[batch]
         loss = ((f - distance).abs() / (distance.abs() + 0.01)).mean()
         optimiser.zero_grad()

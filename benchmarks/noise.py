@@ -115,7 +115,7 @@ def poisson(cloud: SurfacePoints) -> Mesh:
     pymeshlab = import_module("pymeshlab")
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertex_matrix=cloud.points, v_normals_matrix=cloud.normals))
-    meshes.generate_surface_reconstruction_screened_poisson()
+    meshes.generate_surface_reconstruction_screened_poisson(threads=1)  # 16, as it would take, disturb one another
     made = meshes.current_mesh()
     return Mesh(made.vertex_matrix().astype(np.float32), made.face_matrix().astype(np.int64))
 
