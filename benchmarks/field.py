@@ -1,7 +1,7 @@
 """Measure how far trained fields are from a distance, and whether they have loose pieces of surface; writes a page.
 
     python benchmarks/field.py [FILE...] [--levels 64x1,64x2] [--seconds 60 | --steps 1000,2200] [--seeds 0,1,2]
-        [--keep FOLDER] [-o docs/results/field.md]
+        [--keep FOLDER] [--further] [-o docs/results/field.md]
 
 FILE: meshes; by default those of meshes/ and thingi32/ in the data's folder. Seconds and steps are those of
 `mplicits train`; steps do not depend on what else the machine does.
@@ -102,28 +102,29 @@ def main() -> None:
     parser.add_argument("--seeds", default="0,1,2", metavar="K,..")
     parser.add_argument("--resolution", type=int, default=512, metavar="N", help="of marching cubes (default 512)")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="folder to save the models in")
+    parser.add_argument("--further", action="store_true", help="add rows to the page that is there")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/field.md"))
     options = parser.parse_args()
     default = [*sorted((DATA / "meshes").glob("*.ply")), *sorted((DATA / "thingi32").glob("*.ply"))]
-    names = "".join(f"{path.name} " for path in options.files)
     length = f"--steps {options.steps}" if options.steps else f"--seconds {options.seconds:g}"
     prepare(device("cpu"))
     page = Page(
         options.output,
         "# The field as a distance",
         "",
-        f"Printed by `python benchmarks/field.py {names}--levels {options.levels} {length} "
-        f"--seeds {options.seeds}`. Mean error: of the nested field f in the unit ball, against the exact signed "
-        "distance d. It is too large where |f| > 1.05 |d| + 0.001. Largest ratio: of |f| to |d|, farther away than "
-        "level 1's half width. Gradient: 10th, 50th and 90th percentile of |grad f| on the surface. Marching cubes at "
-        f"{options.resolution}^3, 500,000 samples on each side. In brackets: what the exact distances themselves "
-        "give, by the same marching cubes.",
+        f"Printed by `python benchmarks/field.py --levels {options.levels} {length} --seeds {options.seeds}`, some "
+        "shapes at a time (FILE..., then `--further`). Mean error: of the nested field f in the unit ball, against the "
+        "exact signed distance d. It is too large where |f| > 1.05 |d| + 0.001. Largest ratio: of |f| to |d|, farther "
+        "away than level 1's half width. Gradient: 10th, 50th and 90th percentile of |grad f| on the surface. Marching "
+        f"cubes at {options.resolution}^3, 500,000 samples on each side. In brackets: what the exact distances "
+        "themselves give, by the same marching cubes.",
         "",
         f"{machine()}.",
         "",
         "| shape | seed | mean abs f | angle, degrees | mean error | too large at | largest ratio | gradient "
         "| Chamfer, of the floor | Hausdorff | components | of the truth |",
         "|---|---:|---:|---:|---:|---:|---:|---|---:|---:|---:|---:|",
+        further=options.further,
     )
     for path in options.files or default:
         of_exact = exact(path, options)
