@@ -24,7 +24,9 @@ OUTPUT_FACTOR = 0.1
 OUTPUT_FACTOR_PER_DELTA = 5.0
 """The same factor for a residual in a narrow band, per half width: what it has to add is smaller, too."""
 HARD_SHARE = 0.1
-"""Hard points of a step, as a share of its samples off the surface."""
+"""Hard points of a residual's step, as a share of its samples off the surface."""
+FIRST_HARD_SHARE = 0.3
+"""The same for level 1."""
 RESIDUAL = 0.01
 """Factor on a residual's output layer at its start: it begins near zero."""
 
@@ -58,10 +60,18 @@ def rates(width: int, delta: float | None) -> tuple[float, float]:
 class LevelStep:
     """The level's training step: one batch of its loss, half of it on the surface, and some hard points."""
 
-    def __init__(self, surface: Pool, volume: Pool, weight: LossWeights, generator: torch.Generator) -> None:
+    def __init__(
+        self,
+        surface: Pool,
+        volume: Pool,
+        weight: LossWeights,
+        generator: torch.Generator,
+        hard_share: float = HARD_SHARE,
+    ) -> None:
+        """hard_share: hard points of a step, as a share of its samples off the surface."""
         self._half = min(BATCH // 2, len(surface.points), len(volume.points))
         self._surface, self._volume = (Batches(pool, self._half, generator) for pool in (surface, volume))
-        self._weight, self._generator = weight, generator
+        self._weight, self._generator, self._hard_share = weight, generator, hard_share
         self.terms: dict[str, Tensor] = {}
         """The terms of the last batch's loss by name, without their weights."""
         self.hard: Pool | None = None
@@ -102,7 +112,7 @@ class LevelStep:
         set_random_state(self._generator, snapshot)
 
     def _some_of(self, hard: Pool) -> Pool:
-        count = max(1, int(self._half * HARD_SHARE))
+        count = max(1, int(self._half * self._hard_share))
         index = torch.randint(len(hard.points), (count,), generator=self._generator)
         return hard.take(index.to(hard.points.device))
 

@@ -48,6 +48,12 @@ HARD_FEWEST = 16
 """Fewer hard points are none: too few to make batches of."""
 HARD_SPREAD = 0.15
 """Spread of new candidates around the hard points known before, in half widths of the band."""
+EXCESS = 1.1
+"""A point is hard for level 1 where |f_1| is more than this many times the distance."""
+EXCESS_CANDIDATES = 50_000
+"""Points near the surface among which these are searched for."""
+EXCESS_REACH = 0.6
+"""Their largest distance from the surface along an axis, in half widths of level 1's shell."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,39 +123,45 @@ class Sampler:
         return self._pool(points, distance=distance)
 
     def hard(self, weights: Weights, known: Pool | None, count: int) -> Pool | None:
-        """Find points of the band where f_i, with the residual `weights` as it is now, is badly wrong.
+        """Find points off the surface where f_i, with the level's `weights` as they are now, is badly wrong.
 
-        Such a point is off the surface, but f_i has the wrong sign there or less than losses.LACK of the distance:
-        loose pieces of surface appear around such points, which are too few for the band's own samples to hold them.
+        For level 1 |f_1| exceeds the distance there: rays would step through the surface, and the band has to be as
+        wide as such errors are large. For a residual f_i has the wrong sign or less than losses.LACK of the distance:
+        loose pieces of surface appear around such points. Both are too few for the level's own samples to hold them.
         known: the hard points that were found before; more are searched for around them. count: at most so many
         candidates of each kind. Returns None where there are (nearly) no hard points.
         """
-        count = min(count, HARD_CANDIDATES)
+        points = self._hard_candidates(known, min(count, HARD_CANDIDATES if self._frozen else EXCESS_CANDIDATES))
+        f = np.asarray(field([*self._frozen, weights], self._tensor(points)).cpu(), np.float64)
+        suspect = np.flatnonzero(np.abs(f) < HARD_NEAR * self._delta if self._frozen else np.abs(f) > losses.NEAR)
+        suspect = self._rng.permutation(suspect)[:HARD_SUSPECTS]
+        points, f = points[suspect], f[suspect]
+        if not len(points):
+            return None
+        distance = self._shape.distance(points)
+        size, reach = np.abs(distance), STRAY_REACH * self._delta
+        if self._frozen:
+            wrong = (f * np.sign(distance) < losses.LACK * size) & (size > HARD_LEAST_DISTANCE * self._delta)
+        else:
+            wrong = (np.abs(f) > EXCESS * size) & (size > losses.NEAR)
+        if np.count_nonzero(wrong) < HARD_FEWEST:  # nor where the distance is NaN
+            return None
+        return self.known(points[wrong], np.clip(distance[wrong], -reach, reach))
+
+    def _hard_candidates(self, known: Pool | None, count: int) -> Doubles:
+        """Draw points of Omega_{i-1} among which hard points are searched for, around `known` ones, too. (M, 3)."""
         seeds = self._shape.surface(count, self._rng).points
-        candidates = [
-            self._timed(sampling.domain(count, self._rng)),
-            sampling.shifted(seeds, self._rng.uniform(-2 * self._delta, 2 * self._delta, (len(seeds), 3))),
-        ]
+        reach = 2 * self._delta if self._frozen else EXCESS_REACH * self._delta
+        candidates = [sampling.shifted(seeds, self._rng.uniform(-reach, reach, (len(seeds), 3)))]
+        if self._frozen:
+            candidates.insert(0, self._timed(sampling.domain(count, self._rng)))
         if known is not None:
             around = np.asarray(known.points.cpu(), np.float64)
             around = around[self._rng.integers(len(around), size=count // 4)]
             spread = self._rng.normal(scale=HARD_SPREAD * self._delta, size=(len(around), 3))
             candidates.append(sampling.shifted(around, spread))
         points = np.concatenate(candidates)
-        points = points[self._in_band(points)]
-        f = np.asarray(field([*self._frozen, weights], self._tensor(points)).cpu(), np.float64)
-        suspect = np.flatnonzero(np.abs(f) < HARD_NEAR * self._delta)
-        suspect = self._rng.permutation(suspect)[:HARD_SUSPECTS]
-        points, f = points[suspect], f[suspect]
-        if not len(points):
-            return None
-        distance = self._shape.distance(points)
-        far = np.abs(distance) > HARD_LEAST_DISTANCE * self._delta  # not where the distance is NaN
-        wrong = (f * np.sign(distance) < losses.LACK * np.abs(distance)) & far
-        if np.count_nonzero(wrong) < HARD_FEWEST:
-            return None
-        reach = STRAY_REACH * self._delta
-        return self.known(points[wrong], np.clip(distance[wrong], -reach, reach))
+        return points[self._in_band(points)]
 
     def known(self, points: Doubles, distance: Doubles) -> Pool:
         """Make a pool of points (N, 3) whose distances (N,) are known already."""

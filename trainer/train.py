@@ -140,7 +140,8 @@ class Training:
             budget = replace(budget, deadline=budget.deadline - self._probe.seconds([*frozen, start()]))
         weight = settings.loss_weights(first=first, noise=self._shape.noise, moving=self._shape.moving)
         rate, output_factor = level.rates(width, None if first else deltas[-1])
-        step = level.LevelStep(surface, volume, weight, torch.Generator().manual_seed(seed))
+        share = level.FIRST_HARD_SHARE if first else level.HARD_SHARE
+        step = level.LevelStep(surface, volume, weight, torch.Generator().manual_seed(seed), share)
 
         def review(weights: Weights) -> None:
             step.hard = sampler.hard(self._final(weights), step.hard, count)
@@ -157,7 +158,7 @@ class Training:
             rate=rate,
             output_factor=output_factor,
             draws=level.LevelDraws(step, sampler),
-            review=None if first else review,
+            review=review,
             figures=figures,
         )
 

@@ -1,4 +1,4 @@
-"""Hard points: places off the surface where a residual makes surface, or nearly; they are found and learnt from."""
+"""Hard points: where a residual makes surface, or nearly, and where level 1 exceeds the distance; all are learnt from."""
 
 from pathlib import Path
 
@@ -51,6 +51,22 @@ def test_points_off_the_surface_where_the_field_vanishes_are_hard(ball: Shape) -
 def test_a_field_that_is_not_near_zero_has_no_hard_points(ball: Shape, before: float, residual: float) -> None:
     """The last case has no band at all."""
     assert sampler(ball, before).hard(constant(residual), None, 2000) is None
+
+
+def test_points_that_level_1_puts_too_far_away_are_hard(ball: Shape) -> None:
+    """Of a field that is 0.03 everywhere, those between losses.NEAR and 0.03 / EXCESS from the surface."""
+    first = pools.Sampler(ball, [], [], CPU, np.random.default_rng(0))
+    hard = first.hard(constant(0.03), None, 10_000)
+    assert hard is not None
+    assert hard.distance is not None
+    away = hard.points.norm(dim=1) - 1
+    assert losses.NEAR - 5e-3 < float(away.abs().min()) < losses.NEAR + 5e-3
+    assert 0.025 < float(away.abs().max()) < 0.03 / pools.EXCESS + 5e-3
+    np.testing.assert_allclose(hard.distance, away, atol=5e-3)
+    again = first.hard(constant(0.03), hard, 10_000)
+    assert again is not None
+    assert len(again.points) > len(hard.points), "more are searched for around those that are known"
+    assert first.hard(constant(0.0), None, 10_000) is None, "a field that falls short everywhere has none"
 
 
 def pool(count: int, seed: int) -> pools.Pool:
