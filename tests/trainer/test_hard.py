@@ -1,4 +1,4 @@
-"""Hard points: where a residual makes surface, or nearly, and where level 1 exceeds the distance; all are learnt from."""
+"""Hard points: where a residual makes surface, or nearly, and where level 1 exceeds the distance."""
 
 from pathlib import Path
 
