@@ -65,7 +65,7 @@ NOISY_FIRST_VALUE, NOISY_VALUE = 0.3, 3.0
 
 What the removal of noise has left of it makes f flat where the value term outweighs the Eikonal term.
 """
-NOISY_EIKONAL = 10.0
+NOISY_EIKONAL = 20.0
 """`eikonal` of a residual where there is noise."""
 MOVING_EIKONAL = 45.0
 """`eikonal` of a shape that moves: fronts that meet, and limbs that vanish, would leave flat places."""

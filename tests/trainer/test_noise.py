@@ -10,6 +10,7 @@ import trimesh
 from mplicits.model.errors import UserError
 from mplicits.trainer.settings import FIRST_LEVEL, RESIDUAL
 from mplicits.trainer.shapes.cleaning import clean
+from mplicits.trainer.shapes.cloud import CloudShape
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.noise import measured, smoothed
 from mplicits.trainer.shapes.outliers import outliers
@@ -119,3 +120,22 @@ def test_weights_follow_the_noise() -> None:
         assert weight.value * 0.01**2 < weight.eikonal
         assert weight.value > SMALL_SETTINGS.loss_weights(first=first, noise=0.02).value
     assert replace(SMALL_SETTINGS, weights={"value": 7.0}).loss_weights(first=True, noise=0.01).value == 7
+
+
+def test_distances_around_a_noisy_cloud_are_known_close_to_it_and_around_strays() -> None:
+    """The spacing of 20,000 points of the unit sphere is 0.025; where they are missing, single ones stand for it."""
+    cloud = ball(noise=0.005)
+    sparse = cloud.points[:, 2] > np.cos(0.2)
+    kept = ~sparse | (np.random.default_rng(1).uniform(size=len(sparse)) < 0.12)
+    shape = CloudShape(cloud.points[kept], cloud.normals[kept], None, "ball", {})
+    assert shape.noise > 0
+    directions = unit(np.random.default_rng(2).normal(size=(2000, 3)))
+    directions[-20:] = unit(directions[-20:] * (0.1, 0.1, 0) + (0, 0, 1))
+    radii = np.repeat([0.86, 1.0, 1.14], [900, 200, 900])
+    centre, scale = np.array(shape.centre), shape.scale
+    distance = scale * shape.distance((directions * radii[:, None] - centre) / scale)
+    assert np.isnan(distance[900:1100]).all(), "next to a point its distance is not that of the surface"
+    np.testing.assert_allclose(distance[:900][directions[:900, 2] < np.cos(0.4)], -0.14, atol=0.025)
+    assert not np.isnan(distance[1100:]).any()
+    above = directions[1100:, 2] > np.cos(0.2)
+    np.testing.assert_allclose(distance[1100:][~above], 0.14, atol=0.025)

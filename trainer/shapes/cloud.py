@@ -22,6 +22,13 @@ COARSE = 1e-4
 
 Each halving of a distance adds a level to its octree: a million points in close pairs would fill 25 GB.
 """
+NOISY_TRUSTED = 3.0
+"""As planes.TRUSTED, of a cloud that was noisy: its planes say nothing, so that less is known close to its points."""
+EVEN, EVEN_NEIGHBOURS = 1.5, 64
+"""Most that a point's spacing counts, in the median one of so many neighbours, where the cloud was noisy.
+
+A stray is far from all others: nothing would be known in many times that distance around it.
+"""
 OPEN = 0.3
 """Where the winding number is this close to 1/2, the cloud has a hole, which says nothing of the distance there."""
 
@@ -62,8 +69,11 @@ class CloudShape:
         self.source = source | ({"noise": cloud.record} if cloud.record else {})
         # So cut, a tree finds the nearest of points on a surface from far away some ten times as fast.
         self._tree = cKDTree(self._kept.points, balanced_tree=False, compact_nodes=False)
-        areas = _areas(self._tree)
-        self._planes = LocalPlanes(self._tree, self._kept.normals, np.sqrt(areas))
+        spacings = np.sqrt(_areas(self._tree))
+        if self.noise:
+            self._planes = LocalPlanes(self._tree, self._kept.normals, self._evened(spacings), NOISY_TRUSTED)
+        else:
+            self._planes = LocalPlanes(self._tree, self._kept.normals, spacings)
         coarse = merge(self._kept, COARSE).surface
         indices, children, _, _ = igl.octree(coarse.points)
         weighted = coarse.points, coarse.normals, _areas(cKDTree(coarse.points)), indices, children
@@ -99,6 +109,11 @@ class CloudShape:
         winding = igl.fast_winding_number(*self._winding, points)
         nearest[np.abs(winding - 0.5) < OPEN] = np.nan
         return np.where(np.isnan(planes), np.where(winding > 0.5, -nearest, nearest), planes)
+
+    def _evened(self, spacings: Doubles) -> Doubles:
+        """Hold each point's spacing to what its neighbours have. Takes and returns (N,)."""
+        index = self._tree.query(self._tree.data, k=min(EVEN_NEIGHBOURS, len(spacings)), workers=-1)[1]
+        return np.minimum(spacings, EVEN * np.median(spacings[index], axis=1))
 
     def _merged(self, surface: SurfacePoints) -> SurfacePoints:
         """Merge the points at one place, with a warning. Raises UserError where too few are left."""

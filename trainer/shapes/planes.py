@@ -35,9 +35,12 @@ class LocalPlanes:
     then the same on both, and cancels.
     """
 
-    def __init__(self, tree: cKDTree, normals: Doubles, spacings: Doubles) -> None:
-        """normals: (N, 3), unit, of the tree's points. spacings: of the points, (N,)."""
-        self._tree, self._normals, self._spacings = tree, normals, spacings
+    def __init__(self, tree: cKDTree, normals: Doubles, spacings: Doubles, trusted: float = TRUSTED) -> None:
+        """normals: (N, 3), unit, of the tree's points. spacings: of the points, (N,).
+
+        trusted: distance, in spacings, from which on the nearest point tells the distance.
+        """
+        self._tree, self._normals, self._spacings, self._trusted = tree, normals, spacings, trusted
         self._points = np.asarray(tree.data)
 
     def distance(self, points: Doubles) -> tuple[Doubles, Doubles]:
@@ -67,4 +70,4 @@ class LocalPlanes:
         f = np.einsum("nk,nk->n", weight, heights)
         spread = np.sqrt(np.einsum("nk,nk->n", weight, (heights - f[:, None]) ** 2))
         known: NDArray[np.bool_] = (spread < SPREAD * spacing) & (np.abs(nearest**2 - f**2) < (SIDEWAYS * spacing) ** 2)
-        return np.where(known, f, np.nan), np.where(nearest < TRUSTED * spacing, np.nan, nearest)
+        return np.where(known, f, np.nan), np.where(nearest < self._trusted * spacing, np.nan, nearest)
