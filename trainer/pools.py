@@ -125,9 +125,9 @@ class Sampler:
     def hard(self, weights: Weights, known: Pool | None, count: int) -> Pool | None:
         """Find points off the surface where f_i, with the level's `weights` as they are now, is badly wrong.
 
-        For level 1 |f_1| exceeds the distance there: rays would step through the surface, and the band has to be as
-        wide as such errors are large. For a residual f_i has the wrong sign or less than losses.LACK of the distance:
-        loose pieces of surface appear around such points. Both are too few for the level's own samples to hold them.
+        For level 1 |f_1| exceeds the distance there, so that rays would step through the surface. For a residual f_i
+        has the wrong sign or less than losses.LACK of the distance: loose pieces of surface appear around such points.
+        Both are too few for the level's own samples to hold them.
         known: the hard points that were found before; more are searched for around them. count: at most so many
         candidates of each kind. Returns None where there are (nearly) no hard points.
         """
@@ -144,7 +144,7 @@ class Sampler:
             wrong = (f * np.sign(distance) < losses.LACK * size) & (size > HARD_LEAST_DISTANCE * self._delta)
         else:
             wrong = (np.abs(f) > EXCESS * size) & (size > losses.NEAR)
-        if np.count_nonzero(wrong) < HARD_FEWEST:  # nor where the distance is NaN
+        if np.count_nonzero(wrong) < HARD_FEWEST:  # no point is wrong whose distance is NaN
             return None
         return self.known(points[wrong], np.clip(distance[wrong], -reach, reach))
 
