@@ -158,7 +158,7 @@ class Training:
             rate=rate,
             output_factor=output_factor,
             draws=level.LevelDraws(step, sampler),
-            review=review,
+            review=None if first and weight.excess <= 1 else review,
             figures=figures,
         )
 

@@ -1,5 +1,6 @@
 """Hard points: where a residual makes surface, or nearly, and where level 1 exceeds the distance."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from mplicits.trainer.networks import fit, losses
 from mplicits.trainer.networks.network import Weights, initial, value
 from mplicits.trainer.settings import RESIDUAL
 from mplicits.trainer.shapes.shape import Shape
-from support.ball_training import Log, load_ball
+from support.ball_training import QUICK_NUMBERS, SMALL_SETTINGS, Log, load_ball, train
 
 DELTA = 0.05
 CPU = torch.device("cpu")
@@ -67,6 +68,24 @@ def test_points_that_level_1_puts_too_far_away_are_hard(ball: Shape) -> None:
     assert again is not None
     assert len(again.points) > len(hard.points), "more are searched for around those that are known"
     assert first.hard(constant(0.0), None, 10_000) is None, "a field that falls short everywhere has none"
+
+
+@pytest.mark.parametrize(("weights", "levels"), [({}, {0, 1}), ({"excess": 1.0}, {1})])
+def test_level_1_has_hard_points_where_exceeding_the_distance_weighs_more(
+    ball: Shape, monkeypatch: pytest.MonkeyPatch, weights: dict[str, float], levels: set[int]
+) -> None:
+    searched = set()
+    search = pools.Sampler.hard
+
+    def counted(self: pools.Sampler, level: Weights, known: pools.Pool | None, count: int) -> pools.Pool | None:
+        searched.add(len(self._frozen))
+        return search(self, level, known, count)
+
+    monkeypatch.setattr(pools.Sampler, "hard", counted)
+    for module, name, number in QUICK_NUMBERS:
+        monkeypatch.setattr(module, name, number)
+    train(ball, replace(SMALL_SETTINGS, weights=weights))
+    assert searched == levels
 
 
 def pool(count: int, seed: int) -> pools.Pool:
