@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from .model.model import Model
+    from .trainer.last_look import Pieces
     from .trainer.motion import ModelSurface
 
 ROOMS = ("trainer", "capture", "scenes", "codegen", "viewer", "mesher", "reporting")
@@ -48,7 +49,7 @@ class Parser(argparse.ArgumentParser):
 def verbs() -> dict[str, Verb]:
     """Collect the verbs by name, in the order of the help. Imports each room's cli.py; these import nothing heavy."""
     of_rooms = [verb for room in ROOMS for verb in importlib.import_module(f".{room}.cli", __package__).VERBS]
-    trainings = train_verb(describe_surface, pictures), morph_verb(describe_surface, surface_of, pictures)
+    trainings = train_verb(describe_surface, pictures, loose_pieces), morph_verb(describe_surface, surface_of, pictures)
     return {verb.name: verb for verb in (demo_verb(perform), *trainings, *of_rooms)}
 
 
@@ -57,6 +58,13 @@ def describe_surface(model: "Model", quiet: bool) -> str:
     from .mesher import survey
 
     return survey.describe_surface(model, quiet)
+
+
+def loose_pieces(model: "Model") -> "Pieces":
+    """Find loose pieces of the surface of a model that is being trained, as `mesher.survey.loose_pieces` does."""
+    from .mesher import survey
+
+    return survey.loose_pieces(model)
 
 
 def pictures(folder: "Path") -> "Callable[[Model], None]":

@@ -69,6 +69,7 @@ def train(
     with their names and defaults (docs/training.md). Raises UserError.
     """
     before_torch()
+    from .cli import loose_pieces
     from .trainer.learn import learn
 
     before, follower = None if resume is None else resume.model, _Follower(follow, preview)
@@ -83,6 +84,7 @@ def train(
             callback=callback,
             follow=follower,
             log=log,
+            find=loose_pieces,
             **options,
         )
     )

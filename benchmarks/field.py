@@ -19,6 +19,7 @@ from mplicits.mesher.distance import compare_field
 from mplicits.mesher.evaluate import Figures, compare
 from mplicits.mesher.extract import extract, extract_model
 from mplicits.mesher.surface import Array
+from mplicits.mesher.survey import loose_pieces
 from mplicits.mesher.truth import in_model_space, read_mesh
 from mplicits.model.field_figures import written
 from mplicits.model.model import Model
@@ -75,7 +76,7 @@ def row(path: Path, seed: int, of_exact: Figures, options: argparse.Namespace) -
     began = time.perf_counter()
     shape, _ = load_shape(str(path))
     asked = training_settings(options.levels, options.steps, None if options.steps else options.seconds, seed)
-    model = Training(shape, asked, TrainingBar(True), began).run()
+    model = Training(shape, asked, TrainingBar(True), began, find=loose_pieces).run()
     if options.keep:
         save(model, options.keep / f"{path.stem}-{seed}.safetensors")
     truth = in_model_space(read_mesh(path), *model.place)

@@ -2,16 +2,20 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from ..model.errors import UserError
 from ..model.model import Model
 from .bar import Bar
 from .extract import extract_model
-from .surface import Mesh
+from .surface import Array, Mesh
 
 RESOLUTION = 256
 """Of the grid on which the surface is extracted. Smaller pieces than a cell, 1/128, may be missed."""
-
-
+FINE_RESOLUTION = 512
+"""Of the grid on which loose pieces are searched for."""
+SMALL = 0.1
+"""Length of a small piece, model units: a larger one is as likely to be the shape's own."""
 TIMES = (0.0, 0.5, 1.0)
 """When the surface of a model that moves is looked at."""
 MOVING_RESOLUTION = 128
@@ -30,6 +34,25 @@ def surface_of(model: Model, quiet: bool) -> Mesh:
         return extract_model(model, MOMENT_RESOLUTION, bar).mesh
     finally:
         bar.end()
+
+
+def loose_pieces(model: Model) -> tuple[int, Array]:
+    """Find the pieces of a model's surface that are small and not joined to the largest.
+
+    Returns their number, and their vertices (N, 3), model space. A model without a surface has none.
+    """
+    try:
+        mesh = extract_model(model, FINE_RESOLUTION).mesh
+    except UserError:
+        return 0, np.empty((0, 3), np.float32)
+    count, piece = mesh.components()
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, piece, mesh.vertices)
+    np.maximum.at(high, piece, mesh.vertices)
+    size = np.linalg.norm(high - low, axis=1)
+    loose = size < SMALL
+    loose[size.argmax()] = False
+    return int(loose.sum()), mesh.vertices[loose[piece]]
 
 
 def describe_surface(model: Model, quiet: bool) -> str:

@@ -20,6 +20,7 @@ from .settings import Settings, front
 
 if TYPE_CHECKING:
     from ..model.model import Model
+    from .last_look import FindsPieces
     from .session import Loader
 
     MakesPictures = Callable[[Path], Callable[[Model], object]]
@@ -34,22 +35,29 @@ def before_torch() -> None:
     os.environ.setdefault("GOMP_SPINCOUNT", "1000")
 
 
-def train_verb(describe_surface: "Callable[[Model, bool], str]", pictures: "MakesPictures") -> Verb:
+def train_verb(
+    describe_surface: "Callable[[Model, bool], str]", pictures: "MakesPictures", find: "FindsPieces"
+) -> Verb:
     """Make the verb `train`.
 
     describe_surface: describes the surface of the trained model in a line for people; it is told whether to be quiet.
-    pictures: makes, for a folder, what draws a model into it.
+    pictures: makes, for a folder, what draws a model into it. find: finds loose pieces of a model's surface.
     """
     return Verb(
         "train",
         "a mesh or an oriented point cloud becomes a model file",
         arguments,
         "train bunny.ply -o bunny.safetensors --seconds 60",
-        lambda options: run(options, describe_surface, pictures),
+        lambda options: run(options, describe_surface, pictures, find),
     )
 
 
-def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]", pictures: "MakesPictures") -> None:
+def run(
+    options: Namespace,
+    describe_surface: "Callable[[Model, bool], str]",
+    pictures: "MakesPictures",
+    find: "FindsPieces",
+) -> None:
     """Train, save the model, and print its figures. Raises UserError."""
     settings = settings_of(options)
     before_torch()
@@ -72,7 +80,7 @@ def run(options: Namespace, describe_surface: "Callable[[Model, bool], str]", pi
 
     image = None if options.texture in ("auto", "none") else Path(options.texture)
     reads = [*mesh_files(Path(options.shape)), *([] if image is None else [image])]
-    train(options, settings, describe_surface, pictures, options.shape, reads, image=image)
+    train(options, settings, describe_surface, pictures, options.shape, reads, image=image, find=find)
 
 
 def settings_of(options: Namespace) -> Settings:
@@ -90,6 +98,7 @@ def train(
     reads: list[Path],
     load_moving: "Loader | None" = None,
     image: Path | None = None,
+    find: "FindsPieces | None" = None,
 ) -> None:
     """Train the shape `name`, or the one that `load_moving` makes, as `session.run` does, and print what came of it.
 
@@ -119,6 +128,7 @@ def train(
         began=time.perf_counter(),
         log=options.log,
         follow=draw,
+        find=find,
     )
     if draw is not None:
         draw(model)

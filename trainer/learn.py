@@ -8,6 +8,7 @@ from typing import Unpack
 from ..model.errors import UserError
 from ..model.model import Model
 from ..model.orientation import DEFAULT_UP, FILES_UP
+from .last_look import FindsPieces
 from .motion import ModelSurface, end_called, frames, frames_loader, morph_loader
 from .networks.fit import TrainingProgress
 from .options import CREASE, TrainingOptions, check_no_image, settings_from, shows_options
@@ -57,6 +58,7 @@ def learn(
     callback: Callback | None = None,
     follow: Callable[[Model], object] | None = None,
     log: str | Path | None = None,
+    find: FindsPieces | None = None,
     **options: Unpack[TrainingOptions],
 ) -> Model:
     """Train a model of a shape.
@@ -64,8 +66,8 @@ def learn(
     shape: a path, the word "demo", or what `Given` says; with `time`, a folder of meshes, which are moments of one
     motion. The options are those of `mplicits train` (docs/training.md), with their names and defaults; resume: a model
     to go on with. callback: is told of the progress; where it raises KeyboardInterrupt the training ends with what is
-    trained so far. follow: receives the model after each level. log: a file for the lines of `TrainingLog`. Raises
-    UserError.
+    trained so far. follow: receives the model after each level. log: a file for the lines of `TrainingLog`.
+    find: as of `Training`. Raises UserError.
     """
     settings = settings_from(levels, **options)
     crease = None if flat else options.get("crease", CREASE)
@@ -89,7 +91,7 @@ def learn(
             up = settings.up or DEFAULT_UP
             return given_shape(shape, crease=crease, noise=settings.noise, up=up, thicken=thicken)
 
-    return _trained(load, settings, quiet, resume, callback, follow, log)
+    return _trained(load, settings, quiet, resume, callback, follow, log, find)
 
 
 @shows_options(settings_from)
@@ -129,9 +131,11 @@ def _trained(
     callback: Callback | None,
     follow: Callable[[Model], object] | None,
     log: str | Path | None,
+    find: FindsPieces | None = None,
 ) -> Model:
     """Load a shape and train a model of it, without a file."""
     bar = TrainingBar(quiet)
     progress = bar if callback is None else _Told(bar, callback)
     settings = replace(settings, up=settings.up or DEFAULT_UP)
-    return prepared(load, settings, progress, resume, follow=follow, log=None if log is None else Path(log)).run(resume)
+    file = None if log is None else Path(log)
+    return prepared(load, settings, progress, resume, follow=follow, log=file, find=find).run(resume)

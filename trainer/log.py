@@ -34,9 +34,9 @@ class TrainingLog:
             raise UserError(f"cannot write {path}: {error.strerror}") from None
 
     def begin(self, stage: str) -> None:
-        """Note which network follows: of "level 2 (64x2)" or "texture (64x2)"."""
+        """Note which network follows: of "level 2 (64x2)", "level 2, loose pieces (64x2)" or "texture (64x2)"."""
         kind, _, network = stage.partition(" (")
-        self._level = int(kind.split()[1]) if kind.startswith("level") else None
+        self._level = int(kind.split()[1].rstrip(",")) if kind.startswith("level") else None
         self._network, self._step, self._figures = network.rstrip(")"), 0, {}
         self._progress.begin(stage)
 

@@ -22,6 +22,7 @@ from ..model.model import Model
 from ..model.model_file import load, save
 from ..model.orientation import DEFAULT_UP, FILES_UP
 from .automatic import chosen
+from .last_look import FindsPieces
 from .live import JsonLines
 from .log import TrainingLog
 from .machine import device, prepare
@@ -111,6 +112,7 @@ def run(
     load_moving: Loader | None = None,
     log: Path | None = None,
     follow: Callable[[Model], object] | None = None,
+    find: FindsPieces | None = None,
 ) -> Model:
     """Train the shape `name` as `mplicits train` does, write the model to `output`, and return it.
 
@@ -118,8 +120,8 @@ def run(
     or else with what `output` holds. quiet: show no progress bar. began: the value of time.perf_counter() from which on
     the user's seconds count. live: print progress as JSON, and save after every level. crease, thicken: as of
     `load_shape`. load_moving: makes a shape that moves, in place of what `name` is. log: a file that gets a line of
-    JSON for every report. follow: receives the model after every level. Raises UserError, and KeyboardInterrupt where
-    Ctrl-C came before there was anything to save.
+    JSON for every report. follow: receives the model after every level. find: as of `Training`. Raises UserError,
+    and KeyboardInterrupt where Ctrl-C came before there was anything to save.
     """
     bar = TrainingBar(quiet)
     part = Part(output, bar.say)
@@ -150,6 +152,7 @@ def run(
         part=part,
         follow=finished if followers else None,
         log=log,
+        find=find,
     )
     model = training.run(before, snapshot)
     _save(model, output)
@@ -171,6 +174,7 @@ def prepared(
     began: float | None = None,
     part: Part | None = None,
     follow: Callable[[Model], object] | None = None,
+    find: FindsPieces | None = None,
     log: Path | None = None,
 ) -> Training:
     """Load a shape, choose its levels where the user has not, and return the training of it.
@@ -187,7 +191,7 @@ def prepared(
     settings = chosen(shape, settings, before, progress, began)
     if log is not None:
         progress = TrainingLog(progress, log, onward=before is not None)
-    return Training(shape, settings, progress, began, part, follow)
+    return Training(shape, settings, progress, began, part, follow, find)
 
 
 def _earlier(

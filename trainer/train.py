@@ -1,5 +1,6 @@
 """The training of a shape: level after level, each frozen before the next begins, then the texture."""
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,8 +10,9 @@ import numpy as np
 import torch
 
 from ..model.errors import UserError
-from ..model.model import DEFAULT_STEP_BOUND, Model
+from ..model.model import Model
 from . import level, plan, quality, texture
+from .last_look import LEAST_STEPS, FindsPieces, Pieces, last_begin, last_look, seconds_kept
 from .machine import device
 from .networks.fit import Budget, Keeper, Outcome, Step, Task, TrainingProgress, fit
 from .networks.network import Weights, clone
@@ -51,14 +53,15 @@ class Training:
         began: float | None = None,
         part: Part | None = None,
         follow: Callable[[Model], object] | None = None,
+        find: FindsPieces | None = None,
     ) -> None:
         """began: the value of time.perf_counter() from which on the user's seconds count; None: now.
 
         part: where the training is kept every 30 s and after every level; None: nowhere. follow: receives the model
-        after every level.
+        after every level. find: finds loose pieces of a model's surface; None: nobody looks for them.
         """
         self.interrupted = False
-        self._part, self._follow, self._snapshot = part, follow, Snapshot()
+        self._part, self._follow, self._find, self._snapshot = part, follow, find, Snapshot()
         self._shape, self._settings, self._progress = shape, settings, progress
         self._began = time.perf_counter() if began is None else began
         self._device = device(settings.device)
@@ -136,8 +139,7 @@ class Training:
         elif unfinished:
             start = partial(clone, unfinished.weights)
             budget = replace(budget, done=unfinished.fraction)
-        if budget.steps is None:
-            budget = replace(budget, deadline=budget.deadline - self._probe.seconds([*frozen, start()]))
+        budget, until = self._budget_of_steps(budget, [*frozen, start()])
         weight = settings.loss_weights(first=first, noise=self._shape.noise, moving=self._shape.moving)
         rate, output_factor = level.rates(width, None if first else deltas[-1])
         share = level.FIRST_HARD_SHARE if first else level.HARD_SHARE
@@ -164,10 +166,9 @@ class Training:
 
         def keep(weights: Weights, snapshot: Snapshot) -> None:
             final = self._final(weights)
-            rough = self._probe.rough([*frozen, final])
             record = unfinished_record(network, omega, snapshot, began)
-            so_far = TrainedLevel(final, *rough, DEFAULT_STEP_BOUND, DEFAULT_STEP_BOUND, record)
-            self._keep(replace(self._trained, levels=[*self._trained.levels, so_far]), snapshot, network, count, began)
+            so_far = self._trained.and_then(final, self._probe.rough([*frozen, final]), record)
+            self._keep(so_far, snapshot, network, count, began)
 
         outcome = fit(task, budget, self._progress, self._keeper(keep), before)
         self._progress.end()
@@ -176,7 +177,7 @@ class Training:
         self.interrupted = outcome.interrupted
 
         record = training_record(network, omega, outcome, began)
-        weights = self._final(outcome.weights)
+        weights = self._final(self._looked_over(outcome, task, step, sampler, until))
         levels = [*frozen, weights]
         delta = self._probe.delta(levels)
         tracing = self._probe.tracing(levels, [*deltas, delta])
@@ -185,6 +186,44 @@ class Training:
         *as_bands, last = tracing.step_bounds
         self._trained.lower_band_bounds(as_bands)
         self._trained.levels.append(TrainedLevel(weights, delta, lipschitz, last, 1.0, record))
+
+    def _budget_of_steps(self, budget: Budget, levels: list[Weights]) -> tuple[Budget, float]:
+        """Keep of a level's seconds those of measuring it and of a last look at it.
+
+        levels: the networks up to it. Returns what is left, and the value of time.perf_counter() until which a round of
+        the look may begin; 0: there is none.
+        """
+        exact = not (self._shape.moving or self._shape.noise)
+        look = self._find is not None and exact and 1 < len(levels) == len(self._settings.networks)
+        if budget.steps is not None:
+            return budget, math.inf if look else 0.0
+        measuring = self._probe.seconds(levels)
+        end = budget.deadline - measuring
+        kept = seconds_kept(measuring, end - time.perf_counter()) if look else 0.0
+        return replace(budget, deadline=end - kept), last_begin(end, kept) if kept else 0.0
+
+    def _looked_over(
+        self, outcome: Outcome, task: Task, step: level.LevelStep, sampler: Sampler, until: float
+    ) -> Weights:
+        """Return what a last look makes of a level's weights."""
+        find, frozen = self._find, self._trained.weights()
+        unfit = outcome.interrupted or outcome.failed or outcome.steps < LEAST_STEPS
+        if find is None or unfit or time.perf_counter() > until:
+            return outcome.weights
+
+        def pieces(weights: Weights) -> Pieces:
+            final = self._final(weights)
+            so_far = self._trained.and_then(final, self._probe.rough([*frozen, final]), {})
+            return find(self._model_so_far(so_far))
+
+        width, depth = self._settings.networks[len(frozen)]
+        stage = f"level {len(frozen) + 1}, loose pieces ({width}x{depth})"
+        try:
+            return last_look(stage, outcome.weights, task, step, sampler, self._shape, pieces, self._progress, until)
+        except KeyboardInterrupt:
+            self._progress.end()
+            self.interrupted = True
+            return outcome.weights
 
     def _check_first_level(self, outcome: Outcome) -> None:
         """Raise UserError where level 1 is no model of the shape: it failed, or had no time for a step."""

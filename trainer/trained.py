@@ -3,7 +3,7 @@
 import json
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import torch
 
 from ..model.errors import UserError
 from ..model.field_figures import FieldFigures
-from ..model.model import DEFAULT_ITERATIONS, Level, Model, shape_of
+from ..model.model import DEFAULT_ITERATIONS, DEFAULT_STEP_BOUND, Level, Model, shape_of
 from ..model.orientation import DEFAULT_UP
 from .networks.fit import Outcome
 from .networks.network import Weights, from_model, to_model
@@ -81,6 +81,11 @@ class Trained:
     def deltas(self) -> list[float]:
         """List the half widths of the levels' bands."""
         return [level.delta for level in self.levels]
+
+    def and_then(self, weights: Weights, rough: tuple[float, float], record: dict[str, Any]) -> "Trained":
+        """Return this with one more level, which is not measured. rough: its half width, and its largest gradient."""
+        level = TrainedLevel(weights, *rough, DEFAULT_STEP_BOUND, DEFAULT_STEP_BOUND, record)
+        return replace(self, levels=[*self.levels, level])
 
     def lower_band_bounds(self, bounds: Sequence[float]) -> None:
         """Lower the levels' bounds as bands to those that were measured when a finer level was traced."""

@@ -1,0 +1,180 @@
+"""The last look of a training at the loose pieces of its surface."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+import trimesh
+
+import mplicits
+from mplicits.cli import perform
+from mplicits.mesher import survey
+from mplicits.mesher.extract import Extracted
+from mplicits.mesher.surface import Mesh
+from mplicits.model.errors import UserError
+from mplicits.model.model import Level as ModelLevel
+from mplicits.model.model import Model
+from mplicits.trainer import last_look, train
+from mplicits.trainer.last_look import Pieces
+from mplicits.trainer.level import LevelStep
+from mplicits.trainer.networks.fit import Task
+from mplicits.trainer.networks.network import Weights, initial, to_model
+from mplicits.trainer.pools import Sampler
+from mplicits.trainer.settings import RESIDUAL
+from mplicits.trainer.shapes.shape import Shape
+from mplicits.trainer.train import Training
+from support.ball_training import QUICK_NUMBERS, SMALL_SETTINGS, Log, load_ball
+
+DELTA = 0.05
+SPOT = np.array([[1.02, 0.0, 0.0]])
+"""A point outside of the ball."""
+
+
+@pytest.fixture(scope="module")
+def ball(tmp_path_factory: pytest.TempPathFactory) -> Shape:
+    return load_ball(tmp_path_factory.mktemp("ball"))
+
+
+@dataclass
+class Level:
+    """A level that `last_look` is to look at."""
+
+    start: Weights
+    step: LevelStep
+    look: Callable[..., Weights]
+
+
+@pytest.fixture
+def level(ball: Shape) -> Level:
+    """Level 2 of a ball, f_1 = 0."""
+    nothing = [torch.zeros(4, 3), torch.zeros(4), torch.zeros(1, 4), torch.zeros(1)]
+    sampler = Sampler(ball, [nothing], [DELTA], torch.device("cpu"), np.random.default_rng(0))
+    start = initial((8, 1), 5.0, 1, torch.Generator().manual_seed(0), 0.01)
+    step = LevelStep(sampler.surface(512), sampler.volume(512), RESIDUAL, torch.Generator().manual_seed(0))
+    task = Task(lambda: start, step, idle=1.0, rate=0.02, output_factor=0.1)
+    look = partial(last_look.last_look, "level 2, loose pieces (8x1)", start, task, step, sampler, ball)
+    return Level(start, step, look)
+
+
+def finding(*counts: int) -> Callable[[Weights], Pieces]:
+    """Find so many pieces, in turn, all at `SPOT`."""
+    left = list(counts)
+
+    def find(weights: Weights) -> Pieces:
+        count = left.pop(0)
+        return count, np.repeat(SPOT, count, axis=0).astype(np.float32)
+
+    return find
+
+
+def test_a_level_without_loose_pieces_stays_as_it_is(level: Level) -> None:
+    log = Log()
+    assert level.look(finding(0), log) is level.start
+    assert not log.lines
+
+
+def test_steps_are_taken_around_the_pieces(level: Level) -> None:
+    log = Log()
+    assert level.look(finding(2, 1, 0), log) is not level.start
+    assert log.lines == ["loose pieces of surface: 2; 0 after 600 more steps around them"]
+    hard = level.step.hard
+    assert hard is not None
+    assert hard.distance is not None
+    assert len(hard.points) == 2 * last_look.POINTS, "those of the first round, too"
+    assert float((hard.points - torch.tensor(SPOT)).norm(dim=1).max()) < 6 * last_look.SPREAD
+    np.testing.assert_allclose(hard.distance, hard.points.norm(dim=1) - 1, atol=5e-3)
+
+
+def test_the_round_with_the_fewest_pieces_is_kept(level: Level) -> None:
+    log = Log()
+    assert level.look(finding(2, 2, 4, 3), log) is level.start
+    assert log.lines == ["loose pieces of surface: 2, which more steps do not mend"]
+    log = Log()
+    level.look(finding(4, 5, 2, 3), log)
+    assert log.lines == ["loose pieces of surface: 4; 2 after 600 more steps around them"]
+
+
+def test_no_round_begins_too_late(level: Level) -> None:
+    assert level.look(finding(2), Log(), time.perf_counter() - 1) is level.start
+
+
+def test_a_look_takes_a_small_share_of_the_seconds_or_none() -> None:
+    assert 0 < last_look.seconds_kept(0.5, 100.0) < 0.2 * 100
+    assert last_look.seconds_kept(1.0, 100.0) == 0
+    assert 90 < last_look.last_begin(100.0, 10.0) < 100
+
+
+def trained(ball: Shape, monkeypatch: pytest.MonkeyPatch, find: Callable[[Model], Pieces], log: Log) -> Training:
+    for module, name, number in (*QUICK_NUMBERS, (last_look, "STEPS", 5), (train, "LEAST_STEPS", 100)):
+        monkeypatch.setattr(module, name, number)
+    training = Training(ball, replace(SMALL_SETTINGS, steps=(150, 150, 0)), log, find=find)
+    training.run()
+    return training
+
+
+def test_a_training_looks_at_its_last_level_and_says_so(ball: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
+    counts, seen = [1, 0], []
+
+    def find(model: Model) -> Pieces:
+        seen.append(len(model.levels))
+        return counts.pop(0), SPOT.astype(np.float32)
+
+    log = Log()
+    assert not trained(ball, monkeypatch, find, log).interrupted
+    assert seen == [2, 2]
+    assert "loose pieces of surface: 1; 0 after 5 more steps around them" in log.lines
+
+
+def test_ctrl_c_in_the_look_keeps_the_level(ball: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
+    def find(model: Model) -> Pieces:
+        raise KeyboardInterrupt
+
+    training = trained(ball, monkeypatch, find, Log())
+    assert training.interrupted
+    assert len(training._trained.levels) == 2
+
+
+@pytest.mark.parametrize("way", ["command", "function"])
+def test_the_front_doors_look(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, way: str) -> None:
+    for module, name, number in (*QUICK_NUMBERS, (train, "LEAST_STEPS", 20)):
+        monkeypatch.setattr(module, name, number)
+    looked = []
+
+    def find(model: Model) -> Pieces:
+        looked.append(len(model.levels))
+        return 0, np.empty((0, 3), np.float32)
+
+    monkeypatch.setattr(survey, "loose_pieces", find)
+    trimesh.creation.icosphere(subdivisions=3).export(tmp_path / "ball.ply")
+    monkeypatch.chdir(tmp_path)
+    if way == "command":
+        perform(["train", "ball.ply", "--levels", "8x1,8x1", "--steps", "60,40", "--omega", "8,16", "--quiet"])
+    else:
+        mplicits.train("ball.ply", "8x1,8x1", steps="60,40", omega="8,16", quiet=True)
+    assert looked == [2]
+
+
+def test_small_pieces_beside_the_largest_are_loose(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ball, a fleck, and a second part that is as likely to be the shape's own."""
+    sphere = trimesh.creation.icosphere(3)
+    balls = [((0.7, 0, 0), 0.01), ((0, 0, 0), 0.5), ((0, 0.7, 0), 0.1)]
+    vertices = np.concatenate([radius * sphere.vertices + centre for centre, radius in balls])
+    faces = np.concatenate([sphere.faces + i * len(sphere.vertices) for i in range(3)])
+    mesh = Mesh(vertices.astype(np.float32), faces.astype(np.int64))
+    network = to_model(initial((4, 1), 5.0, 1, torch.Generator().manual_seed(0)))
+    model = Model("ball", (ModelLevel(network, 0.1, 8, 1.0),))
+    monkeypatch.setattr(survey, "extract_model", lambda *_: Extracted(mesh, 3, 0))
+    count, points = survey.loose_pieces(model)
+    assert count == 1
+    np.testing.assert_allclose(np.linalg.norm(points - (0.7, 0, 0), axis=1), 0.01, rtol=1e-3)
+
+    def nothing(*_: object) -> Extracted:
+        raise UserError("no surface")
+
+    monkeypatch.setattr(survey, "extract_model", nothing)
+    assert survey.loose_pieces(model)[0] == 0
