@@ -70,8 +70,8 @@ def ours(shape: Shape, networks: str, seconds: float, seed: int) -> Model:
 def one_siren(shape: Shape, parameters: int, seconds: float, seed: int, depth: int = 2, omega: float = 60.0) -> Model:
     """Train one network of at most `parameters` weights by our loss and schedule.
 
-    Values that exceed the distance weigh no more than others, as nothing is stacked on this network, and as that costs
-    it twice the Chamfer distance on a noisy cloud.
+    Values that exceed the distance weigh no more than others: no other level relies on this network, and on a noisy
+    cloud more weight doubled its Chamfer distance.
     """
     width = max(n for n in range(4, 1025) if 4 * n + depth * (n * n + n) + n + 1 <= parameters)
     chosen = Settings(((width, depth),), (omega,), (1,), seconds, False, seed, weights={"excess": 1.0})

@@ -139,7 +139,7 @@ class Training:
         elif unfinished:
             start = partial(clone, unfinished.weights)
             budget = replace(budget, done=unfinished.fraction)
-        budget, until = self._budget_of_steps(budget, [*frozen, start()])
+        budget, until = self._budget_of_steps(budget, index, lambda: [*frozen, start()])
         weight = settings.loss_weights(first=first, noise=self._shape.noise, moving=self._shape.moving)
         rate, output_factor = level.rates(width, None if first else deltas[-1])
         share = level.FIRST_HARD_SHARE if first else level.HARD_SHARE
@@ -187,17 +187,17 @@ class Training:
         self._trained.lower_band_bounds(as_bands)
         self._trained.levels.append(TrainedLevel(weights, delta, lipschitz, last, 1.0, record))
 
-    def _budget_of_steps(self, budget: Budget, levels: list[Weights]) -> tuple[Budget, float]:
+    def _budget_of_steps(self, budget: Budget, index: int, levels: Callable[[], list[Weights]]) -> tuple[Budget, float]:
         """Keep of a level's seconds those of measuring it and of a last look at it.
 
-        levels: the networks up to it. Returns what is left, and the value of time.perf_counter() until which a round of
-        the look may begin; 0: there is none.
+        levels: makes the networks up to it. Returns what is left, and the value of time.perf_counter() until which a
+        round of the look may begin; 0: there is none.
         """
         exact = not (self._shape.moving or self._shape.noise)
-        look = self._find is not None and exact and 1 < len(levels) == len(self._settings.networks)
+        look = self._find is not None and exact and 0 < index == len(self._settings.networks) - 1
         if budget.steps is not None:
             return budget, math.inf if look else 0.0
-        measuring = self._probe.seconds(levels)
+        measuring = self._probe.seconds(levels())
         end = budget.deadline - measuring
         kept = seconds_kept(measuring, end - time.perf_counter()) if look else 0.0
         return replace(budget, deadline=end - kept), last_begin(end, kept) if kept else 0.0
