@@ -141,7 +141,8 @@ def training_arguments(parser: ArgumentParser) -> None:
     add(
         "--weights",
         metavar="NAME=X,..",
-        help="weights of the loss: value, normal, eikonal (Eq. 4), distance (off the surface)",
+        help="weights of the loss: value, normal, eikonal (Eq. 4), distance (off the surface), "
+        "length (times eikonal, on the surface)",
     )
     shown = parser.add_mutually_exclusive_group()
     shown.add_argument("--quiet", action="store_true", help="show no progress bar")

@@ -167,6 +167,10 @@ def level_loss(
     eikonal, d_eikonal = losses.eikonal(in_space)
     loss = weight.value * value + weight.normal * normal + weight.distance * distance + weight.eikonal * eikonal
     d_gradient = d_eikonal.mul_(weight.eikonal)
+    if weight.length != 1.0:
+        more = weight.eikonal * (weight.length - 1) * on / len(f)
+        loss = loss + more * losses.eikonal(in_space[:on])[0]
+        d_gradient[:on].mul_(weight.length)
     d_gradient[:on].add_(d_normal, alpha=weight.normal)
     if gradient.shape[1] > 3:
         d_gradient = pad(d_gradient, (0, 1))

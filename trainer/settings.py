@@ -54,6 +54,8 @@ class LossWeights:
     """Times `distance`, where a value off the surface exceeds the distance."""
     lacking: float = 1.0
     """Times `distance`, where it has less than losses.LACK of the distance, or the wrong sign."""
+    length: float = 1.0
+    """Times `eikonal`, at points of the surface."""
 
 
 FIRST_LEVEL = LossWeights(value=10_000.0, normal=30.0, eikonal=1.0, distance=3000.0, excess=20.0, lacking=1.0)

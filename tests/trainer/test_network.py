@@ -84,17 +84,19 @@ def test_a_value_off_the_surface_weighs_by_whether_it_exceeds_or_lacks_size() ->
     torch.testing.assert_close(losses.distance(f, truth, 1.0, 1.0)[0], losses.value(f, truth)[0])
 
 
-def test_the_level_s_loss_is_equation_4() -> None:
+@pytest.mark.parametrize("length", [1.0, 4.0])
+def test_the_level_s_loss_is_equation_4(length: float) -> None:
     f, gradient = points()[:, 0].clone().requires_grad_(), (points(40) + 0.2).requires_grad_()
     normals, distance = torch.nn.functional.normalize(points(20), dim=1), points()[:, 2]
     surface, volume = (Pool(points(20), part, normals, f, gradient) for part in (distance[:20], distance[20:]))
-    weight = LossWeights(value=5, normal=3, eikonal=2, distance=7)
+    weight = LossWeights(value=5, normal=3, eikonal=2, distance=7, length=length)
     loss, d_f, d_gradient, terms = level_loss(f, gradient, surface, volume, weight)
     squares = (f - distance).square()
     cosine = torch.nn.functional.cosine_similarity(gradient[:20], normals, dim=1)
-    eikonal = (gradient.norm(dim=1) - 1).square().mean()
+    off_length = (gradient.norm(dim=1) - 1).square()
+    eikonal = (length * off_length[:20].sum() + off_length[20:].sum()) / 40
     assert terms["value"] == squares[:20].mean()
-    assert terms["eikonal"] == eikonal
+    assert terms["eikonal"] == off_length.mean()
     expected = 5 * squares[:20].mean() + 7 * squares[20:].mean() + 3 * (1 - cosine).mean() + 2 * eikonal
     torch.testing.assert_close(loss, expected)
     for derivative, slope in zip((d_f, d_gradient), torch.autograd.grad(expected, (f, gradient)), strict=True):
