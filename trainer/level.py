@@ -120,7 +120,7 @@ class LevelStep:
         """The derivative of the distance term at hard points, each of which counts as one of `volume` samples."""
         assert hard.distance is not None
         weight = self._weight
-        _, d_f = losses.distance(f, hard.distance, weight.excess, weight.lacking)
+        _, d_f = losses.distance(f, hard.distance, weight.excess, weight.lacking, weight.near)
         return d_f * (weight.distance * len(f) / volume)
 
 
@@ -161,7 +161,7 @@ def level_loss(
     assert volume.distance is not None
     on = len(surface.points)
     value, d_value = losses.value(f[:on], surface.distance)
-    distance, d_distance = losses.distance(f[on:], volume.distance, weight.excess, weight.lacking)
+    distance, d_distance = losses.distance(f[on:], volume.distance, weight.excess, weight.lacking, weight.near)
     in_space = gradient[:, :3]
     normal, d_normal = losses.normal(in_space[:on], surface.normals)
     eikonal, d_eikonal = losses.eikonal(in_space)

@@ -122,28 +122,34 @@ class Sampler:
             distance = np.clip(distance, -STRAY_REACH * self._delta, STRAY_REACH * self._delta)
         return self._pool(points, distance=distance)
 
-    def hard(self, weights: Weights, known: Pool | None, count: int) -> Pool | None:
+    def hard(self, weights: Weights, known: Pool | None, count: int, near: float) -> Pool | None:
         """Find points off the surface where f_i, with the level's `weights` as they are now, is badly wrong.
 
-        For level 1 |f_1| exceeds the distance there, so that rays would step through the surface. For a residual f_i
-        has the wrong sign or less than losses.LACK of the distance: loose pieces of surface appear around such points.
-        Both are too few for the level's own samples to hold them.
+        |f_i| exceeds the distance there, so that rays would step through the surface: a residual overshoots in narrow
+        gaps and notches, where level 1 is right. Or a residual has the wrong sign or less than losses.LACK of the
+        distance: loose pieces of surface appear around such points. Both are too few for the level's own samples to
+        hold them.
         known: the hard points that were found before; more are searched for around them. count: at most so many
-        candidates of each kind. Returns None where there are (nearly) no hard points.
+        candidates of each kind. near: closer than this to the surface a value may exceed the distance. Returns None
+        where there are (nearly) no hard points.
         """
         points = self._hard_candidates(known, min(count, HARD_CANDIDATES if self._frozen else EXCESS_CANDIDATES))
-        f = np.asarray(field([*self._frozen, weights], self._tensor(points)).cpu(), np.float64)
-        suspect = np.flatnonzero(np.abs(f) < HARD_NEAR * self._delta if self._frozen else np.abs(f) > losses.NEAR)
-        suspect = self._rng.permutation(suspect)[:HARD_SUSPECTS]
+        at = self._tensor(points)
+        f = np.asarray(field([*self._frozen, weights], at).cpu(), np.float64)
+        suspected = np.abs(f) > near
+        if self._frozen:
+            before = np.abs(np.asarray(field(self._frozen, at).cpu(), np.float64))
+            suspected = (suspected & (np.abs(f) > EXCESS * before)) | (np.abs(f) < HARD_NEAR * self._delta)
+        suspect = self._rng.permutation(np.flatnonzero(suspected))[:HARD_SUSPECTS]
         points, f = points[suspect], f[suspect]
         if not len(points):
             return None
         distance = self._shape.distance(points)
         size, reach = np.abs(distance), STRAY_REACH * self._delta
+        wrong = (np.abs(f) > EXCESS * size) & (size > near)
         if self._frozen:
-            wrong = (f * np.sign(distance) < losses.LACK * size) & (size > HARD_LEAST_DISTANCE * self._delta)
-        else:
-            wrong = (np.abs(f) > EXCESS * size) & (size > losses.NEAR)
+            lacks = f * np.sign(distance) < losses.LACK * size
+            wrong |= lacks & (size > HARD_LEAST_DISTANCE * self._delta)
         if np.count_nonzero(wrong) < HARD_FEWEST:  # no point is wrong whose distance is NaN
             return None
         return self.known(points[wrong], np.clip(distance[wrong], -reach, reach))

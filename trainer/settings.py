@@ -56,11 +56,15 @@ class LossWeights:
     """Times `distance`, where it has less than losses.LACK of the distance, or the wrong sign."""
     length: float = 1.0
     """Times `eikonal`, at points of the surface."""
+    near: float = 0.008
+    """Closer than this to the surface, model units, a value that exceeds the distance weighs like any other."""
 
 
 FIRST_LEVEL = LossWeights(value=10_000.0, normal=30.0, eikonal=1.0, distance=3000.0, excess=20.0, lacking=1.0)
 """Level 1 has to be a distance in the whole domain."""
-RESIDUAL = LossWeights(value=300_000.0, normal=100.0, eikonal=3.0, distance=3000.0, excess=40.0, lacking=20.0)
+RESIDUAL = LossWeights(
+    value=300_000.0, normal=100.0, eikonal=3.0, distance=3000.0, excess=40.0, lacking=20.0, near=0.003
+)
 """A residual spends what it can hold on the surface."""
 NOISY_FIRST_VALUE, NOISY_VALUE = 0.3, 3.0
 """The most that `value` is of level 1 and of a residual, times the variance of the points' noise.

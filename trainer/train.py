@@ -146,7 +146,7 @@ class Training:
         step = level.LevelStep(surface, volume, weight, torch.Generator().manual_seed(seed), share)
 
         def review(weights: Weights) -> None:
-            step.hard = sampler.hard(self._final(weights), step.hard, count)
+            step.hard = sampler.hard(self._final(weights), step.hard, count, weight.near)
 
         watch = self._probe.watcher(frozen)
 

@@ -15,7 +15,7 @@ from mplicits.trainer.settings import RESIDUAL
 from mplicits.trainer.shapes.shape import Shape
 from support.ball_training import QUICK_NUMBERS, SMALL_SETTINGS, Log, load_ball, train
 
-DELTA = 0.05
+DELTA, NEAR = 0.05, 0.008
 CPU = torch.device("cpu")
 
 
@@ -35,7 +35,7 @@ def sampler(ball: Shape, before: float) -> pools.Sampler:
 
 
 def test_points_off_the_surface_where_the_field_vanishes_are_hard(ball: Shape) -> None:
-    hard = sampler(ball, 0.0).hard(constant(0.0), None, 2000)
+    hard = sampler(ball, 0.0).hard(constant(0.0), None, 2000, NEAR)
     assert hard is not None
     assert hard.distance is not None
     away = hard.points.norm(dim=1) - 1
@@ -43,31 +43,43 @@ def test_points_off_the_surface_where_the_field_vanishes_are_hard(ball: Shape) -
     reach = pools.STRAY_REACH * DELTA
     np.testing.assert_allclose(hard.distance, away.clamp(-reach, reach), atol=5e-3)
     np.testing.assert_array_equal(hard.frozen, 0)
-    again = sampler(ball, 0.0).hard(constant(0.0), hard, 2000)
+    again = sampler(ball, 0.0).hard(constant(0.0), hard, 2000, NEAR)
     assert again is not None
     assert len(again.points) > len(hard.points), "more are searched for around those that are known"
 
 
-@pytest.mark.parametrize(("before", "residual"), [(0.04, 0.0), (0.0, 0.04), (2 * DELTA, 0.0)])
-def test_a_field_that_is_not_near_zero_has_no_hard_points(ball: Shape, before: float, residual: float) -> None:
+@pytest.mark.parametrize(("before", "residual"), [(0.04, 0.0), (0.04, -0.02), (2 * DELTA, 0.0)])
+def test_a_residual_that_neither_vanishes_nor_adds_has_no_hard_points(
+    ball: Shape, before: float, residual: float
+) -> None:
     """The last case has no band at all."""
-    assert sampler(ball, before).hard(constant(residual), None, 2000) is None
+    assert sampler(ball, before).hard(constant(residual), None, 2000, NEAR) is None
+
+
+def test_points_that_a_residual_puts_too_far_away_are_hard(ball: Shape) -> None:
+    """Of f = 0.04 where f_1 was 0, those between NEAR and 0.04 / EXCESS from the surface."""
+    hard = sampler(ball, 0.0).hard(constant(0.04), None, 20_000, NEAR)
+    assert hard is not None
+    assert hard.distance is not None
+    outside = hard.distance[(hard.distance > 0) & (hard.distance < DELTA)]  # farther away, f lacks size
+    assert NEAR <= float(outside.min()) < NEAR + 2e-3
+    assert 0.04 / pools.EXCESS - 2e-3 < float(outside.max()) < 0.04 / pools.EXCESS
 
 
 def test_points_that_level_1_puts_too_far_away_are_hard(ball: Shape) -> None:
-    """Of a field that is 0.03 everywhere, those between losses.NEAR and 0.03 / EXCESS from the surface."""
+    """Of a field that is 0.03 everywhere, those between NEAR and 0.03 / EXCESS from the surface."""
     first = pools.Sampler(ball, [], [], CPU, np.random.default_rng(0))
-    hard = first.hard(constant(0.03), None, 10_000)
+    hard = first.hard(constant(0.03), None, 10_000, NEAR)
     assert hard is not None
     assert hard.distance is not None
     away = hard.points.norm(dim=1) - 1
-    assert losses.NEAR - 5e-3 < float(away.abs().min()) < losses.NEAR + 5e-3
+    assert NEAR - 5e-3 < float(away.abs().min()) < NEAR + 5e-3
     assert 0.025 < float(away.abs().max()) < 0.03 / pools.EXCESS + 5e-3
     np.testing.assert_allclose(hard.distance, away, atol=5e-3)
-    again = first.hard(constant(0.03), hard, 10_000)
+    again = first.hard(constant(0.03), hard, 10_000, NEAR)
     assert again is not None
     assert len(again.points) > len(hard.points), "more are searched for around those that are known"
-    assert first.hard(constant(0.0), None, 10_000) is None, "a field that falls short everywhere has none"
+    assert first.hard(constant(0.0), None, 10_000, NEAR) is None, "a field that falls short everywhere has none"
 
 
 @pytest.mark.parametrize(("weights", "levels"), [({}, {0, 1}), ({"excess": 1.0}, {1})])
@@ -77,9 +89,11 @@ def test_level_1_has_hard_points_where_exceeding_the_distance_weighs_more(
     searched = set()
     search = pools.Sampler.hard
 
-    def counted(self: pools.Sampler, level: Weights, known: pools.Pool | None, count: int) -> pools.Pool | None:
+    def counted(
+        self: pools.Sampler, level: Weights, known: pools.Pool | None, count: int, near: float
+    ) -> pools.Pool | None:
         searched.add(len(self._frozen))
-        return search(self, level, known, count)
+        return search(self, level, known, count, near)
 
     monkeypatch.setattr(pools.Sampler, "hard", counted)
     for module, name, number in QUICK_NUMBERS:
@@ -110,7 +124,9 @@ def test_a_step_also_takes_the_gradient_of_hard_points_and_its_loss_does_not_cou
         gradients.append([w.grad for w in weights])
     assert loss[0] == loss[1]
     weights = [w.clone().requires_grad_() for w in start]
-    term, _ = losses.distance(value(weights, hard.points)[:, 0], torch.tensor([0.1]), RESIDUAL.excess, RESIDUAL.lacking)
+    term, _ = losses.distance(
+        value(weights, hard.points)[:, 0], torch.tensor([0.1]), RESIDUAL.excess, RESIDUAL.lacking, RESIDUAL.near
+    )
     count = int(400 * HARD_SHARE)
     expected = torch.autograd.grad(RESIDUAL.distance * term * count / 400, weights)
     for without, with_hard, derivative in zip(*gradients, expected, strict=True):

@@ -68,7 +68,7 @@ def test_the_derivatives_of_the_losses_are_those_of_autograd() -> None:
     normals = torch.nn.functional.normalize(points().flip(0), dim=1)
     for at, (loss, slope) in (
         (f, losses.value(f, distance)),
-        (f, losses.distance(f, distance, excess=20.0, lacking=5.0)),
+        (f, losses.distance(f, distance, excess=20.0, lacking=5.0, near=0.008)),
         (gradient, losses.normal(gradient, normals)),
         (gradient, losses.eikonal(gradient)),
     ):
@@ -79,9 +79,9 @@ def test_a_value_off_the_surface_weighs_by_whether_it_exceeds_or_lacks_size() ->
     truth = torch.tensor([0.2, 0.2, 0.2, 0.2, -0.2, -0.2, 0.004, torch.nan])
     f = torch.tensor([0.3, 0.15, 0.05, -0.1, -0.3, 0.1, 0.005, 9.0])
     weights = torch.tensor([20.0, 1.0, 5.0, 5.0, 20.0, 5.0, 1.0, 0.0])
-    loss, _ = losses.distance(f, truth, excess=20.0, lacking=5.0)
+    loss, _ = losses.distance(f, truth, excess=20.0, lacking=5.0, near=0.008)
     torch.testing.assert_close(loss, (weights * (f - truth.nan_to_num()).square()).mean())
-    torch.testing.assert_close(losses.distance(f, truth, 1.0, 1.0)[0], losses.value(f, truth)[0])
+    torch.testing.assert_close(losses.distance(f, truth, 1.0, 1.0, 0.0)[0], losses.value(f, truth)[0])
 
 
 @pytest.mark.parametrize("length", [1.0, 4.0])

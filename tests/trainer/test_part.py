@@ -147,7 +147,7 @@ def test_hard_points_and_random_numbers_go_on(ball: Shape) -> None:
         return [*taken, *(float(weight.grad.sum()) for weight in weights if weight.grad is not None)]
 
     step, kept = draws(4)
-    step.hard = sampler.hard(flat, None, 2000)
+    step.hard = sampler.hard(flat, None, 2000, 0.0)
     losses(step)
     snapshot = kept.snapshot()
     expected, drawn = losses(step), rng.random()

@@ -23,21 +23,19 @@ def value(f: Tensor, distance: Tensor) -> tuple[Tensor, Tensor]:
 
 LACK = 0.3
 """A value off the surface lacks size where it is below this share of the distance, its sign included."""
-NEAR = 0.008
-"""Closer than this to the surface, model units, a value that exceeds the distance weighs like any other."""
 
 
-def distance(f: Tensor, truth: Tensor, excess: float, lacking: float) -> tuple[Tensor, Tensor]:
+def distance(f: Tensor, truth: Tensor, excess: float, lacking: float, near: float) -> tuple[Tensor, Tensor]:
     """Compute the term of the values off the surface: the mean of w (f_i(x) - truth)^2.
 
     truth: signed distances (N,); NaN where one is not known, which adds nothing. A value that exceeds the distance may
     carry a ray through the surface, and one that lacks size or has the wrong sign may make surface where there is none:
-    w is `excess` where |f| > |truth| > NEAR, `lacking` where f has less than LACK of the distance, else 1. Returns the
+    w is `excess` where |f| > |truth| > near, `lacking` where f has less than LACK of the distance, else 1. Returns the
     term, and its derivative with respect to f: (N,).
     """
     error = (f - truth).nan_to_num()
     size = truth.abs()
-    weighted = torch.where((f.abs() > size) & (size > NEAR), excess, 1.0) * error
+    weighted = torch.where((f.abs() > size) & (size > near), excess, 1.0) * error
     if lacking != 1.0:
         weighted = torch.where(f * truth.sign() < LACK * size, lacking * error, weighted)
     return (weighted * error).mean(), weighted * (2 / len(f))
