@@ -10,7 +10,7 @@ from ...model.errors import UserError
 from .checks import FEWEST
 from .cleaning import clean, pick
 from .duplicates import merge
-from .planes import LocalPlanes
+from .planes import LocalPlanes, NearestPoint
 from .shape import Doubles, SurfacePoints, asked_together, unit
 
 HELD_OUT = 0.05
@@ -23,7 +23,7 @@ COARSE = 1e-4
 Each halving of a distance adds a level to its octree: a million points in close pairs would fill 25 GB.
 """
 NOISY_TRUSTED = 3.0
-"""As planes.TRUSTED, of a cloud that was noisy: its planes say nothing, so that less is known close to its points."""
+"""As planes.TRUSTED, of a cloud that was noisy, and has no planes: less is known close to its points."""
 EVEN, EVEN_NEIGHBOURS = 1.5, 64
 """Most that a point's spacing counts, in the median one of so many neighbours, where the cloud was noisy.
 
@@ -70,10 +70,11 @@ class CloudShape:
         # So cut, a tree finds the nearest of points on a surface from far away some ten times as fast.
         self._tree = cKDTree(self._kept.points, balanced_tree=False, compact_nodes=False)
         spacings = np.sqrt(_areas(self._tree))
+        self._near: LocalPlanes | NearestPoint
         if self.noise:
-            self._planes = LocalPlanes(self._tree, self._kept.normals, self._evened(spacings), NOISY_TRUSTED)
+            self._near = NearestPoint(self._tree, self._evened(spacings), NOISY_TRUSTED)
         else:
-            self._planes = LocalPlanes(self._tree, self._kept.normals, spacings)
+            self._near = LocalPlanes(self._tree, self._kept.normals, spacings)
         coarse = merge(self._kept, COARSE).surface
         indices, children, _, _ = igl.octree(coarse.points)
         weighted = coarse.points, coarse.normals, _areas(cKDTree(coarse.points)), indices, children
@@ -102,10 +103,7 @@ class CloudShape:
         return asked_together(self._distance, points)
 
     def _distance(self, points: Doubles) -> Doubles:
-        planes, nearest = self._planes.distance(points)
-        if self.noise:
-            # What cleaning has left of the noise tilts single planes, and f would be held to a few wrong signs.
-            planes[:] = np.nan
+        planes, nearest = self._near.distance(points)
         winding = igl.fast_winding_number(*self._winding, points)
         nearest[np.abs(winding - 0.5) < OPEN] = np.nan
         return np.where(np.isnan(planes), np.where(winding > 0.5, -nearest, nearest), planes)

@@ -35,12 +35,9 @@ class LocalPlanes:
     then the same on both, and cancels.
     """
 
-    def __init__(self, tree: cKDTree, normals: Doubles, spacings: Doubles, trusted: float = TRUSTED) -> None:
-        """normals: (N, 3), unit, of the tree's points. spacings: of the points, (N,).
-
-        trusted: distance, in spacings, from which on the nearest point tells the distance.
-        """
-        self._tree, self._normals, self._spacings, self._trusted = tree, normals, spacings, trusted
+    def __init__(self, tree: cKDTree, normals: Doubles, spacings: Doubles) -> None:
+        """normals: (N, 3), unit, of the tree's points. spacings: of the points, (N,)."""
+        self._tree, self._normals, self._spacings = tree, normals, spacings
         self._points = np.asarray(tree.data)
 
     def distance(self, points: Doubles) -> tuple[Doubles, Doubles]:
@@ -70,4 +67,25 @@ class LocalPlanes:
         f = np.einsum("nk,nk->n", weight, heights)
         spread = np.sqrt(np.einsum("nk,nk->n", weight, (heights - f[:, None]) ** 2))
         known: NDArray[np.bool_] = (spread < SPREAD * spacing) & (np.abs(nearest**2 - f**2) < (SIDEWAYS * spacing) ** 2)
-        return np.where(known, f, np.nan), np.where(nearest < self._trusted * spacing, np.nan, nearest)
+        return np.where(known, f, np.nan), _if_far(nearest, spacing, TRUSTED)
+
+
+class NearestPoint:
+    """The distance to the nearest point, of a cloud whose planes say nothing.
+
+    What the removal of noise has left of it tilts single planes, and f would be held to a few wrong signs.
+    """
+
+    def __init__(self, tree: cKDTree, spacings: Doubles, trusted: float) -> None:
+        """spacings: of the tree's points, (N,). trusted: distance, in spacings, from which on it is the surface's."""
+        self._tree, self._spacings, self._trusted = tree, spacings, trusted
+
+    def distance(self, points: Doubles) -> tuple[Doubles, Doubles]:
+        """Compute what `LocalPlanes.distance` does, without planes: the first of the two is NaN everywhere."""
+        nearest, index = (np.asarray(column) for column in self._tree.query(points, workers=-1))
+        return np.full(len(points), np.nan), _if_far(nearest, self._spacings[index], self._trusted)
+
+
+def _if_far(nearest: Doubles, spacing: Doubles, least: float) -> Doubles:
+    """Return distances, NaN where one is less than `least` spacings."""
+    return np.where(nearest < least * spacing, np.nan, nearest)
