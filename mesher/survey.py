@@ -8,7 +8,7 @@ from ..model.errors import UserError
 from ..model.model import Model
 from .bar import Bar
 from .extract import extract_model
-from .surface import Array, Mesh
+from .surface import Array, Mesh, Whole
 
 RESOLUTION = 256
 """Of the grid on which the surface is extracted. Smaller pieces than a cell, 1/128, may be missed."""
@@ -36,15 +36,16 @@ def surface_of(model: Model, quiet: bool) -> Mesh:
         bar.end()
 
 
-def loose_pieces(model: Model) -> tuple[int, Array]:
+def loose_pieces(model: Model) -> tuple[int, Array, Whole]:
     """Find the pieces of a model's surface that are small and not joined to the largest.
 
-    Returns their number, and their vertices (N, 3), model space. A model without a surface has none.
+    Returns their number, their vertices (N, 3), model space, and the piece that each of these is of (N,), from 1 on,
+    with a minus where the piece is a hollow in the solid. A model without a surface has none.
     """
     try:
         mesh = extract_model(model, FINE_RESOLUTION).mesh
     except UserError:
-        return 0, np.empty((0, 3), np.float32)
+        return 0, np.empty((0, 3), np.float32), np.empty(0, np.int64)
     count, piece = mesh.components()
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, piece, mesh.vertices)
@@ -52,7 +53,10 @@ def loose_pieces(model: Model) -> tuple[int, Array]:
     size = np.linalg.norm(high - low, axis=1)
     loose = size < SMALL
     loose[size.argmax()] = False
-    return int(loose.sum()), mesh.vertices[loose[piece]]
+    a, b, c = (mesh.vertices[mesh.faces[:, k]].astype(np.float64) for k in range(3))
+    volume = np.bincount(piece[mesh.faces[:, 0]], np.einsum("nk,nk->n", a, np.cross(b, c)), count)
+    number = np.where(volume < 0, -1, 1) * np.cumsum(loose)
+    return int(loose.sum()), mesh.vertices[loose[piece]], number[piece[loose[piece]]]
 
 
 def describe_surface(model: Model, quiet: bool) -> str:

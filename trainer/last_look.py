@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from ..model.model import Model
 from .level import LevelStep
-from .networks.fit import Budget, Task, TrainingProgress, fit
+from .networks.fit import Budget, Outcome, Task, TrainingProgress, fit
 from .networks.network import Weights, clone
 from .pools import Sampler
 from .shapes.shape import Shape
 
-ROUNDS, STEPS = 3, 300
+ROUNDS, STEPS = 5, 300
 """Most rounds of a look, and the optimiser steps of each."""
 SLOWER = 0.05
 """Factor on the level's rate."""
@@ -24,15 +24,25 @@ POINTS = 20_000
 """Points around the pieces, which a tenth of each step's samples off the surface are drawn from."""
 SPREAD = 0.004
 """How far they are from a piece along each axis, model units: standard deviation. A cell of 512^3 is as wide."""
+TRUE_ROUNDS = 1
+"""Rounds in which the distances around pieces are the shape's.
+
+Later ones have those of a place without the piece: a slit that is too narrow for the network to open is left as
+hollows, a wall that is too thin as islands, and the shape's distances would keep them.
+"""
+WITHOUT, WITHOUT_SPREAD = 0.003, 0.002
+"""The least of these distances, and `SPREAD` of their points."""
+THIN = 0.004
+"""A piece that the shape's distances make thicker than twice this may be the shape's own, and stays."""
 LEAST_STEPS = 1000
 """A level of fewer steps is not looked at: its flecks are the least that is wrong with it."""
 COST, ROUND_SHARE, SHARE = 25.0, 0.6, 0.15
 """Seconds of a search and a round, in those of measuring the level; the round's share of them, with its own search; and
 the most of a level's seconds that they may be."""
 
-Pieces = tuple[int, NDArray[np.float32]]
-"""The number of a surface's loose pieces, which are small and not joined to the largest; and (N, 3), model space, their
-vertices."""
+Pieces = tuple[int, NDArray[np.float32], NDArray[np.int64]]
+"""The number of a surface's loose pieces, which are small and not joined to the largest; their vertices (N, 3), model
+space; and the piece that each is of (N,), from 1 on, with a minus where it is a hollow in the solid."""
 FindsPieces = Callable[[Model], Pieces]
 
 
@@ -48,6 +58,43 @@ def seconds_kept(measuring: float, left: float) -> float:
 def last_begin(end: float, kept: float) -> float:
     """Return when a round may begin at the latest of a look that has `kept` seconds and ends at `end`."""
     return end - ROUND_SHARE * kept
+
+
+class LastLook:
+    """The last look at one level: what it keeps of the level's seconds, and whether it is made at all."""
+
+    interrupted = False
+    """Whether Ctrl-C ended it."""
+
+    def __init__(self, find: Callable[[Weights], Pieces] | None, shape: Shape, progress: TrainingProgress) -> None:
+        """find: finds the pieces that there are with such weights; None: the level is not looked at."""
+        self._find, self._shape, self._progress, self._until = find, shape, progress, math.inf
+
+    def leave(self, budget: Budget, measuring: Callable[[], float]) -> Budget:
+        """Keep of a level's seconds those of measuring it and of looking at it, and return what is left.
+
+        measuring: tells how many seconds measuring the level takes; asked where seconds are given.
+        """
+        if budget.steps is not None:
+            return budget
+        seconds = measuring()
+        end = budget.deadline - seconds
+        kept = seconds_kept(seconds, end - time.perf_counter()) if self._find is not None else 0.0
+        self._until = last_begin(end, kept) if kept else 0.0
+        return replace(budget, deadline=end - kept)
+
+    def __call__(self, stage: str, outcome: Outcome, task: Task, step: LevelStep, sampler: Sampler) -> Weights:
+        """Return what a look makes of the level's weights, as `last_look` does: as they are, where there is none."""
+        unfit = outcome.interrupted or outcome.failed or outcome.steps < LEAST_STEPS
+        if self._find is None or unfit or time.perf_counter() > self._until:
+            return outcome.weights
+        find, progress, until = self._find, self._progress, self._until
+        try:
+            return last_look(stage, outcome.weights, task, step, sampler, self._shape, find, progress, until)
+        except KeyboardInterrupt:
+            progress.end()
+            self.interrupted = True
+            return outcome.weights
 
 
 def last_look(
@@ -68,15 +115,26 @@ def last_look(
     KeyboardInterrupt.
     """
     progress.begin(stage)
-    first, vertices = find(start)
+    first, vertices, piece = find(start)
     weights, count, rng = start, first, np.random.default_rng(0)
     fewest, kept, after = first, start, 0
     points, distance = np.empty((0, 3)), np.empty(0)
     for number in range(1, ROUNDS + 1):
         if not count or time.perf_counter() > until:
             break
-        near = vertices[rng.integers(len(vertices), size=POINTS)] + rng.normal(scale=SPREAD, size=(POINTS, 3))
+        true = number <= TRUE_ROUNDS
+        if not true:
+            thin = _thin(vertices, piece, shape)
+            vertices, piece = vertices[thin], piece[thin]
+            if not len(vertices):
+                break
+        chosen = rng.integers(len(vertices), size=POINTS)
+        near = vertices[chosen] + rng.normal(scale=SPREAD if true else WITHOUT_SPREAD, size=(POINTS, 3))
         truth = shape.distance(near)
+        if not true:
+            truth = np.sign(piece[chosen]) * np.maximum(np.abs(truth), WITHOUT)
+        if number == TRUE_ROUNDS + 1:  # The shape's own distances say the opposite.
+            points, distance = np.empty((0, 3)), np.empty(0)
         known = ~np.isnan(truth)
         points, distance = np.concatenate((points, near[known])), np.concatenate((distance, truth[known]))
         if not len(points):
@@ -89,7 +147,7 @@ def last_look(
         if outcome.failed:
             break
         weights = outcome.weights
-        count, vertices = find(weights)
+        count, vertices, piece = find(weights)
         if count < fewest:
             fewest, kept, after = count, weights, number * STEPS
     progress.end()
@@ -98,3 +156,18 @@ def last_look(
     mended = f"; {fewest} after {after} more steps around them" if after else ", which more steps do not mend"
     progress.say(f"loose pieces of surface: {first}{mended}")
     return kept
+
+
+def _thin(vertices: NDArray[np.float32], piece: NDArray[np.int64], shape: Shape) -> NDArray[np.bool_]:
+    """Tell which vertices (N, 3) are of pieces that are thin by the shape's distances, or not there at all. (N,).
+
+    piece: as `Pieces` has it. Distances are looked at between a piece's vertices and their mean.
+    """
+    number = np.abs(piece) - 1
+    sums = np.stack([np.bincount(number, column) for column in vertices.T], axis=1)
+    centres = (sums / np.maximum(np.bincount(number), 1)[:, None])[number]
+    deepest = np.zeros(number.max() + 1)
+    for share in (0.25, 0.5, 0.75, 1.0):
+        depth = -np.sign(piece) * shape.distance(vertices + share * (centres - vertices))
+        np.fmax.at(deepest, number, depth)
+    return np.asarray(deepest[number] < THIN)

@@ -1,6 +1,5 @@
 """The training of a shape: level after level, each frozen before the next begins, then the texture."""
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,7 +11,7 @@ import torch
 from ..model.errors import UserError
 from ..model.model import Model
 from . import level, plan, quality, texture
-from .last_look import LEAST_STEPS, FindsPieces, Pieces, last_begin, last_look, seconds_kept
+from .last_look import FindsPieces, LastLook, Pieces
 from .machine import device
 from .networks.fit import Budget, Keeper, Outcome, Step, Task, TrainingProgress, fit
 from .networks.network import Weights, clone
@@ -139,7 +138,8 @@ class Training:
         elif unfinished:
             start = partial(clone, unfinished.weights)
             budget = replace(budget, done=unfinished.fraction)
-        budget, until = self._budget_of_steps(budget, index, lambda: [*frozen, start()])
+        look = LastLook(self._finder(index), self._shape, self._progress)
+        budget = look.leave(budget, lambda: self._probe.seconds([*frozen, start()]))
         weight = settings.loss_weights(first=first, noise=self._shape.noise, moving=self._shape.moving)
         rate, output_factor = level.rates(width, None if first else deltas[-1])
         share = level.FIRST_HARD_SHARE if first else level.HARD_SHARE
@@ -174,10 +174,11 @@ class Training:
         self._progress.end()
         if first:
             self._check_first_level(outcome)
-        self.interrupted = outcome.interrupted
 
         record = training_record(network, omega, outcome, began)
-        weights = self._final(self._looked_over(outcome, task, step, sampler, until))
+        looked_at = look(f"level {index + 1}, loose pieces ({width}x{depth})", outcome, task, step, sampler)
+        self.interrupted = outcome.interrupted or look.interrupted
+        weights = self._final(looked_at)
         levels = [*frozen, weights]
         delta = self._probe.delta(levels)
         tracing = self._probe.tracing(levels, [*deltas, delta])
@@ -187,43 +188,22 @@ class Training:
         self._trained.lower_band_bounds(as_bands)
         self._trained.levels.append(TrainedLevel(weights, delta, lipschitz, last, 1.0, record))
 
-    def _budget_of_steps(self, budget: Budget, index: int, levels: Callable[[], list[Weights]]) -> tuple[Budget, float]:
-        """Keep of a level's seconds those of measuring it and of a last look at it.
+    def _finder(self, index: int) -> Callable[[Weights], Pieces] | None:
+        """Return what finds the loose pieces of a level's surface; None where nobody is to look for them.
 
-        levels: makes the networks up to it. Returns what is left, and the value of time.perf_counter() until which a
-        round of the look may begin; 0: there is none.
+        A residual alone is looked at that is the last one, of a shape that stands still and has exact distances.
         """
-        exact = not (self._shape.moving or self._shape.noise)
-        look = self._find is not None and exact and 0 < index == len(self._settings.networks) - 1
-        if budget.steps is not None:
-            return budget, math.inf if look else 0.0
-        measuring = self._probe.seconds(levels())
-        end = budget.deadline - measuring
-        kept = seconds_kept(measuring, end - time.perf_counter()) if look else 0.0
-        return replace(budget, deadline=end - kept), last_begin(end, kept) if kept else 0.0
-
-    def _looked_over(
-        self, outcome: Outcome, task: Task, step: level.LevelStep, sampler: Sampler, until: float
-    ) -> Weights:
-        """Return what a last look makes of a level's weights."""
         find, frozen = self._find, self._trained.weights()
-        unfit = outcome.interrupted or outcome.failed or outcome.steps < LEAST_STEPS
-        if find is None or unfit or time.perf_counter() > until:
-            return outcome.weights
+        exact = not (self._shape.moving or self._shape.noise)
+        if find is None or not exact or not 0 < index == len(self._settings.networks) - 1:
+            return None
 
         def pieces(weights: Weights) -> Pieces:
             final = self._final(weights)
             so_far = self._trained.and_then(final, self._probe.rough([*frozen, final]), {})
             return find(self._model_so_far(so_far))
 
-        width, depth = self._settings.networks[len(frozen)]
-        stage = f"level {len(frozen) + 1}, loose pieces ({width}x{depth})"
-        try:
-            return last_look(stage, outcome.weights, task, step, sampler, self._shape, pieces, self._progress, until)
-        except KeyboardInterrupt:
-            self._progress.end()
-            self.interrupted = True
-            return outcome.weights
+        return pieces
 
     def _check_first_level(self, outcome: Outcome) -> None:
         """Raise UserError where level 1 is no model of the shape: it failed, or had no time for a step."""

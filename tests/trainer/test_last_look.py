@@ -19,7 +19,7 @@ from mplicits.mesher.surface import Mesh
 from mplicits.model.errors import UserError
 from mplicits.model.model import Level as ModelLevel
 from mplicits.model.model import Model
-from mplicits.trainer import last_look, train
+from mplicits.trainer import last_look
 from mplicits.trainer.last_look import Pieces
 from mplicits.trainer.level import LevelStep
 from mplicits.trainer.networks.fit import Task
@@ -67,7 +67,7 @@ def finding(*counts: int) -> Callable[[Weights], Pieces]:
 
     def find(weights: Weights) -> Pieces:
         count = left.pop(0)
-        return count, np.repeat(SPOT, count, axis=0).astype(np.float32)
+        return count, np.repeat(SPOT, count, axis=0).astype(np.float32), np.arange(1, count + 1)
 
     return find
 
@@ -78,7 +78,8 @@ def test_a_level_without_loose_pieces_stays_as_it_is(level: Level) -> None:
     assert not log.lines
 
 
-def test_steps_are_taken_around_the_pieces(level: Level) -> None:
+def test_steps_are_taken_around_the_pieces(level: Level, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(last_look, "TRUE_ROUNDS", 2)
     log = Log()
     assert level.look(finding(2, 1, 0), log) is not level.start
     assert log.lines == ["loose pieces of surface: 2; 0 after 600 more steps around them"]
@@ -90,7 +91,8 @@ def test_steps_are_taken_around_the_pieces(level: Level) -> None:
     np.testing.assert_allclose(hard.distance, hard.points.norm(dim=1) - 1, atol=5e-3)
 
 
-def test_the_round_with_the_fewest_pieces_is_kept(level: Level) -> None:
+def test_the_round_with_the_fewest_pieces_is_kept(level: Level, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(last_look, "ROUNDS", 3)
     log = Log()
     assert level.look(finding(2, 2, 4, 3), log) is level.start
     assert log.lines == ["loose pieces of surface: 2, which more steps do not mend"]
@@ -110,7 +112,7 @@ def test_a_look_takes_a_small_share_of_the_seconds_or_none() -> None:
 
 
 def trained(ball: Shape, monkeypatch: pytest.MonkeyPatch, find: Callable[[Model], Pieces], log: Log) -> Training:
-    for module, name, number in (*QUICK_NUMBERS, (last_look, "STEPS", 5), (train, "LEAST_STEPS", 100)):
+    for module, name, number in (*QUICK_NUMBERS, (last_look, "STEPS", 5), (last_look, "LEAST_STEPS", 100)):
         monkeypatch.setattr(module, name, number)
     training = Training(ball, replace(SMALL_SETTINGS, steps=(150, 150, 0)), log, find=find)
     training.run()
@@ -122,7 +124,7 @@ def test_a_training_looks_at_its_last_level_and_says_so(ball: Shape, monkeypatch
 
     def find(model: Model) -> Pieces:
         seen.append(len(model.levels))
-        return counts.pop(0), SPOT.astype(np.float32)
+        return counts.pop(0), SPOT.astype(np.float32), np.ones(1, np.int64)
 
     log = Log()
     assert not trained(ball, monkeypatch, find, log).interrupted
@@ -141,13 +143,13 @@ def test_ctrl_c_in_the_look_keeps_the_level(ball: Shape, monkeypatch: pytest.Mon
 
 @pytest.mark.parametrize("way", ["command", "function"])
 def test_the_front_doors_look(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, way: str) -> None:
-    for module, name, number in (*QUICK_NUMBERS, (train, "LEAST_STEPS", 20)):
+    for module, name, number in (*QUICK_NUMBERS, (last_look, "LEAST_STEPS", 20)):
         monkeypatch.setattr(module, name, number)
     looked = []
 
     def find(model: Model) -> Pieces:
         looked.append(len(model.levels))
-        return 0, np.empty((0, 3), np.float32)
+        return 0, np.empty((0, 3), np.float32), np.empty(0, np.int64)
 
     monkeypatch.setattr(survey, "loose_pieces", find)
     trimesh.creation.icosphere(subdivisions=3).export(tmp_path / "ball.ply")
@@ -159,19 +161,54 @@ def test_the_front_doors_look(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, w
     assert looked == [2]
 
 
+def test_later_rounds_teach_a_place_without_the_piece(level: Level) -> None:
+    """What the network cannot have is filled, or opened, by what is around it, where it is as thin as here."""
+    sides, spot = iter([1, 1, -1]), np.array([[1.001, 0.0, 0.0]], np.float32)
+
+    def find(weights: Weights) -> Pieces:
+        side = next(sides, 0)
+        return abs(side), spot, np.full(1, side)
+
+    level.look(find, Log())
+    hard = level.step.hard
+    assert hard is not None
+    assert hard.distance is not None
+    assert len(hard.points) == 2 * last_look.POINTS, "those of the second and of the third round"
+    outside, inside = hard.distance.split(last_look.POINTS)
+    assert float(outside.min()) >= last_look.WITHOUT
+    assert float(inside.max()) <= -last_look.WITHOUT
+
+
+def test_what_may_be_the_shapes_own_is_not_taken_away(level: Level) -> None:
+    """A small piece that the shape's distances make 2 thick, as deep as the ball is."""
+    pole = np.array([[0.0, 0.0, 0.9], [0.0, 0.0, -0.9]], np.float32)
+    log, found = Log(), []
+
+    def find(weights: Weights) -> Pieces:
+        found.append(1)
+        return 1, pole, np.ones(2, np.int64)
+
+    assert level.look(find, log) is level.start
+    assert len(found) == 1 + last_look.TRUE_ROUNDS
+    assert log.lines == ["loose pieces of surface: 1, which more steps do not mend"]
+
+
 def test_small_pieces_beside_the_largest_are_loose(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A ball, a fleck, and a second part that is as likely to be the shape's own."""
+    """A ball with a hollow, a fleck, and a second part that is as likely to be the shape's own."""
     sphere = trimesh.creation.icosphere(3)
-    balls = [((0.7, 0, 0), 0.01), ((0, 0, 0), 0.5), ((0, 0.7, 0), 0.1)]
+    balls = [((0.7, 0, 0), 0.01), ((0, 0, 0), 0.5), ((0, 0.7, 0), 0.1), ((0.1, 0, 0), 0.02)]
     vertices = np.concatenate([radius * sphere.vertices + centre for centre, radius in balls])
-    faces = np.concatenate([sphere.faces + i * len(sphere.vertices) for i in range(3)])
+    outward = [sphere.faces + i * len(sphere.vertices) for i in range(4)]
+    faces = np.concatenate((*outward[:3], outward[3][:, ::-1]))
     mesh = Mesh(vertices.astype(np.float32), faces.astype(np.int64))
     network = to_model(initial((4, 1), 5.0, 1, torch.Generator().manual_seed(0)))
     model = Model("ball", (ModelLevel(network, 0.1, 8, 1.0),))
-    monkeypatch.setattr(survey, "extract_model", lambda *_: Extracted(mesh, 3, 0))
-    count, points = survey.loose_pieces(model)
-    assert count == 1
-    np.testing.assert_allclose(np.linalg.norm(points - (0.7, 0, 0), axis=1), 0.01, rtol=1e-3)
+    monkeypatch.setattr(survey, "extract_model", lambda *_: Extracted(mesh, 4, 0))
+    count, points, piece = survey.loose_pieces(model)
+    assert count == 2
+    assert set(piece) == {1, -2}
+    np.testing.assert_allclose(np.linalg.norm(points[piece > 0] - (0.7, 0, 0), axis=1), 0.01, rtol=1e-3)
+    np.testing.assert_allclose(np.linalg.norm(points[piece < 0] - (0.1, 0, 0), axis=1), 0.02, rtol=1e-3)
 
     def nothing(*_: object) -> Extracted:
         raise UserError("no surface")
