@@ -174,7 +174,7 @@ def test_later_rounds_teach_a_place_without_the_piece(level: Level) -> None:
     assert hard is not None
     assert hard.distance is not None
     assert len(hard.points) == 2 * last_look.POINTS, "those of the second and of the third round"
-    outside, inside = hard.distance.split(last_look.POINTS)
+    outside, inside = hard.distance[: last_look.POINTS], hard.distance[last_look.POINTS :]
     assert float(outside.min()) >= last_look.WITHOUT
     assert float(inside.max()) <= -last_look.WITHOUT
 
