@@ -136,6 +136,8 @@ class Sampler:
         points = self._hard_candidates(known, min(count, HARD_CANDIDATES if self._frozen else EXCESS_CANDIDATES))
         at = self._tensor(points)
         f = np.asarray(field([*self._frozen, weights], at).cpu(), np.float64)
+        if self._frozen and self._shape.noise:
+            near = np.inf  # Distances to what were noisy points are not exact enough to hold a residual to.
         suspected = np.abs(f) > near
         if self._frozen:
             before = np.abs(np.asarray(field(self._frozen, at).cpu(), np.float64))

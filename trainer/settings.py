@@ -138,7 +138,8 @@ class Settings:
         usual = FIRST_LEVEL if first else RESIDUAL
         if noise:
             most = (NOISY_FIRST_VALUE if first else NOISY_VALUE) / noise**2
-            usual = replace(usual, value=min(usual.value, most), eikonal=usual.eikonal if first else NOISY_EIKONAL)
+            eikonal = usual.eikonal if first else NOISY_EIKONAL
+            usual = replace(usual, value=min(usual.value, most), eikonal=eikonal, near=FIRST_LEVEL.near)
         if moving:
             usual = replace(usual, eikonal=MOVING_EIKONAL)
         return replace(usual, **self.weights)

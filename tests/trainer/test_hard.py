@@ -66,6 +66,11 @@ def test_points_that_a_residual_puts_too_far_away_are_hard(ball: Shape) -> None:
     assert 0.04 / pools.EXCESS - 2e-3 < float(outside.max()) < 0.04 / pools.EXCESS
 
 
+def test_a_shape_that_was_noisy_has_no_such_points(ball: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ball, "noise", 0.01)
+    assert sampler(ball, 0.0).hard(constant(0.04), None, 20_000, NEAR) is None
+
+
 def test_points_that_level_1_puts_too_far_away_are_hard(ball: Shape) -> None:
     """Of a field that is 0.03 everywhere, those between NEAR and 0.03 / EXCESS from the surface."""
     first = pools.Sampler(ball, [], [], CPU, np.random.default_rng(0))

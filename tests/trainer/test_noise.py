@@ -119,6 +119,7 @@ def test_weights_follow_the_noise() -> None:
         weight = SMALL_SETTINGS.loss_weights(first=first, noise=0.01)
         assert weight.value * 0.01**2 < weight.eikonal
         assert weight.value > SMALL_SETTINGS.loss_weights(first=first, noise=0.02).value
+        assert weight.near == SMALL_SETTINGS.loss_weights(first=True).near, "as far as level 1 at least"
     assert replace(SMALL_SETTINGS, weights={"value": 7.0}).loss_weights(first=True, noise=0.01).value == 7
 
 
