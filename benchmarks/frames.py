@@ -40,6 +40,8 @@ from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from protocol import Page, machine
 
+LOOKS_FIRST = 2
+"""First looks at each ray, where the CPU draws (viewer/draw/packing.py)."""
 THIN = 4
 """Of the pixels, every so many in each direction are counted."""
 APART = 0.25
@@ -85,19 +87,22 @@ class Work:
 
 
 Way = Callable[
-    [NDArray[np.float64], NDArray[np.float64], float], tuple[NDArray[np.bool_], NDArray[np.float64], list[int]]
+    [NDArray[np.float64], NDArray[np.float64], float], tuple[NDArray[np.bool_], NDArray[np.float64], list[int], int]
 ]
-"""Traces rays from a point, (3,), in directions (N, 3), with a pixel's width at distance 1: hit, t, evaluations."""
+"""Traces rays from a point, (3,), in directions (N, 3), with a pixel's width at distance 1: hit, t, evaluations,
+looks."""
 
 
 def ways_of(program: Program, model: Model, cells: Cells) -> list[Way]:
     """Return the plain schedule, the relaxed one with a grid and with few cells, and Shadertoy's where there is one."""
     levels, alone = len(program.bands), bake(model)
 
-    def marched(schedule: str, skipped: Cells | None, narrow: tuple[Grid, ...] = ()) -> Way:
+    def marched(schedule: str, skipped: Cells | None, looks: int, narrow: tuple[Grid, ...] = ()) -> Way:
         def way(eye: NDArray[np.float64], directions: NDArray[np.float64], footprint: float) -> Any:
-            rays = march(program, eye, directions, levels, footprint, schedule=schedule, cells=skipped, narrow=narrow)
-            return rays.hit, rays.t, rays.evaluations
+            rays = march(
+                program, eye, directions, levels, footprint, 64, 1.0, schedule, skipped, narrow, first_looks=looks
+            )
+            return rays.hit, rays.t, rays.evaluations, rays.looks
 
         return way
 
@@ -105,9 +110,10 @@ def ways_of(program: Program, model: Model, cells: Cells) -> list[Way]:
         rays = short_march(
             program, eye, directions, footprint, step_bound(program), planes=spares.planes, narrow=spares.narrow
         )
-        return rays.hit, rays.t, rays.evaluations
+        return rays.hit, rays.t, rays.evaluations, 0
 
-    found = [marched("plain", None), marched("relaxed", cells), marched("relaxed", alone.few_cells, alone.narrow)]
+    in_passes = marched("relaxed", cells, LOOKS_FIRST if model.scene is None else 0)
+    found = [marched("plain", None, 0), in_passes, marched("relaxed", alone.few_cells, 0, alone.narrow)]
     if max(map(program.widest, program.functions())) > WIDEST:
         return found
     spares = spared(program, len(exact(model)))
@@ -122,10 +128,11 @@ def count(program: Program, camera: Camera, side: int, ways: Sequence[Way], work
     eye, directions, footprint = camera.rays(side, side)
     rays = directions[::THIN, ::THIN].reshape(-1, 3)
     costs = np.array([program.cost(function).multiply_adds for function in program.values], np.float64)
+    gradient = sum(program.cost(function).multiply_adds for function in program.gradients)
     ends = [way(eye, rays, footprint) for way in ways]
-    for (hit, t, evaluations), work in zip(ends, works, strict=True):
+    for (hit, t, evaluations, looks), work in zip(ends, works, strict=True):
         work.evaluations = work.evaluations + np.asarray(evaluations, np.float64)
-        work.multiply_adds += float(np.dot(evaluations, costs))
+        work.multiply_adds += float(np.dot(evaluations, costs)) + looks * gradient
         work.hits += int(hit.sum())
         apart = hit & ends[0][0] & (np.abs(t - ends[0][1]) > APART * footprint * t)
         differ = (hit ^ ends[0][0]) | apart
@@ -228,8 +235,9 @@ def main() -> None:
         f"{options.views} views of {options.side} x {options.side}, all levels. Plain: a step is as long as the free "
         "sphere's radius. Relaxed: `glsl/march.glsl`, `glsl/skip.glsl`. Evaluations of each level, in thousands, on "
         f"every {THIN}th pixel in each direction; multiply-adds of tracing, without those of gradients and colours, "
-        "which are the same. In one file: with few cells and narrow bands in the text, as shaders that stand alone "
-        "have them. "
+        "which are the same: one for each ray that hits. Gradients that the relaxed schedule evaluates besides, at its "
+        "first looks (`glsl/normals.glsl`), are among them. In one file: with few cells and narrow bands in the text, "
+        "as shaders that stand alone have them. "
         "Shadertoy: `codegen/reference/short_march.py`, as its text traces, which takes no network wider than 64, with "
         "a hull around the shape and narrow bands. Of these rays, those that end apart from the plain schedule's were "
         "marched densely: "

@@ -5,15 +5,21 @@
 #include "shadings.glsl"
 #include "to_floor.glsl"
 uniform sampler2D rays; // what near.glsl and trace.glsl wrote, pixel by pixel
+#ifdef NORMALS
+uniform sampler2D normals; // what normals.glsl wrote
+#endif
 
-// Third pass of a frame: what main.glsl draws without the field: the background, and all of SHADE_STEPS and SHADE_DATA.
-// The depth is 1 where the fourth pass, colour.glsl, has to draw over it, and 0 elsewhere.
+// A pass of a frame: what main.glsl draws without the field: the background, and all of SHADE_STEPS and SHADE_DATA.
+// The depth is 1 where the last pass, colour.glsl, has to draw over it, and 0 elsewhere.
 void main() {
     vec4 ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
+#ifdef NORMALS
+    if (ray.w > 0.5) ray.x = texelFetch(normals, ivec2(gl_FragCoord.xy), 0).a;
+#endif
     vec2 pixel = place();
     color = vec4(background(pixel, resolution, background_bottom, background_top), 0.0);
     if (shading == SHADE_STEPS) color = vec4(heat(ray.y / 32.0), ray.w);
-    if (shading == SHADE_DATA) color = ray;
+    if (shading == SHADE_DATA) color = vec4(ray.xy, abs(ray.z), ray.w);
     gl_FragDepth = shading == SHADE_STEPS || shading == SHADE_DATA ? 0.0 : ray.w;
     if (shading == SHADE_STUDIO && to_floor(camera[3].xyz, camera_ray(pixel, resolution, camera, focal), ground) > 0.0)
         gl_FragDepth = 1.0;

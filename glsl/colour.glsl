@@ -2,20 +2,35 @@
 #include "camera_ray.glsl"
 #include "place.glsl"
 #include "to_floor.glsl"
+#include "normal.glsl"
 #include "surface.glsl"
 uniform sampler2D rays; // what near.glsl and trace.glsl wrote, pixel by pixel
+#ifdef NORMALS
+uniform sampler2D normals; // what normals.glsl wrote
+#endif
 
-// Fourth pass of a frame, where behind.glsl lets a ray through: the surface that it has met, or the studio's floor.
+// Last pass of a frame, where behind.glsl lets a ray through: the surface that it has met, or the studio's floor.
 // color.rgb is sRGB, color.a is 1 on the surface and 0 on the floor.
 // With BLOCKS it is blocks.vert.glsl that lets it draw, where other pixels of the block may have met nothing.
 void main() {
     vec4 ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
     vec2 pixel = place();
     vec3 direction = camera_ray(pixel, resolution, camera, focal);
-    float t = ray.w > 0.5 ? ray.x : to_floor(camera[3].xyz, direction, ground);
+    bool hit = ray.w > 0.5;
+#ifdef NORMALS
+    vec4 end = texelFetch(normals, ivec2(gl_FragCoord.xy), 0);
+    ray.x = end.a;
+#endif
+    float t = hit ? ray.x : to_floor(camera[3].xyz, direction, ground);
+    vec3 normal = vec3(0.0, 1.0, 0.0);
+#ifdef NORMALS
+    if (hit) normal = end.xyz;
+#else
+    if (hit) normal = normal_at(camera[3].xyz + t * direction, pixel);
+#endif
 #ifdef BLOCKS
     if (ray.w == 0.0 && (shading != SHADE_STUDIO || t <= 0.0)) discard;
 #endif
     vec3 behind = background(pixel, resolution, background_bottom, background_top);
-    color = vec4(surface(pixel, direction, t, int(ray.y), ray.w > 0.5, behind), ray.w);
+    color = vec4(surface(normal, direction, t, int(ray.y), hit, behind), ray.w);
 }

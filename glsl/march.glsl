@@ -105,27 +105,32 @@ void leave_out(inout Hit ray, inout vec2 before, inout int looks, vec3 origin, v
     }
 }
 
-Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, float step_scale, int schedule) {
-    vec2 span = ball(origin, direction, 1.0 + delta[level - 1]);
-    Hit ray = Hit(false, max(span.x, 0.0), span.x < span.y && span.y > 0.0 ? 1 : 0, 0);
-    vec2 before = vec2(0.0);
+// Traces a ray that is somewhere on its way; far: where it leaves the ball; before: see stride().
+void march_on(inout Hit ray, vec2 before, vec3 origin, vec3 direction, float footprint, int level, int rounds,
+              float step_scale, int schedule, float far) {
     int looks = 0;
     bool relaxed = schedule == SCHEDULE_RELAXED;
     for (int round = 0; round < rounds && ray.level > 0; ++round) {
         for (int phase = relaxed ? level : 1; phase <= level; ++phase) {
             for (int i = 0; i < iterations[phase - 1] && (relaxed ? ray.level > 0 : ray.level == phase); ++i) {
                 if (relaxed) {
-                    leave_out(ray, before, looks, origin, direction, footprint, span.y, step_scale);
+                    leave_out(ray, before, looks, origin, direction, footprint, far, step_scale);
                     if (ray.level <= 0) break;
                 }
                 int reached;
                 vec3 p = origin + ray.t * direction;
                 float f = field(p, phase, reached);
                 float width = half_width(p, reached);
-                if (relaxed) stride(ray, before, f, width, reached, level, footprint, span.y, step_scale);
-                else advance(ray, f, width, reached, level, footprint, span.y, step_scale);
+                if (relaxed) stride(ray, before, f, width, reached, level, footprint, far, step_scale);
+                else advance(ray, f, width, reached, level, footprint, far, step_scale);
             }
         }
     }
+}
+
+Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, float step_scale, int schedule) {
+    vec2 span = ball(origin, direction, 1.0 + delta[level - 1]);
+    Hit ray = Hit(false, max(span.x, 0.0), span.x < span.y && span.y > 0.0 ? 1 : 0, 0);
+    march_on(ray, vec2(0.0), origin, direction, footprint, level, rounds, step_scale, schedule, span.y);
     return ray;
 }

@@ -5,7 +5,8 @@
 #include "skip.glsl"
 
 // First pass of a frame: which rays come near the shape, by the ball and the grid of empty cells, without the field. The
-// depth and color.a are 1 where one does and 0 elsewhere; there, color is what trace.glsl would write.
+// depth and color.a are 1 where one does and 0 elsewhere. color is what trace.glsl would write where the ray misses, or hits
+// after one step.
 void main() {
     vec3 eye = camera[3].xyz;
     vec3 direction = camera_ray(place(), resolution, camera, focal);
@@ -17,6 +18,6 @@ void main() {
     if (near && schedule == SCHEDULE_RELAXED && t > 0.0)
         t = skip(eye, direction, t, span.y, 2.0 / (focal * resolution.y), step_scale, before, looks);
     near = near && t <= span.y;
-    color = vec4(t, 0.0, 0.0, float(near));
+    color = vec4(t, near ? vec3(1.0, float(level), 1.0) : vec3(0.0));
     gl_FragDepth = color.a;
 }

@@ -6,18 +6,14 @@
 #include "floor_colour.glsl"
 #endif
 #include "base_colour.glsl"
-uniform float split; // share of the width, from the left, that wears the traced level's own normals
 // surface(): colour, sRGB, of a pixel whose ray has met the surface, under the mode `shading`, or the studio's floor.
-// pixel: pixels, origin bottom left; direction: of the ray, length 1, model space; t: distance along it; steps: taken
-// by march(); hit: whether it is the surface that the ray has met; behind: sRGB, of the background in this pixel.
+// normal: of the surface, and direction: of the ray, length 1, model space; t: distance along it; steps: taken by march();
+// hit: whether it is the surface that the ray has met; behind: sRGB, of the background in this pixel.
 // With WITHOUT_STUDIO the mode is not SHADE_STUDIO, which compiles longer than all others together.
-vec3 surface(vec2 pixel, vec3 direction, float t, int steps, bool hit, vec3 behind) {
+vec3 surface(vec3 normal, vec3 direction, float t, int steps, bool hit, vec3 behind) {
     vec3 eye = camera[3].xyz;
-    vec3 p = eye + t * direction, normal = vec3(0.0, 1.0, 0.0), albedo = vec3(0.0);
-    if (hit) {
-        normal = normalize(field_gradient(p, pixel.x < split * resolution.x ? level : normal_level).xyz);
-        albedo = base_colour(p);
-    }
+    vec3 p = eye + t * direction, albedo = vec3(0.0);
+    if (hit) albedo = base_colour(p);
 #ifndef WITHOUT_STUDIO
     if (shading == SHADE_STUDIO) {
         vec3 toward = key_light(light, camera);

@@ -2,11 +2,26 @@
 #include "place.glsl"
 #include "skip.glsl"
 #include "march.glsl"
+#ifdef NORMALS
+uniform sampler2D normals; // what normals.glsl wrote, pixel by pixel
+#endif
 
-// Second pass of a frame, where near.glsl lets a ray through: traces it.
-// color: (t, steps, level that the ray ended in, hit); level 0: it never came near the shape.
+// A pass of a frame, where near.glsl, or rest.glsl, lets a ray through: traces it.
+// With NORMALS it goes on from where normals.glsl has left it, if that has had a first look.
+// color: (t, steps, level that the ray ended in, or minus the level that it was at when it was out of rounds, hit).
 void main() {
+    vec3 eye = camera[3].xyz;
     vec3 direction = camera_ray(place(), resolution, camera, focal);
-    Hit ray = march(camera[3].xyz, direction, 2.0 / (focal * resolution.y), level, rounds, step_scale, schedule);
-    color = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));
+    float footprint = 2.0 / (focal * resolution.y);
+#ifdef NORMALS
+    vec4 left = texelFetch(normals, ivec2(gl_FragCoord.xy), 0);
+    vec2 span = ball(eye, direction, 1.0 + delta[level - 1]);
+    bool looked = left.x > 0.0;
+    Hit ray = Hit(false, looked ? left.x : max(span.x, 0.0), looked ? int(-left.a) : 1, int(looked));
+    if (ray.t > span.y) ray.level = -ray.level;
+    march_on(ray, left.yz, eye, direction, footprint, level, rounds, step_scale, schedule, span.y);
+#else
+    Hit ray = march(eye, direction, footprint, level, rounds, step_scale, schedule);
+#endif
+    color = vec4(ray.t, float(ray.steps), float(-ray.level), float(ray.hit));
 }

@@ -48,13 +48,16 @@ class FieldText:
         return self.layout.image()
 
 
-def print_field(program: Program, language: Language, storage: str, narrow: bool = False) -> FieldText:
+def print_field(
+    program: Program, language: Language, storage: str, narrow: bool = False, nested: bool = False
+) -> FieldText:
     """Print the three functions of the field, for p in model space and levels counted from 1.
 
     float field(vec3 p, int level, out int reached): value of the finest level up to `level` that is defined at p
     (Eq. 3), and which one it is; reads delta[], or half_width() where bands are `narrow` in places;
     vec4 field_gradient(vec3 p, int level): grad f_level, f_level;
     vec3 albedo(vec3 p): colour, sRGB.
+    Of `nested`, also vec4 field_gradient(vec3 p, int level, out float f, out int reached): with what field() gives.
 
     storage: "literal", "texture", or "auto", which decides by STORAGES for each network, or "mixed", which does so for
     the levels' values, which a ray asks for many times, and leaves gradients and the colour, which it asks for once, to
@@ -72,7 +75,7 @@ def print_field(program: Program, language: Language, storage: str, narrow: bool
     lines = [*literals.declarations(), *texels.declarations()]
     for function in functions:
         lines += ["", *storage_of[function.name].definition(function)]
-    lines += ["", *_field(program, language, narrow), "", *_field_gradient(program, language)]
+    lines += ["", *_field(program, language, narrow), "", *_field_gradient(program, language, nested)]
     lines += ["", *_albedo(program, language)]
 
     def loops(of_levels: tuple[Function, ...]) -> tuple[int, ...]:
@@ -129,15 +132,27 @@ def _field(program: Program, language: Language, narrow: bool) -> list[str]:
     return [*lines, "    return f;", "}"]
 
 
-def _field_gradient(program: Program, language: Language) -> list[str]:
+def _field_gradient(program: Program, language: Language, nested: bool) -> list[str]:
+    """Return field_gradient(); of `nested`, the one that gives what field() does, too, and the one that does not."""
     first, *others = [f"{function.name}(q)" for function in program.gradients]
+    outputs = f", out float f, {language.out.format(name='reached')}" if nested else ""
     lines = [
-        language.begin("vec4", "field_gradient", "vec3 p, int level"),
+        language.begin("vec4", "field_gradient", "vec3 p, int level" + outputs),
         f"    vec4 q = {_input(program)};",
         f"    vec4 g = {first};",
     ]
-    lines += [f"    if (level > {i}) g += {call};" for i, call in enumerate(others, start=1)]
-    return [*lines, "    return g;", "}"]
+    if nested:
+        lines += ["    f = g.w;", "    reached = 1;"]
+    for i, call in enumerate(others, start=1):
+        lines.append(f"    if (level > {i}) g += {call};")
+        if nested:
+            lines.append(f"    if (reached == {i} && level > {i} && abs(f) < delta[{i - 1}]) {{")
+            lines += ["        f = g.w;", f"        reached = {i + 1};", "    }"]
+    lines += ["    return g;", "}"]
+    if nested:
+        lines += ["", language.begin("vec4", "field_gradient", "vec3 p, int level"), "    float f;", "    int reached;"]
+        lines += ["    return field_gradient(p, level, f, reached);", "}"]
+    return lines
 
 
 def _albedo(program: Program, language: Language) -> list[str]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..ir.program import Array, Program
 from .cells import Cells
-from .interpret import nested_field
+from .interpret import field_gradient, nested_field
 from .narrow import OFFSET, Grid, half_widths, margins
 from .skip import Skipping
 
@@ -21,6 +21,12 @@ STEEPEST = 4.0
 """Slope between a free sphere and a point inside the shape above which the sphere is taken to be none."""
 GAP = 0.005
 """Largest gap between two free spheres, model units, where a pixel is wider than that; else, a pixel."""
+STEEP = 0.4
+"""Least slope of f along a ray for a last step by the gradient (glsl/normals.glsl)."""
+LAST = 0.5
+"""Greatest length of that step, pixels."""
+ROUND = 0.008
+"""Radius of curvature, model units: where the shape is rounder, that step ends within 1/20 pixel of the surface."""
 
 
 def ball(
@@ -74,6 +80,8 @@ class Rays:
     """How often each level's network was evaluated, at index level - 1."""
     before: NDArray[np.float64]
     """(N, 2) where the last free sphere is, as the distance from the origin, and its radius; 0: there is none."""
+    looks: int = 0
+    """How often the gradient was evaluated for rays that went on."""
     traced: list[list[int]] = field(default_factory=list)
     """How many rays were traced in each phase of each round, [round][level - 1]; of the plain schedule."""
     evaluations_outside: int = 0
@@ -126,6 +134,29 @@ class Rays:
         self.before[indices[kept]] = np.stack([self.t[indices[kept]], radius[kept]], axis=1)
         self._move(indices[~apart], change[~apart], f[~apart], reached[~apart], settings)
 
+    def look(
+        self,
+        indices: NDArray[np.intp],
+        f: Array,
+        widths: NDArray[np.float64],
+        reached: NDArray[np.int64],
+        slope: NDArray[np.float64],
+        settings: TraceSettings,
+    ) -> None:
+        """Move rays by their first relaxed step, Newton's where it leads to the surface (glsl/normals.glsl).
+
+        slope: (M,) of f along the rays, positive where it falls; the others as `advance` takes them.
+        """
+        change = f / np.maximum(slope, STEEP)
+        end = self.t[indices] + change
+        arrived = (reached == settings.level) & (slope > STEEP) & (end <= self.far[indices])
+        pixel = settings.footprint * self.t[indices]
+        arrived &= (np.abs(change) < LAST * pixel) & (change**2 < 2 * ROUND * 0.05 * pixel)
+        there = indices[arrived]
+        self.t[there], self.hit[there], self.level[there] = end[arrived], True, 0
+        self.steps[there] += 1
+        self.stride(indices[~arrived], f[~arrived], widths[~arrived], reached[~arrived], settings)
+
     def _move(
         self,
         indices: NDArray[np.intp],
@@ -153,13 +184,15 @@ def march(
     schedule: str = "plain",
     cells: Cells | None = None,
     narrow: Sequence[Grid] = (),
+    first_looks: int = 0,
 ) -> Rays:
     """Trace f_level along rays.
 
     origin: (3,), of all rays; directions: (N, 3) of length 1, model space. footprint: width of a pixel at distance 1.
     rounds: how often the levels are gone through; step_scale: factor on every step, beside each level's own.
     schedule: "plain" or "relaxed". cells: what the relaxed one skips; only where `level` is the last one. narrow: of
-    `narrow_widths`, of the first levels.
+    `narrow_widths`, of the first levels. first_looks: so many steps of the relaxed schedule evaluate the gradient, and
+    end many rays, as in glsl/normals.glsl.
     """
     bounds = np.array([band.band_step_bound for band in program.bands])
     bounds[level - 1] = program.bands[level - 1].step_bound
@@ -171,8 +204,11 @@ def march(
     looks = np.zeros(len(t), np.int64)
     skipping = None if cells is None else Skipping(cells, origin, directions, footprint, step_scale, looks)
 
+    def points_of(active: NDArray[np.intp]) -> Array:
+        return (origin + rays.t[active, None] * directions[active]).astype(np.float32)
+
     def evaluate(active: NDArray[np.intp], deepest: int) -> tuple[Array, NDArray[np.float64], NDArray[np.int64]]:
-        points = (origin + rays.t[active, None] * directions[active]).astype(np.float32)
+        points = points_of(active)
         widths = half_widths(program, narrow, points)
         f, reached = nested_field(program, points, deepest, margins=margins(program, widths) if narrow else None)
         for i in range(deepest):
@@ -185,6 +221,15 @@ def march(
             skipping.skip(far_out, rays.t, rays.far, rays.before)
             rays.level[far_out[rays.t[far_out] > rays.far[far_out]]] = 0
 
+    for _ in range(first_looks):
+        leave_out_empty_cells()
+        active = np.flatnonzero(rays.level > 0)
+        gradients, _ = field_gradient(program, points_of(active), level)
+        slope = -(gradients * directions[active]).sum(axis=1)
+        rays.look(active, *evaluate(active, level), slope, settings)
+        rays.evaluations[:] = [0] * level  # the gradient's pass has the values, too
+        rays.looks += int(np.count_nonzero((rays.level > 0)[active]))
+        looks[:] = 0
     for _ in range(rounds):
         if not (rays.level > 0).any():
             break

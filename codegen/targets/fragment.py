@@ -53,7 +53,9 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
     Raises UserError for the storage "packed", which Shadertoy alone has.
     """
     program = lower(model, digits)
-    field = print_field(program, dialect.language, storage)
+    # A gradient from loops over texels beside values of literals would cost far more than the values that it saves.
+    looks_first = passes and storage != "mixed" and program.composition is None
+    field = print_field(program, dialect.language, storage, nested=looks_first)
     # Literals of all that the studio evaluates compile for a minute on software GL.
     studio = print_field(program, dialect.language, "mixed") if passes and field.weights is None else field
     shader = Shader(
@@ -68,6 +70,7 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
         moving=program.moving,
         ground=round(lowest_point(program), 4),
         cells=Cells(program) if passes else None,
+        looks_first=looks_first,
     )
     facts = header_facts(model, program, dialect.target) | shader.facts()
     body = glsl.load(main) if main.endswith(".glsl") else main
@@ -81,8 +84,7 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
         whole = replace(whole, text="\n".join([opening, field.text, body]), narrow=narrow)
         cells, few = few_cells(program, dialect.language, (1 + FURTHER) * length - len(with_weights(whole)))
         return replace(whole, text="\n".join([opening, field.text, cells + body]), few_cells=few)
-    if shader.cells is not None:
-        opening += "#define CELLS\n"
+    opening += "#define CELLS\n#define NORMALS\n" + ("#define FIRST_LOOK\n" if looks_first else "")
     bodies = {name: glsl.load_numbered(f"{name}.glsl") for name in PASSES}
     texts = {name: "\n".join([opening, *[field.text] * PASSES[name], text]) for name, (text, _) in bodies.items()}
     texts["colour"] = "\n".join([opening + "#define WITHOUT_STUDIO", field.text, bodies["colour"][0]])

@@ -17,11 +17,12 @@ LEAST_STEPS = 3
 
 NumberedText = tuple[str, tuple[str, ...]]
 """A shader's text, and the names of the files in glsl/ that its `#line` directives tell apart (glsl.load_numbered)."""
-PASSES = {"near": False, "trace": True, "behind": False, "colour": True}
-"""The passes of a frame, in this order, and whether each evaluates the field; glsl/near.glsl, ... say what they do.
+PASSES = {"near": False, "normals": True, "rest": False, "trace": True, "behind": False, "colour": True}
+"""The passes of a frame, and whether each evaluates the field; glsl/near.glsl, ... say what they do.
 
-The second and the fourth draw only where the depth that the pass before has left lets them. Drivers see to that before
-a fragment shader begins, and software ones, which mask branches and do not skip them, draw a frame twice as fast.
+They are drawn in this order, but for "rest" and "normals", which follow on "trace" again. Each one that evaluates the
+field draws only where the depth that the pass before has left lets it. Drivers see to that before a fragment shader
+begins, and software ones, which mask branches and do not skip them, draw a frame several times as fast.
 """
 
 LISTS = {"value_loops": int, "gradient_loops": int, "iterations": int, "deltas": float}
@@ -61,6 +62,8 @@ class Shader:
     """The grid that the text of a file that stands alone has; None where it has none."""
     narrow: tuple[Grid, ...] = ()
     """The widths of bands that the text has, a grid for each level before the last; none where it has none."""
+    looks_first: bool = False
+    """Whether the pass "normals" can give rays a first look, and is worth it: a gradient costs two values."""
     files: tuple[str, ...] = ()
     """Names of the files in glsl/ that `#line` directives in the text tell apart (glsl.load_numbered)."""
 

@@ -120,17 +120,35 @@ def test_the_plain_march_in_numpy_takes_the_same_steps(
 
 @pytest.mark.parametrize("level", [1, 2])
 def test_the_relaxed_march_in_numpy_takes_the_same_steps(osmesa: Context, model: Model, level: int) -> None:
-    """With the grid of cells, which is skipped at the last level alone."""
+    """With the grid of cells, which is skipped at the last level alone, and first looks, which there are with it."""
     shader = bake(model, passes=True)
     renderer = Renderer(osmesa, shader)
     drawn = data(renderer, VIEWS[0], level=level).reshape(-1, 4)
     renderer.release()
     eye, directions, footprint = VIEWS[0].rays(SIDE, SIDE)
-    cells = shader.cells if level == 2 else None
-    rays = march(lower(model), eye, directions.reshape(-1, 3), level, footprint, schedule="relaxed", cells=cells)
+    cells, program, directions = shader.cells if level == 2 else None, lower(model), directions.reshape(-1, 3)
+    looks = 2 if level == 2 else 0
+    rays = march(program, eye, directions, level, footprint, schedule="relaxed", cells=cells, first_looks=looks)
     assert (rays.hit == (drawn[:, 3] > 0.5)).mean() > 0.999
     assert (rays.steps == drawn[:, 1]).mean() > 0.98, "steps may differ where rounding moves f across a threshold"
     assert np.abs(rays.t - drawn[:, 0])[rays.hit].mean() < 1e-4
+
+
+def test_first_looks_end_most_rays_within_a_twentieth_of_a_pixel(model: Model) -> None:
+    program, shader = lower(model), bake(model, passes=True)
+    for camera in VIEWS[:3]:
+        eye, directions, footprint = camera.rays(SIDE, SIDE)
+        directions = directions.reshape(-1, 3)
+        without, looked = (
+            march(program, eye, directions, 2, footprint, schedule="relaxed", cells=shader.cells, first_looks=looks)
+            for looks in (0, 2)
+        )
+        assert np.array_equal(looked.hit, without.hit)
+        assert sum(looked.evaluations) + 2 * 2 * looked.looks < 0.6 * sum(without.evaluations)
+        ended = looked.hit & (looked.steps <= 2)
+        assert ended.sum() > 0.5 * looked.hit.sum()
+        points = (eye + looked.t[ended, None] * directions[ended]).astype(np.float32)
+        assert (np.abs(nested_field(program, points, 2)[0]) < 0.05 * footprint * looked.t[ended]).all()
 
 
 def test_a_shader_that_stands_alone_skips_cells_and_has_narrow_bands_in_its_text(

@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.model import Model
+from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.edges import Edges
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.triangles import Triangles
+from support.paths import DEMO
 from support.random_model import random_model
 
 SIZE = (40, 32)
@@ -57,6 +59,31 @@ def test_passes_draw_what_one_draw_does(both: tuple[Renderer, Renderer], options
         passes, at_once = (renderer.render(SIZE, camera, options) for renderer in both)
         assert at_once[..., 3].mean() > 0.05
         assert_alike(passes, at_once)
+
+
+@pytest.mark.parametrize("shading", ["phong", "studio", "data"])
+@pytest.mark.parametrize("samples", [1, 4])
+def test_rays_that_are_laid_close_together_end_where_they_do_in_their_tile(
+    osmesa: Context, monkeypatch: pytest.MonkeyPatch, shading: str, samples: int
+) -> None:
+    shader = bake(load(DEMO), "texture", passes=True)
+    assert shader.looks_first
+    pictures = []
+    for software, looks in ((True, True), (False, True), (False, False)):
+        monkeypatch.setattr(Context, "software", software)
+        renderer = Renderer(osmesa, replace(shader, looks_first=looks))
+        pictures.append(renderer.render(SIZE, CAMERA, RenderOptions(shading=shading, samples=samples)))
+        renderer.release()
+    packed, looked, plain = pictures
+    assert plain[..., 3].mean() > 0.05
+    assert np.array_equal(packed, looked)
+    assert not np.array_equal(looked, plain)
+    assert ((looked[..., 3] > 0) == (plain[..., 3] > 0)).mean() > 0.998
+    if shading == "data":
+        both = np.minimum(looked[..., 3], plain[..., 3]) > 0
+        assert (looked[..., 1] < plain[..., 1])[both].any()
+        pixels = np.abs(looked - plain)[..., 0] / (2 / (CAMERA.focal * SIZE[1]) * np.maximum(plain[..., 0], 1e-6))
+        assert np.quantile(pixels[both], 0.9) < 0.1
 
 
 def test_a_tile_may_lie_anywhere_in_a_target_that_holds_more(both: tuple[Renderer, Renderer], osmesa: Context) -> None:

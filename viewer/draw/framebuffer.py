@@ -7,6 +7,14 @@ from ...model.errors import UserError
 from .supersampling import Image
 
 
+def new_framebuffer(gl: moderngl.Context, size: tuple[int, int]) -> moderngl.Framebuffer:
+    """Return an RGBA32F framebuffer with a depth buffer, of `size` (width, height)."""
+    new = gl.framebuffer([gl.texture(size, 4, dtype="f4")], gl.depth_renderbuffer(size))
+    _ = gl.error  # moderngl binds again what was bound before, which may be gone; a bad framebuffer raises
+    new.use()
+    return new
+
+
 def free(framebuffer: moderngl.Framebuffer) -> None:
     """Release a framebuffer together with its attachments, which moderngl leaves alone."""
     for attachment in (*framebuffer.color_attachments, framebuffer.depth_attachment):
@@ -22,9 +30,9 @@ def texture_of(framebuffer: moderngl.Framebuffer) -> moderngl.Texture:
     return texture
 
 
-def read_pixels(target: moderngl.Framebuffer, size: tuple[int, int]) -> Image:
-    """Return the lower left `size` (width, height) pixels as (H, W, 4) float32, bottom row first."""
-    data = target.read(viewport=(0, 0, *size), components=4, dtype="f4")
+def read_pixels(target: moderngl.Framebuffer, size: tuple[int, int], corner: tuple[int, int] = (0, 0)) -> Image:
+    """Return `size` (width, height) pixels from a corner (x, y) on as (H, W, 4) float32, bottom row first."""
+    data = target.read(viewport=(*corner, *size), components=4, dtype="f4")
     return np.frombuffer(data, np.float32).reshape(size[1], size[0], 4)
 
 

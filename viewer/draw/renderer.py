@@ -85,16 +85,18 @@ class Renderer(Sampler):
         The points are in pixels, its lower left corner being (0, 0). The context must be current, and `adapts` true.
         """
         gl = self.context.gl
-        assert self._places is not None
-        target, drawn = self._target(gl, self._places.size), []
+        assert self._passes is not None
+        target, drawn = self._target(gl, self._passes.places.size), []
         self._write({"scattered": True})
         for start in range(0, len(places), TILE_SIDE**2):
             part = places[start : start + TILE_SIDE**2]
             laid_out = into_blocks(part, TILE_SIDE)
             height, width, _ = laid_out.shape
-            self._places.write(laid_out.tobytes(), (0, 0, width, height))
+            self._passes.places.write(laid_out.tobytes(), (0, 0, width, height))
+            self._scattered = laid_out
             self.draw(target, (0, 0, width, height))
             drawn.append(from_blocks(read_pixels(target, (width, height)), len(part)))
+        self._scattered = None
         self._write({"scattered": False})
         return np.concatenate(drawn) if drawn else np.empty((0, 4), np.float32)
 

@@ -4,6 +4,7 @@ import time
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from ...codegen.targets.shader import PASSES, NumberedText, Shader
 from ...codegen.targets.uniforms import SCHEDULES, SHADINGS
@@ -12,14 +13,12 @@ from .camera import Camera
 from .compile import VERTEX_SHADER, cell_texture, weight_texture
 from .context import Context
 from .edges import Edges
-from .framebuffer import check_drawn, free, set_color_mask, texture_of
+from .framebuffer import check_drawn, free, new_framebuffer
 from .options import RenderOptions, schedule_that_fits
+from .passes import Frame, Passes
 from .program import UNITS, Program
-from .tiles import TILE_SIDE, Tile
+from .tiles import Tile
 from .uniforms import picture_uniforms, tile_uniforms
-
-ALWAYS, WHERE_NEAR = "1", "<="
-"""Depth tests of a pass: it draws, and chooses where the next one does; it draws where the one before has said so."""
 
 
 class Sampler:
@@ -45,10 +44,13 @@ class Sampler:
         self.edges = None
         self._edges_are_drawn = False
         self._framebuffer: moderngl.Framebuffer | None = None
-        self._rays: moderngl.Framebuffer | None = None
+        self._passes: Passes | None = None
+        self._level, self._looks_first = 1, False
+        self._jitter = 0.0, 0.0
+        self._scattered: NDArray[np.float32] | None = None
+        """Where the pixels of what is drawn lie in the picture, (H, W, 2); None where they are a tile of it."""
         self._weights: moderngl.Texture | None = None
         self._cells: moderngl.Texture3D | None = None
-        self._places: moderngl.Texture | None = None
         self._programs: dict[str, Program] = {}
         self._colour = _colour_pass(shading)
         """Name of the last pass of a frame."""
@@ -66,7 +68,7 @@ class Sampler:
                 if shader.cells is not None:
                     self._cells = cell_texture(gl, shader.cells.grid())
                 if shader.passes is not None:
-                    self._places = gl.texture((TILE_SIDE, TILE_SIDE), 2, dtype="f4")
+                    self._passes = Passes(gl)
                 self.draw(self._target(gl, (1, 1)), (0, 0, 1, 1))
                 check_drawn(gl, context.renderer)
             except UserError:
@@ -108,6 +110,10 @@ class Sampler:
         """
         if self.shader.passes is not None:
             self._hold_colour_pass(_colour_pass(options.shading))
+            self._level, normal_level = options.resolved_levels(self.shader.levels)
+            self._looks_first = self._level == normal_level and options.schedule == "relaxed"
+            self._looks_first &= self.shader.looks_first and self._skips(options)
+        self._jitter = jitter
         self._reset_uniforms()
         self._hold_cells(options.time)
         self._write(self._option_uniforms(options))
@@ -131,12 +137,11 @@ class Sampler:
     def release(self) -> None:
         """Free the framebuffer, the textures and the program in the context."""
         with self.context:
-            for framebuffer in (self._framebuffer, self._rays):
-                if framebuffer is not None:
-                    free(framebuffer)
-            for texture in (self._weights, self._cells, self._places):
-                if texture is not None:
-                    texture.release()
+            if self._framebuffer is not None:
+                free(self._framebuffer)
+            for held in (self._weights, self._cells, self._passes):
+                if held is not None:
+                    held.release()
             for program in self._programs.values():
                 program.release()
 
@@ -167,7 +172,9 @@ class Sampler:
         """Return the framebuffer that tiles are drawn into, of `size` (width, height)."""
         # One format for every draw: software GL compiles the shader again for each new one.
         if self._framebuffer is None or self._framebuffer.size != size:
-            self._framebuffer = _new_framebuffer(gl, size, self._framebuffer)
+            if self._framebuffer is not None:
+                free(self._framebuffer)
+            self._framebuffer = new_framebuffer(gl, size)
         return self._framebuffer
 
     def _reset_uniforms(self) -> None:
@@ -202,11 +209,15 @@ class Sampler:
             "background_bottom": bottom,
         }
         if self.shader.cells is not None:
-            empty = level == self.shader.levels and options.delta_scale == 1.0  # of that surface, in those bands
-            empty &= self.shader.cells.holds(options.time)
-            count = self.shader.cells.count if empty else 0
+            count = self.shader.cells.count if self._skips(options) else 0
             values |= {"cell_count": count, "cells_half": self.shader.cells.half}
         return {name: value for name, value in values.items() if value is not None}
+
+    def _skips(self, options: RenderOptions) -> bool:
+        """Whether the grid of cells is of the surface that is drawn, in its bands and at its time."""
+        level, _ = options.resolved_levels(self.shader.levels)
+        cells, whole = self.shader.cells, level == self.shader.levels and options.delta_scale == 1.0
+        return cells is not None and whole and cells.holds(options.time)
 
     def _hold_cells(self, time: float) -> None:
         """Put the grid of cells for a time into the texture that rays read."""
@@ -227,47 +238,14 @@ class Sampler:
         if self.shader.passes is None:
             self._programs["main"].draw(3)
             return
-        assert self._places is not None
-        self._places.use(UNITS["places"])  # always: software GL compiles the shader again where it is not
-        gl = self.context.gl
-        needed = corner[0] + tile[2], corner[1] + tile[3]
-        if self._rays is None or any(side < least for side, least in zip(self._rays.size, needed, strict=True)):
-            self._rays = _new_framebuffer(gl, target.size, self._rays)
-        gl.enable_only(moderngl.DEPTH_TEST)
-        try:
-            self._rays.use()
-            self._rays.viewport = target.viewport
-            self._draw_pass("near", ALWAYS)
-            self._draw_pass("trace", WHERE_NEAR)
-            target.use()
-            texture_of(self._rays).use(UNITS["rays"])
-            self._draw_pass("behind", ALWAYS)
-            self._draw_pass(self._colour, WHERE_NEAR)
-        finally:
-            gl.depth_func = "<"
-            gl.enable_only(moderngl.NOTHING)
-        set_color_mask(target, (False,) * 4)
-        target.clear(depth=1.0, viewport=target.viewport)
-        set_color_mask(target, (True,) * 4)
-
-    def _draw_pass(self, name: str, test: str) -> None:
-        """Draw a pass into the framebuffer in use. test: ALWAYS or WHERE_NEAR."""
-        self.context.gl.depth_func = test
-        self._programs[name].draw(3)
+        assert self._passes is not None
+        packs = self.context.software
+        frame = Frame(
+            self._programs, self._colour, self._level, self._looks_first, packs, self._jitter, self._scattered
+        )
+        self._passes.draw(frame, target, tile, corner)
 
 
 def _colour_pass(shading: str) -> str:
     """Return the name of the pass that colours what rays have met."""
     return "studio" if shading == "studio" else "colour"
-
-
-def _new_framebuffer(
-    gl: moderngl.Context, size: tuple[int, int], old: moderngl.Framebuffer | None
-) -> moderngl.Framebuffer:
-    """Return an RGBA32F framebuffer with a depth buffer, and free the one whose place it takes."""
-    new = gl.framebuffer([gl.texture(size, 4, dtype="f4")], gl.depth_renderbuffer(size))
-    _ = gl.error  # moderngl binds again what was bound before, which may be gone; a bad framebuffer raises
-    new.use()
-    if old is not None:
-        free(old)
-    return new

@@ -14,9 +14,11 @@ INTEGERS = {uniform.name for uniform in UNIFORMS if uniform.type == "int"} | {
     "cell_count",
     "places",
     "rays",
+    "normals",
+    "first",
     "weights",
 }
-"""Names of the uniforms whose values are written as 32-bit integers; `plain` and `scattered` are bools."""
+"""Names of the uniforms whose values are written as 32-bit integers; `plain`, `scattered` and `first` are bools."""
 
 
 def picture_uniforms(size: tuple[int, int], camera: Camera, jitter: tuple[float, float]) -> dict[str, object]:
