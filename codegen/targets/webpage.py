@@ -37,7 +37,7 @@ from .header import header_facts
 from .motion import PERIOD
 from .registry import OPENING_SHADES
 from .samples import BLOCK, FEW, POWER, ROUGH_SHARE, SHARE, STEEPEST
-from .shader import LEAST_STEPS, LOOP_LIMIT, PASSES
+from .shader import LEAST_STEPS, LOOP_LIMIT
 from .uniforms import SHADINGS, UNIFORMS, default
 from .webpage_scene import scene_facts, texel_bytes
 
@@ -75,7 +75,9 @@ CELLS = 32, 64
 """Cells along an edge of the grid that the page finds: of large models and of those that move, and of others."""
 CELL_MOMENTS = 17
 """Grids that it finds for a model that moves, evenly spaced in time."""
-SHADERS = ("anywhere", *PASSES, "accumulate", "present", "blocks.vert", "contrast", "scatter", "scatter.vert")
+PAGE_PASSES = ("near", "trace", "behind", "colour")
+"""Passes of a frame: without a first look, which saves little where blocks of 8 x 8 pixels wait for their slowest ray."""
+SHADERS = ("anywhere", *PAGE_PASSES, "accumulate", "present", "blocks.vert", "contrast", "scatter", "scatter.vert")
 """Files in glsl/ with the shaders that the page compiles."""
 PROBES = 32
 """Most points at which the page compares its field with the reference's."""
@@ -171,7 +173,7 @@ def facts_json(facts: dict[str, Any]) -> str:
             "block": BLOCK,
         },
         "period": PERIOD,
-        "passes": list(PASSES),
+        "passes": list(PAGE_PASSES),
         "loop_limit": LOOP_LIMIT,
         "studio_evaluations": EVALUATIONS,
         "least_steps": LEAST_STEPS,
