@@ -76,7 +76,7 @@ CELLS = 32, 64
 CELL_MOMENTS = 17
 """Grids that it finds for a model that moves, evenly spaced in time."""
 PAGE_PASSES = ("near", "trace", "behind", "colour")
-"""Passes of a frame: without a first look, which saves little where blocks of 8 x 8 pixels wait for their slowest ray."""
+"""Passes of a frame: without a first look, which saves little where blocks of 8 x 8 pixels wait for the slowest."""
 SHADERS = ("anywhere", *PAGE_PASSES, "accumulate", "present", "blocks.vert", "contrast", "scatter", "scatter.vert")
 """Files in glsl/ with the shaders that the page compiles."""
 PROBES = 32
