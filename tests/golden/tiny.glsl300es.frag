@@ -389,34 +389,45 @@ void leave_out(inout Hit ray, inout vec2 before, inout int looks, vec3 origin, v
     }
 }
 
-Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, float step_scale, int schedule) {
-    vec2 span = ball(origin, direction, 1.0 + delta[level - 1]);
-    Hit ray = Hit(false, max(span.x, 0.0), span.x < span.y && span.y > 0.0 ? 1 : 0, 0);
-    vec2 before = vec2(0.0);
+// Traces a ray that is somewhere on its way; far: where it leaves the ball; before: see stride().
+void march_on(inout Hit ray, vec2 before, vec3 origin, vec3 direction, float footprint, int level, int rounds,
+              float step_scale, int schedule, float far) {
     int looks = 0;
     bool relaxed = schedule == SCHEDULE_RELAXED;
     for (int round = 0; round < rounds && ray.level > 0; ++round) {
         for (int phase = relaxed ? level : 1; phase <= level; ++phase) {
             for (int i = 0; i < iterations[phase - 1] && (relaxed ? ray.level > 0 : ray.level == phase); ++i) {
                 if (relaxed) {
-                    leave_out(ray, before, looks, origin, direction, footprint, span.y, step_scale);
+                    leave_out(ray, before, looks, origin, direction, footprint, far, step_scale);
                     if (ray.level <= 0) break;
                 }
                 int reached;
                 vec3 p = origin + ray.t * direction;
                 float f = field(p, phase, reached);
                 float width = half_width(p, reached);
-                if (relaxed) stride(ray, before, f, width, reached, level, footprint, span.y, step_scale);
-                else advance(ray, f, width, reached, level, footprint, span.y, step_scale);
+                if (relaxed) stride(ray, before, f, width, reached, level, footprint, far, step_scale);
+                else advance(ray, f, width, reached, level, footprint, far, step_scale);
             }
         }
     }
+}
+
+Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, float step_scale, int schedule) {
+    vec2 span = ball(origin, direction, 1.0 + delta[level - 1]);
+    Hit ray = Hit(false, max(span.x, 0.0), span.x < span.y && span.y > 0.0 ? 1 : 0, 0);
+    march_on(ray, vec2(0.0), origin, direction, footprint, level, rounds, step_scale, schedule, span.y);
     return ray;
 }
 // to_floor(): distance along a ray to the floor of the studio; -1 where it does not meet the floor from above.
 // origin, direction: model space, direction of length 1; ground: height of the floor.
 float to_floor(vec3 origin, vec3 direction, float ground) {
     return direction.y < 0.0 && origin.y > ground ? (ground - origin.y) / direction.y : -1.0;
+}
+uniform float split; // share of the width, from the left, that wears the traced level's own normals
+// normal_at(): the surface's normal at a point p, model space, which the ray of a pixel has met; length 1.
+// pixel: pixels, origin bottom left.
+vec3 normal_at(vec3 p, vec2 pixel) {
+    return normalize(field_gradient(p, pixel.x < split * resolution.x ? level : normal_level).xyz);
 }
 // heat(): colour, sRGB, of a share in [0, 1]: black, violet, red, orange, pale yellow.
 vec3 heat(float share) {
@@ -605,18 +616,14 @@ uniform bool plain; // leaves the model's colours out
 vec3 base_colour(vec3 p) {
     return plain ? vec3(0.80, 0.74, 0.66) : albedo(p);
 }
-uniform float split; // share of the width, from the left, that wears the traced level's own normals
 // surface(): colour, sRGB, of a pixel whose ray has met the surface, under the mode `shading`, or the studio's floor.
-// pixel: pixels, origin bottom left; direction: of the ray, length 1, model space; t: distance along it; steps: taken
-// by march(); hit: whether it is the surface that the ray has met; behind: sRGB, of the background in this pixel.
+// normal: of the surface, and direction: of the ray, length 1, model space; t: distance along it; steps: taken by march();
+// hit: whether it is the surface that the ray has met; behind: sRGB, of the background in this pixel.
 // With WITHOUT_STUDIO the mode is not SHADE_STUDIO, which compiles longer than all others together.
-vec3 surface(vec2 pixel, vec3 direction, float t, int steps, bool hit, vec3 behind) {
+vec3 surface(vec3 normal, vec3 direction, float t, int steps, bool hit, vec3 behind) {
     vec3 eye = camera[3].xyz;
-    vec3 p = eye + t * direction, normal = vec3(0.0, 1.0, 0.0), albedo = vec3(0.0);
-    if (hit) {
-        normal = normalize(field_gradient(p, pixel.x < split * resolution.x ? level : normal_level).xyz);
-        albedo = base_colour(p);
-    }
+    vec3 p = eye + t * direction, albedo = vec3(0.0);
+    if (hit) albedo = base_colour(p);
 #ifndef WITHOUT_STUDIO
     if (shading == SHADE_STUDIO) {
         vec3 toward = key_light(light, camera);
@@ -638,8 +645,11 @@ vec4 fragment(vec2 pixel) {
     Hit ray = march(camera[3].xyz, direction, 2.0 / (focal * resolution.y), level, rounds, step_scale, schedule);
     vec4 seen = vec4(background(pixel, resolution, background_bottom, background_top), float(ray.hit));
     float t = ray.hit || shading != SHADE_STUDIO ? ray.t : to_floor(camera[3].xyz, direction, ground);
-    if (ray.hit || shading == SHADE_STUDIO && t > 0.0)
-        seen.rgb = surface(pixel, direction, t, ray.steps, ray.hit, seen.rgb);
+    if (ray.hit || shading == SHADE_STUDIO && t > 0.0) {
+        vec3 normal = vec3(0.0, 1.0, 0.0);
+        if (ray.hit) normal = normal_at(camera[3].xyz + t * direction, pixel);
+        seen.rgb = surface(normal, direction, t, ray.steps, ray.hit, seen.rgb);
+    }
     if (shading == SHADE_STEPS) seen = vec4(heat(float(ray.steps) / 32.0), seen.a);
     if (shading == SHADE_DATA) seen = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));
     return seen;

@@ -157,7 +157,7 @@ def test_a_watched_file_is_shown_when_it_changes_and_the_picture_stays_where_it_
     np.testing.assert_array_equal(picture_of(desk), before)
     path.write_text(
         good.replace(
-            "seen.rgb = surface(pixel, direction, t, ray.steps, ray.hit, seen.rgb)",
+            "seen.rgb = surface(normal, direction, t, ray.steps, ray.hit, seen.rgb)",
             "seen = vec4(1.0, 0.0, 0.0, 1.0)",
         )
     )

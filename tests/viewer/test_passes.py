@@ -63,7 +63,7 @@ def test_passes_draw_what_one_draw_does(both: tuple[Renderer, Renderer], options
 
 @pytest.mark.parametrize("shading", ["phong", "studio", "data"])
 @pytest.mark.parametrize("samples", [1, 4])
-def test_rays_that_are_laid_close_together_end_where_they_do_in_their_tile(
+def test_first_looks_end_rays_where_tracing_does_close_together_or_in_their_tile(
     osmesa: Context, monkeypatch: pytest.MonkeyPatch, shading: str, samples: int
 ) -> None:
     shader = bake(load(DEMO), "texture", passes=True)
@@ -74,16 +74,18 @@ def test_rays_that_are_laid_close_together_end_where_they_do_in_their_tile(
         renderer = Renderer(osmesa, replace(shader, looks_first=looks))
         pictures.append(renderer.render(SIZE, CAMERA, RenderOptions(shading=shading, samples=samples)))
         renderer.release()
-    packed, looked, plain = pictures
+    *looked, plain = pictures
     assert plain[..., 3].mean() > 0.05
-    assert np.array_equal(packed, looked)
-    assert not np.array_equal(looked, plain)
-    assert ((looked[..., 3] > 0) == (plain[..., 3] > 0)).mean() > 0.998
-    if shading == "data":
-        both = np.minimum(looked[..., 3], plain[..., 3]) > 0
-        assert (looked[..., 1] < plain[..., 1])[both].any()
-        pixels = np.abs(looked - plain)[..., 0] / (2 / (CAMERA.focal * SIZE[1]) * np.maximum(plain[..., 0], 1e-6))
-        assert np.quantile(pixels[both], 0.9) < 0.1
+    for picture in looked:
+        assert not np.array_equal(picture, plain)
+        assert ((picture[..., 3] > 0) == (plain[..., 3] > 0)).mean() > 0.998
+        both = np.minimum(picture[..., 3], plain[..., 3]) > 0
+        if shading == "data":
+            assert (picture[..., 1] < plain[..., 1])[both].any()
+            pixels = np.abs(picture - plain)[..., 0] / (2 / (CAMERA.focal * SIZE[1]) * np.maximum(plain[..., 0], 1e-6))
+            assert np.quantile(pixels[both], 0.9) < 0.1
+        else:
+            assert np.quantile(np.abs(picture - plain)[both].max(axis=-1), 0.95) < 0.03
 
 
 def test_a_tile_may_lie_anywhere_in_a_target_that_holds_more(both: tuple[Renderer, Renderer], osmesa: Context) -> None:

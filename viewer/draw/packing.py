@@ -38,7 +38,7 @@ class Packing:
         would compile them again). The context must be current; UNITS have other textures afterwards.
         Returns what trace.glsl gives, (N, 4), and what normals.glsl gives for those that have hit, (N, 4).
         """
-        normals = self._normals(points, left, draw_pass, first=True)
+        normals = self._normals(points, left, draw_pass, first=True).copy()
         rays = np.empty_like(normals)
         rays[:] = 0, 2, level, 1
         more = np.flatnonzero(normals[:, 3] < 0)
