@@ -73,6 +73,8 @@ What the removal of noise has left of it makes f flat where the value term outwe
 """
 NOISY_EIKONAL = 20.0
 """`eikonal` of a residual where there is noise."""
+CLOUD_LENGTH = 13.0
+"""`length` of a residual of a cloud without noise."""
 MOVING_EIKONAL = 45.0
 """`eikonal` of a shape that moves: fronts that meet, and limbs that vanish, would leave flat places."""
 
@@ -129,17 +131,21 @@ class Settings:
         given = self.omegas[len(self.networks) :]
         return given[0] if given else TEXTURE_OMEGA
 
-    def loss_weights(self, first: bool, noise: float = 0.0, *, moving: bool = False) -> LossWeights:
+    def loss_weights(
+        self, first: bool, noise: float = 0.0, *, cloud: bool = False, moving: bool = False
+    ) -> LossWeights:
         """Choose the loss weights of level 1, or of a residual: the defaults, changed by `weights`.
 
-        noise: standard deviation of the noise that was removed from the shape's points, model units. moving: whether
-        the shape does.
+        noise: standard deviation of the noise that was removed from the shape's points, model units. cloud: whether
+        the shape is known by points alone. moving: whether it moves.
         """
         usual = FIRST_LEVEL if first else RESIDUAL
         if noise:
             most = (NOISY_FIRST_VALUE if first else NOISY_VALUE) / noise**2
             eikonal = usual.eikonal if first else NOISY_EIKONAL
             usual = replace(usual, value=min(usual.value, most), eikonal=eikonal, near=FIRST_LEVEL.near)
+        elif cloud and not first:
+            usual = replace(usual, length=CLOUD_LENGTH)
         if moving:
             usual = replace(usual, eikonal=MOVING_EIKONAL)
         return replace(usual, **self.weights)

@@ -140,7 +140,8 @@ class Training:
             budget = replace(budget, done=unfinished.fraction)
         look = LastLook(self._finder(index), self._shape, self._progress)
         budget = look.leave(budget, lambda: self._probe.seconds([*frozen, start()]))
-        weight = settings.loss_weights(first=first, noise=self._shape.noise, moving=self._shape.moving)
+        shape = self._shape
+        weight = settings.loss_weights(first=first, noise=shape.noise, cloud=shape.cloud, moving=shape.moving)
         rate, output_factor = level.rates(width, None if first else deltas[-1])
         share = level.FIRST_HARD_SHARE if first else level.HARD_SHARE
         step = level.LevelStep(surface, volume, weight, torch.Generator().manual_seed(seed), share)

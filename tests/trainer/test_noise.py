@@ -8,14 +8,16 @@ import pytest
 import trimesh
 
 from mplicits.model.errors import UserError
-from mplicits.trainer.settings import FIRST_LEVEL, RESIDUAL
+from mplicits.trainer import level
+from mplicits.trainer.pools import Pool
+from mplicits.trainer.settings import CLOUD_LENGTH, FIRST_LEVEL, RESIDUAL, LossWeights
 from mplicits.trainer.shapes.cleaning import clean
 from mplicits.trainer.shapes.cloud import CloudShape
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.noise import measured, smoothed
 from mplicits.trainer.shapes.outliers import outliers
 from mplicits.trainer.shapes.shape import Doubles, SurfacePoints, unit
-from support.ball_training import SMALL_SETTINGS
+from support.ball_training import QUICK_NUMBERS, SMALL_SETTINGS, load_ball, train
 
 
 def ball(count: int = 20_000, noise: float = 0.0, seed: int = 0) -> SurfacePoints:
@@ -121,6 +123,29 @@ def test_weights_follow_the_noise() -> None:
         assert weight.value > SMALL_SETTINGS.loss_weights(first=first, noise=0.02).value
         assert weight.near == SMALL_SETTINGS.loss_weights(first=True).near, "as far as level 1 at least"
     assert replace(SMALL_SETTINGS, weights={"value": 7.0}).loss_weights(first=True, noise=0.01).value == 7
+
+
+def test_residuals_of_exact_clouds_alone_hold_the_gradient_s_length(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[LossWeights] = []
+    idle_loss = level.idle_loss
+
+    def kept(surface: Pool, volume: Pool, weight: LossWeights) -> float:
+        seen.append(weight)
+        return idle_loss(surface, volume, weight)
+
+    for module, name, number in (*QUICK_NUMBERS, (level, "idle_loss", kept)):
+        monkeypatch.setattr(module, name, number)
+    quick = replace(SMALL_SETTINGS, steps=(50, 5), texture=False)
+    exact, noisy = ball(2000), ball(4000, noise=0.02)
+    train(CloudShape(exact.points, exact.normals, None, "ball", {}), quick)
+    assert seen == [FIRST_LEVEL, replace(RESIDUAL, length=CLOUD_LENGTH)]
+    train(CloudShape(noisy.points, noisy.normals, None, "ball", {}), quick)
+    train(load_ball(tmp_path), quick)
+    assert [weight.length for weight in seen[2:]] == [1, 1, 1, 1]
+    chosen = replace(SMALL_SETTINGS, weights={"length": 1.0})
+    assert chosen.loss_weights(first=False, cloud=True) == RESIDUAL
 
 
 def test_distances_around_a_noisy_cloud_are_known_close_to_it_and_around_strays() -> None:

@@ -40,6 +40,7 @@ class CloudShape:
     to the nearest point, as in the paper, with the sign of the cloud's winding number (Barill et al. 2018).
     """
 
+    cloud = True
     moving = False
 
     def __init__(

@@ -104,6 +104,7 @@ class DemoShape:
     centre = (0.0, 0.0, 0.0)
     scale = 1.0
     noise = 0.0
+    cloud = False
     moving = False
     coloured = True
 

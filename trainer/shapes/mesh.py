@@ -24,6 +24,7 @@ class MeshShape:
     """
 
     noise = 0.0
+    cloud = False
     moving = False
 
     warnings: list[str]

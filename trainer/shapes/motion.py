@@ -112,6 +112,7 @@ class MovingShape:
 
     moving = True
     noise = 0.0
+    cloud = False
 
     def __init__(
         self,

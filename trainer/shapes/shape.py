@@ -51,6 +51,11 @@ class Shape(Protocol):
         ...
 
     @property
+    def cloud(self) -> bool:
+        """Whether it is known by points alone."""
+        ...
+
+    @property
     def coloured(self) -> bool:
         """Whether `surface` can give colours."""
         ...
