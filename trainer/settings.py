@@ -73,7 +73,7 @@ What the removal of noise has left of it makes f flat where the value term outwe
 """
 NOISY_EIKONAL = 20.0
 """`eikonal` of a residual where there is noise."""
-CLOUD_LENGTH = 13.0
+CLOUD_LENGTH = 15.0
 """`length` of a residual of a cloud without noise."""
 MOVING_EIKONAL = 45.0
 """`eikonal` of a shape that moves: fronts that meet, and limbs that vanish, would leave flat places."""
