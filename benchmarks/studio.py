@@ -28,6 +28,8 @@ from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from protocol import Page, machine
 
+LOOKS = 2
+"""First looks at each ray, where the CPU draws (viewer/draw/packing.py)."""
 THIN = 8
 """Of the pixels, every so many in each direction are counted."""
 
@@ -40,8 +42,8 @@ def key_light(camera: Camera) -> NDArray[np.float64]:
     return np.asarray(toward / np.linalg.norm(toward))
 
 
-def count(program: Program, camera: Camera, side: int, cells: Cells, ground: float) -> tuple[int, float, int, int]:
-    """Count a view: pixels that hit, multiply-adds by Phong, evaluations of level 1 for surface and floor."""
+def count(program: Program, camera: Camera, side: int, cells: Cells, ground: float) -> tuple[float, ...]:
+    """Count a view: pixels that hit, multiply-adds by Phong (without, with looks), level 1 for surface, floor."""
     level = len(program.bands)
     eye, directions, footprint = camera.rays(side, side)
     rays = directions[::THIN, ::THIN].reshape(-1, 3)
@@ -50,6 +52,9 @@ def count(program: Program, camera: Camera, side: int, cells: Cells, ground: flo
     shading = sum(program.cost(function).multiply_adds for function in program.gradients)
     shading += 0 if program.texture is None else program.cost(program.texture).multiply_adds
     phong = float(np.dot(traced.evaluations, costs)) + int(hit.sum()) * shading
+    looked = march(program, eye, rays, level, footprint, schedule="relaxed", cells=cells, first_looks=LOOKS)
+    gradient = sum(program.cost(function).multiply_adds for function in program.gradients)
+    phong_looked = float(np.dot(looked.evaluations, costs)) + looked.looks * gradient + int(looked.hit.sum()) * shading
     points = eye + traced.t[hit, None] * rays[hit]
     normals, _ = field_gradient(program, points.astype(np.float32), level)
     normals = normals / np.linalg.norm(normals, axis=1)[:, None]
@@ -58,7 +63,7 @@ def count(program: Program, camera: Camera, side: int, cells: Cells, ground: flo
     floored = ~hit & (rays[:, 1] < 0) & (eye[1] > ground)
     on_floor = eye + ((ground - eye[1]) / rays[floored, 1])[:, None] * rays[floored]
     _, of_floor = openness(program, on_floor, np.tile((0.0, 1.0, 0.0), (len(on_floor), 1)), light, ground, True)
-    return int(hit.sum()), phong, of_surface, of_floor
+    return int(hit.sum()), phong, phong_looked, of_surface, of_floor
 
 
 def measure(page: Page, path: Path, side: int, cameras: list[Camera]) -> None:
@@ -67,12 +72,13 @@ def measure(page: Page, path: Path, side: int, cameras: list[Camera]) -> None:
     program = lower(model)
     cells, ground, first = Cells(program), lowest_point(program), program.cost(program.values[0]).multiply_adds
     rows = [count(program, camera, side, cells, ground) for camera in cameras]
-    hits, phong, surface, floor = (np.array(column, np.float64) for column in zip(*rows, strict=True))
+    hits, phong, looked, surface, floor = (np.array(column, np.float64) for column in zip(*rows, strict=True))
     share = 1 + first * (surface + floor) / phong
     levels = " > ".join(shape_of(level.network) for level in model.levels)
     page.add(
         f"| {model.name} | {levels} | {surface.sum() / hits.sum():.1f} | {floor.sum() / hits.sum():.1f} "
-        f"| {1 + first * (surface + floor).sum() / phong.sum():.2f} | {share.min():.2f} | {share.max():.2f} |"
+        f"| {1 + first * (surface + floor).sum() / phong.sum():.2f} | {share.min():.2f} | {share.max():.2f} "
+        f"| {1 + first * (surface + floor).sum() / looked.sum():.2f} |"
     )
 
 
@@ -95,10 +101,12 @@ def main() -> None:
         f"degrees in turn, counted on every {THIN}th pixel in each direction. Evaluations of level 1 for each pixel "
         "that hits: for those pixels themselves, and for the floor around them. Studio over Phong: multiply-adds of a "
         "frame, which for both are those of tracing with the grid of cells, gradients and colours, of all views "
-        "together and of the cheapest and the dearest one, which looks down on the floor.",
+        "together and of the cheapest and the dearest one, which looks down on the floor. With first looks "
+        "(glsl/normals.glsl), as the viewer's passes trace: of all views.",
         "",
-        "| model | levels | evaluations on the surface | on the floor | studio over Phong | least | most |",
-        "|---|---|---:|---:|---:|---:|---:|",
+        "| model | levels | evaluations on the surface | on the floor | studio over Phong | least | most "
+        "| with first looks |",
+        "|---|---|---:|---:|---:|---:|---:|---:|",
     )
     for path in options.models:
         measure(page, path, options.side, views(options.views))
