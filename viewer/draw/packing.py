@@ -19,8 +19,8 @@ from .tiles import TILE_SIDE
 Values = NDArray[np.float32]
 DrawPass = Callable[[str, moderngl.Framebuffer, bool], None]
 """Draws a pass, by its name, into a framebuffer; the last argument is the uniform `first` of normals.glsl."""
-SIDE = TILE_SIDE + 4
-"""Pixels along a side of the framebuffers: a tile with its border, in whole squares."""
+SIDE = TILE_SIDE
+"""Pixels along a side of the framebuffers."""
 
 
 class Packing:
@@ -38,6 +38,10 @@ class Packing:
         would compile them again). The context must be current; UNITS have other textures afterwards.
         Returns what trace.glsl gives, (N, 4), and what normals.glsl gives for those that have hit, (N, 4).
         """
+        if len(points) > SIDE**2:  # of a tile with its border
+            halves = zip(np.array_split(points, 2), np.array_split(left, 2), strict=True)
+            traced = [self.trace(*half, level, draw_pass) for half in halves]
+            return np.concatenate([rays for rays, _ in traced]), np.concatenate([normals for _, normals in traced])
         normals = self._normals(points, left, draw_pass, first=True).copy()
         rays = np.empty_like(normals)
         rays[:] = 0, 2, level, 1

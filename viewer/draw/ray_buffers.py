@@ -9,7 +9,10 @@ from .tiles import Tile
 
 
 class RayBuffers:
-    """Framebuffers of one size that share a depth buffer, in the context of `gl`."""
+    """Framebuffers of one size that share a depth buffer, in the context of `gl`.
+
+    Their sides are powers of two: software GL compiles programs again for textures of other sides.
+    """
 
     rays: moderngl.Framebuffer
     """Of near.glsl and trace.glsl."""
@@ -19,6 +22,8 @@ class RayBuffers:
     """Of rest.glsl, which writes nothing else."""
 
     def __init__(self, gl: moderngl.Context, size: tuple[int, int]) -> None:
+        """size: least width and height."""
+        size = 1 << (size[0] - 1).bit_length(), 1 << (size[1] - 1).bit_length()
         self.rays = new_framebuffer(gl, size)
         self.normals = gl.framebuffer([gl.texture(size, 4, dtype="f4")], self.rays.depth_attachment)
         self.depth = gl.framebuffer((), self.rays.depth_attachment)
