@@ -1,6 +1,6 @@
 """How further samples of a pixel follow its difference from its neighbours: what the viewer and the page share."""
 
-SHARE = 0.2
+SHARE = 0.15
 """Of all samples that a pixel may have, so many are taken by a pixel of the shape, at most, in the mean."""
 ROUGH_SHARE = 0.25
 """The same where nearly all pixels are at an edge: as long as few are taken for a difference of 1."""

@@ -40,7 +40,7 @@ class RenderOptions:
     samples: int = 1
     """Rays per pixel, at most."""
     uniform: bool = False
-    """Whether every pixel gets all of them; else a pixel of the shape gets a fifth in the mean, most at its edges."""
+    """Whether every pixel gets all of them; else a pixel of the shape gets a seventh in the mean, most at its edges."""
     time: float = 0.0
     """Moment from 0 to 1 of a model that moves; 0 for others."""
     light: tuple[float, float, float] | None = None
