@@ -1,6 +1,7 @@
 """The CUDA file compiled for the host: fields, march, queues, tiles, errors (tests/support/cuda_on_host/)."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -177,7 +178,8 @@ def test_simple_draws_what_glsl_draws(fitted: Path, fitted_shader: Renderer, arg
 
 @pytest.fixture(scope="module")
 def fitted_shader(osmesa: Context) -> Renderer:
-    return Renderer(osmesa, bake(fitted_model(), passes=True))
+    """Without first looks, which the kernels do not take."""
+    return Renderer(osmesa, replace(bake(fitted_model(), passes=True), looks_first=False))
 
 
 @pytest.mark.parametrize("rounds", [32, 1])
