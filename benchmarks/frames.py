@@ -29,6 +29,7 @@ from mplicits.codegen.reference.narrow import Grid
 from mplicits.codegen.reference.short_march import STOP as SHORT_STOP
 from mplicits.codegen.reference.short_march import short_march
 from mplicits.codegen.targets.glsl330 import bake
+from mplicits.codegen.targets.shader import FIRST_LOOKS
 from mplicits.codegen.targets.shadertoy import WIDEST, exact
 from mplicits.codegen.targets.shadertoy_text import spared, step_bound
 from mplicits.model.gallery import model_path
@@ -40,8 +41,6 @@ from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from protocol import Page, machine
 
-LOOKS_FIRST = 2
-"""First looks at each ray, where the CPU draws (viewer/draw/packing.py)."""
 THIN = 4
 """Of the pixels, every so many in each direction are counted."""
 APART = 0.25
@@ -112,7 +111,7 @@ def ways_of(program: Program, model: Model, cells: Cells) -> list[Way]:
         )
         return rays.hit, rays.t, rays.evaluations, 0
 
-    in_passes = marched("relaxed", cells, LOOKS_FIRST if model.scene is None else 0)
+    in_passes = marched("relaxed", cells, FIRST_LOOKS if model.scene is None else 0)
     found = [marched("plain", None, 0), in_passes, marched("relaxed", alone.few_cells, 0, alone.narrow)]
     if max(map(program.widest, program.functions())) > WIDEST:
         return found

@@ -21,6 +21,7 @@ from mplicits.codegen.reference.interpret import field_gradient
 from mplicits.codegen.reference.lowest import lowest_point
 from mplicits.codegen.reference.march import march
 from mplicits.codegen.reference.studio import openness
+from mplicits.codegen.targets.shader import FIRST_LOOKS
 from mplicits.codegen.targets.uniforms import default
 from mplicits.model.gallery import model_path
 from mplicits.model.model import shape_of
@@ -28,8 +29,6 @@ from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from protocol import Page, machine
 
-LOOKS = 2
-"""First looks at each ray, where the CPU draws (viewer/draw/packing.py)."""
 THIN = 8
 """Of the pixels, every so many in each direction are counted."""
 
@@ -52,7 +51,7 @@ def count(program: Program, camera: Camera, side: int, cells: Cells, ground: flo
     shading = sum(program.cost(function).multiply_adds for function in program.gradients)
     shading += 0 if program.texture is None else program.cost(program.texture).multiply_adds
     phong = float(np.dot(traced.evaluations, costs)) + int(hit.sum()) * shading
-    looked = march(program, eye, rays, level, footprint, schedule="relaxed", cells=cells, first_looks=LOOKS)
+    looked = march(program, eye, rays, level, footprint, schedule="relaxed", cells=cells, first_looks=FIRST_LOOKS)
     gradient = sum(program.cost(function).multiply_adds for function in program.gradients)
     phong_looked = float(np.dot(looked.evaluations, costs)) + looked.looks * gradient + int(looked.hit.sum()) * shading
     points = eye + traced.t[hit, None] * rays[hit]

@@ -207,13 +207,17 @@ def march(
     def points_of(active: NDArray[np.intp]) -> Array:
         return (origin + rays.t[active, None] * directions[active]).astype(np.float32)
 
-    def evaluate(active: NDArray[np.intp], deepest: int) -> tuple[Array, NDArray[np.float64], NDArray[np.int64]]:
+    def nested(active: NDArray[np.intp], deepest: int) -> tuple[Array, NDArray[np.float64], NDArray[np.int64]]:
         points = points_of(active)
         widths = half_widths(program, narrow, points)
         f, reached = nested_field(program, points, deepest, margins=margins(program, widths) if narrow else None)
+        return f, widths[reached - 1, np.arange(len(points))], reached
+
+    def evaluate(active: NDArray[np.intp], deepest: int) -> tuple[Array, NDArray[np.float64], NDArray[np.int64]]:
+        f, widths, reached = nested(active, deepest)
         for i in range(deepest):
             rays.evaluations[i] += int(np.count_nonzero(reached > i))
-        return f, widths[reached - 1, np.arange(len(points))], reached
+        return f, widths, reached
 
     def leave_out_empty_cells() -> None:
         far_out = np.flatnonzero((rays.level == 1) & (rays.t > 0))  # an eye inside the shape is found out first
@@ -226,8 +230,7 @@ def march(
         active = np.flatnonzero(rays.level > 0)
         gradients, _ = field_gradient(program, points_of(active), level)
         slope = -(gradients * directions[active]).sum(axis=1)
-        rays.look(active, *evaluate(active, level), slope, settings)
-        rays.evaluations[:] = [0] * level  # the gradient's pass has the values, too
+        rays.look(active, *nested(active, level), slope, settings)  # the gradient's evaluation has the values, too
         rays.looks += int(np.count_nonzero((rays.level > 0)[active]))
         looks[:] = 0
     for _ in range(rounds):

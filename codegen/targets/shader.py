@@ -25,6 +25,9 @@ field draws only where the depth that the pass before has left lets it. Drivers 
 begins, and software ones, which mask branches and do not skip them, draw a frame several times as fast.
 """
 
+FIRST_LOOKS = 2
+"""How often "normals" looks at a ray before it is traced, at most, where the CPU draws (viewer/draw/packing.py)."""
+
 LISTS = {"value_loops": int, "gradient_loops": int, "iterations": int, "deltas": float}
 """Keys of a shader's facts that are lists with a number for each level."""
 

@@ -14,6 +14,7 @@ from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.reference.interpret import nested_field
 from mplicits.codegen.reference.march import march
 from mplicits.codegen.targets.glsl330 import bake
+from mplicits.codegen.targets.shader import FIRST_LOOKS
 from mplicits.model.gallery import model_path
 from mplicits.model.model import Model
 from mplicits.model.model_file import load
@@ -127,7 +128,7 @@ def test_the_relaxed_march_in_numpy_takes_the_same_steps(osmesa: Context, model:
     renderer.release()
     eye, directions, footprint = VIEWS[0].rays(SIDE, SIDE)
     cells, program, directions = shader.cells if level == 2 else None, lower(model), directions.reshape(-1, 3)
-    looks = 2 if level == 2 else 0
+    looks = FIRST_LOOKS if level == 2 else 0
     rays = march(program, eye, directions, level, footprint, schedule="relaxed", cells=cells, first_looks=looks)
     assert (rays.hit == (drawn[:, 3] > 0.5)).mean() > 0.999
     assert (rays.steps == drawn[:, 1]).mean() > 0.98, "steps may differ where rounding moves f across a threshold"
@@ -141,11 +142,11 @@ def test_first_looks_end_most_rays_within_a_twentieth_of_a_pixel(model: Model) -
         directions = directions[::6, ::6].reshape(-1, 3)
         without, looked = (
             march(program, eye, directions, 2, footprint, schedule="relaxed", cells=shader.cells, first_looks=looks)
-            for looks in (0, 2)
+            for looks in (0, FIRST_LOOKS)
         )
         assert np.array_equal(looked.hit, without.hit)
         assert sum(looked.evaluations) + 2 * 2 * looked.looks < sum(without.evaluations)
-        ended = looked.hit & (looked.steps <= 2)
+        ended = looked.hit & (looked.steps <= FIRST_LOOKS)
         assert ended.sum() > 0.5 * looked.hit.sum()
         points = (eye + looked.t[ended, None] * directions[ended]).astype(np.float32)
         assert (np.abs(nested_field(program, points, 2)[0]) < 0.05 * footprint * looked.t[ended]).all()

@@ -10,6 +10,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from ...codegen.targets.shader import FIRST_LOOKS
 from .adaptive import from_blocks, into_blocks
 from .framebuffer import read_pixels, texture_of
 from .program import UNITS
@@ -44,7 +45,7 @@ class Packing:
             return np.concatenate([rays for rays, _ in traced]), np.concatenate([normals for _, normals in traced])
         normals = self._normals(points, left, draw_pass, first=True).copy()
         rays = np.empty_like(normals)
-        rays[:] = 0, 2, level, 1
+        rays[:] = 0, FIRST_LOOKS, level, 1
         more = np.flatnonzero(normals[:, 3] < 0)
         if len(more):
             rays[more] = self._draw("trace", points[more], self._buffers.normals, normals[more], draw_pass)

@@ -87,7 +87,6 @@ class Renderer(Sampler):
         gl = self.context.gl
         assert self._passes is not None
         target, drawn = self._target(gl, self._passes.places.size), []
-        self._write({"scattered": True})
         for start in range(0, len(places), TILE_SIDE**2):
             part = places[start : start + TILE_SIDE**2]
             laid_out = into_blocks(part, TILE_SIDE)
@@ -97,7 +96,6 @@ class Renderer(Sampler):
             self.draw(target, (0, 0, width, height))
             drawn.append(from_blocks(read_pixels(target, (width, height)), len(part)))
         self._scattered = None
-        self._write({"scattered": False})
         return np.concatenate(drawn) if drawn else np.empty((0, 4), np.float32)
 
     def timed(self, size: tuple[int, int], camera: Camera, options: RenderOptions) -> tuple[float, float]:

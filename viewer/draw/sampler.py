@@ -234,7 +234,7 @@ class Sampler:
             self._weights.use(UNITS["weights"])
         if self._cells is not None:
             self._cells.use(UNITS["cells"])
-        self._write(tile_uniforms(tile, corner))
+        self._write(tile_uniforms(tile, corner) | {"scattered": self._scattered is not None})
         if self.shader.passes is None:
             self._programs["main"].draw(3)
             return
