@@ -19,15 +19,15 @@ from mplicits.model.model_file import load
 from protocol import Page, machine
 from support.browser import Visit, chromium, visit
 
-PLAIN = [('"schedule": [1', '"schedule": [0')]
+PLAIN = [('"schedule": [1', '"schedule": [0'), ("first: Number(skipped", "first: 0 * Number(skipped")]
 ONE_DRAW = [('storage === "literal" ? shared.passes : ["anywhere"]', 'storage === "" ? shared.passes : ["anywhere"]')]
 WAYS = {"plain, at once": PLAIN + ONE_DRAW, "plain": PLAIN, "relaxed": []}
 """What is changed in the page's text."""
 ONE_SAMPLE = [
     ("const SAMPLES = 16;", "const SAMPLES = 1;"),
-    ("this.scene.cells = cells;", 'this.scene.cells = cells; document.documentElement.dataset.cells = "";'),
+    ("this.scene.cells = cells;", "this.scene.cells = cells; document.documentElement.dataset.cells = count;"),
 ]
-"""What is changed in all: a picture at rest has one sample, and the page says when it has found the empty cells."""
+"""What is changed in all: a picture at rest has one sample, and the page says which empty cells it has found."""
 
 
 def frame(visited: Visit, key: str) -> tuple[float, float]:
@@ -76,7 +76,7 @@ def main() -> None:
                 opened = visit(browser, folder / f"{k}.html", size, 1, remember, "#panel=0")
                 visits[way] = open_pages.enter_context(opened)
                 visits[way].until(f"document.documentElement.dataset.storage === '{args.weights}'")
-                visits[way].until("'cells' in document.documentElement.dataset")
+                visits[way].until("document.documentElement.dataset.cells > 32")
                 visits[way].still()
             for k in range(args.views):
                 for way, visited in visits.items():

@@ -14,7 +14,8 @@ uniform sampler2D normals; // what normals.glsl wrote
 void main() {
     vec4 ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
 #ifdef NORMALS
-    if (ray.w > 0.5) ray.x = texelFetch(normals, ivec2(gl_FragCoord.xy), 0).a;
+    float end = texelFetch(normals, ivec2(gl_FragCoord.xy), 0).a;
+    if (ray.w > 0.5 && end > 0.0) ray.x = end;
 #endif
     vec2 pixel = place();
     color = vec4(background(pixel, resolution, background_bottom, background_top), 0.0);

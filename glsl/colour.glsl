@@ -7,6 +7,9 @@
 uniform sampler2D rays; // what near.glsl and trace.glsl wrote, pixel by pixel
 #ifdef NORMALS
 uniform sampler2D normals; // what normals.glsl wrote
+#ifdef BLOCKS
+uniform sampler2D later; // what it wrote for rays that have hit after a first look
+#endif
 #endif
 
 // Last pass of a frame, where behind.glsl lets a ray through: the surface that it has met, or the studio's floor.
@@ -19,6 +22,9 @@ void main() {
     bool hit = ray.w > 0.5;
 #ifdef NORMALS
     vec4 end = texelFetch(normals, ivec2(gl_FragCoord.xy), 0);
+#ifdef BLOCKS
+    if (end.a <= 0.0) end = texelFetch(later, ivec2(gl_FragCoord.xy), 0);
+#endif
     ray.x = end.a;
 #endif
     float t = hit ? ray.x : to_floor(camera[3].xyz, direction, ground);

@@ -26,6 +26,10 @@ void main() {
     float footprint = 2.0 / (focal * resolution.y);
     vec2 span = ball(eye, direction, 1.0 + delta[level - 1]);
     vec4 given = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
+    if (given.a == 0.0) { // it comes nowhere near, and draws because others of its block do
+        color = vec4(0.0);
+        return;
+    }
     bool looked = given.a < 0.0;
     vec2 before = looked ? given.yz : vec2(0.0);
     int looks = 0;

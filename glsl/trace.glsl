@@ -15,6 +15,10 @@ void main() {
     float footprint = 2.0 / (focal * resolution.y);
 #ifdef NORMALS
     vec4 left = texelFetch(normals, ivec2(gl_FragCoord.xy), 0);
+    if (left.a > 0.0) { // it has hit, and draws because others of its block do
+        color = vec4(left.a, 1.0, float(level), 1.0);
+        return;
+    }
     vec2 span = ball(eye, direction, 1.0 + delta[level - 1]);
     bool looked = left.x > 0.0;
     Hit ray = Hit(false, looked ? left.x : max(span.x, 0.0), looked ? int(-left.a) : 1, int(looked));

@@ -71,12 +71,14 @@ POSTER_SIDE = 160
 """Pixels of the picture that is seen until the page has drawn its own."""
 POSTER_QUALITY = 85
 """Of its WebP, from 0 to 100."""
-CELLS = 32, 64
-"""Cells along an edge of the grid that the page finds: of large models and of those that move, and of others."""
+CELLS = {"first": 32, "dear": 64, "most": 128}
+"""Cells along an edge of the grids that the page finds: first, and, where the model does not move, then."""
+DEAR = 100_000
+"""Weights of a model above which the second grid is coarser: finding it takes some 10 seconds, in the background."""
 CELL_MOMENTS = 17
 """Grids that it finds for a model that moves, evenly spaced in time."""
-PAGE_PASSES = ("near", "trace", "behind", "colour")
-"""Passes of a frame: without a first look, which saves little where blocks of 8 x 8 pixels wait for the slowest."""
+PAGE_PASSES = ("near", "normals", "trace", "behind", "colour")
+"""Passes of a frame, in the order in which they are compiled."""
 SHADERS = ("anywhere", *PAGE_PASSES, "accumulate", "present", "blocks.vert", "contrast", "scatter", "scatter.vert")
 """Files in glsl/ with the shaders that the page compiles."""
 PROBES = 32
@@ -155,8 +157,8 @@ def facts_json(facts: dict[str, Any]) -> str:
         "shadings": SHADINGS,
         "cells": {
             "first": FIRST,
-            "least": CELLS[0],
-            "most": CELLS[1],
+            "counts": CELLS,
+            "dear": DEAR,
             "moments": CELL_MOMENTS,
             "overestimate": OVERESTIMATE,
             "reach": REACH,

@@ -20,7 +20,7 @@ from mplicits.codegen.targets import glsl330
 from mplicits.codegen.targets.glsl300es import DIALECT
 from mplicits.codegen.targets.shader import LOOP_LIMIT, Shader
 from mplicits.codegen.targets.uniforms import SHADINGS, TIME, UNIFORMS, default
-from mplicits.codegen.targets.webpage import CELL_MOMENTS, PRINTER, facts_json, script
+from mplicits.codegen.targets.webpage import CELL_MOMENTS, DEAR, PRINTER, facts_json, script
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model
 from mplicits.model.model_file import load, save
@@ -54,11 +54,12 @@ window.ask = {
     uniforms: (options) => {
         const bounds = {step_bound: 0.9, band_step_bound: 0.7};
         const model = {levels: [{delta: 0.1, iterations: 20, bounds}, {delta: 0.02, iterations: 5, bounds}]};
-        return uniforms({model, camera: homeOf(null), options}, null, [300, 200]);
+        return uniforms({model, camera: homeOf(null), options, cells: options.cells}, null, [300, 200]);
     },
-    cells: async (bytes) => {
+    counts: (model) => countsOf(model),
+    cells: async ([bytes, count]) => {
         const file = Uint8Array.from(atob(bytes), (letter) => letter.charCodeAt(0));
-        const found = await emptyCells(parseModel(file.buffer), () => true, async () => {});
+        const found = await emptyCells(parseModel(file.buffer), count, () => true, async () => {});
         const times = found.grids.map((_, k) => (k + 0.3) / found.grids.length);
         return {...found, grids: times.map((time) => [...gridOf(found, time)])};
     },
@@ -89,7 +90,7 @@ def test_the_page_prints_the_field_that_codegen_prints(ask: Ask, storage: str, m
     save(model, tmp_path / "model.safetensors")
     data = base64.b64encode((tmp_path / "model.safetensors").read_bytes()).decode()
     printed = ask("print", [data, storage])
-    field = print_field(lower(model), DIALECT.language, storage)
+    field = print_field(lower(model), DIALECT.language, storage, nested=True)
     assert printed["text"] == field.text
     weights = np.zeros((0, 1024, 4), np.float32) if field.weights is None else field.weights
     assert printed["height"] == len(weights)
@@ -141,20 +142,33 @@ def test_the_page_asks_llvmpipe_for_what_it_draws_whole(ask: Ask) -> None:
 
 @pytest.mark.parametrize(
     ("model", "count", "moments"),
-    [(load(DEMO), 64, 1), (MODELS["one level"], 64, 1), (MODELS["moving"], 32, CELL_MOMENTS)],
+    [(load(DEMO), 128, 1), (MODELS["one level"], 64, 1), (MODELS["moving"], 32, CELL_MOMENTS)],
     ids=["demo", "one level", "moving"],
 )
 def test_the_page_finds_the_cells_that_codegen_finds(
     ask: Ask, model: Model, count: int, moments: int, tmp_path: Path
 ) -> None:
     save(model, tmp_path / "model.safetensors")
-    found = ask("cells", base64.b64encode((tmp_path / "model.safetensors").read_bytes()).decode())
+    found = ask("cells", [base64.b64encode((tmp_path / "model.safetensors").read_bytes()).decode(), count])
     cells = Cells(lower(model), count, moments)
     assert (found["count"], found["half"]) == (count, pytest.approx(cells.half))
     assert len(found["grids"]) == moments
     grids = np.stack([cells.grid((k + 0.3) / moments) for k in range(moments)])
     differ = np.asarray(found["grids"]).reshape(grids.shape) != grids
     assert differ.mean() < 1e-3, "rounding decides at some cells"
+
+
+def test_the_page_finds_a_coarse_grid_and_then_a_fine_one(ask: Ask) -> None:
+    counts = {
+        name: ask("counts", {"inputs": inputs, "parameters": parameters, "field": field})
+        for name, inputs, parameters, field in [
+            ("small", "xyz", DEAR, None),
+            ("large", "xyz", DEAR + 1, None),
+            ("moving", "xyzt", 100, None),
+            ("scene", "xyz", 100, {}),
+        ]
+    }
+    assert counts == {"small": [32, 128], "large": [32, 64], "moving": [32], "scene": []}
 
 
 def test_the_page_finds_the_floor_that_codegen_finds(ask: Ask) -> None:
@@ -167,10 +181,23 @@ def test_the_page_sets_every_uniform_of_the_table(ask: Ask) -> None:
     for value, shading in enumerate(SHADINGS):
         told = ask("uniforms", {**options, "shading": shading, "background": [[0, 0, 0], [1, 1, 1]]})
         assert told["shading"] == value
-    names = {uniform.name for uniform in (*UNIFORMS, TIME)} | {"cell_count", "cells_half"}
+    names = {uniform.name for uniform in (*UNIFORMS, TIME)} | {"cell_count", "cells_half", "first"}
     assert set(told) == names - {"origin"}, "the painter sets a tile's origin"
     assert (told["step_bound"], told["band_step_bound"]) == ([0.9, 0.9], [0.7, 0.7])
     assert (told["rounds"], told["step_scale"]) == (*default("rounds"), list(default("step_scale")))
+
+
+@pytest.mark.parametrize(
+    ("level", "normals", "count", "skipped", "first"),
+    [(2, None, 128, 128, 1), (2, 2, 128, 128, 1), (2, 1, 128, 128, 0), (1, 1, 128, 0, 0), (2, None, 0, 0, 0)],
+)
+def test_rays_have_a_first_look_where_the_grid_and_the_normals_are_of_the_last_level(
+    ask: Ask, level: int, normals: int | None, count: int, skipped: int, first: int
+) -> None:
+    options = {"level": level, "normalLevel": normals, "iterations": 1, "time": 0, "light": [0, 0, 1]}
+    cells = {"count": count, "half": 1.1} if count else None
+    told = ask("uniforms", {**options, "shading": "phong", "background": [[0, 0, 0], [1, 1, 1]], "cells": cells})
+    assert (told["cell_count"], told["first"]) == (skipped, first)
 
 
 @pytest.mark.parametrize(

@@ -1,18 +1,25 @@
 import {shared} from "./facts.js";
-import {firstValue, widenedValue} from "./reference.js";
+import {widenedValues} from "./reference.js";
 
 // Finds the cells of a grid that the surface cannot meet, and how near it is to the others, for rays to skip, as
 // codegen/reference/cells.py does.
 const SLICE = 12; // milliseconds of work after which the page may do something else
-const DEAR = 50000; // weights of a model whose grid is coarser, since finding it would take seconds
+const AT_ONCE = 16; // points whose field is evaluated at once
 const EIGHT = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => [k & 1, k >> 1 & 1, k >> 2]); // steps to a block of eight
 
-// Resolves to {count, half, grids}, as Cells in cells.py describes them; null where isWanted() has become false, and of a
-// scene, whose rays skip what is outside its shapes' balls. rest() resolves when the next slice of the work may begin.
-export async function emptyCells(model, isWanted, rest) {
-    if (model.field) return null;
-    const {least, most, moments, overestimate} = shared.cells, moves = model.inputs === "xyzt";
-    const count = moves || model.parameters > DEAR ? least : most, half = 1 + model.levels[0].delta;
+// Returns how many cells an edge of each grid has that is found for a model, one after the other; none for a scene, whose
+// rays skip what is outside its shapes' balls. The first one takes a fraction of a second, the last one seconds.
+export function countsOf(model) {
+    if (model.field) return [];
+    const {first, dear, most} = shared.cells.counts;
+    if (model.inputs === "xyzt") return [first];
+    return [first, model.parameters > shared.cells.dear ? dear : most];
+}
+
+// Resolves to {count, half, grids}, as Cells in cells.py describes them; null where isWanted() has become false. rest()
+// resolves when the next slice of the work may begin.
+export async function emptyCells(model, count, isWanted, rest) {
+    const {moments, overestimate} = shared.cells, moves = model.inputs === "xyzt", half = 1 + model.levels[0].delta;
     let began = performance.now();
     const pace = {
         isDue: () => performance.now() - began >= SLICE,
@@ -59,10 +66,10 @@ async function excessesBetween(model, times, half, pace) {
     for (const cell of everyCell(first)) {
         const point = middle(cell, first, half);
         if (Math.hypot(...point) >= half) continue;
-        const values = times.map((time) => firstValue(model, point, time));
+        const at = (time) => widenedValues(model, [point], time, 0, 1)[0], values = times.map(at);
         excesses.forEach((most, k) => {
             const [before, after] = [values[k], values[k + 1]];
-            const bend = 0.5 * (before + after) - firstValue(model, point, times[k] + 0.5 * step);
+            const bend = 0.5 * (before + after) - at(times[k] + 0.5 * step);
             excesses[k] = Math.max(most, bend, Math.abs(after - before) - delta);
         });
         if (pace.isDue() && !await pace.goOn()) return null;
@@ -70,54 +77,61 @@ async function excessesBetween(model, times, half, pace) {
     return excesses;
 }
 
+// Resolves to the values of the first `depth` levels at the places of some items, see widenedValues(); null where that was
+// unwanted.
+async function valuesOf(model, items, placeOf, {time, margin, depth}, pace) {
+    const values = new Float64Array(items.length);
+    for (let start = 0; start < items.length; start += AT_ONCE) {
+        const points = items.slice(start, start + AT_ONCE).map(placeOf);
+        values.set(widenedValues(model, points, time, margin, depth), start);
+        if (pace.isDue() && !await pace.goOn()) return null;
+    }
+    return values;
+}
+
 // Resolves to the grid for a time; null where it was unwanted.
 async function gridAt(model, time, {count, half, slack}, pace) {
     const {first, overestimate, reach} = shared.cells, {levels} = model, scale = 0.5 * count / half;
     let cells = everyCell(first);
     for (let edge = first; edge < count; edge *= 2) {
-        const near = levels[0].delta + overestimate * Math.sqrt(3) * half / edge + slack, kept = [];
-        for (const cell of cells) {
-            if (Math.abs(firstValue(model, middle(cell, edge, half), time)) < near) kept.push(cell);
-            if (pace.isDue() && !await pace.goOn()) return null;
-        }
-        cells = kept.flatMap((cell) => {
+        const near = levels[0].delta + overestimate * Math.sqrt(3) * half / edge + slack;
+        const values = await valuesOf(model, cells, (cell) => middle(cell, edge, half), {time, margin: 0, depth: 1}, pace);
+        if (!values) return null;
+        cells = cells.filter((_, k) => Math.abs(values[k]) < near).flatMap((cell) => {
             const [x, y, z] = placeOf(cell, edge);
             return EIGHT.map(([i, j, k]) => 2 * x + i + 2 * edge * (2 * y + j + 2 * edge * (2 * z + k)));
         });
     }
-    const margin = reach / scale + slack, occupied = [], values = [], bound = levels.at(-1).bounds.step_bound;
-    const valueAt = (point) => widenedValue(model, point, time, margin);
-    for (const cell of cells) {
-        const value = valueAt(middle(cell, count, half));
-        if (value < margin) {
-            occupied.push(cell);
-            values.push((value > 0 ? bound : 1) * value - slack);
-        }
-        if (pace.isDue() && !await pace.goOn()) return null;
-    }
-    const grid = sizesOf(occupied, count), lowered = new Map();
-    occupied.forEach((cell, i) => grid[cell] = coded(scale * values[i]));
-    const corners = new Set();
-    occupied.forEach((cell, i) => {
-        const place = placeOf(cell, count);
-        if (Math.abs(values[i]) >= reach / scale) return;
-        for (const step of EIGHT) {
-            const corner = place.map((k, axis) => k + step[axis]);
-            if (corner.every((k) => k > 0 && k < count)) corners.add(corner[0] + count * (corner[1] + count * corner[2]));
-        }
+    const margin = reach / scale + slack, bound = levels.at(-1).bounds.step_bound;
+    const found = await valuesOf(model, cells, (cell) => middle(cell, count, half), {time, margin}, pace);
+    if (!found) return null;
+    const occupied = [], values = [];
+    cells.forEach((cell, k) => {
+        if (!(found[k] < margin)) return;
+        occupied.push(cell);
+        values.push((found[k] > 0 ? bound : 1) * found[k] - slack);
     });
-    for (const corner of corners) {
-        const place = placeOf(corner, count);
-        const around = EIGHT.map(([i, j, k]) => corner - i - count * (j + count * k));
-        const between = around.reduce((sum, cell) => sum + valueOf(grid[cell]), 0) / 8;
-        if (between > 0) {
-            const value = valueAt(place.map((k) => at(k, count, half))) - slack;
-            const excess = between - Math.min(scale * value, reach);
-            for (const cell of around) lowered.set(cell, Math.max(lowered.get(cell) ?? 0, excess));
-        }
-        if (pace.isDue() && !await pace.goOn()) return null;
-    }
-    for (const cell of occupied) grid[cell] = coded(valueOf(grid[cell]) - shared.cells.missed * (lowered.get(cell) ?? 0));
+    const grid = sizesOf(occupied, count), codeValues = Float64Array.from({length: 256}, (_, code) => valueOf(code));
+    const steps = EIGHT.map(([i, j, k]) => i + count * (j + count * k)); // from a corner back to the cells around it
+    const isCorner = new Uint8Array(count ** 3), lowered = new Float32Array(count ** 3);
+    occupied.forEach((cell, i) => {
+        grid[cell] = coded(scale * values[i]);
+        if (Math.abs(values[i]) >= reach / scale) return;
+        for (const step of steps) isCorner[cell + step] = 1;
+    });
+    const between = (corner) => steps.reduce((sum, step) => sum + codeValues[grid[corner - step]], 0) / 8;
+    const isInside = (corner) => placeOf(corner, count).every((k) => k > 0);
+    const corners = [];
+    for (let corner = 0; corner < count ** 3; ++corner)
+        if (isCorner[corner] && isInside(corner) && between(corner) > 0) corners.push(corner);
+    const placeAt = (corner) => placeOf(corner, count).map((k) => at(k, count, half));
+    const theirs = await valuesOf(model, corners, placeAt, {time, margin}, pace);
+    if (!theirs) return null;
+    corners.forEach((corner, i) => {
+        const excess = between(corner) - Math.min(scale * (theirs[i] - slack), reach);
+        for (const step of steps) lowered[corner - step] = Math.max(lowered[corner - step], excess);
+    });
+    for (const cell of occupied) grid[cell] = coded(codeValues[grid[cell]] - shared.cells.missed * lowered[cell]);
     return grid;
 }
 
@@ -135,24 +149,23 @@ function coded(value) {
 
 // Returns the sizes of a grid in which some cells are occupied.
 function sizesOf(occupied, count) {
-    const sizes = new Uint8Array(count ** 3);
-    let full = new Uint8Array(count ** 3);
-    for (const cell of occupied) full[cell] = 1;
-    for (let power = 1, side = count / 2; side >= 1; ++power, side /= 2) {
-        const coarser = new Uint8Array(side ** 3);
-        full.forEach((isFull, cell) => {
-            if (isFull) coarser[blockOf(cell, 2 * side, 1)] = 1;
-        });
-        for (let cell = 0; cell < sizes.length; ++cell)
-            if (!coarser[blockOf(cell, count, power)]) sizes[cell] = power;
-        full = coarser;
+    const powers = Array.from({length: Math.log2(count) + 1}, (_, power) => power), of = (k, power) => k >> power;
+    const full = powers.map((power) => new Uint8Array(of(count, power) ** 3));
+    for (const cell of occupied) {
+        const [x, y, z] = placeOf(cell, count);
+        for (const power of powers) {
+            const side = of(count, power);
+            full[power][of(x, power) + side * (of(y, power) + side * of(z, power))] = 1;
+        }
+    }
+    let sizes = new Uint8Array(1);
+    for (const power of powers.reverse()) {
+        const side = of(count, power), finer = new Uint8Array(side ** 3), half = side >> 1;
+        for (let z = 0, cell = 0; z < side; ++z)
+            for (let y = 0; y < side; ++y)
+                for (let x = 0; x < side; ++x, ++cell)
+                    finer[cell] = sizes[(x >> 1) + half * ((y >> 1) + half * (z >> 1))] || (full[power][cell] ? 0 : power);
+        sizes = finer;
     }
     return sizes;
-}
-
-// Returns the number of the cell of a coarser grid that a cell is in; side: of the finer one, 2 ** power times as fine.
-function blockOf(cell, side, power) {
-    const coarse = side >> power;
-    return (cell % side >> power) + coarse * ((Math.floor(cell / side) % side >> power)
-        + coarse * (Math.floor(cell / side / side) >> power));
 }

@@ -52,8 +52,15 @@ function printValue([first, ...others], input) {
 }
 
 function printGradient([first, ...others], input) {
-    return ["vec4 field_gradient(vec3 p, int level) {", `    vec4 q = ${input};`, `    vec4 g = ${first.name}(q);`,
-        ...others.map(({name}, k) => `    if (level > ${k + 1}) g += ${name}(q);`), "    return g;", "}"];
+    const deeper = others.flatMap(({name}, k) => [
+        `    if (level > ${k + 1}) g += ${name}(q);`,
+        `    if (reached == ${k + 1} && level > ${k + 1} && abs(f) < delta[${k}]) {`,
+        "        f = g.w;", `        reached = ${k + 2};`, "    }",
+    ]);
+    return ["vec4 field_gradient(vec3 p, int level, out float f, out int reached) {", `    vec4 q = ${input};`,
+        `    vec4 g = ${first.name}(q);`, "    f = g.w;", "    reached = 1;", ...deeper, "    return g;", "}", "",
+        "vec4 field_gradient(vec3 p, int level) {", "    float f;", "    int reached;",
+        "    return field_gradient(p, level, f, reached);", "}"];
 }
 
 function printAlbedo(texture, input) {

@@ -1,4 +1,4 @@
-import {fieldValue, widenedValue} from "./reference.js";
+import {fieldValue, widenedValues} from "./reference.js";
 
 // Finds the height of the lowest point of a model's surface, at time 0, on which the studio's floor lies, as
 // codegen/reference/lowest.py does, on a coarser grid: its layers from the bottom up. Without a surface it is -1.
@@ -9,11 +9,11 @@ export function lowestPoint(model) {
     const reach = Math.sqrt(3) * 1.3 / LAYERS, at = (i) => (2 * i + 1) / LAYERS - 1;
     let lowest = Infinity;
     for (let layer = 0, left = MORE; layer < LAYERS && left >= 0; ++layer) {
-        for (let k = 0; k < LAYERS ** 2; ++k) {
-            const point = [at(k % LAYERS), at(layer), at(Math.floor(k / LAYERS))];
-            if (Math.hypot(...point) > 1 + reach || !(Math.abs(widenedValue(model, point, 0, reach)) < reach)) continue;
-            lowest = Math.min(lowest, landed(model, point));
-        }
+        const points = Array.from({length: LAYERS ** 2}, (_, k) => [at(k % LAYERS), at(layer), at(Math.floor(k / LAYERS))])
+            .filter((point) => Math.hypot(...point) <= 1 + reach);
+        widenedValues(model, points, 0, reach).forEach((value, k) => {
+            if (Math.abs(value) < reach) lowest = Math.min(lowest, landed(model, points[k]));
+        });
         if (lowest < Infinity) --left;
     }
     return lowest < Infinity ? lowest : -1;

@@ -10,9 +10,12 @@ import {packed, wanted} from "./samples.js";
 const TILE = 512; // pixels along the side of the small target
 const BATCH = 20; // milliseconds of drawing that are asked for at once
 const CELL_UNIT = 1; // texture unit of the grid of cells; everything else but rays has unit 0
-const BLOCK = 8; // pixels along the side of a block (blocks.vert.glsl)
-const RAYS_UNIT = 2; // texture unit of what the passes that trace leave to those that colour
-const PLACES_UNIT = 3; // texture unit of the places of packed samples
+const BLOCK = 2; // pixels along the side of a block (blocks.vert.glsl)
+const PLACES_UNIT = 2; // texture unit of the places of packed samples
+// Texture units of what passes leave to one another. rays: of near.glsl and trace.glsl; normals: of normals.glsl, or of
+// its first look; later: of it for the rays that this has left; gate: where a pass in blocks draws.
+const READ_UNITS = {rays: 3, normals: 4, later: 5, gate: 6};
+const IN_BLOCKS = ["normals", "trace", "colour"]; // passes that draw only where one before them says so
 const PER_LEVEL = ["delta", "step_bound", "band_step_bound"]; // uniforms that are arrays of floats
 
 export class Painter {
@@ -38,7 +41,9 @@ export class Painter {
             device, accumulate: program("accumulate.glsl"), present: program("present.glsl"),
             contrast: program("contrast.glsl"), scatter: program("scatter.glsl", this.vertexShader("scatter")),
             places: device.texture(device.gl.RG32F, TILE, TILE, device.gl.NEAREST),
-            tile: target(), rays: device.float ? target() : null, cells: null,
+            tile: target(), cells: null,
+            rays: device.float ? target() : null, normals: device.float ? target() : null,
+            later: device.float ? target() : null,
         });
     }
 
@@ -146,9 +151,15 @@ export class Painter {
         return this.rays && storage === "literal" ? shared.passes : ["anywhere"];
     }
 
+    // Returns what a pass is compiled with.
+    defines(name) {
+        const macros = ["CELLS", "BLOCKS", ...(name === "anywhere" ? [] : ["NORMALS", "FIRST_LOOK"])];
+        return macros.map((macro) => `#define ${macro}\n`).join("");
+    }
+
     // Returns the vertex shader of a pass that draws only where the one before it says so; undefined for the others.
     vertices(name) {
-        if (!["trace", "colour"].includes(name)) return undefined;
+        if (!IN_BLOCKS.includes(name)) return undefined;
         return this.vertexShader("blocks");
     }
 
@@ -158,41 +169,52 @@ export class Painter {
 
     // Draws a rectangle of the picture's sample into the small target, at [column, row] of it.
     draw({programs, weights}, values, [x, y], [width, height], [column, row] = [0, 0]) {
-        const {gl} = this.device, {rays, tile} = this, viewport = [column, row, width, height];
+        const {gl} = this.device, {rays, normals, later, tile} = this;
         const told = {scattered: 0, ...values, origin: [x - column, y - row]};
-        const pass = (name, target, ...more) => this.pass(programs[name], told, target, viewport, ...more);
-        gl.bindTexture(gl.TEXTURE_2D, weights);
+        const pass = (name, target, read = {}, more = {}) =>
+            this.pass(programs[name], {...told, ...more}, target, [column, row, width, height], read);
         this.holdTime(values.time[0]);
-        gl.activeTexture(gl.TEXTURE0 + PLACES_UNIT);
-        gl.bindTexture(gl.TEXTURE_2D, this.places);
         gl.activeTexture(gl.TEXTURE0 + CELL_UNIT);
         gl.bindTexture(gl.TEXTURE_3D, this.cells?.texture ?? null);
-        gl.activeTexture(gl.TEXTURE0);
+        this.bind(PLACES_UNIT, this.places);
+        this.bind(0, weights);
         if (programs.anywhere) return pass("anywhere", tile);
-        pass("near", tile);
-        gl.bindFramebuffer(gl.FRAMEBUFFER, rays.framebuffer);
-        gl.clear(gl.COLOR_BUFFER_BIT);
-        pass("trace", rays, tile);
-        pass("behind", tile, rays);
+        const looks = told.first; // after which the normals' alpha is negative where rays are left
+        const left = {wanted: [looks ? -1 : 1]}, near = looks ? rays : tile;
+        for (const target of [rays, normals]) {
+            gl.bindFramebuffer(gl.FRAMEBUFFER, target.framebuffer);
+            gl.clear(gl.COLOR_BUFFER_BIT);
+        }
+        pass("near", near);
+        if (looks) pass("normals", normals, {rays, gate: rays});
+        pass("trace", rays, {normals, gate: looks ? normals : near}, left);
+        pass("normals", later, {rays, gate: looks ? normals : rays}, {...left, first: 0});
+        pass("behind", tile, {rays, normals});
         const shading = shared.shadings[values.shading];
-        if (!["steps", "data"].includes(shading)) pass("colour", tile, rays, shading === "studio"); // which has a floor
+        if (["steps", "data"].includes(shading)) return;
+        pass("colour", tile, {rays, normals, later, gate: rays}, {everywhere: Number(shading === "studio")}); // it has a floor
     }
 
-    // Draws one program into a rectangle of a target. from: the target of the pass before, where it reads that.
-    // everywhere: also in blocks in which that wants nothing.
-    pass({program, names, inBlocks}, values, {framebuffer}, rectangle, from = null, everywhere = false) {
-        const [column, row, width, height] = rectangle;
+    // Binds a texture, or none, to a unit, and leaves unit 0 as the one that others are bound to.
+    bind(unit, texture) {
         const {gl} = this.device;
-        gl.useProgram(program);
-        gl.activeTexture(gl.TEXTURE0 + RAYS_UNIT);
-        gl.bindTexture(gl.TEXTURE_2D, from && from.texture);
+        gl.activeTexture(gl.TEXTURE0 + unit);
+        gl.bindTexture(gl.TEXTURE_2D, texture);
         gl.activeTexture(gl.TEXTURE0);
+    }
+
+    // Draws one program into a rectangle of a target. read: the targets that it reads, by what glsl/ calls them.
+    pass({program, names, inBlocks}, values, {framebuffer}, rectangle, read) {
+        const {gl} = this.device, [column, row, width, height] = rectangle;
+        gl.useProgram(program);
+        for (const [name, unit] of Object.entries(READ_UNITS)) {
+            this.bind(unit, read[name]?.texture ?? null);
+            if (names[name]) gl.uniform1i(names[name], unit);
+        }
         if (names.cells) gl.uniform1i(names.cells, CELL_UNIT);
-        if (names.rays) gl.uniform1i(names.rays, RAYS_UNIT);
         if (names.places) gl.uniform1i(names.places, PLACES_UNIT);
         if (inBlocks) gl.uniform4i(names.viewport, column, row, width, height);
-        if (inBlocks) gl.uniform1i(names.everywhere, Number(everywhere));
-        for (const [name, value] of Object.entries(values)) {
+        for (const [name, value] of Object.entries({wanted: [1], everywhere: 0, ...values})) {
             const location = names[name];
             if (!location) continue;
             if (name === "camera") gl.uniformMatrix4fv(location, false, value);
@@ -203,7 +225,8 @@ export class Painter {
         }
         gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
         gl.viewport(column, row, width, height);
-        gl.drawArrays(gl.TRIANGLES, 0, inBlocks ? 6 * Math.ceil(width / BLOCK) * Math.ceil(height / BLOCK) : 3);
+        if (inBlocks) gl.drawArrays(gl.POINTS, 0, Math.ceil(width / BLOCK) * Math.ceil(height / BLOCK));
+        else gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
 
     // Adds what `draw` drew to the picture's mean; the first sample brings its coverage, too.

@@ -1,43 +1,62 @@
 // Evaluates the field in double precision on the CPU. The shader of a model that was dropped is compared with this.
-function networkValue(network, point) {
-    let h = point;
+const TOGETHER = 4; // points whose sums are added up in turn: the processor does not wait for one to add to it
+
+// Returns a network's values at points, whose coordinates h holds: all first ones, all second ones, and so on. count: of
+// the points, a multiple of TOGETHER.
+function networkValues(network, h, count) {
     network.forEach(({rows, columns, weight, bias}, j) => {
-        const next = new Float64Array(rows);
+        const next = new Float64Array(rows * count), bend = j < network.length - 1 ? Math.sin : Number;
         for (let o = 0; o < rows; ++o) {
-            let sum = bias[o];
-            for (let i = 0; i < columns; ++i) sum += weight[o * columns + i] * h[i];
-            next[o] = j < network.length - 1 ? Math.sin(sum) : sum;
+            for (let k = 0; k < count; k += TOGETHER) {
+                let a = bias[o], b = a, c = a, d = a;
+                for (let w = o * columns, end = w + columns, i = k; w < end; ++w, i += count) {
+                    const factor = weight[w];
+                    a += factor * h[i];
+                    b += factor * h[i + 1];
+                    c += factor * h[i + 2];
+                    d += factor * h[i + 3];
+                }
+                const at = o * count + k;
+                next[at] = bend(a);
+                next[at + 1] = bend(b);
+                next[at + 2] = bend(c);
+                next[at + 3] = bend(d);
+            }
         }
         h = next;
     });
-    return h[0];
+    return h;
 }
 
-// Returns what the networks take at a point [x, y, z] and a time.
-const inputOf = ({inputs}, point, time) => (inputs === "xyzt" ? [...point, time] : point);
-
-// Returns the value of level 1 at a point [x, y, z] and a time.
-export const firstValue = (model, point, time) => networkValue(model.levels[0].network, inputOf(model, point, time));
+// Returns the values of a network of a model at some points [x, y, z] and a time.
+function valuesAt({inputs}, network, points, time) {
+    const count = TOGETHER * Math.ceil(points.length / TOGETHER), moves = inputs === "xyzt";
+    const h = new Float64Array((moves ? 4 : 3) * count);
+    points.forEach((point, k) => point.forEach((c, axis) => h[axis * count + k] = c));
+    if (moves) h.fill(time, 3 * count);
+    return networkValues(network, h, count);
+}
 
 // Returns [value, level] of the finest level that is defined at a point [x, y, z] (Eq. 3), at time 0.
 export function fieldValue(model, point) {
-    const input = inputOf(model, point, 0);
     let value = 0, level = 0;
-    do value += networkValue(model.levels[level++].network, input);
+    do value += valuesAt(model, model.levels[level++].network, [point], 0)[0];
     while (level < model.levels.length && Math.abs(value) < model.levels[level - 1].delta);
     return [value, level];
 }
 
-// Returns the value of the finest level that is defined at a point [x, y, z] at a time, where each band is wider by
-// `margin`.
-export function widenedValue({levels, inputs}, point, time, margin) {
-    const input = inputOf({inputs}, point, time);
-    let value = 0;
-    levels.every(({network, delta}) => {
-        value += networkValue(network, input);
-        return Math.abs(value) < delta + margin;
-    });
-    return value;
+// Returns the values of the finest of the first `depth` levels that are defined at points [x, y, z] at a time, where
+// each band is wider by `margin`.
+export function widenedValues(model, points, time, margin, depth = model.levels.length) {
+    const values = new Float64Array(points.length);
+    let inside = points.map((_, k) => k);
+    for (const {network, delta} of model.levels.slice(0, depth)) {
+        const added = valuesAt(model, network, inside.map((k) => points[k]), time);
+        inside.forEach((k, i) => values[k] += added[i]);
+        inside = inside.filter((k) => Math.abs(values[k]) < delta + margin);
+        if (!inside.length) break;
+    }
+    return values;
 }
 
 // Returns {points, values}: the coordinates, one after another, of up to `count` points near the surface, which are

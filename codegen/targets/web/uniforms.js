@@ -21,6 +21,7 @@ export function uniforms({model, camera, options, cells}, loops, [width, height]
         shading: shadings.indexOf(options.shading), light: options.light, ground: [model.ground],
         background_bottom: options.background[0], background_top: options.background[1], time: [options.time],
         schedule: defaults.schedule[0], cell_count: skipped, cells_half: [cells ? cells.half : 1],
+        first: Number(skipped > 0 && level === normalLevel), // whether rays have a first look (normals.glsl)
     };
 }
 

@@ -1,4 +1,4 @@
-import {emptyCells} from "./cells.js";
+import {countsOf, emptyCells} from "./cells.js";
 import {pause} from "./device.js";
 import {TEXTURE_WIDTH} from "./texels.js";
 import {asked, uniforms} from "./uniforms.js";
@@ -43,15 +43,17 @@ export class Variants {
             device.unlessLost(this.race(literal, isWanted, memory)).catch(this.listener.failed);
     }
 
-    // Finds the cells that rays of a model skip from then on, while the page draws without.
+    // Finds the cells that rays of a model skip from then on, larger ones and then smaller ones, while the page draws without.
     async findCells(model, isWanted) {
-        const cells = await emptyCells(model, isWanted, () => pause(0));
-        if (!cells) return;
-        await this.painter.exclusively(() => {
-            if (!isWanted()) return;
-            this.painter.hold(cells);
-            this.scene.cells = cells;
-        });
+        for (const count of countsOf(model)) {
+            const cells = await emptyCells(model, count, isWanted, () => pause(0));
+            if (!cells) return;
+            await this.painter.exclusively(() => {
+                if (!isWanted()) return;
+                this.painter.hold(cells);
+                this.scene.cells = cells;
+            });
+        }
     }
 
     // Compiles the literals while the other variant draws, times both on what is seen, and keeps the faster.
@@ -79,7 +81,7 @@ export class Variants {
         const {painter} = this, {device} = painter, {gl} = device, start = performance.now();
         const levels = `const int LEVELS = ${model.levels.length};`;
         const opening = painter.source("prologue").replace(/const int LEVELS = \d+;/, levels);
-        const shader = (name) => `${opening}\n#define CELLS\n#define BLOCKS\n${text}\n${painter.shader(`${name}.glsl`)}`;
+        const shader = (name) => `${opening}\n${painter.defines(name)}${text}\n${painter.shader(`${name}.glsl`)}`;
         const begun = painter.passes(storage).map((name) => [name, device.begin(shader(name), painter.vertices(name))]);
         while (!begun.every(([, one]) => device.isReady(one))) {
             await pause(15);
@@ -110,7 +112,8 @@ export class Variants {
     // as a measure of the browser's (benchmarks/page.py reads it).
     async warm(variant) {
         const {painter, scene} = this, coarse = asked(scene, {level: 1, normalLevel: 1});
-        painter.draw(variant, uniforms(coarse, variant.loops, [1, 1]), [0, 0], [1, 1]);
+        for (const first of [0, 1])
+            painter.draw(variant, {...uniforms(coarse, variant.loops, [1, 1]), first}, [0, 0], [1, 1]);
         await painter.device.done();
         performance.measure(`${variant.storage}: compiled and first drawn`, {start: variant.start});
     }
@@ -133,7 +136,7 @@ export class Variants {
         if (!painter.device.float || !expected.length) return null;
         const values = {
             ...uniforms(asked(scene, {level: levels, normalLevel: levels, shading: "data", time: 0}), null, [1, 1]),
-            schedule: 0, rounds: 1, iterations: Array(levels).fill(1), step_scale: [1],
+            schedule: 0, first: 0, rounds: 1, iterations: Array(levels).fill(1), step_scale: [1],
             step_bound: Array(levels).fill(1), band_step_bound: Array(levels).fill(1),
         };
         expected.forEach((_, k) => {
