@@ -54,6 +54,7 @@ SCRIPTS = (
     "uniforms.js",
     "device.js",
     "samples.js",
+    "passes.js",
     "painter.js",
     "variants.js",
     "renderer.js",

@@ -1,6 +1,5 @@
-import {gridOf} from "./cells.js";
 import {Device} from "./device.js";
-import {shared} from "./facts.js";
+import {PLACES_UNIT, Passes} from "./passes.js";
 import {packed, wanted} from "./samples.js";
 
 // Draws pictures tile by tile. The model's shaders draw one sample of each pixel into a small target, which is then
@@ -9,14 +8,6 @@ import {packed, wanted} from "./samples.js";
 // of pixels (samples.js), that are yet to be drawn and the values of the uniforms.
 const TILE = 512; // pixels along the side of the small target
 const BATCH = 20; // milliseconds of drawing that are asked for at once
-const CELL_UNIT = 1; // texture unit of the grid of cells; everything else but rays has unit 0
-const BLOCK = 2; // pixels along the side of a block (blocks.vert.glsl)
-const PLACES_UNIT = 2; // texture unit of the places of packed samples
-// Texture units of what passes leave to one another. rays: of near.glsl and trace.glsl; normals: of normals.glsl, or of
-// its first look; later: of it for the rays that this has left; gate: where a pass in blocks draws.
-const READ_UNITS = {rays: 3, normals: 4, later: 5, gate: 6};
-const IN_BLOCKS = ["normals", "trace", "colour"]; // passes that draw only where one before them says so
-const PER_LEVEL = ["delta", "step_bound", "band_step_bound"]; // uniforms that are arrays of floats
 
 export class Painter {
     constructor(canvas, source) {
@@ -40,10 +31,8 @@ export class Painter {
         Object.assign(this, {
             device, accumulate: program("accumulate.glsl"), present: program("present.glsl"),
             contrast: program("contrast.glsl"), scatter: program("scatter.glsl", this.vertexShader("scatter")),
-            places: device.texture(device.gl.RG32F, TILE, TILE, device.gl.NEAREST),
-            tile: target(), cells: null,
-            rays: device.float ? target() : null, normals: device.float ? target() : null,
-            later: device.float ? target() : null,
+            places: device.texture(device.gl.RG32F, TILE, TILE, device.gl.NEAREST), tile: target(),
+            passes: new Passes(device, target),
         });
     }
 
@@ -130,103 +119,15 @@ export class Painter {
         return width * height;
     }
 
-    // Takes the grids of empty cells that rays of the model skip, or null.
-    hold(cells) {
-        this.device.gl.deleteTexture(this.cells?.texture ?? null);
-        this.cells = cells && {...cells, time: 0, texture: this.device.grid(cells.count)};
-        if (cells) this.device.fill(this.cells.texture, cells.count, cells.grids[0]);
+    // Draws a rectangle of the picture's sample into the small target, at [column, row] of it.
+    draw(variant, values, [x, y], size, [column, row] = [0, 0]) {
+        const told = {scattered: 0, ...values, origin: [x - column, y - row]};
+        this.passes.draw(variant, told, [column, row, ...size], this);
     }
 
-    // Has the texture of the grid hold that of a time.
-    holdTime(time) {
-        const {cells} = this;
-        if (!cells || cells.grids.length === 1 || time === cells.time) return;
-        this.device.fill(cells.texture, cells.count, gridOf(cells, time));
-        cells.time = time;
-    }
-
-    // Returns the names of the passes that a variant draws a frame in. Literals are text without loops, which a CPU
-    // computes for every pixel: passes leave out the pixels that need none of it. A loop over texels leaves itself out.
-    passes(storage) {
-        return this.rays && storage === "literal" ? shared.passes : ["anywhere"];
-    }
-
-    // Returns what a pass is compiled with.
-    defines(name) {
-        const macros = ["CELLS", "BLOCKS", ...(name === "anywhere" ? [] : ["NORMALS", "FIRST_LOOK"])];
-        return macros.map((macro) => `#define ${macro}\n`).join("");
-    }
-
-    // Returns the vertex shader of a pass that draws only where the one before it says so; undefined for the others.
-    vertices(name) {
-        if (!IN_BLOCKS.includes(name)) return undefined;
-        return this.vertexShader("blocks");
-    }
-
+    // Returns the text of a vertex shader.
     vertexShader(name) {
         return `#version 300 es\nprecision highp sampler2D;\n${this.shader(`${name}.vert.glsl`)}`;
-    }
-
-    // Draws a rectangle of the picture's sample into the small target, at [column, row] of it.
-    draw({programs, weights}, values, [x, y], [width, height], [column, row] = [0, 0]) {
-        const {gl} = this.device, {rays, normals, later, tile} = this;
-        const told = {scattered: 0, ...values, origin: [x - column, y - row]};
-        const pass = (name, target, read = {}, more = {}) =>
-            this.pass(programs[name], {...told, ...more}, target, [column, row, width, height], read);
-        this.holdTime(values.time[0]);
-        gl.activeTexture(gl.TEXTURE0 + CELL_UNIT);
-        gl.bindTexture(gl.TEXTURE_3D, this.cells?.texture ?? null);
-        this.bind(PLACES_UNIT, this.places);
-        this.bind(0, weights);
-        if (programs.anywhere) return pass("anywhere", tile);
-        const looks = told.first; // after which the normals' alpha is negative where rays are left
-        const left = {wanted: [looks ? -1 : 1]}, near = looks ? rays : tile;
-        for (const target of [rays, normals]) {
-            gl.bindFramebuffer(gl.FRAMEBUFFER, target.framebuffer);
-            gl.clear(gl.COLOR_BUFFER_BIT);
-        }
-        pass("near", near);
-        if (looks) pass("normals", normals, {rays, gate: rays});
-        pass("trace", rays, {normals, gate: looks ? normals : near}, left);
-        pass("normals", later, {rays, gate: looks ? normals : rays}, {...left, first: 0});
-        pass("behind", tile, {rays, normals});
-        const shading = shared.shadings[values.shading];
-        if (["steps", "data"].includes(shading)) return;
-        pass("colour", tile, {rays, normals, later, gate: rays}, {everywhere: Number(shading === "studio")}); // it has a floor
-    }
-
-    // Binds a texture, or none, to a unit, and leaves unit 0 as the one that others are bound to.
-    bind(unit, texture) {
-        const {gl} = this.device;
-        gl.activeTexture(gl.TEXTURE0 + unit);
-        gl.bindTexture(gl.TEXTURE_2D, texture);
-        gl.activeTexture(gl.TEXTURE0);
-    }
-
-    // Draws one program into a rectangle of a target. read: the targets that it reads, by what glsl/ calls them.
-    pass({program, names, inBlocks}, values, {framebuffer}, rectangle, read) {
-        const {gl} = this.device, [column, row, width, height] = rectangle;
-        gl.useProgram(program);
-        for (const [name, unit] of Object.entries(READ_UNITS)) {
-            this.bind(unit, read[name]?.texture ?? null);
-            if (names[name]) gl.uniform1i(names[name], unit);
-        }
-        if (names.cells) gl.uniform1i(names.cells, CELL_UNIT);
-        if (names.places) gl.uniform1i(names.places, PLACES_UNIT);
-        if (inBlocks) gl.uniform4i(names.viewport, column, row, width, height);
-        for (const [name, value] of Object.entries({wanted: [1], everywhere: 0, ...values})) {
-            const location = names[name];
-            if (!location) continue;
-            if (name === "camera") gl.uniformMatrix4fv(location, false, value);
-            else if (name === "iterations") gl.uniform1iv(location, value);
-            else if (typeof value === "number") gl.uniform1i(location, value);
-            else if (PER_LEVEL.includes(name) || value.length === 1) gl.uniform1fv(location, value);
-            else gl[`uniform${value.length}fv`](location, value);
-        }
-        gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
-        gl.viewport(column, row, width, height);
-        if (inBlocks) gl.drawArrays(gl.POINTS, 0, Math.ceil(width / BLOCK) * Math.ceil(height / BLOCK));
-        else gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
 
     // Adds what `draw` drew to the picture's mean; the first sample brings its coverage, too.

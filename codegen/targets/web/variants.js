@@ -31,7 +31,7 @@ export class Variants {
             if (!isWanted()) return this.drop(variant);
             this.drop(this.current);
             Object.assign(this.scene, {model, cells: null});
-            this.painter.hold(null);
+            this.painter.passes.hold(null);
             this.probes = probes;
             await this.warm(variant);
             await this.keep(variant);
@@ -50,7 +50,7 @@ export class Variants {
             if (!cells) return;
             await this.painter.exclusively(() => {
                 if (!isWanted()) return;
-                this.painter.hold(cells);
+                this.painter.passes.hold(cells);
                 this.scene.cells = cells;
             });
         }
@@ -78,11 +78,12 @@ export class Variants {
     // Returns a variant of what printField gave; null where it is no longer wanted, or takes longer than `limit`
     // milliseconds.
     async compile(storage, {text, texels, height, loops}, model, isWanted, limit = Infinity) {
-        const {painter} = this, {device} = painter, {gl} = device, start = performance.now();
+        const {painter} = this, {device, passes} = painter, {gl} = device, start = performance.now();
         const levels = `const int LEVELS = ${model.levels.length};`;
         const opening = painter.source("prologue").replace(/const int LEVELS = \d+;/, levels);
-        const shader = (name) => `${opening}\n${painter.defines(name)}${text}\n${painter.shader(`${name}.glsl`)}`;
-        const begun = painter.passes(storage).map((name) => [name, device.begin(shader(name), painter.vertices(name))]);
+        const shader = (name) => `${opening}\n${passes.defines(name)}${text}\n${painter.shader(`${name}.glsl`)}`;
+        const vertices = (name) => (passes.inBlocks(name) ? painter.vertexShader("blocks") : undefined);
+        const begun = passes.names(storage).map((name) => [name, device.begin(shader(name), vertices(name))]);
         while (!begun.every(([, one]) => device.isReady(one))) {
             await pause(15);
             if (isWanted() && performance.now() - start < limit) continue;
@@ -90,7 +91,7 @@ export class Variants {
             return null;
         }
         const programs = Object.fromEntries(begun.map(([name, one]) => [
-            name, {...device.finish(one), inBlocks: Boolean(painter.vertices(name))},
+            name, {...device.finish(one), inBlocks: passes.inBlocks(name)},
         ]));
         const weights = height ? device.texture(gl.RGBA32F, TEXTURE_WIDTH, height, gl.NEAREST, texels) : null;
         return {storage, programs, weights, loops: device.limitsLoops ? loops : null, cost: 0, start, proven: false};

@@ -1,0 +1,122 @@
+import {gridOf} from "./cells.js";
+import {shared} from "./facts.js";
+
+// Draws one sample of a rectangle of pixels by a variant's programs, pass after pass; glsl/near.glsl, ... say what they do.
+const CELL_UNIT = 1; // texture unit of the grid of cells; unit 0 is that of everything that has none here
+export const PLACES_UNIT = 2; // texture unit of the places of packed samples
+// Texture units of what passes leave to one another. rays: of near.glsl and trace.glsl; normals: of normals.glsl, or of
+// its first look; later: of it for the rays that this has left; gate: where a pass in blocks draws.
+const READ_UNITS = {rays: 3, normals: 4, later: 5, gate: 6};
+const BLOCK = 2; // pixels along the side of a block (blocks.vert.glsl)
+const IN_BLOCKS = ["normals", "trace", "colour"]; // passes that draw only where one before them says so
+const PER_LEVEL = ["delta", "step_bound", "band_step_bound"]; // uniforms that are arrays of floats
+
+export class Passes {
+    // target(): returns a new target of the size of the largest rectangle.
+    constructor(device, target) {
+        const made = () => (device.float ? target() : null);
+        Object.assign(this, {device, cells: null, rays: made(), normals: made(), later: made()});
+    }
+
+    // Returns the names of those that a variant draws a frame in. Literals are text without loops, which a CPU
+    // computes for every pixel: passes leave out the pixels that need none of it. A loop over texels leaves itself out.
+    names(storage) {
+        return this.rays && storage === "literal" ? shared.passes : ["anywhere"];
+    }
+
+    // Whether a pass draws blocks of pixels, by the vertex shader blocks.vert.glsl, and only where one before says so.
+    inBlocks(name) {
+        return IN_BLOCKS.includes(name);
+    }
+
+    // Returns what a pass is compiled with.
+    defines(name) {
+        const macros = ["CELLS", "BLOCKS", ...(name === "anywhere" ? [] : ["NORMALS", "FIRST_LOOK"])];
+        return macros.map((macro) => `#define ${macro}\n`).join("");
+    }
+
+    // Takes the grids of empty cells that rays of the model skip, or null.
+    hold(cells) {
+        this.device.gl.deleteTexture(this.cells?.texture ?? null);
+        this.cells = cells && {...cells, time: 0, texture: this.device.grid(cells.count)};
+        if (cells) this.device.fill(this.cells.texture, cells.count, cells.grids[0]);
+    }
+
+    // Has the texture of the grid hold that of a time.
+    holdTime(time) {
+        const {cells} = this;
+        if (!cells || cells.grids.length === 1 || time === cells.time) return;
+        this.device.fill(cells.texture, cells.count, gridOf(cells, time));
+        cells.time = time;
+    }
+
+    // Draws a rectangle [column, row, width, height] of the target `tile`. values: of the uniforms; places: a texture.
+    draw({programs, weights}, values, rectangle, {tile, places}) {
+        const {gl} = this.device, {rays, normals, later} = this;
+        const pass = (name, target, read = {}, more = {}) =>
+            this.pass(programs[name], {...values, ...more}, target, rectangle, read);
+        this.holdTime(values.time[0]);
+        gl.activeTexture(gl.TEXTURE0 + CELL_UNIT);
+        gl.bindTexture(gl.TEXTURE_3D, this.cells?.texture ?? null);
+        this.bind(PLACES_UNIT, places);
+        this.bind(0, weights);
+        if (programs.anywhere) return pass("anywhere", tile);
+        const looks = values.first; // after which the normals' alpha is negative where rays are left
+        const left = {wanted: [looks ? -1 : 1]}, near = looks ? rays : tile;
+        this.clear([rays, normals], rectangle);
+        pass("near", near);
+        if (looks) pass("normals", normals, {rays, gate: rays});
+        pass("trace", rays, {normals, gate: looks ? normals : near}, left);
+        pass("normals", later, {rays, gate: looks ? normals : rays}, {...left, first: 0});
+        pass("behind", tile, {rays, normals});
+        const shading = shared.shadings[values.shading];
+        if (["steps", "data"].includes(shading)) return;
+        pass("colour", tile, {rays, normals, later, gate: rays}, {everywhere: Number(shading === "studio")}); // it has a floor
+    }
+
+    // Clears a rectangle of targets.
+    clear(targets, rectangle) {
+        const {gl} = this.device;
+        gl.enable(gl.SCISSOR_TEST);
+        gl.scissor(...rectangle);
+        for (const {framebuffer} of targets) {
+            gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+            gl.clear(gl.COLOR_BUFFER_BIT);
+        }
+        gl.disable(gl.SCISSOR_TEST);
+    }
+
+    // Binds a texture, or none, to a unit, and leaves unit 0 as the one that others are bound to.
+    bind(unit, texture) {
+        const {gl} = this.device;
+        gl.activeTexture(gl.TEXTURE0 + unit);
+        gl.bindTexture(gl.TEXTURE_2D, texture);
+        gl.activeTexture(gl.TEXTURE0);
+    }
+
+    // Draws one program into a rectangle of a target. read: the targets that it reads, by what glsl/ calls them.
+    pass({program, names, inBlocks}, values, {framebuffer}, rectangle, read) {
+        const {gl} = this.device, [column, row, width, height] = rectangle;
+        gl.useProgram(program);
+        for (const [name, unit] of Object.entries(READ_UNITS)) {
+            this.bind(unit, read[name]?.texture ?? null);
+            if (names[name]) gl.uniform1i(names[name], unit);
+        }
+        if (names.cells) gl.uniform1i(names.cells, CELL_UNIT);
+        if (names.places) gl.uniform1i(names.places, PLACES_UNIT);
+        if (inBlocks) gl.uniform4i(names.viewport, column, row, width, height);
+        for (const [name, value] of Object.entries({wanted: [1], everywhere: 0, ...values})) {
+            const location = names[name];
+            if (!location) continue;
+            if (name === "camera") gl.uniformMatrix4fv(location, false, value);
+            else if (name === "iterations") gl.uniform1iv(location, value);
+            else if (typeof value === "number") gl.uniform1i(location, value);
+            else if (PER_LEVEL.includes(name) || value.length === 1) gl.uniform1fv(location, value);
+            else gl[`uniform${value.length}fv`](location, value);
+        }
+        gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+        gl.viewport(column, row, width, height);
+        if (inBlocks) gl.drawArrays(gl.POINTS, 0, Math.ceil(width / BLOCK) * Math.ceil(height / BLOCK));
+        else gl.drawArrays(gl.TRIANGLES, 0, 3);
+    }
+}
