@@ -20,7 +20,7 @@ from mplicits.codegen.reference.cells import Cells
 from mplicits.codegen.reference.interpret import field_gradient
 from mplicits.codegen.reference.lowest import lowest_point
 from mplicits.codegen.reference.march import march
-from mplicits.codegen.reference.studio import openness
+from mplicits.codegen.reference.studio import BLOCK, between, openness
 from mplicits.codegen.targets.shader import FIRST_LOOKS
 from mplicits.codegen.targets.uniforms import default
 from mplicits.model.gallery import model_path
@@ -30,7 +30,7 @@ from mplicits.viewer.draw.camera import Camera
 from protocol import Page, machine
 
 THIN = 8
-"""Of the pixels, every so many in each direction are counted."""
+"""Of the pixels, every so many in each direction are counted; the corner of a block of BLOCK each."""
 
 
 def key_light(camera: Camera) -> NDArray[np.float64]:
@@ -41,8 +41,24 @@ def key_light(camera: Camera) -> NDArray[np.float64]:
     return np.asarray(toward / np.linalg.norm(toward))
 
 
+def look_at_floor(
+    program: Program, eye: NDArray[np.float64], rays: NDArray[np.float64], light: NDArray[np.float64], ground: float
+) -> tuple[NDArray[np.float64], int]:
+    """Find how open the floor is where rays (..., 3) meet it, NaN where they do not, (..., 3); and the evaluations."""
+    found = np.full(rays.shape, np.nan)
+    floored = (rays[..., 1] < 0) & (eye[1] > ground)
+    points = eye + ((ground - eye[1]) / rays[floored][:, 1])[:, None] * rays[floored]
+    found[floored], evaluations = openness(
+        program, points, np.tile((0.0, 1.0, 0.0), (len(points), 1)), light, ground, True
+    )
+    return found, evaluations
+
+
 def count(program: Program, camera: Camera, side: int, cells: Cells, ground: float) -> tuple[float, ...]:
-    """Count a view: pixels that hit, multiply-adds by Phong (without, with looks), level 1 for surface, floor."""
+    """Count a view: pixels that hit, multiply-adds by Phong (without, with looks), level 1 for surface, floor, blocks.
+
+    Blocks: for the floor in passes, which look at the corners of blocks first.
+    """
     level = len(program.bands)
     eye, directions, footprint = camera.rays(side, side)
     rays = directions[::THIN, ::THIN].reshape(-1, 3)
@@ -59,10 +75,13 @@ def count(program: Program, camera: Camera, side: int, cells: Cells, ground: flo
     normals = normals / np.linalg.norm(normals, axis=1)[:, None]
     light = key_light(camera)
     _, of_surface = openness(program, points, normals.astype(np.float64), light, ground, False)
-    floored = ~hit & (rays[:, 1] < 0) & (eye[1] > ground)
-    on_floor = eye + ((ground - eye[1]) / rays[floored, 1])[:, None] * rays[floored]
-    _, of_floor = openness(program, on_floor, np.tile((0.0, 1.0, 0.0), (len(on_floor), 1)), light, ground, True)
-    return int(hit.sum()), phong, phong_looked, of_surface, of_floor
+    _, of_floor = look_at_floor(program, eye, rays[~hit], light, ground)
+    corners, of_corners = look_at_floor(program, eye, directions[::BLOCK, ::BLOCK], light, ground)
+    every = slice(None, None, THIN // BLOCK), slice(1, None, THIN // BLOCK)
+    around = np.stack([corners[row, column].reshape(-1, 3) for row in every for column in every], axis=1)
+    _, alike = between(around, np.zeros((len(around), 2)))
+    _, of_others = look_at_floor(program, eye, rays[~hit & ~alike], light, ground)
+    return int(hit.sum()), phong, phong_looked, of_surface, of_floor, of_others + of_corners / THIN**2
 
 
 def measure(page: Page, path: Path, side: int, cameras: list[Camera]) -> None:
@@ -71,13 +90,14 @@ def measure(page: Page, path: Path, side: int, cameras: list[Camera]) -> None:
     program = lower(model)
     cells, ground, first = Cells(program), lowest_point(program), program.cost(program.values[0]).multiply_adds
     rows = [count(program, camera, side, cells, ground) for camera in cameras]
-    hits, phong, looked, surface, floor = (np.array(column, np.float64) for column in zip(*rows, strict=True))
+    hits, phong, looked, surface, floor, blocks = (np.array(column, np.float64) for column in zip(*rows, strict=True))
     share = 1 + first * (surface + floor) / phong
     levels = " > ".join(shape_of(level.network) for level in model.levels)
     page.add(
         f"| {model.name} | {levels} | {surface.sum() / hits.sum():.1f} | {floor.sum() / hits.sum():.1f} "
+        f"| {blocks.sum() / hits.sum():.1f} "
         f"| {1 + first * (surface + floor).sum() / phong.sum():.2f} | {share.min():.2f} | {share.max():.2f} "
-        f"| {1 + first * (surface + floor).sum() / looked.sum():.2f} |"
+        f"| {1 + first * (surface + blocks).sum() / looked.sum():.2f} |"
     )
 
 
@@ -98,14 +118,15 @@ def main() -> None:
         "",
         f"{options.views} views of {options.side} x {options.side}, all levels, at elevations of 20, -25, 50 and 0 "
         f"degrees in turn, counted on every {THIN}th pixel in each direction. Evaluations of level 1 for each pixel "
-        "that hits: for those pixels themselves, and for the floor around them. Studio over Phong: multiply-adds of a "
+        "that hits: for those pixels themselves, and for the floor around them, all of it, and in passes, which look "
+        "at the corners of blocks first (glsl/floor.glsl). Studio over Phong: multiply-adds of a "
         "frame, which for both are those of tracing with the grid of cells, gradients and colours, of all views "
-        "together and of the cheapest and the dearest one, which looks down on the floor. With first looks "
-        "(glsl/normals.glsl), as the viewer's passes trace: of all views.",
+        "together and of the cheapest and the dearest one, which looks down on the floor. In passes, as the viewer "
+        "and the page draw: with first looks (glsl/normals.glsl) and the floor in blocks, of all views.",
         "",
-        "| model | levels | evaluations on the surface | on the floor | studio over Phong | least | most "
-        "| with first looks |",
-        "|---|---|---:|---:|---:|---:|---:|---:|",
+        "| model | levels | evaluations on the surface | on the floor | in passes | studio over Phong | least | most "
+        "| in passes |",
+        "|---|---|---:|---:|---:|---:|---:|---:|---:|",
     )
     for path in options.models:
         measure(page, path, options.side, views(options.views))

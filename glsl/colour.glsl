@@ -3,6 +3,7 @@
 #include "place.glsl"
 #include "to_floor.glsl"
 #include "normal.glsl"
+#include "floor_light.glsl"
 #include "surface.glsl"
 uniform sampler2D rays; // what near.glsl and trace.glsl wrote, pixel by pixel
 #ifdef NORMALS

@@ -12,6 +12,8 @@ from .interpret import field
 SKY_TAPS, LIGHT_STEPS, SKY_REACH, LIGHT_SIZE, LIFT = 5, 20, 0.7, 0.16, 0.25
 ENOUGH, CLEAR, BEHIND, AWAY = 0.85, 0.8, 0.4, 4.0
 """The constants of glsl/openness.glsl."""
+BLOCK, SPREAD = 4, 0.05
+"""The constants of glsl/floor_light.glsl."""
 EVALUATIONS = 1 + SKY_TAPS + LIGHT_STEPS
 """Most evaluations of level 1 for a point."""
 
@@ -61,6 +63,19 @@ def openness(
     cover, steps = _cover(program, points, light, here, np.flatnonzero(shaded), nearest, passed)
     seen = 0.25 * (1 + cover) ** 2 * (2 - cover)
     return np.stack([np.clip(1 - occluded / weights, 0, 1), seen, here], axis=1), evaluations + steps
+
+
+def between(corners: Values, share: Values) -> tuple[Values, NDArray[np.bool_]]:
+    """Find how open the floor is between the corners of blocks of pixels (glsl/floor_light.glsl).
+
+    corners: (N, 4, 3), `openness` of the lower left, lower right, upper left and upper right one; NaN where a ray does
+    not meet the floor. share: (N, 2) of the way between them, from 0 to 1. Returns (N, 3), and whether the corners are
+    alike enough for it to be so (N,).
+    """
+    x, y = share.T[:, :, None]
+    lower, upper = ((1 - x) * corners[:, k] + x * corners[:, k + 1] for k in (0, 2))
+    spread = np.ptp(corners[..., :2], axis=1).max(axis=1)
+    return (1 - y) * lower + y * upper, spread < SPREAD
 
 
 def _cover(

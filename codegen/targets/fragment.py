@@ -85,8 +85,9 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
         cells, few = few_cells(program, dialect.language, (1 + FURTHER) * length - len(with_weights(whole)))
         return replace(whole, text="\n".join([opening, field.text, cells + body]), few_cells=few)
     opening += "#define CELLS\n#define NORMALS\n" + ("#define FIRST_LOOK\n" if looks_first else "")
-    bodies = {name: glsl.load_numbered(f"{name}.glsl") for name in PASSES}
-    texts = {name: "\n".join([opening, *[field.text] * PASSES[name], text]) for name, (text, _) in bodies.items()}
+    bodies = {name: glsl.load_numbered(f"{name}.glsl") for name in (*PASSES, "floor")}
+    texts = {name: "\n".join([opening, *[field.text] * PASSES[name], bodies[name][0]]) for name in PASSES}
+    texts["floor"] = "\n".join([opening, studio.text, bodies["floor"][0]])
     texts["colour"] = "\n".join([opening + "#define WITHOUT_STUDIO", field.text, bodies["colour"][0]])
     texts["studio"] = "\n".join([opening, studio.text, bodies["colour"][0]])
     files = {name: bodies["colour" if name == "studio" else name][1] for name in texts}

@@ -8,7 +8,7 @@ from ..ir.program import Array
 from ..reference.cells import Cells
 from ..reference.narrow import Grid
 from ..reference.skip import LOOKS
-from ..reference.studio import EVALUATIONS
+from ..reference.studio import BLOCK, EVALUATIONS
 
 LOOP_LIMIT = 65_535
 """Loop iterations after which Mesa's llvmpipe stops a fragment, silently (LP_MAX_TGSI_LOOP_ITERATIONS)."""
@@ -27,6 +27,9 @@ begins, and software ones, which mask branches and do not skip them, draw a fram
 
 FIRST_LOOKS = 2
 """How often "normals" looks at a ray before it is traced, at most, where the CPU draws (viewer/draw/packing.py)."""
+
+FLOOR_BLOCK = BLOCK
+"""Pixels along the side of the blocks at whose corners "floor" looks (glsl/floor.glsl)."""
 
 LISTS = {"value_loops": int, "gradient_loops": int, "iterations": int, "deltas": float}
 """Keys of a shader's facts that are lists with a number for each level."""
@@ -58,7 +61,8 @@ class Shader:
     """Default of the uniform of this name: height of the shape's lowest point, model space."""
     passes: Mapping[str, NumberedText] | None = None
     """The same frame in passes, for a renderer that has depth buffers: the text of each one of PASSES, by name, and
-    that of "studio", which takes the place of "colour" for the shading of this name: "colour" does not know it."""
+    those of "floor" and "studio", which take the place of "colour" for the shading of the latter's name: "colour" does
+    not know it."""
     cells: Cells | None = None
     """The grids for the sampler `cells` of skip.glsl, which passes read; None where rays skip nothing."""
     few_cells: Cells | None = None

@@ -37,7 +37,7 @@ from .header import header_facts
 from .motion import PERIOD
 from .registry import OPENING_SHADES
 from .samples import BLOCK, FEW, POWER, ROUGH_SHARE, SHARE, STEEPEST
-from .shader import LEAST_STEPS, LOOP_LIMIT
+from .shader import FLOOR_BLOCK, LEAST_STEPS, LOOP_LIMIT
 from .uniforms import SHADINGS, UNIFORMS, default
 from .webpage_scene import scene_facts, texel_bytes
 
@@ -78,7 +78,7 @@ DEAR = 100_000
 """Weights of a model above which the second grid is coarser: finding it takes some 10 seconds, in the background."""
 CELL_MOMENTS = 17
 """Grids that it finds for a model that moves, evenly spaced in time."""
-PAGE_PASSES = ("near", "normals", "trace", "behind", "colour")
+PAGE_PASSES = ("near", "normals", "trace", "behind", "floor", "colour")
 """Passes of a frame, in the order in which they are compiled."""
 SHADERS = ("anywhere", *PAGE_PASSES, "accumulate", "present", "blocks.vert", "contrast", "scatter", "scatter.vert")
 """Files in glsl/ with the shaders that the page compiles."""
@@ -177,6 +177,7 @@ def facts_json(facts: dict[str, Any]) -> str:
         },
         "period": PERIOD,
         "passes": list(PAGE_PASSES),
+        "floor_block": FLOOR_BLOCK,
         "loop_limit": LOOP_LIMIT,
         "studio_evaluations": EVALUATIONS,
         "least_steps": LEAST_STEPS,

@@ -90,7 +90,7 @@ def test_the_page_prints_the_field_that_codegen_prints(ask: Ask, storage: str, m
     save(model, tmp_path / "model.safetensors")
     data = base64.b64encode((tmp_path / "model.safetensors").read_bytes()).decode()
     printed = ask("print", [data, storage])
-    field = print_field(lower(model), DIALECT.language, storage, nested=True)
+    field: Any = print_field(lower(model), DIALECT.language, storage, nested=True)
     assert printed["text"] == field.text
     weights = np.zeros((0, 1024, 4), np.float32) if field.weights is None else field.weights
     assert printed["height"] == len(weights)
@@ -159,15 +159,13 @@ def test_the_page_finds_the_cells_that_codegen_finds(
 
 
 def test_the_page_finds_a_coarse_grid_and_then_a_fine_one(ask: Ask) -> None:
-    counts = {
-        name: ask("counts", {"inputs": inputs, "parameters": parameters, "field": field})
-        for name, inputs, parameters, field in [
-            ("small", "xyz", DEAR, None),
-            ("large", "xyz", DEAR + 1, None),
-            ("moving", "xyzt", 100, None),
-            ("scene", "xyz", 100, {}),
-        ]
+    models: dict[str, dict[str, Any]] = {
+        "small": {"inputs": "xyz", "parameters": DEAR, "field": None},
+        "large": {"inputs": "xyz", "parameters": DEAR + 1, "field": None},
+        "moving": {"inputs": "xyzt", "parameters": 100, "field": None},
+        "scene": {"inputs": "xyz", "parameters": 100, "field": {}},
     }
+    counts = {name: ask("counts", facts) for name, facts in models.items()}
     assert counts == {"small": [32, 128], "large": [32, 64], "moving": [32], "scene": []}
 
 

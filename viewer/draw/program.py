@@ -9,7 +9,7 @@ from ...codegen.targets.shader import NumberedText
 from .compile import compile_program
 from .uniforms import write_uniform
 
-UNITS = {"weights": 0, "cells": 1, "rays": 2, "places": 3, "normals": 4}
+UNITS = {"weights": 0, "cells": 1, "rays": 2, "places": 3, "normals": 4, "floor_light": 5}
 """The texture unit of each sampler of the shaders in glsl/."""
 
 

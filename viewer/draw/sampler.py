@@ -52,14 +52,14 @@ class Sampler:
         self._weights: moderngl.Texture | None = None
         self._cells: moderngl.Texture3D | None = None
         self._programs: dict[str, Program] = {}
-        self._colour = _colour_pass(shading)
-        """Name of the last pass of a frame."""
+        self._colours = _colour_passes(shading)
+        """Names of the last passes of a frame, those of its shading."""
         self._cells_time = 0.0
         """Of the grid of cells that the texture holds."""
         start = time.perf_counter()
         with context as gl:
             try:
-                names = ("main",) if shader.passes is None else (*tuple(PASSES)[:-1], self._colour)
+                names = ("main",) if shader.passes is None else (*tuple(PASSES)[:-1], *self._colours)
                 for name in names:
                     self._programs[name] = self._compiled(gl, name)
                 self._take_vertices(gl)
@@ -109,7 +109,7 @@ class Sampler:
         jitter: offset of the sample from the pixel's centre, in pixels.
         """
         if self.shader.passes is not None:
-            self._hold_colour_pass(_colour_pass(options.shading))
+            self._hold_colour_passes(_colour_passes(options.shading))
             self._level, normal_level = options.resolved_levels(self.shader.levels)
             self._looks_first = self._level == normal_level and options.schedule == "relaxed"
             self._looks_first &= self.shader.looks_first and self._skips(options)
@@ -150,14 +150,14 @@ class Sampler:
         text = (self.shader.text, self.shader.files) if self.shader.passes is None else self.shader.passes[name]
         return Program(gl, self.vertex_shader, text, self.context.renderer)
 
-    def _hold_colour_pass(self, name: str) -> None:
-        """Let frames end with a pass, which is compiled where it is not yet. Raises ShaderError."""
-        if name not in self._programs:
-            start = time.perf_counter()
+    def _hold_colour_passes(self, names: tuple[str, ...]) -> None:
+        """Let frames end with passes, which are compiled where they are not yet. Raises ShaderError."""
+        start = time.perf_counter()
+        for name in set(names) - set(self._programs):
             self._programs[name] = self._compiled(self.context.gl, name)
             self._programs[name].take()
             self.compile_seconds += time.perf_counter() - start
-        self._colour = name
+        self._colours = names
 
     def _take_vertices(self, gl: moderngl.Context) -> None:
         """Tell the programs, which are compiled, what they draw."""
@@ -241,11 +241,11 @@ class Sampler:
         assert self._passes is not None
         packs = self.context.software
         frame = Frame(
-            self._programs, self._colour, self._level, self._looks_first, packs, self._jitter, self._scattered
+            self._programs, self._colours, self._level, self._looks_first, packs, self._jitter, self._scattered
         )
         self._passes.draw(frame, target, tile, corner)
 
 
-def _colour_pass(shading: str) -> str:
-    """Return the name of the pass that colours what rays have met."""
-    return "studio" if shading == "studio" else "colour"
+def _colour_passes(shading: str) -> tuple[str, ...]:
+    """Return the names of the passes that colour what rays have met."""
+    return ("floor", "studio") if shading == "studio" else ("colour",)

@@ -15,6 +15,7 @@ INTEGERS = {uniform.name for uniform in UNIFORMS if uniform.type == "int"} | {
     "places",
     "rays",
     "normals",
+    "floor_light",
     "first",
     "weights",
 }

@@ -5,8 +5,8 @@ import {shared} from "./facts.js";
 const CELL_UNIT = 1; // texture unit of the grid of cells; unit 0 is that of everything that has none here
 export const PLACES_UNIT = 2; // texture unit of the places of packed samples
 // Texture units of what passes leave to one another. rays: of near.glsl and trace.glsl; normals: of normals.glsl, or of
-// its first look; later: of it for the rays that this has left; gate: where a pass in blocks draws.
-const READ_UNITS = {rays: 3, normals: 4, later: 5, gate: 6};
+// its first look; later: of it for the rays that this has left; gate: where a pass in blocks draws; floor_light: of floor.glsl.
+const READ_UNITS = {rays: 3, normals: 4, later: 5, gate: 6, floor_light: 7};
 const BLOCK = 2; // pixels along the side of a block (blocks.vert.glsl)
 const IN_BLOCKS = ["normals", "trace", "colour"]; // passes that draw only where one before them says so
 const PER_LEVEL = ["delta", "step_bound", "band_step_bound"]; // uniforms that are arrays of floats
@@ -15,7 +15,7 @@ export class Passes {
     // target(): returns a new target of the size of the largest rectangle.
     constructor(device, target) {
         const made = () => (device.float ? target() : null);
-        Object.assign(this, {device, cells: null, rays: made(), normals: made(), later: made()});
+        Object.assign(this, {device, cells: null, rays: made(), normals: made(), later: made(), floor: made()});
     }
 
     // Returns the names of those that a variant draws a frame in. Literals are text without loops, which a CPU
@@ -71,7 +71,21 @@ export class Passes {
         pass("behind", tile, {rays, normals});
         const shading = shared.shadings[values.shading];
         if (["steps", "data"].includes(shading)) return;
-        pass("colour", tile, {rays, normals, later, gate: rays}, {everywhere: Number(shading === "studio")}); // it has a floor
+        const read = {rays, normals, later, gate: rays};
+        if (shading !== "studio") return pass("colour", tile, read);
+        if (values.scattered) return pass("colour", tile, read, {everywhere: 1});
+        const floor_corner = this.drawFloor(programs.floor, values, rectangle);
+        pass("colour", tile, {...read, floor_light: this.floor}, {everywhere: 1, floor_corner});
+    }
+
+    // Has the studio's floor looked at, at the corners of a rectangle's blocks of pixels; returns the first of these,
+    // counted in blocks from the picture's lower left corner.
+    drawFloor(program, values, [column, row, width, height]) {
+        const block = (pixel) => Math.floor(pixel / shared.floor_block);
+        const [x, y] = [values.origin[0] + column, values.origin[1] + row], corner = [block(x), block(y)];
+        const size = [block(x + width - 1) + 2 - corner[0], block(y + height - 1) + 2 - corner[1]];
+        this.pass(program, {...values, floor_corner: corner}, this.floor, [0, 0, ...size], {});
+        return corner;
     }
 
     // Clears a rectangle of targets.

@@ -112,7 +112,8 @@ export class Variants {
     // Draws a first pixel, where drivers do most of their compiling, and records how long the variant took until then
     // as a measure of the browser's (benchmarks/page.py reads it).
     async warm(variant) {
-        const {painter, scene} = this, coarse = asked(scene, {level: 1, normalLevel: 1});
+        const {painter, scene} = this;
+        const coarse = asked(scene, {level: 1, normalLevel: 1, shading: "studio"}); // which has all passes
         for (const first of [0, 1])
             painter.draw(variant, {...uniforms(coarse, variant.loops, [1, 1]), first}, [0, 0], [1, 1]);
         await painter.device.done();

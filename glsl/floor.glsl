@@ -1,0 +1,19 @@
+#include "camera_ray.glsl"
+#include "to_floor.glsl"
+#include "key_light.glsl"
+#include "openness.glsl"
+#include "place.glsl"
+#include "floor_light.glsl"
+
+// A pass of a frame in the studio, before colour.glsl: what the floor sees of the sky and of the light at the corners of
+// blocks of pixels, of which fragments here are the lower left ones. Most of the floor lies between corners that see the same.
+// color: (openness(), 1); 0 where a ray does not meet the floor.
+void main() {
+    vec2 pixel = FLOOR_BLOCK * (floor(gl_FragCoord.xy) + floor_corner) + 0.5 + jitter;
+    vec3 eye = camera[3].xyz;
+    vec3 direction = camera_ray(pixel, resolution, camera, focal);
+    float t = to_floor(eye, direction, ground);
+    color = vec4(0.0);
+    if (t > 0.0)
+        color = vec4(openness(eye + t * direction, vec3(0.0, 1.0, 0.0), key_light(light, camera), ground, true), 1.0);
+}
