@@ -19,7 +19,7 @@ from mplicits.model.model_file import load
 from protocol import Page, machine
 from support.browser import Visit, chromium, visit
 
-PLAIN = [('"schedule": [1', '"schedule": [0'), ("first: Number(skipped", "first: 0 * Number(skipped")]
+PLAIN = [('"schedule": [1', '"schedule": [0'), ("first: Number(skips", "first: 0 * Number(skips")]
 ONE_DRAW = [('storage === "literal" ? shared.passes : ["anywhere"]', 'storage === "" ? shared.passes : ["anywhere"]')]
 WAYS = {"plain, at once": PLAIN + ONE_DRAW, "plain": PLAIN, "relaxed": []}
 """What is changed in the page's text."""

@@ -179,23 +179,23 @@ def test_the_page_sets_every_uniform_of_the_table(ask: Ask) -> None:
     for value, shading in enumerate(SHADINGS):
         told = ask("uniforms", {**options, "shading": shading, "background": [[0, 0, 0], [1, 1, 1]]})
         assert told["shading"] == value
-    names = {uniform.name for uniform in (*UNIFORMS, TIME)} | {"cell_count", "cells_half", "first"}
+    names = {uniform.name for uniform in (*UNIFORMS, TIME)} | {"skips", "first"}
     assert set(told) == names - {"origin"}, "the painter sets a tile's origin"
     assert (told["step_bound"], told["band_step_bound"]) == ([0.9, 0.9], [0.7, 0.7])
     assert (told["rounds"], told["step_scale"]) == (*default("rounds"), list(default("step_scale")))
 
 
 @pytest.mark.parametrize(
-    ("level", "normals", "count", "skipped", "first"),
-    [(2, None, 128, 128, 1), (2, 2, 128, 128, 1), (2, 1, 128, 128, 0), (1, 1, 128, 0, 0), (2, None, 0, 0, 0)],
+    ("level", "normals", "count", "skips", "first"),
+    [(2, None, 128, 1, 1), (2, 2, 128, 1, 1), (2, 1, 128, 1, 0), (1, 1, 128, 0, 0), (2, None, 0, 0, 0)],
 )
 def test_rays_have_a_first_look_where_the_grid_and_the_normals_are_of_the_last_level(
-    ask: Ask, level: int, normals: int | None, count: int, skipped: int, first: int
+    ask: Ask, level: int, normals: int | None, count: int, skips: int, first: int
 ) -> None:
     options = {"level": level, "normalLevel": normals, "iterations": 1, "time": 0, "light": [0, 0, 1]}
     cells = {"count": count, "half": 1.1} if count else None
     told = ask("uniforms", {**options, "shading": "phong", "background": [[0, 0, 0], [1, 1, 1]], "cells": cells})
-    assert (told["cell_count"], told["first"]) == (skipped, first)
+    assert (told["skips"], told["first"]) == (skips, first)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from mplicits.codegen.targets.registry import TARGETS
 from mplicits.codegen.targets.webpage import facts_json, script
 from mplicits.viewer.draw import adaptive
 from support.browser import visit
-from support.page_pictures import MODEL
+from support.page_pictures import MODEL, differ
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -62,6 +62,40 @@ def test_the_page_wants_what_the_desktop_wants(contrast: int, samples: int, brow
     inside = places[places[:, 0] >= 0]
     rows, columns = np.divmod(told["pixels"], 40)
     np.testing.assert_allclose(inside, np.stack([columns + 0.75, rows], axis=1))
+
+
+MIDWAY = [
+    ("const cells = await empty", "while (count > 32 && !window.midway) await pause(1); const cells = await empty"),
+    ("this.scene.cells = cells;", "this.scene.cells = cells; window.grid = cells.count;"),
+    (
+        "if (refining.tiles) refining.spent",
+        "window.midway ||= window.grid === 32 && !refining.samples && refining.pass.tiles.length > 2;"
+        "if (refining.tiles) refining.spent",
+    ),
+    ("performance.now() < this.restAt", "performance.now() < this.restAt || window.midway && window.grid === 32"),
+]
+"""What lets a page find its second grid while it draws a picture by the first."""
+
+
+def test_a_grid_that_is_found_midway_in_a_picture_does_not_show(browser: "Browser", tmp_path: Path) -> None:
+    text = TARGETS["html"](MODEL, shade="phong").replace("const PATIENCE = 15000", "const PATIENCE = 300000")
+    pictures = []
+    for changes, grid in ((MIDWAY, 32), (MIDWAY[1:2], 128)):
+        file, ours = tmp_path / "page.html", text
+        for old, new in changes:
+            assert ours.count(old) == 1
+            ours = ours.replace(old, new)
+        file.write_text(ours)
+        remember = f"localStorage.setItem('mplicits {MODEL.sha256()}', 'texture')"  # draws nothing anew for literals
+        with visit(browser, file, (256, 256), 1, script=remember, hash_="#panel=0") as visited:
+            visited.until(f"window.grid === {grid}")
+            visited.still()
+            visited.page.keyboard.press("ArrowRight")
+            visited.until("window.grid === 128")
+            visited.still()
+            pictures.append(visited.saved())
+            assert visited.said == []
+    assert not differ(pictures[0], pictures[1])
 
 
 def test_further_samples_are_drawn_where_they_show(browser: "Browser", tmp_path: Path) -> None:

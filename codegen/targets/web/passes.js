@@ -52,12 +52,14 @@ export class Passes {
 
     // Draws a rectangle [column, row, width, height] of the target `tile`. values: of the uniforms; places: a texture.
     draw({programs, weights}, values, rectangle, {tile, places}) {
-        const {gl} = this.device, {rays, normals, later} = this;
+        const {gl} = this.device, {rays, normals, later, cells} = this;
+        // The grid is that of now: a finer one may be there since the values of the picture were made.
+        const grid = cells && values.skips ? {cell_count: cells.count, cells_half: [cells.half]} : {cell_count: 0};
         const pass = (name, target, read = {}, more = {}) =>
-            this.pass(programs[name], {...values, ...more}, target, rectangle, read);
+            this.pass(programs[name], {...values, ...grid, ...more}, target, rectangle, read);
         this.holdTime(values.time[0]);
         gl.activeTexture(gl.TEXTURE0 + CELL_UNIT);
-        gl.bindTexture(gl.TEXTURE_3D, this.cells?.texture ?? null);
+        gl.bindTexture(gl.TEXTURE_3D, cells?.texture ?? null);
         this.bind(PLACES_UNIT, places);
         this.bind(0, weights);
         if (programs.anywhere) return pass("anywhere", tile);

@@ -11,7 +11,7 @@ export function uniforms({model, camera, options, cells}, loops, [width, height]
     const {defaults, shadings} = shared;
     const [level, normalLevel] = [options.level, options.normalLevel ?? options.level]
         .map((wanted) => Math.min(wanted, model.levels.length));
-    const skipped = cells && level === model.levels.length ? cells.count : 0; // the cells are empty of that surface
+    const skips = Boolean(cells) && level === model.levels.length; // the cells are empty of that surface
     const {steps, rounds} = fitting(loops, level, normalLevel, stepsOf(model, options), defaults.rounds[0]);
     return {
         resolution: [width, height], jitter: jitter(k), camera: matrix(camera, width / height), focal: [FOCAL],
@@ -20,8 +20,8 @@ export function uniforms({model, camera, options, cells}, loops, [width, height]
         band_step_bound: model.levels.map(({bounds}) => bounds.band_step_bound), step_scale: defaults.step_scale,
         shading: shadings.indexOf(options.shading), light: options.light, ground: [model.ground],
         background_bottom: options.background[0], background_top: options.background[1], time: [options.time],
-        schedule: defaults.schedule[0], cell_count: skipped, cells_half: [cells ? cells.half : 1],
-        first: Number(skipped > 0 && level === normalLevel), // whether rays have a first look (normals.glsl)
+        schedule: defaults.schedule[0], skips: Number(skips), // the grid of cells (passes.js)
+        first: Number(skips && level === normalLevel), // whether rays have a first look (normals.glsl)
     };
 }
 
