@@ -69,7 +69,7 @@ MIDWAY = [
     ("this.scene.cells = cells;", "this.scene.cells = cells; window.grid = cells.count;"),
     (
         "if (refining.tiles) refining.spent",
-        "window.midway ||= window.grid === 32 && !refining.samples && refining.pass.tiles.length > 2;"
+        "window.midway ||= window.turned && !refining.samples && refining.pass.tiles.length > 2;"
         "if (refining.tiles) refining.spent",
     ),
     ("performance.now() < this.restAt", "performance.now() < this.restAt || window.midway && window.grid === 32"),
@@ -90,6 +90,7 @@ def test_a_grid_that_is_found_midway_in_a_picture_does_not_show(browser: "Browse
         with visit(browser, file, (256, 256), 1, script=remember, hash_="#panel=0") as visited:
             visited.until(f"window.grid === {grid}")
             visited.still()
+            visited.page.evaluate("window.turned = true")
             visited.page.keyboard.press("ArrowRight")
             visited.until("window.grid === 128")
             visited.still()
