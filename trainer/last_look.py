@@ -18,7 +18,7 @@ from .shapes.shape import Shape
 
 ROUNDS, STEPS = 5, 300
 """Most rounds of a look, and the optimiser steps of each."""
-SLOWER = 0.05
+SLOWER = 0.1
 """Factor on the level's rate."""
 POINTS = 20_000
 """Points around the pieces, which a tenth of each step's samples off the surface are drawn from."""
@@ -27,8 +27,8 @@ SPREAD = 0.004
 TRUE_ROUNDS = 1
 """Rounds in which the distances around pieces are the shape's.
 
-Later ones have those of a place without the piece: a slit that is too narrow for the network to open is left as
-hollows, a wall that is too thin as islands, and the shape's distances would keep them.
+Later ones have those of a place without the piece where it is thin: a slit that is too narrow for the network to open
+is left as hollows, a wall that is too thin as islands, and the shape's distances would keep them.
 """
 WITHOUT, WITHOUT_SPREAD = 0.003, 0.002
 """The least of these distances, and `SPREAD` of their points."""
@@ -122,17 +122,12 @@ def last_look(
     for number in range(1, ROUNDS + 1):
         if not count or time.perf_counter() > until:
             break
-        true = number <= TRUE_ROUNDS
-        if not true:
-            thin = _thin(vertices, piece, shape)
-            vertices, piece = vertices[thin], piece[thin]
-            if not len(vertices):
-                break
         chosen = rng.integers(len(vertices), size=POINTS)
-        near = vertices[chosen] + rng.normal(scale=SPREAD if true else WITHOUT_SPREAD, size=(POINTS, 3))
+        without = np.zeros(POINTS, np.bool_) if number <= TRUE_ROUNDS else _thin(vertices, piece, shape)[chosen]
+        spread = np.where(without, WITHOUT_SPREAD, SPREAD)[:, None]
+        near = vertices[chosen] + spread * rng.normal(size=(POINTS, 3))
         truth = shape.distance(near)
-        if not true:
-            truth = np.sign(piece[chosen]) * np.maximum(np.abs(truth), WITHOUT)
+        truth = np.where(without, np.sign(piece[chosen]) * np.maximum(np.abs(truth), WITHOUT), truth)
         if number == TRUE_ROUNDS + 1:  # The shape's own distances say the opposite.
             points, distance = np.empty((0, 3)), np.empty(0)
         known = ~np.isnan(truth)

@@ -189,7 +189,7 @@ def test_what_may_be_the_shapes_own_is_not_taken_away(level: Level) -> None:
         return 1, pole, np.ones(2, np.int64)
 
     assert level.look(find, log) is level.start
-    assert len(found) == 1 + last_look.TRUE_ROUNDS
+    assert len(found) == 1 + last_look.ROUNDS
     assert log.lines == ["loose pieces of surface: 1, which more steps do not mend"]
 
 
