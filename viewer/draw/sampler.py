@@ -152,11 +152,12 @@ class Sampler:
 
     def _hold_colour_passes(self, names: tuple[str, ...]) -> None:
         """Let frames end with passes, which are compiled where they are not yet. Raises ShaderError."""
-        start = time.perf_counter()
-        for name in set(names) - set(self._programs):
-            self._programs[name] = self._compiled(self.context.gl, name)
-            self._programs[name].take()
-            self.compile_seconds += time.perf_counter() - start
+        for name in names:
+            if name not in self._programs:
+                start = time.perf_counter()
+                self._programs[name] = self._compiled(self.context.gl, name)
+                self._programs[name].take()
+                self.compile_seconds += time.perf_counter() - start
         self._colours = names
 
     def _take_vertices(self, gl: moderngl.Context) -> None:
