@@ -90,7 +90,7 @@ def test_the_page_prints_the_field_that_codegen_prints(ask: Ask, storage: str, m
     save(model, tmp_path / "model.safetensors")
     data = base64.b64encode((tmp_path / "model.safetensors").read_bytes()).decode()
     printed = ask("print", [data, storage])
-    field: Any = print_field(lower(model), DIALECT.language, storage, nested=True)
+    field = print_field(lower(model), DIALECT.language, storage, nested=True)
     assert printed["text"] == field.text
     weights = np.zeros((0, 1024, 4), np.float32) if field.weights is None else field.weights
     assert printed["height"] == len(weights)
