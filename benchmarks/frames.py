@@ -24,7 +24,7 @@ from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.ir.program import Program
 from mplicits.codegen.reference.cells import Cells
 from mplicits.codegen.reference.dense import dense_march
-from mplicits.codegen.reference.march import march
+from mplicits.codegen.reference.march import NEAR, NEAR_ALONE, march
 from mplicits.codegen.reference.narrow import Grid
 from mplicits.codegen.reference.short_march import STOP as SHORT_STOP
 from mplicits.codegen.reference.short_march import short_march
@@ -96,11 +96,11 @@ def ways_of(program: Program, model: Model, cells: Cells) -> list[Way]:
     """Return the plain schedule, the relaxed one with a grid and with few cells, and Shadertoy's where there is one."""
     levels, alone = len(program.bands), bake(model)
 
-    def marched(schedule: str, skipped: Cells | None, looks: int, narrow: tuple[Grid, ...] = ()) -> Way:
+    def marched(
+        schedule: str, skipped: Cells | None, looks: int, narrow: tuple[Grid, ...] = (), near: float = NEAR
+    ) -> Way:
         def way(eye: NDArray[np.float64], directions: NDArray[np.float64], footprint: float) -> Any:
-            rays = march(
-                program, eye, directions, levels, footprint, 64, 1.0, schedule, skipped, narrow, first_looks=looks
-            )
+            rays = march(program, eye, directions, levels, footprint, 64, 1.0, schedule, skipped, narrow, looks, near)
             return rays.hit, rays.t, rays.evaluations, rays.looks
 
         return way
@@ -112,7 +112,7 @@ def ways_of(program: Program, model: Model, cells: Cells) -> list[Way]:
         return rays.hit, rays.t, rays.evaluations, 0
 
     in_passes = marched("relaxed", cells, FIRST_LOOKS if model.scene is None else 0)
-    found = [marched("plain", None, 0), in_passes, marched("relaxed", alone.few_cells, 0, alone.narrow)]
+    found = [marched("plain", None, 0), in_passes, marched("relaxed", alone.few_cells, 0, alone.narrow, NEAR_ALONE)]
     if max(map(program.widest, program.functions())) > WIDEST:
         return found
     spares = spared(program, len(exact(model)))

@@ -3,7 +3,7 @@
 // march(): multiscale sphere tracing (Section 3.2, Appendix C): f_1 - delta_1, then f_2 - delta_2, ..., then f_level.
 // origin, direction: model space, direction of length 1; footprint: width of a pixel at distance 1.
 // rounds: how often the sequence of levels is gone through; step_scale: factor on every step; schedule: see below.
-// Reads delta[], iterations[], step_bound[], band_step_bound[] (one per level), field(), half_width() and skip(). The
+// Reads delta[], iterations[], step_bound[], band_step_bound[] (one per level), field(), half_width(), skip() and NEAR. The
 // bounds are factors on a level's steps: 1 where whole ones pass through no part of the shape, less where f exceeds the
 // distance by too much.
 //
@@ -18,7 +18,6 @@
 // SCHEDULE_RELAXED: skip() leaves out empty space, each step is taken by the finest level defined where it begins, and
 // it goes where the surface is expected, but only so far that its sphere and the next one overlap (stride()). Large
 // spheres may be none: far from the shape, the field may exceed the distance by a third. Steps are plain there.
-const float NEAR = 2.0; // gaps: radius of a free sphere above which a relaxed step is a plain one
 const float STEEPEST = 4.0; // slope between a free sphere and a point inside above which the sphere is taken to be none
 const float GAP = 0.005; // model units, of pixels that are wider: largest gap between two free spheres
 

@@ -6,9 +6,13 @@
 // multiples of a power of 2. The others stand for values in the cells' middles, in edges of a cell. Between these, they
 // are no more than the distance to the surface: rays are sphere traced in them up to CELL_CLOSE pixels.
 // A ray looks at the grid CELL_LOOKS times at most (cells.glsl); looks: how often it has.
-// CELLS: the grid is a texture. FEW_CELLS: the text before has it, of 4 bits for a cell, from the lowest ones up, 0 for an
-// empty one; it is of the last level with the bands as they were. Without both there is none, and nothing is skipped.
+// NEAR: gaps: radius of a free sphere above which a relaxed step is a plain one (march.glsl). With a fine grid rays take so
+// few steps that plain ones cost little, and past spheres of over a pixel a few rays miss a fold.
+// CELLS: the grid is a texture, and fine. FEW_CELLS: the text before has it, of 4 bits for a cell, from the lowest ones up,
+// 0 for an empty one; it is of the last level with the bands as they were. Without both there is none, and nothing is
+// skipped.
 #ifdef CELLS
+const float NEAR = 1.0;
 uniform highp usampler3D cells;
 uniform int cell_count; // along an edge; 0: no grid, nothing is skipped
 uniform float cells_half; // half the edge of the cube, model units
@@ -16,6 +20,8 @@ uniform float cells_half; // half the edge of the cube, model units
 uint cell_code(ivec3 cell) { return texelFetch(cells, clamp(cell, 0, cell_count - 1), 0).r; }
 
 bool cells_hold() { return cell_count > 0; }
+#else
+const float NEAR = 2.0;
 #endif
 #ifdef FEW_CELLS
 uint cell_code(ivec3 cell) {

@@ -15,8 +15,9 @@ from .interpret import field_gradient, nested_field
 from .narrow import OFFSET, Grid, half_widths, margins
 from .skip import Skipping
 
-NEAR = 2.0
-"""Radius of a free sphere, in gaps, above which a relaxed step is a plain one (glsl/march.glsl)."""
+NEAR, NEAR_ALONE = 1.0, 2.0
+"""Radius of a free sphere, in gaps, above which a relaxed step is a plain one: with a fine grid of cells, and in
+shaders that stand alone (glsl/skip.glsl)."""
 STEEPEST = 4.0
 """Slope between a free sphere and a point inside the shape above which the sphere is taken to be none."""
 GAP = 0.005
@@ -53,6 +54,8 @@ class TraceSettings:
     """Width of a pixel at distance 1, model units."""
     bounds: NDArray[np.float64]
     """(L,) factors on the steps of all levels, of `level` as the last."""
+    near: float
+    """NEAR or NEAR_ALONE."""
 
     def free_radius(self, f: Array, widths: NDArray[np.float64], reached: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the radii (M,) of spheres that are free of the shape, by the field f (M,) of level `reached` (M,).
@@ -128,7 +131,7 @@ class Rays:
         nearest = np.maximum(slope, 0)
         ahead = np.minimum(0.9 * (2 * radius / (1 + nearest) + gap), radius / np.maximum(nearest, 0.5))
         past = known & (radius < 0)
-        change = np.where(known & (radius > 0) & (radius < NEAR * gap), np.maximum(ahead, radius), radius)
+        change = np.where(known & (radius > 0) & (radius < settings.near * gap), np.maximum(ahead, radius), radius)
         change[past] = radius[past] / np.minimum(slope[past], STEEPEST)
         kept = ~past & ~apart
         self.before[indices[kept]] = np.stack([self.t[indices[kept]], radius[kept]], axis=1)
@@ -185,6 +188,7 @@ def march(
     cells: Cells | None = None,
     narrow: Sequence[Grid] = (),
     first_looks: int = 0,
+    near: float = NEAR,
 ) -> Rays:
     """Trace f_level along rays.
 
@@ -192,11 +196,11 @@ def march(
     rounds: how often the levels are gone through; step_scale: factor on every step, beside each level's own.
     schedule: "plain" or "relaxed". cells: what the relaxed one skips; only where `level` is the last one. narrow: of
     `narrow_widths`, of the first levels. first_looks: so many steps of the relaxed schedule evaluate the gradient, and
-    end many rays, as in glsl/normals.glsl.
+    end many rays, as in glsl/normals.glsl. near: NEAR or NEAR_ALONE.
     """
     bounds = np.array([band.band_step_bound for band in program.bands])
     bounds[level - 1] = program.bands[level - 1].step_bound
-    settings = TraceSettings(level, footprint, step_scale * bounds)
+    settings = TraceSettings(level, footprint, step_scale * bounds, near)
     t, far, meets = ball(origin, directions, 1.0 + program.bands[level - 1].delta)
     none, never = np.zeros(len(t), np.int64), np.zeros(len(t), np.bool_)
     rays = Rays(t, far, np.where(meets, 1, 0), none, never, [0] * level, np.zeros((len(t), 2)))

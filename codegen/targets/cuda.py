@@ -21,7 +21,7 @@ from .header import header_facts, header_line
 
 READ_BY_GLSL = (
     *("field", "half_width", "iterations", "delta", "step_bound", "band_step_bound"),
-    *("skip", "cell_code", "cells_hold", "cell_count", "cells_half"),
+    *("skip", "cell_code", "cells_hold", "cell_count", "cells_half", "NEAR"),
 )
 """What functions in glsl/ use without declaring it: the generated field, half_width(), the uniforms by level, and the
 grid of cells (cuda_source/grid.cuh)."""

@@ -7,6 +7,7 @@ from ..ir.program import Program
 from ..printers.cstyle import Language
 from ..reference.cell_codes import EMPTY
 from ..reference.cells import COUNT, Cells
+from ..reference.march import NEAR
 
 
 def print_cells(program: Program, language: Language) -> list[str]:
@@ -18,6 +19,7 @@ def print_cells(program: Program, language: Language) -> list[str]:
     return [
         f"constexpr int CELL_COUNT = {count};  // along an edge of the grid that rays skip",
         f"constexpr float CELLS_HALF = {language.number(cells.half)};",
+        f"constexpr float NEAR = {language.number(NEAR)};  // see skip.glsl",
         f"const unsigned CELLS[{len(numbers)}] = {{",
         *(f"    {row}," for row in rows),
         "};",

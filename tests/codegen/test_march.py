@@ -1,6 +1,7 @@
 """Multiscale sphere tracing finds what dense marching of the last level finds, and what the analytic shape has."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from mplicits.codegen.reference.cell_codes import EMPTY, interpolated
 from mplicits.codegen.reference.cells import Cells
 from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.reference.interpret import nested_field
-from mplicits.codegen.reference.march import march
+from mplicits.codegen.reference.march import NEAR, NEAR_ALONE, march
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.shader import FIRST_LOOKS
 from mplicits.model.gallery import model_path
@@ -166,25 +167,29 @@ def test_a_shader_that_stands_alone_skips_cells_and_has_narrow_bands_in_its_text
     drawn = data(renderer, VIEWS[0]).reshape(-1, 4)
     eye, directions, footprint = VIEWS[0].rays(SIDE, SIDE)
     directions, few = directions.reshape(-1, 3), shader.few_cells
-    rays = march(lower(model), eye, directions, 2, footprint, schedule="relaxed", cells=few, narrow=shader.narrow)
+    program, narrow = lower(model), shader.narrow
+    relaxed = partial(march, program, eye, directions, 2, footprint, schedule="relaxed", near=NEAR_ALONE)
+    rays = relaxed(cells=few, narrow=narrow)
     assert (rays.hit == (drawn[:, 3] > 0.5)).mean() > 0.999
     assert (rays.steps == drawn[:, 1]).mean() > 0.98
-    without = march(lower(model), eye, directions, 2, footprint, schedule="relaxed")
+    without = relaxed()
     assert rays.evaluations[0] < 0.85 * without.evaluations[0]
-    wide = march(lower(model), eye, directions, 2, footprint, schedule="relaxed", cells=few)
+    wide = relaxed(cells=few)
     assert rays.evaluations[1] < 0.9 * wide.evaluations[1]
 
 
 @pytest.mark.parametrize("where", ["in passes", "in one file"])
 def test_the_relaxed_march_costs_little_and_sees_the_same(model: Model, where: str) -> None:
     program, shader = lower(model), bake(model, passes=where == "in passes")
-    cells, share = (shader.cells, 1 / 4) if where == "in passes" else (shader.few_cells, 1 / 1.6)
+    in_passes, alone = (shader.cells, 1 / 4, NEAR), (shader.few_cells, 1 / 1.6, NEAR_ALONE)
+    cells, share, near = in_passes if where == "in passes" else alone
     costs = [program.cost(function).multiply_adds for function in program.values]
     for camera in VIEWS[:2]:
         eye, directions, footprint = camera.rays(SIDE, SIDE)
         directions = directions.reshape(-1, 3)
-        plain = march(program, eye, directions, 2, footprint)
-        relaxed = march(program, eye, directions, 2, footprint, schedule="relaxed", cells=cells, narrow=shader.narrow)
+        trace = partial(march, program, eye, directions, 2, footprint)
+        plain = trace()
+        relaxed = trace(schedule="relaxed", cells=cells, narrow=shader.narrow, near=near)
         assert np.dot(relaxed.evaluations, costs) < share * np.dot(plain.evaluations, costs)
         closest, _ = dense_march(program, eye, directions, 2, footprint)
         assert not ((closest == 0) & ~relaxed.hit).any()

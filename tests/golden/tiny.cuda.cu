@@ -45,6 +45,7 @@ constexpr float STEP_BOUNDS[LEVELS] = {.8f, .8f};
 constexpr float BAND_STEP_BOUNDS[LEVELS] = {.8f, .8f};
 constexpr int CELL_COUNT = 4;  // along an edge of the grid that rays skip
 constexpr float CELLS_HALF = 2.f;
+constexpr float NEAR = 1.f;  // see skip.glsl
 const unsigned CELLS[16] = {
     26368u, 1711807796u, 1879050273u, 2121271376u, 134744072u, 524296u, 2717965824u, 1151140000u, 1011025928u, 148244480u,
     856162312u, 51968u, 0u, 36691u, 2583724800u, 1309184776u,

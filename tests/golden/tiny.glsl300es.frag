@@ -193,9 +193,13 @@ vec3 camera_ray(vec2 pixel, vec2 resolution, mat4 camera, float focal) {
 // multiples of a power of 2. The others stand for values in the cells' middles, in edges of a cell. Between these, they
 // are no more than the distance to the surface: rays are sphere traced in them up to CELL_CLOSE pixels.
 // A ray looks at the grid CELL_LOOKS times at most (cells.glsl); looks: how often it has.
-// CELLS: the grid is a texture. FEW_CELLS: the text before has it, of 4 bits for a cell, from the lowest ones up, 0 for an
-// empty one; it is of the last level with the bands as they were. Without both there is none, and nothing is skipped.
+// NEAR: gaps: radius of a free sphere above which a relaxed step is a plain one (march.glsl). With a fine grid rays take so
+// few steps that plain ones cost little, and past spheres of over a pixel a few rays miss a fold.
+// CELLS: the grid is a texture, and fine. FEW_CELLS: the text before has it, of 4 bits for a cell, from the lowest ones up,
+// 0 for an empty one; it is of the last level with the bands as they were. Without both there is none, and nothing is
+// skipped.
 #ifdef CELLS
+const float NEAR = 1.0;
 uniform highp usampler3D cells;
 uniform int cell_count; // along an edge; 0: no grid, nothing is skipped
 uniform float cells_half; // half the edge of the cube, model units
@@ -203,6 +207,8 @@ uniform float cells_half; // half the edge of the cube, model units
 uint cell_code(ivec3 cell) { return texelFetch(cells, clamp(cell, 0, cell_count - 1), 0).r; }
 
 bool cells_hold() { return cell_count > 0; }
+#else
+const float NEAR = 2.0;
 #endif
 #ifdef FEW_CELLS
 uint cell_code(ivec3 cell) {
@@ -287,7 +293,7 @@ const int SCHEDULE_RELAXED = 1;
 // march(): multiscale sphere tracing (Section 3.2, Appendix C): f_1 - delta_1, then f_2 - delta_2, ..., then f_level.
 // origin, direction: model space, direction of length 1; footprint: width of a pixel at distance 1.
 // rounds: how often the sequence of levels is gone through; step_scale: factor on every step; schedule: see below.
-// Reads delta[], iterations[], step_bound[], band_step_bound[] (one per level), field(), half_width() and skip(). The
+// Reads delta[], iterations[], step_bound[], band_step_bound[] (one per level), field(), half_width(), skip() and NEAR. The
 // bounds are factors on a level's steps: 1 where whole ones pass through no part of the shape, less where f exceeds the
 // distance by too much.
 //
@@ -302,7 +308,6 @@ const int SCHEDULE_RELAXED = 1;
 // SCHEDULE_RELAXED: skip() leaves out empty space, each step is taken by the finest level defined where it begins, and
 // it goes where the surface is expected, but only so far that its sphere and the next one overlap (stride()). Large
 // spheres may be none: far from the shape, the field may exceed the distance by a third. Steps are plain there.
-const float NEAR = 2.0; // gaps: radius of a free sphere above which a relaxed step is a plain one
 const float STEEPEST = 4.0; // slope between a free sphere and a point inside above which the sphere is taken to be none
 const float GAP = 0.005; // model units, of pixels that are wider: largest gap between two free spheres
 

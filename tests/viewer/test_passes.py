@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from mplicits.codegen.reference.march import NEAR, NEAR_ALONE
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.model import Model
 from mplicits.model.model_file import load
@@ -30,9 +31,12 @@ def model() -> Model:
 
 @pytest.fixture(scope="module")
 def both(osmesa: Context, model: Model) -> Iterator[tuple[Renderer, Renderer]]:
-    """The same shader in passes, without a grid of cells, and at once."""
+    """The same shader in passes, without a grid of cells, and at once, with steps as long as theirs."""
     shader = replace(bake(model, "literal", passes=True), cells=None)
-    renderers = Renderer(osmesa, shader), Renderer(osmesa, replace(shader, passes=None))
+    alone, in_passes = (f"const float NEAR = {near};" for near in (NEAR_ALONE, NEAR))
+    assert shader.text.count(alone) == 1
+    at_once = replace(shader, passes=None, text=shader.text.replace(alone, in_passes))
+    renderers = Renderer(osmesa, shader), Renderer(osmesa, at_once)
     yield renderers
     for renderer in renderers:
         renderer.release()
