@@ -12,14 +12,14 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from browser_time import changed, processor_seconds, shown_seconds, turn
-from mplicits.codegen.targets.webpage import standalone
+from mplicits.codegen.targets.webpage import CELLS, DEAREST, standalone
 from mplicits.model.gallery import model_path
 from mplicits.model.model import shape_of
 from mplicits.model.model_file import load
 from protocol import Page, machine
 from support.browser import Visit, chromium, visit
 
-PLAIN = [('"schedule": [1', '"schedule": [0'), ("first: Number(skips", "first: 0 * Number(skips")]
+PLAIN = [('"schedule": [1', '"schedule": [0'), ("first: Number(first)", "first: 0 * Number(first)")]
 ONE_DRAW = [('storage === "literal" ? shared.passes : ["anywhere"]', 'storage === "" ? shared.passes : ["anywhere"]')]
 WAYS = {"plain, at once": PLAIN + ONE_DRAW, "plain": PLAIN, "relaxed": []}
 """What is changed in the page's text."""
@@ -28,6 +28,8 @@ ONE_SAMPLE = [
     ("this.scene.cells = cells;", "this.scene.cells = cells; document.documentElement.dataset.cells = count;"),
 ]
 """What is changed in all: a picture at rest has one sample, and the page says which empty cells it has found."""
+SMALL = 96
+"""Pixels per side of a page while it compiles, and finds its cells."""
 
 
 def frame(visited: Visit, key: str) -> tuple[float, float]:
@@ -67,20 +69,23 @@ def main() -> None:
         remember = f"localStorage.setItem('mplicits {model.sha256()}', '{args.weights}');"
         ways = WAYS if args.weights == "literal" else {way: WAYS[way] for way in ("plain, at once", "relaxed")}
         taken: dict[str, list[tuple[float, float]]] = {way: [] for way in ways}
+        finest = CELLS["dear" if model.parameters() > DEAREST else "most"]
         with chromium() as browser, ExitStack() as open_pages:
             folder = Path(open_pages.enter_context(tempfile.TemporaryDirectory()))
             visits = {}
             for k, (way, changes) in enumerate(ways.items()):
                 (folder / f"{k}.html").write_text(changed(text, changes), encoding="utf-8")
-                size = args.side, args.side
-                opened = visit(browser, folder / f"{k}.html", size, 1, remember, "#panel=0")
+                opened = visit(browser, folder / f"{k}.html", (SMALL, SMALL), 1, remember, "#panel=0")
                 visits[way] = open_pages.enter_context(opened)
+                visits[way].patience = 3_600_000
                 visits[way].until(f"document.documentElement.dataset.storage === '{args.weights}'")
-                visits[way].until("document.documentElement.dataset.cells > 32")
+                visits[way].until(f"document.documentElement.dataset.cells >= {finest}")
                 visits[way].still()
             for k in range(args.views):
                 for way, visited in visits.items():
                     visited.page.bring_to_front()
+                    visited.page.set_viewport_size({"width": args.side, "height": args.side})
+                    visited.until(f"document.getElementById('view').width === {args.side}")
                     taken[way].append(frame(visited, "ArrowRight" if k % 2 == 0 else "ArrowUp"))
             assert not any(visited.said for visited in visits.values())
         cells = ["-" if way not in taken else median(taken[way]) for way in WAYS]

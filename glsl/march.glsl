@@ -104,9 +104,9 @@ void leave_out(inout Hit ray, inout vec2 before, inout int looks, vec3 origin, v
     }
 }
 
-// Traces a ray that is somewhere on its way; far: where it leaves the ball; before: see stride().
-void march_on(inout Hit ray, vec2 before, vec3 origin, vec3 direction, float footprint, int level, int rounds,
-              float step_scale, int schedule, float far) {
+// Traces a ray that is somewhere on its way; far: where it leaves the ball; before: see stride(); once: by one step.
+void march_on(inout Hit ray, inout vec2 before, vec3 origin, vec3 direction, float footprint, int level, int rounds,
+              float step_scale, int schedule, float far, bool once) {
     int looks = 0;
     bool relaxed = schedule == SCHEDULE_RELAXED;
     for (int round = 0; round < rounds && ray.level > 0; ++round) {
@@ -122,14 +122,21 @@ void march_on(inout Hit ray, vec2 before, vec3 origin, vec3 direction, float foo
                 float width = half_width(p, reached);
                 if (relaxed) stride(ray, before, f, width, reached, level, footprint, far, step_scale);
                 else advance(ray, f, width, reached, level, footprint, far, step_scale);
+                if (once) return;
             }
         }
     }
 }
 
+// A ray where it enters the ball, which it is in between the distances of `span`; it is done where it misses.
+Hit entering(vec2 span) {
+    return Hit(false, max(span.x, 0.0), span.x < span.y && span.y > 0.0 ? 1 : 0, 0);
+}
+
 Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, float step_scale, int schedule) {
     vec2 span = ball(origin, direction, 1.0 + delta[level - 1]);
-    Hit ray = Hit(false, max(span.x, 0.0), span.x < span.y && span.y > 0.0 ? 1 : 0, 0);
-    march_on(ray, vec2(0.0), origin, direction, footprint, level, rounds, step_scale, schedule, span.y);
+    Hit ray = entering(span);
+    vec2 before = vec2(0.0);
+    march_on(ray, before, origin, direction, footprint, level, rounds, step_scale, schedule, span.y, false);
     return ray;
 }

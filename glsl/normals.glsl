@@ -2,7 +2,8 @@
 #include "place.glsl"
 #include "skip.glsl"
 #include "march.glsl"
-uniform float split; // share of the width, from the left, that wears the traced level's own normals
+#include "look.glsl"
+#include "worn_level.glsl"
 uniform sampler2D rays; // what near.glsl and trace.glsl wrote, pixel by pixel; or what a first look left
 #ifdef FIRST_LOOK
 uniform bool first; // whether this is a look at rays that the grid has brought close to the surface
@@ -15,10 +16,6 @@ const bool first = false;
 // gradient to take the last step (Newton's), which are most of them, and makes the first step of march() for the others.
 // It may be drawn a second time, for the next step of these.
 // color: (normal, t) of a ray that has hit; (t, before of march.glsl, minus the level that it is at) of one that goes on.
-const float STEEP = 0.4; // least slope of f along a ray for that last step
-const float LAST = 0.5; // pixels: its greatest length
-const float ROUND = 0.008; // model units: where the shape is rounder than that, the last step ends within 1/20 pixel
-
 void main() {
     vec3 eye = camera[3].xyz;
     vec2 image = place();
@@ -36,22 +33,14 @@ void main() {
     Hit ray = Hit(true, first && !looked ? max(span.x, 0.0) : given.x, looked ? int(-given.a) : 1, 0);
     if (first) leave_out(ray, before, looks, eye, direction, footprint, span.y, step_scale);
     vec3 p = eye + ray.t * direction;
-    int shown = first || image.x < split * resolution.x ? level : normal_level;
+    int shown = first ? level : worn_level(image);
 #ifdef FIRST_LOOK
     float f;
     int reached;
     vec4 g = field_gradient(p, shown, f, reached);
     if (first) {
-        float slope = -dot(g.xyz, direction);
-        float change = f / max(slope, STEEP);
-        float pixel = footprint * ray.t;
-        bool near = abs(change) < LAST * pixel && change * change < 2.0 * ROUND * 0.05 * pixel;
-        if (near && slope > STEEP && reached == level && ray.t + change <= span.y) {
-            ray.t += change;
-        } else {
-            stride(ray, before, f, half_width(p, reached), reached, level, footprint, span.y, step_scale);
-            ray.hit = ray.hit && ray.level < 0;
-        }
+        look(ray, before, g.xyz, f, half_width(p, reached), reached, level, direction, footprint, span.y, step_scale);
+        ray.hit = ray.hit && ray.level < 0;
     }
 #else
     vec4 g = field_gradient(p, shown);

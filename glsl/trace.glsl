@@ -23,7 +23,8 @@ void main() {
     bool looked = left.x > 0.0;
     Hit ray = Hit(false, looked ? left.x : max(span.x, 0.0), looked ? int(-left.a) : 1, int(looked));
     if (ray.t > span.y) ray.level = -ray.level;
-    march_on(ray, left.yz, eye, direction, footprint, level, rounds, step_scale, schedule, span.y);
+    vec2 before = left.yz;
+    march_on(ray, before, eye, direction, footprint, level, rounds, step_scale, schedule, span.y, false);
 #else
     Hit ray = march(eye, direction, footprint, level, rounds, step_scale, schedule);
 #endif

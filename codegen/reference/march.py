@@ -189,6 +189,7 @@ def march(
     narrow: Sequence[Grid] = (),
     first_looks: int = 0,
     near: float = NEAR,
+    late: bool = False,
 ) -> Rays:
     """Trace f_level along rays.
 
@@ -196,7 +197,8 @@ def march(
     rounds: how often the levels are gone through; step_scale: factor on every step, beside each level's own.
     schedule: "plain" or "relaxed". cells: what the relaxed one skips; only where `level` is the last one. narrow: of
     `narrow_widths`, of the first levels. first_looks: so many steps of the relaxed schedule evaluate the gradient, and
-    end many rays, as in glsl/normals.glsl. near: NEAR or NEAR_ALONE.
+    end many rays, as in glsl/normals.glsl. near: NEAR or NEAR_ALONE. late: whether a step of the relaxed schedule comes
+    before these looks, as in glsl/traced.glsl.
     """
     bounds = np.array([band.band_step_bound for band in program.bands])
     bounds[level - 1] = program.bands[level - 1].step_bound
@@ -229,6 +231,14 @@ def march(
             skipping.skip(far_out, rays.t, rays.far, rays.before)
             rays.level[far_out[rays.t[far_out] > rays.far[far_out]]] = 0
 
+    def step() -> None:
+        leave_out_empty_cells()
+        active = np.flatnonzero(rays.level > 0)
+        rays.stride(active, *evaluate(active, level), settings)
+
+    if late:
+        step()
+        looks[:] = 0
     for _ in range(first_looks):
         leave_out_empty_cells()
         active = np.flatnonzero(rays.level > 0)
@@ -242,9 +252,7 @@ def march(
             break
         if relaxed:
             for _ in range(program.bands[level - 1].iterations):
-                leave_out_empty_cells()
-                active = np.flatnonzero(rays.level > 0)
-                rays.stride(active, *evaluate(active, level), settings)
+                step()
             continue
         rays.traced.append([])
         for phase in range(1, level + 1):

@@ -74,8 +74,9 @@ POSTER_QUALITY = 85
 """Of its WebP, from 0 to 100."""
 CELLS = {"first": 32, "dear": 64, "most": 128}
 """Cells along an edge of the grids that the page finds: first, and, where the model does not move, then."""
-DEAR = 100_000
-"""Weights of a model above which the second grid is coarser: finding it takes some 10 seconds, in the background."""
+DEAR, DEAREST = 100_000, 250_000
+"""Weights of a model above which one of the second size is found before the last, and above which it is the last one:
+at 175,000 they take 4 and 20 seconds, in the background."""
 CELL_MOMENTS = 17
 """Grids that it finds for a model that moves, evenly spaced in time."""
 PAGE_PASSES = ("near", "normals", "trace", "behind", "floor", "colour")
@@ -160,6 +161,7 @@ def facts_json(facts: dict[str, Any]) -> str:
             "first": FIRST,
             "counts": CELLS,
             "dear": DEAR,
+            "dearest": DEAREST,
             "moments": CELL_MOMENTS,
             "overestimate": OVERESTIMATE,
             "reach": REACH,

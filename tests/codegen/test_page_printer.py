@@ -20,7 +20,7 @@ from mplicits.codegen.targets import glsl330
 from mplicits.codegen.targets.glsl300es import DIALECT
 from mplicits.codegen.targets.shader import LOOP_LIMIT, Shader
 from mplicits.codegen.targets.uniforms import SHADINGS, TIME, UNIFORMS, default
-from mplicits.codegen.targets.webpage import CELL_MOMENTS, DEAR, PRINTER, facts_json, script
+from mplicits.codegen.targets.webpage import CELL_MOMENTS, DEAR, DEAREST, PRINTER, facts_json, script
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model
 from mplicits.model.model_file import load, save
@@ -158,15 +158,16 @@ def test_the_page_finds_the_cells_that_codegen_finds(
     assert differ.mean() < 1e-3, "rounding decides at some cells"
 
 
-def test_the_page_finds_a_coarse_grid_and_then_a_fine_one(ask: Ask) -> None:
+def test_the_page_finds_coarse_grids_and_then_a_fine_one(ask: Ask) -> None:
     models: dict[str, dict[str, Any]] = {
         "small": {"inputs": "xyz", "parameters": DEAR, "field": None},
         "large": {"inputs": "xyz", "parameters": DEAR + 1, "field": None},
+        "larger": {"inputs": "xyz", "parameters": DEAREST + 1, "field": None},
         "moving": {"inputs": "xyzt", "parameters": 100, "field": None},
         "scene": {"inputs": "xyz", "parameters": 100, "field": {}},
     }
     counts = {name: ask("counts", facts) for name, facts in models.items()}
-    assert counts == {"small": [32, 128], "large": [32, 64], "moving": [32], "scene": []}
+    assert counts == {"small": [32, 128], "large": [32, 64, 128], "larger": [32, 64], "moving": [32], "scene": []}
 
 
 def test_the_page_finds_the_floor_that_codegen_finds(ask: Ask) -> None:

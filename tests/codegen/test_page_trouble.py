@@ -172,7 +172,7 @@ WebGL2RenderingContext.prototype.getParameter = function (name) {
             None,
             "The shader needs 24 uniform vectors; this device has 16.",
         ),
-        ("", ("Hit ray = march(", "Hit ray = nothing("), "This device's compiler refuses the shader: ERROR: 0:"),
+        ("", ("Hit ray = traced(", "Hit ray = nothing("), "This device's compiler refuses the shader: ERROR: 0:"),
     ],
 )
 def test_the_page_says_in_one_message_what_the_device_cannot_do(

@@ -146,14 +146,6 @@ const uint few_cells[64] = uint[](
 286332833u,286331345u,345051585u,293671185u,286351633u,286352145u,286331340u,286331153u,
 286331153u,1997607185u,3926988561u,3574665489u,286335256u,286662936u,286333559u,353443089u
 );
-// background(): soft vertical gradient, sRGB. A dark one is darker towards the corners, a light one stays clean.
-// pixel, resolution: pixels, origin bottom left; bottom, top: sRGB.
-vec3 background(vec2 pixel, vec2 resolution, vec3 bottom, vec3 top) {
-    vec2 plane = pixel / resolution;
-    vec2 corner = plane - 0.5;
-    float dark = 1.0 - smoothstep(0.45, 0.75, dot(bottom + top, vec3(1.0 / 6.0)));
-    return mix(bottom, top, smoothstep(0.0, 1.0, plane.y)) * (1.0 - 0.35 * dark * dot(corner, corner));
-}
 // camera_ray(): direction, length 1, model space, of the ray through a point of the image.
 // pixel, resolution: pixels, origin bottom left; camera: columns right, up, back, eye; focal: 1 / tan(fov / 2), vertical.
 vec3 camera_ray(vec2 pixel, vec2 resolution, mat4 camera, float focal) {
@@ -254,6 +246,14 @@ float skip(vec3 origin, vec3 direction, float t, float far, float footprint, flo
     return t;
 }
 #endif
+// background(): soft vertical gradient, sRGB. A dark one is darker towards the corners, a light one stays clean.
+// pixel, resolution: pixels, origin bottom left; bottom, top: sRGB.
+vec3 background(vec2 pixel, vec2 resolution, vec3 bottom, vec3 top) {
+    vec2 plane = pixel / resolution;
+    vec2 corner = plane - 0.5;
+    float dark = 1.0 - smoothstep(0.45, 0.75, dot(bottom + top, vec3(1.0 / 6.0)));
+    return mix(bottom, top, smoothstep(0.0, 1.0, plane.y)) * (1.0 - 0.35 * dark * dot(corner, corner));
+}
 // ball(): where a ray meets the ball of a radius around the origin.
 // origin, direction: model space, direction of length 1; radius: model units.
 // Returns (entry, exit) along the ray, entry > exit where it misses.
@@ -369,9 +369,9 @@ void leave_out(inout Hit ray, inout vec2 before, inout int looks, vec3 origin, v
     }
 }
 
-// Traces a ray that is somewhere on its way; far: where it leaves the ball; before: see stride().
-void march_on(inout Hit ray, vec2 before, vec3 origin, vec3 direction, float footprint, int level, int rounds,
-              float step_scale, int schedule, float far) {
+// Traces a ray that is somewhere on its way; far: where it leaves the ball; before: see stride(); once: by one step.
+void march_on(inout Hit ray, inout vec2 before, vec3 origin, vec3 direction, float footprint, int level, int rounds,
+              float step_scale, int schedule, float far, bool once) {
     int looks = 0;
     bool relaxed = schedule == SCHEDULE_RELAXED;
     for (int round = 0; round < rounds && ray.level > 0; ++round) {
@@ -387,27 +387,28 @@ void march_on(inout Hit ray, vec2 before, vec3 origin, vec3 direction, float foo
                 float width = half_width(p, reached);
                 if (relaxed) stride(ray, before, f, width, reached, level, footprint, far, step_scale);
                 else advance(ray, f, width, reached, level, footprint, far, step_scale);
+                if (once) return;
             }
         }
     }
 }
 
+// A ray where it enters the ball, which it is in between the distances of `span`; it is done where it misses.
+Hit entering(vec2 span) {
+    return Hit(false, max(span.x, 0.0), span.x < span.y && span.y > 0.0 ? 1 : 0, 0);
+}
+
 Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, float step_scale, int schedule) {
     vec2 span = ball(origin, direction, 1.0 + delta[level - 1]);
-    Hit ray = Hit(false, max(span.x, 0.0), span.x < span.y && span.y > 0.0 ? 1 : 0, 0);
-    march_on(ray, vec2(0.0), origin, direction, footprint, level, rounds, step_scale, schedule, span.y);
+    Hit ray = entering(span);
+    vec2 before = vec2(0.0);
+    march_on(ray, before, origin, direction, footprint, level, rounds, step_scale, schedule, span.y, false);
     return ray;
 }
 // to_floor(): distance along a ray to the floor of the studio; -1 where it does not meet the floor from above.
 // origin, direction: model space, direction of length 1; ground: height of the floor.
 float to_floor(vec3 origin, vec3 direction, float ground) {
     return direction.y < 0.0 && origin.y > ground ? (ground - origin.y) / direction.y : -1.0;
-}
-uniform float split; // share of the width, from the left, that wears the traced level's own normals
-// normal_at(): the surface's normal at a point p, model space, which the ray of a pixel has met; length 1.
-// pixel: pixels, origin bottom left.
-vec3 normal_at(vec3 p, vec2 pixel) {
-    return normalize(field_gradient(p, pixel.x < split * resolution.x ? level : normal_level).xyz);
 }
 // heat(): colour, sRGB, of a share in [0, 1]: black, violet, red, orange, pale yellow.
 vec3 heat(float share) {
@@ -620,24 +621,39 @@ vec3 surface(vec3 normal, vec3 direction, float t, int steps, bool hit, vec3 beh
     return shade(shading, normal, direction, t, length(eye), steps, albedo, normalize(mat3(camera) * light), camera[1].xyz);
 }
 
-// fragment(): what one ray sees. rgb is sRGB, a is 1 on the surface and 0 on the background.
+// seen(): what a ray that was traced sees. rgb is sRGB, a is 1 on the surface and 0 on the background.
 // SHADE_DATA gives (t, steps, level that the ray ended in, hit) instead; level 0: it never came near the shape.
-// pixel: the point of the image that the ray goes through, pixels, origin bottom left.
-vec4 fragment(vec2 pixel) {
+// normal: of the surface that it has hit, and direction: of the ray, length 1, model space; pixel: the point of the image
+// that it goes through, pixels, origin bottom left.
+vec4 seen(Hit ray, vec3 normal, vec3 direction, vec2 pixel) {
     // Never true; a shader that may discard compiles in half the time on llvmpipe (one variant instead of two).
     if (resolution.x < 0.0) discard;
+    vec4 colour = vec4(background(pixel, resolution, background_bottom, background_top), float(ray.hit));
+    float t = ray.hit || shading != SHADE_STUDIO ? ray.t : to_floor(camera[3].xyz, direction, ground);
+    if (ray.hit || shading == SHADE_STUDIO && t > 0.0)
+        colour.rgb = surface(normal, direction, t, ray.steps, ray.hit, colour.rgb);
+    if (shading == SHADE_STEPS) colour = vec4(heat(float(ray.steps) / 32.0), colour.a);
+    if (shading == SHADE_DATA) colour = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));
+    return colour;
+}
+uniform float split; // share of the width, from the left, that wears the traced level's own normals
+// worn_level(): the level whose gradient is the normal of a pixel; pixel: pixels, origin bottom left.
+int worn_level(vec2 pixel) {
+    return pixel.x < split * resolution.x ? level : normal_level;
+}
+// normal_at(): the surface's normal at a point p, model space, which the ray of a pixel has met; length 1.
+// pixel: pixels, origin bottom left.
+vec3 normal_at(vec3 p, vec2 pixel) {
+    return normalize(field_gradient(p, worn_level(pixel)).xyz);
+}
+
+// fragment(): what the ray through a point of the image sees, see seen(). pixel: pixels, origin bottom left.
+vec4 fragment(vec2 pixel) {
     vec3 direction = camera_ray(pixel, resolution, camera, focal);
     Hit ray = march(camera[3].xyz, direction, 2.0 / (focal * resolution.y), level, rounds, step_scale, schedule);
-    vec4 seen = vec4(background(pixel, resolution, background_bottom, background_top), float(ray.hit));
-    float t = ray.hit || shading != SHADE_STUDIO ? ray.t : to_floor(camera[3].xyz, direction, ground);
-    if (ray.hit || shading == SHADE_STUDIO && t > 0.0) {
-        vec3 normal = vec3(0.0, 1.0, 0.0);
-        if (ray.hit) normal = normal_at(camera[3].xyz + t * direction, pixel);
-        seen.rgb = surface(normal, direction, t, ray.steps, ray.hit, seen.rgb);
-    }
-    if (shading == SHADE_STEPS) seen = vec4(heat(float(ray.steps) / 32.0), seen.a);
-    if (shading == SHADE_DATA) seen = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));
-    return seen;
+    vec3 normal = vec3(0.0, 1.0, 0.0);
+    if (ray.hit) normal = normal_at(camera[3].xyz + ray.t * direction, pixel);
+    return seen(ray, normal, direction, pixel);
 }
 void main() {
     color = fragment(gl_FragCoord.xy + origin + jitter);

@@ -53,11 +53,13 @@ class Visit:
     """Playwright's handle of it."""
     said: list[str] = field(default_factory=list)
     """Lines that the page wrote on the console, uncaught errors included."""
+    patience: int = PATIENCE
+    """Most milliseconds that it is waited for."""
 
     def until(self, condition: str) -> None:
         """Wait until a JavaScript expression is true."""
         # As a function, because the page's policy forbids eval().
-        self.page.wait_for_function(f"() => {condition}", timeout=PATIENCE)
+        self.page.wait_for_function(f"() => {condition}", timeout=self.patience)
 
     def still(self) -> None:
         """Wait until the picture is refined and nothing more is drawn."""

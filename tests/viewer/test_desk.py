@@ -157,8 +157,8 @@ def test_a_watched_file_is_shown_when_it_changes_and_the_picture_stays_where_it_
     np.testing.assert_array_equal(picture_of(desk), before)
     path.write_text(
         good.replace(
-            "seen.rgb = surface(normal, direction, t, ray.steps, ray.hit, seen.rgb)",
-            "seen = vec4(1.0, 0.0, 0.0, 1.0)",
+            "colour.rgb = surface(normal, direction, t, ray.steps, ray.hit, colour.rgb)",
+            "colour = vec4(1.0, 0.0, 0.0, 1.0)",
         )
     )
     settle(desk, lambda: not desk.log and not desk.shown.view.changed)

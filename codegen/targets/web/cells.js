@@ -13,7 +13,8 @@ export function countsOf(model) {
     if (model.field) return [];
     const {first, dear, most} = shared.cells.counts;
     if (model.inputs === "xyzt") return [first];
-    return [first, model.parameters > shared.cells.dear ? dear : most];
+    const isOver = (weights) => model.parameters > weights;
+    return [first, ...(isOver(shared.cells.dear) ? [dear] : []), ...(isOver(shared.cells.dearest) ? [] : [most])];
 }
 
 // Resolves to {count, half, grids}, as Cells in cells.py describes them; null where isWanted() has become false. rest()

@@ -19,7 +19,8 @@ export class Passes {
     }
 
     // Returns the names of those that a variant draws a frame in. Literals are text without loops, which a CPU
-    // computes for every pixel: passes leave out the pixels that need none of it. A loop over texels leaves itself out.
+    // computes for every pixel: passes leave out the pixels that need none of it. A loop over texels leaves itself out, and
+    // glsl/traced.glsl gives rays their first look within one draw.
     names(storage) {
         return this.rays && storage === "literal" ? shared.passes : ["anywhere"];
     }
@@ -29,9 +30,9 @@ export class Passes {
         return IN_BLOCKS.includes(name);
     }
 
-    // Returns what a pass is compiled with.
-    defines(name) {
-        const macros = ["CELLS", "BLOCKS", ...(name === "anywhere" ? [] : ["NORMALS", "FIRST_LOOK"])];
+    // Returns what a pass of a model is compiled with. A scene has no grid of cells, and its rays have no first look.
+    defines(name, {field}) {
+        const macros = ["CELLS", "BLOCKS", ...(field ? [] : ["FIRST_LOOK"]), ...(name === "anywhere" ? [] : ["NORMALS"])];
         return macros.map((macro) => `#define ${macro}\n`).join("");
     }
 
@@ -73,11 +74,9 @@ export class Passes {
         pass("behind", tile, {rays, normals});
         const shading = shared.shadings[values.shading];
         if (["steps", "data"].includes(shading)) return;
-        const read = {rays, normals, later, gate: rays};
-        if (shading !== "studio") return pass("colour", tile, read);
-        if (values.scattered) return pass("colour", tile, read, {everywhere: 1});
-        const floor_corner = this.drawFloor(programs.floor, values, rectangle);
-        pass("colour", tile, {...read, floor_light: this.floor}, {everywhere: 1, floor_corner});
+        const isStudio = shading === "studio", more = {everywhere: Number(isStudio)};
+        if (isStudio && !values.scattered) more.floor_corner = this.drawFloor(programs.floor, values, rectangle);
+        pass("colour", tile, {rays, normals, later, gate: rays, floor_light: this.floor}, more);
     }
 
     // Has the studio's floor looked at, at the corners of a rectangle's blocks of pixels; returns the first of these,

@@ -12,7 +12,8 @@ export function uniforms({model, camera, options, cells}, loops, [width, height]
     const [level, normalLevel] = [options.level, options.normalLevel ?? options.level]
         .map((wanted) => Math.min(wanted, model.levels.length));
     const skips = Boolean(cells) && level === model.levels.length; // the cells are empty of that surface
-    const {steps, rounds} = fitting(loops, level, normalLevel, stepsOf(model, options), defaults.rounds[0]);
+    const first = skips && level === normalLevel;
+    const {steps, rounds} = fitting(loops, level, normalLevel, stepsOf(model, options), defaults.rounds[0], first);
     return {
         resolution: [width, height], jitter: jitter(k), camera: matrix(camera, width / height), focal: [FOCAL],
         level, normal_level: normalLevel, iterations: steps, rounds, delta: model.levels.map(({delta}) => delta),
@@ -21,7 +22,7 @@ export function uniforms({model, camera, options, cells}, loops, [width, height]
         shading: shadings.indexOf(options.shading), light: options.light, ground: [model.ground],
         background_bottom: options.background[0], background_top: options.background[1], time: [options.time],
         schedule: defaults.schedule[0], skips: Number(skips), // the grid of cells (passes.js)
-        first: Number(skips && level === normalLevel), // whether rays have a first look (normals.glsl)
+        first: Number(first), // whether rays have a first look (normals.glsl, traced.glsl)
     };
 }
 
@@ -37,10 +38,12 @@ export function stepsOf(model, options) {
 
 // Returns the steps and rounds, at most those given, that llvmpipe draws whole, as schedule_that_fits in
 // viewer/draw/options.py chooses them for the relaxed schedule. Where not even one round fits, it is tried all the same.
-function fitting(loops, level, normalLevel, steps, rounds) {
+// first: whether rays have a first look.
+function fitting(loops, level, normalLevel, steps, rounds, first = false) {
     if (!loops) return {steps, rounds};
     const studio = shared.studio_evaluations * (1 + loops.value[0]) + 1;
-    const once = 1 + studio + shared.cells.looks + loops.gradient[normalLevel - 1] + loops.texture;
+    const look = 6 + shared.cells.looks + loops.value[level - 1] + loops.gradient[level - 1];
+    const once = 1 + studio + shared.cells.looks + loops.gradient[normalLevel - 1] + loops.texture + (first ? look : 0);
     const round = () => 4 + steps[level - 1] * (2 + loops.value[level - 1]);
     const isTooLong = () => rounds * round() + once > shared.loop_limit;
     if (isTooLong())

@@ -1,0 +1,20 @@
+#include "background.glsl"
+#include "march.glsl"
+#include "to_floor.glsl"
+#include "surface.glsl"
+
+// seen(): what a ray that was traced sees. rgb is sRGB, a is 1 on the surface and 0 on the background.
+// SHADE_DATA gives (t, steps, level that the ray ended in, hit) instead; level 0: it never came near the shape.
+// normal: of the surface that it has hit, and direction: of the ray, length 1, model space; pixel: the point of the image
+// that it goes through, pixels, origin bottom left.
+vec4 seen(Hit ray, vec3 normal, vec3 direction, vec2 pixel) {
+    // Never true; a shader that may discard compiles in half the time on llvmpipe (one variant instead of two).
+    if (resolution.x < 0.0) discard;
+    vec4 colour = vec4(background(pixel, resolution, background_bottom, background_top), float(ray.hit));
+    float t = ray.hit || shading != SHADE_STUDIO ? ray.t : to_floor(camera[3].xyz, direction, ground);
+    if (ray.hit || shading == SHADE_STUDIO && t > 0.0)
+        colour.rgb = surface(normal, direction, t, ray.steps, ray.hit, colour.rgb);
+    if (shading == SHADE_STEPS) colour = vec4(heat(float(ray.steps) / 32.0), colour.a);
+    if (shading == SHADE_DATA) colour = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));
+    return colour;
+}
