@@ -5,18 +5,14 @@
 #include "shadings.glsl"
 #include "to_floor.glsl"
 uniform sampler2D rays; // what near.glsl and trace.glsl wrote, pixel by pixel
-#ifdef NORMALS
 uniform sampler2D normals; // what normals.glsl wrote
-#endif
 
 // A pass of a frame: what main.glsl draws without the field: the background, and all of SHADE_STEPS and SHADE_DATA.
 // The depth is 1 where the last pass, colour.glsl, has to draw over it, and 0 elsewhere.
 void main() {
     vec4 ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
-#ifdef NORMALS
     float end = texelFetch(normals, ivec2(gl_FragCoord.xy), 0).a;
     if (ray.w > 0.5 && end > 0.0) ray.x = end;
-#endif
     vec2 pixel = place();
     color = vec4(background(pixel, resolution, background_bottom, background_top), 0.0);
     if (shading == SHADE_STEPS) color = vec4(heat(ray.y / 32.0), ray.w);

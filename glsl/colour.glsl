@@ -2,15 +2,12 @@
 #include "camera_ray.glsl"
 #include "place.glsl"
 #include "to_floor.glsl"
-#include "normal.glsl"
 #include "floor_light.glsl"
 #include "surface.glsl"
 uniform sampler2D rays; // what near.glsl and trace.glsl wrote, pixel by pixel
-#ifdef NORMALS
 uniform sampler2D normals; // what normals.glsl wrote
 #ifdef BLOCKS
 uniform sampler2D later; // what it wrote for rays that have hit after a first look
-#endif
 #endif
 
 // Last pass of a frame, where behind.glsl lets a ray through: the surface that it has met, or the studio's floor.
@@ -21,20 +18,13 @@ void main() {
     vec2 pixel = place();
     vec3 direction = camera_ray(pixel, resolution, camera, focal);
     bool hit = ray.w > 0.5;
-#ifdef NORMALS
     vec4 end = texelFetch(normals, ivec2(gl_FragCoord.xy), 0);
 #ifdef BLOCKS
     if (end.a <= 0.0) end = texelFetch(later, ivec2(gl_FragCoord.xy), 0);
 #endif
-    ray.x = end.a;
-#endif
-    float t = hit ? ray.x : to_floor(camera[3].xyz, direction, ground);
+    float t = hit ? end.a : to_floor(camera[3].xyz, direction, ground);
     vec3 normal = vec3(0.0, 1.0, 0.0);
-#ifdef NORMALS
     if (hit) normal = end.xyz;
-#else
-    if (hit) normal = normal_at(camera[3].xyz + t * direction, pixel);
-#endif
 #ifdef BLOCKS
     if (ray.w == 0.0 && (shading != SHADE_STUDIO || t <= 0.0)) discard;
 #endif

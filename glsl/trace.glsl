@@ -2,18 +2,15 @@
 #include "place.glsl"
 #include "skip.glsl"
 #include "march.glsl"
-#ifdef NORMALS
 uniform sampler2D normals; // what normals.glsl wrote, pixel by pixel
-#endif
 
-// A pass of a frame, where near.glsl, or rest.glsl, lets a ray through: traces it.
-// With NORMALS it goes on from where normals.glsl has left it, if that has had a first look.
+// A pass of a frame, where near.glsl, or rest.glsl, lets a ray through: traces it, from where normals.glsl has left it, if
+// that has had a first look.
 // color: (t, steps, level that the ray ended in, or minus the level that it was at when it was out of rounds, hit).
 void main() {
     vec3 eye = camera[3].xyz;
     vec3 direction = camera_ray(place(), resolution, camera, focal);
     float footprint = 2.0 / (focal * resolution.y);
-#ifdef NORMALS
     vec4 left = texelFetch(normals, ivec2(gl_FragCoord.xy), 0);
     if (left.a > 0.0) { // it has hit, and draws because others of its block do
         color = vec4(left.a, 1.0, float(level), 1.0);
@@ -25,8 +22,5 @@ void main() {
     if (ray.t > span.y) ray.level = -ray.level;
     vec2 before = left.yz;
     march_on(ray, before, eye, direction, footprint, level, rounds, step_scale, schedule, span.y, false);
-#else
-    Hit ray = march(eye, direction, footprint, level, rounds, step_scale, schedule);
-#endif
     color = vec4(ray.t, float(ray.steps), float(-ray.level), float(ray.hit));
 }

@@ -84,7 +84,7 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
         whole = replace(whole, text="\n".join([opening, field.text, body]), narrow=narrow)
         cells, few = few_cells(program, dialect.language, (1 + FURTHER) * length - len(with_weights(whole)))
         return replace(whole, text="\n".join([opening, field.text, cells + body]), few_cells=few)
-    opening += "#define CELLS\n#define NORMALS\n" + ("#define FIRST_LOOK\n" if looks_first else "")
+    opening += "#define CELLS\n" + ("#define FIRST_LOOK\n" if looks_first else "")
     bodies = {name: glsl.load_numbered(f"{name}.glsl") for name in (*PASSES, "floor")}
     texts = {name: "\n".join([opening, *[field.text] * PASSES[name], bodies[name][0]]) for name in PASSES}
     texts["floor"] = "\n".join([opening, studio.text, bodies["floor"][0]])

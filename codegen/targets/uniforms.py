@@ -2,8 +2,8 @@
 
 GLSL declares them from it, and the page's settings, CUDA's arguments and the window's panel take their defaults there.
 Not in it are uniforms of single files in glsl/, which declare them themselves, and which are 0 unless they are set:
-`plain` (base_colour.glsl), `split` (normal.glsl, normals.glsl, mesh.glsl), the grid of cells (skip.glsl), what passes
-of a frame leave to others (`rays`, `normals`, `floor_light` with `floor_corner`), `first` (normals.glsl), and those
+`plain` (base_colour.glsl), `split` (worn_level.glsl, mesh.glsl), the grid of cells (skip.glsl), what passes of a frame
+leave to others (`rays`, `normals`, `floor_light` with `floor_corner`), `first` (normals.glsl, traced.glsl), and those
 that place a mesh (mesh.vert.glsl).
 """
 

@@ -30,10 +30,9 @@ export class Passes {
         return IN_BLOCKS.includes(name);
     }
 
-    // Returns what a pass of a model is compiled with. A scene has no grid of cells, and its rays have no first look.
-    defines(name, {field}) {
-        const macros = ["CELLS", "BLOCKS", ...(field ? [] : ["FIRST_LOOK"]), ...(name === "anywhere" ? [] : ["NORMALS"])];
-        return macros.map((macro) => `#define ${macro}\n`).join("");
+    // Returns what the passes of a model are compiled with. A scene has no grid of cells, and its rays have no first look.
+    defines({field}) {
+        return ["CELLS", "BLOCKS", ...(field ? [] : ["FIRST_LOOK"])].map((macro) => `#define ${macro}\n`).join("");
     }
 
     // Takes the grids of empty cells that rays of the model skip, or null.
