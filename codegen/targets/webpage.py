@@ -76,7 +76,7 @@ CELLS = {"first": 32, "dear": 64, "most": 128}
 """Cells along an edge of the grids that the page finds: first, and, where the model does not move, then."""
 DEAR, DEAREST = 100_000, 250_000
 """Weights of a model above which one of the second size is found before the last, and above which it is the last one:
-at 175,000 they take 4 and 20 seconds, in the background."""
+at 175,000 they take 5 and 21 seconds, in the background."""
 CELL_MOMENTS = 17
 """Grids that it finds for a model that moves, evenly spaced in time."""
 PAGE_PASSES = ("near", "normals", "trace", "behind", "floor", "colour")
