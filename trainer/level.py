@@ -1,6 +1,7 @@
 """The training step of one level: f_i = f_{i-1} + r on the samples of its pools, and the loss of Eq. 4."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -25,6 +26,8 @@ OUTPUT_FACTOR_PER_DELTA = 5.0
 """The same factor for a residual in a narrow band, per half width: what it has to add is smaller, too."""
 HARD_SHARE = 0.1
 """Hard points of a residual's step, as a share of its samples off the surface."""
+EXACT_HARD_SHARE = 0.4
+"""The same where distances are exact next to the surface, so that slits and thin walls have hard points, too."""
 FIRST_HARD_SHARE = 0.3
 """The same for level 1."""
 RESIDUAL = 0.01
@@ -57,6 +60,16 @@ def rates(width: int, delta: float | None) -> tuple[float, float]:
     return RATE * min(1, RATE_WIDTH / width), factor
 
 
+def hard_share(*, first: bool, exact: bool) -> float:
+    """Choose how many hard points a step sees, as a share of its samples off the surface.
+
+    first: whether it is level 1, not a residual. exact: whether distances are exact next to the surface.
+    """
+    if first:
+        return FIRST_HARD_SHARE
+    return EXACT_HARD_SHARE if exact else HARD_SHARE
+
+
 class LevelStep:
     """The level's training step: one batch of its loss, half of it on the surface, and some hard points."""
 
@@ -72,6 +85,8 @@ class LevelStep:
         self._half = min(BATCH // 2, len(surface.points), len(volume.points))
         self._surface, self._volume = (Batches(pool, self._half, generator) for pool in (surface, volume))
         self._weight, self._generator, self._hard_share = weight, generator, hard_share
+        self.length = weight.length
+        """`LossWeights.length`, as it is by now."""
         self.terms: dict[str, Tensor] = {}
         """The terms of the last batch's loss by name, without their weights."""
         self.hard: Pool | None = None
@@ -85,7 +100,8 @@ class LevelStep:
         f = residual.f + torch.cat([pool.frozen for pool in pools])
         gradient = residual.gradient + torch.cat([pool.frozen_gradient for pool in pools])
         usual = len(on.points) + len(around.points)
-        loss, d_f, d_gradient, self.terms = level_loss(f[:usual], gradient[:usual], on, around, self._weight)
+        weight = replace(self._weight, length=self.length)
+        loss, d_f, d_gradient, self.terms = level_loss(f[:usual], gradient[:usual], on, around, weight)
         if self.hard is not None:
             d_f = torch.cat((d_f, self._hard_derivative(f[usual:], pools[-1], len(around.points))))
             d_gradient = torch.cat((d_gradient, torch.zeros_like(gradient[usual:])))
@@ -98,12 +114,14 @@ class LevelStep:
         if self.hard is not None:
             assert self.hard.distance is not None
             state |= Snapshot(tensors={"hard": torch.cat((self.hard.points, self.hard.distance[:, None]), dim=1)})
-        return state | random_state(self._generator)
+        return state | random_state(self._generator) | Snapshot({"length": self.length})
 
     def restore(self, snapshot: Snapshot, sampler: Sampler) -> None:
         """Go on from a snapshot of a step with the same pools, which `sampler` drew. Raises UserError."""
         self._surface.restore(snapshot.of("surface"))
         self._volume.restore(snapshot.of("volume"))
+        if "length" in snapshot.numbers:
+            self.length = snapshot.real("length")
         if "hard" in snapshot.tensors:
             hard = snapshot.tensors["hard"]
             hard = snapshot.tensor("hard", hard.new_empty((len(hard), 4), dtype=torch.float32) if hard.ndim else hard)

@@ -44,6 +44,9 @@ HARD_NEAR = 0.2
 """A candidate is suspect where |f| is below this share of the band's half width."""
 HARD_LEAST_DISTANCE = 0.12
 """Least distance of a hard point from the surface, in half widths of the band."""
+HARD_THIN = 0.001
+"""Least distance of a point with the wrong sign, model units, where distances are exact: a thin slit or wall has no
+points that are farther from the surface."""
 HARD_FEWEST = 16
 """Fewer hard points are none: too few to make batches of."""
 HARD_SPREAD = 0.15
@@ -104,6 +107,8 @@ class Sampler:
         self._shape, self._frozen, self._deltas, self._device, self._rng = shape, frozen, deltas, device, rng
         self._delta = deltas[-1] if deltas else FIRST_BAND
         self._strays = self._find_strays() if frozen else np.empty((0, 4 if shape.moving else 3))
+        self.exact = not (shape.cloud or shape.moving)
+        """Whether distances are exact next to the surface: those of a mesh that stands still."""
 
     def surface(self, count: int) -> Pool:
         """Draw samples of the surface, with normals."""
@@ -126,9 +131,9 @@ class Sampler:
         """Find points off the surface where f_i, with the level's `weights` as they are now, is badly wrong.
 
         |f_i| exceeds the distance there, so that rays would step through the surface: a residual overshoots in narrow
-        gaps and notches, where level 1 is right. Or a residual has the wrong sign or less than losses.LACK of the
-        distance: loose pieces of surface appear around such points. Both are too few for the level's own samples to
-        hold them.
+        gaps and notches, where level 1 is right. Or a residual has less than losses.LACK of the distance: loose pieces
+        of surface appear around such points. Or it has the wrong sign: thin slits are filled, and thin walls are not
+        there. All are too few for the level's own samples to hold them.
         known: the hard points that were found before; more are searched for around them. count: at most so many
         candidates of each kind. near: closer than this to the surface a value may exceed the distance. Returns None
         where there are (nearly) no hard points.
@@ -152,6 +157,8 @@ class Sampler:
         if self._frozen:
             lacks = f * np.sign(distance) < losses.LACK * size
             wrong |= lacks & (size > HARD_LEAST_DISTANCE * self._delta)
+            if self.exact:
+                wrong |= (f * distance < 0) & (size > HARD_THIN)
         if np.count_nonzero(wrong) < HARD_FEWEST:  # no point is wrong whose distance is NaN
             return None
         return self.known(points[wrong], np.clip(distance[wrong], -reach, reach))

@@ -19,6 +19,7 @@ from .networks.quantised import quantised, quantised_step
 from .networks.snapshot import Snapshot
 from .part import Part
 from .pools import Sampler
+from .review import Review
 from .settings import Settings
 from .shapes.shape import Shape
 from .trained import (
@@ -143,11 +144,10 @@ class Training:
         shape = self._shape
         weight = settings.loss_weights(first=first, noise=shape.noise, cloud=shape.cloud, moving=shape.moving)
         rate, output_factor = level.rates(width, None if first else deltas[-1])
-        share = level.FIRST_HARD_SHARE if first else level.HARD_SHARE
+        share = level.hard_share(first=first, exact=sampler.exact)
         step = level.LevelStep(surface, volume, weight, torch.Generator().manual_seed(seed), share)
-
-        def review(weights: Weights) -> None:
-            step.hard = sampler.hard(self._final(weights), step.hard, count, weight.near)
+        follows = shape.cloud and not (first or shape.moving or "length" in settings.weights)
+        look_again = Review(step, sampler, surface, weight, count, follows)
 
         watch = self._probe.watcher(frozen)
 
@@ -161,7 +161,7 @@ class Training:
             rate=rate,
             output_factor=output_factor,
             draws=level.LevelDraws(step, sampler),
-            review=None if first and weight.excess <= 1 else review,
+            review=None if first and weight.excess <= 1 else lambda weights: look_again(self._final(weights)),
             figures=figures,
         )
 

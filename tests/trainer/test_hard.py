@@ -66,6 +66,22 @@ def test_points_that_a_residual_puts_too_far_away_are_hard(ball: Shape) -> None:
     assert 0.04 / pools.EXCESS - 2e-3 < float(outside.max()) < 0.04 / pools.EXCESS
 
 
+def test_points_with_the_wrong_sign_are_hard_close_to_the_surface_of_a_mesh(
+    ball: Shape, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of f = -0.0001, those just outside; of a cloud, whose distances are not exact there, only those farther away."""
+    nearest = []
+    for cloud in (False, True):
+        monkeypatch.setattr(ball, "cloud", cloud)
+        hard = sampler(ball, 0.0).hard(constant(-1e-4), None, 20_000, NEAR)
+        assert hard is not None
+        assert hard.distance is not None
+        nearest.append(float(hard.distance[hard.distance > 0].min()))
+        assert float(hard.distance[hard.distance < 0].max()) < -pools.HARD_LEAST_DISTANCE * DELTA
+    assert pools.HARD_THIN < nearest[0] < pools.HARD_THIN + 1e-3
+    assert nearest[1] > pools.HARD_LEAST_DISTANCE * DELTA
+
+
 def test_a_shape_that_was_noisy_has_no_such_points(ball: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ball, "noise", 0.01)
     assert sampler(ball, 0.0).hard(constant(0.04), None, 20_000, NEAR) is None

@@ -1,0 +1,95 @@
+"""Reviews of a level that is being trained: the weight of the gradient's length follows what is measured."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from mplicits.trainer import review
+from mplicits.trainer.level import LevelStep
+from mplicits.trainer.networks.network import Weights, initial, value
+from mplicits.trainer.pools import Pool, Sampler
+from mplicits.trainer.settings import RESIDUAL
+from mplicits.trainer.shapes.cloud import CloudShape
+from mplicits.trainer.shapes.shape import Shape, unit
+from support.ball_training import QUICK_NUMBERS, SMALL_SETTINGS, load_ball, train
+
+FLAT: Weights = [torch.zeros(4, 3), torch.zeros(4), torch.zeros(1, 4), torch.zeros(1)]
+"""A network that is zero everywhere."""
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    for module, name, number in QUICK_NUMBERS:
+        monkeypatch.setattr(module, name, number)
+
+
+def surface(lengths: list[float]) -> Pool:
+    """Points of a surface on which |grad f_1| is so long."""
+    count = len(lengths)
+    gradient = torch.tensor(lengths)[:, None] * torch.tensor([0.6, 0.0, 0.8])
+    return Pool(torch.zeros(count, 3), torch.zeros(count), gradient, torch.zeros(count), gradient)
+
+
+def test_the_share_within_the_bounds_is_that_of_the_whole_gradient() -> None:
+    lengths = [0.5, 0.79, 0.81, 1.0, 1.19, 1.21, 3.0, 0.0]
+    assert review.within(FLAT, surface(lengths)) == 3 / 8
+    weights = initial((8, 1), 5.0, 1, torch.Generator().manual_seed(0))
+    points = torch.rand(500, 3, generator=torch.Generator().manual_seed(1)).requires_grad_()
+    (own,) = torch.autograd.grad(value(weights, points).sum(), points)
+    pool = replace(surface([1.0] * 500), points=points.detach())
+    length = (own + pool.frozen_gradient).norm(dim=1)
+    share = float(((length > review.LOW) & (length < review.HIGH)).float().mean())
+    assert 0 < share < 1
+    assert review.within(weights, pool) == pytest.approx(share, abs=0.005)
+
+
+@pytest.mark.parametrize("length", [1.0, 15.0])
+def test_the_weight_rises_where_the_share_is_small_and_falls_back(length: float) -> None:
+    risen = review.followed(length, 0.7, length)
+    assert length < risen <= review.MOST_FACTOR * length
+    assert review.followed(length, 0.8, length) < risen
+    assert review.followed(risen, review.SHARE, length) == pytest.approx(risen)
+    assert length <= review.followed(risen, 0.99, length) < risen
+    assert review.followed(length, 1.0, length) == length
+    assert review.followed(review.MOST, 0.0, length) == review.MOST
+
+
+def test_the_steps_that_follow_have_the_weight(tmp_path: Path) -> None:
+    sampler = Sampler(load_ball(tmp_path), [FLAT], [0.05], torch.device("cpu"), np.random.default_rng(0))
+    on, around = sampler.surface(2048), sampler.volume(2048)
+    losses = []
+    for follows in (False, True):
+        weights = initial((8, 1), 5.0, 1, torch.Generator().manual_seed(0))
+        for w in weights:
+            w.grad = torch.zeros_like(w)
+        step = LevelStep(on, around, RESIDUAL, torch.Generator().manual_seed(0))
+        review.Review(step, sampler, on, RESIDUAL, 2000, follows)(weights)
+        assert (step.length > RESIDUAL.length) == follows
+        losses.append(step(weights))
+    assert losses[1] > losses[0]
+
+
+@pytest.mark.usefixtures("quick")
+def test_residuals_of_clouds_follow_unless_the_user_says_a_length(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    points = unit(np.random.default_rng(0).normal(size=(4000, 3)))
+    shapes: list[tuple[Shape, dict[str, float], int]] = [
+        (CloudShape(points, points, None, "cloud", {}), {}, 5),
+        (CloudShape(points, points, None, "cloud", {}), {"length": 2.0}, 0),
+        (load_ball(tmp_path), {}, 0),
+    ]
+    measured = []
+
+    def counted(weights: Weights, pool: Pool) -> float:
+        measured.append(len(pool.points))
+        return 1.0
+
+    monkeypatch.setattr(review, "within", counted)
+    for shape, weights, reviews in shapes:
+        measured.clear()
+        train(shape, replace(SMALL_SETTINGS, weights=weights, texture=False))
+        assert len(measured) == reviews, f"{shape.name}, {weights}"

@@ -1,0 +1,62 @@
+"""What is looked at while a level is trained: its hard points, and the length of its gradient on a cloud's surface."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+
+from .level import LevelStep
+from .networks.network import Weights, adjoint_pass
+from .pools import Pool, Sampler
+from .settings import LossWeights
+
+LOW, HIGH, SHARE = 0.8, 1.2, 0.95
+"""|grad f| is to lie between these on this share of the points that a level is trained on."""
+POINTS = 20_000
+"""Points that it is measured at."""
+LEAST_FACTOR, MOST_FACTOR, MOST = 0.5, 3.0, 200.0
+"""By how much the weight of the length changes in a review at most, and how large it becomes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Review:
+    """A review of a level (`fit.Task.review`), which later steps follow."""
+
+    step: LevelStep
+    """The level's step, which is changed."""
+    sampler: Sampler
+    surface: Pool
+    """What `step` is trained on."""
+    weight: LossWeights
+    """Of the level, as they are at its start."""
+    candidates: int
+    """At most so many of each kind are looked at for hard points."""
+    follows: bool
+    """Whether the weight of the gradient's length follows what is measured."""
+
+    def __call__(self, weights: Weights) -> None:
+        """Find the level's hard points anew, with its weights as they are now, and weigh the gradient's length."""
+        step = self.step
+        step.hard = self.sampler.hard(weights, step.hard, self.candidates, self.weight.near)
+        if self.follows:
+            step.length = followed(step.length, within(weights, self.surface), self.weight.length)
+
+
+def within(weights: Weights, surface: Pool) -> float:
+    """Measure the share of the surface on which |grad f_i| in space is between `LOW` and `HIGH`.
+
+    weights: of the level's network. surface: samples of the surface, with the gradients of the levels before.
+    """
+    some = surface.take(slice(POINTS))
+    gradient = adjoint_pass(weights, some.points).gradient + some.frozen_gradient
+    length = torch.linalg.vector_norm(gradient[:, :3], dim=1)
+    return float(((length > LOW) & (length < HIGH)).float().mean())
+
+
+def followed(length: float, share: float, least: float) -> float:
+    """Choose `LossWeights.length` for the steps until the next review.
+
+    length: as it was. share: of the surface, as `within` says. least: what the weight never falls below.
+    """
+    factor = float(np.clip(((1 - share) / (1 - SHARE)) ** 0.5, LEAST_FACTOR, MOST_FACTOR))
+    return min(max(length * factor, least), MOST)
