@@ -10,8 +10,11 @@ from .networks.network import Weights, adjoint_pass
 from .pools import Pool, Sampler
 from .settings import LossWeights
 
-LOW, HIGH, SHARE = 0.8, 1.2, 0.95
-"""|grad f| is to lie between these on this share of the points that a level is trained on."""
+LOW, HIGH = 0.8, 1.2
+"""|grad f| is to lie between these on 90 % of the surface."""
+SHARE, SHARE_PER_NOISE, MOST_SHARE = 0.92, 3.0, 0.98
+"""Share of the points that it is to do so on, more for each unit of noise that was removed from them, and the most: on
+such points, which are not quite on the surface, it is nearer to 1 than on the surface itself."""
 POINTS = 20_000
 """Points that it is measured at."""
 LEAST_FACTOR, MOST_FACTOR, MOST = 0.5, 3.0, 200.0
@@ -31,15 +34,23 @@ class Review:
     """Of the level, as they are at its start."""
     candidates: int
     """At most so many of each kind are looked at for hard points."""
-    follows: bool
-    """Whether the weight of the gradient's length follows what is measured."""
+    aim: float | None
+    """What `aim` says for a cloud; None: the weight of the gradient's length stays as it is."""
 
     def __call__(self, weights: Weights) -> None:
         """Find the level's hard points anew, with its weights as they are now, and weigh the gradient's length."""
         step = self.step
         step.hard = self.sampler.hard(weights, step.hard, self.candidates, self.weight.near)
-        if self.follows:
-            step.length = followed(step.length, within(weights, self.surface), self.weight.length)
+        if self.aim is not None:
+            step.length = followed(step.length, within(weights, self.surface), self.aim, self.weight.length)
+
+
+def aim(noise: float) -> float:
+    """Choose the share of a cloud's points on which |grad f| is to be between `LOW` and `HIGH`.
+
+    noise: standard deviation of the noise that was removed from them, model units.
+    """
+    return min(SHARE + SHARE_PER_NOISE * noise, MOST_SHARE)
 
 
 def within(weights: Weights, surface: Pool) -> float:
@@ -53,10 +64,11 @@ def within(weights: Weights, surface: Pool) -> float:
     return float(((length > LOW) & (length < HIGH)).float().mean())
 
 
-def followed(length: float, share: float, least: float) -> float:
+def followed(length: float, share: float, wanted: float, least: float) -> float:
     """Choose `LossWeights.length` for the steps until the next review.
 
-    length: as it was. share: of the surface, as `within` says. least: what the weight never falls below.
+    length: as it was. share: of the surface, as `within` says; wanted: what it is to be, less than 1. least: what the
+    weight never falls below.
     """
-    factor = float(np.clip(((1 - share) / (1 - SHARE)) ** 0.5, LEAST_FACTOR, MOST_FACTOR))
+    factor = float(np.clip(((1 - share) / (1 - wanted)) ** 0.5, LEAST_FACTOR, MOST_FACTOR))
     return min(max(length * factor, least), MOST)

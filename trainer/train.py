@@ -19,7 +19,7 @@ from .networks.quantised import quantised, quantised_step
 from .networks.snapshot import Snapshot
 from .part import Part
 from .pools import Sampler
-from .review import Review
+from .review import Review, aim
 from .settings import Settings
 from .shapes.shape import Shape
 from .trained import (
@@ -147,7 +147,7 @@ class Training:
         share = level.hard_share(first=first, exact=sampler.exact)
         step = level.LevelStep(surface, volume, weight, torch.Generator().manual_seed(seed), share)
         follows = shape.cloud and not (first or shape.moving or "length" in settings.weights)
-        look_again = Review(step, sampler, surface, weight, count, follows)
+        look_again = Review(step, sampler, surface, weight, count, aim(shape.noise) if follows else None)
 
         watch = self._probe.watcher(frozen)
 

@@ -48,26 +48,31 @@ def test_the_share_within_the_bounds_is_that_of_the_whole_gradient() -> None:
 
 @pytest.mark.parametrize("length", [1.0, 15.0])
 def test_the_weight_rises_where_the_share_is_small_and_falls_back(length: float) -> None:
-    risen = review.followed(length, 0.7, length)
+    wanted = review.aim(0.01)
+    risen = review.followed(length, 0.7, wanted, length)
     assert length < risen <= review.MOST_FACTOR * length
-    assert review.followed(length, 0.8, length) < risen
-    assert review.followed(risen, review.SHARE, length) == pytest.approx(risen)
-    assert length <= review.followed(risen, 0.99, length) < risen
-    assert review.followed(length, 1.0, length) == length
-    assert review.followed(review.MOST, 0.0, length) == review.MOST
+    assert review.followed(length, 0.8, wanted, length) < risen
+    assert review.followed(risen, wanted, wanted, length) == pytest.approx(risen)
+    assert length <= review.followed(risen, 0.99, wanted, length) < risen
+    assert review.followed(length, 1.0, wanted, length) == length
+    assert review.followed(review.MOST, 0.0, wanted, length) == review.MOST
+
+
+def test_more_is_wanted_of_points_that_were_noisy() -> None:
+    assert 0.9 < review.aim(0.0) < review.aim(0.005) < review.aim(0.02) <= review.aim(1.0) < 1
 
 
 def test_the_steps_that_follow_have_the_weight(tmp_path: Path) -> None:
     sampler = Sampler(load_ball(tmp_path), [FLAT], [0.05], torch.device("cpu"), np.random.default_rng(0))
     on, around = sampler.surface(2048), sampler.volume(2048)
     losses = []
-    for follows in (False, True):
+    for wanted in (None, review.aim(0.0)):
         weights = initial((8, 1), 5.0, 1, torch.Generator().manual_seed(0))
         for w in weights:
             w.grad = torch.zeros_like(w)
         step = LevelStep(on, around, RESIDUAL, torch.Generator().manual_seed(0))
-        review.Review(step, sampler, on, RESIDUAL, 2000, follows)(weights)
-        assert (step.length > RESIDUAL.length) == follows
+        review.Review(step, sampler, on, RESIDUAL, 2000, wanted)(weights)
+        assert (step.length > RESIDUAL.length) == (wanted is not None)
         losses.append(step(weights))
     assert losses[1] > losses[0]
 
