@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model.model import Model
-from .level import LevelStep
+from .level import HARD_SHARE, LevelStep
 from .networks.fit import Budget, Outcome, Task, TrainingProgress, fit
 from .networks.network import Weights, clone
 from .pools import Sampler
@@ -119,6 +119,7 @@ def last_look(
     weights, count, rng = start, first, np.random.default_rng(0)
     fewest, kept, after = first, start, 0
     points, distance = np.empty((0, 3)), np.empty(0)
+    step.hard_share = HARD_SHARE
     for number in range(1, ROUNDS + 1):
         if not count or time.perf_counter() > until:
             break

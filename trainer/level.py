@@ -84,7 +84,8 @@ class LevelStep:
         """hard_share: hard points of a step, as a share of its samples off the surface."""
         self._half = min(BATCH // 2, len(surface.points), len(volume.points))
         self._surface, self._volume = (Batches(pool, self._half, generator) for pool in (surface, volume))
-        self._weight, self._generator, self._hard_share = weight, generator, hard_share
+        self._weight, self._generator = weight, generator
+        self.hard_share = hard_share
         self.length = weight.length
         """`LossWeights.length`, as it is by now."""
         self.terms: dict[str, Tensor] = {}
@@ -130,7 +131,7 @@ class LevelStep:
         set_random_state(self._generator, snapshot)
 
     def _some_of(self, hard: Pool) -> Pool:
-        count = max(1, int(self._half * self._hard_share))
+        count = max(1, int(self._half * self.hard_share))
         index = torch.randint(len(hard.points), (count,), generator=self._generator)
         return hard.take(index.to(hard.points.device))
 

@@ -55,7 +55,7 @@ class LossWeights:
     lacking: float = 1.0
     """Times `distance`, where it has less than losses.LACK of the distance, or the wrong sign."""
     length: float = 1.0
-    """Times `eikonal`, at points of the surface."""
+    """Times `eikonal`, at points of the surface; of a cloud at the beginning, where the user does not give it."""
     near: float = 0.008
     """Closer than this to the surface, model units, a value that exceeds the distance weighs like any other."""
 
@@ -74,7 +74,8 @@ What the removal of noise has left of it makes f flat where the value term outwe
 NOISY_EIKONAL = 20.0
 """`eikonal` of a residual where there is noise."""
 CLOUD_LENGTH = 15.0
-"""`length` of a residual of a cloud without noise: |grad f| is in 0.8 to 1.2 on 90 % of Armadillo's surface."""
+"""`length` of a residual of a cloud without noise, at least: review.py raises it where |grad f| is not in 0.8 to 1.2 on
+90 % of the surface."""
 MOVING_EIKONAL = 45.0
 """`eikonal` of a shape that moves: fronts that meet, and limbs that vanish, would leave flat places."""
 
