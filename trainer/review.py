@@ -12,7 +12,7 @@ from .settings import LossWeights
 
 LOW, HIGH = 0.8, 1.2
 """|grad f| is to lie between these on 90 % of the surface."""
-SHARE, SHARE_PER_NOISE, MOST_SHARE = 0.92, 3.0, 0.98
+SHARE, SHARE_PER_NOISE, MOST_SHARE = 0.92, 3.5, 0.985
 """Share of the points that it is to do so on, more for each unit of noise that was removed from them, and the most: on
 such points, which are not quite on the surface, it is nearer to 1 than on the surface itself."""
 POINTS = 20_000
