@@ -15,6 +15,8 @@ LOW, HIGH = 0.8, 1.2
 SHARE, SHARE_PER_NOISE, MOST_SHARE = 0.92, 3.5, 0.985
 """Share of the points that it is to do so on, more for each unit of noise that was removed from them, and the most: on
 such points, which are not quite on the surface, it is nearer to 1 than on the surface itself."""
+LEARNT = 0.6
+"""Where the share is below this, the level has yet to learn the surface, and the weight stays as it is."""
 POINTS = 20_000
 """Points that it is measured at."""
 LEAST_FACTOR, MOST_FACTOR, MOST = 0.5, 3.0, 200.0
@@ -70,5 +72,7 @@ def followed(length: float, share: float, wanted: float, least: float) -> float:
     length: as it was. share: of the surface, as `within` says; wanted: what it is to be, less than 1. least: what the
     weight never falls below.
     """
+    if share < LEARNT:
+        return length
     factor = float(np.clip(((1 - share) / (1 - wanted)) ** 0.5, LEAST_FACTOR, MOST_FACTOR))
     return min(max(length * factor, least), MOST)

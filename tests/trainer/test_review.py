@@ -55,14 +55,20 @@ def test_the_weight_rises_where_the_share_is_small_and_falls_back(length: float)
     assert review.followed(risen, wanted, wanted, length) == pytest.approx(risen)
     assert length <= review.followed(risen, 0.99, wanted, length) < risen
     assert review.followed(length, 1.0, wanted, length) == length
-    assert review.followed(review.MOST, 0.0, wanted, length) == review.MOST
+    assert review.followed(review.MOST, 0.7, wanted, length) == review.MOST
+
+
+def test_a_level_that_has_yet_to_learn_the_surface_keeps_its_weight() -> None:
+    assert review.followed(15.0, 0.3, review.aim(0.0), 15.0) == 15.0
+    assert review.followed(40.0, 0.3, review.aim(0.0), 15.0) == 40.0
 
 
 def test_more_is_wanted_of_points_that_were_noisy() -> None:
     assert 0.9 < review.aim(0.0) < review.aim(0.005) < review.aim(0.02) <= review.aim(1.0) < 1
 
 
-def test_the_steps_that_follow_have_the_weight(tmp_path: Path) -> None:
+def test_the_steps_that_follow_have_the_weight(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(review, "within", lambda weights, surface: 0.7)
     sampler = Sampler(load_ball(tmp_path), [FLAT], [0.05], torch.device("cpu"), np.random.default_rng(0))
     on, around = sampler.surface(2048), sampler.volume(2048)
     losses = []
