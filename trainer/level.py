@@ -84,10 +84,9 @@ class LevelStep:
         """hard_share: hard points of a step, as a share of its samples off the surface."""
         self._half = min(BATCH // 2, len(surface.points), len(volume.points))
         self._surface, self._volume = (Batches(pool, self._half, generator) for pool in (surface, volume))
-        self._weight, self._generator = weight, generator
-        self.hard_share = hard_share
-        self.length = weight.length
-        """`LossWeights.length`, as it is by now."""
+        self._generator, self.hard_share = generator, hard_share
+        self.weight = weight
+        """The weights of the loss as they are by now."""
         self.terms: dict[str, Tensor] = {}
         """The terms of the last batch's loss by name, without their weights."""
         self.hard: Pool | None = None
@@ -101,8 +100,7 @@ class LevelStep:
         f = residual.f + torch.cat([pool.frozen for pool in pools])
         gradient = residual.gradient + torch.cat([pool.frozen_gradient for pool in pools])
         usual = len(on.points) + len(around.points)
-        weight = replace(self._weight, length=self.length)
-        loss, d_f, d_gradient, self.terms = level_loss(f[:usual], gradient[:usual], on, around, weight)
+        loss, d_f, d_gradient, self.terms = level_loss(f[:usual], gradient[:usual], on, around, self.weight)
         if self.hard is not None:
             d_f = torch.cat((d_f, self._hard_derivative(f[usual:], pools[-1], len(around.points))))
             d_gradient = torch.cat((d_gradient, torch.zeros_like(gradient[usual:])))
@@ -115,14 +113,14 @@ class LevelStep:
         if self.hard is not None:
             assert self.hard.distance is not None
             state |= Snapshot(tensors={"hard": torch.cat((self.hard.points, self.hard.distance[:, None]), dim=1)})
-        return state | random_state(self._generator) | Snapshot({"length": self.length})
+        return state | random_state(self._generator) | Snapshot({"length": self.weight.length})
 
     def restore(self, snapshot: Snapshot, sampler: Sampler) -> None:
         """Go on from a snapshot of a step with the same pools, which `sampler` drew. Raises UserError."""
         self._surface.restore(snapshot.of("surface"))
         self._volume.restore(snapshot.of("volume"))
         if "length" in snapshot.numbers:
-            self.length = snapshot.real("length")
+            self.weight = replace(self.weight, length=snapshot.real("length"))
         if "hard" in snapshot.tensors:
             hard = snapshot.tensors["hard"]
             hard = snapshot.tensor("hard", hard.new_empty((len(hard), 4), dtype=torch.float32) if hard.ndim else hard)
@@ -138,7 +136,7 @@ class LevelStep:
     def _hard_derivative(self, f: Tensor, hard: Pool, volume: int) -> Tensor:
         """The derivative of the distance term at hard points, each of which counts as one of `volume` samples."""
         assert hard.distance is not None
-        weight = self._weight
+        weight = self.weight
         _, d_f = losses.distance(f, hard.distance, weight.excess, weight.lacking, weight.near)
         return d_f * (weight.distance * len(f) / volume)
 

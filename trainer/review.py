@@ -1,6 +1,6 @@
 """What is looked at while a level is trained: its hard points, and the length of its gradient on a cloud's surface."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -44,7 +44,9 @@ class Review:
         step = self.step
         step.hard = self.sampler.hard(weights, step.hard, self.candidates, self.weight.near)
         if self.aim is not None:
-            step.length = followed(step.length, within(weights, self.surface), self.aim, self.weight.length)
+            share = within(weights, self.surface)
+            length = followed(step.weight.length, share, self.aim, self.weight.length)
+            step.weight = replace(step.weight, length=length)
 
 
 def aim(noise: float) -> float:

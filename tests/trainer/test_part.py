@@ -148,7 +148,7 @@ def test_hard_points_and_random_numbers_go_on(ball: Shape) -> None:
 
     step, kept = draws(4)
     step.hard = sampler.hard(flat, None, 2000, 0.0)
-    step.length = 7.0
+    step.weight = dataclasses.replace(RESIDUAL, length=7.0)
     losses(step)
     snapshot = kept.snapshot()
     expected, drawn = losses(step), rng.random()
