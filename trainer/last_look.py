@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 
 from ..model.model import Model
@@ -119,7 +120,8 @@ def last_look(
     weights, count, rng = start, first, np.random.default_rng(0)
     fewest, kept, after = first, start, 0
     points, distance = np.empty((0, 3)), np.empty(0)
-    step.hard_share = HARD_SHARE
+    held, held_share = step.hard, 0.0 if step.hard is None else step.hard_share
+    step.hard_share = held_share + HARD_SHARE
     for number in range(1, ROUNDS + 1):
         if not count or time.perf_counter() > until:
             break
@@ -136,6 +138,9 @@ def last_look(
         if not len(points):
             break
         step.hard = sampler.known(points, distance)
+        if held is not None:  # What was hard before would be forgotten.
+            few = round(len(held.points) * HARD_SHARE / held_share)
+            step.hard = held.and_then(step.hard.take(torch.from_numpy(rng.integers(len(points), size=few))))
         onward = replace(task, start=partial(clone, weights), rate=SLOWER * task.rate, idle=math.inf, review=None)
         outcome = fit(onward, Budget(steps=STEPS), progress)
         if outcome.interrupted:

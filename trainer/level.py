@@ -26,7 +26,7 @@ OUTPUT_FACTOR_PER_DELTA = 5.0
 """The same factor for a residual in a narrow band, per half width: what it has to add is smaller, too."""
 HARD_SHARE = 0.1
 """Hard points of a residual's step, as a share of its samples off the surface."""
-EXACT_HARD_SHARE = 0.4
+EXACT_HARD_SHARE = 1.0
 """The same where distances are exact next to the surface, so that slits and thin walls have hard points, too."""
 FIRST_HARD_SHARE = 0.3
 """The same for level 1."""

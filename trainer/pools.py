@@ -5,19 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
 from ..model.errors import UserError
 from . import sampling
-from .networks import losses
-from .networks.nested import field, field_and_gradient, in_band, nested_field_and_gradient
+from .before import FIRST_BAND, Before
+from .hard import HardPoints
+from .networks.nested import field_and_gradient, nested_field_and_gradient
 from .networks.network import Weights
 from .networks.snapshot import Snapshot
 from .shapes.shape import Doubles, Shape
 
-FIRST_BAND = 0.1
-"""Half width of the shell around the surface that level 1 sees more of than of the rest of the domain."""
 FIRST_BAND_SHARE = 0.3
 """Share of level 1's volume samples in that shell."""
 BALL_RADIUS = 1.03
@@ -36,27 +34,6 @@ STRAY_REACH = 4.0
 """Largest distance, in half widths of the band, that a residual is taught; dithering reaches 3.5."""
 STRAY_SHARE = 0.15
 """Strays among the points that a residual's volume samples are dithered from."""
-HARD_CANDIDATES = 200_000
-"""Points of the band, and as many of the domain, among which hard points are searched for."""
-HARD_SUSPECTS = 100_000
-"""Most candidates whose distance to the surface is computed."""
-HARD_NEAR = 0.2
-"""A candidate is suspect where |f| is below this share of the band's half width."""
-HARD_LEAST_DISTANCE = 0.12
-"""Least distance of a hard point from the surface, in half widths of the band."""
-HARD_THIN = 0.001
-"""Least distance of a point with the wrong sign, model units, where distances are exact: a thin slit or wall has no
-points that are farther from the surface."""
-HARD_FEWEST = 16
-"""Fewer hard points are none: too few to make batches of."""
-HARD_SPREAD = 0.15
-"""Spread of new candidates around the hard points known before, in half widths of the band."""
-EXCESS = 1.1
-"""A point is hard for level 1 where |f_1| is more than this many times the distance."""
-EXCESS_CANDIDATES = 50_000
-"""Points near the surface among which these are searched for."""
-EXCESS_REACH = 0.6
-"""Their largest distance from the surface along an axis, in half widths of level 1's shell."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +68,21 @@ class Pool:
             colours=take(self.colours),
         )
 
+    def and_then(self, other: "Pool") -> "Pool":
+        """Return the samples of both."""
+
+        def join(one: Tensor | None, two: Tensor | None) -> Tensor | None:
+            return None if one is None or two is None else torch.cat((one, two))
+
+        return Pool(
+            points=torch.cat((self.points, other.points)),
+            distance=join(self.distance, other.distance),
+            normals=join(self.normals, other.normals),
+            frozen=torch.cat((self.frozen, other.frozen)),
+            frozen_gradient=torch.cat((self.frozen_gradient, other.frozen_gradient)),
+            colours=join(self.colours, other.colours),
+        )
+
 
 class Sampler:
     """Draws the pools that one level, or the texture, is trained on."""
@@ -104,11 +96,9 @@ class Sampler:
         rng: np.random.Generator,
     ) -> None:
         """frozen: the levels before. deltas: the half widths of their bands. device: where the pools are."""
-        self._shape, self._frozen, self._deltas, self._device, self._rng = shape, frozen, deltas, device, rng
-        self._delta = deltas[-1] if deltas else FIRST_BAND
+        self._shape, self._rng, self._before = shape, rng, Before(frozen, deltas, device)
         self._strays = self._find_strays() if frozen else np.empty((0, 4 if shape.moving else 3))
-        self.exact = not (shape.cloud or shape.moving)
-        """Whether distances are exact next to the surface: those of a mesh that stands still."""
+        self._hard = HardPoints(shape, self._before, rng)
 
     def surface(self, count: int) -> Pool:
         """Draw samples of the surface, with normals."""
@@ -123,71 +113,31 @@ class Sampler:
         """
         points = self._volume_points(count)
         distance = self._shape.distance(points)
-        if self._frozen:  # A stray need not learn how far away the surface is, only that it is not here.
-            distance = np.clip(distance, -STRAY_REACH * self._delta, STRAY_REACH * self._delta)
+        if self._before.levels:  # A stray need not learn how far away the surface is, only that it is not here.
+            reach = STRAY_REACH * self._before.delta
+            distance = np.clip(distance, -reach, reach)
         return self._pool(points, distance=distance)
 
     def hard(self, weights: Weights, known: Pool | None, count: int, near: float) -> Pool | None:
-        """Find points off the surface where f_i, with the level's `weights` as they are now, is badly wrong.
+        """Find points off the surface where f_i is badly wrong, as `HardPoints.find` does; None where there are none.
 
-        |f_i| exceeds the distance there, so that rays would step through the surface: a residual overshoots in narrow
-        gaps and notches, where level 1 is right. Or a residual has less than losses.LACK of the distance: loose pieces
-        of surface appear around such points. Or it has the wrong sign: thin slits are filled, and thin walls are not
-        there. All are too few for the level's own samples to hold them.
-        known: the hard points that were found before; more are searched for around them. count: at most so many
-        candidates of each kind. near: closer than this to the surface a value may exceed the distance. Returns None
-        where there are (nearly) no hard points.
+        weights: of the level as it is now. known: the hard points that were found before.
         """
-        points = self._hard_candidates(known, min(count, HARD_CANDIDATES if self._frozen else EXCESS_CANDIDATES))
-        at = self._tensor(points)
-        f = np.asarray(field([*self._frozen, weights], at).cpu(), np.float64)
-        if self._frozen and self._shape.noise:
-            near = np.inf  # Distances to what were noisy points are not exact enough to hold a residual to.
-        suspected = np.abs(f) > near
-        if self._frozen:
-            before = np.abs(np.asarray(field(self._frozen, at).cpu(), np.float64))
-            suspected = (suspected & (np.abs(f) > EXCESS * before)) | (np.abs(f) < HARD_NEAR * self._delta)
-        suspect = self._rng.permutation(np.flatnonzero(suspected))[:HARD_SUSPECTS]
-        points, f = points[suspect], f[suspect]
-        if not len(points):
-            return None
-        distance = self._shape.distance(points)
-        size, reach = np.abs(distance), STRAY_REACH * self._delta
-        wrong = (np.abs(f) > EXCESS * size) & (size > near)
-        if self._frozen:
-            lacks = f * np.sign(distance) < losses.LACK * size
-            wrong |= lacks & (size > HARD_LEAST_DISTANCE * self._delta)
-            if self.exact:
-                wrong |= (f * distance < 0) & (size > HARD_THIN)
-        if np.count_nonzero(wrong) < HARD_FEWEST:  # no point is wrong whose distance is NaN
-            return None
-        return self.known(points[wrong], np.clip(distance[wrong], -reach, reach))
-
-    def _hard_candidates(self, known: Pool | None, count: int) -> Doubles:
-        """Draw points of Omega_{i-1} among which hard points are searched for, around `known` ones, too. (M, 3)."""
-        seeds = self._shape.surface(count, self._rng).points
-        reach = 2 * self._delta if self._frozen else EXCESS_REACH * self._delta
-        candidates = [sampling.shifted(seeds, self._rng.uniform(-reach, reach, (len(seeds), 3)))]
-        if self._frozen:
-            candidates.insert(0, self._timed(sampling.domain(count, self._rng)))
-        if known is not None:
-            around = np.asarray(known.points.cpu(), np.float64)
-            around = around[self._rng.integers(len(around), size=count // 4)]
-            spread = self._rng.normal(scale=HARD_SPREAD * self._delta, size=(len(around), 3))
-            candidates.append(sampling.shifted(around, spread))
-        points = np.concatenate(candidates)
-        return points[self._in_band(points)]
+        around = None if known is None else np.asarray(known.points.cpu(), np.float64)
+        found = self._hard.find(weights, around, count, near)
+        return None if found is None else self.known(*found)
 
     def known(self, points: Doubles, distance: Doubles) -> Pool:
         """Make a pool of points (N, 3) whose distances (N,) are known already."""
         return self._pool(points, distance=distance)
 
     def snapshot(self) -> Snapshot:
-        """Return the state of the random numbers that further samples are drawn by."""
-        return Snapshot({"random": self._rng.bit_generator.state})
+        """Return the state of the random numbers that further samples are drawn by, and what is held by now."""
+        return Snapshot({"random": self._rng.bit_generator.state}) | self._hard.snapshot()
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go on from a snapshot. Raises UserError where it is none."""
+        self._hard.restore(snapshot)
         try:
             self._rng.bit_generator.state = snapshot.numbers["random"]
         except (KeyError, TypeError, ValueError, OverflowError):
@@ -204,18 +154,19 @@ class Sampler:
         `frozen` and `frozen_gradient` of the pool are those of the finest level defined at each sample (Eq. 3).
         """
         seeds = self._shape.surface(count, self._rng).points
-        points = self._tensor(sampling.dithered(seeds, self._deltas[0], self._in_first_band, count, self._rng))
-        f, gradient, _ = nested_field_and_gradient(self._frozen, self._deltas, points)
+        before = self._before
+        points = before.tensor(sampling.dithered(seeds, before.deltas[0], before.in_first_band, count, self._rng))
+        f, gradient, _ = nested_field_and_gradient(before.levels, before.deltas, points)
         return Pool(points, None, None, f, gradient)
 
     def _volume_points(self, count: int) -> Doubles:
         seeds = self._shape.surface(count, self._rng).points
-        if self._frozen:
+        if self._before.levels:
             if len(self._strays):
                 seeds = np.concatenate((seeds, self._rng.choice(self._strays, int(count * STRAY_SHARE))))
-            return sampling.dithered(seeds, self._delta, self._in_band, count, self._rng)
+            return sampling.dithered(seeds, self._before.delta, self._before.in_band, count, self._rng)
         near_count, corner_count = int(count * FIRST_BAND_SHARE), int(count * CORNER_SHARE)
-        near = sampling.shifted(seeds[:near_count], self._rng.uniform(-self._delta, self._delta, (near_count, 3)))
+        near = sampling.shifted(seeds[:near_count], self._rng.uniform(-FIRST_BAND, FIRST_BAND, (near_count, 3)))
         corners = self._timed(sampling.corners(corner_count, BALL_RADIUS, self._rng))
         far = self._timed(sampling.ball(count - near_count - corner_count, BALL_RADIUS, self._rng))
         return np.concatenate((far, corners, near))
@@ -227,25 +178,14 @@ class Sampler:
         parts) or never (far away). They are drawn with a probability in proportion to the squares of their errors.
         """
         points = self._timed(sampling.domain(STRAY_CANDIDATES, self._rng))
-        points = points[self._in_band(points)][:STRAY_SUSPECTS]
-        f = np.asarray(field(self._frozen, self._tensor(points)).cpu(), np.float64)
-        error = np.abs(self._shape.distance(points) - f)
-        wrong = error > STRAY_ERROR * self._delta
+        points = points[self._before.in_band(points)][:STRAY_SUSPECTS]
+        error = np.abs(self._shape.distance(points) - self._before.field(points))
+        wrong = error > STRAY_ERROR * self._before.delta
         points, weight = points[wrong], error[wrong] ** 2
         return self._rng.choice(points, STRAYS, p=weight / weight.sum()) if len(points) else points
 
     def _timed(self, points: Doubles) -> Doubles:
         return sampling.timed(points, self._shape.moving, self._rng)
-
-    def _in_first_band(self, points: Doubles) -> NDArray[np.bool_]:
-        return np.asarray(in_band(self._frozen[:1], self._deltas[:1], self._tensor(points)).cpu())
-
-    def _in_band(self, points: Doubles) -> NDArray[np.bool_]:
-        """Tell at which points (N, 3) the level that is to be trained is defined: (N,)."""
-        return np.asarray(in_band(self._frozen, self._deltas, self._tensor(points)).cpu())
-
-    def _tensor(self, array: Doubles) -> Tensor:
-        return torch.from_numpy(array.astype(np.float32)).to(self._device)
 
     def _pool(
         self,
@@ -254,13 +194,13 @@ class Sampler:
         normals: Doubles | None = None,
         colours: Doubles | None = None,
     ) -> Pool:
-        positions = self._tensor(points)
-        frozen, frozen_gradient = field_and_gradient(self._frozen, positions)
+        positions = self._before.tensor(points)
+        frozen, frozen_gradient = field_and_gradient(self._before.levels, positions)
         return Pool(
             points=positions,
-            distance=None if distance is None else self._tensor(distance),
-            normals=None if normals is None else self._tensor(normals),
+            distance=None if distance is None else self._before.tensor(distance),
+            normals=None if normals is None else self._before.tensor(normals),
             frozen=frozen,
             frozen_gradient=frozen_gradient,
-            colours=None if colours is None else self._tensor(colours),
+            colours=None if colours is None else self._before.tensor(colours),
         )

@@ -7,7 +7,7 @@ import trimesh
 
 from mplicits.mesher import survey
 from mplicits.model.model import Model
-from mplicits.trainer import level, plan, pools, quality, texture, tracing
+from mplicits.trainer import hard, level, plan, pools, quality, texture, tracing
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
@@ -27,7 +27,8 @@ QUICK_NUMBERS = (
     (plan, "POOL_PER_STEP", 10),
     (survey, "RESOLUTION", 16),
     (pools, "STRAY_CANDIDATES", 20_000),
-    (pools, "HARD_CANDIDATES", 10_000),
+    (hard, "CANDIDATES", 10_000),
+    (hard, "THIN_CANDIDATES", 10_000),
 )
 """Modules, names and values: with them a training draws and measures less, with and without a break."""
 

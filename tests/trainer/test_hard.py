@@ -8,6 +8,8 @@ import pytest
 import torch
 
 from mplicits.trainer import pools
+from mplicits.trainer.before import FIRST_BAND
+from mplicits.trainer.hard import EXCESS, LEAST_DISTANCE, REACH, WRONG_SIGN
 from mplicits.trainer.level import HARD_SHARE, LevelStep
 from mplicits.trainer.networks import fit, losses
 from mplicits.trainer.networks.network import Weights, initial, value
@@ -39,8 +41,8 @@ def test_points_off_the_surface_where_the_field_vanishes_are_hard(ball: Shape) -
     assert hard is not None
     assert hard.distance is not None
     away = hard.points.norm(dim=1) - 1
-    assert float(away.abs().min()) > pools.HARD_LEAST_DISTANCE * DELTA - 5e-3
-    reach = pools.STRAY_REACH * DELTA
+    assert float(away.abs().min()) > LEAST_DISTANCE * DELTA - 5e-3
+    reach = REACH * DELTA
     np.testing.assert_allclose(hard.distance, away.clamp(-reach, reach), atol=5e-3)
     np.testing.assert_array_equal(hard.frozen, 0)
     again = sampler(ball, 0.0).hard(constant(0.0), hard, 2000, NEAR)
@@ -63,7 +65,7 @@ def test_points_that_a_residual_puts_too_far_away_are_hard(ball: Shape) -> None:
     assert hard.distance is not None
     outside = hard.distance[(hard.distance > 0) & (hard.distance < DELTA)]  # farther away, f lacks size
     assert NEAR <= float(outside.min()) < NEAR + 2e-3
-    assert 0.04 / pools.EXCESS - 2e-3 < float(outside.max()) < 0.04 / pools.EXCESS
+    assert 0.04 / EXCESS - 2e-3 < float(outside.max()) < 0.04 / EXCESS
 
 
 def test_points_with_the_wrong_sign_are_hard_close_to_the_surface_of_a_mesh(
@@ -77,9 +79,9 @@ def test_points_with_the_wrong_sign_are_hard_close_to_the_surface_of_a_mesh(
         assert hard is not None
         assert hard.distance is not None
         nearest.append(float(hard.distance[hard.distance > 0].min()))
-        assert float(hard.distance[hard.distance < 0].max()) < -pools.HARD_LEAST_DISTANCE * DELTA
-    assert pools.HARD_THIN < nearest[0] < pools.HARD_THIN + 1e-3
-    assert nearest[1] > pools.HARD_LEAST_DISTANCE * DELTA
+        assert float(hard.distance[hard.distance < 0].max()) < -LEAST_DISTANCE * DELTA
+    assert WRONG_SIGN < nearest[0] < WRONG_SIGN + 1e-3
+    assert nearest[1] > LEAST_DISTANCE * DELTA
 
 
 def test_a_shape_that_was_noisy_has_no_such_points(ball: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -95,7 +97,7 @@ def test_points_that_level_1_puts_too_far_away_are_hard(ball: Shape) -> None:
     assert hard.distance is not None
     away = hard.points.norm(dim=1) - 1
     assert NEAR - 5e-3 < float(away.abs().min()) < NEAR + 5e-3
-    assert 0.025 < float(away.abs().max()) < 0.03 / pools.EXCESS + 5e-3
+    assert 0.025 < float(away.abs().max()) < 0.03 / EXCESS + 5e-3
     np.testing.assert_allclose(hard.distance, away, atol=5e-3)
     again = first.hard(constant(0.03), hard, 10_000, NEAR)
     assert again is not None
@@ -113,7 +115,7 @@ def test_level_1_has_hard_points_where_exceeding_the_distance_weighs_more(
     def counted(
         self: pools.Sampler, level: Weights, known: pools.Pool | None, count: int, near: float
     ) -> pools.Pool | None:
-        searched.add(len(self._frozen))
+        searched.add(len(self._before.levels))
         return search(self, level, known, count, near)
 
     monkeypatch.setattr(pools.Sampler, "hard", counted)
@@ -180,6 +182,6 @@ def test_a_network_is_reviewed_at_its_shares_of_the_schedule() -> None:
 def test_level_1_sees_the_ball_and_a_little_of_the_corners(tmp_path: Path) -> None:
     first = pools.Sampler(load_ball(tmp_path), [], [], CPU, np.random.default_rng(0))
     radii = first.volume(10_000).points.norm(dim=1)
-    corners = (radii > 1 + np.sqrt(3) * pools.FIRST_BAND).double().mean()
+    corners = (radii > 1 + np.sqrt(3) * FIRST_BAND).double().mean()
     assert 0.02 < corners < pools.CORNER_SHARE + 0.01
     assert float((radii < 0.5).double().mean()) > 0.5**3 * 0.5, "the inside, too, by its volume"

@@ -91,6 +91,18 @@ def test_steps_are_taken_around_the_pieces(level: Level, monkeypatch: pytest.Mon
     np.testing.assert_allclose(hard.distance, hard.points.norm(dim=1) - 1, atol=5e-3)
 
 
+def test_what_was_hard_before_is_held_beside_them(level: Level, ball: Shape) -> None:
+    sampler = Sampler(ball, [level.start], [DELTA], torch.device("cpu"), np.random.default_rng(0))
+    before, distance = np.array([[0.0, 0.9, 0.0]]), np.array([-0.1])
+    level.step.hard, level.step.hard_share = sampler.known(before.repeat(800, axis=0), distance.repeat(800)), 0.8
+    level.look(finding(1, 0), Log())
+    hard = level.step.hard
+    held = (hard.points == torch.tensor(before, dtype=torch.float32)).all(dim=1)
+    assert int(held.sum()) == 800
+    assert len(held) == 900, "a tenth of a step's samples are around the pieces, as without"
+    assert level.step.hard_share == pytest.approx(0.9)
+
+
 def test_the_round_with_the_fewest_pieces_is_kept(level: Level, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(last_look, "ROUNDS", 3)
     log = Log()

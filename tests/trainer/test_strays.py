@@ -6,6 +6,7 @@ import numpy as np
 import torch
 
 from mplicits.trainer import pools
+from mplicits.trainer.before import Before
 from support.ball_training import load_ball
 
 
@@ -23,12 +24,10 @@ def test_strays_are_sampled_and_their_distance_is_bounded(tmp_path: Path) -> Non
     assert (pool.distance[far].sign() == (radii[far] - 1).sign()).all()
 
 
-def test_the_band_of_nested_levels_lies_in_that_of_the_first(tmp_path: Path) -> None:
+def test_the_band_of_nested_levels_lies_in_that_of_the_first() -> None:
     """By Eq. 3, f_2 is not defined where f_1 has left its band, whatever the value of f_2."""
-    ball = load_ball(tmp_path)
     one = [torch.zeros(4, 3), torch.zeros(4), torch.zeros(1, 4), torch.ones(1)]
     minus_one = [torch.zeros(4, 3), torch.zeros(4), torch.zeros(1, 4), -torch.ones(1)]
-    cpu, rng = torch.device("cpu"), np.random.default_rng(0)
-    points = rng.uniform(-1, 1, (50, 3))
-    assert not pools.Sampler(ball, [one, minus_one], [0.5, 0.1], cpu, rng)._in_band(points).any()
-    assert pools.Sampler(ball, [one, minus_one], [1.5, 0.1], cpu, rng)._in_band(points).all()
+    points = np.random.default_rng(0).uniform(-1, 1, (50, 3))
+    assert not Before([one, minus_one], [0.5, 0.1], torch.device("cpu")).in_band(points).any()
+    assert Before([one, minus_one], [1.5, 0.1], torch.device("cpu")).in_band(points).all()
