@@ -28,7 +28,9 @@ REACH = 4.0
 THIN_CANDIDATES = 400_000
 """Most points next to the surface among which thin places are searched for."""
 THIN_TIMES = 5
-"""Hard points in and around thin places for each other one."""
+"""Most hard points in and around thin places for each other one."""
+THIN_REPEATED = 64
+"""How often each of them is there at most."""
 FEWEST = 16
 """Fewer hard points are none: too few to make batches of."""
 SPREAD = 0.15
@@ -51,6 +53,8 @@ class HardPoints:
 
     def __init__(self, shape: Shape, before: Before, rng: np.random.Generator) -> None:
         """before: the levels before. rng: draws candidates."""
+        self.times = 1.0
+        """How many times as many points were found the last time as without thin places."""
         self._shape, self._before, self._rng = shape, before, rng
         self._thin = ThinPlaces(shape, rng) if before.levels and exact(shape) else None
 
@@ -66,12 +70,16 @@ class HardPoints:
         (M, 3) and what f is to be there (M,), or None where there are (nearly) none.
         """
         points, aim = self._wrong(weights, known, count, near)
+        others, self.times = len(points), 1.0
         if self._thin is not None:
             level = partial(self._field, weights)
             self._thin.look(level, min(2 * count, THIN_CANDIDATES))
             thin, thin_aim = self._thin.hard(level)
             if len(thin):  # With repetition: they are few.
-                drawn = self._rng.integers(len(thin), size=max(len(thin), THIN_TIMES * len(points)))
+                drawn = self._rng.integers(
+                    len(thin), size=min(THIN_REPEATED * len(thin), THIN_TIMES * max(others, FEWEST))
+                )
+                self.times += len(drawn) / max(others, FEWEST)
                 points, aim = np.concatenate((points, thin[drawn])), np.concatenate((aim, thin_aim[drawn]))
         if len(points) < FEWEST:
             return None

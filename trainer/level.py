@@ -26,10 +26,12 @@ OUTPUT_FACTOR_PER_DELTA = 5.0
 """The same factor for a residual in a narrow band, per half width: what it has to add is smaller, too."""
 HARD_SHARE = 0.1
 """Hard points of a residual's step, as a share of its samples off the surface."""
-EXACT_HARD_SHARE = 1.0
-"""The same where distances are exact next to the surface, so that slits and thin walls have hard points, too."""
+EXACT_HARD_SHARE = 1 / 6
+"""The same where distances are exact next to the surface; those of thin places come on top."""
 FIRST_HARD_SHARE = 0.3
 """The same for level 1."""
+MOST_HARD_SHARE = 10.0
+"""No training's hard points are a larger share."""
 RESIDUAL = 0.01
 """Factor on a residual's output layer at its start: it begins near zero."""
 
@@ -113,7 +115,8 @@ class LevelStep:
         if self.hard is not None:
             assert self.hard.distance is not None
             state |= Snapshot(tensors={"hard": torch.cat((self.hard.points, self.hard.distance[:, None]), dim=1)})
-        return state | random_state(self._generator) | Snapshot({"length": self.weight.length})
+        numbers = {"length": self.weight.length, "hard_share": self.hard_share}
+        return state | random_state(self._generator) | Snapshot(numbers)
 
     def restore(self, snapshot: Snapshot, sampler: Sampler) -> None:
         """Go on from a snapshot of a step with the same pools, which `sampler` drew. Raises UserError."""
@@ -121,6 +124,8 @@ class LevelStep:
         self._volume.restore(snapshot.of("volume"))
         if "length" in snapshot.numbers:
             self.weight = replace(self.weight, length=snapshot.real("length"))
+        if "hard_share" in snapshot.numbers:
+            self.hard_share = min(abs(snapshot.real("hard_share")), MOST_HARD_SHARE)
         if "hard" in snapshot.tensors:
             hard = snapshot.tensors["hard"]
             hard = snapshot.tensor("hard", hard.new_empty((len(hard), 4), dtype=torch.float32) if hard.ndim else hard)
@@ -129,7 +134,7 @@ class LevelStep:
         set_random_state(self._generator, snapshot)
 
     def _some_of(self, hard: Pool) -> Pool:
-        count = max(1, int(self._half * self.hard_share))
+        count = max(1, round(self._half * self.hard_share))
         index = torch.randint(len(hard.points), (count,), generator=self._generator)
         return hard.take(index.to(hard.points.device))
 

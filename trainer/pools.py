@@ -127,6 +127,11 @@ class Sampler:
         found = self._hard.find(weights, around, count, near)
         return None if found is None else self.known(*found)
 
+    @property
+    def hard_times(self) -> float:
+        """How many times as many hard points were found the last time as without those of thin places."""
+        return self._hard.times
+
     def known(self, points: Doubles, distance: Doubles) -> Pool:
         """Make a pool of points (N, 3) whose distances (N,) are known already."""
         return self._pool(points, distance=distance)

@@ -38,11 +38,14 @@ class Review:
     """At most so many of each kind are looked at for hard points."""
     aim: float | None
     """What `aim` says for a cloud; None: the weight of the gradient's length stays as it is."""
+    hard_share: float
+    """Of the step's hard points (level.LevelStep), without those of thin places."""
 
     def __call__(self, weights: Weights) -> None:
         """Find the level's hard points anew, with its weights as they are now, and weigh the gradient's length."""
         step = self.step
         step.hard = self.sampler.hard(weights, step.hard, self.candidates, self.weight.near)
+        step.hard_share = self.hard_share * self.sampler.hard_times
         if self.aim is not None:
             share = within(weights, self.surface)
             length = followed(step.weight.length, share, self.aim, self.weight.length)

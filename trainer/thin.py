@@ -16,6 +16,11 @@ SUSPECTS = 100_000
 """Most of these points whose distance to the surface is computed."""
 NEARER = 0.8
 """The place is thin where another part of the surface is nearer than this share of that step."""
+FACING = 0.2
+"""Most cosine between the normals of the two parts: both sides of a slit, of a sharp edge or of a narrow passage are
+turned to each other, those of a shallow crease are not."""
+APART = 1e-4
+"""Distance of two points by which the gradient of the distance is measured, model units."""
 LEAST_DISTANCE = 0.0003
 """Least distance of such a point from the surface, model units."""
 MARGIN = 0.0025
@@ -51,8 +56,9 @@ class ThinPlaces:
         lacks = np.flatnonzero(field(points) * side < LACK * np.minimum(step, MARGIN))[:SUSPECTS]
         points, step, side = points[lacks], step[lacks], side[lacks]
         distance = self._shape.distance(points)
-        thin = (distance * side > LEAST_DISTANCE) & (np.abs(distance) < NEARER * step)
-        found = np.column_stack((points, distance))[thin].astype(np.float32)
+        thin = np.flatnonzero((distance * side > LEAST_DISTANCE) & (np.abs(distance) < NEARER * step))
+        facing = (self._gradient(points[thin]) * drawn.normals[lacks[thin]]).sum(axis=1) < FACING
+        found = np.column_stack((points, distance))[thin[facing]].astype(np.float32)
         self.known = np.concatenate((self.known, found))
 
     def hard(self, field: Field) -> tuple[Doubles, Doubles]:
@@ -70,3 +76,10 @@ class ThinPlaces:
         truth = self._shape.distance(around)
         wrong = (field(around) * np.sign(truth) < LACK * np.abs(truth)) & (np.abs(truth) > AROUND_LEAST)
         return np.concatenate((points[lacks], around[wrong])), np.concatenate((aim[lacks], truth[wrong]))
+
+    def _gradient(self, points: Doubles) -> Doubles:
+        """Measure the gradient (N, 3) of the shape's distance at points (N, 3): the normal of the nearest part."""
+        shift = APART / 2 * np.eye(3)[:, None]
+        there = np.concatenate((points + shift, points - shift)).reshape(-1, 3)
+        ahead, behind = self._shape.distance(there).reshape(2, 3, -1)
+        return (ahead - behind).T / APART

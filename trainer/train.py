@@ -148,7 +148,7 @@ class Training:
         share = level.hard_share(first=first, exact=exact(shape))
         step = level.LevelStep(surface, volume, weight, torch.Generator().manual_seed(seed), share)
         follows = shape.cloud and not (first or shape.moving or "length" in settings.weights)
-        look_again = Review(step, sampler, surface, weight, count, aim(shape.noise) if follows else None)
+        look_again = Review(step, sampler, surface, weight, count, aim(shape.noise) if follows else None, share)
 
         watch = self._probe.watcher(frozen)
 

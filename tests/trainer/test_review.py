@@ -77,7 +77,7 @@ def test_the_steps_that_follow_have_the_weight(tmp_path: Path, monkeypatch: pyte
         for w in weights:
             w.grad = torch.zeros_like(w)
         step = LevelStep(on, around, RESIDUAL, torch.Generator().manual_seed(0))
-        review.Review(step, sampler, on, RESIDUAL, 2000, wanted)(weights)
+        review.Review(step, sampler, on, RESIDUAL, 2000, wanted, 0.1)(weights)
         assert (step.weight.length > RESIDUAL.length) == (wanted is not None)
         losses.append(step(weights))
     assert losses[1] > losses[0]

@@ -78,9 +78,27 @@ def test_a_field_that_keeps_the_margin_has_none(wall: Shape) -> None:
     assert not len(points)
 
 
-@pytest.mark.parametrize("number", [1e-3, -1e-3, 0.0])
+@pytest.mark.parametrize("number", [1e-3, -1e-3, 1.0])
 def test_a_ball_has_none_whatever_the_field_is(tmp_path: Path, number: float) -> None:
-    assert not len(looked(load_ball(tmp_path), constant(number)).known)
+    places = looked(load_ball(tmp_path), constant(number))
+    points, aim = places.hard(constant(number))
+    assert len(places.known) == len(points) == len(aim) == 0
+
+
+@pytest.mark.parametrize(("opening", "thin"), [(40, True), (150, False)])
+def test_the_bottom_of_a_notch_is_thin_where_its_sides_face_each_other(
+    tmp_path: Path, opening: float, thin: bool
+) -> None:
+    """opening: the angle between its sides, degrees."""
+    half = np.deg2rad(opening / 2)
+    rim = np.array([np.sin(half), np.cos(half)])
+    outline = np.array([(0, 0), rim, (1.5, rim[1]), (1.5, -0.5), (0, -0.5)])
+    ends = [np.column_stack((outline, np.full(len(outline), z))) for z in (0, 1)]
+    right, left = (trimesh.convex.convex_hull(np.concatenate(ends) * (side, 1, 1)) for side in (1, -1))
+    (right + left).export(tmp_path / "notch.ply")
+    places = ThinPlaces(load_shape(str(tmp_path / "notch.ply"))[0], np.random.default_rng(0))
+    places.look(constant(-1e-3), 5 * COUNT)
+    assert (len(places.known) > 5) == thin
 
 
 def test_a_slit_is_thin_outside(tmp_path: Path) -> None:
