@@ -15,6 +15,9 @@ from .shapes.shape import Doubles
 FIRST_BAND = 0.1
 """Half width of the shell around the surface that level 1 sees more of than of the rest of the domain."""
 
+REACH = 4.0
+"""Largest distance, in half widths of the band, that a residual is taught; dithering reaches 3.5."""
+
 
 @dataclass(frozen=True, eq=False)
 class Before:
@@ -42,6 +45,10 @@ class Before:
     def in_first_band(self, points: Doubles) -> NDArray[np.bool_]:
         """Tell which points (N, 3) are in the band of level 1: (N,)."""
         return np.asarray(in_band(self.levels[:1], self.deltas[:1], self.tensor(points)).cpu())
+
+    def taught(self, distance: Doubles) -> Doubles:
+        """Cut signed distances (N,) off at `REACH` half widths."""
+        return np.clip(distance, -REACH * self.delta, REACH * self.delta)
 
     def tensor(self, array: Doubles) -> Tensor:
         """Return an array as single precision on the device."""

@@ -23,8 +23,6 @@ LEAST_DISTANCE = 0.12
 """Least distance of a hard point from the surface, in half widths of the band."""
 WRONG_SIGN = 0.001
 """Least distance of a point with the wrong sign, model units, where distances are exact."""
-REACH = 4.0
-"""Largest distance that a hard point teaches, in half widths of the band."""
 THIN_CANDIDATES = 400_000
 """Most points next to the surface among which thin places are searched for."""
 THIN_TIMES = 5
@@ -83,8 +81,7 @@ class HardPoints:
                 points, aim = np.concatenate((points, thin[drawn])), np.concatenate((aim, thin_aim[drawn]))
         if len(points) < FEWEST:
             return None
-        reach = REACH * self._before.delta
-        return points, np.clip(aim, -reach, reach)
+        return points, self._before.taught(aim)
 
     def snapshot(self) -> Snapshot:
         """Return the thin places that are held by now."""

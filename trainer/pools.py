@@ -30,8 +30,6 @@ STRAYS = 4096
 """Strays that are kept."""
 STRAY_ERROR = 0.5
 """Smallest error of a stray, in half widths of the band."""
-STRAY_REACH = 4.0
-"""Largest distance, in half widths of the band, that a residual is taught; dithering reaches 3.5."""
 STRAY_SHARE = 0.15
 """Strays among the points that a residual's volume samples are dithered from."""
 
@@ -114,8 +112,7 @@ class Sampler:
         points = self._volume_points(count)
         distance = self._shape.distance(points)
         if self._before.levels:  # A stray need not learn how far away the surface is, only that it is not here.
-            reach = STRAY_REACH * self._before.delta
-            distance = np.clip(distance, -reach, reach)
+            distance = self._before.taught(distance)
         return self._pool(points, distance=distance)
 
     def hard(self, weights: Weights, known: Pool | None, count: int, near: float) -> Pool | None:

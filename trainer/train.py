@@ -10,8 +10,7 @@ import torch
 
 from ..model.errors import UserError
 from ..model.model import Model
-from . import level, plan, quality, texture
-from .hard import exact
+from . import hard, level, plan, quality, texture
 from .last_look import FindsPieces, LastLook, Pieces
 from .machine import device
 from .networks.fit import Budget, Keeper, Outcome, Step, Task, TrainingProgress, fit
@@ -145,7 +144,7 @@ class Training:
         shape = self._shape
         weight = settings.loss_weights(first=first, noise=shape.noise, cloud=shape.cloud, moving=shape.moving)
         rate, output_factor = level.rates(width, None if first else deltas[-1])
-        share = level.hard_share(first=first, exact=exact(shape))
+        share = level.hard_share(first=first, exact=hard.exact(shape))
         step = level.LevelStep(surface, volume, weight, torch.Generator().manual_seed(seed), share)
         follows = shape.cloud and not (first or shape.moving or "length" in settings.weights)
         look_again = Review(step, sampler, surface, weight, count, aim(shape.noise) if follows else None, share)

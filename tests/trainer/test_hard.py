@@ -8,8 +8,8 @@ import pytest
 import torch
 
 from mplicits.trainer import pools
-from mplicits.trainer.before import FIRST_BAND
-from mplicits.trainer.hard import EXCESS, LEAST_DISTANCE, REACH, WRONG_SIGN
+from mplicits.trainer.before import FIRST_BAND, REACH
+from mplicits.trainer.hard import EXCESS, LEAST_DISTANCE, WRONG_SIGN
 from mplicits.trainer.level import HARD_SHARE, LevelStep
 from mplicits.trainer.networks import fit, losses
 from mplicits.trainer.networks.network import Weights, initial, value

@@ -6,7 +6,7 @@ import numpy as np
 import torch
 
 from mplicits.trainer import pools
-from mplicits.trainer.before import Before
+from mplicits.trainer.before import REACH, Before
 from support.ball_training import load_ball
 
 
@@ -20,7 +20,7 @@ def test_strays_are_sampled_and_their_distance_is_bounded(tmp_path: Path) -> Non
     radii = pool.points.norm(dim=1)
     far = (radii - 1).abs() > 4 * delta
     assert 0.06 < far.double().mean() < 0.2, "f = 0 everywhere is a band without end"
-    assert float(pool.distance.abs().max()) <= pools.STRAY_REACH * delta * 1.0001
+    assert float(pool.distance.abs().max()) <= REACH * delta * 1.0001
     assert (pool.distance[far].sign() == (radii[far] - 1).sign()).all()
 
 

@@ -11,7 +11,7 @@ import torch
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load, save
-from mplicits.trainer import bands, machine, pools
+from mplicits.trainer import bands, before, machine, pools
 from mplicits.trainer.networks.network import from_model
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
@@ -120,14 +120,14 @@ def test_three_levels_have_the_sizes_asked_for(ball: Shape) -> None:
 def test_pools_hold_the_values_of_the_frozen_levels(ball: Shape, model: Model) -> None:
     """A pool's frozen values are those of the finished levels at its points, and its distances are exact.
 
-    Only a stray's is cut off at `STRAY_REACH` half widths of the band.
+    Only a stray's is cut off at `before.REACH` half widths of the band.
     """
     frozen = [from_model(model.levels[0].network)]
     sampler = pools.Sampler(ball, frozen, [model.levels[0].delta], torch.device("cpu"), np.random.default_rng(0))
     for pool in (sampler.surface(3000), sampler.volume(3000)):
         assert np.abs(field(model, pool.points.double().numpy(), 1) - pool.frozen.numpy()).max() < 1e-5
         assert pool.distance is not None
-        reach = pools.STRAY_REACH * model.levels[0].delta
+        reach = before.REACH * model.levels[0].delta
         exact = np.clip(np.linalg.norm(pool.points.numpy(), axis=1) - 1, -reach, reach)
         assert np.abs(pool.distance.numpy() - exact).max() < 5e-3
     assert (pool.frozen.abs() < model.levels[0].delta).all()
