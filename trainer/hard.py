@@ -83,6 +83,16 @@ class HardPoints:
             return None
         return points, self._before.taught(aim)
 
+    def lost(self, weights: Weights) -> tuple[Doubles, Doubles]:
+        """Find the thin places where f_i, with the level's `weights` as they are now, has the wrong sign.
+
+        Returns points (M, 3) and what f is to be there (M,).
+        """
+        if self._thin is None:
+            return np.empty((0, 3)), np.empty(0)
+        points, aim = self._thin.lost(partial(self._field, weights))
+        return points, self._before.taught(aim)
+
     def snapshot(self) -> Snapshot:
         """Return the thin places that are held by now."""
         return Snapshot() if self._thin is None else Snapshot(tensors={"thin": torch.from_numpy(self._thin.known)})

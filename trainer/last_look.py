@@ -9,13 +9,14 @@ from functools import partial
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from ..model.model import Model
 from .level import HARD_SHARE, LevelStep
 from .networks.fit import Budget, Outcome, Task, TrainingProgress, fit
 from .networks.network import Weights, clone
 from .pools import Sampler
-from .shapes.shape import Shape
+from .shapes.shape import Doubles, Shape
 
 ROUNDS, STEPS = 5, 300
 """Most rounds of a look, and the optimiser steps of each."""
@@ -111,36 +112,40 @@ def last_look(
 ) -> Weights:
     """Train a level on for a few steps around its loose pieces. Returns its weights with the fewest of them.
 
+    Where a round fills a slit or breaks a wall that was right before, which other figures hardly show, the next ones
+    mend it, too, even if no piece is left: of the weights with the fewest pieces, those with the fewest such places
+    are returned.
+
     stage: what the progress calls it. start, task, step, sampler: of the level's training. find: finds the pieces that
     there are with such weights. until: value of time.perf_counter() from which on no round begins. Raises
     KeyboardInterrupt.
     """
     progress.begin(stage)
     first, vertices, piece = find(start)
-    weights, count, rng = start, first, np.random.default_rng(0)
-    fewest, kept, after = first, start, 0
+    weights, rng, closed = start, np.random.default_rng(0), None
+    allowed = len(sampler.lost(start).points)
+    now = fewest = first, 0
+    kept, after = start, 0
     points, distance = np.empty((0, 3)), np.empty(0)
     held, held_share = step.hard, 0.0 if step.hard is None else step.hard_share
     step.hard_share = held_share + HARD_SHARE
     for number in range(1, ROUNDS + 1):
-        if not count or time.perf_counter() > until:
+        if not any(now) or time.perf_counter() > until:
             break
-        chosen = rng.integers(len(vertices), size=POINTS)
-        without = np.zeros(POINTS, np.bool_) if number <= TRUE_ROUNDS else _thin(vertices, piece, shape)[chosen]
-        spread = np.where(without, WITHOUT_SPREAD, SPREAD)[:, None]
-        near = vertices[chosen] + spread * rng.normal(size=(POINTS, 3))
-        truth = shape.distance(near)
-        truth = np.where(without, np.sign(piece[chosen]) * np.maximum(np.abs(truth), WITHOUT), truth)
-        if number == TRUE_ROUNDS + 1:  # The shape's own distances say the opposite.
-            points, distance = np.empty((0, 3)), np.empty(0)
-        known = ~np.isnan(truth)
-        points, distance = np.concatenate((points, near[known])), np.concatenate((distance, truth[known]))
+        if now[0]:
+            near, truth = _around(vertices, piece, shape, number > TRUE_ROUNDS, rng)
+            if number == TRUE_ROUNDS + 1:  # The shape's own distances say the opposite.
+                points, distance = near, truth
+            else:
+                points, distance = np.concatenate((points, near)), np.concatenate((distance, truth))
         if not len(points):
             break
         step.hard = sampler.known(points, distance)
+        if closed is not None:
+            step.hard = step.hard.and_then(closed.take(_some(len(closed.points), len(points) // 2, rng)))
         if held is not None:  # What was hard before would be forgotten.
             few = round(len(held.points) * HARD_SHARE / held_share)
-            step.hard = held.and_then(step.hard.take(torch.from_numpy(rng.integers(len(points), size=few))))
+            step.hard = held.and_then(step.hard.take(_some(len(step.hard.points), few, rng)))
         onward = replace(task, start=partial(clone, weights), rate=SLOWER * task.rate, idle=math.inf, review=None)
         outcome = fit(onward, Budget(steps=STEPS), progress)
         if outcome.interrupted:
@@ -149,14 +154,37 @@ def last_look(
             break
         weights = outcome.weights
         count, vertices, piece = find(weights)
-        if count < fewest:
-            fewest, kept, after = count, weights, number * STEPS
+        lost = sampler.lost(weights)
+        if len(lost.points) > allowed:  # The rounds filled a slit, or broke a wall.
+            closed = lost
+        now = count, max(0, len(lost.points) - allowed)
+        if now < fewest:
+            fewest, kept, after = now, weights, number * STEPS
     progress.end()
     if not first:
         return start
-    mended = f"; {fewest} after {after} more steps around them" if after else ", which more steps do not mend"
+    mended = f"; {fewest[0]} after {after} more steps around them" if after else ", which more steps do not mend"
     progress.say(f"loose pieces of surface: {first}{mended}")
     return kept
+
+
+def _some(count: int, drawn: int, rng: np.random.Generator) -> Tensor:
+    """Draw so many indices below `count`, with repetition: (drawn,)."""
+    return torch.from_numpy(rng.integers(count, size=drawn))
+
+
+def _around(
+    vertices: NDArray[np.float32], piece: NDArray[np.int64], shape: Shape, later: bool, rng: np.random.Generator
+) -> tuple[Doubles, Doubles]:
+    """Draw points around pieces. Returns those whose distance is known (N, 3), and what f is to be there (N,)."""
+    chosen = rng.integers(len(vertices), size=POINTS)
+    without = _thin(vertices, piece, shape)[chosen] if later else np.zeros(POINTS, np.bool_)
+    spread = np.where(without, WITHOUT_SPREAD, SPREAD)[:, None]
+    near = vertices[chosen] + spread * rng.normal(size=(POINTS, 3))
+    truth = shape.distance(near)
+    truth = np.where(without, np.sign(piece[chosen]) * np.maximum(np.abs(truth), WITHOUT), truth)
+    known = ~np.isnan(truth)
+    return near[known], truth[known]
 
 
 def _thin(vertices: NDArray[np.float32], piece: NDArray[np.int64], shape: Shape) -> NDArray[np.bool_]:

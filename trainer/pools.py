@@ -124,6 +124,10 @@ class Sampler:
         found = self._hard.find(weights, around, count, near)
         return None if found is None else self.known(*found)
 
+    def lost(self, weights: Weights) -> Pool:
+        """Find the thin places where f_i has the wrong sign, as `HardPoints.lost` does."""
+        return self.known(*self._hard.lost(weights))
+
     @property
     def hard_times(self) -> float:
         """How many times as many hard points were found the last time as without those of thin places."""

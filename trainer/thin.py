@@ -67,15 +67,26 @@ class ThinPlaces:
         Around them, too: an edge that is drawn out beyond its end is as wrong as one that is lost. Returns points
         (M, 3) and signed distances (M,), those of the places themselves no smaller than `MARGIN`.
         """
-        known = self.known.astype(np.float64)
-        points, distance = known[:, :3], known[:, 3]
+        points, distance = self._known()
         lacks = field(points) * np.sign(distance) < HELD * MARGIN
-        aim = np.copysign(np.maximum(np.abs(distance), MARGIN), distance)
         seeds = points[self._rng.integers(len(points), size=round(AROUND * len(points)))] if len(points) else points
         around = seeds + self._rng.normal(scale=SPREAD, size=seeds.shape)
         truth = self._shape.distance(around)
         wrong = (field(around) * np.sign(truth) < LACK * np.abs(truth)) & (np.abs(truth) > AROUND_LEAST)
-        return np.concatenate((points[lacks], around[wrong])), np.concatenate((aim[lacks], truth[wrong]))
+        return np.concatenate((points[lacks], around[wrong])), np.concatenate((_aim(distance[lacks]), truth[wrong]))
+
+    def lost(self, field: Field) -> tuple[Doubles, Doubles]:
+        """Return the thin places where f has the wrong sign by now, and what it is to be there.
+
+        Returns points (M, 3) and signed distances (M,), no smaller than `MARGIN`.
+        """
+        points, distance = self._known()
+        wrong = field(points) * np.sign(distance) < 0
+        return points[wrong], _aim(distance[wrong])
+
+    def _known(self) -> tuple[Doubles, Doubles]:
+        known = self.known.astype(np.float64)
+        return known[:, :3], known[:, 3]
 
     def _gradient(self, points: Doubles) -> Doubles:
         """Measure the gradient (N, 3) of the shape's distance at points (N, 3): the normal of the nearest part."""
@@ -83,3 +94,8 @@ class ThinPlaces:
         there = np.concatenate((points + shift, points - shift)).reshape(-1, 3)
         ahead, behind = self._shape.distance(there).reshape(2, 3, -1)
         return (ahead - behind).T / APART
+
+
+def _aim(distance: Doubles) -> Doubles:
+    """What f is to be at thin places whose signed distances (N,) are these: (N,)."""
+    return np.copysign(np.maximum(np.abs(distance), MARGIN), distance)

@@ -24,7 +24,7 @@ from mplicits.trainer.last_look import Pieces
 from mplicits.trainer.level import LevelStep
 from mplicits.trainer.networks.fit import Task
 from mplicits.trainer.networks.network import Weights, initial, to_model
-from mplicits.trainer.pools import Sampler
+from mplicits.trainer.pools import Pool, Sampler
 from mplicits.trainer.settings import RESIDUAL
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.trainer.train import Training
@@ -111,6 +111,34 @@ def test_the_round_with_the_fewest_pieces_is_kept(level: Level, monkeypatch: pyt
     log = Log()
     level.look(finding(4, 5, 2, 3), log)
     assert log.lines == ["loose pieces of surface: 4; 2 after 600 more steps around them"]
+
+
+@pytest.mark.parametrize(
+    ("lost", "steps", "held"),
+    [
+        ((0, 2, 0), 600, True),  # A round closes two thin places, the next one opens them.
+        ((2, 2), 300, False),  # They were wrong before.
+        ((0, 2, 1, 1, 3, 2), 600, True),  # One stays closed.
+    ],
+)
+def test_a_look_goes_on_until_thin_places_are_as_they_were(
+    level: Level, monkeypatch: pytest.MonkeyPatch, lost: tuple[int, ...], steps: int, held: bool
+) -> None:
+    places, left = np.array([[0.0, 0.9, 0.0], [0.0, 0.0, 0.9]]), list(lost)
+
+    def find_lost(self: Sampler, weights: Weights) -> Pool:
+        count = left.pop(0)
+        return self.known(places[:count], np.full(count, -0.1))
+
+    monkeypatch.setattr(Sampler, "lost", find_lost)
+    log = Log()
+    level.look(finding(1, *[0] * (len(lost) - 1)), log)
+    assert not left
+    assert log.lines == [f"loose pieces of surface: 1; 0 after {steps} more steps around them"]
+    hard = level.step.hard
+    assert hard is not None
+    at_places = torch.cdist(hard.points, torch.tensor(places, dtype=torch.float32)).min(dim=1).values < 1e-6
+    assert int(at_places.sum()) == (last_look.POINTS // 2 if held else 0)
 
 
 def test_no_round_begins_too_late(level: Level) -> None:

@@ -68,6 +68,15 @@ def test_around_it_the_distances_are_those_of_the_shape(wall: Shape) -> None:
     assert aim.min() > AROUND_LEAST
 
 
+def test_places_of_the_wrong_sign_are_lost(wall: Shape) -> None:
+    places = looked(wall, constant(1e-3))
+    points, aim = places.lost(constant(1e-3))
+    np.testing.assert_array_equal(points, places.known[:, :3])
+    np.testing.assert_array_equal(aim, -MARGIN)
+    kept, _ = places.lost(constant(-1e-5))
+    assert not len(kept), "however small it is"
+
+
 def test_a_field_that_keeps_the_margin_has_none(wall: Shape) -> None:
     def field(points: Doubles) -> Doubles:
         distance = wall.distance(points)
