@@ -126,18 +126,17 @@ def last_look(
     allowed = len(sampler.lost(start).points)
     now = fewest = first, 0
     kept, after = start, 0
-    points, distance = np.empty((0, 3)), np.empty(0)
+    points, distance, by_shape = np.empty((0, 3)), np.empty(0), True
     held, held_share = step.hard, 0.0 if step.hard is None else step.hard_share
     step.hard_share = held_share + HARD_SHARE
     for number in range(1, ROUNDS + 1):
         if not any(now) or time.perf_counter() > until:
             break
         if now[0]:
-            near, truth = _around(vertices, piece, shape, number > TRUE_ROUNDS, rng)
-            if number == TRUE_ROUNDS + 1:  # The shape's own distances say the opposite.
-                points, distance = near, truth
-            else:
-                points, distance = np.concatenate((points, near)), np.concatenate((distance, truth))
+            if by_shape and number > TRUE_ROUNDS:  # The shape's own distances would say the opposite.
+                points, distance, by_shape = points[:0], distance[:0], False
+            near, truth = _around(vertices, piece, shape, by_shape, rng)
+            points, distance = np.concatenate((points, near)), np.concatenate((distance, truth))
         if not len(points):
             break
         step.hard = sampler.known(points, distance)
@@ -174,11 +173,14 @@ def _some(count: int, drawn: int, rng: np.random.Generator) -> Tensor:
 
 
 def _around(
-    vertices: NDArray[np.float32], piece: NDArray[np.int64], shape: Shape, later: bool, rng: np.random.Generator
+    vertices: NDArray[np.float32], piece: NDArray[np.int64], shape: Shape, by_shape: bool, rng: np.random.Generator
 ) -> tuple[Doubles, Doubles]:
-    """Draw points around pieces. Returns those whose distance is known (N, 3), and what f is to be there (N,)."""
+    """Draw points around pieces. Returns those whose distance is known (N, 3), and what f is to be there (N,).
+
+    by_shape: whether that is the shape's distance everywhere; else, around thin pieces, that of a place without them.
+    """
     chosen = rng.integers(len(vertices), size=POINTS)
-    without = _thin(vertices, piece, shape)[chosen] if later else np.zeros(POINTS, np.bool_)
+    without = np.zeros(POINTS, np.bool_) if by_shape else _thin(vertices, piece, shape)[chosen]
     spread = np.where(without, WITHOUT_SPREAD, SPREAD)[:, None]
     near = vertices[chosen] + spread * rng.normal(size=(POINTS, 3))
     truth = shape.distance(near)
