@@ -9,13 +9,12 @@ from functools import partial
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor
 
 from ..model.model import Model
 from .level import HARD_SHARE, LevelStep
 from .networks.fit import Budget, Outcome, Task, TrainingProgress, fit
 from .networks.network import Weights, clone
-from .pools import Sampler
+from .pools import Pool, Sampler
 from .shapes.shape import Doubles, Shape
 
 ROUNDS, STEPS = 5, 300
@@ -122,9 +121,12 @@ def last_look(
     """
     progress.begin(stage)
     first, vertices, piece = find(start)
+    if not first:
+        progress.end()
+        return start
     weights, rng, closed = start, np.random.default_rng(0), None
     allowed = len(sampler.lost(start).points)
-    now = fewest = first, 0
+    now = fewest = first, 0  # Pieces, and thin places that are closed.
     kept, after = start, 0
     points, distance, by_shape = np.empty((0, 3)), np.empty(0), True
     held, held_share = step.hard, 0.0 if step.hard is None else step.hard_share
@@ -141,10 +143,10 @@ def last_look(
             break
         step.hard = sampler.known(points, distance)
         if closed is not None:
-            step.hard = step.hard.and_then(closed.take(_some(len(closed.points), len(points) // 2, rng)))
+            step.hard = step.hard.and_then(_some_of(closed, len(points) // 2, rng))
         if held is not None:  # What was hard before would be forgotten.
             few = round(len(held.points) * HARD_SHARE / held_share)
-            step.hard = held.and_then(step.hard.take(_some(len(step.hard.points), few, rng)))
+            step.hard = held.and_then(_some_of(step.hard, few, rng))
         onward = replace(task, start=partial(clone, weights), rate=SLOWER * task.rate, idle=math.inf, review=None)
         outcome = fit(onward, Budget(steps=STEPS), progress)
         if outcome.interrupted:
@@ -160,16 +162,14 @@ def last_look(
         if now < fewest:
             fewest, kept, after = now, weights, number * STEPS
     progress.end()
-    if not first:
-        return start
     mended = f"; {fewest[0]} after {after} more steps around them" if after else ", which more steps do not mend"
     progress.say(f"loose pieces of surface: {first}{mended}")
     return kept
 
 
-def _some(count: int, drawn: int, rng: np.random.Generator) -> Tensor:
-    """Draw so many indices below `count`, with repetition: (drawn,)."""
-    return torch.from_numpy(rng.integers(count, size=drawn))
+def _some_of(pool: Pool, count: int, rng: np.random.Generator) -> Pool:
+    """Draw `count` of a pool's samples, with repetition."""
+    return pool.take(torch.from_numpy(rng.integers(len(pool.points), size=count)))
 
 
 def _around(

@@ -85,6 +85,7 @@ class ThinPlaces:
         return points[wrong], _aim(distance[wrong])
 
     def _known(self) -> tuple[Doubles, Doubles]:
+        """Return the points of these places (N, 3), and their signed distances (N,)."""
         known = self.known.astype(np.float64)
         return known[:, :3], known[:, 3]
 
@@ -97,5 +98,5 @@ class ThinPlaces:
 
 
 def _aim(distance: Doubles) -> Doubles:
-    """What f is to be at thin places whose signed distances (N,) are these: (N,)."""
+    """Return what f is to be at thin places whose signed distances (N,) are these: (N,)."""
     return np.copysign(np.maximum(np.abs(distance), MARGIN), distance)

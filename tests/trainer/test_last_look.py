@@ -219,6 +219,26 @@ def test_later_rounds_teach_a_place_without_the_piece(level: Level) -> None:
     assert float(inside.max()) <= -last_look.WITHOUT
 
 
+def test_they_do_so_where_a_piece_comes_back(level: Level, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The second round has no piece, and mends a thin place; the shape's own distances go in the third."""
+    spot, count, lost = np.array([[1.001, 0.0, 0.0]], np.float32), iter([1, 0, 1, 0]), iter([0, 1, 0, 0])
+
+    def find(weights: Weights) -> Pieces:
+        return next(count), spot, np.ones(1, np.int64)
+
+    def find_lost(self: Sampler, weights: Weights) -> Pool:
+        places = np.zeros((next(lost), 3))
+        return self.known(places, np.full(len(places), -1.0))
+
+    monkeypatch.setattr(Sampler, "lost", find_lost)
+    level.look(find, Log())
+    hard = level.step.hard
+    assert hard is not None
+    assert hard.distance is not None
+    assert float(hard.distance[: last_look.POINTS].min()) >= last_look.WITHOUT
+    assert len(hard.points) == 3 * last_look.POINTS // 2
+
+
 def test_what_may_be_the_shapes_own_is_not_taken_away(level: Level) -> None:
     """A small piece that the shape's distances make 2 thick, as deep as the ball is."""
     pole = np.array([[0.0, 0.0, 0.9], [0.0, 0.0, -0.9]], np.float32)
