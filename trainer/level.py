@@ -89,13 +89,17 @@ class LevelStep:
         self._generator, self.hard_share = generator, hard_share
         self.weight = weight
         """The weights of the loss as they are by now."""
+        self._first_value = weight.value
         self.terms: dict[str, Tensor] = {}
         """The terms of the last batch's loss by name, without their weights."""
         self.hard: Pool | None = None
         """Points off the surface that every step sees a few of (Sampler.hard)."""
 
     def __call__(self, weights: Weights) -> float:
-        """Add the gradients of one batch to the weights' .grad; return the loss, to which hard points add nothing."""
+        """Add the gradients of one batch to the weights' .grad; return the loss, to which hard points add nothing.
+
+        Values on the surface weigh in it what they did at first, so that it can be compared with `idle_loss`.
+        """
         on, around = next(self._surface), next(self._volume)
         pools = [on, around, *([] if self.hard is None else [self._some_of(self.hard)])]
         residual = adjoint_pass(weights, torch.cat([pool.points for pool in pools]))
@@ -107,7 +111,7 @@ class LevelStep:
             d_f = torch.cat((d_f, self._hard_derivative(f[usual:], pools[-1], len(around.points))))
             d_gradient = torch.cat((d_gradient, torch.zeros_like(gradient[usual:])))
         add_derivative(weights, residual, d_f, d_gradient)
-        return loss.item()
+        return loss.item() - (self.weight.value - self._first_value) * self.terms["value"].item()
 
     def snapshot(self) -> Snapshot:
         """Return where in the pools the step is, its hard points, and the state of its random numbers."""
@@ -115,15 +119,16 @@ class LevelStep:
         if self.hard is not None:
             assert self.hard.distance is not None
             state |= Snapshot(tensors={"hard": torch.cat((self.hard.points, self.hard.distance[:, None]), dim=1)})
-        numbers = {"length": self.weight.length, "hard_share": self.hard_share}
+        numbers = {"length": self.weight.length, "value": self.weight.value, "hard_share": self.hard_share}
         return state | random_state(self._generator) | Snapshot(numbers)
 
     def restore(self, snapshot: Snapshot, sampler: Sampler) -> None:
         """Go on from a snapshot of a step with the same pools, which `sampler` drew. Raises UserError."""
         self._surface.restore(snapshot.of("surface"))
         self._volume.restore(snapshot.of("volume"))
-        if "length" in snapshot.numbers:
-            self.weight = replace(self.weight, length=snapshot.real("length"))
+        for name in ("length", "value"):
+            if name in snapshot.numbers:
+                self.weight = replace(self.weight, **{name: snapshot.real(name)})
         if "hard_share" in snapshot.numbers:
             self.hard_share = min(abs(snapshot.real("hard_share")), MOST_HARD_SHARE)
         if "hard" in snapshot.tensors:

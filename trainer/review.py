@@ -1,4 +1,4 @@
-"""What is looked at while a level is trained: its hard points, and the length of its gradient on a cloud's surface."""
+"""What is looked at while a level is trained, and what its later steps make of it."""
 
 from dataclasses import dataclass, replace
 
@@ -8,7 +8,7 @@ import torch
 from .level import LevelStep
 from .networks.network import Weights, adjoint_pass
 from .pools import Pool, Sampler
-from .settings import LossWeights
+from .settings import LATE, LATE_VALUE, LossWeights
 
 LOW, HIGH = 0.8, 1.2
 """|grad f| is to lie between these on 90 % of the surface."""
@@ -38,18 +38,25 @@ class Review:
     """At most so many of each kind are looked at for hard points."""
     aim: float | None
     """What `aim` says for a cloud; None: the weight of the gradient's length stays as it is."""
+    late: bool
+    """Whether values on the surface weigh more late in the schedule."""
     hard_share: float
     """Of the step's hard points (level.LevelStep), without those of thin places."""
 
-    def __call__(self, weights: Weights) -> None:
-        """Find the level's hard points anew, with its weights as they are now, and weigh the gradient's length."""
+    def __call__(self, weights: Weights, share: float) -> None:
+        """Find the level's hard points anew, with its weights as they are now, and change those of the loss.
+
+        share: of the schedule that is done.
+        """
         step = self.step
         step.hard = self.sampler.hard(weights, step.hard, self.candidates, self.weight.near)
         step.hard_share = self.hard_share * self.sampler.hard_times
         if self.aim is not None:
-            share = within(weights, self.surface)
-            length = followed(step.weight.length, share, self.aim, self.weight.length)
+            found = within(weights, self.surface)
+            length = followed(step.weight.length, found, self.aim, self.weight.length)
             step.weight = replace(step.weight, length=length)
+        if self.late:
+            step.weight = replace(step.weight, value=self.weight.value * (LATE_VALUE if share >= LATE else 1))
 
 
 def aim(noise: float) -> float:

@@ -66,8 +66,9 @@ RESIDUAL = LossWeights(
     value=300_000.0, normal=100.0, eikonal=3.0, distance=3000.0, excess=40.0, lacking=20.0, near=0.003
 )
 """A residual spends what it can hold on the surface."""
-MESH_VALUE = 1_000_000.0
-"""`value` of a residual of a mesh that stands still: its distances are exact, and the surface comes nearer."""
+LATE, LATE_VALUE = 0.85, 10.0
+"""Share of the schedule from which values on a mesh's surface weigh more, and how many times: the surface comes nearer
+then, where the same weight from the beginning would make f flat there."""
 NOISY_FIRST_VALUE, NOISY_VALUE = 0.3, 3.0
 """The most that `value` is of level 1 and of a residual, times the variance of the points' noise.
 
@@ -149,8 +150,6 @@ class Settings:
             usual = replace(usual, value=min(usual.value, most), eikonal=eikonal, near=FIRST_LEVEL.near)
         elif cloud and not first:
             usual = replace(usual, length=CLOUD_LENGTH)
-        elif not (first or moving):
-            usual = replace(usual, value=MESH_VALUE)
         if moving:
             usual = replace(usual, eikonal=MOVING_EIKONAL)
         return replace(usual, **self.weights)

@@ -146,8 +146,8 @@ class Training:
         rate, output_factor = level.rates(width, None if first else deltas[-1])
         share = level.hard_share(first=first, exact=hard.exact(shape))
         step = level.LevelStep(surface, volume, weight, torch.Generator().manual_seed(seed), share)
-        follows = shape.cloud and not (first or shape.moving or "length" in settings.weights)
-        look_again = Review(step, sampler, surface, weight, count, aim(shape.noise) if follows else None, share)
+        follows, late = self._reviewed(first=first)
+        look_again = Review(step, sampler, surface, weight, count, follows, late, share)
 
         watch = self._probe.watcher(frozen)
 
@@ -161,7 +161,9 @@ class Training:
             rate=rate,
             output_factor=output_factor,
             draws=level.LevelDraws(step, sampler),
-            review=None if first and weight.excess <= 1 else lambda weights: look_again(self._final(weights)),
+            review=None
+            if first and weight.excess <= 1
+            else lambda weights, done: look_again(self._final(weights), done),
             figures=figures,
         )
 
@@ -188,6 +190,12 @@ class Training:
         *as_bands, last = tracing.step_bounds
         self._trained.lower_band_bounds(as_bands)
         self._trained.levels.append(TrainedLevel(weights, delta, lipschitz, last, 1.0, record))
+
+    def _reviewed(self, *, first: bool) -> tuple[float | None, bool]:
+        """Return `Review.aim` and `Review.late` of a level: of a residual whose weights are not the user's."""
+        shape, own = self._shape, self._settings.weights
+        follows = shape.cloud and not (first or shape.moving or "length" in own)
+        return aim(shape.noise) if follows else None, hard.exact(shape) and not (first or "value" in own)
 
     def _finder(self, index: int) -> Callable[[Weights], Pieces] | None:
         """Return what finds the loose pieces of a level's surface; None where nobody is to look for them.

@@ -160,6 +160,7 @@ def test_a_step_also_takes_the_gradient_of_hard_points_and_its_loss_does_not_cou
 
 def test_a_network_is_reviewed_at_its_shares_of_the_schedule() -> None:
     seen: list[int] = []
+    shares: list[float] = []
     steps = 0
 
     def step(weights: Weights) -> float:
@@ -170,9 +171,14 @@ def test_a_network_is_reviewed_at_its_shares_of_the_schedule() -> None:
     def start() -> Weights:
         return constant(0.0)
 
-    task = fit.Task(start, step, idle=1.0, rate=1e-3, output_factor=1.0, review=lambda _: seen.append(steps))
+    def review(weights: Weights, share: float) -> None:
+        seen.append(steps)
+        shares.append(share)
+
+    task = fit.Task(start, step, idle=1.0, rate=1e-3, output_factor=1.0, review=review)
     fit.fit(task, fit.Budget(steps=100), Log())
     assert seen == [round(share * 100) for share in fit.REVIEWS]
+    assert tuple(shares) == pytest.approx(fit.REVIEWS, abs=0.011)
     seen.clear()
     steps = 0
     fit.fit(task, fit.Budget(steps=100, done=0.8), Log())

@@ -10,7 +10,7 @@ import trimesh
 from mplicits.model.errors import UserError
 from mplicits.trainer import level
 from mplicits.trainer.pools import Pool
-from mplicits.trainer.settings import CLOUD_LENGTH, FIRST_LEVEL, MESH_VALUE, RESIDUAL, LossWeights
+from mplicits.trainer.settings import CLOUD_LENGTH, FIRST_LEVEL, RESIDUAL, LossWeights
 from mplicits.trainer.shapes.cleaning import clean
 from mplicits.trainer.shapes.cloud import CloudShape
 from mplicits.trainer.shapes.load import load_shape
@@ -116,7 +116,7 @@ def test_a_noise_for_a_mesh_is_refused(tmp_path: Path) -> None:
 
 
 def test_weights_follow_the_noise() -> None:
-    for first, usual in ((True, FIRST_LEVEL), (False, replace(RESIDUAL, value=MESH_VALUE))):
+    for first, usual in ((True, FIRST_LEVEL), (False, RESIDUAL)):
         assert SMALL_SETTINGS.loss_weights(first=first) == usual
         weight = SMALL_SETTINGS.loss_weights(first=first, noise=0.01)
         assert weight.value * 0.01**2 < weight.eikonal
@@ -146,13 +146,6 @@ def test_residuals_of_exact_clouds_alone_hold_the_gradient_s_length(
     assert [weight.length for weight in seen[2:]] == [1, 1, 1, 1]
     chosen = replace(SMALL_SETTINGS, weights={"length": 1.0})
     assert chosen.loss_weights(first=False, cloud=True) == RESIDUAL
-
-
-def test_residuals_of_still_meshes_alone_weigh_the_surface_more() -> None:
-    assert SMALL_SETTINGS.loss_weights(first=False).value == MESH_VALUE > RESIDUAL.value
-    for other in ({"cloud": True}, {"moving": True}, {"noise": 1e-4}):
-        assert SMALL_SETTINGS.loss_weights(first=False, **other).value == RESIDUAL.value
-    assert SMALL_SETTINGS.loss_weights(first=True).value == FIRST_LEVEL.value
 
 
 def test_distances_around_a_noisy_cloud_are_known_close_to_it_and_around_strays() -> None:

@@ -1,4 +1,4 @@
-"""Reviews of a level that is being trained: the weight of the gradient's length follows what is measured."""
+"""Reviews of a level that is being trained, which change the weights of its loss."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -8,10 +8,11 @@ import pytest
 import torch
 
 from mplicits.trainer import review
-from mplicits.trainer.level import LevelStep
+from mplicits.trainer.level import LevelDraws, LevelStep
+from mplicits.trainer.networks import fit
 from mplicits.trainer.networks.network import Weights, initial, value
 from mplicits.trainer.pools import Pool, Sampler
-from mplicits.trainer.settings import RESIDUAL
+from mplicits.trainer.settings import LATE, LATE_VALUE, RESIDUAL
 from mplicits.trainer.shapes.cloud import CloudShape
 from mplicits.trainer.shapes.shape import Shape, unit
 from support.ball_training import QUICK_NUMBERS, SMALL_SETTINGS, load_ball, train
@@ -77,7 +78,8 @@ def test_the_steps_that_follow_have_the_weight(tmp_path: Path, monkeypatch: pyte
         for w in weights:
             w.grad = torch.zeros_like(w)
         step = LevelStep(on, around, RESIDUAL, torch.Generator().manual_seed(0))
-        review.Review(step, sampler, on, RESIDUAL, 2000, wanted, 0.1)(weights)
+        review.Review(step, sampler, on, RESIDUAL, 2000, wanted, False, 0.1)(weights, 0.9)
+        assert step.weight.value == RESIDUAL.value
         assert (step.weight.length > RESIDUAL.length) == (wanted is not None)
         losses.append(step(weights))
     assert losses[1] > losses[0]
@@ -104,3 +106,55 @@ def test_residuals_of_clouds_follow_unless_the_user_says_a_length(
         measured.clear()
         train(shape, replace(SMALL_SETTINGS, weights=weights, texture=False))
         assert len(measured) == reviews, f"{shape.name}, {weights}"
+
+
+def test_values_on_the_surface_weigh_more_late_and_the_loss_stays_comparable(tmp_path: Path) -> None:
+    sampler = Sampler(load_ball(tmp_path), [FLAT], [0.05], torch.device("cpu"), np.random.default_rng(0))
+    on, around = sampler.surface(2048), sampler.volume(2048)
+
+    def step_of() -> LevelStep:
+        return LevelStep(on, around, RESIDUAL, torch.Generator().manual_seed(0))
+
+    losses, sizes, weights = [], [], initial((8, 1), 5.0, 1, torch.Generator().manual_seed(0))
+    for share in (LATE - 0.1, LATE):
+        for w in weights:
+            w.grad = torch.zeros_like(w)
+        step = step_of()
+        review.Review(step, sampler, on, RESIDUAL, 2000, None, True, 0.1)(weights, share)
+        step.hard = None
+        losses.append(step(weights))
+        sizes.append(float(torch.cat([w.grad.ravel() for w in weights if w.grad is not None]).norm()))
+    assert step.weight.value == LATE_VALUE * RESIDUAL.value
+    assert sizes[1] > 5 * sizes[0]
+    assert losses[1] == pytest.approx(losses[0], rel=1e-4)
+
+    again = step_of()
+    LevelDraws(again, sampler).restore(LevelDraws(step, sampler).snapshot())
+    assert again.weight == step.weight
+    review.Review(step, sampler, on, RESIDUAL, 2000, None, True, 0.1)(weights, 0.3)
+    assert step.weight == RESIDUAL, "a restart begins as the level did"
+    assert LATE in fit.REVIEWS
+
+
+@pytest.mark.usefixtures("quick")
+def test_it_is_so_in_residuals_of_still_meshes_unless_the_user_says_a_value(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    points = unit(np.random.default_rng(0).normal(size=(4000, 3)))
+    shapes: list[tuple[Shape, dict[str, float], set[float]]] = [
+        (load_ball(tmp_path), {}, {10_000.0, 300_000.0, 3_000_000.0}),
+        (load_ball(tmp_path), {"value": 5000.0}, {5000.0}),
+        (CloudShape(points, points, None, "cloud", {}), {}, {10_000.0, 300_000.0}),
+    ]
+    seen: set[float] = set()
+    called = LevelStep.__call__
+
+    def watched(step: LevelStep, weights: Weights) -> float:
+        seen.add(step.weight.value)
+        return called(step, weights)
+
+    monkeypatch.setattr(LevelStep, "__call__", watched)
+    for shape, weights, values in shapes:
+        seen.clear()
+        train(shape, replace(SMALL_SETTINGS, weights=weights, texture=False))
+        assert seen == values, f"{shape.name}, {weights}"

@@ -120,8 +120,10 @@ class Task:
     """Factor on the rate for the output layer."""
     draws: Resumable | None = None
     """What changes from step to step beside the weights: random numbers, batches."""
-    review: Callable[[Weights], None] | None = None
-    """Looks at the network at the shares REVIEWS of the schedule, so that later steps may mend what it finds."""
+    review: Callable[[Weights, float], None] | None = None
+    """Looks at the network at the shares REVIEWS of the schedule, so that later steps may mend what it finds.
+
+    It is also told the share of the schedule that is done."""
     figures: Callable[[Weights], Mapping[str, float]] | None = None
     """Measures the network each time that the progress is told."""
 
@@ -223,7 +225,7 @@ def _attempt(
         while (share := clock(attempt.steps)) < 1:
             if task.review and reviews and share >= reviews[0]:
                 reviews = [later for later in reviews if later > share]
-                task.review([w.detach() for w in weights])
+                task.review([w.detach() for w in weights], share)
             loss = task.step(weights)
             optimiser.step(schedule(share))
             attempt.steps += 1
