@@ -121,9 +121,8 @@ class Task:
     draws: Resumable | None = None
     """What changes from step to step beside the weights: random numbers, batches."""
     review: Callable[[Weights, float], None] | None = None
-    """Looks at the network at the shares REVIEWS of the schedule, so that later steps may mend what it finds.
-
-    It is also told the share of the schedule that is done."""
+    """Looks at the network at the shares REVIEWS of the schedule, so that later steps may mend what it finds; it is
+    told the share that is done."""
     figures: Callable[[Weights], Mapping[str, float]] | None = None
     """Measures the network each time that the progress is told."""
 
