@@ -32,7 +32,7 @@ def test_the_page_shows_the_picture_that_osmesa_draws(
 ) -> None:
     azimuth, elevation, distance = view
     hash_ = f"#az={azimuth}&el={elevation}" + (f"&d={distance}" if distance else "")
-    shown.page.evaluate("hash => { location.hash = hash; }", hash_)
+    shown.follow(hash_)
     ours = shown.saved()
     assert ours.shape == (SIDE, SIDE, 3)
     assert not differ(ours, desktop(renderer, Camera(azimuth, elevation, distance), RenderOptions()))

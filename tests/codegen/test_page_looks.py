@@ -281,6 +281,6 @@ def test_without_webgl2_there_is_no_dead_panel(browser: "Browser", page_file: Pa
 
 def test_a_model_dropped_is_seen_whole_and_in_the_middle(wide: Visit, tmp_path: Path) -> None:
     save(random_model((4, 0), name="other"), tmp_path / "other.safetensors")
-    wide.page.evaluate("() => { location.hash = '#az=100&el=-10&d=2&at=0.5,0.5,0'; }")
+    wide.follow("#az=100&el=-10&d=2&at=0.5,0.5,0")
     wide.drop((tmp_path / "other.safetensors").read_bytes(), "other.safetensors")
     wide.until("location.hash === '#az=100&el=-10' && document.title === 'other'")

@@ -27,6 +27,11 @@ _DROP = """([bytes, name]) => {
     for (const kind of ["dragover", "drop"])
         document.body.dispatchEvent(new DragEvent(kind, {dataTransfer: transfer, bubbles: true, cancelable: true}));
 }"""
+_FOLLOW = """hash => new Promise(done => {
+    if (location.hash === hash) return done();
+    addEventListener("hashchange", () => done(), {once: true});
+    location.hash = hash;
+})"""
 
 
 @contextmanager
@@ -94,6 +99,10 @@ class Visit:
         with self.page.expect_download(timeout=PATIENCE) as download:
             self.page.keyboard.press("s")
         return np.asarray(Image.open(io.BytesIO(Path(download.value.path()).read_bytes())).convert("RGB"))
+
+    def follow(self, hash_: str) -> None:
+        """Change the URL's hash, from `#` on, and wait until the page knows of it: a key may come sooner."""
+        self.page.evaluate(_FOLLOW, hash_)
 
     def camera(self) -> dict[str, str]:
         """Return the keys and values of the camera in the URL's hash."""
