@@ -37,7 +37,7 @@ THIN = 0.004
 """A piece that the shape's distances make thicker than twice this may be the shape's own, and stays."""
 LEAST_STEPS = 1000
 """A level of fewer steps is not looked at: its flecks are the least that is wrong with it."""
-COST, ROUND_SHARE, SHARE = 25.0, 0.6, 0.15
+COST, ROUND_SHARE, SHARE = 25.0, 0.6, 0.25
 """Seconds of a search and a round, in those of measuring the level; the round's share of them, with its own search; and
 the most of a level's seconds that they may be."""
 

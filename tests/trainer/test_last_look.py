@@ -147,7 +147,7 @@ def test_no_round_begins_too_late(level: Level) -> None:
 
 def test_a_look_takes_a_small_share_of_the_seconds_or_none() -> None:
     assert 0 < last_look.seconds_kept(0.5, 100.0) < 0.2 * 100
-    assert last_look.seconds_kept(1.0, 100.0) == 0
+    assert last_look.seconds_kept(1.5, 100.0) == 0
     assert 90 < last_look.last_begin(100.0, 10.0) < 100
 
 
