@@ -37,9 +37,9 @@ THIN = 0.004
 """A piece that the shape's distances make thicker than twice this may be the shape's own, and stays."""
 LEAST_STEPS = 1000
 """A level of fewer steps is not looked at: its flecks are the least that is wrong with it."""
-COST, ROUND_SHARE, SHARE = 25.0, 0.6, 0.25
-"""Seconds of a search and a round, in those of measuring the level; the round's share of them, with its own search; and
-the most of a level's seconds that they may be."""
+COST, ROUND_SHARE, SHARE = 48.0, 0.29, 0.35
+"""Seconds of a search and three rounds, in those of measuring the level; a round's share of them, with its own search;
+and the most of a level's seconds that they may be."""
 
 Pieces = tuple[int, NDArray[np.float32], NDArray[np.int64]]
 """The number of a surface's loose pieces, which are small and not joined to the largest; their vertices (N, 3), model
@@ -48,7 +48,7 @@ FindsPieces = Callable[[Model], Pieces]
 
 
 def seconds_kept(measuring: float, left: float) -> float:
-    """Choose how many of the `left` seconds of a level are kept for looking at it: a search and a round, or none.
+    """Choose how many of a level's `left` seconds are kept for a search and three rounds; none where they are too few.
 
     measuring: seconds that measuring the level takes.
     """
