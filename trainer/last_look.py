@@ -37,9 +37,10 @@ THIN = 0.004
 """A piece that the shape's distances make thicker than twice this may be the shape's own, and stays."""
 LEAST_STEPS = 1000
 """A level of fewer steps is not looked at: its flecks are the least that is wrong with it."""
-COST, ROUND_SHARE, SHARE = 48.0, 0.29, 0.35
-"""Seconds of a search and three rounds, in those of measuring the level; a round's share of them, with its own search;
-and the most of a level's seconds that they may be."""
+SEARCH, ROUND = 7.0, 14.0
+"""Seconds of a search and of a round, with its own search, in those of measuring the level."""
+ROUNDS_IN_TIME, SHARE = 3, 0.3
+"""Most rounds that time is kept for where a level has seconds, and the most of these that a look may take."""
 
 Pieces = tuple[int, NDArray[np.float32], NDArray[np.int64]]
 """The number of a surface's loose pieces, which are small and not joined to the largest; their vertices (N, 3), model
@@ -48,17 +49,12 @@ FindsPieces = Callable[[Model], Pieces]
 
 
 def seconds_kept(measuring: float, left: float) -> float:
-    """Choose how many of a level's `left` seconds are kept for a search and three rounds; none where they are too few.
+    """Choose how many of a level's `left` seconds are kept for a search and some rounds; none where not one round fits.
 
     measuring: seconds that measuring the level takes.
     """
-    asked = COST * measuring
-    return asked if asked < SHARE * left else 0.0
-
-
-def last_begin(end: float, kept: float) -> float:
-    """Return when a round may begin at the latest of a look that has `kept` seconds and ends at `end`."""
-    return end - ROUND_SHARE * kept
+    kept = min((SEARCH + ROUNDS_IN_TIME * ROUND) * measuring, SHARE * left)
+    return kept if kept > (SEARCH + ROUND) * measuring else 0.0
 
 
 class LastLook:
@@ -81,7 +77,7 @@ class LastLook:
         seconds = measuring()
         end = budget.deadline - seconds
         kept = seconds_kept(seconds, end - time.perf_counter()) if self._find is not None else 0.0
-        self._until = last_begin(end, kept) if kept else 0.0
+        self._until = end - ROUND * seconds if kept else 0.0
         return replace(budget, deadline=end - kept)
 
     def __call__(self, stage: str, outcome: Outcome, task: Task, step: LevelStep, sampler: Sampler) -> Weights:

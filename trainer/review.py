@@ -1,5 +1,7 @@
 """What is looked at while a level is trained, and what its later steps make of it."""
 
+import math
+import time
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,9 +23,11 @@ POINTS = 20_000
 """Points that it is measured at."""
 LEAST_FACTOR, MOST_FACTOR, MOST = 0.5, 3.0, 200.0
 """By how much the weight of the length changes in a review at most, and how large it becomes."""
+LONGEST = 1 / 3
+"""A search for hard points that would take a larger share of the time that is left is left out."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Review:
     """A review of a level (`fit.Task.review`), which later steps follow."""
 
@@ -42,15 +46,21 @@ class Review:
     """Whether values on the surface weigh more late in the schedule."""
     hard_share: float
     """Of the step's hard points (level.LevelStep), without those of thin places."""
+    seconds: float = 0.0
+    """That the last search for hard points took."""
 
-    def __call__(self, weights: Weights, share: float) -> None:
+    def __call__(self, weights: Weights, share: float, left: float = math.inf) -> None:
         """Find the level's hard points anew, with its weights as they are now, and change those of the loss.
 
-        share: of the schedule that is done.
+        share: of the schedule that is done. left: seconds of the schedule, of which a search takes no more than
+        `LONGEST` if it takes as long as the last one.
         """
         step = self.step
-        step.hard = self.sampler.hard(weights, step.hard, self.candidates, self.weight.near)
-        step.hard_share = self.hard_share * self.sampler.hard_times
+        if self.seconds < LONGEST * left:
+            began = time.perf_counter()
+            step.hard = self.sampler.hard(weights, step.hard, self.candidates, self.weight.near)
+            step.hard_share = self.hard_share * self.sampler.hard_times
+            self.seconds = time.perf_counter() - began
         if self.aim is not None:
             found = within(weights, self.surface)
             length = followed(step.weight.length, found, self.aim, self.weight.length)

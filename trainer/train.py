@@ -163,7 +163,7 @@ class Training:
             draws=level.LevelDraws(step, sampler),
             review=None
             if first and weight.excess <= 1
-            else lambda weights, done: look_again(self._final(weights), done),
+            else lambda weights, done, left: look_again(self._final(weights), done, left),
             figures=figures,
         )
 

@@ -171,7 +171,8 @@ def test_a_network_is_reviewed_at_its_shares_of_the_schedule() -> None:
     def start() -> Weights:
         return constant(0.0)
 
-    def review(weights: Weights, share: float) -> None:
+    def review(weights: Weights, share: float, left: float) -> None:
+        assert left == np.inf
         seen.append(steps)
         shares.append(share)
 

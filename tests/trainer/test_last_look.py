@@ -146,9 +146,10 @@ def test_no_round_begins_too_late(level: Level) -> None:
 
 
 def test_a_look_takes_a_share_of_the_seconds_or_none() -> None:
-    assert 0 < last_look.seconds_kept(0.5, 100.0) < 0.35 * 100
-    assert last_look.seconds_kept(1.5, 100.0) == 0
-    assert 90 < last_look.last_begin(100.0, 10.0) < 100
+    three, one = (last_look.SEARCH + rounds * last_look.ROUND for rounds in (3, 1))
+    assert last_look.seconds_kept(0.1, 100.0) == pytest.approx(0.1 * three)
+    assert last_look.seconds_kept(1.0, 100.0) == pytest.approx(30.0)
+    assert last_look.seconds_kept(1.01 * 30 / one, 100.0) == 0
 
 
 def trained(ball: Shape, monkeypatch: pytest.MonkeyPatch, find: Callable[[Model], Pieces], log: Log) -> Training:

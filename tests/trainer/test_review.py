@@ -136,6 +136,25 @@ def test_values_on_the_surface_weigh_more_late_and_the_loss_stays_comparable(tmp
     assert LATE in fit.REVIEWS
 
 
+def test_a_search_that_would_take_too_much_of_the_time_left_is_left_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sampler = Sampler(load_ball(tmp_path), [FLAT], [0.05], torch.device("cpu"), np.random.default_rng(0))
+    on, around = sampler.surface(2048), sampler.volume(2048)
+    step = LevelStep(on, around, RESIDUAL, torch.Generator().manual_seed(0))
+    searches: list[int] = []
+    monkeypatch.setattr(sampler, "hard", lambda *asked: searches.append(1))
+    looks = review.Review(step, sampler, on, RESIDUAL, 2000, None, True, 0.1)
+    looks(FLAT, 0.3, 1.0)
+    assert len(searches) == 1, "the first is always made: nobody knows how long it takes"
+    looks.seconds = 2.0
+    looks(FLAT, LATE, 1.9 / review.LONGEST)
+    assert len(searches) == 1
+    assert step.weight.value == LATE_VALUE * RESIDUAL.value, "what costs nothing is done"
+    looks(FLAT, LATE, 2.1 / review.LONGEST)
+    assert len(searches) == 2
+
+
 @pytest.mark.usefixtures("quick")
 def test_it_is_so_in_residuals_of_still_meshes_unless_the_user_says_a_value(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

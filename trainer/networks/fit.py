@@ -64,18 +64,36 @@ class Budget:
     done: float = 0.0
     """Share of the schedule that an interrupted training has already done."""
 
-    def clock(self) -> Callable[[int], float]:
-        """Start the clock: a function from the steps since now to the share of the schedule done, in [0, 1]."""
-        begin, steps = time.perf_counter(), self.steps
+    def clock(self) -> "Clock":
+        """Start the clock."""
+        return Clock(self)
 
-        def progress(step: int) -> float:
-            if steps is not None:
-                share = step / max(1, round(steps * (1 - self.done)))
-            else:
-                share = (time.perf_counter() - begin) / max(1e-9, self.deadline - begin)
-            return min(1.0, self.done + (1 - self.done) * share)
 
-        return progress
+class Clock:
+    """Tells what share of a schedule is done: by the steps that were taken, or by time."""
+
+    def __init__(self, budget: Budget) -> None:
+        """budget: whose schedule begins now."""
+        self._budget, self._share, self._since = budget, budget.done, time.perf_counter()
+
+    def __call__(self, step: int) -> float:
+        """Return the share, in [0, 1]. step: steps since the clock was started."""
+        steps, before = self._budget.steps, self._share
+        if steps is not None:
+            done = step / max(1, round(steps * (1 - before)))
+        else:
+            done = (time.perf_counter() - self._since) / max(1e-9, self._budget.deadline - self._since)
+        return min(1.0, before + (1 - before) * done)
+
+    @property
+    def left(self) -> float:
+        """Seconds until the deadline; infinite where steps count."""
+        return math.inf if self._budget.steps is not None else self._budget.deadline - time.perf_counter()
+
+    def go_on(self, share: float) -> None:
+        """Go on from `share` after a pause: the rest of the schedule gets the time that is left."""
+        if self._budget.steps is None:
+            self._share, self._since = share, time.perf_counter()
 
 
 @dataclass(frozen=True)
@@ -120,9 +138,9 @@ class Task:
     """Factor on the rate for the output layer."""
     draws: Resumable | None = None
     """What changes from step to step beside the weights: random numbers, batches."""
-    review: Callable[[Weights, float], None] | None = None
+    review: Callable[[Weights, float, float], None] | None = None
     """Looks at the network at the shares REVIEWS of the schedule, so that later steps may mend what it finds; it is
-    told the share that is done."""
+    told the share that is done, and the seconds that are left."""
     figures: Callable[[Weights], Mapping[str, float]] | None = None
     """Measures the network each time that the progress is told."""
 
@@ -224,7 +242,8 @@ def _attempt(
         while (share := clock(attempt.steps)) < 1:
             if task.review and reviews and share >= reviews[0]:
                 reviews = [later for later in reviews if later > share]
-                task.review([w.detach() for w in weights], share)
+                task.review([w.detach() for w in weights], share, clock.left)
+                clock.go_on(share)
             loss = task.step(weights)
             optimiser.step(schedule(share))
             attempt.steps += 1
