@@ -89,13 +89,23 @@ def cells_seen(page: "Page", selector: str) -> None:
     page.wait_for_selector(f".jp-OutputArea-output {selector}", timeout=120_000)
 
 
+def answers(page: "Page", question: str) -> list[Any]:
+    """Ask all frames of a page a script. JupyterLab takes frames out of the page at any time: they do not answer."""
+    from playwright.sync_api import Error
+
+    given = []
+    for frame in page.frames:
+        try:
+            given.append(frame.evaluate(question))
+        except Error as error:
+            if "detached" not in error.message:
+                raise
+    return given
+
+
 def canvases(page: "Page") -> int:
     """Count the canvases of all frames of a page: the WebGL contexts that it asks the browser for."""
-    count = 0
-    for frame in page.frames:
-        if not frame.is_detached():
-            count += frame.evaluate("() => document.querySelectorAll('canvas').length")
-    return count
+    return sum(answers(page, "() => document.querySelectorAll('canvas').length"))
 
 
 def test_a_notebook_by_somebody_else_shows_pictures(opened: tuple["Page", list[str]], lab: tuple[str, Path]) -> None:
@@ -129,8 +139,7 @@ def test_twenty_models_in_jupyterlab(opened: tuple["Page", list[str]], lab: tupl
     assert 1 <= max(counts) <= MOST
     drawn = 0
     for _ in range(PATIENCE // 1000):
-        flags = [frame.evaluate("() => 'drawn' in document.documentElement.dataset") for frame in page.frames]
-        if drawn := sum(flags):
+        if drawn := sum(answers(page, "() => 'drawn' in document.documentElement.dataset")):
             break
         page.wait_for_timeout(1000)
     assert drawn, "after all the scrolling, what is in sight is drawn"
