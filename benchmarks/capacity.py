@@ -15,6 +15,7 @@ from typing import Any
 import torch
 
 from levels import RESOLUTION, columns
+from mplicits.mesher.survey import loose_pieces
 from mplicits.model.model import Model
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.options import settings_from
@@ -29,7 +30,8 @@ def train(choice: str, seconds: float, shape: Shape) -> tuple[Model, tuple[int, 
     options: dict[str, Any] = dict(part.split("=", 1) for part in choice.split())
     if "steps" not in options:
         options["seconds"] = seconds
-    model = Training(shape, settings_from(texture="none", **options), TrainingBar(quiet=True)).run()
+    chosen = settings_from(texture="none", **options)
+    model = Training(shape, chosen, TrainingBar(quiet=True), find=loose_pieces).run()
     return model, tuple(record["steps"] for record in model.provenance["levels"])
 
 

@@ -16,6 +16,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from mplicits.mesher.field import Field, ModelField
+from mplicits.mesher.survey import loose_pieces
 from mplicits.model.model import DEFAULT_ITERATIONS, Level, Model
 from mplicits.trainer import quality, sampling, settings
 from mplicits.trainer.bands import delta
@@ -64,7 +65,7 @@ def ours(shape: Shape, networks: str, seconds: float, seed: int) -> Model:
     """Train as `mplicits train SHAPE --levels NETWORKS --seconds S --texture none` does."""
     sizes = settings.networks(networks)
     chosen = Settings(sizes, settings.omegas(None, sizes), settings.steps(None, len(sizes)), seconds, False, seed)
-    return Training(shape, chosen, TrainingBar(quiet=True)).run()
+    return Training(shape, chosen, TrainingBar(quiet=True), find=loose_pieces).run()
 
 
 def one_siren(shape: Shape, parameters: int, seconds: float, seed: int, depth: int = 2, omega: float = 60.0) -> Model:
