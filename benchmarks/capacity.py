@@ -14,14 +14,12 @@ from typing import Any
 
 import torch
 
+from contenders import fully_trained
 from levels import RESOLUTION, columns
-from mplicits.mesher.survey import loose_pieces
 from mplicits.model.model import Model
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.options import settings_from
-from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.shapes.shape import Shape
-from mplicits.trainer.train import Training
 from protocol import DATA, Page, machine
 
 
@@ -30,8 +28,7 @@ def train(choice: str, seconds: float, shape: Shape) -> tuple[Model, tuple[int, 
     options: dict[str, Any] = dict(part.split("=", 1) for part in choice.split())
     if "steps" not in options:
         options["seconds"] = seconds
-    chosen = settings_from(texture="none", **options)
-    model = Training(shape, chosen, TrainingBar(quiet=True), find=loose_pieces).run()
+    model = fully_trained(shape, settings_from(texture="none", **options))
     return model, tuple(record["steps"] for record in model.provenance["levels"])
 
 

@@ -65,7 +65,15 @@ def ours(shape: Shape, networks: str, seconds: float, seed: int) -> Model:
     """Train as `mplicits train SHAPE --levels NETWORKS --seconds S --texture none` does."""
     sizes = settings.networks(networks)
     chosen = Settings(sizes, settings.omegas(None, sizes), settings.steps(None, len(sizes)), seconds, False, seed)
-    return Training(shape, chosen, TrainingBar(quiet=True), find=loose_pieces).run()
+    return fully_trained(shape, chosen)
+
+
+def fully_trained(shape: Shape, chosen: Settings, began: float | None = None) -> Model:
+    """Train as `mplicits train` does, with a last look at loose pieces.
+
+    began: the value of time.perf_counter() from which on the seconds of `chosen` count; None: now.
+    """
+    return Training(shape, chosen, TrainingBar(quiet=True), began, find=loose_pieces).run()
 
 
 def one_siren(shape: Shape, parameters: int, seconds: float, seed: int, depth: int = 2, omega: float = 60.0) -> Model:

@@ -14,23 +14,21 @@ from pathlib import Path
 
 import numpy as np
 
+from contenders import fully_trained
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference.interpret import nested_field
 from mplicits.mesher.distance import compare_field
 from mplicits.mesher.evaluate import Figures, compare
 from mplicits.mesher.extract import extract, extract_model
 from mplicits.mesher.surface import Array
-from mplicits.mesher.survey import loose_pieces
 from mplicits.mesher.truth import in_model_space, read_mesh
 from mplicits.model.field_figures import EXCESS_FACTOR, EXCESS_OFFSET
 from mplicits.model.model import Model
 from mplicits.model.model_file import save
 from mplicits.trainer import sampling
 from mplicits.trainer.machine import device, prepare
-from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
-from mplicits.trainer.train import Training
 from protocol import DATA, Page, machine, training_settings
 
 BALL_POINTS = 1_000_000
@@ -105,7 +103,7 @@ def row(path: Path, seed: int, of_exact: Figures, options: argparse.Namespace) -
     began = time.perf_counter()
     shape, _ = load_shape(str(path))
     asked = training_settings(options.levels, options.steps, None if options.steps else options.seconds, seed)
-    model = Training(shape, asked, TrainingBar(True), began, find=loose_pieces).run()
+    model = fully_trained(shape, asked, began)
     if options.keep:
         save(model, options.keep / f"{path.stem}-{seed}.safetensors")
     truth = in_model_space(read_mesh(path), *model.place)

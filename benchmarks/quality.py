@@ -9,12 +9,10 @@ import argparse
 import time
 from pathlib import Path
 
-from mplicits.mesher.survey import loose_pieces
+from contenders import fully_trained
 from mplicits.model.model_file import save
 from mplicits.trainer.machine import device, prepare
-from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.shapes.load import load_shape
-from mplicits.trainer.train import Training
 from protocol import machine, training_settings
 
 
@@ -34,7 +32,7 @@ def main() -> None:
         began = time.perf_counter()
         shape, _ = load_shape(arguments.shape)
         asked = training_settings(arguments.levels, seconds=seconds)
-        model = Training(shape, asked, TrainingBar(True), began, find=loose_pieces).run()
+        model = fully_trained(shape, asked, began)
         for i, (level, record) in enumerate(zip(model.levels, model.provenance["levels"], strict=True), start=1):
             print(
                 f"| {seconds:g} | {model.provenance['seconds']:.1f} | {i}: {record['network']} | {record['steps']} "
