@@ -83,8 +83,12 @@ class ModelField:
     def on_surface(self, points: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return the last level's unit gradient (N, 3) at points (N, 3), and whether each is inside every band (N,)."""
         gradient, _ = interpret.field_gradient(self.program, points, self._levels, self._time)
+        return gradient / np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), 1e-12), self.in_bands(points)
+
+    def in_bands(self, points: Array) -> NDArray[np.bool_]:
+        """Tell which points (N, 3) are inside every band, where the last level is defined: (N,)."""
         _, reached = interpret.nested_field(self.program, points, self._levels, self._time)
-        return gradient / np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), 1e-12), reached == self._levels
+        return np.asarray(reached == self._levels)
 
     def colour(self, points: Array) -> Array:
         """Return the colour (N, 3), sRGB in [0, 1], at points (N, 3). Raises ValueError if the model has no texture."""

@@ -7,7 +7,9 @@ import numpy as np
 from ..model.errors import UserError
 from ..model.model import Model
 from .bar import Bar
-from .extract import extract_model
+from .extract import extract, extract_model
+from .field import ModelField
+from .grid import Grid
 from .surface import Array, Mesh, Whole
 
 RESOLUTION = 256
@@ -42,9 +44,9 @@ def loose_pieces(model: Model) -> tuple[int, Array, Whole]:
     Returns their number, their vertices (N, 3), model space, and the piece that each of these is of (N,), from 1 on,
     with a minus where the piece is a hollow in the solid. A model without a surface has none.
     """
-    try:
-        mesh = extract_model(model, FINE_RESOLUTION).mesh
-    except UserError:
+    field = ModelField(model, Grid(FINE_RESOLUTION).diagonal)
+    mesh = extract(field, FINE_RESOLUTION)
+    if not len(mesh.faces):
         return 0, np.empty((0, 3), np.float32), np.empty(0, np.int64)
     count, piece = mesh.components()
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
@@ -53,6 +55,9 @@ def loose_pieces(model: Model) -> tuple[int, Array, Whole]:
     size = np.linalg.norm(high - low, axis=1)
     loose = size < SMALL
     loose[size.argmax()] = False
+    suspects = loose[piece]
+    loose[:] = False
+    loose[piece[suspects][field.in_bands(mesh.vertices[suspects])]] = True  # Others are not drawn (Fig. 8).
     a, b, c = (mesh.vertices[mesh.faces[:, k]].astype(np.float64) for k in range(3))
     volume = np.bincount(piece[mesh.faces[:, 0]], np.einsum("nk,nk->n", a, np.cross(b, c)), count)
     number = np.where(volume < 0, -1, 1) * np.cumsum(loose)

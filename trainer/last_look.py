@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -37,10 +37,12 @@ THIN = 0.004
 """A piece that the shape's distances make thicker than twice this may be the shape's own, and stays."""
 LEAST_STEPS = 1000
 """A level of fewer steps is not looked at: its flecks are the least that is wrong with it."""
-SEARCH, ROUND = 7.0, 14.0
-"""Seconds of a search and of a round, with its own search, in those of measuring the level."""
+SEARCH, ROUND = 6.0, 11.0
+"""Most seconds of a search and of a round, with its own search, in those of measuring the level."""
 ROUNDS_IN_TIME, SHARE = 3, 0.3
 """Most rounds that time is kept for where a level has seconds, and the most of these that a look may take."""
+FEWEST_STEPS = 100
+"""Fewest steps of a round that there is no time for all `STEPS` of."""
 
 Pieces = tuple[int, NDArray[np.float32], NDArray[np.int64]]
 """The number of a surface's loose pieces, which are small and not joined to the largest; their vertices (N, 3), model
@@ -49,12 +51,33 @@ FindsPieces = Callable[[Model], Pieces]
 
 
 def seconds_kept(measuring: float, left: float) -> float:
-    """Choose how many of a level's `left` seconds are kept for a search and some rounds; none where not one round fits.
+    """Choose how many of a level's `left` seconds are kept for a look; none where not even a short round fits.
 
     measuring: seconds that measuring the level takes.
     """
     kept = min((SEARCH + ROUNDS_IN_TIME * ROUND) * measuring, SHARE * left)
-    return kept if kept > (SEARCH + ROUND) * measuring else 0.0
+    shortest = SEARCH + (ROUND - SEARCH) * FEWEST_STEPS / STEPS
+    return kept if kept > (SEARCH + shortest) * measuring else 0.0
+
+
+@dataclass(frozen=True)
+class Allowance:
+    """The time that a look may take; without end where a level has steps, not seconds."""
+
+    end: float = math.inf
+    """Value of time.perf_counter() at which the look is to be over."""
+    step: float = 0.0
+    """Seconds of an optimiser step."""
+
+    def steps(self, search: float) -> int:
+        """Choose how many steps a round has: `STEPS`, or as many as fit before a search of so many seconds; else 0."""
+        if self.end == math.inf:
+            return STEPS
+        fitting = int((self.end - time.perf_counter() - search) / self.step)
+        return min(STEPS, fitting) if fitting >= FEWEST_STEPS else 0
+
+
+ENDLESS = Allowance()
 
 
 class LastLook:
@@ -65,7 +88,8 @@ class LastLook:
 
     def __init__(self, find: Callable[[Weights], Pieces] | None, shape: Shape, progress: TrainingProgress) -> None:
         """find: finds the pieces that there are with such weights; None: the level is not looked at."""
-        self._find, self._shape, self._progress, self._until = find, shape, progress, math.inf
+        self._find, self._shape, self._progress = find, shape, progress
+        self._began, self._share, self._end = 0.0, 1.0, math.inf
 
     def leave(self, budget: Budget, measuring: Callable[[], float]) -> Budget:
         """Keep of a level's seconds those of measuring it and of looking at it, and return what is left.
@@ -77,17 +101,20 @@ class LastLook:
         seconds = measuring()
         end = budget.deadline - seconds
         kept = seconds_kept(seconds, end - time.perf_counter()) if self._find is not None else 0.0
-        self._until = end - ROUND * seconds if kept else 0.0
+        self._began, self._share, self._end = time.perf_counter(), 1 - budget.done, end if kept else 0.0
         return replace(budget, deadline=end - kept)
 
     def __call__(self, stage: str, outcome: Outcome, task: Task, step: LevelStep, sampler: Sampler) -> Weights:
         """Return what a look makes of the level's weights, as `last_look` does: as they are, where there is none."""
         unfit = outcome.interrupted or outcome.failed or outcome.steps < LEAST_STEPS
-        if self._find is None or unfit or time.perf_counter() > self._until:
+        now = time.perf_counter()
+        if self._find is None or unfit or now > self._end:
             return outcome.weights
-        find, progress, until = self._find, self._progress, self._until
+        find, progress = self._find, self._progress
+        # Where a training goes on that was cut short, `outcome` has the steps of before, too.
+        allowance = Allowance(self._end, (now - self._began) / max(1.0, self._share * outcome.steps))
         try:
-            return last_look(stage, outcome.weights, task, step, sampler, self._shape, find, progress, until)
+            return last_look(stage, outcome.weights, task, step, sampler, self._shape, find, progress, allowance)
         except KeyboardInterrupt:
             progress.end()
             self.interrupted = True
@@ -103,7 +130,7 @@ def last_look(
     shape: Shape,
     find: Callable[[Weights], Pieces],
     progress: TrainingProgress,
-    until: float = math.inf,
+    allowance: Allowance = ENDLESS,
 ) -> Weights:
     """Train a level on for a few steps around its loose pieces. Returns its weights with the fewest of them.
 
@@ -112,23 +139,26 @@ def last_look(
     are returned.
 
     stage: what the progress calls it. start, task, step, sampler: of the level's training. find: finds the pieces that
-    there are with such weights. until: value of time.perf_counter() from which on no round begins. Raises
-    KeyboardInterrupt.
+    there are with such weights. allowance: no round begins that does not fit it. Raises KeyboardInterrupt.
     """
     progress.begin(stage)
+    began = time.perf_counter()
     first, vertices, piece = find(start)
+    search = time.perf_counter() - began
     if not first:
         progress.end()
+        progress.say("loose pieces of surface: 0")
         return start
     weights, rng, closed = start, np.random.default_rng(0), None
     allowed = len(sampler.lost(start).points)
     now = fewest = first, 0  # Pieces, and thin places that are closed.
-    kept, after = start, 0
+    kept, after, taken = start, 0, 0
     points, distance, by_shape = np.empty((0, 3)), np.empty(0), True
     held, held_share = step.hard, 0.0 if step.hard is None else step.hard_share
     step.hard_share = held_share + HARD_SHARE
     for number in range(1, ROUNDS + 1):
-        if not any(now) or time.perf_counter() > until:
+        steps = allowance.steps(search)
+        if not any(now) or not steps:
             break
         if now[0]:
             if by_shape and number > TRUE_ROUNDS:  # The shape's own distances would say the opposite.
@@ -144,23 +174,31 @@ def last_look(
             few = round(len(held.points) * HARD_SHARE / held_share)
             step.hard = held.and_then(_some_of(step.hard, few, rng))
         onward = replace(task, start=partial(clone, weights), rate=SLOWER * task.rate, idle=math.inf, review=None)
-        outcome = fit(onward, Budget(steps=STEPS), progress)
+        outcome = fit(onward, Budget(steps=steps), progress)
         if outcome.interrupted:
             raise KeyboardInterrupt
         if outcome.failed:
             break
-        weights = outcome.weights
+        weights, taken = outcome.weights, taken + steps
         count, vertices, piece = find(weights)
         lost = sampler.lost(weights)
         if len(lost.points) > allowed:  # The rounds filled a slit, or broke a wall.
             closed = lost
         now = count, max(0, len(lost.points) - allowed)
         if now < fewest:
-            fewest, kept, after = now, weights, number * STEPS
+            fewest, kept, after = now, weights, taken
     progress.end()
-    mended = f"; {fewest[0]} after {after} more steps around them" if after else ", which more steps do not mend"
-    progress.say(f"loose pieces of surface: {first}{mended}")
+    progress.say(_summary(first, fewest[0], after, taken))
     return kept
+
+
+def _summary(first: int, fewest: int, after: int, taken: int) -> str:
+    """Say what a look made of `first` pieces: `fewest` after `after` of the steps that were `taken`."""
+    if after:
+        mended = f"; {fewest} after {after} more steps around them"
+    else:
+        mended = f", which {taken} more steps do not mend" if taken else "; no time is left to train on around them"
+    return f"loose pieces of surface: {first}{mended}"
 
 
 def _some_of(pool: Pool, count: int, rng: np.random.Generator) -> Pool:

@@ -5,6 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,15 +16,14 @@ import trimesh
 import mplicits
 from mplicits.cli import perform
 from mplicits.mesher import survey
-from mplicits.mesher.extract import Extracted
+from mplicits.mesher.field import ModelField
 from mplicits.mesher.surface import Mesh
-from mplicits.model.errors import UserError
 from mplicits.model.model import Level as ModelLevel
 from mplicits.model.model import Model
 from mplicits.trainer import last_look
-from mplicits.trainer.last_look import Pieces
+from mplicits.trainer.last_look import Allowance, LastLook, Pieces
 from mplicits.trainer.level import LevelStep
-from mplicits.trainer.networks.fit import Task
+from mplicits.trainer.networks.fit import Budget, Outcome, Task
 from mplicits.trainer.networks.network import Weights, initial, to_model
 from mplicits.trainer.pools import Pool, Sampler
 from mplicits.trainer.settings import RESIDUAL
@@ -45,7 +46,10 @@ class Level:
     """A level that `last_look` is to look at."""
 
     start: Weights
+    shape: Shape
+    sampler: Sampler
     step: LevelStep
+    task: Task
     look: Callable[..., Weights]
 
 
@@ -58,7 +62,7 @@ def level(ball: Shape) -> Level:
     step = LevelStep(sampler.surface(512), sampler.volume(512), RESIDUAL, torch.Generator().manual_seed(0))
     task = Task(lambda: start, step, idle=1.0, rate=0.02, output_factor=0.1)
     look = partial(last_look.last_look, "level 2, loose pieces (8x1)", start, task, step, sampler, ball)
-    return Level(start, step, look)
+    return Level(start, ball, sampler, step, task, look)
 
 
 def finding(*counts: int) -> Callable[[Weights], Pieces]:
@@ -75,7 +79,7 @@ def finding(*counts: int) -> Callable[[Weights], Pieces]:
 def test_a_level_without_loose_pieces_stays_as_it_is(level: Level) -> None:
     log = Log()
     assert level.look(finding(0), log) is level.start
-    assert not log.lines
+    assert log.lines == ["loose pieces of surface: 0"]
 
 
 def test_steps_are_taken_around_the_pieces(level: Level, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -107,7 +111,7 @@ def test_the_round_with_the_fewest_pieces_is_kept(level: Level, monkeypatch: pyt
     monkeypatch.setattr(last_look, "ROUNDS", 3)
     log = Log()
     assert level.look(finding(2, 2, 4, 3), log) is level.start
-    assert log.lines == ["loose pieces of surface: 2, which more steps do not mend"]
+    assert log.lines == ["loose pieces of surface: 2, which 900 more steps do not mend"]
     log = Log()
     level.look(finding(4, 5, 2, 3), log)
     assert log.lines == ["loose pieces of surface: 4; 2 after 600 more steps around them"]
@@ -141,15 +145,47 @@ def test_a_look_goes_on_until_thin_places_are_as_they_were(
     assert int(at_places.sum()) == (last_look.POINTS // 2 if held else 0)
 
 
-def test_no_round_begins_too_late(level: Level) -> None:
-    assert level.look(finding(2), Log(), time.perf_counter() - 1) is level.start
+def test_no_round_begins_that_does_not_fit(level: Level) -> None:
+    log = Log()
+    assert level.look(finding(2), log, Allowance(time.perf_counter() + 10, 1.0)) is level.start
+    assert log.lines == ["loose pieces of surface: 2; no time is left to train on around them"]
+
+
+def test_a_round_is_as_long_as_fits(level: Level, monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = iter([0.0, 2.0, 2.0, 10.0])  # The search, from 0 to 2, then what is left before the two rounds.
+    monkeypatch.setattr(last_look, "time", SimpleNamespace(perf_counter=lambda: next(clock)))
+    log = Log()
+    level.look(finding(2, 1), log, Allowance(14.0, 0.05))
+    assert log.lines == ["loose pieces of surface: 2; 1 after 200 more steps around them"]
 
 
 def test_a_look_takes_a_share_of_the_seconds_or_none() -> None:
-    three, one = (last_look.SEARCH + rounds * last_look.ROUND for rounds in (3, 1))
+    three = last_look.SEARCH + 3 * last_look.ROUND
     assert last_look.seconds_kept(0.1, 100.0) == pytest.approx(0.1 * three)
     assert last_look.seconds_kept(1.0, 100.0) == pytest.approx(30.0)
-    assert last_look.seconds_kept(1.01 * 30 / one, 100.0) == 0
+    assert last_look.seconds_kept(30 / last_look.SEARCH, 100.0) == 0
+
+
+@pytest.mark.parametrize("done", [0.0, 0.75])
+def test_a_level_knows_what_its_steps_take(level: Level, monkeypatch: pytest.MonkeyPatch, done: float) -> None:
+    """A level of 100 s that is measured in 1 s: 29.7 s are kept; a training that goes on has steps of before."""
+    now, seen = [0.0], list[Allowance]()
+    monkeypatch.setattr(last_look, "time", SimpleNamespace(perf_counter=lambda: now[0]))
+
+    def looked(*arguments: Any) -> Weights:
+        seen.append(arguments[-1])
+        return level.start
+
+    monkeypatch.setattr(last_look, "last_look", looked)
+    look = LastLook(finding(), level.shape, Log())
+    budget = look.leave(Budget(deadline=100.0, done=done), lambda: 1.0)
+    assert budget.deadline == pytest.approx(99 - 29.7)
+    now[0] = 60.0
+    outcome = Outcome(level.start, 4000, 1.0, 0, 0.02, 0.1, interrupted=False, failed=False)
+    look("level 2", outcome, level.task, level.step, level.sampler)
+    (allowance,) = seen
+    assert allowance.end == 99
+    assert allowance.step == pytest.approx(60 / (4000 * (1 - done)))
 
 
 def trained(ball: Shape, monkeypatch: pytest.MonkeyPatch, find: Callable[[Model], Pieces], log: Log) -> Training:
@@ -251,7 +287,7 @@ def test_what_may_be_the_shapes_own_is_not_taken_away(level: Level) -> None:
 
     assert level.look(find, log) is level.start
     assert len(found) == 1 + last_look.ROUNDS
-    assert log.lines == ["loose pieces of surface: 1, which more steps do not mend"]
+    assert log.lines == [f"loose pieces of surface: 1, which {last_look.ROUNDS * 300} more steps do not mend"]
 
 
 def test_small_pieces_beside_the_largest_are_loose(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -264,15 +300,17 @@ def test_small_pieces_beside_the_largest_are_loose(monkeypatch: pytest.MonkeyPat
     mesh = Mesh(vertices.astype(np.float32), faces.astype(np.int64))
     network = to_model(initial((4, 1), 5.0, 1, torch.Generator().manual_seed(0)))
     model = Model("ball", (ModelLevel(network, 0.1, 8, 1.0),))
-    monkeypatch.setattr(survey, "extract_model", lambda *_: Extracted(mesh, 4, 0))
+    monkeypatch.setattr(survey, "extract", lambda *_: mesh)
     count, points, piece = survey.loose_pieces(model)
     assert count == 2
     assert set(piece) == {1, -2}
     np.testing.assert_allclose(np.linalg.norm(points[piece > 0] - (0.7, 0, 0), axis=1), 0.01, rtol=1e-3)
     np.testing.assert_allclose(np.linalg.norm(points[piece < 0] - (0.1, 0, 0), axis=1), 0.02, rtol=1e-3)
 
-    def nothing(*_: object) -> Extracted:
-        raise UserError("no surface")
+    monkeypatch.setattr(ModelField, "in_bands", lambda self, points: points[:, 0] < 0.5)
+    count, _, piece = survey.loose_pieces(model)
+    assert (count, set(piece)) == (1, {-1}), "what is outside of the bands is not drawn (Fig. 8)"
 
-    monkeypatch.setattr(survey, "extract_model", nothing)
+    nothing = Mesh(mesh.vertices[:0], mesh.faces[:0])
+    monkeypatch.setattr(survey, "extract", lambda *_: nothing)
     assert survey.loose_pieces(model)[0] == 0
