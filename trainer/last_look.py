@@ -71,10 +71,14 @@ class Allowance:
 
     def steps(self, search: float) -> int:
         """Choose how many steps a round has: `STEPS`, or as many as fit before a search of so many seconds; else 0."""
+        return STEPS if self.end == math.inf else min(STEPS, self.fitting(search))
+
+    def fitting(self, search: float) -> int:
+        """Tell how many steps fit before a search of so many seconds; 0 where they are too few, or there is no end."""
         if self.end == math.inf:
-            return STEPS
+            return 0
         fitting = int((self.end - time.perf_counter() - search) / self.step)
-        return min(STEPS, fitting) if fitting >= FEWEST_STEPS else 0
+        return fitting if fitting >= FEWEST_STEPS else 0
 
 
 ENDLESS = Allowance()
@@ -146,9 +150,7 @@ def last_look(
     first, vertices, piece = find(start)
     search = time.perf_counter() - began
     if not first:
-        progress.end()
-        progress.say("loose pieces of surface: 0")
-        return start
+        return _seconds_used(start, task, sampler, find, progress, allowance.fitting(search))
     weights, rng, closed = start, np.random.default_rng(0), None
     allowed = len(sampler.lost(start).points)
     now = fewest = first, 0  # Pieces, and thin places that are closed.
@@ -173,13 +175,10 @@ def last_look(
         if held is not None:  # What was hard before would be forgotten.
             few = round(len(held.points) * HARD_SHARE / held_share)
             step.hard = held.and_then(_some_of(step.hard, few, rng))
-        onward = replace(task, start=partial(clone, weights), rate=SLOWER * task.rate, idle=math.inf, review=None)
-        outcome = fit(onward, Budget(steps=steps), progress)
-        if outcome.interrupted:
-            raise KeyboardInterrupt
-        if outcome.failed:
+        onward = _trained_on(weights, task, steps, progress)
+        if onward is None:
             break
-        weights, taken = outcome.weights, taken + steps
+        weights, taken = onward, taken + steps
         count, vertices, piece = find(weights)
         lost = sampler.lost(weights)
         if len(lost.points) > allowed:  # The rounds filled a slit, or broke a wall.
@@ -190,6 +189,35 @@ def last_look(
     progress.end()
     progress.say(_summary(first, fewest[0], after, taken))
     return kept
+
+
+def _seconds_used(
+    start: Weights,
+    task: Task,
+    sampler: Sampler,
+    find: Callable[[Weights], Pieces],
+    progress: TrainingProgress,
+    steps: int,
+) -> Weights:
+    """Train a level without loose pieces on for so many steps, which its seconds have left.
+
+    Returns its weights after these, or as they were where there are pieces then, or more thin places that are wrong.
+    """
+    after = _trained_on(start, task, steps, progress) if steps else None
+    if after is not None and (find(after)[0] or len(sampler.lost(after).points) > len(sampler.lost(start).points)):
+        after = None
+    progress.end()
+    progress.say("loose pieces of surface: 0" + (f"; {steps} more steps in the time left" if after is not None else ""))
+    return start if after is None else after
+
+
+def _trained_on(weights: Weights, task: Task, steps: int, progress: TrainingProgress) -> Weights | None:
+    """Train a level on at a lower rate. Returns its weights, or None where that fails. Raises KeyboardInterrupt."""
+    onward = replace(task, start=partial(clone, weights), rate=SLOWER * task.rate, idle=math.inf, review=None)
+    outcome = fit(onward, Budget(steps=steps), progress)
+    if outcome.interrupted:
+        raise KeyboardInterrupt
+    return None if outcome.failed else outcome.weights
 
 
 def _summary(first: int, fewest: int, after: int, taken: int) -> str:

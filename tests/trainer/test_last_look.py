@@ -82,6 +82,33 @@ def test_a_level_without_loose_pieces_stays_as_it_is(level: Level) -> None:
     assert log.lines == ["loose pieces of surface: 0"]
 
 
+@pytest.mark.parametrize(
+    ("pieces", "lost", "line"),
+    [
+        (0, [3, 3], "loose pieces of surface: 0; 400 more steps in the time left"),
+        (1, [], "loose pieces of surface: 0"),
+        (0, [4, 3], "loose pieces of surface: 0"),
+    ],
+)
+def test_seconds_that_are_left_are_used(
+    level: Level, monkeypatch: pytest.MonkeyPatch, pieces: int, lost: list[int], line: str
+) -> None:
+    """But not where that makes a piece, or gets a thin place wrong that was right: 4 after it, 3 before."""
+    clock = iter([0.0, 2.0, 2.0])  # The search, from 0 to 2, then what is left.
+    monkeypatch.setattr(last_look, "time", SimpleNamespace(perf_counter=lambda: next(clock)))
+
+    def find_lost(self: Sampler, weights: Weights) -> Pool:
+        places = np.zeros((lost.pop(0), 3))
+        return self.known(places, np.full(len(places), -1.0))
+
+    monkeypatch.setattr(Sampler, "lost", find_lost)
+    log = Log()
+    seen = level.look(finding(0, pieces), log, Allowance(24.0, 0.05))
+    assert (seen is level.start) == (not line.endswith("left"))
+    assert log.lines == [line]
+    assert not lost
+
+
 def test_steps_are_taken_around_the_pieces(level: Level, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(last_look, "TRUE_ROUNDS", 2)
     log = Log()
