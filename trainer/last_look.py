@@ -175,10 +175,10 @@ def last_look(
         if held is not None:  # What was hard before would be forgotten.
             few = round(len(held.points) * HARD_SHARE / held_share)
             step.hard = held.and_then(_some_of(step.hard, few, rng))
-        onward = _trained_on(weights, task, steps, progress)
+        onward, taken = _trained_on(weights, task, steps, progress), taken + steps
         if onward is None:
             break
-        weights, taken = onward, taken + steps
+        weights = onward
         count, vertices, piece = find(weights)
         lost = sampler.lost(weights)
         if len(lost.points) > allowed:  # The rounds filled a slit, or broke a wall.
