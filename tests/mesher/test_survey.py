@@ -1,8 +1,12 @@
-"""The line about a model's surface that a training ends with."""
+"""The line about a model's surface that a training ends with, and the loose pieces that it looks for."""
 
 import numpy as np
 import pytest
+import trimesh
 
+from mplicits.mesher import survey
+from mplicits.mesher.field import ModelField
+from mplicits.mesher.surface import Mesh
 from mplicits.mesher.survey import describe_surface
 from mplicits.model.model import Layer, Level, Model
 
@@ -27,3 +31,28 @@ def test_components_are_counted(omega: float, count: str) -> None:
 
 def test_a_model_without_a_surface_is_described_too() -> None:
     assert describe_surface(slabs(4.0, 2.0), quiet=True).startswith("surface: the model has no surface")
+
+
+def test_small_pieces_beside_the_largest_are_loose(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ball with a hollow, a fleck, and a second part that is as likely to be the shape's own."""
+    sphere = trimesh.creation.icosphere(3)
+    balls = [((0.7, 0, 0), 0.01), ((0, 0, 0), 0.5), ((0, 0.7, 0), 0.1), ((0.1, 0, 0), 0.02)]
+    vertices = np.concatenate([radius * sphere.vertices + centre for centre, radius in balls])
+    outward = [sphere.faces + i * len(sphere.vertices) for i in range(4)]
+    faces = np.concatenate((*outward[:3], outward[3][:, ::-1]))
+    mesh = Mesh(vertices.astype(np.float32), faces.astype(np.int64))
+    model = slabs(4.0, 0.0)
+    monkeypatch.setattr(survey, "extract", lambda *_: mesh)
+    count, points, piece = survey.loose_pieces(model)
+    assert count == 2
+    assert set(piece) == {1, -2}
+    np.testing.assert_allclose(np.linalg.norm(points[piece > 0] - (0.7, 0, 0), axis=1), 0.01, rtol=1e-3)
+    np.testing.assert_allclose(np.linalg.norm(points[piece < 0] - (0.1, 0, 0), axis=1), 0.02, rtol=1e-3)
+
+    monkeypatch.setattr(ModelField, "in_bands", lambda self, points: points[:, 0] < 0.5)
+    count, _, piece = survey.loose_pieces(model)
+    assert (count, set(piece)) == (1, {-1}), "what is outside of the bands is not drawn (Fig. 8)"
+
+    nothing = Mesh(mesh.vertices[:0], mesh.faces[:0])
+    monkeypatch.setattr(survey, "extract", lambda *_: nothing)
+    assert survey.loose_pieces(model)[0] == 0

@@ -16,15 +16,12 @@ import trimesh
 import mplicits
 from mplicits.cli import perform
 from mplicits.mesher import survey
-from mplicits.mesher.field import ModelField
-from mplicits.mesher.surface import Mesh
-from mplicits.model.model import Level as ModelLevel
 from mplicits.model.model import Model
 from mplicits.trainer import last_look
 from mplicits.trainer.last_look import Allowance, LastLook, Pieces
 from mplicits.trainer.level import LevelStep
 from mplicits.trainer.networks.fit import Budget, Outcome, Task
-from mplicits.trainer.networks.network import Weights, initial, to_model
+from mplicits.trainer.networks.network import Weights, initial
 from mplicits.trainer.pools import Pool, Sampler
 from mplicits.trainer.settings import RESIDUAL
 from mplicits.trainer.shapes.shape import Shape
@@ -315,29 +312,3 @@ def test_what_may_be_the_shapes_own_is_not_taken_away(level: Level) -> None:
     assert level.look(find, log) is level.start
     assert len(found) == 1 + last_look.ROUNDS
     assert log.lines == [f"loose pieces of surface: 1, which {last_look.ROUNDS * 300} more steps do not mend"]
-
-
-def test_small_pieces_beside_the_largest_are_loose(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A ball with a hollow, a fleck, and a second part that is as likely to be the shape's own."""
-    sphere = trimesh.creation.icosphere(3)
-    balls = [((0.7, 0, 0), 0.01), ((0, 0, 0), 0.5), ((0, 0.7, 0), 0.1), ((0.1, 0, 0), 0.02)]
-    vertices = np.concatenate([radius * sphere.vertices + centre for centre, radius in balls])
-    outward = [sphere.faces + i * len(sphere.vertices) for i in range(4)]
-    faces = np.concatenate((*outward[:3], outward[3][:, ::-1]))
-    mesh = Mesh(vertices.astype(np.float32), faces.astype(np.int64))
-    network = to_model(initial((4, 1), 5.0, 1, torch.Generator().manual_seed(0)))
-    model = Model("ball", (ModelLevel(network, 0.1, 8, 1.0),))
-    monkeypatch.setattr(survey, "extract", lambda *_: mesh)
-    count, points, piece = survey.loose_pieces(model)
-    assert count == 2
-    assert set(piece) == {1, -2}
-    np.testing.assert_allclose(np.linalg.norm(points[piece > 0] - (0.7, 0, 0), axis=1), 0.01, rtol=1e-3)
-    np.testing.assert_allclose(np.linalg.norm(points[piece < 0] - (0.1, 0, 0), axis=1), 0.02, rtol=1e-3)
-
-    monkeypatch.setattr(ModelField, "in_bands", lambda self, points: points[:, 0] < 0.5)
-    count, _, piece = survey.loose_pieces(model)
-    assert (count, set(piece)) == (1, {-1}), "what is outside of the bands is not drawn (Fig. 8)"
-
-    nothing = Mesh(mesh.vertices[:0], mesh.faces[:0])
-    monkeypatch.setattr(survey, "extract", lambda *_: nothing)
-    assert survey.loose_pieces(model)[0] == 0
