@@ -17,6 +17,7 @@ import trimesh
 from PIL import Image
 
 import scans
+from contenders import training_settings
 from mplicits.mesher.evaluate import compare
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.truth import in_model_space, read_mesh
@@ -26,7 +27,7 @@ from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.train import Training
-from protocol import DATA, Page, machine, training_settings
+from protocol import DATA, Page, machine
 
 SCANS = Path("scans") / "stanford_bunny_scans.zip"
 """The range scans, in the data's folder."""

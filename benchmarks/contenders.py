@@ -61,11 +61,19 @@ def of_model(name: str, model: Model, seconds: float, steps: Sequence[int] = ())
     return Trained(name, model.parameters(), seconds, tuple(steps) or recorded, lambda cell: ModelField(model, cell))
 
 
+def training_settings(levels: str, steps: str | None = None, seconds: float | None = None, seed: int = 0) -> Settings:
+    """Return the settings of `mplicits train --texture none` with these options.
+
+    levels, steps: as the command line takes them; steps None: the default, or as many as the seconds allow.
+    """
+    networks = settings.networks(levels)
+    chosen = settings.steps(steps, len(networks))
+    return Settings(networks, settings.omegas(None, networks), chosen, seconds, texture=False, seed=seed)
+
+
 def ours(shape: Shape, networks: str, seconds: float, seed: int) -> Model:
     """Train as `mplicits train SHAPE --levels NETWORKS --seconds S --texture none` does."""
-    sizes = settings.networks(networks)
-    chosen = Settings(sizes, settings.omegas(None, sizes), settings.steps(None, len(sizes)), seconds, False, seed)
-    return fully_trained(shape, chosen)
+    return fully_trained(shape, training_settings(networks, seconds=seconds, seed=seed))
 
 
 def fully_trained(shape: Shape, chosen: Settings, began: float | None = None) -> Model:

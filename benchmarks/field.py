@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from contenders import fully_trained
+from contenders import fully_trained, training_settings
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference.interpret import nested_field
 from mplicits.mesher.distance import compare_field
@@ -29,7 +29,7 @@ from mplicits.trainer import sampling
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
-from protocol import DATA, Page, machine, training_settings
+from protocol import DATA, Page, machine
 
 BALL_POINTS = 1_000_000
 """Points of the unit ball at which f is compared with the distance."""
@@ -134,6 +134,8 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/field.md"))
     options = parser.parse_args()
     default = [*sorted((DATA / "meshes").glob("*.ply")), *sorted((DATA / "thingi32").glob("*.ply"))]
+    if options.keep:
+        options.keep.mkdir(parents=True, exist_ok=True)
     length = f"--steps {options.steps}" if options.steps else f"--seconds {options.seconds:g}"
     prepare(device("cpu"))
     page = Page(

@@ -19,7 +19,7 @@ from unittest.mock import patch
 import numpy as np
 import torch
 
-from contenders import EVERYWHERE, one_siren, ours
+from contenders import EVERYWHERE, one_siren, ours, training_settings
 from mplicits.mesher.evaluate import compare
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.truth import in_model_space, read_mesh
@@ -34,7 +34,7 @@ from mplicits.trainer.pools import Pool, Sampler
 from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
-from protocol import DATA, Page, machine, training_settings
+from protocol import DATA, Page, machine
 
 SHAPES = ("meshes/armadillo", "meshes/lucy", "meshes/happy_buddha", "thingi32/53159", "thingi32/64764")
 CPU = torch.device("cpu")

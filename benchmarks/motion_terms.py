@@ -22,6 +22,7 @@ import torch
 from scipy.spatial import cKDTree
 from torch import Tensor
 
+from contenders import training_settings
 from motion import FRAMES, RESOLUTION, error, slopes
 from mplicits.mesher.extract import extract_model
 from mplicits.model.errors import UserError
@@ -37,7 +38,7 @@ from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.motion import MovingShape
 from mplicits.trainer.shapes.shape import Doubles, SurfacePoints
 from mplicits.trainer.train import Training
-from protocol import Page, machine, training_settings
+from protocol import Page, machine
 
 VELOCITIES = (3.0, 10.0)
 """Values of c."""

@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from contenders import Trained, of_model, one_siren
+from contenders import Trained, of_model, one_siren, training_settings
 from hash_grid import hash_grid
 from mplicits.mesher.evaluate import compare
 from mplicits.mesher.extract import extract
@@ -37,7 +37,7 @@ from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.orient import estimated_normals
 from mplicits.trainer.shapes.shape import Doubles, SurfacePoints, unit
 from mplicits.trainer.train import Training
-from protocol import DATA, Page, machine, training_settings
+from protocol import DATA, Page, machine
 
 POINTS = 100_000
 """Points of a cloud, without the outliers."""

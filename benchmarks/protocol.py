@@ -13,22 +13,10 @@ from mplicits.mesher.extract import extract
 from mplicits.mesher.grid import Grid
 from mplicits.mesher.metrics import SampledSurface, chamfer
 from mplicits.mesher.truth import in_model_space, read_mesh
-from mplicits.trainer import settings
-from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.shape import Shape
 
 DATA = Path(os.environ.get("MPLICITS_DATA", Path(__file__).parents[2] / "shared" / "data"))
 """The folder of meshes that are not part of the repository."""
-
-
-def training_settings(levels: str, steps: str | None = None, seconds: float | None = None, seed: int = 0) -> Settings:
-    """Return the settings of `mplicits train --texture none` with these options.
-
-    levels, steps: as the command line takes them; steps None: the default, or as many as the seconds allow.
-    """
-    networks = settings.networks(levels)
-    chosen = settings.steps(steps, len(networks))
-    return Settings(networks, settings.omegas(None, networks), chosen, seconds, texture=False, seed=seed)
 
 
 class Truth:

@@ -9,11 +9,11 @@ import argparse
 import time
 from pathlib import Path
 
-from contenders import fully_trained
+from contenders import fully_trained, training_settings
 from mplicits.model.model_file import save
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.shapes.load import load_shape
-from protocol import machine, training_settings
+from protocol import machine
 
 
 def main() -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, binary_erosion
 
+from contenders import training_settings
 from dense_view import Picture, lost_and_extra, views
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.ir.program import Program
@@ -30,7 +31,7 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import open_osmesa
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
-from protocol import Page, machine, training_settings
+from protocol import Page, machine
 
 NEAR = 3
 """Pixels from a silhouette up to which every ray is marched densely."""

@@ -66,19 +66,16 @@ class Allowance:
 
     end: float = math.inf
     """Value of time.perf_counter() at which the look is to be over."""
-    step: float = 0.0
+    step: float = 1.0
     """Seconds of an optimiser step."""
 
-    def steps(self, search: float) -> int:
-        """Choose how many steps a round has: `STEPS`, or as many as fit before a search of so many seconds; else 0."""
-        return STEPS if self.end == math.inf else min(STEPS, self.fitting(search))
+    def steps(self, most: float, search: float) -> int:
+        """Choose how many steps to take: `most`, or as many as fit before a search of so many seconds.
 
-    def fitting(self, search: float) -> int:
-        """Tell how many steps fit before a search of so many seconds; 0 where they are too few, or there is no end."""
-        if self.end == math.inf:
-            return 0
-        fitting = int((self.end - time.perf_counter() - search) / self.step)
-        return fitting if fitting >= FEWEST_STEPS else 0
+        0 where fewer than `FEWEST_STEPS` fit.
+        """
+        fitting = (self.end - time.perf_counter() - search) / self.step
+        return int(min(most, fitting)) if fitting >= FEWEST_STEPS else 0
 
 
 ENDLESS = Allowance()
@@ -150,7 +147,8 @@ def last_look(
     first, vertices, piece = find(start)
     search = time.perf_counter() - began
     if not first:
-        return _seconds_used(start, task, sampler, find, progress, allowance.fitting(search))
+        left = 0 if allowance.end == math.inf else allowance.steps(math.inf, search)
+        return _seconds_used(start, task, sampler, find, progress, left)
     weights, rng, closed = start, np.random.default_rng(0), None
     allowed = len(sampler.lost(start).points)
     now = fewest = first, 0  # Pieces, and thin places that are closed.
@@ -159,7 +157,7 @@ def last_look(
     held, held_share = step.hard, 0.0 if step.hard is None else step.hard_share
     step.hard_share = held_share + HARD_SHARE
     for number in range(1, ROUNDS + 1):
-        steps = allowance.steps(search)
+        steps = allowance.steps(STEPS, search)
         if not any(now) or not steps:
             break
         if now[0]:
