@@ -21,11 +21,6 @@ DELTA, NEAR = 0.05, 0.008
 CPU = torch.device("cpu")
 
 
-@pytest.fixture(scope="module")
-def ball(tmp_path_factory: pytest.TempPathFactory) -> Shape:
-    return load_ball(tmp_path_factory.mktemp("ball"))
-
-
 def constant(number: float) -> Weights:
     """A network whose value is `number` everywhere."""
     return [torch.zeros(4, 3), torch.zeros(4), torch.zeros(1, 4), torch.full((1,), number)]

@@ -19,18 +19,8 @@ from mplicits.trainer.networks.network import Weights
 from mplicits.trainer.pools import Pool, Sampler
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.trainer.train import Training
-from support.ball_training import QUICK_NUMBERS, SMALL_SETTINGS, Log, load_ball
-from support.looked_at import DELTA, SPOT, Level, finding, level_of
-
-
-@pytest.fixture(scope="module")
-def ball(tmp_path_factory: pytest.TempPathFactory) -> Shape:
-    return load_ball(tmp_path_factory.mktemp("ball"))
-
-
-@pytest.fixture
-def level(ball: Shape) -> Level:
-    return level_of(ball)
+from support.ball_training import QUICK_NUMBERS, SMALL_SETTINGS, Log
+from support.looked_at import DELTA, SPOT, Level, finding
 
 
 def test_a_level_without_loose_pieces_stays_as_it_is(level: Level) -> None:

@@ -12,19 +12,8 @@ from mplicits.trainer.last_look import Allowance, LastLook
 from mplicits.trainer.networks.fit import Budget, Outcome
 from mplicits.trainer.networks.network import Weights
 from mplicits.trainer.pools import Pool, Sampler
-from mplicits.trainer.shapes.shape import Shape
-from support.ball_training import Log, load_ball
-from support.looked_at import Level, finding, level_of
-
-
-@pytest.fixture(scope="module")
-def ball(tmp_path_factory: pytest.TempPathFactory) -> Shape:
-    return load_ball(tmp_path_factory.mktemp("ball"))
-
-
-@pytest.fixture
-def level(ball: Shape) -> Level:
-    return level_of(ball)
+from support.ball_training import Log
+from support.looked_at import Level, finding
 
 
 @pytest.mark.parametrize(

@@ -17,17 +17,12 @@ from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Doubles, Shape
 from mplicits.trainer.train import Training
-from support.ball_training import SMALL_SETTINGS, Log, load_ball, train
+from support.ball_training import SMALL_SETTINGS, Log, train
 
 
 @pytest.fixture(scope="module", autouse=True)
 def prepared() -> None:
     machine.prepare(torch.device("cpu"))
-
-
-@pytest.fixture(scope="module")
-def ball(tmp_path_factory: pytest.TempPathFactory) -> Shape:
-    return load_ball(tmp_path_factory.mktemp("ball"))
 
 
 @pytest.fixture(scope="module")
