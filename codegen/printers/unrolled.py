@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from ...model.scene import DIFFERENCE, SMOOTH_UNION, UNION
 from ..ir.composition import OFFSET, Join
 from ..ir.program import Program
-from .asked import Asked, Triple
 from .scalars import Notation, Number, Scalar, Writer
+from .scene_leaf import LeafAtPoint, Triple
 
 
 class Unrolled:
@@ -37,7 +37,7 @@ class Unrolled:
         """The field."""
         self.reached: Number = 1.0
         """The level that it is of."""
-        self._leaves = [Asked(leaf, w, (x, y, z)) for leaf in program.composition.leaves]
+        self._leaves = [LeafAtPoint(leaf, w, (x, y, z)) for leaf in program.composition.leaves]
         defined: str | None = None
         self._outside: list[tuple[str, Number]] = []
         for k in range(len(program.bands)):
@@ -78,7 +78,7 @@ class Unrolled:
         """Return a number as text."""
         return self._w.text(value)
 
-    def _shares(self) -> list[tuple[Number, Asked]]:
+    def _shares(self) -> list[tuple[Number, LeafAtPoint]]:
         """Return the leaves, each with its share in the field."""
         _, shares = self._join(self._root, shares=True)
         return [(shares[i], leaf) for i, leaf in enumerate(self._leaves)]

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ..ir.at_time import at_time
 from ..ir.program import Program
-from ..ir.still import still
 from .cell_codes import OVERESTIMATE, all_cells, between, middles
 from .cell_search import FIRST, found_grid
 from .few_levels import few_grid
@@ -66,7 +66,7 @@ class Cells:
     def _found(self, moment: int) -> NDArray[np.uint8]:
         """Return the grid at a moment."""
         if moment not in self._grids:
-            there, slack = still(self._program, self._time(moment)), self._slack(moment)
+            there, slack = at_time(self._program, self._time(moment)), self._slack(moment)
             grid = few_grid if self._few else found_grid
             self._grids[moment] = grid(there, self.count, self.half, slack)
         return self._grids[moment]

@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from ...model.model import Model
+from ..ir.at_time import at_sampled_times
 from ..ir.lower import lower
 from ..ir.program import Array, Program
-from ..ir.still import stills
 from . import interpret
 
 SHARE = 0.05
@@ -21,13 +21,13 @@ POINTS = 4000
 def fewest_digits(model: Model) -> int:
     """Return the fewest decimals whose root mean square error near the surface is under SHARE of the last delta.
 
-    Of a model that moves, they are enough at each of the times that `stills` samples.
+    Of a model that moves, they are enough at each of the times that `at_sampled_times` samples.
     """
-    moments = [(exact, near_surface(exact)) for exact in stills(lower(model))]
+    moments = [(exact, near_surface(exact)) for exact in at_sampled_times(lower(model))]
     allowed = SHARE * model.levels[-1].delta
 
     def enough(digits: int) -> bool:
-        rounded = stills(lower(model, digits))
+        rounded = at_sampled_times(lower(model, digits))
         errors = (error(exact, few, points) for (exact, points), few in zip(moments, rounded, strict=True))
         return all(one < allowed for one in errors)
 

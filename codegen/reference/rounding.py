@@ -7,8 +7,8 @@ import numpy as np
 
 from ...model.errors import UserError
 from ...model.model import Array, Layer, Model, Network
+from ..ir.at_time import at_sampled_times
 from ..ir.lower import lower, output_scale
-from ..ir.still import stills
 from . import interpret
 from .digits import near_surface
 
@@ -54,7 +54,7 @@ def rounding_error(model: Model, coarse: Model) -> tuple[float, float]:
     """
     level = len(model.levels)
     differences = []
-    for exact, rounded in zip(stills(lower(model)), stills(lower(coarse)), strict=True):
+    for exact, rounded in zip(at_sampled_times(lower(model)), at_sampled_times(lower(coarse)), strict=True):
         points = near_surface(exact)
         differences.append(np.abs(interpret.field(exact, points, level) - interpret.field(rounded, points, level)))
     difference = np.concatenate(differences)

@@ -8,9 +8,9 @@ from ..ir.prefixed import prefixed
 from ..ir.program import INPUT, Affine, Array, Cosine, Dot, Function, Op, Product, Program, Scale, Sine, Transposed
 from ..printers.cstyle import Language, constants_of
 from ..printers.field import plain_colour
-from ..printers.function import Place
 from ..printers.unrolled import Unrolled
-from .alone import described, prepared
+from ..printers.user_functions import Place
+from .function_target import described, prepared
 from .header import header_facts, header_line
 
 LANGUAGE = Language(suffix="f")

@@ -2,7 +2,7 @@
 
 from ...model.model import Model
 from ..printers.cstyle import Language
-from .alone import in_shader
+from .function_target import in_shader
 
 LANGUAGE = Language(
     constant="static const {type} {name} = {value};",

@@ -9,12 +9,12 @@ from ...model.model import Model
 from ...model.orientation import UPRIGHT
 from ..ir.prefixed import prefixed
 from ..ir.program import INPUT, Affine, Array, Cosine, Dot, Function, Op, Product, Program, Scale, Sine, Transposed
-from ..printers.asked import Triple
 from ..printers.cstyle import constants_of
 from ..printers.field import PLAIN, plain_colour
-from ..printers.function import Place
+from ..printers.scene_leaf import Triple
 from ..printers.unrolled import Unrolled
-from .alone import described, prepared
+from ..printers.user_functions import Place
+from .function_target import described, prepared
 from .header import header_facts
 
 WIDTH = 110

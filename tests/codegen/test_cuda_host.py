@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
+from mplicits.codegen.ir.at_time import at_time
 from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.ir.still import still
 from mplicits.codegen.reference import interpret
 from mplicits.codegen.reference.cells import Cells
 from mplicits.codegen.reference.dense import dense_march
@@ -108,7 +108,7 @@ def test_simple_draws_each_moment_of_a_motion(tmp_path: Path) -> None:
     eye, directions, footprint = Camera().rays(SIDE, SIDE)
     for time in PICTURED:
         drawn = data(program, "simple", SIDE, "--time", str(time)).reshape(-1, 4)
-        there = still(lower(model), time)
+        there = at_time(lower(model), time)
         rays = march(there, eye, directions.reshape(-1, 3), 2, footprint, schedule="relaxed")
         assert (rays.steps == drawn[:, 1]).mean() > 0.98
         assert rays.hit.sum() > 50
@@ -126,7 +126,7 @@ def test_a_scene_is_drawn_at_each_moment(tmp_path: Path) -> None:
     eye, directions, footprint = Camera().rays(SIDE, SIDE)
     for time in (0.0, 0.8):
         drawn = data(program, "simple", SIDE, "--time", str(time)).reshape(-1, 4)
-        there = still(lower(model), time)
+        there = at_time(lower(model), time)
         rays = march(there, eye, directions.reshape(-1, 3), 2, footprint, schedule="relaxed")
         both = rays.hit & (drawn[:, 3] > 0.5)
         assert both.sum() > 100

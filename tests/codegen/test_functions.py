@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.printers.function import function_name
+from mplicits.codegen.printers.user_functions import function_name
 from mplicits.codegen.reference import interpret
 from mplicits.codegen.targets.header import read_header
 from mplicits.codegen.targets.registry import TARGETS

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from mplicits.codegen.ir.at_time import SAMPLED_TIMES, at_sampled_times, at_time
 from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.ir.still import SAMPLED, still, stills
 from mplicits.codegen.reference import digits, interpret
 from mplicits.codegen.reference.cell_codes import EMPTY
 from mplicits.codegen.reference.cells import MOMENTS, Cells
@@ -45,7 +45,7 @@ def data(renderer: Renderer, camera: Camera, time: float, schedule: str = "relax
 def test_the_model_is_the_ball_that_splits(model: Model) -> None:
     program = lower(model)
     for time in PICTURED:
-        points = digits.near_surface(still(program, time))
+        points = digits.near_surface(at_time(program, time))
         assert len(points) > 1000
         assert np.abs(distance(np.pad(points, ((0, 0), (0, 1)), constant_values=time))).mean() < 0.03
 
@@ -53,7 +53,7 @@ def test_the_model_is_the_ball_that_splits(model: Model) -> None:
 @pytest.mark.parametrize("time", [0.0, 0.3, 1.0])
 def test_a_still_program_computes_what_the_moving_one_does_at_its_time(time: float) -> None:
     moving = lower(random_model((12, 2), (8, 0), texture=(5, 1), inputs="xyzt"), digits=4)
-    there = still(moving, time)
+    there = at_time(moving, time)
     there.check()
     assert not there.moving
     points = np.random.default_rng(0).uniform(-1, 1, (500, 3)).astype(np.float32)
@@ -65,14 +65,14 @@ def test_a_still_program_computes_what_the_moving_one_does_at_its_time(time: flo
         ):
             np.testing.assert_allclose(ours, theirs, atol=2e-5)
     np.testing.assert_allclose(interpret.colour(there, points), interpret.colour(moving, points, time), atol=1e-5)
-    assert still(there, 0.7) is there
+    assert at_time(there, 0.7) is there
 
 
 @pytest.mark.parametrize("time", PICTURED)
 def test_glsl_draws_the_reference_at_each_time(renderer: Renderer, model: Model, time: float) -> None:
     drawn = data(renderer, VIEWS[0], time, "plain").reshape(-1, 4)
     eye, directions, footprint = VIEWS[0].rays(SIDE, SIDE)
-    program = still(lower(model), time)
+    program = at_time(lower(model), time)
     rays = march(program, eye, directions.reshape(-1, 3), 2, footprint)
     assert 100 < rays.hit.sum() < SIDE**2 / 2
     assert (rays.hit == (drawn[:, 3] > 0.5)).mean() > 0.999
@@ -95,7 +95,7 @@ def test_the_grids_of_cells_lose_no_pixel_at_any_time(renderer: Renderer, model:
     for k, time in enumerate((0.0, 1e-4, 1.5 * STEP, 10 * STEP, 0.5, 20.3 * STEP, 1 - 1e-4, 1.0)):
         camera = VIEWS[k]
         eye, directions, footprint = camera.rays(SIDE, SIDE)
-        closest, _ = dense_march(still(program, time), eye, directions.reshape(-1, 3), 2, footprint)
+        closest, _ = dense_march(at_time(program, time), eye, directions.reshape(-1, 3), 2, footprint)
         plain, relaxed = (data(renderer, camera, time, schedule) for schedule in ("plain", "relaxed"))
         hit, plainly = (drawn[..., 3].ravel() > 0.5 for drawn in (relaxed, plain))
         assert not ((closest == 0) & ~hit).any()
@@ -110,8 +110,8 @@ def test_a_cell_in_which_the_surface_ever_is_is_not_empty(model: Model) -> None:
     program = lower(model)
     cells = Cells(program, 32, 8)
     for time in np.linspace(0, 1, 17):
-        surface = digits.near_surface(still(program, float(time)))
-        value = interpret.field(still(program, float(time)), surface, 2)
+        surface = digits.near_surface(at_time(program, float(time)))
+        value = interpret.field(at_time(program, float(time)), surface, 2)
         surface = surface[np.abs(value) < 1e-3]
         x, y, z = (np.floor((surface / cells.half + 1) / 2 * cells.count).astype(int)).T
         grid = cells.grid(float(time))
@@ -135,7 +135,7 @@ def test_without_cells_a_shader_draws_the_same_and_is_read_back_as_one_that_move
 def test_digits_are_enough_at_every_time(model: Model) -> None:
     fewest = digits.fewest_digits(model)
     allowed = digits.SHARE * model.levels[-1].delta
-    for exact, rounded in zip(stills(lower(model)), stills(lower(model, fewest)), strict=True):
+    for exact, rounded in zip(at_sampled_times(lower(model)), at_sampled_times(lower(model, fewest)), strict=True):
         assert digits.error(exact, rounded, digits.near_surface(exact)) < allowed
-    assert len(stills(lower(model))) == len(SAMPLED)
-    assert len(stills(lower(random_model((8, 1))))) == 1
+    assert len(at_sampled_times(lower(model))) == len(SAMPLED_TIMES)
+    assert len(at_sampled_times(lower(random_model((8, 1))))) == 1

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 import mplicits
 from mplicits import cli
+from mplicits.codegen.ir.at_time import at_time
 from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.ir.still import still
 from mplicits.codegen.reference import composed as reference
 from mplicits.codegen.reference import interpret
 from mplicits.codegen.reference.march import march
@@ -81,7 +81,7 @@ def test_the_field_is_the_composition_by_hand(tmp_path: Path) -> None:
         near = reached == 2
         np.testing.assert_allclose(value[near], by_hand[near], rtol=0, atol=1e-6)
         np.testing.assert_allclose(field.sdf(points, time=time), value, rtol=0, atol=1e-6)
-        frozen, _ = interpret.nested_field(still(lower(model), time), points.astype(np.float32), 2)
+        frozen, _ = interpret.nested_field(at_time(lower(model), time), points.astype(np.float32), 2)
         np.testing.assert_allclose(frozen, value, rtol=0, atol=1e-6)
 
 

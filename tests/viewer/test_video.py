@@ -12,7 +12,7 @@ from PIL import Image, ImageSequence
 
 from mplicits.cli import main
 from mplicits.codegen.targets.glsl330 import bake
-from mplicits.codegen.targets.motion import moment, phase_of
+from mplicits.codegen.targets.motion import phase_at_time, time_at_phase
 from mplicits.model.model import Model
 from mplicits.model.model_file import save
 from mplicits.viewer.draw import movie
@@ -68,12 +68,12 @@ def nearest(picture: NDArray[np.float64], candidates: list[NDArray[np.float32]])
 
 def test_the_motion_goes_there_and_back() -> None:
     phases = np.linspace(0, 1, 21)
-    times = [moment(phase) for phase in phases.tolist()]
+    times = [time_at_phase(phase) for phase in phases.tolist()]
     assert (times[0], times[10], times[20]) == pytest.approx((0.0, 1.0, 0.0))
     assert np.allclose(times, times[::-1])
     steps = np.abs(np.diff(times))
     assert steps[0] < 0.2 * steps[4], "slower at the ends"
-    assert [moment(phase_of(time)) for time in times] == pytest.approx(times)
+    assert [time_at_phase(phase_at_time(time)) for time in times] == pytest.approx(times)
 
 
 @pytest.mark.parametrize("suffix", [".mp4", ".gif"])

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from ...codegen.targets.motion import moment
+from ...codegen.targets.motion import time_at_phase
 from ...model.errors import UserError
 from ...model.files import show
 from .camera import Camera
@@ -52,7 +52,7 @@ class Shot:
         camera = camera.orbited(self.turn * phase, 0.0)
         if not self.moves:
             return camera, options
-        return camera, replace(options, time=k / max(1, self.frames - 1) if self.once else moment(phase))
+        return camera, replace(options, time=k / max(1, self.frames - 1) if self.once else time_at_phase(phase))
 
 
 class Movie(Protocol):

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 
-from ...codegen.targets.motion import PERIOD, moment, phase_of
+from ...codegen.targets.motion import PERIOD, phase_at_time, time_at_phase
 from ..draw.camera import Camera
 from ..draw.options import RenderOptions
 from .overlay import MESH_MODES
@@ -77,7 +77,7 @@ class View:
 
     def __post_init__(self) -> None:
         self.camera = self.home
-        self.phase = phase_of(self.options.time)
+        self.phase = phase_at_time(self.options.time)
 
     @property
     def animated(self) -> bool:
@@ -158,12 +158,12 @@ class View:
     def seek(self, time: float) -> None:
         """Show a time, from 0 to 1, of the motion; coarse pixels will do while it is looked for."""
         self.set(time=time)
-        self.phase, self.moved = phase_of(time), True
+        self.phase, self.moved = phase_at_time(time), True
 
     def play(self, seconds: float) -> None:
         """Go on with the motion, there and back, by so many seconds."""
         self.phase = (self.phase + seconds / PERIOD) % 1.0
-        self.set(time=moment(self.phase))
+        self.set(time=time_at_phase(self.phase))
         self.moved = True
 
     def key(self, key: str) -> None:

@@ -10,7 +10,7 @@ Triple = tuple[Number, Number, Number]
 """A vector."""
 
 
-class Asked:
+class LeafAtPoint:
     """A leaf at the point."""
 
     def __init__(self, leaf: Leaf, writer: Writer, point: Triple) -> None:

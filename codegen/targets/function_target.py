@@ -7,7 +7,7 @@ from ..ir.lower import lower
 from ..ir.program import Program
 from ..printers.cstyle import Language
 from ..printers.field import STORAGES
-from ..printers.function import Place, function_name, print_function
+from ..printers.user_functions import Place, function_name, print_function
 from .header import header_facts, header_line
 
 SPACES = ("model", "input")
