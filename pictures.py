@@ -1,11 +1,11 @@
 """Pictures of models without OpenGL: for notebooks, and of a training's levels in a folder (`train --preview`)."""
 
-import io
 from pathlib import Path
 
 from .codegen.targets import webpage
 from .model.errors import UserError
 from .model.files import check_writable, show, write_whole
+from .model.image_file import png_bytes
 from .model.kinds import PICTURE
 from .model.model import Model
 
@@ -15,11 +15,7 @@ SIDE = 320
 
 def png(model: Model) -> bytes:
     """Draw a model from its front: a PNG with a transparent background."""
-    from PIL import Image
-
-    data = io.BytesIO()
-    Image.fromarray(webpage.poster_pixels(model, SIDE)).save(data, "png", optimize=True)
-    return data.getvalue()
+    return png_bytes(webpage.poster_pixels(model, SIDE), optimize=True)
 
 
 class Pictures:

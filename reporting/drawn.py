@@ -1,7 +1,6 @@
 """The pictures of a report: each level, a slice of the field with its bands, and the surface's error as colours."""
 
 import base64
-import io
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -15,6 +14,7 @@ from ..codegen.reference.evaluate import Evaluator
 from ..codegen.reference.trace import trace
 from ..codegen.targets import orbit, webpage
 from ..codegen.targets.camera import basis, fitting_distance
+from ..model.image_file import png_bytes
 from ..model.model import Model, shape_of
 
 SIDE = 256
@@ -108,11 +108,7 @@ def legend() -> Picture:
 
 def url(picture: Picture) -> str:
     """Write a picture as the URL of a PNG."""
-    from PIL import Image
-
-    data = io.BytesIO()
-    Image.fromarray(picture).save(data, "png", optimize=True)
-    return "data:image/png;base64," + base64.b64encode(data.getvalue()).decode()
+    return "data:image/png;base64," + base64.b64encode(png_bytes(picture, optimize=True)).decode()
 
 
 def _changes(values: NDArray[np.generic]) -> NDArray[np.bool_]:

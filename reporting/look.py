@@ -3,6 +3,8 @@
 import html
 from collections.abc import Iterable, Sequence
 
+from ..model import page_style
+
 HEAD = (
     '<!doctype html>\n<html lang="en"><meta charset="utf-8"><meta name="generator" content="mplicits report">'
     '<meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -10,19 +12,10 @@ HEAD = (
     "content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'\">"
 )
 """How the page begins; the policy keeps anything in it from being loaded or run."""
-STYLE = """
-:root { color-scheme: light dark; --ink: #1d1d1f; --soft: #5a5e66; --line: #d9d6cf; --back: #faf9f7; --card: #fff; }
-@media (prefers-color-scheme: dark) {
-  :root { --ink: #eee; --soft: #a9aeb8; --line: #3a3d45; --back: #16171a; --card: #1f2126; }
-}
-body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--back); margin: 2rem auto;
-  max-width: 60rem; padding: 0 1rem; overflow-wrap: anywhere; }
-h1 { font-size: 1.6rem; margin: 0; } h2 { font-size: 1.15rem; margin: 2rem 0 .5rem; }
-h3 { font-size: 1rem; margin: 1rem 0 0; }
-p { color: var(--soft); margin: .25rem 0; max-width: 46rem; }
-.row { display: flex; flex-wrap: wrap; gap: 1rem; } figure { margin: 0; background: var(--card);
-  border: 1px solid var(--line); border-radius: 8px; padding: .5rem; max-width: 100%; box-sizing: border-box; }
-img { display: block; max-width: 100%; } figcaption { color: var(--soft); font-size: .9rem; }
+STYLE = (
+    page_style.STYLE
+    + """
+.row { display: flex; flex-wrap: wrap; gap: 1rem; }
 .scale { width: 256px; height: 12px; margin-top: .75rem; image-rendering: pixelated; }
 .ends { display: flex; justify-content: space-between; width: 256px; font-size: .85rem; color: var(--soft); }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; background: var(--card); }
@@ -41,6 +34,7 @@ polyline { stroke: currentColor; } polyline.mean_f { stroke-width: 2.5; }
 .mean_f { color: #d1495b; } .loss { color: #8d8d8d; } .normal, .along { color: #d9902f; }
 .value, .colour { color: #2e86ab; } .distance { color: #3d9970; } .eikonal { color: #9b5de5; }
 """
+)
 
 
 def figure(source: str, title: str, caption: str = "") -> str:

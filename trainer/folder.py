@@ -16,7 +16,7 @@ from ..model.files import show
 from ..model.gallery import SUFFIX
 from ..model.interrupts import begin_work, ended_by
 from ..model.model_file import load
-from .folders.job import Job, News, Outcome, Status
+from .folders.job import Job, Outcome, Progress, Status
 from .folders.results import PAGE, TABLE, Row, row_of, write_results
 from .folders.workers import here, on_cluster
 from .settings import Settings
@@ -132,11 +132,11 @@ def _is_done(job: Job, settings: Settings) -> bool:
     return False
 
 
-def _outcomes(jobs: Sequence[Job], options: Namespace, news: News) -> Generator[Outcome]:
-    return on_cluster(jobs, options.cluster) if options.cluster else here(jobs, options.jobs, news)
+def _outcomes(jobs: Sequence[Job], options: Namespace, progress: Progress) -> Generator[Outcome]:
+    return on_cluster(jobs, options.cluster) if options.cluster else here(jobs, options.jobs, progress)
 
 
-def _shown_on(bar: "tqdm[NoReturn]") -> News:
+def _shown_on(bar: "tqdm[NoReturn]") -> Progress:
     def hear(name: str, stage: str, fraction: float) -> None:
         bar.set_postfix_str(f"{show(name)}: {stage} {fraction:.0%}", refresh=sys.stderr.isatty())
 
@@ -147,7 +147,8 @@ def _say(row: Row) -> None:
     if row.status is Status.FAILED:
         tqdm.write(f"{show(row.name)}: failed: {show(row.reason)}")
     elif row.status is Status.TRAINED:
-        tqdm.write(f"{show(row.name)}: mean |f| {row.mean_f:.2e}, {row.angle} degrees, {row.seconds} s")
+        missing = f"; {show(row.reason)}" if row.reason else ""
+        tqdm.write(f"{show(row.name)}: mean |f| {row.mean_f:.2e}, {row.angle} degrees, {row.seconds} s{missing}")
 
 
 def _end(output: Path, rows: Sequence[Row]) -> None:

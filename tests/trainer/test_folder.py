@@ -16,7 +16,7 @@ from mplicits import cli
 from mplicits.model.model_file import load
 from mplicits.trainer.arguments import arguments
 from mplicits.trainer.folder import passed_on, shapes_in
-from mplicits.trainer.folders.job import Job, Outcome, Status
+from mplicits.trainer.folders.job import Job, Outcome, Runner, Status
 from mplicits.trainer.folders.results import PAGE, TABLE, row_of, write_results
 from support.paths import DEMO
 
@@ -115,12 +115,35 @@ def test_table_and_page_escape_names_and_say_what_failed(tmp_path: Path) -> None
     demo = load(DEMO)
     assert int(table["a<b>&"]["parameters"]) == demo.parameters()
     assert float(table["a<b>&"]["mean_f"]) == pytest.approx(demo.provenance["levels"][-1]["mean_f"], rel=1e-3)
-    assert "no model to read" in table["gone"]["reason"]
+    assert "cannot read the model" in table["gone"]["reason"]
     assert "<script>" not in page
     assert "a<b>" not in page
     assert "a&lt;b&gt;&amp;" in page
     assert "a%3Cb%3E%26.safetensors" in page
     assert "4 to come" in page
+
+
+def test_a_trained_model_whose_rendering_fails_says_why_it_has_no_picture(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A `mplicits` of the test's own: `train` copies the demo, `render` complains."""
+    package = tmp_path / "path" / "mplicits"
+    package.mkdir(parents=True)
+    (package / "__init__.py").touch()
+    (package / "__main__.py").write_text(
+        "import shutil, sys\n"
+        f"if sys.argv[1] == 'train': shutil.copy({str(DEMO)!r}, sys.argv[4])\n"
+        "else: sys.exit('mplicits: no OpenGL here')\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", str(package.parent))
+    job = Job("ball", "/x/ball.ply", str(tmp_path / "ball.safetensors"), (), False, 0)
+    outcome = Runner().run(job)
+    assert (outcome.status, outcome.reason) == (Status.TRAINED, "no picture: no OpenGL here")
+    row = row_of(outcome)
+    assert row.status is Status.TRAINED
+    write_results(tmp_path, [row], "one", 0)
+    assert rows(tmp_path)["ball"]["reason"] == "no picture: no OpenGL here"
+    assert "no OpenGL here" in (tmp_path / PAGE).read_text()
 
 
 @pytest.mark.slow

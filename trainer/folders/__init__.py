@@ -1,1 +1,1 @@
-"""Folders of shapes, each of which becomes a model."""
+"""Trains the shapes of a folder, and writes a table and a page of the models."""

@@ -1,4 +1,4 @@
-"""One shape of a folder: trained and drawn by processes of their own, so that nothing it does ends the others."""
+"""Trains and renders one shape in processes of its own, so that a crash cannot end the other jobs."""
 
 import contextlib
 import json
@@ -14,122 +14,125 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
-News = Callable[[str, str, float], None]
-"""Receives the name of a job, the stage that it is in, and the share of that stage that is done."""
+Progress = Callable[[str, str, float], None]
+"""Receives a job's name, its stage, and the finished share of the stage, in [0, 1]."""
 PICTURE = ("--size", "320", "--samples", "4", "--shade", "studio")
-"""How a model is drawn for the page."""
+"""Options of `mplicits render` for the pictures of the page."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """A shape to train, as it is sent to a process, or to another machine that sees the same files."""
+    """A shape to train; workers on other machines receive it, and see the same files."""
 
     name: str
-    """Of the model's file, without its ending."""
+    """Name of the model's file, without its ending."""
     shape: str
-    """Absolute path."""
+    """Absolute path of the shape."""
     output: str
-    """Absolute path of the model's file."""
+    """Absolute path of the model."""
     options: tuple[str, ...]
-    """Of `mplicits train`, for all jobs alike."""
+    """Options of `mplicits train`."""
     resume: bool
-    """Go on with what an earlier run has left."""
+    """Continue from the state that an earlier run saved."""
     threads: int
-    """Of the processor, at most; 0: as many as there are."""
+    """Largest number of processor threads; 0: all."""
 
 
 class Status(StrEnum):
-    """What became of a job."""
+    """Result of a job."""
 
     TRAINED = "trained"
     KEPT = "kept"
-    """An earlier run has trained it."""
+    """An earlier run trained the model."""
     FAILED = "failed"
     STOPPED = "stopped"
 
     @property
     def has_model(self) -> bool:
-        """Whether there is a whole model."""
+        """Whether a complete model exists."""
         return self in (Status.TRAINED, Status.KEPT)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a job."""
+    """Result of a job, its wall time, and what failed."""
 
     job: Job
     status: Status
     seconds: float
-    """Of wall time."""
     reason: str = ""
-    """One line, where it failed."""
+    """One line: why the job failed, or why a trained model has no picture."""
 
 
 class Runner:
-    """Runs jobs, and stops those that are running when it is told to."""
+    """Runs jobs in child processes; `stop` ends them."""
 
-    def __init__(self, news: News | None = None) -> None:
-        """news: hears how far the jobs are, from any thread."""
-        self._news, self._lock, self._stopped = news, threading.Lock(), False
+    def __init__(self, progress: Progress | None = None) -> None:
+        """progress: called from any thread."""
+        self._progress, self._lock, self._stopped = progress, threading.Lock(), False
         self._running: set[subprocess.Popen[bytes]] = set()
 
     def run(self, job: Job) -> Outcome:
-        """Train the shape and draw the model. A failure is an outcome, no exception."""
+        """Train the shape and render the model. A failure is returned, not raised."""
         began = time.perf_counter()
-        output = Path(job.output)
+        picture = str(Path(job.output).with_suffix(".png"))
         argv = ["train", job.shape, "-o", job.output, "--live", *job.options, *(["--resume"] if job.resume else [])]
-        code, said = self._mplicits(argv, job)
-        status = Status.STOPPED if self._stopped else Status.FAILED if code else Status.TRAINED
-        if status is Status.TRAINED:
-            self._mplicits(["render", job.output, "-o", str(output.with_suffix(".png")), "--force", *PICTURE], job)
-        reason = (said or f"ended with exit code {code}").removeprefix("mplicits: ") if status is Status.FAILED else ""
+        reason, status = self._mplicits(argv, job), Status.TRAINED
+        if self._stopped:
+            reason, status = "", Status.STOPPED
+        elif reason:
+            status = Status.FAILED
+        elif problem := self._mplicits(["render", job.output, "-o", picture, "--force", *PICTURE], job):
+            reason = "" if self._stopped else f"no picture: {problem}"
         return Outcome(job, status, time.perf_counter() - began, reason)
 
     def stop(self) -> None:
-        """Let every running job save what it has learnt and end, as Ctrl-C does, and no other one begin."""
+        """Start no further process; interrupt the running ones, which save their state as after Ctrl-C."""
         with self._lock:
             self._stopped = True
             for process in self._running:
                 with contextlib.suppress(ProcessLookupError):
                     process.send_signal(signal.SIGINT)
 
-    def _mplicits(self, argv: list[str], job: Job) -> tuple[int, str]:
-        """Run a command line of ours. Returns its exit code, and the last line that it complained in.
+    def _mplicits(self, argv: list[str], job: Job) -> str:
+        """Run a command line of mplicits. Returns why it failed, "" for exit code 0.
 
-        What it prints goes through a pipe: where this process is killed, the other one ends at its next line.
+        The child's stdout is a pipe: if this process is killed, the child ends when it prints its next line.
         """
         threads = {"OMP_NUM_THREADS": str(job.threads)} if job.threads else {}
-        with tempfile.TemporaryFile() as complaints:
+        with tempfile.TemporaryFile() as errors:
             with self._lock:
                 if self._stopped:
-                    return 130, ""
+                    return "stopped"
                 process = subprocess.Popen(
                     [sys.executable, "-P", "-m", "mplicits", *argv],
                     stdin=subprocess.DEVNULL,
                     stdout=subprocess.PIPE,
-                    stderr=complaints,
+                    stderr=errors,
                     env=os.environ | threads,
-                    start_new_session=True,  # Ctrl-C of the terminal comes once, by `stop`
+                    start_new_session=True,  # the terminal's Ctrl-C reaches the child once, through `stop`
                 )
                 self._running.add(process)
             assert process.stdout is not None
             with process.stdout as lines:
                 for line in lines:
-                    self._tell(job, line)
+                    self._report(job, line)
             code = process.wait()
             with self._lock:
                 self._running.discard(process)
-            complaints.seek(0)
-            said = complaints.read().decode(errors="replace").strip().splitlines()
-        return code, said[-1] if said else ""
+            if not code:
+                return ""
+            errors.seek(0)
+            said = errors.read().decode(errors="replace").strip().splitlines()
+        return said[-1].removeprefix("mplicits: ") if said else f"ended with exit code {code}"
 
-    def _tell(self, job: Job, line: bytes) -> None:
-        """Hand on a line of progress (trainer/live.py); others are the training's last words."""
-        if self._news is None or not line.startswith(b"{"):
+    def _report(self, job: Job, line: bytes) -> None:
+        """Forward a line of progress (trainer/live.py); other lines of the training are dropped."""
+        if self._progress is None or not line.startswith(b"{"):
             return
         with contextlib.suppress(ValueError, KeyError, TypeError):
-            news = json.loads(line)
-            self._news(job.name, str(news["stage"]), float(news["fraction"]))
+            state = json.loads(line)
+            self._progress(job.name, str(state["stage"]), float(state["fraction"]))
 
 
 def run_job(job: Job) -> Outcome:

@@ -1,4 +1,4 @@
-"""What came of the shapes of a folder: a table for programs, and a page with pictures for people."""
+"""Writes the results of a folder: a table in CSV, and a web page with pictures."""
 
 import csv
 import html
@@ -8,79 +8,67 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from urllib.parse import quote
 
+from ...model import page_style
 from ...model.errors import UserError
 from ...model.files import show, write_whole
 from ...model.model_file import load
 from .job import Outcome, Status
 
 TABLE, PAGE = "models.csv", "index.html"
-"""Names of the files."""
-STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; color: #1d1d1f; background: #fafafa; margin: 2rem auto; max-width: 72rem;
-  padding: 0 1rem; }
-h1 { font-size: 1.4rem; }
+STYLE = (
+    page_style.STYLE
+    + """
 ul { list-style: none; padding: 0; display: grid; gap: 1rem;
   grid-template-columns: repeat(auto-fill, minmax(14rem, 1fr)); }
-li { background: #fff; border: 1px solid #ddd; border-radius: 8px; overflow: hidden; overflow-wrap: anywhere; }
-img { display: block; width: 100%; aspect-ratio: 1; object-fit: contain; }
-p { margin: 0; padding: 0.5rem 0.75rem; }
-.failed { border-color: #b3261e; }
-small { color: #555; }
-@media (prefers-color-scheme: dark) {
-  body { color: #eee; background: #161616; } li { background: #222; border-color: #444; } small { color: #aaa; }
-  a { color: #8ab4f8; } .failed { border-color: #f2b8b5; }
-}
+li figure { padding: 0; overflow: hidden; } .failed { border-color: var(--bad); }
+li img { width: 100%; aspect-ratio: 1; object-fit: contain; }
+figcaption { padding: .5rem .75rem; }
 """
+)
 
 
 @dataclass(frozen=True)
 class Row:
-    """A line of the table; the figures are those that `train` prints, empty where there is no model."""
+    """One line of the table; the figures are empty strings where there is no model."""
 
     name: str
     status: Status
     shape: str
     """Name of the shape's file."""
     seconds: float | str
-    """Of training; of wall time where it failed."""
+    """Training time; wall time of a failed job."""
     parameters: int | str = ""
     bytes: int | str = ""
-    """Of the model's file."""
+    """Size of the model's file."""
     mean_f: float | str = ""
     """Mean |f| of the last level on the surface, model units."""
     angle: float | str = ""
-    """Mean angle of its normals, degrees."""
+    """Mean angle between the last level's normals and the true normals, degrees."""
     reason: str = ""
-    """Why it failed."""
+    """`Outcome.reason`."""
 
 
 def row_of(outcome: Outcome) -> Row:
-    """Look up the figures of a job's model."""
-    job, path = outcome.job, Path(outcome.job.output)
-    bare = Row(job.name, outcome.status, Path(job.shape).name, round(outcome.seconds, 1), reason=outcome.reason)
-    if not outcome.status.has_model:
-        return bare
-    try:
-        model = load(path)
-        last, seconds = model.provenance["levels"][-1], model.provenance["seconds"]
-        return Row(
-            job.name,
-            outcome.status,
-            bare.shape,
-            round(float(seconds), 1),
-            model.parameters(),
-            path.stat().st_size,
-            float(f"{last['mean_f']:.4g}"),
-            round(float(last["angle"]), 2),
-        )
-    except (UserError, OSError, KeyError, IndexError, TypeError, ValueError) as error:
-        return Row(
-            job.name, Status.FAILED, bare.shape, bare.seconds, reason=f"no model to read: {show(str(error))[:160]}"
-        )
+    """Read the figures of a job's model from its file."""
+    job, path, status, reason = outcome.job, Path(outcome.job.output), outcome.status, outcome.reason
+    seconds, figures = outcome.seconds, dict[str, float]()
+    if status.has_model:
+        try:
+            model = load(path)
+            last, seconds = model.provenance["levels"][-1], float(model.provenance["seconds"])
+            figures = {
+                "parameters": model.parameters(),
+                "bytes": path.stat().st_size,
+                "mean_f": float(f"{last['mean_f']:.4g}"),
+                "angle": round(float(last["angle"]), 2),
+            }
+        except (UserError, OSError, KeyError, IndexError, TypeError, ValueError) as error:
+            status, reason = Status.FAILED, f"cannot read the model: {show(str(error))[:160]}"
+    return Row(job.name, status, Path(job.shape).name, round(seconds, 1), **figures, reason=reason)
 
 
 def write_results(folder: Path, rows: Sequence[Row], title: str, left: int) -> None:
-    """Write the table and the page into a folder. left: shapes that are still to come. Raises UserError."""
+    """Write the table and the page into a folder. left: the number of unfinished shapes. Raises UserError."""
     table = io.StringIO()
     writer = csv.DictWriter(table, [field.name for field in fields(Row)], lineterminator="\n")
     writer.writeheader()
@@ -96,20 +84,18 @@ def _page(folder: Path, rows: Sequence[Row], title: str, left: int) -> Iterable[
     yield f'<meta name=viewport content="width=device-width"><style>{STYLE}</style>'
     yield f"<h1>{html.escape(title)}</h1>"
     counts = [f"{done} models", f"{failed} failed", *([f"{left} to come"] if left else [])]
-    yield f"<p><small>{', '.join(counts)}; <a href={TABLE}>{TABLE}</a></small></p><ul>"
+    yield f"<p>{', '.join(counts)}; <a href={TABLE}>{TABLE}</a></p><ul>"
     for row in sorted(rows, key=lambda row: row.name):
-        name = html.escape(row.name)
+        name, reason = html.escape(row.name), html.escape(row.reason)
         if not row.status.has_model:
-            reason = html.escape(row.reason or row.status)
-            yield f"<li class=failed><p><b>{name}</b><br><small>{reason}</small></p></li>"
+            yield f"<li><figure class=failed><figcaption><b>{name}</b><br>{reason or row.status}</figcaption></figure>"
             continue
-        link = html.escape(quote(f"{row.name}.safetensors"))
-        picture = folder / f"{row.name}.png"
-        yield "<li>"
+        link, picture = html.escape(quote(f"{row.name}.safetensors")), folder / f"{row.name}.png"
+        yield "<li><figure>"
         if picture.is_file():
             yield f'<img loading=lazy src="{html.escape(quote(picture.name))}" alt="{name}">'
         yield (
-            f'<p><a href="{link}">{name}</a><br><small>mean |f| {row.mean_f:.2e}, {row.angle} degrees; '
-            f"{row.parameters:,} parameters, {row.seconds} s</small></p></li>"
+            f'<figcaption><a href="{link}">{name}</a><br>mean |f| {row.mean_f:.2e}, {row.angle} degrees; '
+            f"{row.parameters:,} parameters, {row.seconds} s{reason and f'<br>{reason}'}</figcaption></figure>"
         )
     yield "</ul></html>\n"

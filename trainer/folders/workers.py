@@ -1,4 +1,4 @@
-"""Where the jobs of a folder run: here, some at a time, or on the workers of a Dask cluster."""
+"""Runs the jobs of a folder on this machine, or on the workers of a Dask cluster."""
 
 from collections.abc import Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
@@ -6,26 +6,25 @@ from typing import Any
 
 from ...model.errors import UserError
 from ...model.files import show
-from .job import Job, News, Outcome, Runner, Status, run_job
+from .job import Job, Outcome, Progress, Runner, Status, run_job
 
-PATIENCE = 10.0
-"""Seconds that a cluster has to answer."""
-WAKE = 0.2
-"""Seconds between two looks at what is done, so that Ctrl-C is heard."""
+CONNECT_TIMEOUT = 10.0
+"""Seconds that the scheduler of a cluster has to answer."""
+POLL = 0.2
+"""Seconds between two checks for finished jobs; Ctrl-C takes effect at the next check."""
 
 
-def here(jobs: Sequence[Job], at_once: int, news: News) -> Generator[Outcome]:
-    """Run jobs on this machine, and yield what comes of each as it comes.
+def here(jobs: Sequence[Job], parallel: int, progress: Progress) -> Generator[Outcome]:
+    """Run jobs on this machine, `parallel` at a time, and yield each outcome when its job ends.
 
-    at_once: how many run beside one another. Where the caller closes this, or Ctrl-C ends it, those that run save what
-    they have learnt.
+    When the caller closes the generator, or presses Ctrl-C, running jobs save their state and end.
     """
-    runner = Runner(news)
-    with ThreadPoolExecutor(at_once) as pool:
+    runner = Runner(progress)
+    with ThreadPoolExecutor(parallel) as pool:
         waiting = {pool.submit(runner.run, job) for job in jobs}
         try:
             while waiting:
-                done, waiting = wait(waiting, WAKE, FIRST_COMPLETED)
+                done, waiting = wait(waiting, POLL, FIRST_COMPLETED)
                 for future in done:
                     yield future.result()
         finally:
@@ -35,27 +34,25 @@ def here(jobs: Sequence[Job], at_once: int, news: News) -> Generator[Outcome]:
 
 
 def on_cluster(jobs: Sequence[Job], address: str) -> Generator[Outcome]:
-    """Run jobs on the workers of a Dask cluster, which see the same files, and yield what comes of each as it comes.
+    """Run jobs on the workers of a Dask cluster, which see the same files, and yield each outcome when its job ends.
 
-    address: of the scheduler, "tcp://host:8786". A job whose worker is lost runs again on another one, which goes on
-    from what the lost one has kept. Raises UserError where no scheduler answers.
+    address: the scheduler's, "tcp://host:8786". When a worker is lost, another worker continues its job from the saved
+    state. Raises UserError if no scheduler answers.
     """
     from dask import config
     from distributed import Client, as_completed
 
     try:
-        with config.set({"distributed.comm.timeouts.connect": PATIENCE}):
-            client: Any = Client(address, timeout=PATIENCE)  # type: ignore[no-untyped-call]
+        with config.set({"distributed.comm.timeouts.connect": CONNECT_TIMEOUT}):
+            client: Any = Client(address, timeout=CONNECT_TIMEOUT)  # type: ignore[no-untyped-call]
     except (OSError, ValueError, TimeoutError) as error:
         reason = str(error).splitlines()[0] if str(error) else "no answer"
         raise UserError(f"--cluster {show(address)}: no Dask scheduler answers there ({show(reason)[:120]})") from None
     with client:
         futures = {client.submit(run_job, job, pure=False, key=f"mplicits-{job.name}-{id(job)}"): job for job in jobs}
         for future in as_completed(futures):  # type: ignore[no-untyped-call]
-            job = futures[future]
             if future.status == "finished":
                 yield future.result()
             else:
-                yield Outcome(
-                    job, Status.FAILED, 0.0, f"its workers were lost ({show(repr(future.exception()))[:120]})"
-                )
+                reason = f"its workers were lost ({show(repr(future.exception()))[:120]})"
+                yield Outcome(futures[future], Status.FAILED, 0.0, reason)

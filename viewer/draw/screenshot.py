@@ -1,15 +1,13 @@
 """Writes float images as PNG files."""
 
-import io
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
-from PIL.PngImagePlugin import PngInfo
 
 from ...model.errors import UserError
 from ...model.files import show, write_whole
+from ...model.image_file import png_bytes
 
 
 def save_png(path: Path, image: NDArray[np.float32], title: str = "", transparent: bool = False) -> None:
@@ -27,14 +25,7 @@ def to_png(image: NDArray[np.float32], title: str = "", transparent: bool = Fals
     image: (H, W, 4) float32, sRGB and alpha, [0, 1], top row first; what lies outside is clipped. title: a text that
     the file holds, "" for none. transparent: keeps alpha. Without alpha, colours are dithered.
     """
-    pixels = to_bytes(image if transparent else image[..., :3], dithered=not transparent)
-    info = PngInfo()
-    if title:
-        info.add_itxt("Title", title)
-    info.add_text("Software", "mplicits")
-    data = io.BytesIO()
-    Image.fromarray(pixels).save(data, "png", pnginfo=info)
-    return data.getvalue()
+    return png_bytes(to_bytes(image if transparent else image[..., :3], dithered=not transparent), title)
 
 
 def to_bytes(image: NDArray[np.float32], dithered: bool = True) -> NDArray[np.uint8]:
