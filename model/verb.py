@@ -1,10 +1,15 @@
-"""What a room's cli.py declares: the verbs of the command line that the room knows how to do."""
+"""The verbs of the command line, which each room's cli.py declares, and how argparse reads their options."""
 
 import re
-from argparse import ArgumentParser, Namespace
-from collections.abc import Callable
-from dataclasses import dataclass
+from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError, Namespace
+from collections.abc import Callable, Sequence
+from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
+from types import UnionType
+from typing import Any, get_args, get_origin
+
+from .errors import UserError
+from .options import Declaration, Options, declarations, flag_of, option
 
 
 @dataclass(frozen=True)
@@ -12,28 +17,137 @@ class Verb:
     """One verb, `mplicits NAME`. The front door (cli.py) collects the verbs of all rooms."""
 
     name: str
-    """What the user types."""
     help: str
-    """The line about it in `mplicits --help`."""
-    arguments: Callable[[ArgumentParser], None]
-    """Adds its arguments to a parser. It is called for every verb at each start, so it imports nothing heavy."""
+    """Its line in `mplicits --help`."""
+    options: type[Options] | Callable[[ArgumentParser], None]
+    """Its options and positional arguments. Every start of the program imports them, so their module is light."""
     example: str
-    """A command line that does something with it, without the program's name."""
-    run: Callable[[Namespace], None]
-    """Does the work, and imports what it needs only then. Raises UserError for what the user can mend."""
+    """A command line, without the program's name."""
+    work: Callable[[Any], None]
+    """Receives an instance of `options`, and imports what it needs. Raises UserError for what the user can mend."""
     extra: str = "train"
-    """The extra of pyproject.toml that a message proposes where a package is missing that the extra brings."""
+    """Extra of pyproject.toml that brings the packages of the verb."""
+
+    def arguments(self, parser: ArgumentParser) -> None:
+        """Add the verb's options to a parser."""
+        if isinstance(self.options, type):
+            add_arguments(parser, self.options)
+        else:  # for rooms whose options are no schema yet
+            self.options(parser)
+
+    def run(self, args: Namespace) -> None:
+        """Run the verb with parsed arguments. Raises UserError."""
+        self.work(read(self.options, args) if isinstance(self.options, type) else args)
+
+
+def output_option(metavar: str, help: str) -> Any:
+    """Declare -o, the output file of a verb."""
+    return option(None, help, metavar=metavar, flags=("-o", "--output"))
+
+
+def force_option() -> Any:
+    """Declare --force, for `check_writable`."""
+    return option(False, "write over a file of another kind, too")
 
 
 def take_negative_numbers(parser: ArgumentParser) -> None:
-    """Let an option take a value such as -30,20, which is no option itself: Python 3.14's rule, for older versions.
-
-    So may it take the axes -x, -y and -z.
-    """
+    """Let an option take a value such as -30,20 or -y: the rule of Python 3.14, for older versions."""
     parser._negative_number_matcher = re.compile(r"-\.?\d|-[xyz]$")
 
 
 def output_arguments(parser: ArgumentParser, metavar: str, text: str) -> None:
-    """Add the options of a verb's output file: -o and --force, which `check_writable` takes. text: the help of -o."""
+    """Add the options of a verb's output file. text: the help of -o."""
     parser.add_argument("-o", "--output", type=Path, metavar=metavar, help=text)
     parser.add_argument("--force", action="store_true", help="write over a file of another kind, too")
+
+
+def add_arguments(parser: ArgumentParser, schema: type[Options]) -> None:
+    """Declare a schema's options to a parser. Options that the user leaves out are absent from the namespace.
+
+    The type of a field decides how its text is read: bool is a flag, a tuple is numbers joined by commas, a type that
+    includes str keeps the text. The help ends with the default, unless this is None, False or "".
+    """
+    take_negative_numbers(parser)
+    for each in fields(schema):
+        if not each.metadata:
+            continue
+        declared: Declaration = each.metadata["declaration"]
+        types = get_args(each.type) if isinstance(each.type, UnionType) else (each.type,)
+        more: dict[str, Any] = {"default": SUPPRESS, "help": declared.help.replace("%", "%%")}
+        names = [each.name] if declared.positional else declared.flags or [flag_of(each.name)]
+        if bool in types:
+            more |= {"action": "store_true"}
+        else:
+            choices = "{" + ",".join(declared.choices) + "}" if declared.choices else None
+            more |= {"type": _reader(declared, types), "metavar": declared.metavar or choices}
+        if declared.positional:
+            more["nargs"] = "+" if get_origin(types[0]) is list else None if each.default is MISSING else "?"
+            more["default"] = None
+        else:
+            more["dest"] = each.name
+            if each.default not in (None, "") and each.default is not False:
+                more["help"] += f" (default: {_text(each.default)})"
+        parser.add_argument(*names, **more)
+
+
+def read(schema: type[Options], args: Namespace) -> Any:
+    """Return the schema's instance that parsed arguments ask for. Raises UserError."""
+    return schema(**{name: value for name, value in vars(args).items() if name in declarations(schema)})
+
+
+def command_line(options: Options, schema: type[Options]) -> list[str]:
+    """Write the options of `schema` that differ from their defaults as arguments: ["--no-cull", "--space=model"]."""
+    written = []
+    for name in declarations(schema):
+        if flag := options.changed(name):
+            value = getattr(options, name)
+            written.append(flag if value is True else f"{flag}={_text(value)}")
+    return written
+
+
+def _text(value: object) -> str:
+    """Write a value as on the command line."""
+    if isinstance(value, (tuple, list)):
+        return ",".join(map(_text, value))
+    return f"{value:g}" if isinstance(value, float) and float(f"{value:g}") == value else str(value)
+
+
+def _reader(declared: Declaration, types: Sequence[Any]) -> Callable[[str], object]:
+    """Choose the function that reads an option's text."""
+    tuples = [get_args(kind) for kind in types if get_origin(kind) is tuple]
+    if declared.parse is not None:
+        return _named_by_argparse(declared.parse)
+    if str in types:
+        return str
+    if tuples:
+        return _numbers(tuples[0][0], [len(members) for members in tuples if ... not in members])
+    kind: type = next(iter(get_args(types[0]) or types))
+    return kind
+
+
+def _named_by_argparse(parse: Callable[[str], object]) -> Callable[[str], object]:
+    """Turn a UserError of `parse` into an error to which argparse adds the name of the option."""
+
+    def reader(text: str) -> object:
+        try:
+            return parse(text)
+        except UserError as error:
+            raise ArgumentTypeError(str(error)) from None
+
+    return reader
+
+
+def _numbers(kind: type, counts: Sequence[int]) -> Callable[[str], object]:
+    """Return a reader of numbers joined by commas. counts: how many they may be; any number where it is empty."""
+
+    def reader(text: str) -> object:
+        try:
+            numbers = tuple(kind(part) for part in text.split(","))
+        except ValueError:
+            numbers = ()
+        if not numbers or (counts and len(numbers) not in counts):
+            words = [" or ".join(map(str, counts)), "whole" if kind is int else "", "numbers joined by commas"]
+            raise ArgumentTypeError(f"{text!r}: {' '.join(filter(None, words))} are needed")
+        return numbers
+
+    return reader

@@ -1,30 +1,34 @@
 """The verb `compose`."""
 
 import sys
-from argparse import ArgumentParser, Namespace
+from dataclasses import dataclass
 from pathlib import Path
 
 from ..model.gallery import SUFFIX
-from ..model.verb import Verb, output_arguments
+from ..model.options import Options, argument
+from ..model.verb import Verb, force_option, output_option
 
 
-def _arguments(parser: ArgumentParser) -> None:
-    """Add the arguments of `compose` to a parser."""
-    parser.add_argument("scene", type=Path, metavar="SCENE", help="scene (.toml): models, where each is, how they join")
-    output_arguments(parser, "M", "model file to write (default: SCENE's name, .safetensors)")
+@dataclass(frozen=True)
+class ComposeCommand(Options):
+    """Command line of `compose`."""
+
+    scene: Path = argument("SCENE", "scene (.toml): models, their placements, and the operations that join them")
+    output: Path | None = output_option("M", "model file (default: SCENE's name, .safetensors)")
+    force: bool = force_option()
 
 
-def _compose(arguments: Namespace) -> None:
-    """Run `mplicits compose`: write a scene as a model file. Raises UserError."""
+def _compose(command: ComposeCommand) -> None:
+    """Write a scene as a model file. Raises UserError."""
     from ..model.files import check_writable, show
     from ..model.kinds import MODEL
     from ..model.model_file import save
     from ..model.scene import shapes_of
     from .composed import compose
 
-    output = arguments.output or Path(arguments.scene.stem + SUFFIX)
-    check_writable(output, [arguments.scene], kind=MODEL, force=arguments.force)
-    model = compose(arguments.scene)
+    output = command.output or Path(command.scene.stem + SUFFIX)
+    check_writable(output, [command.scene], kind=MODEL, force=command.force)
+    model = compose(command.scene)
     save(model, output)
     assert model.scene is not None
     shapes = sum(1 for _ in shapes_of(model.scene))
@@ -40,7 +44,7 @@ VERBS = (
     Verb(
         "compose",
         "place and join models as one: a scene",
-        _arguments,
+        ComposeCommand,
         "compose scene.toml -o scene.safetensors",
         _compose,
     ),
