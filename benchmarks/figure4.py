@@ -66,7 +66,7 @@ class Scene:
 
     def compare(self, options: RenderOptions) -> Comparison:
         """Draw with these options and compare the hits with those of dense marching."""
-        data = self._renderer.render((SIDE, SIDE), self._camera, replace(options, shading="data"))
+        data = self._renderer.render((SIDE, SIDE), self._camera, replace(options, shade="data"))
         hit, steps = data[..., 3] > 0.5, data[..., 1]
         return Comparison(
             (self._closest == 0) & ~hit, int((hit & (self._closest > STOP)).sum()), float(steps[steps > 0].mean())

@@ -187,7 +187,7 @@ def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int
             began = time.process_time()
             drawn_by.timed((drawn_side, drawn_side), camera, RenderOptions(schedule=schedule))
             taken.append(time.process_time() - began)
-        data = [RenderOptions(shading="data", schedule=schedule) for schedule in ("plain", "relaxed")]
+        data = [RenderOptions(shade="data", schedule=schedule) for schedule in ("plain", "relaxed")]
         pictures = [renderers[1].render((drawn_side, drawn_side), camera, options) for options in data]
         covered, difference = judge(program, camera, pictures, drawn)
         hits += covered

@@ -56,9 +56,9 @@ def panels(levels: int) -> dict[str, RenderOptions]:
     """Return heading -> options of the pictures of a model with this number of levels."""
     all_levels = RenderOptions(samples=16, background=WHITE)
     return {
-        "all levels, in the studio": replace(all_levels, shading="studio"),
-        "the texture alone": replace(all_levels, shading="texture"),
-        "level 1, same texture": replace(all_levels, shading="texture", level=1),
+        "all levels, in the studio": replace(all_levels, shade="studio"),
+        "the texture alone": replace(all_levels, shade="texture"),
+        "level 1, same texture": replace(all_levels, shade="texture", level=1),
         "level 1, normals of the last": replace(all_levels, level=1, normal_level=levels),
     }
 
@@ -75,7 +75,7 @@ def strip(model: Model, context: Context, side: int, pictures: Iterable[RenderOp
 def draw_front(path: Path, context: Context) -> None:
     """Draw docs/demo.png."""
     pictures = [
-        strip(load(gallery.model_path(name)), context, FRONT_SIDE, [RenderOptions(samples=16, shading=shading)])
+        strip(load(gallery.model_path(name)), context, FRONT_SIDE, [RenderOptions(samples=16, shade=shading)])
         for name, shading in FRONT
     ]
     save_png(path, np.concatenate(pictures, axis=1), "Spot and Bob")
@@ -102,7 +102,7 @@ def scene_lines(folder: Path, context: Context | None) -> list[str]:
     """Draw the moments of the example of a scene, in a context, and return what the page says of it."""
     model = compose(SCENE)
     if context is not None:
-        options = RenderOptions(samples=16, background=WHITE, shading="studio")
+        options = RenderOptions(samples=16, background=WHITE, shade="studio")
         moments = strip(model, context, SIDE, [replace(options, time=time) for time in MOMENTS])
         save_png(folder / f"{model.name}.png", moments, model.name)
     page, toy = (len(TARGETS[target](model).encode()) for target in ("html", "shadertoy"))

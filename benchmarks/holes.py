@@ -44,7 +44,7 @@ def measure(page: Page, model: Model, side: int, views: int) -> None:
     edge = sum(outline(closest == 0) for closest in expected)
     covered = sum(int((closest == 0).sum()) for closest in expected)
     for rounds in ROUNDS:
-        options = RenderOptions(shading="data", rounds=rounds, schedule="plain")
+        options = RenderOptions(shade="data", rounds=rounds, schedule="plain")
         pictures = [renderer.render((side, side), camera, options) for camera in cameras]
         hits = [picture[..., 3] > 0.5 for picture in pictures]
         holes = sum(int(((closest == 0) & ~hit).sum()) for closest, hit in zip(expected, hits, strict=True))

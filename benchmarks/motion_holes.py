@@ -40,7 +40,7 @@ def main() -> None:
     for k in range(options.frames):
         moment = k / (options.frames - 1)
         camera = Camera(azimuth=TURN * k % 360, elevation=ELEVATIONS[k % 4])
-        picture = renderer.render((options.side,) * 2, camera, RenderOptions(shading="data", time=moment))
+        picture = renderer.render((options.side,) * 2, camera, RenderOptions(shade="data", time=moment))
         closest = closest_approach(lower(frozen(model, moment)), camera, options.side)
         rays, near = picture.reshape(-1, 4), closest.reshape(-1)
         missed, beside = lost_and_extra(rays, near, np.full(len(rays), np.inf))

@@ -93,7 +93,7 @@ def measure(page: Page, model: Model, side: int, cameras: list[Camera]) -> None:
     program = lower(model)
     old, new = (Renderer(open_osmesa(), bake(kind)) for kind in (fixed(model), model))
     at_old, at_new = Count(), Count()
-    options = RenderOptions(shading="data", schedule="plain")
+    options = RenderOptions(shade="data", schedule="plain")
     hits = 0
     for camera in cameras:
         pictures = [renderer.render((side, side), camera, options) for renderer in (old, new)]

@@ -148,7 +148,7 @@ def draw(renderer: Renderer, camera: Camera, level: int | None) -> tuple[NDArray
 
     Returns the colours (SIDE, SIDE, 3), sRGB, and whether the surface was hit, (SIDE, SIDE).
     """
-    image = renderer.render((SIDE, SIDE), camera, RenderOptions(level=level, shading="texture"))
+    image = renderer.render((SIDE, SIDE), camera, RenderOptions(level=level, shade="texture"))
     hit = image[..., 3] > 0.5
     return np.where(hit[..., None], image[..., :3].astype(np.float64), BACKGROUND), hit
 

@@ -105,7 +105,7 @@ def options_from(args: Namespace, **more: Any) -> "RenderOptions":
     return RenderOptions(
         level=args.level,
         normal_level=args.normal_level,
-        shading=args.shade,
+        shade=args.shade,
         iterations=args.iterations,
         rounds=args.rounds,
         schedule=args.schedule,

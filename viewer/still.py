@@ -111,7 +111,7 @@ class Asked:
         return RenderOptions(
             level=self.level,
             normal_level=self.normal_level,
-            shading=self.shade,
+            shade=self.shade,
             iterations=self.iterations,
             rounds=self.rounds,
             schedule=self.schedule,
@@ -176,7 +176,7 @@ def opened(model: Model, asked: Asked, rays: int, once: bool = False) -> Iterato
             stored = storage_for(asked.storage, rays, model.parameters(), context.software)
             with _Announced(context):
                 if triangles is None:
-                    renderer = Renderer(context, bake(model, stored, passes=True), options.shading)
+                    renderer = Renderer(context, bake(model, stored, passes=True), options.shade)
                 else:
                     renderer = Rasteriser(context, model, triangles, stored)
             steps, rounds = ((), 0) if triangles is not None else renderer.schedule(options)

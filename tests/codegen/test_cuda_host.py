@@ -166,7 +166,7 @@ def test_simple_draws_what_glsl_draws(fitted: Path, fitted_shader: Renderer, arg
         schedule="plain",
         level=int(given["--level"]) if "--level" in given else None,
         normal_level=int(given["--normal-level"]) if "--normal-level" in given else None,
-        shading=given.get("--shade", "phong"),
+        shade=given.get("--shade", "phong"),
         delta_scale=float(given.get("--delta-scale", "1")),
         step_scale=float(given["--step-scale"]) if "--step-scale" in given else None,
         light=(1, 0, 0.2) if "--light" in given else None,
@@ -199,7 +199,7 @@ def test_data_is_that_of_glsl(
     """The level that a ray ended in included, which is 0 only where the ray never came near the ball."""
     ours = data(fitted, variant, side, "--rounds", str(rounds), "--schedule", schedule)
     theirs = fitted_shader.render(
-        (side, side), Camera(30, 20), RenderOptions(shading="data", rounds=rounds, schedule=schedule)
+        (side, side), Camera(30, 20), RenderOptions(shade="data", rounds=rounds, schedule=schedule)
     )
     some_leave = schedule == "plain" or rounds > 1
     assert set(np.unique(theirs[..., 2])) == ({0, 1, 2} if some_leave else {0, 2})

@@ -44,7 +44,7 @@ def renderer(osmesa: Context, model: Model) -> Renderer:
 
 def data(renderer: Renderer, camera: Camera, **options: int | str) -> NDArray[np.float32]:
     """Return (SIDE, SIDE, 4): for each pixel the distance, the steps, the level and whether the ray hit."""
-    return renderer.render((SIDE, SIDE), camera, RenderOptions(shading="data", **options))  # type: ignore[arg-type]
+    return renderer.render((SIDE, SIDE), camera, RenderOptions(shade="data", **options))  # type: ignore[arg-type]
 
 
 @pytest.mark.slow

@@ -39,7 +39,7 @@ def renderer(osmesa: Context, model: Model) -> Renderer:
 
 def data(renderer: Renderer, camera: Camera, time: float, schedule: str = "relaxed") -> NDArray[np.float32]:
     """Return (SIDE, SIDE, 4): for each pixel the distance, the steps, the level and whether the ray hit."""
-    return renderer.render((SIDE, SIDE), camera, RenderOptions(shading="data", time=time, schedule=schedule))
+    return renderer.render((SIDE, SIDE), camera, RenderOptions(shade="data", time=time, schedule=schedule))
 
 
 def test_the_model_is_the_ball_that_splits(model: Model) -> None:
@@ -82,7 +82,7 @@ def test_glsl_draws_the_reference_at_each_time(renderer: Renderer, model: Model,
     normals = interpret.field_gradient(program, points, 2)[0]
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     for shading, expected in (("normal", 0.5 + 0.5 * normals), ("texture", interpret.colour(program, points))):
-        seen = renderer.render((SIDE, SIDE), VIEWS[0], RenderOptions(shading=shading, time=time))
+        seen = renderer.render((SIDE, SIDE), VIEWS[0], RenderOptions(shade=shading, time=time))
         assert np.abs(seen.reshape(-1, 4)[both, :3] - expected).mean() < 2e-3, shading
 
 

@@ -48,7 +48,7 @@ def test_the_page_opens_in_the_studio(browser: "Browser", tmp_path: Path, render
         visited.unfold()
         assert visited.page.input_value("#shading input:checked") == "studio"
         visited.fold()
-        assert not differ(visited.saved(), desktop(renderer, Camera(), RenderOptions(shading="studio")))
+        assert not differ(visited.saved(), desktop(renderer, Camera(), RenderOptions(shade="studio")))
         assert visited.said == []
 
 
@@ -164,10 +164,10 @@ LENGTH = 1.38**0.5
 PAPER = (0.97, 0.965, 0.95), (0.85, 0.84, 0.81)
 CONTROLS: dict[str, tuple[Act, Act, RenderOptions]] = {
     # Control -> how to use it, how to undo that, and the desktop's options for the same.
-    "normals": (click("#shading label:has-text('Normals')"), press("p"), RenderOptions(shading="normal")),
-    "studio": (press("g"), press("p"), RenderOptions(shading="studio")),
-    "depth": (press("d"), click("#shading label:has-text('Phong')"), RenderOptions(shading="depth")),
-    "texture": (click("#shading label:has-text('Texture')"), press("p"), RenderOptions(shading="texture")),
+    "normals": (click("#shading label:has-text('Normals')"), press("p"), RenderOptions(shade="normal")),
+    "studio": (press("g"), press("p"), RenderOptions(shade="studio")),
+    "depth": (press("d"), click("#shading label:has-text('Phong')"), RenderOptions(shade="depth")),
+    "texture": (click("#shading label:has-text('Texture')"), press("p"), RenderOptions(shade="texture")),
     "level": (click("#level label:has-text('1')"), press("2"), RenderOptions(level=1)),
     "normal level": (
         click("#normals label:has-text('1')"),

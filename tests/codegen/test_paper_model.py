@@ -29,7 +29,7 @@ def test_it_draws_what_dense_marching_finds_within_the_loop_limit(osmesa: Contex
     assert shader.weights is not None
     assert "const mat4 w1_2_15_15" in shader.text, "64 wide: literals"
     renderer = Renderer(osmesa, shader)
-    options = RenderOptions(shading="data")
+    options = RenderOptions(shade="data")
     steps, rounds = renderer.schedule(options)
     assert rounds < renderer.wanted_rounds(options)
     assert shader.worst_loops(3, 3, steps, rounds, "relaxed") <= LOOP_LIMIT

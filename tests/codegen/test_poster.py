@@ -45,7 +45,7 @@ def test_the_poster_is_the_first_picture(model: Model, shade: str, osmesa: Conte
     renderer = Renderer(osmesa, glsl330.bake(model))
 
     def error(camera: Camera) -> float:
-        options = RenderOptions(shading=shade, samples=4, transparent=True)
+        options = RenderOptions(shade=shade, samples=4, transparent=True)
         drawn = renderer.render((side, side), camera, options).astype(np.float64)
         over = [BACKDROP * (1 - image[..., 3:]) + image[..., 3:] * image[..., :3] for image in (poster, drawn)]
         return float(np.sqrt(np.mean((over[0] - over[1]) ** 2)))

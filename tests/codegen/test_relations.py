@@ -99,7 +99,7 @@ def test_nor_do_they_in_glsl(osmesa: Context, storage: str) -> None:
     pictures = []
     for either in (model, with_shuffled_neurons(model, 1)):
         renderer = Renderer(osmesa, glsl330.bake(either, storage))
-        pictures.append(renderer.render((32, 24), Camera(), RenderOptions(shading="data")))
+        pictures.append(renderer.render((32, 24), Camera(), RenderOptions(shade="data")))
         renderer.release()
     t, same = (picture[..., 0] for picture in pictures)
     hit = (pictures[0][..., 3] == 1) & (pictures[1][..., 3] == 1)
@@ -133,7 +133,7 @@ def test_model_and_camera_turned_together_change_no_pixel(
     count as hits or not, may end otherwise.
     """
     model, camera = fitted_model(), Camera(azimuth, elevation)
-    options, pictures = RenderOptions(shading="texture", schedule=schedule), []
+    options, pictures = RenderOptions(shade="texture", schedule=schedule), []
     for shown, seen in ((model, camera), (turned(model, degrees), camera.orbited(degrees, 0.0))):
         renderer = Renderer(osmesa, glsl330.bake(shown, "texture"))
         pictures.append(renderer.render((32, 24), seen, options))

@@ -48,7 +48,7 @@ def compare(osmesa: Context, model: Model, elevation: float, least: float) -> No
     ours = picture(osmesa, text) / 255
     renderer = Renderer(osmesa, bake(model))
     pictures = [
-        renderer.render(SIZE, Camera(30, elevation), RenderOptions(shading=shading, background=WHITE, plain=True))
+        renderer.render(SIZE, Camera(30, elevation), RenderOptions(shade=shading, background=WHITE, plain=True))
         for shading in ("studio", "phong")
     ]
     renderer.release()

@@ -44,7 +44,7 @@ def compare(model: Model, context: Context, side: int) -> Difference:
         eye, directions, footprint = camera.rays(side, side)
         marched = dense_march(program, eye, directions.reshape(-1, 3), len(model.levels), footprint)
         closest, t = (values.reshape(side, side) for values in marched)
-        traced = renderer.render((side, side), camera, RenderOptions(shading="data"))
+        traced = renderer.render((side, side), camera, RenderOptions(shade="data"))
         meets, hit = closest == 0, traced[..., 3] > 0.5
         total.holes += int((meets & ~hit).sum())
         total.extra += int((hit & (closest > STOP)).sum())

@@ -26,7 +26,7 @@ def test_the_picture_at_rest_is_what_render_draws(open_desk: Callable[..., Desk]
     view = desk.shown.view
     rendered = desk.shown.renderer.render(AREA, view.camera, view.options)[..., :3]
     np.testing.assert_allclose(picture_of(desk), rendered, atol=2e-5)
-    view.set(plain=True, shading="normal")
+    view.set(plain=True, shade="normal")
     settle(desk)
     other = desk.shown.renderer.render(AREA, view.camera, view.options)[..., :3]
     assert np.abs(other - rendered).max() > 0.1

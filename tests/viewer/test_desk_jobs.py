@@ -112,7 +112,7 @@ def test_the_timings_of_the_levels_agree_with_the_raw_data(open_desk: Callable[.
     view = desk.shown.view
     desk.work.begin(jobs.time_levels(desk.shown.renderer, AREA, view.camera, view.options, timings.extend))
     settle(desk, lambda: desk.work.job is None)
-    data = desk.shown.renderer.render(AREA, view.camera, RenderOptions(shading="data"))
+    data = desk.shown.renderer.render(AREA, view.camera, RenderOptions(shade="data"))
     assert len(timings) == 2
     assert all(timing.milliseconds > 0 for timing in timings)
     assert timings[1].steps == pytest.approx(data[..., 1].mean())

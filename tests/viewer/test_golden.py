@@ -23,13 +23,13 @@ FAILED = ROOT / "out" / "golden"
 CAMERA = Camera(35, 25)
 PICTURES = {
     "phong": RenderOptions(samples=4, uniform=True),
-    "studio": RenderOptions(shading="studio", samples=4, uniform=True),
-    "studio-on-white": RenderOptions(shading="studio", samples=4, uniform=True, background=((1, 1, 1), (1, 1, 1))),
-    "normal": RenderOptions(shading="normal"),
-    "depth": RenderOptions(shading="depth"),
-    "steps": RenderOptions(shading="steps"),
-    "texture": RenderOptions(shading="texture"),
-    "texture-on-level-1": RenderOptions(shading="texture", level=1),
+    "studio": RenderOptions(shade="studio", samples=4, uniform=True),
+    "studio-on-white": RenderOptions(shade="studio", samples=4, uniform=True, background=((1, 1, 1), (1, 1, 1))),
+    "normal": RenderOptions(shade="normal"),
+    "depth": RenderOptions(shade="depth"),
+    "steps": RenderOptions(shade="steps"),
+    "texture": RenderOptions(shade="texture"),
+    "texture-on-level-1": RenderOptions(shade="texture", level=1),
     "coarse": RenderOptions(level=1, normal_level=1),
     "normal-mapping": RenderOptions(level=1, normal_level=2),
 }

@@ -50,7 +50,7 @@ def assert_alike(passes: NDArray[np.float32], at_once: NDArray[np.float32]) -> N
 @pytest.mark.parametrize(
     "options",
     [
-        *(RenderOptions(shading=shading) for shading in ("phong", "normal", "depth", "steps", "texture", "data")),
+        *(RenderOptions(shade=shading) for shading in ("phong", "normal", "depth", "steps", "texture", "data")),
         RenderOptions(schedule="plain", samples=4, uniform=True, transparent=True),
         RenderOptions(level=1, normal_level=2, split=0.5, plain=True),
     ],
@@ -64,7 +64,7 @@ def test_passes_draw_what_one_draw_does(both: tuple[Renderer, Renderer], options
 
 def test_passes_draw_the_studio_s_floor_nearly_as_one_draw_does(both: tuple[Renderer, Renderer]) -> None:
     for camera in (CAMERA, Camera(30, 20, 1.3)):
-        passes, at_once = (renderer.render(SIZE, camera, RenderOptions(shading="studio")) for renderer in both)
+        passes, at_once = (renderer.render(SIZE, camera, RenderOptions(shade="studio")) for renderer in both)
         hit = at_once[..., 3] > 0
         assert hit.mean() > 0.05
         assert_alike(passes[hit], at_once[hit])
@@ -82,7 +82,7 @@ def test_first_looks_end_rays_where_tracing_does_close_together_or_in_their_tile
     for software, looks in ((True, True), (False, True), (False, False)):
         monkeypatch.setattr(Context, "software", software)
         renderer = Renderer(osmesa, replace(shader, looks_first=looks))
-        pictures.append(renderer.render(SIZE, CAMERA, RenderOptions(shading=shading, samples=samples)))
+        pictures.append(renderer.render(SIZE, CAMERA, RenderOptions(shade=shading, samples=samples)))
         renderer.release()
     *looked, plain = pictures
     assert plain[..., 3].mean() > 0.05
@@ -136,7 +136,7 @@ def test_rays_that_meet_no_cell_are_not_traced(osmesa: Context, model: Model) ->
     shader = bake(model, "literal", passes=True)
     renderer = Renderer(osmesa, shader)
     far = Camera(30, 20, 9.0)
-    picture = renderer.render(SIZE, far, RenderOptions(shading="data"))
+    picture = renderer.render(SIZE, far, RenderOptions(shade="data"))
     renderer.release()
     missed = picture[..., 1] == 0
     assert 0.3 < missed.mean() < 1.0
@@ -149,7 +149,7 @@ def test_the_studio_is_compiled_when_it_is_first_drawn(osmesa: Context, model: M
     before = late.compile_seconds
     late.render(SIZE, CAMERA)
     assert late.compile_seconds == before
-    pictures = [renderer.render(SIZE, CAMERA, RenderOptions(shading="studio")) for renderer in (late, early)]
+    pictures = [renderer.render(SIZE, CAMERA, RenderOptions(shade="studio")) for renderer in (late, early)]
     assert late.compile_seconds > before
     phong = [renderer.render(SIZE, CAMERA) for renderer in (late, early)]
     late.release()

@@ -50,8 +50,8 @@ def test_silhouette_depth_and_colour_of_spot_are_those_of_its_mesh(osmesa: Conte
     mesh_colour, mesh_depth = reference(CAMERA)
     reference.release()
     renderer = Renderer(osmesa, bake(model))
-    data = renderer.render(SIZE, CAMERA, RenderOptions(shading="data"))
-    colour = renderer.render(SIZE, CAMERA, RenderOptions(shading="texture"))[..., :3]
+    data = renderer.render(SIZE, CAMERA, RenderOptions(shade="data"))
+    colour = renderer.render(SIZE, CAMERA, RenderOptions(shade="texture"))[..., :3]
     renderer.release()
 
     hit, inside = data[..., 3] > 0.5, mesh_depth > 0

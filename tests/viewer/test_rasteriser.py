@@ -30,7 +30,7 @@ from support.fitted_model import fitted_model
 
 SIZE = (48, 40)
 CAMERA = Camera(40, -25, 3.0)
-DATA, NORMAL = RenderOptions(shading="data"), RenderOptions(shading="normal")
+DATA, NORMAL = RenderOptions(shade="data"), RenderOptions(shade="normal")
 SQUARE = Triangles(
     np.array([(-0.5, -0.5, 0), (0.5, -0.5, 0), (0.5, 0.5, 0), (-0.5, 0.5, 0)], np.float32),
     np.tile(np.array((0, 0, 2), np.float32), (4, 1)),
@@ -80,8 +80,8 @@ def points(data: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.b
 def test_the_normals_of_a_traced_level_are_the_reference_s(
     traced: Renderer, model: Model, level: int, normal_level: int
 ) -> None:
-    options = RenderOptions(level=level, normal_level=normal_level, shading="normal")
-    p, hit = points(traced.render(SIZE, CAMERA, replace(options, shading="data")))
+    options = RenderOptions(level=level, normal_level=normal_level, shade="normal")
+    p, hit = points(traced.render(SIZE, CAMERA, replace(options, shade="data")))
     gradient, _ = interpret.field_gradient(lower(model), p[hit], normal_level)
     expected = gradient / np.linalg.norm(gradient, axis=1)[:, None]
     assert 500 < hit.sum() < 1500
@@ -94,7 +94,7 @@ def test_normal_mapping_takes_no_further_steps(traced: Renderer) -> None:
 
 
 def test_a_split_picture_is_both_pictures_side_by_side(traced: Renderer) -> None:
-    options = RenderOptions(level=1, normal_level=2, shading="normal", split=0.5)
+    options = RenderOptions(level=1, normal_level=2, shade="normal", split=0.5)
     half = traced.render(SIZE, CAMERA, options)
     own, neural = (traced.render(SIZE, CAMERA, replace(NORMAL, level=1, normal_level=level)) for level in (1, 2))
     assert np.abs(own - neural).max() > 0.05

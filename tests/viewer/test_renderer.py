@@ -21,7 +21,7 @@ from support.fitted_model import fitted_model
 from support.random_model import random_model
 
 SIZE = (48, 40)
-DATA = RenderOptions(shading="data")
+DATA = RenderOptions(shade="data")
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +77,7 @@ def test_options_do_not_leak_into_the_next_picture(renderer: Renderer) -> None:
         Camera(),
         RenderOptions(
             level=1,
-            shading="normal",
+            shade="normal",
             iterations=(3,),
             rounds=1,
             step_scale=0.5,
@@ -133,7 +133,7 @@ def test_a_transparent_picture_leaves_the_background_out(renderer: Renderer) -> 
 
 def test_data_is_never_averaged(renderer: Renderer) -> None:
     np.testing.assert_array_equal(
-        renderer.render(SIZE, Camera(), RenderOptions(shading="data", samples=4)), renderer.render(SIZE, Camera(), DATA)
+        renderer.render(SIZE, Camera(), RenderOptions(shade="data", samples=4)), renderer.render(SIZE, Camera(), DATA)
     )
 
 
@@ -182,7 +182,7 @@ def test_a_context_still_draws_after_a_renderer_was_released(osmesa: Context, mo
 @pytest.mark.parametrize(
     "options",
     [
-        {"shading": "toon"},
+        {"shade": "toon"},
         {"samples": 0},
         {"samples": 10**6},
         {"iterations": (0,)},

@@ -41,7 +41,7 @@ def test_the_wheel_zooms(view: View) -> None:
 def test_keys_change_the_shading_the_level_and_the_camera(view: View) -> None:
     for key, shading in (("N", "normal"), ("D", "depth"), ("X", "steps"), ("T", "texture"), ("P", "phong")):
         view.key(key)
-        assert view.options.shading == shading
+        assert view.options.shade == shading
     view.key("1")
     assert (view.options.level, view.options.normal_level) == (1, 1)
     view.key("3")
@@ -72,11 +72,11 @@ def test_the_turntable_goes_on_until_space_again(view: View) -> None:
 
 
 def test_a_model_without_a_texture_is_not_shaded_with_it(view: View) -> None:
-    view.set(shading="texture", level=2)
+    view.set(shade="texture", level=2)
     view.adopt(levels=1, textured=False, moves=False)
-    assert (view.options.shading, view.options.level) == ("phong", None)
+    assert (view.options.shade, view.options.level) == ("phong", None)
     view.key("T")
-    assert view.options.shading == "phong"
+    assert view.options.shade == "phong"
 
 
 def test_a_new_size_of_the_window_fits_the_shape_again() -> None:

@@ -25,7 +25,7 @@ class RenderOptions:
     """Last level that is traced; None: all are."""
     normal_level: int | None = None
     """Level whose gradient is the normal; None: that of `level`. A finer one is normal mapping (Section 3.2)."""
-    shading: str = "phong"
+    shade: str = "phong"
     """One of SHADINGS."""
     schedule: str = "relaxed"
     """How rays are traced, one of SCHEDULES."""
@@ -55,8 +55,8 @@ class RenderOptions:
     """Share of the width, from the left, with the normals of `level`, or with a mesh's own."""
 
     def __post_init__(self) -> None:
-        if self.shading not in SHADINGS:
-            raise UserError(f"shading {self.shading!r} is none of {', '.join(SHADINGS)}")
+        if self.shade not in SHADINGS:
+            raise UserError(f"shade {self.shade!r} is none of {', '.join(SHADINGS)}")
         if self.schedule not in SCHEDULES:
             raise UserError(f"schedule {self.schedule!r} is none of {', '.join(SCHEDULES)}")
         _check_number("samples", self.samples, MAX_SAMPLES)
@@ -88,7 +88,7 @@ class RenderOptions:
 
     def check_texture(self, textured: bool) -> None:
         """Raise UserError where the texture is to be shown of a model that is not `textured`."""
-        if self.shading == "texture" and not textured:
+        if self.shade == "texture" and not textured:
             raise UserError("the model has no texture (it was trained without one); use --shade phong or normal")
 
     def resolved_iterations(self, defaults: tuple[int, ...]) -> tuple[int, ...]:

@@ -76,7 +76,7 @@ class Renderer(Sampler):
 
     def adapts(self, options: RenderOptions) -> bool:
         """Whether the samples of a pixel follow its difference from its neighbours."""
-        several = options.samples > 1 and not options.uniform and options.shading != "data"
+        several = options.samples > 1 and not options.uniform and options.shade != "data"
         return several and self.shader.passes is not None and self.edges is None
 
     def samples_at(self, places: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -150,4 +150,4 @@ class Renderer(Sampler):
 
 def _sample_offsets(options: RenderOptions) -> NDArray[np.float32]:
     """Return the offsets (N, 2) of a pixel's samples from its centre, in pixels; data has one, at the centre."""
-    return jitters(1 if options.shading == "data" else options.samples)
+    return jitters(1 if options.shade == "data" else options.samples)

@@ -109,7 +109,7 @@ class Sampler:
         jitter: offset of the sample from the pixel's centre, in pixels.
         """
         if self.shader.passes is not None:
-            self._hold_colour_passes(_colour_passes(options.shading))
+            self._hold_colour_passes(_colour_passes(options.shade))
             self._level, normal_level = options.resolved_levels(self.shader.levels)
             self._looks_first = self._level == normal_level and options.schedule == "relaxed"
             self._looks_first &= self.shader.looks_first and self._skips(options)
@@ -118,7 +118,7 @@ class Sampler:
         self._hold_cells(options.time)
         self._write(self._option_uniforms(options))
         self._write(picture_uniforms(size, camera, jitter))
-        self._edges_are_drawn = options.shading != "data"
+        self._edges_are_drawn = options.shade != "data"
         if self.edges is not None:
             self.edges.prepare(size, camera, jitter)
 
@@ -201,7 +201,7 @@ class Sampler:
             "delta": tuple(delta * options.delta_scale for delta in self.shader.deltas),
             "step_scale": options.step_scale,
             "schedule": SCHEDULES.index(options.schedule),
-            "shading": SHADINGS.index(options.shading),
+            "shading": SHADINGS.index(options.shade),
             "plain": options.plain,
             "split": options.split,
             "time": options.time,

@@ -134,7 +134,7 @@ def time_levels(
     for level in range(1, levels + 1):
         up_to_level = replace(options, level=level, normal_level=level, samples=1)
         yield (level - 1) / levels, f"measuring level {level}"
-        data = renderer.render(size, camera, replace(up_to_level, shading="data"))
+        data = renderer.render(size, camera, replace(up_to_level, shade="data"))
         edges, renderer.edges = renderer.edges, None
         milliseconds = 1000 * renderer.timed(size, camera, up_to_level)[1]
         renderer.edges = edges

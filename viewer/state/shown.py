@@ -21,7 +21,7 @@ class Shown:
         Raises UserError if the driver refuses the shader, or its loop limit what `view` asks for.
         """
         self.context, self.source, self.view, self._storage = context, source, view, storage
-        self.renderer = Renderer(context, source.shader, view.options.shading)
+        self.renderer = Renderer(context, source.shader, view.options.shade)
         self.renderer.schedule(view.options)
         self.overlay = None if mesh is None else Overlay(context, mesh, storage)
         self.level_timings = list[LevelTiming]()
@@ -51,7 +51,7 @@ class Shown:
         Raises UserError if the file cannot be read, or the driver refuses its shader or what the view asks for.
         """
         source = open_source(path, self._storage)
-        renderer = Renderer(self.context, source.shader, self.view.options.shading)
+        renderer = Renderer(self.context, source.shader, self.view.options.shade)
         try:
             renderer.schedule(self.view.fitting(source.shader.levels, source.textured))
         except UserError:

@@ -111,9 +111,9 @@ class View:
         level, normal_level = (
             None if number is None or number > levels else number for number in (options.level, options.normal_level)
         )
-        shading = "phong" if options.shading == "texture" and not textured else options.shading
+        shade = "phong" if options.shade == "texture" and not textured else options.shade
         iterations = options.iterations if levels == self.levels else None
-        return replace(options, level=level, normal_level=normal_level, shading=shading, iterations=iterations)
+        return replace(options, level=level, normal_level=normal_level, shade=shade, iterations=iterations)
 
     def adopt(self, levels: int, textured: bool, moves: bool) -> None:
         """Look at another model: what it lacks is no longer asked for."""
@@ -179,7 +179,7 @@ class View:
         elif key in "+-":
             self.zoom(1 if key == "+" else -1)
         elif key in SHADING_KEYS and (key != "T" or self.textured):
-            self.set(shading=SHADING_KEYS[key])
+            self.set(shade=SHADING_KEYS[key])
         elif key.isdecimal() and 1 <= int(key) <= self.levels:
             self.set(level=int(key), normal_level=int(key))
         elif key == "B":

@@ -80,9 +80,9 @@ class Panel:
         if view.levels > 1:
             self._traced(imgui, view)
         shadings = [name for name in PANEL_SHADINGS if view.textured or name != "texture"]
-        changed, index = imgui.combo("shading", shadings.index(options.shading), shadings)
+        changed, index = imgui.combo("shading", shadings.index(options.shade), shadings)
         if changed:
-            view.set(shading=shadings[index])
+            view.set(shade=shadings[index])
         if view.textured:
             changed, textured = imgui.checkbox("texture", not options.plain)
             if changed:
