@@ -18,38 +18,38 @@ from importlib import import_module
 TYPE_CHECKING = False  # As of `typing`, which takes longer to load than all else up to where Ctrl-C is seen to.
 
 if TYPE_CHECKING:
+    from .api.field import Field as Field
+    from .api.functions import compose as compose
+    from .api.functions import evaluate as evaluate
+    from .api.functions import import_checkpoints as import_checkpoints
+    from .api.functions import load as load
+    from .api.functions import morph as morph
+    from .api.functions import photos as photos
+    from .api.functions import report as report
+    from .api.functions import train as train
+    from .api.functions import unproject as unproject
     from .capture.unprojected import Unprojected as Unprojected
     from .codegen.reference.hits import Hits as Hits
-    from .field import Field as Field
-    from .functions import compose as compose
-    from .functions import evaluate as evaluate
-    from .functions import import_checkpoints as import_checkpoints
-    from .functions import load as load
-    from .functions import morph as morph
-    from .functions import photos as photos
-    from .functions import report as report
-    from .functions import train as train
-    from .functions import unproject as unproject
     from .mesher.evaluation import Evaluation as Evaluation
     from .mesher.made import TriangleMesh as TriangleMesh
     from .model.errors import UserError as UserError
 
 _PLACES = {
     "Evaluation": "mesher.evaluation",
-    "Field": "field",
+    "Field": "api.field",
     "Hits": "codegen.reference.hits",
     "TriangleMesh": "mesher.made",
     "Unprojected": "capture.unprojected",
     "UserError": "model.errors",
-    "compose": "functions",
-    "evaluate": "functions",
-    "import_checkpoints": "functions",
-    "load": "functions",
-    "morph": "functions",
-    "photos": "functions",
-    "report": "functions",
-    "train": "functions",
-    "unproject": "functions",
+    "compose": "api.functions",
+    "evaluate": "api.functions",
+    "import_checkpoints": "api.functions",
+    "load": "api.functions",
+    "morph": "api.functions",
+    "photos": "api.functions",
+    "report": "api.functions",
+    "train": "api.functions",
+    "unproject": "api.functions",
 }
 """Name -> the module that it is in, which is loaded when somebody asks for the name."""
 

@@ -69,7 +69,7 @@ def loose_pieces(model: "Model") -> "Pieces":
 
 def pictures(folder: "Path") -> "Callable[[Model], None]":
     """Return what draws a model of a training into a folder. Only the front door may join training and drawing."""
-    from .pictures import Pictures
+    from .api.pictures import Pictures
 
     return Pictures(folder).draw
 

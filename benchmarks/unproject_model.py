@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import mplicits
-from mplicits.field import Field
+from mplicits.api.field import Field
 from mplicits.model.gallery import names
 from mplicits.trainer.shapes.shape import normalise
 from mplicits.viewer.draw.camera import Camera

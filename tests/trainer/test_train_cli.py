@@ -10,7 +10,8 @@ import pytest
 import trimesh
 from PIL import Image
 
-from mplicits import cli, pictures
+from mplicits import cli
+from mplicits.api import pictures
 from mplicits.model.errors import UserError
 from mplicits.model.model import shape_of
 from mplicits.model.model_file import load

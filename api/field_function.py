@@ -5,16 +5,16 @@ from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
-from .codegen.printers.field import PLAIN
-from .codegen.reference.evaluate import Evaluator
-from .codegen.reference.hits import Hits
-from .model.errors import UserError
-from .model.model import Model
+from ..codegen.printers.field import PLAIN
+from ..codegen.reference.evaluate import Evaluator
+from ..codegen.reference.hits import Hits
+from ..model.errors import UserError
+from ..model.model import Model
 from .placement import Array, Placement, Points, as_tensor, numbers
 
 if TYPE_CHECKING:
-    from .trainer.networks.by_arrays import ArrayField
-    from .trainer.networks.differentiable import Tensor, TorchField
+    from ..trainer.networks.by_arrays import ArrayField
+    from ..trainer.networks.differentiable import Tensor, TorchField
 
 
 class FieldFunction:
@@ -28,10 +28,10 @@ class FieldFunction:
     @cached_property
     def _torch(self) -> "TorchField | ArrayField":
         if self.model.scene is not None:
-            from .trainer.networks.by_arrays import ArrayField
+            from ..trainer.networks.by_arrays import ArrayField
 
             return ArrayField(self._evaluator)
-        from .trainer.networks.differentiable import TorchField
+        from ..trainer.networks.differentiable import TorchField
 
         return TorchField(self.model)
 
@@ -135,7 +135,7 @@ class FieldFunction:
         origins, directions: (..., 3), which are broadcast; directions of any length but 0. A ray that begins inside
         the shape meets it at its origin. The surface is looked for in the unit ball and a little beyond.
         """
-        from .codegen.reference.trace import trace
+        from ..codegen.reference.trace import trace
 
         place = Placement(self.model, space)
         level = self._evaluator.checked(level)

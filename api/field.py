@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .codegen.targets.orbit import FOV
-from .codegen.targets.registry import DEFAULT
-from .codegen.targets.uniforms import SCHEDULES
+from ..codegen.targets.orbit import FOV
+from ..codegen.targets.registry import DEFAULT
+from ..codegen.targets.uniforms import SCHEDULES
+from ..mesher.eval_cli import DEFAULT_RESOLUTION
+from ..model.model import level_networks, shape_of, sizes
+from ..model.model_file import save as save_model
 from .field_function import FieldFunction
-from .mesher.eval_cli import DEFAULT_RESOLUTION
-from .model.model import level_networks, shape_of, sizes
-from .model.model_file import save as save_model
 
 if TYPE_CHECKING:
-    from .mesher.evaluation import Evaluation
-    from .mesher.made import TriangleMesh
-    from .viewer.still import Colour
+    from ..mesher.evaluation import Evaluation
+    from ..mesher.made import TriangleMesh
+    from ..viewer.still import Colour
 
 
 class Field(FieldFunction):
@@ -55,9 +55,9 @@ class Field(FieldFunction):
         cube = np.array([[-1.0] * 3, [1.0] * 3])
         if self.model.inputs == "xyzt":
             return cube
-        from .codegen.ir.lower import lower
-        from .codegen.reference.cell_codes import EMPTY
-        from .codegen.reference.cells import Cells
+        from ..codegen.ir.lower import lower
+        from ..codegen.reference.cell_codes import EMPTY
+        from ..codegen.reference.cells import Cells
 
         cells = Cells(lower(self.model), 64)
         occupied = np.argwhere(cells.grid() >= EMPTY)[:, ::-1]
@@ -108,9 +108,9 @@ class Field(FieldFunction):
         "studio", "normal", "texture", "depth" or "steps"; background "#rrggbb", "#rrggbb,#rrggbb" for top and bottom,
         or two colours in [0, 1]. docs/viewer.md explains the rest.
         """
-        from .viewer.arguments import colours
-        from .viewer.draw.screenshot import to_bytes
-        from .viewer.still import Asked, draw_still
+        from ..viewer.arguments import colours
+        from ..viewer.draw.screenshot import to_bytes
+        from ..viewer.still import Asked, draw_still
 
         asked = Asked(
             size=(size, size) if isinstance(size, int) else size,
@@ -155,7 +155,7 @@ class Field(FieldFunction):
         along each side of the grid; space is that of the vertices; time is of a model that moves. docs/meshing.md
         explains the rest.
         """
-        from .mesher.made import make_mesh
+        from ..mesher.made import make_mesh
 
         return make_mesh(self.model, resolution, level, no_cull, space, quiet, time)
 
@@ -175,9 +175,9 @@ class Field(FieldFunction):
         path: a file to write it to as well. The other arguments are the options of `mplicits bake`, with their names
         and defaults; docs/targets.md lists the targets.
         """
-        from .codegen.baked import bake
-        from .model.files import check_writable, write_whole
-        from .model.kinds import GENERATED
+        from ..codegen.baked import bake
+        from ..model.files import check_writable, write_whole
+        from ..model.kinds import GENERATED
 
         if path is not None:
             check_writable(Path(path), kind=GENERATED)
@@ -197,20 +197,20 @@ class Field(FieldFunction):
         time: float | None = None,
     ) -> "Evaluation":
         """Compare the model with its ground truth, a mesh in a file; see `mplicits.evaluate`."""
-        from .mesher.evaluation import evaluate
+        from ..mesher.evaluation import evaluate
 
         return evaluate(self.model, Path(shape), resolution, level, samples, seed, quiet, time)
 
     def info(self) -> dict[str, object]:
         """Return what `mplicits info --json` prints: levels, costs, quality figures, bytes as each target."""
-        from .codegen.facts import model_facts
+        from ..codegen.facts import model_facts
 
         return model_facts(self.model)
 
     def save(self, path: str | Path) -> None:
         """Write the model file (docs/format.md), whole or not at all."""
-        from .model.files import check_writable
-        from .model.kinds import MODEL
+        from ..model.files import check_writable
+        from ..model.kinds import MODEL
 
         check_writable(Path(path), kind=MODEL)
         save_model(self.model, Path(path))

@@ -5,24 +5,24 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
-from .capture.cli import DEFAULT_ESTIMATOR, DEFAULT_UNIT
-from .capture.photo_settings import PhotoOptions, photo_settings
+from ..capture.cli import DEFAULT_ESTIMATOR, DEFAULT_UNIT
+from ..capture.photo_settings import PhotoOptions, photo_settings
+from ..model.errors import UserError
+from ..model.gallery import model_path
+from ..model.model_file import load as load_model
+from ..trainer.cli import before_torch
+from ..trainer.options import TrainingOptions, settings_from, shows_options
 from .field import Field
-from .model.errors import UserError
-from .model.gallery import model_path
-from .model.model_file import load as load_model
 from .notebook import Preview
 from .pictures import Pictures
-from .trainer.cli import before_torch
-from .trainer.options import TrainingOptions, settings_from, shows_options
 
 if TYPE_CHECKING:
-    from .capture.unprojected import Unprojected
-    from .mesher.evaluation import Evaluation
-    from .model.model import Model
-    from .trainer.learn import Callback
-    from .trainer.options import Numbers
-    from .trainer.shapes.given import Given
+    from ..capture.unprojected import Unprojected
+    from ..mesher.evaluation import Evaluation
+    from ..model.model import Model
+    from ..trainer.learn import Callback
+    from ..trainer.options import Numbers
+    from ..trainer.shapes.given import Given
 
 
 def load(source: str | Path | bytes) -> Field:
@@ -69,8 +69,8 @@ def train(
     with their names and defaults (docs/training.md). Raises UserError.
     """
     before_torch()
-    from .cli import loose_pieces
-    from .trainer.learn import learn
+    from ..cli import loose_pieces
+    from ..trainer.learn import learn
 
     before, follower = None if resume is None else resume.model, _Follower(follow, preview)
     return follower.ended(
@@ -113,8 +113,8 @@ def morph(
     `train`. Raises UserError.
     """
     before_torch()
-    from .cli import surface_of
-    from .trainer.learn import morph as learn_morph
+    from ..cli import surface_of
+    from ..trainer.learn import morph as learn_morph
 
     before, follower = None if resume is None else resume.model, _Follower(follow, preview)
     return follower.ended(
@@ -177,7 +177,7 @@ def unproject(
     depth: the path of a depth map; or else estimate: that of a photograph. The options are those of
     `mplicits unproject`, with their names and defaults (docs/capture.md). Raises UserError.
     """
-    from .capture.unprojected import unprojected
+    from ..capture.unprojected import unprojected
 
     return unprojected(depth, estimate, estimator, image, mask, fov, intrinsics, relative, range, unit, ray, close)
 
@@ -190,7 +190,7 @@ def photos(folder: str | Path, *, quiet: bool = False, **options: Unpack[PhotoOp
     options are those of `mplicits photos`, with their names and defaults (docs/capture.md). Raises UserError.
     """
     before_torch()
-    from .capture.photos_session import photos as reconstruct
+    from ..capture.photos_session import photos as reconstruct
 
     return Field(reconstruct(Path(folder), quiet=quiet, **options))
 
@@ -211,8 +211,8 @@ def evaluate(
     the mesh that is the truth. The options are those of `mplicits eval`, with their names and defaults. Raises
     UserError.
     """
-    from .mesher.evaluation import evaluate as compare
-    from .model.mesh_file import SUFFIXES
+    from ..mesher.evaluation import evaluate as compare
+    from ..model.mesh_file import SUFFIXES
 
     if isinstance(model, Field):
         return model.evaluate(shape, resolution, level, samples, seed, quiet, time)
@@ -227,7 +227,7 @@ def report(model: Field | str | Path, shape: str | Path | None = None, log: str 
     model: a model, its path or its name in the gallery. shape: the path of the mesh that is the truth, for the error on
     the surface. log: the path of what `train` wrote with `log`, for curves. Raises UserError.
     """
-    from .reporting.page import report as page
+    from ..reporting.page import report as page
 
     return page(model.model if isinstance(model, Field) else load_model(model_path(str(model))), shape, log)
 
@@ -237,7 +237,7 @@ def compose(scene: str | Path) -> Field:
 
     scene: its path (TOML). Raises UserError, one line that names the file, the line and the key.
     """
-    from .scenes.composed import compose as composed
+    from ..scenes.composed import compose as composed
 
     return Field(composed(scene))
 
@@ -254,7 +254,7 @@ def import_checkpoints(
     The options are those of `mplicits import`, with their names and defaults (docs/training.md). Raises UserError.
     """
     before_torch()
-    from .trainer.imported import import_checkpoints as imported
+    from ..trainer.imported import import_checkpoints as imported
 
     files = [Path(path) for path in checkpoints]
     return Field(imported(files, omega, None if shape is None else str(shape), front, credit))

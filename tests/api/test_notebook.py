@@ -15,8 +15,8 @@ import pytest
 from PIL import Image
 
 import mplicits
-from mplicits import notebook
-from mplicits.pictures import SIDE
+from mplicits.api import notebook
+from mplicits.api.pictures import SIDE
 from support.browser import PATIENCE
 from support.paths import DEMO
 from support.random_model import random_model

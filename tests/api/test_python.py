@@ -14,7 +14,7 @@ import torch
 from numpy.typing import NDArray
 
 import mplicits
-from mplicits import functions
+from mplicits.api import functions
 from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.reference import interpret
 from mplicits.model.model_file import load, save

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Union
 import numpy as np
 from numpy.typing import NDArray
 
-from .model.errors import UserError
-from .model.model import MODEL_SPACE, Model
-from .model.orientation import as_in_file, upright
+from ..model.errors import UserError
+from ..model.model import MODEL_SPACE, Model
+from ..model.orientation import as_in_file, upright
 
 if TYPE_CHECKING:
-    from .trainer.networks.differentiable import Tensor
+    from ..trainer.networks.differentiable import Tensor
 
 Array = NDArray[np.float32]
 Nested = Sequence[Union[float, "Nested"]]
@@ -73,7 +73,7 @@ def as_tensor(points: "Points | Tensor") -> "Tensor | None":
     """Return points that are a tensor of PyTorch; None for all others. PyTorch is not loaded to find out."""
     if not type(points).__module__.startswith("torch"):
         return None
-    from .trainer.networks.differentiable import Tensor
+    from ..trainer.networks.differentiable import Tensor
 
     return points if isinstance(points, Tensor) else None
 
