@@ -7,11 +7,12 @@ import io
 import os
 import sys
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
+from .api.hooks import describe_surface, loose_pieces, pictures, surface_of
 from .demo import demo_verb
 from .extras import advice
 from .model.errors import UserError
@@ -21,13 +22,6 @@ from .model.verb import Verb
 from .model.version import installed_version
 from .trainer.cli import train_verb
 from .trainer.motion_cli import morph_verb
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from .model.model import Model
-    from .trainer.last_look import Pieces
-    from .trainer.motion import ModelSurface
 
 ROOMS = ("trainer", "capture", "scenes", "codegen", "viewer", "mesher", "reporting")
 """Folders whose cli.py declares VERBS, in the order of the help."""
@@ -51,35 +45,6 @@ def verbs() -> dict[str, Verb]:
     of_rooms = [verb for room in ROOMS for verb in importlib.import_module(f".{room}.cli", __package__).VERBS]
     trainings = train_verb(describe_surface, pictures, loose_pieces), morph_verb(describe_surface, surface_of, pictures)
     return {verb.name: verb for verb in (demo_verb(perform), *trainings, *of_rooms)}
-
-
-def describe_surface(model: "Model", quiet: bool) -> str:
-    """Describe the surface of a trained model in a line. Only the front door may join training and meshing."""
-    from .mesher import survey
-
-    return survey.describe_surface(model, quiet)
-
-
-def loose_pieces(model: "Model") -> "Pieces":
-    """Find loose pieces of the surface of a model that is being trained, as `mesher.survey.loose_pieces` does."""
-    from .mesher import survey
-
-    return survey.loose_pieces(model)
-
-
-def pictures(folder: "Path") -> "Callable[[Model], None]":
-    """Return what draws a model of a training into a folder. Only the front door may join training and drawing."""
-    from .api.pictures import Pictures
-
-    return Pictures(folder).draw
-
-
-def surface_of(model: "Model", quiet: bool) -> "ModelSurface":
-    """Extract the surface of a model that a training begins with: vertices, faces, and colours or None."""
-    from .mesher import survey
-
-    mesh = survey.surface_of(model, quiet)
-    return mesh.vertices, mesh.faces, mesh.colours
 
 
 def perform(argv: Sequence[str]) -> None:

@@ -69,8 +69,8 @@ def train(
     with their names and defaults (docs/training.md). Raises UserError.
     """
     before_torch()
-    from ..cli import loose_pieces
     from ..trainer.learn import learn
+    from .hooks import loose_pieces
 
     before, follower = None if resume is None else resume.model, _Follower(follow, preview)
     return follower.ended(
@@ -113,8 +113,8 @@ def morph(
     `train`. Raises UserError.
     """
     before_torch()
-    from ..cli import surface_of
     from ..trainer.learn import morph as learn_morph
+    from .hooks import surface_of
 
     before, follower = None if resume is None else resume.model, _Follower(follow, preview)
     return follower.ended(

@@ -1,0 +1,39 @@
+"""Functions of other rooms that a training calls. Rooms do not import one another: the front door passes these on."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..model.model import Model
+    from ..trainer.last_look import Pieces
+    from ..trainer.motion import ModelSurface
+
+
+def describe_surface(model: "Model", quiet: bool) -> str:
+    """Describe the surface of a trained model in one line."""
+    from ..mesher import survey
+
+    return survey.describe_surface(model, quiet)
+
+
+def loose_pieces(model: "Model") -> "Pieces":
+    """Find loose pieces of the surface of a model that is being trained, as `mesher.survey.loose_pieces` does."""
+    from ..mesher import survey
+
+    return survey.loose_pieces(model)
+
+
+def pictures(folder: Path) -> "Callable[[Model], None]":
+    """Return a function that draws a model into `folder`, as a numbered PNG."""
+    from .pictures import Pictures
+
+    return Pictures(folder).draw
+
+
+def surface_of(model: "Model", quiet: bool) -> "ModelSurface":
+    """Extract the surface of a model that a training begins with: vertices, faces, and colours or None."""
+    from ..mesher import survey
+
+    mesh = survey.surface_of(model, quiet)
+    return mesh.vertices, mesh.faces, mesh.colours
