@@ -110,7 +110,7 @@ def rows(models: list[Path], table2: Path | None, seconds: float) -> Iterator[tu
     for title, name, (level, normal_level), _ in ROWS if table2 else ():
         assert table2 is not None
         path = table2 / f"{name}.safetensors"
-        train(path, MODELS_OF[name], seconds)
+        train(path, MODELS_OF[name], "--seconds", f"{seconds:g}")
         yield title, load(path), level, normal_level
     for model in map(load, models):
         levels = " > ".join(shape_of(level.network) for level in model.levels)

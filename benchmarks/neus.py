@@ -69,16 +69,24 @@ class Distance(nn.Module):
 class NeusScene:
     """A `Scene` as NeuS publishes it, at any width."""
 
-    def __init__(self, width: int, layers: int, skip: int, radiance: int, seed: int) -> None:
+    def __init__(
+        self,
+        width: int,
+        layers: int,
+        skip: int,
+        radiance: int,
+        seed: int,
+        device: str | torch.device = "cpu",
+    ) -> None:
         """width, layers, skip: of `Distance`; NeuS has 256, 8 and 4. radiance: width of four hidden layers."""
         torch.manual_seed(seed)
-        self.distance = Distance(width, layers, skip)
+        self.distance = Distance(width, layers, skip).to(device)
         sizes = [3 + 3 + 6 * DIRECTION_OCTAVES + 3 + width, *[radiance] * 4, 3]
         parts: list[nn.Module] = []
         for before, after in pairwise(sizes):
             parts += [weight_norm(nn.Linear(before, after)), nn.ReLU()]
-        self._radiance = nn.Sequential(*parts[:-1])
-        self.logarithm = torch.tensor(SHARPNESS, requires_grad=True)
+        self._radiance = nn.Sequential(*parts[:-1]).to(device)
+        self.logarithm = torch.tensor(SHARPNESS, device=device, requires_grad=True)
 
     def guide(self, points: Tensor) -> Tensor:
         """Evaluate the distance (N,), without a graph."""

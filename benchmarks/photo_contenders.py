@@ -6,6 +6,7 @@ NeuS's differentiates its gradient by autograd. Ours has the adjoint pass and it
 
 import statistics
 import time
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -43,7 +44,8 @@ class NeusLearner:
     """NeuS's optimisation at a peak rate."""
 
     def __init__(self, rays: Rays, count: int, effort: Effort, width: int, rate: float) -> None:
-        self.scene = NeusScene(width, LAYERS, SKIP, width, SEED)
+        """rays: to learn from, `count` a step; the networks are on their device."""
+        self.scene = NeusScene(width, LAYERS, SKIP, width, SEED, rays.eyes.device)
         self._generator = torch.Generator().manual_seed(SEED)
         self._batches = RayBatches(rays, count, self._generator)
         self._adam, self._rate, self._effort = torch.optim.Adam(self.scene.parameters(), lr=rate), rate, effort
@@ -113,10 +115,10 @@ class NeusField:
         return np.zeros(len(points), np.float32)
 
 
-def learn(contender: Contender, seconds: float) -> int:
-    """Learn for some processor time; return the steps."""
-    began, steps = time.process_time(), 0
-    while (share := (time.process_time() - began) / seconds) < 1:
+def learn(contender: Contender, seconds: float, clock: Callable[[], float] = time.process_time) -> int:
+    """Learn for some seconds of a clock, by default processor time; return the steps."""
+    began, steps = clock(), 0
+    while (share := (clock() - began) / seconds) < 1:
         contender.step(share)
         steps += 1
     return steps

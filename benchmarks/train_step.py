@@ -1,6 +1,6 @@
 """Measure one training step of a residual, done in three ways in turn; writes docs/results/train_step.md.
 
-    python benchmarks/train_step.py [--points 8192] [--rounds 8] [-o FILE]
+    python benchmarks/train_step.py [--points 8192] [--rounds 8] [--device cuda] [-o FILE]
 
 ours: the step of `trainer.level`, with its hand-written adjoint and derivatives, the earlier levels taken from the
 pool, and the settings of `mplicits train`.
@@ -47,7 +47,6 @@ REST = 0.05
 """Seconds after which the threads of the step before no longer wait for more work."""
 WARM, TIMED = 2, 4
 """Steps of a turn that are not timed, and those that are."""
-CPU = torch.device("cpu")
 THREADS = torch.get_num_threads()
 """PyTorch's own number of threads."""
 
@@ -62,20 +61,20 @@ def by_autograd(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
 def make_pool(points: Tensor, frozen: Sequence[Weights], on_surface: bool) -> pools.Pool:
     """Make a pool of `points` with distances of zero, and with normals where they are on the surface."""
     normals = functional.normalize(points, dim=1) if on_surface else None
-    return pools.Pool(points, torch.zeros(len(points)), normals, *field_and_gradient(frozen, points))
+    return pools.Pool(points, torch.zeros_like(points[:, 0]), normals, *field_and_gradient(frozen, points))
 
 
 class Case:
     """The networks and samples of one row of the table, which are the same in every process."""
 
-    def __init__(self, index: int) -> None:
+    def __init__(self, index: int, device: torch.device) -> None:
         sizes, self.size = CASES[index]
         generator = torch.Generator().manual_seed(index)
-        self.earlier = [initial(size, 40.0, 1, generator) for size in sizes]
-        points = torch.rand(65536, 3, generator=generator) * 2 - 1
+        self.earlier = [[w.to(device) for w in initial(size, 40.0, 1, generator)] for size in sizes]
+        points = (torch.rand(65536, 3, generator=generator) * 2 - 1).to(device)
         self.surface = make_pool(points[:32768], self.earlier, True)
         self.volume = make_pool(points[32768:], self.earlier, False)
-        self.start = initial(self.size, 80.0, 1, generator)
+        self.start = [w.to(device) for w in initial(self.size, 80.0, 1, generator)]
 
     def weights(self) -> Weights:
         """Copy the residual as it is at the start."""
@@ -118,7 +117,10 @@ class Case:
         earlier = [[w.clone().requires_grad_() for w in network] for network in self.earlier]
 
         def run() -> None:
-            on, around = (torch.randint(len(pool.points), (half,)) for pool in (self.surface, self.volume))
+            on, around = (
+                torch.randint(len(pool.points), (half,), device=pool.points.device)
+                for pool in (self.surface, self.volume)
+            )
             points = torch.cat((self.surface.points[on], self.volume.points[around]))
             f, gradient = by_autograd(weights, points)
             for network in earlier:
@@ -146,9 +148,9 @@ def loss(f: Tensor, gradient: Tensor, normals: Tensor) -> Tensor:
     return total
 
 
-def our_settings() -> None:
+def our_settings(device: torch.device) -> None:
     """Set what `mplicits train` sets."""
-    machine.prepare(CPU)
+    machine.prepare(device)
 
 
 def default_settings() -> None:
@@ -161,27 +163,29 @@ def seconds(step: Callable[[], None]) -> float:
     """Measure how long a step takes."""
     began = time.perf_counter()
     step()
+    if torch.cuda.is_available():
+        torch.cuda.synchronize()
     return time.perf_counter() - began
 
 
-def apart(connection: Connection, index: int, points: int) -> None:
+def apart(connection: Connection, index: int, device: torch.device, points: int) -> None:
     """Run the authors' way in this process: for every true message, send the seconds of one step."""
     level.BATCH = points
-    step = Case(index).authors()
+    step = Case(index, device).authors()
     connection.send(0.0)
     while connection.recv():
         connection.send(seconds(step))
 
 
-def medians(index: int, rounds: int) -> list[float]:
+def medians(index: int, device: torch.device, rounds: int) -> list[float]:
     """Measure the median seconds of a step: ours, autograd, the authors' way in this process, and in another.
 
     They take turns, `rounds` of which count. Each turn begins with what is not timed: its settings, a rest, and `WARM`
     steps, since in training one step follows another.
     """
-    case = Case(index)
+    case = Case(index, device)
     near, far = multiprocessing.get_context("spawn").Pipe()
-    other = multiprocessing.get_context("spawn").Process(target=apart, args=(far, index, level.BATCH))
+    other = multiprocessing.get_context("spawn").Process(target=apart, args=(far, index, device, level.BATCH))
     other.start()
     near.recv()
 
@@ -190,8 +194,8 @@ def medians(index: int, rounds: int) -> list[float]:
         return float(near.recv())
 
     steps: tuple[tuple[Callable[[], None], Callable[[], float]], ...] = (
-        (our_settings, partial(seconds, case.ours())),
-        (our_settings, partial(seconds, case.autograd())),
+        (partial(our_settings, device), partial(seconds, case.ours())),
+        (partial(our_settings, device), partial(seconds, case.autograd())),
         (default_settings, partial(seconds, case.authors())),
         (default_settings, elsewhere),
     )
@@ -213,10 +217,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--points", type=int, default=8192, help="samples of a step")
     parser.add_argument("--rounds", type=int, default=8)
+    parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/train_step.md"))
     options = parser.parse_args()
     level.BATCH = options.points
-    our_settings()
+    device = torch.device(options.device)
+    our_settings(device)
+    on = f"{torch.cuda.get_device_name()}; " if device.type == "cuda" else ""
     page = protocol.Page(
         options.output,
         "# One training step",
@@ -224,7 +231,7 @@ def main() -> None:
         'Printed by `python benchmarks/train_step.py`. "The same, own process": the authors\' way with '
         "PyTorch's default settings in a process of its own; the faster of the two counts.",
         "",
-        f"{protocol.machine()}, {THREADS} threads; {options.points} points a step, medians of "
+        f"{on}{protocol.machine()}, {THREADS} threads; {options.points} points a step, medians of "
         f"{options.rounds * TIMED} steps in turn",
         "",
         "| residual | after | ours, ms | autograd, ms | authors' way, ms | the same, own process, ms "
@@ -232,7 +239,7 @@ def main() -> None:
         "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |",
     )
     for index, (sizes, size) in enumerate(CASES):
-        ours, autograd, authors, alone = medians(index, options.rounds)
+        ours, autograd, authors, alone = medians(index, device, options.rounds)
         names = [f"{width}x{depth}" for width, depth in (size, *sizes)]
         figures = " | ".join(f"{median * 1e3:.1f}" for median in (ours, autograd, authors, alone))
         page.add(

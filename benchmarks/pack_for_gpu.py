@@ -1,0 +1,98 @@
+"""Gather what a run on a GPU needs and the machine with the GPU may lack, in the ignored folder out/gpu.
+
+    nice python benchmarks/pack_for_gpu.py [--python 3.12]
+
+wheels/    packages that PyTorch does not bring, for that version of Python
+lib/       the loaders of OpenGL and Vulkan; the driver is the machine's own
+data/      the shapes and photographs of the data's folder that the stages of on_gpu.py read
+models/    the models of Table 2, trained on Armadillo in few steps: speed depends on their widths, not on their quality
+pictures/  reference pictures of the CUDA programs, drawn by the GLSL renderer on software OpenGL
+"""
+
+import argparse
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from PIL import Image
+
+from protocol import DATA
+from table2 import MODELS_OF, train
+
+PACK = Path(__file__).parents[1] / "out" / "gpu"
+WHEELS = ("moderngl", "glcontext", "glfw", "trimesh", "libigl", "safetensors", "tqdm", "wgpu", "cffi", "pycparser")
+"""numpy, scipy, pillow and threadpoolctl are larger, and where PyTorch is installed they are as a rule, too."""
+GLIBC = (28, 27, 17, 5)
+"""Minor versions of glibc 2 whose wheels are taken."""
+LIBRARIES = ("libEGL.so.1", "libGLdispatch.so.0", "libvulkan.so.1")
+SHAPES = ("meshes/armadillo.ply", "meshes/lucy.ply", "dtu_scan24")
+STEPS = {"64x2": 800, "128x2": 600, "256x2": 400, "256x4": 400}
+"""Optimiser steps of a level."""
+PICTURED = ("three", "spot", "spot-large")
+"""Models whose CUDA programs are compared with a reference picture."""
+SIDES = (256, 40)
+"""Pixels a side of the reference pictures; the small ones are for the rehearsal without a GPU."""
+
+
+def pin(name: str) -> str:
+    """Return the package with the version of constraints.txt."""
+    lines = (PACK.parents[1] / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    return next((line for line in lines if line.partition("==")[0] == name), name)
+
+
+def fetch_wheels(python: str) -> None:
+    """Download the wheels."""
+    platforms = [f"--platform=manylinux_2_{minor}_x86_64" for minor in GLIBC]
+    command = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--only-binary=:all:"]
+    command += [f"--python-version={python}", *platforms, "-d", str(PACK / "wheels")]
+    subprocess.run([*command, *map(pin, WHEELS)], check=True)
+
+
+def copy_files() -> None:
+    """Copy the loaders of this system, and the data."""
+    (PACK / "lib").mkdir(parents=True, exist_ok=True)
+    cache = subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True, check=True).stdout
+    found = {line.split()[0]: line.split()[-1] for line in cache.splitlines() if "x86-64" in line}
+    for name in LIBRARIES:
+        shutil.copyfile(found[name], PACK / "lib" / name)
+    for shape in SHAPES:
+        target = PACK / "data" / shape
+        if (DATA / shape).is_dir():
+            shutil.copytree(DATA / shape, target, dirs_exist_ok=True, copy_function=shutil.copyfile)
+        else:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(DATA / shape, target)
+
+
+def draw_references() -> None:
+    """Draw every model of PICTURED at every size, one ray a pixel, as a PPM."""
+    (PACK / "pictures").mkdir(exist_ok=True)
+    for name in PICTURED:
+        path = PACK / "models" / f"{name}.safetensors"
+        for side in SIDES:
+            png = PACK / "pictures" / f"{name}-{side}.png"
+            command = [sys.executable, "-m", "mplicits", "render", str(path if path.exists() else name)]
+            subprocess.run([*command, f"--size={side}", "--samples=1", "-o", str(png), "--force"], check=True)
+            Image.open(png).convert("RGB").save(png.with_suffix(".ppm"))
+            png.unlink()
+
+
+def main() -> None:
+    """Fill the folder; models that are there stay."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--python", default="3.12", help="version on the machine with the GPU (default 3.12)")
+    options = parser.parse_args()
+    copy_files()
+    fetch_wheels(options.python)
+    for name, levels in MODELS_OF.items():
+        steps = ",".join(str(STEPS[level]) for level in levels.split(","))
+        train(PACK / "models" / f"{name}.safetensors", levels, "--steps", steps)
+    draw_references()
+    size = sum(path.stat().st_size for path in PACK.rglob("*") if path.is_file())
+    print(json.dumps({"folder": str(PACK), "mebibytes": round(size / 2**20, 1)}))
+
+
+if __name__ == "__main__":
+    main()
