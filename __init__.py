@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from .api.functions import train as train
     from .api.functions import unproject as unproject
     from .capture.unprojected import Unprojected as Unprojected
-    from .codegen.reference.hits import Hits as Hits
+    from .field.hits import Hits as Hits
     from .mesher.evaluation import Evaluation as Evaluation
     from .mesher.made import TriangleMesh as TriangleMesh
     from .model.errors import UserError as UserError
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _PLACES = {
     "Evaluation": "mesher.evaluation",
     "Field": "api.field",
-    "Hits": "codegen.reference.hits",
+    "Hits": "field.hits",
     "TriangleMesh": "mesher.made",
     "Unprojected": "capture.unprojected",
     "UserError": "model.errors",

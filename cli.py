@@ -23,7 +23,7 @@ from .model.version import installed_version
 from .trainer.cli import train_verb
 from .trainer.motion_cli import morph_verb
 
-ROOMS = ("trainer", "capture", "scenes", "codegen", "viewer", "mesher", "reporting")
+ROOMS = ("trainer", "capture", "scenes", "bake", "viewer", "mesher", "reporting")
 """Folders whose cli.py declares VERBS, in the order of the help."""
 ABOUT = "A mesh or an oriented point cloud becomes a small multiscale neural SDF, baked into shaders."
 EXAMPLE = "example: mplicits train bunny.ply -o bunny.safetensors"

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bake.registry import DEFAULT
 from ..codegen.targets.orbit import FOV
-from ..codegen.targets.registry import DEFAULT
 from ..codegen.targets.uniforms import SCHEDULES
 from ..mesher.eval_cli import DEFAULT_RESOLUTION
 from ..model.model import level_networks, shape_of, sizes
@@ -55,9 +55,9 @@ class Field(FieldFunction):
         cube = np.array([[-1.0] * 3, [1.0] * 3])
         if self.model.inputs == "xyzt":
             return cube
-        from ..codegen.ir.lower import lower
-        from ..codegen.reference.cell_codes import EMPTY
-        from ..codegen.reference.cells import Cells
+        from ..field.cell_codes import EMPTY
+        from ..field.cells import Cells
+        from ..ir.lower import lower
 
         cells = Cells(lower(self.model), 64)
         occupied = np.argwhere(cells.grid() >= EMPTY)[:, ::-1]
@@ -175,7 +175,7 @@ class Field(FieldFunction):
         path: a file to write it to as well. The other arguments are the options of `mplicits bake`, with their names
         and defaults; docs/targets.md lists the targets.
         """
-        from ..codegen.baked import bake
+        from ..bake.bake import bake
         from ..model.files import check_writable, write_whole
         from ..model.kinds import GENERATED
 
@@ -203,7 +203,7 @@ class Field(FieldFunction):
 
     def info(self) -> dict[str, object]:
         """Return what `mplicits info --json` prints: levels, costs, quality figures, bytes as each target."""
-        from ..codegen.facts import model_facts
+        from ..bake.facts import model_facts
 
         return model_facts(self.model)
 

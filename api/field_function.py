@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 
 from ..codegen.printers.field import PLAIN
-from ..codegen.reference.evaluate import Evaluator
-from ..codegen.reference.hits import Hits
+from ..field.evaluate import Evaluator
+from ..field.hits import Hits
 from ..model.errors import UserError
 from ..model.model import Model
 from .placement import Array, Placement, Points, as_tensor, numbers
@@ -135,7 +135,7 @@ class FieldFunction:
         origins, directions: (..., 3), which are broadcast; directions of any length but 0. A ray that begins inside
         the shape meets it at its origin. The surface is looked for in the unit ball and a little beyond.
         """
-        from ..codegen.reference.trace import trace
+        from ..field.trace import trace
 
         place = Placement(self.model, space)
         level = self._evaluator.checked(level)

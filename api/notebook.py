@@ -10,8 +10,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from ..codegen.targets import webpage
 from ..model.errors import UserError
+from ..web import page as webpage
 from .pictures import png
 
 if TYPE_CHECKING:

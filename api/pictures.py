@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from ..codegen.targets import webpage
 from ..model.errors import UserError
 from ..model.files import check_writable, show, write_whole
 from ..model.image_file import png_bytes
 from ..model.kinds import PICTURE
 from ..model.model import Model
+from ..web import page as webpage
 
 SIDE = 320
 """Pixels of a picture, along each side."""

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference.interpret import nested_field
+from mplicits.field.interpret import nested_field
+from mplicits.ir.lower import lower
 from mplicits.model.model import Model
 from mplicits.trainer import sampling, settings
 from mplicits.trainer.bands import EPSILON

@@ -16,10 +16,10 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from mplicits.codegen.reference.bits import cost, fewest_bits
-from mplicits.codegen.reference.rounding import in_decimals
-from mplicits.codegen.targets.registry import TARGETS
+from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets.shadertoy import WIDEST
+from mplicits.field.bits import cost, fewest_bits
+from mplicits.field.rounding import in_decimals
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.metrics import SampledSurface, chamfer
 from mplicits.model import gallery

@@ -3,7 +3,7 @@
     python benchmarks/cuda_work.py M ... [--table2 MODELS [--seconds 150]] [--size 512] [-o FILE]
 
 MODELS and --seconds are those of benchmarks/table2.py, and so are the rows that --table2 puts before those of models M.
-The rays are marched in numpy (codegen/reference/march.py), by both schedules.
+The rays are marched in numpy (field/march.py), by both schedules.
 """
 
 import argparse
@@ -16,17 +16,17 @@ from numpy.typing import NDArray
 
 from frames import APART
 from frames import Work as Losses
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.ir.program import Affine, Function, Program
-from mplicits.codegen.reference.cells import Cells
-from mplicits.codegen.reference.dense import dense_march
-from mplicits.codegen.reference.march import Rays, march
 from mplicits.codegen.targets.cuda_tables import WIDEST_SPLIT
 from mplicits.codegen.targets.uniforms import SCHEDULES
+from mplicits.field.cells import Cells
+from mplicits.field.march import Rays, march
+from mplicits.ir.lower import lower
+from mplicits.ir.program import Affine, Function, Program
 from mplicits.model.gallery import model_path
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
+from oracles.dense import dense_march
 from protocol import Page, machine
 from table2 import MODELS_OF, ROWS, train
 

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from mplicits.codegen.ir.program import Program
-from mplicits.codegen.reference.dense import dense_march
-from mplicits.codegen.reference.interpret import nested_field
+from mplicits.field.interpret import nested_field
+from mplicits.ir.program import Program
 from mplicits.viewer.draw.camera import Camera
+from oracles.dense import dense_march
 
 STOP = 0.05
 """Pixels: a ray that passes the surface closer than this may count as a hit or not (glsl/march.glsl)."""

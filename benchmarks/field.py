@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from contenders import fully_trained, training_settings
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference.interpret import nested_field
+from mplicits.field.interpret import nested_field
+from mplicits.ir.lower import lower
 from mplicits.mesher.distance import compare_field
 from mplicits.mesher.evaluate import Figures, compare
 from mplicits.mesher.extract import extract, extract_model

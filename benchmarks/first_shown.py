@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mplicits.codegen.targets.registry import TARGETS
+from mplicits.bake.registry import TARGETS
 from mplicits.model.gallery import model_path
 from mplicits.model.model import shape_of
 from mplicits.model.model_file import load

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets.glsl330 import bake
-from mplicits.codegen.targets.registry import TARGETS
 from mplicits.model import gallery
 from mplicits.model.errors import UserError
 from mplicits.model.files import write_whole

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dense_view import STOP, closest_approach
-from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.targets.glsl330 import bake
+from mplicits.ir.lower import lower
 from mplicits.model.model import Model
 from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera

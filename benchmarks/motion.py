@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference.interpret import field_gradient, nested_field
+from mplicits.field.interpret import field_gradient, nested_field
+from mplicits.ir.lower import lower
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.metrics import SampledSurface, chamfer
 from mplicits.mesher.moment import place_at

@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from moment import frozen
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference.cells import MOMENTS, Cells
 from mplicits.codegen.targets.glsl330 import bake
+from mplicits.field.cells import MOMENTS, Cells
+from mplicits.ir.lower import lower
 from mplicits.model.gallery import model_path
 from mplicits.model.model import Layer, Model, Network, shape_of
 from mplicits.model.model_file import load

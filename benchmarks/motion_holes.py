@@ -12,8 +12,8 @@ import numpy as np
 
 from dense_view import ELEVATIONS, STOP, closest_approach, lost_and_extra
 from moment import frozen
-from mplicits.codegen.ir.lower import lower
 from mplicits.codegen.targets.glsl330 import bake
+from mplicits.ir.lower import lower
 from mplicits.model.gallery import model_path
 from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera

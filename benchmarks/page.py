@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from browser_time import shown_seconds, turn
-from mplicits.codegen.targets.registry import TARGETS
+from mplicits.bake.registry import TARGETS
 from mplicits.model.errors import UserError
 from mplicits.model.gallery import model_path
 from mplicits.model.model import Model, shape_of

@@ -12,10 +12,10 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from browser_time import changed, processor_seconds, shown_seconds, turn
-from mplicits.codegen.targets.webpage import CELLS, DEAREST, standalone
 from mplicits.model.gallery import model_path
 from mplicits.model.model import shape_of
 from mplicits.model.model_file import load
+from mplicits.web.page import CELLS, DEAREST, standalone
 from protocol import Page, machine
 from support.browser import Visit, chromium, visit
 

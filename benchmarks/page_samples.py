@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from browser_time import changed, processor_seconds, turn
-from mplicits.codegen.targets.webpage import standalone
 from mplicits.model.gallery import model_path
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load
+from mplicits.web.page import standalone
 from protocol import Page, machine
 from support.browser import chromium, visit
 

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from mplicits.codegen.reference.bits import cost, fewest_bits
 from mplicits.codegen.targets.shadertoy import WIDEST
+from mplicits.field.bits import cost, fewest_bits
 from mplicits.model import gallery
 from mplicits.model.model import Array, Layer, Model, Network
 from mplicits.model.model_file import load

@@ -14,11 +14,11 @@ from unittest.mock import patch
 
 import numpy as np
 
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.ir.program import Array, Function, Program
-from mplicits.codegen.reference import composed
-from mplicits.codegen.reference.march import march
-from mplicits.codegen.reference.run import run
+from mplicits.field import composed
+from mplicits.field.march import march
+from mplicits.field.run import run
+from mplicits.ir.lower import lower
+from mplicits.ir.program import Array, Function, Program
 from mplicits.scenes.composed import compose
 from protocol import Page, machine
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from mplicits.codegen.targets.registry import TARGETS
+from mplicits.bake.registry import TARGETS
 from mplicits.model.gallery import model_path
 from mplicits.model.model_file import load
 from mplicits.viewer.arguments import camera_from, options_from

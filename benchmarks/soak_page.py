@@ -11,7 +11,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from browser_time import descendants
-from mplicits.codegen.targets.registry import TARGETS
+from mplicits.bake.registry import TARGETS
 from soak import Watch, grown, repeat
 from support.browser import PATIENCE, chromium, visit
 from support.random_model import random_model

@@ -4,7 +4,7 @@
 
 A model file is drawn as it is; a mesh is trained first, by --levels and --steps, into the folder that --keep names.
 Every model is drawn with steps of 0.8 of the field's value and with the bounds in its file. The rays on which the two
-differ, and all rays near a silhouette, are marched densely (codegen/reference/dense.py).
+differ, and all rays near a silhouette, are marched densely (tests/oracles/dense.py).
 """
 
 import argparse
@@ -17,10 +17,9 @@ from scipy.ndimage import binary_dilation, binary_erosion
 
 from contenders import training_settings
 from dense_view import Picture, lost_and_extra, views
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.ir.program import Program
-from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.targets.glsl330 import bake
+from mplicits.ir.lower import lower
+from mplicits.ir.program import Program
 from mplicits.model.model import DEFAULT_STEP_BOUND, Model
 from mplicits.model.model_file import load, save
 from mplicits.trainer.machine import device, prepare
@@ -31,6 +30,7 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import open_osmesa
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
+from oracles.dense import dense_march
 from protocol import Page, machine
 
 NEAR = 3

@@ -3,7 +3,7 @@
     python benchmarks/studio.py spot armadillo.safetensors ... [--side 512] [--views 10] [-o FILE]
 
 The multiply-adds of a frame are counted in numpy on every eighth pixel in each direction: of tracing
-(codegen/reference/march.py), gradients and colours for both, and of openness (codegen/reference/studio.py) for the
+(field/march.py), gradients and colours for both, and of openness (field/studio.py) for the
 studio.
 """
 
@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dense_view import views
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.ir.program import Program
-from mplicits.codegen.reference.cells import Cells
-from mplicits.codegen.reference.interpret import field_gradient
-from mplicits.codegen.reference.lowest import lowest_point
-from mplicits.codegen.reference.march import march
-from mplicits.codegen.reference.studio import BLOCK, between, openness
 from mplicits.codegen.targets.shader import FIRST_LOOKS
 from mplicits.codegen.targets.uniforms import default
+from mplicits.field.cells import Cells
+from mplicits.field.interpret import field_gradient
+from mplicits.field.lowest import lowest_point
+from mplicits.field.march import march
+from mplicits.field.studio import BLOCK, between, openness
+from mplicits.ir.lower import lower
+from mplicits.ir.program import Program
 from mplicits.model.gallery import model_path
 from mplicits.model.model import shape_of
 from mplicits.model.model_file import load

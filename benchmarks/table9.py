@@ -30,15 +30,15 @@ from threadpoolctl import threadpool_limits
 from torch import Tensor
 from torch.nn import functional
 
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference import interpret
-from mplicits.codegen.reference.run import run
-from mplicits.codegen.reference.tangents import with_tangents
+from mplicits.field import interpret
+from mplicits.field.run import run
+from mplicits.ir.lower import lower
 from mplicits.model.files import write_whole
 from mplicits.model.model import Level, Model
 from mplicits.trainer import machine
 from mplicits.trainer.networks import network, tangents
 from mplicits.trainer.networks.network import Weights
+from oracles.tangents import with_tangents
 from protocol import machine as described
 
 Contender = Callable[[Tensor], tuple[Tensor, Tensor]]

@@ -1,1 +1,1 @@
-"""From a model file to a program of a few ops, and from that to one source file per target. Loads no torch, no GL."""
+"""From a program of a few ops to the source text of each target. Loads no torch, no GL."""

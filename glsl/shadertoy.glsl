@@ -8,7 +8,7 @@
 // tap, later what of the colour is over .6; w: colour of a sample, linear light; t: along the ray; h: where it leaves the
 // ball or the hull that the shape is in, which stands in place of ENTER.
 // Steps are as in march.glsl: p: radius of the last free sphere, 0: none; d: how far behind its middle is; s: how fast the
-// surface comes near; g: gap that is allowed; b: the step (codegen/reference/short_march.py).
+// surface comes near; g: gap that is allowed; b: the step (tests/oracles/short_march.py).
 // Texts that are long enough have the studio, too, studio.glsl and floor_colour.glsl in few characters, and without STUDIO
 // its lines are left out. A ray that misses goes on to the floor (h is 0 then). Then come openness.glsl's samples, of level
 // 1, from where the ray ended: tap 4 on that point, 5 to 9 for the sky, from 10 on toward the light. Their way from there

@@ -3,8 +3,8 @@
 import igl
 import numpy as np
 
-from ..codegen.ir.lower import lower
-from ..codegen.reference.interpret import field_gradient, nested_field
+from ..field.interpret import field_gradient, nested_field
+from ..ir.lower import lower
 from ..model.field_figures import FieldFigures, field_figures
 from ..model.model import Model
 from .metrics import Doubles, SampledSurface

@@ -5,8 +5,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.ir.lower import lower
-from ..codegen.reference import interpret
+from ..field import interpret
+from ..ir.lower import lower
 from ..model.model import Model
 from .surface import Array
 

@@ -9,13 +9,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.ir.lower import lower
-from ..codegen.reference.evaluate import Evaluator
-from ..codegen.reference.trace import trace
-from ..codegen.targets import orbit, webpage
+from ..codegen.targets import orbit
 from ..codegen.targets.camera import basis, fitting_distance
+from ..field.evaluate import Evaluator
+from ..field.trace import trace
+from ..ir.lower import lower
 from ..model.image_file import png_bytes
 from ..model.model import Model, shape_of
+from ..web import page as webpage
 
 SIDE = 256
 """Pixels of a picture, along each side."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..codegen.facts import model_facts
+from ..bake.facts import model_facts
 from ..model.errors import UserError
 from ..model.model import Model
 from . import drawn

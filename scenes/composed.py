@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..codegen.ir.lower import lower
-from ..codegen.reference.lowest import lowest_point
+from ..field.lowest import lowest_point
+from ..ir.lower import lower
 from ..model.errors import UserError
 from ..model.expression import number
 from ..model.model import Level, Model

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from mplicits.codegen.targets.registry import TARGETS
+from mplicits.bake.registry import TARGETS
 from mplicits.model.errors import UserError
 from mplicits.viewer.draw.context import Context, open_osmesa
 from support.browser import Visit, chromium, visit

@@ -11,46 +11,51 @@ from pathlib import Path
 
 import pytest
 
-from mplicits.codegen.targets.webpage import SCRIPTS
+from mplicits.web.page import SCRIPTS
 from support.paths import ROOT
 
 UNITS: dict[str, set[str]] = {
     "glsl": set(),
     "model": set(),
-    "codegen.ir": {"model"},
-    "codegen.reference": {"model", "codegen.ir"},
-    "codegen.printers": {"glsl", "model", "codegen.ir"},
-    "codegen.targets": {"glsl", "model", "codegen.ir", "codegen.reference", "codegen.printers"},
-    "codegen": {"model", "codegen.ir", "codegen.reference", "codegen.targets"},
+    "ir": {"model"},
+    "field": {"model", "ir"},
+    "codegen.printers": {"glsl", "model", "ir"},
+    "codegen.targets": {"glsl", "model", "ir", "field", "codegen.printers"},
+    "codegen": set(),
+    "web": {"glsl", "model", "ir", "field", "codegen.printers", "codegen.targets"},
+    "bake": {"model", "ir", "field", "codegen.targets", "web"},
     "trainer.shapes": {"model"},
     "trainer.networks": {"model"},
     "trainer.folders": {"model"},
     "trainer": {"model", "trainer.shapes", "trainer.networks", "trainer.folders"},
     "capture": {"model", "trainer", "trainer.networks"},
-    "scenes": {"model", "codegen.ir", "codegen.reference"},
-    "mesher": {"model", "codegen.ir", "codegen.reference"},
-    "reporting": {"model", "codegen", "codegen.ir", "codegen.reference", "codegen.targets", "mesher"},
+    "scenes": {"model", "ir", "field"},
+    "mesher": {"model", "ir", "field"},
+    "reporting": {"model", "ir", "field", "codegen.targets", "web", "bake", "mesher"},
     "viewer.draw": {"glsl", "model", "codegen.targets"},
-    "viewer.state": {"glsl", "model", "codegen.targets", "viewer.draw"},
-    "viewer.window": {"model", "codegen.targets", "viewer.draw", "viewer.state"},
+    "viewer.state": {"glsl", "model", "codegen.targets", "bake", "viewer.draw"},
+    "viewer.window": {"model", "codegen.targets", "bake", "viewer.draw", "viewer.state"},
     "viewer": {"model", "codegen.targets", "viewer.draw", "viewer.state", "viewer.window"},
     "api": {
-        *("model", "codegen", "codegen.ir", "codegen.reference", "codegen.printers", "codegen.targets", "mesher"),
+        *("model", "ir", "field", "codegen.printers", "codegen.targets", "web", "bake", "mesher"),
         *("trainer", "trainer.networks", "trainer.shapes", "capture", "scenes", "viewer", "viewer.draw", "reporting"),
     },
-    "": {"api", "model", "codegen.reference", "codegen.targets", "mesher", "trainer", "capture", "scenes", "viewer"},
+    "": {"api", "model", "field", "codegen.targets", "mesher", "trainer", "capture", "scenes", "viewer"},
 }
 """Folder, as a dotted name -> the other folders that its files may import from.
 
 A folder does not stand for those inside it. The root's own files, named "", are the front door.
 """
-ROOMS = ("api", "glsl", "model", "codegen", "trainer", "capture", "scenes", "mesher", "reporting", "viewer")
+ROOMS = (
+    *("glsl", "model", "ir", "field", "codegen", "web", "bake"),
+    *("trainer", "capture", "scenes", "mesher", "reporting", "viewer", "api"),
+)
 FRONT_DOOR = {path.stem for path in ROOT.glob("*.py")} - {"__init__", "__main__"}
 """Modules at the root: cli, demo, extras."""
 
 
 def unit_of(dotted: str) -> str:
-    """The folder of UNITS that a dotted name lies in: 'codegen.ir' for 'codegen.ir.lower.lower'."""
+    """The folder of UNITS that a dotted name lies in: 'codegen.targets' for 'codegen.targets.wgsl.standalone'."""
     parts = dotted.split(".")
     return next(name for k in range(len(parts), -1, -1) if (name := ".".join(parts[:k])) in UNITS)
 
@@ -108,16 +113,16 @@ def test_imports_run_one_way(unit: str) -> None:
 @pytest.mark.parametrize(
     ("unit", "source"),
     [
-        ("codegen", "from ..viewer.draw import camera"),
+        ("codegen.targets", "from ...viewer.draw import camera"),
         ("codegen", "import mplicits.viewer.draw.camera"),
         ("codegen", "from .printers.cstyle import Language"),
         ("codegen", "import importlib\nimportlib.import_module('..trainer.cli', __package__)"),
-        ("codegen.ir", "from ..reference.interpret import field"),
-        ("codegen.ir", "def f():\n    from ...trainer.train import fit"),
-        ("codegen.printers", "from ..reference import interpret"),
-        ("codegen.reference", "from ..targets.registry import TARGETS"),
+        ("ir", "from ..field.interpret import field"),
+        ("ir", "def f():\n    from ..trainer.train import fit"),
+        ("codegen.printers", "from ...field import interpret"),
+        ("field", "from ..bake.registry import TARGETS"),
         ("trainer.networks", "from ..level import level_loss"),
-        ("trainer", "from ..codegen.ir.lower import lower"),
+        ("trainer", "from ..ir.lower import lower"),
         ("trainer", "import benchmarks.train_step"),
         ("mesher", "from ..codegen.targets import glsl330"),
         ("viewer", "from ..trainer.shapes.shape import Shape"),
@@ -187,7 +192,7 @@ def script_violations(modules: dict[str, str]) -> list[str]:
 
 
 def test_the_page_s_modules_make_one_script() -> None:
-    folder = ROOT / "codegen" / "targets" / "web"
+    folder = ROOT / "web" / "app"
     assert sorted(SCRIPTS) == sorted(path.name for path in folder.glob("*.js"))
     assert not script_violations({name: (folder / name).read_text(encoding="utf-8") for name in SCRIPTS})
 

@@ -111,7 +111,7 @@ def test_modules_of_the_user_s_own_are_not_taken_for_ours(installed: Installed, 
     save(random_model((16, 1)), tmp_path / "m.safetensors")
     assert installed.run("info", "m.safetensors", cwd=tmp_path).returncode == 0
     assert installed.run("bake", "m.safetensors", "-o", "m.glsl", cwd=tmp_path).returncode == 0
-    code = "import mplicits, mplicits.cli, mplicits.codegen.targets.registry; print(mplicits.__file__)"
+    code = "import mplicits, mplicits.cli, mplicits.bake.registry; print(mplicits.__file__)"
     command = [str(installed.venv / "bin" / "python"), "-c", code]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path, env=bare())
     assert (done.returncode, done.stderr) == (0, "")

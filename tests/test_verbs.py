@@ -14,10 +14,10 @@ from PIL import Image
 
 import mplicits
 from mplicits import cli
+from mplicits.bake.bake import bake
 from mplicits.capture.photo_settings import PhotoOptions, photo_settings
 from mplicits.capture.photos_session import photos
 from mplicits.capture.unprojected import unprojected
-from mplicits.codegen.baked import bake
 from mplicits.mesher.evaluation import evaluate
 from mplicits.mesher.made import make_mesh
 from mplicits.model.model_file import load

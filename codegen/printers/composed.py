@@ -1,13 +1,13 @@
-"""The field of a scene as text: codegen/ir/composition.py in GLSL."""
+"""The field of a scene as text: ir/composition.py in GLSL."""
 
 from collections.abc import Iterator
 from itertools import accumulate
 
 from ... import glsl
+from ...ir.composition import OFFSET, Join, Leaf
+from ...ir.program import Program
 from ...model.expression import Expression, number
 from ...model.scene import DIFFERENCE, SMOOTH_UNION, UNION, Disc, Placement
-from ..ir.composition import OFFSET, Join, Leaf
-from ..ir.program import Program
 from .cstyle import Language
 from .networks import Networks
 from .texels import TexelLayout

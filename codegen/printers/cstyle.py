@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..ir.program import INPUT, Affine, Cosine, Dot, Function, Product, Program, Scale, Sine, Transposed
+from ...ir.program import INPUT, Affine, Cosine, Dot, Function, Product, Program, Scale, Sine, Transposed
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from functools import partial
 
-from ..ir.program import Affine, Array, Dot, Function, Op, Transposed
+from ...ir.program import Affine, Array, Dot, Function, Op, Transposed
 from .cstyle import Blocks, Storage, constants_of
 
 

@@ -6,8 +6,8 @@ here loops read what is a network from tables, and weights from the texture (tex
 
 from collections.abc import Iterator
 
-from ..ir.lower_scene import PADDED
-from ..ir.program import Affine, Dot, Function, Program
+from ...ir.lower_scene import PADDED
+from ...ir.program import Affine, Dot, Function, Program
 from .cstyle import Language
 from .texels import TexelLayout
 

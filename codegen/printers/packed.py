@@ -20,8 +20,8 @@ from string import ascii_lowercase
 import numpy as np
 from numpy.typing import NDArray
 
+from ...ir.program import INPUT, Affine, Array, Dot, Function, Program, Sine
 from ...model.quantise import are_multiples, step_of
-from ..ir.program import INPUT, Affine, Array, Dot, Function, Program, Sine
 from .cstyle import Language, Storage
 
 LARGEST = 2047

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+from ...ir.program import Function
 from ...model.expression import Expression
-from ..ir.program import Function
 from .cstyle import Language
 
 

@@ -1,9 +1,9 @@
 """One shape of a scene at one point, as scalars: its distance, level after level, its gradient and its colour."""
 
+from ...ir.composition import OFFSET, Leaf
+from ...ir.program import Program
 from ...model.expression import number
 from ...model.scene import Disc
-from ..ir.composition import OFFSET, Leaf
-from ..ir.program import Program
 from .scalars import Number, Writer
 
 Triple = tuple[Number, Number, Number]

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from ..ir.program import Affine, Array, Dot, Function, Op, Product, Program, Transposed
+from ...ir.program import Affine, Array, Dot, Function, Op, Product, Program, Transposed
 from .cstyle import Blocks, Language, Storage, constants_of
 
 TEXTURE_WIDTH = 1024

@@ -1,4 +1,4 @@
-"""The field of a scene as scalars without loops: codegen/ir/composition.py for functions alone and for Shadertoy.
+"""The field of a scene as scalars without loops: ir/composition.py for functions alone and for Shadertoy.
 
 composed.py prints the same with loops over tables, for networks whose weights are in a texture. Here a network is a
 function with its weights as constants, which is called where a point is in its shape's ball.
@@ -6,9 +6,9 @@ function with its weights as constants, which is called where a point is in its 
 
 from collections.abc import Sequence
 
+from ...ir.composition import OFFSET, Join
+from ...ir.program import Program
 from ...model.scene import DIFFERENCE, SMOOTH_UNION, UNION
-from ..ir.composition import OFFSET, Join
-from ..ir.program import Program
 from .scalars import Notation, Number, Scalar, Writer
 from .scene_leaf import LeafAtPoint, Triple
 

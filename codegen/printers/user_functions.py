@@ -4,11 +4,11 @@ import keyword
 import re
 from dataclasses import replace
 
+from ...ir.prefixed import prefixed
+from ...ir.program import Program
 from ...model.errors import UserError
 from ...model.files import show
 from ...model.orientation import UPRIGHT
-from ..ir.prefixed import prefixed
-from ..ir.program import Program
 from .cstyle import Language
 from .field import PLAIN, plain_colour
 from .literal import LiteralStorage

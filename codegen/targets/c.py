@@ -2,10 +2,10 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 
+from ...ir.prefixed import prefixed
+from ...ir.program import INPUT, Affine, Array, Cosine, Dot, Function, Op, Product, Program, Scale, Sine, Transposed
 from ...model.model import Model
 from ...model.orientation import UPRIGHT
-from ..ir.prefixed import prefixed
-from ..ir.program import INPUT, Affine, Array, Cosine, Dot, Function, Op, Product, Program, Scale, Sine, Transposed
 from ..printers.cstyle import Language, constants_of
 from ..printers.field import plain_colour
 from ..printers.unrolled import Unrolled

@@ -8,10 +8,10 @@ import re
 from importlib.resources import files
 
 from ... import glsl
+from ...ir.lower import lower
+from ...ir.program import Program
 from ...model.errors import UserError
 from ...model.model import Model
-from ..ir.lower import lower
-from ..ir.program import Program
 from ..printers.field import print_field
 from ..printers.glsl_as_cuda import glsl_as_cuda
 from .cuda_cells import print_cells

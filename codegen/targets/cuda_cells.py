@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ..ir.program import Program
+from ...field.cell_codes import EMPTY
+from ...field.cells import COUNT, Cells
+from ...field.march import NEAR
+from ...ir.program import Program
 from ..printers.cstyle import Language
-from ..reference.cell_codes import EMPTY
-from ..reference.cells import COUNT, Cells
-from ..reference.march import NEAR
 
 
 def print_cells(program: Program, language: Language) -> list[str]:

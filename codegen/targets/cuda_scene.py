@@ -1,6 +1,6 @@
 """The field of a scene in CUDA: its networks read the array of weights, and the composition is printed as scalars."""
 
-from ..ir.program import Program
+from ...ir.program import Program
 from ..printers.cstyle import Language
 from ..printers.field import plain_colour
 from ..printers.scalars import Number, Scalar, VectorNotation

@@ -1,8 +1,8 @@
 """Tables of a CUDA file: what its kernels know of the model, the uniforms, and the shapes of the networks."""
 
-from ..ir.program import Affine, Dot, Function, Program
+from ...field.lowest import lowest_point
+from ...ir.program import Affine, Dot, Function, Program
 from ..printers.cstyle import Language
-from ..reference.lowest import lowest_point
 from .orbit import AZIMUTH, ELEVATION, FOV, MARGIN
 from .uniforms import GROUND, LEVELS, SCHEDULES, SHADINGS, TIME, UNIFORMS, Uniform, default
 

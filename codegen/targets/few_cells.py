@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from ..ir.program import Program
+from ...field.cell_codes import EMPTY
+from ...field.cells import Cells
+from ...field.few_levels import FEW_LEVELS
+from ...ir.program import Program
 from ..printers.cstyle import Language
-from ..reference.cell_codes import EMPTY
-from ..reference.cells import Cells
-from ..reference.few_levels import FEW_LEVELS
 
 COUNTS = (16, 8)
 """Cells along an edge of grids that a text may hold, the best first."""

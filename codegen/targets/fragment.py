@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ... import glsl
+from ...field.cells import Cells
+from ...field.lowest import lowest_point
+from ...field.narrow import Grid
+from ...ir.lower import lower
+from ...ir.program import Array, Program
 from ...model.model import Model
-from ..ir.lower import lower
-from ..ir.program import Array, Program
 from ..printers.cstyle import Language
 from ..printers.field import print_field
-from ..reference.cells import Cells
-from ..reference.lowest import lowest_point
-from ..reference.narrow import Grid
 from .few_cells import few_cells
 from .header import header_facts, header_line
 from .narrow_bands import narrow_bands, print_bands

@@ -1,10 +1,10 @@
 """What the targets share that are functions alone: the name, the space, the header, and how each is used."""
 
 from ... import glsl
+from ...ir.lower import lower
+from ...ir.program import Program
 from ...model.errors import UserError
 from ...model.model import MODEL_SPACE, Model
-from ..ir.lower import lower
-from ..ir.program import Program
 from ..printers.cstyle import Language
 from ..printers.field import STORAGES
 from ..printers.user_functions import Place, function_name, print_function

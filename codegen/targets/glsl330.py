@@ -4,8 +4,8 @@ import base64
 
 import numpy as np
 
+from ...ir.program import Array
 from ...model.model import Model
-from ..ir.program import Array
 from ..printers.cstyle import Language
 from . import fragment
 from .shader import Shader

@@ -4,10 +4,10 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from ...ir.program import Program
 from ...model.errors import UserError
 from ...model.model import Model, level_networks, sizes
 from ...model.version import installed_version
-from ..ir.program import Program
 
 PREFIX = "// "
 """What the header line begins with, before its JSON object."""

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ... import glsl
-from ..ir.program import Program
-from ..reference.narrow import Grid, narrow_widths
+from ...field.narrow import Grid, narrow_widths
+from ...ir.program import Program
 
 COUNT = 8
 """Cells along an edge of a grid of widths: a row of them is a number of 32 bits."""

@@ -5,10 +5,10 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from ...ir.prefixed import prefixed
+from ...ir.program import INPUT, Affine, Array, Cosine, Dot, Function, Op, Product, Program, Scale, Sine, Transposed
 from ...model.model import Model
 from ...model.orientation import UPRIGHT
-from ..ir.prefixed import prefixed
-from ..ir.program import INPUT, Affine, Array, Cosine, Dot, Function, Op, Product, Program, Scale, Sine, Transposed
 from ..printers.cstyle import constants_of
 from ..printers.field import PLAIN, plain_colour
 from ..printers.scene_leaf import Triple

@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..ir.program import Array
-from ..reference.cells import Cells
-from ..reference.narrow import Grid
-from ..reference.skip import LOOKS
-from ..reference.studio import BLOCK, EVALUATIONS
+from ...field.cells import Cells
+from ...field.narrow import Grid
+from ...field.skip import LOOKS
+from ...field.studio import BLOCK, EVALUATIONS
+from ...ir.program import Array
 
 LOOP_LIMIT = 65_535
 """Loop iterations after which Mesa's llvmpipe stops a fragment, silently (LP_MAX_TGSI_LOOP_ITERATIONS)."""

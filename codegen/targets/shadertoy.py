@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+from ...field.bits import cost, fewest_bits
+from ...field.digits import fewest_digits
+from ...ir.lower import lower
 from ...model.errors import UserError
 from ...model.model import Model
 from ...model.quantise import is_quantised, quantised_model
-from ..ir.lower import lower
 from ..printers.literal import LiteralStorage
 from ..printers.packed import PackedStorage
-from ..reference.bits import cost, fewest_bits
-from ..reference.digits import fewest_digits
 from .shadertoy_text import shader_text
 
 WIDEST = 64
@@ -21,9 +21,9 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None, s
     """Return the text of a model.
 
     storage: "packed": weights as quantised (model/quantise.py), which is exact where training did it; "literal":
-    decimals; "auto": packed with the fewest bits that keep the surface and the colours (codegen/reference/bits.py), and
+    decimals; "auto": packed with the fewest bits that keep the surface and the colours (field/bits.py), and
     literal where none do, where the field moves, or where `digits` says so for a model that was not quantised.
-    digits: decimals of literal weights, None for the fewest that keep the surface (codegen/reference/digits.py).
+    digits: decimals of literal weights, None for the fewest that keep the surface (field/digits.py).
     shade: "studio", which it opens in, with a knob for Phong; "phong", without the studio; None: the studio
     where it takes at most STUDIO_SHARE. Raises UserError where the model is too wide, or the storage is none of these.
     """

@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import glsl
+from ...field.hull import hull
+from ...field.lowest import lowest_point
+from ...field.narrow import OFFSET, SHARES, Grid, narrow_widths
+from ...ir.program import Function, Program
 from ...model.model import Model
-from ..ir.program import Function, Program
 from ..printers.cstyle import Language, Storage
 from ..printers.field import PLAIN, plain_colour
 from ..printers.scalars import VectorNotation
 from ..printers.unrolled import Unrolled
-from ..reference.hull import hull
-from ..reference.lowest import lowest_point
-from ..reference.narrow import OFFSET, SHARES, Grid, narrow_widths
 from .header import header_facts, header_line
 from .narrow_bands import rows
 from .orbit import AZIMUTH, ELEVATION

@@ -12,6 +12,9 @@ from dataclasses import dataclass
 SHADINGS = ("phong", "normal", "depth", "steps", "texture", "studio", "data")
 """The shading modes: the index of each is its value of the uniform `shading` (glsl/shadings.glsl)."""
 
+OPENING_SHADES = ("studio", "phong")
+"""Shading modes that a page or a text of Shadertoy may open in; the first one by default."""
+
 SCHEDULES = ("plain", "relaxed")
 """The schedules of sphere tracing: the index of each is its value of the uniform `schedule` (glsl/schedules.glsl)."""
 

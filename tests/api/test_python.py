@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 import mplicits
 from mplicits.api import functions
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference import interpret
+from mplicits.field import interpret
+from mplicits.ir.lower import lower
 from mplicits.model.model_file import load, save
 from mplicits.model.orientation import as_in_file
 from mplicits.trainer.networks import differentiable

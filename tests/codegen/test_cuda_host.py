@@ -9,20 +9,20 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from mplicits.codegen.ir.at_time import at_time
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference import interpret
-from mplicits.codegen.reference.cells import Cells
-from mplicits.codegen.reference.dense import dense_march
-from mplicits.codegen.reference.march import march
-from mplicits.codegen.reference.run import run as interpret_run
 from mplicits.codegen.targets.glsl330 import bake
+from mplicits.field import interpret
+from mplicits.field.cells import Cells
+from mplicits.field.march import march
+from mplicits.field.run import run as interpret_run
+from mplicits.ir.at_time import at_time
+from mplicits.ir.lower import lower
 from mplicits.model.model import Model
 from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
+from oracles.dense import dense_march
 from support.cuda_host import build, data, evaluate, run
 from support.fitted_model import fitted_model
 from support.moving_model import PICTURED, moving_model

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mplicits.codegen.ir.lower import lower
+from mplicits.bake.registry import TARGETS
 from mplicits.codegen.printers.user_functions import function_name
-from mplicits.codegen.reference import interpret
 from mplicits.codegen.targets.header import read_header
-from mplicits.codegen.targets.registry import TARGETS
+from mplicits.field import interpret
+from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model
 from mplicits.model.orientation import as_in_file

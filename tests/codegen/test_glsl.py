@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from mplicits import glsl
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference import interpret
-from mplicits.codegen.reference.narrow import half_widths, margins
+from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets import glsl330
-from mplicits.codegen.targets.registry import TARGETS
+from mplicits.field import interpret
+from mplicits.field.narrow import half_widths, margins
+from mplicits.ir.lower import lower
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context
 from support.glsl_probe import FieldProbe, assert_close, points

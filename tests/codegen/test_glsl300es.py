@@ -14,14 +14,14 @@ import pytest
 from numpy.typing import NDArray
 
 from mplicits import glsl
+from mplicits.bake.registry import TARGETS
 from mplicits.cli import main
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference import interpret
-from mplicits.codegen.reference.digits import near_surface
-from mplicits.codegen.reference.rounding import in_decimals, in_float16, is_float16, rounding_error
 from mplicits.codegen.targets import glsl300es
 from mplicits.codegen.targets.glsl330 import read_weights
-from mplicits.codegen.targets.registry import TARGETS
+from mplicits.field import interpret
+from mplicits.field.digits import near_surface
+from mplicits.field.rounding import in_decimals, in_float16, is_float16, rounding_error
+from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model
 from mplicits.model.model_file import save

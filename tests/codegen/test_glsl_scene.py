@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference import interpret
 from mplicits.codegen.targets import glsl330
+from mplicits.field import interpret
+from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.viewer.draw.context import Context
 from support.dense_views import compare

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets import glsl330
 from mplicits.codegen.targets.header import read_header
 from mplicits.codegen.targets.read_shader import read_shader
-from mplicits.codegen.targets.registry import TARGETS
 from mplicits.codegen.targets.uniforms import SHADINGS, UNIFORMS
 from mplicits.glsl import read
 from mplicits.model.errors import UserError

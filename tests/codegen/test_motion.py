@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mplicits.codegen.ir.at_time import SAMPLED_TIMES, at_sampled_times, at_time
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference import digits, interpret
-from mplicits.codegen.reference.cell_codes import EMPTY
-from mplicits.codegen.reference.cells import MOMENTS, Cells
-from mplicits.codegen.reference.dense import dense_march
-from mplicits.codegen.reference.march import march
 from mplicits.codegen.targets.glsl330 import bake, standalone
 from mplicits.codegen.targets.read_shader import read_shader
+from mplicits.field import digits, interpret
+from mplicits.field.cell_codes import EMPTY
+from mplicits.field.cells import MOMENTS, Cells
+from mplicits.field.march import march
+from mplicits.ir.at_time import SAMPLED_TIMES, at_sampled_times, at_time
+from mplicits.ir.lower import lower
 from mplicits.model.model import Model
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
+from oracles.dense import dense_march
 from support.dense_views import STOP, VIEWS
 from support.moving_model import PICTURED, distance, moving_model
 from support.random_model import random_model

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from mplicits import cli
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.shader import LOOP_LIMIT
+from mplicits.ir.lower import lower
 from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
+from oracles.dense import dense_march
 
 SIDE = 64
 

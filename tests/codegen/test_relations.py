@@ -11,9 +11,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference import interpret
 from mplicits.codegen.targets import glsl330
+from mplicits.field import interpret
+from mplicits.ir.lower import lower
 from mplicits.model.model import Layer, Level, Model, Network
 from mplicits.model.model_file import load, save
 from mplicits.viewer.draw.camera import Camera

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference import digits, interpret
-from mplicits.codegen.reference.narrow import half_widths, margins
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.motion import PERIOD
 from mplicits.codegen.targets.shadertoy_text import spared
+from mplicits.field import digits, interpret
+from mplicits.field.narrow import half_widths, margins
+from mplicits.ir.lower import lower
 from mplicits.model import quantise
 from mplicits.model.errors import UserError
 from mplicits.model.model import Layer

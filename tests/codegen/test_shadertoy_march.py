@@ -5,21 +5,21 @@ import math
 import numpy as np
 import pytest
 
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference.dense import dense_march
-from mplicits.codegen.reference.hull import NORMALS, hull, within
-from mplicits.codegen.reference.interpret import field
-from mplicits.codegen.reference.lowest import on_surface
-from mplicits.codegen.reference.march import march
-from mplicits.codegen.reference.narrow import half_widths, narrow_widths
-from mplicits.codegen.reference.short_march import STOP, short_march
 from mplicits.codegen.targets.orbit import AZIMUTH, ELEVATION
 from mplicits.codegen.targets.shadertoy_text import spared, step_bound
+from mplicits.field.hull import NORMALS, hull, within
+from mplicits.field.interpret import field
+from mplicits.field.lowest import on_surface
+from mplicits.field.march import march
+from mplicits.field.narrow import half_widths, narrow_widths
+from mplicits.ir.lower import lower
 from mplicits.model.model import Model
 from mplicits.model.model_file import load
 from mplicits.trainer.shapes import demo
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
+from oracles.dense import dense_march
+from oracles.short_march import STOP, short_march
 from support.dense_views import VIEWS
 from support.paths import DEMO
 from support.random_model import random_model

@@ -16,8 +16,8 @@ import torch
 import trimesh
 
 from mplicits import cli
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference import interpret
+from mplicits.field import interpret
+from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.model.model_file import load, save, to_bytes
 from mplicits.scenes.composed import compose

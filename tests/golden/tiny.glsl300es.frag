@@ -180,7 +180,7 @@ vec3 camera_ray(vec2 pixel, vec2 resolution, mat4 camera, float focal) {
 // skip(): how far along a ray the surface may be, by a grid that is looked at in place of the field; t itself at least.
 // origin, direction: model space; t, far: distances along the ray, at which it is and at which it leaves the ball.
 // footprint, step_scale: see march.glsl. before: where the last free sphere is along the ray, and its radius; 0: none.
-// The grid (codegen/reference/cells.py) fills a cube around the origin. The texel of an empty cell, below CELL_EMPTY, is
+// The grid (field/cells.py) fills a cube around the origin. The texel of an empty cell, below CELL_EMPTY, is
 // the binary logarithm of the edge, in cells, of the largest empty cube that holds it, of those whose edges and corners are
 // multiples of a power of 2. The others stand for values in the cells' middles, in edges of a cell. Between these, they
 // are no more than the distance to the surface: rays are sphere traced in them up to CELL_CLOSE pixels.

@@ -8,8 +8,8 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference import interpret
+from mplicits.field import interpret
+from mplicits.ir.lower import lower
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.field import ModelField
 from mplicits.mesher.grid import Grid

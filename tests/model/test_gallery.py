@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from mplicits import cli
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference.interpret import colour, nested_field
+from mplicits.field.interpret import colour, nested_field
+from mplicits.ir.lower import lower
 from mplicits.model import gallery
 from mplicits.model.model_file import load, save
 from mplicits.trainer.options import CREASE

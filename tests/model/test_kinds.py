@@ -8,11 +8,12 @@ import trimesh
 from PIL import Image
 from safetensors.numpy import save_file
 
-from mplicits.codegen.targets import cuda, glsl300es, glsl330, shadertoy, webpage
+from mplicits.codegen.targets import cuda, glsl300es, glsl330, shadertoy
 from mplicits.mesher.surface import Mesh
 from mplicits.mesher.write import OPTIONS, to_bytes
 from mplicits.model.kinds import GENERATED, MESH, MODEL, PICTURE, is_other
 from mplicits.model.model_file import load, save
+from mplicits.web import page as webpage
 from support.paths import DEMO, ROOT
 from support.random_model import random_model
 

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 import mplicits
 from mplicits import cli
-from mplicits.codegen.ir.at_time import at_time
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference import composed as reference
-from mplicits.codegen.reference import interpret
-from mplicits.codegen.reference.march import march
-from mplicits.codegen.reference.run import run
+from mplicits.field import composed as reference
+from mplicits.field import interpret
+from mplicits.field.march import march
+from mplicits.field.run import run
+from mplicits.ir.at_time import at_time
+from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.model.model_file import load, save, to_bytes
 from mplicits.model.scene import Disc, shapes_of
@@ -28,7 +28,7 @@ OFFSET = 1.3
 
 
 def ball_values(field: mplicits.Field, points: Values, margin: float) -> Values:
-    """What codegen/ir/composition.py says of one shape, by the levels of its own model."""
+    """What ir/composition.py says of one shape, by the levels of its own model."""
     far = np.linalg.norm(points, axis=1)
     inside = (points / np.maximum(far, 1)[:, None]).astype(np.float32)
     program = lower(field.model)

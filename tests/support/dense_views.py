@@ -5,14 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference.dense import dense_march
 from mplicits.codegen.targets.glsl330 import bake
+from mplicits.ir.lower import lower
 from mplicits.model.model import Model
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
+from oracles.dense import dense_march
 
 VIEWS = [Camera(azimuth=36 * i + 10, elevation=(-30, 0, 25, 50)[i % 4]) for i in range(10)]
 STOP = 0.05

@@ -9,8 +9,8 @@ import pytest
 import torch
 
 from mplicits import cli
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference import interpret
+from mplicits.field import interpret
+from mplicits.ir.lower import lower
 from mplicits.model.model import Model, Network
 from mplicits.model.model_file import load
 from mplicits.trainer.checkpoint import read_network

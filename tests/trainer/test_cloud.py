@@ -10,8 +10,8 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference.interpret import nested_field
+from mplicits.field.interpret import nested_field
+from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.trainer.shapes.cloud import CloudShape
 from mplicits.trainer.shapes.duplicates import merge

@@ -7,8 +7,8 @@ import pytest
 import trimesh
 
 from mplicits import cli
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference.interpret import colour, nested_field
+from mplicits.field.interpret import colour, nested_field
+from mplicits.ir.lower import lower
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes import motion
 from mplicits.trainer.shapes.load import load_shape

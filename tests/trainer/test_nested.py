@@ -1,11 +1,11 @@
-"""The nesting of levels (Eq. 3) in torch against its definition in NumPy, codegen/reference/interpret.py."""
+"""The nesting of levels (Eq. 3) in torch against its definition in NumPy, field/interpret.py."""
 
 import numpy as np
 import pytest
 import torch
 
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference import interpret
+from mplicits.field import interpret
+from mplicits.ir.lower import lower
 from mplicits.model.model import Array, Model
 from mplicits.trainer.networks.nested import field, field_and_gradient, in_band, nested_field, nested_field_and_gradient
 from mplicits.trainer.networks.network import Weights, from_model

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference import interpret
+from mplicits.field import interpret
+from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model
 from mplicits.trainer import level, machine, pools

@@ -13,8 +13,8 @@ from PIL import Image
 from scipy.ndimage import map_coordinates
 
 from mplicits import cli
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference import interpret
+from mplicits.field import interpret
+from mplicits.ir.lower import lower
 from mplicits.model import quantise
 from mplicits.trainer.shapes.image import ImageTexture
 from mplicits.trainer.shapes.load import load_shape

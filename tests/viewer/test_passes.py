@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mplicits.codegen.reference.march import NEAR, NEAR_ALONE
 from mplicits.codegen.targets.glsl330 import bake
+from mplicits.field.march import NEAR, NEAR_ALONE
 from mplicits.model.model import Model
 from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from mplicits import cli
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference import interpret
 from mplicits.codegen.targets.glsl330 import bake
+from mplicits.field import interpret
+from mplicits.ir.lower import lower
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.write import to_bytes
 from mplicits.model.errors import UserError

@@ -5,10 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.reference import interpret
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.shader import Shader
+from mplicits.field import interpret
+from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model
 from mplicits.viewer.draw import tiles

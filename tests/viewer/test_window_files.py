@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets.glsl330 import standalone
-from mplicits.codegen.targets.registry import TARGETS
 from mplicits.model.model_file import save
 from support.desk_fixture import TETRAHEDRON
 from support.fitted_model import fitted_model
@@ -13,7 +13,7 @@ from support.random_model import random_model
 from support.window_script import run
 
 FILES = """
-from mplicits.codegen.targets.registry import TARGETS
+from mplicits.bake.registry import TARGETS
 from mplicits.viewer.state.exports import free_path, record_video, save_picture
 from mplicits.viewer.state.jobs import Video, write_target
 view.options = RenderOptions()

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-from ...codegen.targets.registry import TARGETS
+from ...bake.registry import TARGETS
 from .desk import Desk
 from .jobs import Video, write_picture, write_target
 from .picture import Scene

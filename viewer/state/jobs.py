@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from ...codegen.targets.registry import TARGETS
+from ...bake.registry import TARGETS
 from ...model.files import show, write_whole
 from ...model.model import Model
 from ...model.model_file import save

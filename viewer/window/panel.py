@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from ...codegen.targets.registry import TARGETS
+from ...bake.registry import TARGETS
 from ...codegen.targets.uniforms import SHADINGS, default
 from ..state.desk import Desk
 from ..state.exports import record_video, save_picture, save_target

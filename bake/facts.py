@@ -1,0 +1,56 @@
+"""What is known of a model: its levels, what they cost, and how large each target's text is."""
+
+from typing import Any
+
+from ..ir.lower import lower
+from ..ir.program import Cost
+from ..model.errors import UserError
+from ..model.model import Model, level_networks, shape_of, sizes
+from .registry import TARGETS, Target
+
+
+def model_facts(model: Model) -> dict[str, Any]:
+    """Collect what `info --json` prints."""
+    program = lower(model)
+    levels = []
+    total = Cost(0, 0)
+    for i, (level, cost) in enumerate(zip(model.levels, program.value_costs(), strict=True)):
+        total += cost
+        networks = level_networks(model, i)
+        levels.append(
+            {
+                "network": sizes(networks),
+                "parameters": sum(layer.weight.size + layer.bias.size for network in networks for layer in network),
+                "multiply_adds": total.multiply_adds,
+                "sines": total.sines,
+                "delta": level.delta,
+                "iterations": level.iterations,
+                "lipschitz": level.lipschitz,
+                "step_bound": level.step_bound,
+                "band_step_bound": level.band_step_bound,
+            }
+        )
+    return {
+        "name": model.name,
+        "sha256": program.sha256,
+        "parameters": model.parameters(),
+        "levels": levels,
+        "texture": None if model.texture is None else shape_of(model.texture),
+        "shapes": [shape.name for shape in model.shapes],
+        "inputs": model.inputs,
+        "centre": model.centre,
+        "scale": model.scale,
+        "up": model.up,
+        "front": model.front,
+        "credit": model.credit,
+        "bytes": {name: _size(model, target) for name, target in TARGETS.items()},
+        "provenance": model.provenance,
+    }
+
+
+def _size(model: Model, target: Target) -> int | None:
+    """Count the bytes of what a target writes; None where it refuses the model."""
+    try:
+        return target.size(model)
+    except UserError:
+        return None

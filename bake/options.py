@@ -1,0 +1,50 @@
+"""Options of `bake`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..codegen.targets.uniforms import OPENING_SHADES
+from ..model.options import Options, option
+from .registry import DEFAULT, TARGETS
+
+_FUNCTIONS = ", ".join(name for name, target in TARGETS.items() if target.alone)
+_OPENING = ", ".join(name for name, target in TARGETS.items() if target.opens)
+
+
+@dataclass(frozen=True)
+class BakeOptions(Options):
+    """Options of `bake`, for the command line and for Python (docs/targets.md)."""
+
+    target: str = option(DEFAULT, f"what to write: {', '.join(TARGETS)}", choices=tuple(TARGETS), metavar="TARGET")
+    path: str | Path | None = option(
+        None,
+        "file to write (the command line's default: M's name and the target's ending)",
+        metavar="FILE",
+        flags=("-o", "--output"),
+    )
+    storage: str = option(
+        "auto",
+        "how weights are stored; auto: literals up to 64 wide, a texture above; "
+        "shadertoy: packed in the fewest bits that keep the picture",
+        choices=("auto", "literal", "texture", "packed"),
+    )
+    digits: int | None = option(None, "decimals of the weights, 0 to 9 (default: all)", metavar="N", least=0, most=9)
+    precision: str = option(
+        "float32",
+        "float16 halves the weights of an html page, and prints what that costs",
+        choices=("float32", "float16"),
+        excludes="digits",
+    )
+    name: str | None = option(None, f"name of the function ({_FUNCTIONS}; default: made from the model's name)")
+    space: str | None = option(
+        None,
+        f"space of the function's points ({_FUNCTIONS}): model, where the shape fits the unit sphere, or input, the "
+        "coordinates of the shape's file (default: model)",
+        choices=("model", "input"),
+    )
+    shade: str | None = option(
+        None,
+        f"shading that the text opens in ({_OPENING}; default: {OPENING_SHADES[0]}, but phong in short texts of "
+        "shadertoy)",
+        choices=OPENING_SHADES,
+    )

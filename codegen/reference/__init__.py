@@ -1,1 +1,0 @@
-"""What a program computes, in numpy: every target is tested against it."""

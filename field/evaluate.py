@@ -1,0 +1,250 @@
+"""A model's field at many points: level after level where each is defined (Eq. 3), in chunks, on all cores.
+
+It gives what interpret.py does, up to rounding, for the same networks without padding; chunks keep a layer's values in
+a core's cache, and what it takes of memory beyond its results does not grow with the number of points.
+"""
+
+import contextlib
+import os
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..ir.lower import lower
+from ..ir.program import Array
+from ..model.errors import UserError
+from ..model.model import Model, Network
+from . import interpret
+
+if TYPE_CHECKING:
+    from threadpoolctl import ThreadpoolController
+
+Input = TypeVar("Input", bound=np.generic)
+Output = TypeVar("Output", bound=np.generic)
+
+Floats = NDArray[np.floating]
+CACHED = 2**17
+"""How many values of one layer stay in a core's cache."""
+
+
+class Evaluator:
+    """Evaluates one model; several threads may use it at once."""
+
+    def __init__(self, model: Model) -> None:
+        self._scene = None if model.scene is None else lower(model)
+        self._networks = [_joined(level.network) for level in model.levels]
+        self._texture = None if model.texture is None else _joined(model.texture)
+        self._deltas = [level.delta for level in model.levels]
+        self._moving = model.inputs == "xyzt"
+        widest = max(len(layer.bias) for network in model.networks().values() for layer in network)
+        self._chunk = max(CACHED // (widest + 1), 256)
+
+    def value(self, points: Floats, level: int | None = None, time: float = 0.0) -> Array:
+        """Evaluate the finest level that is defined at each point, up to `level`; None: up to the last.
+
+        points: (N, 3), model space. time: the fourth input of a model that moves. Returns (N,) float32, model units,
+        negative inside. Raises UserError where the model has no such level.
+        """
+        level = self.checked(level)
+        return self.over(points, lambda part: self.nested(part, level, time)[0], (), np.float32)
+
+    def nested(self, points: Floats, level: int, time: float = 0.0) -> tuple[Array, NDArray[np.int64]]:
+        """Evaluate as `value` does, and say which level answers: (N,) and (N,); all points at once, in this thread."""
+        if self._scene is not None:
+            return interpret.nested_field(self._scene, points.astype(np.float32), level, time)
+        inputs, networks = self._inputs(points, time), self._networks[:level]
+        total = _value(networks[0], inputs)[0]
+        reached = np.ones(len(points), np.int64)
+        defined, f = np.arange(len(points)), total
+        for number, (network, delta) in enumerate(zip(networks[1:], self._deltas, strict=False), start=2):
+            inside = np.flatnonzero(np.abs(f) < delta)
+            defined = defined[inside]
+            f = f[inside] + _value(network, inputs[:, defined])[0]
+            total[defined], reached[defined] = f, number
+        return total, reached
+
+    def gradient(self, points: Floats, level: int | None = None, time: float = 0.0) -> Array:
+        """Evaluate the gradient along x, y and z of what `value` gives: (N, 3) float32. Takes what `value` takes."""
+        last, scene = self.checked(level), self._scene
+        networks = self._networks[:last]
+
+        def work(points: Floats) -> Array:
+            if scene is not None:
+                return interpret.field_gradient(scene, points.astype(np.float32), last, time)[0]
+            inputs = self._inputs(points, time)
+            f, total = _value_and_gradient(networks[0], inputs)
+            defined = np.arange(len(points))
+            for network, delta in zip(networks[1:], self._deltas, strict=False):
+                inside = np.flatnonzero(np.abs(f) < delta)
+                defined = defined[inside]
+                residual, gradient = _value_and_gradient(network, inputs[:, defined])
+                f = f[inside] + residual
+                total[:, defined] += gradient
+            return total[:3].T
+
+        return self.over(points, work, (3,), np.float32)
+
+    def colour(self, points: Floats, time: float = 0.0) -> Array | None:
+        """Evaluate the colour at points (N, 3): (N, 3) float32, sRGB in [0, 1]; None where there is no texture."""
+        texture, scene = self._texture, self._scene
+        if scene is not None:
+            asked = points.astype(np.float32)
+            return self.over(asked, lambda part: interpret.colour(scene, part, time), (3,), np.float32)
+        if texture is None:
+            return None
+        return self.over(
+            points, lambda points: np.clip(_value(texture, self._inputs(points, time)), 0, 1).T, (3,), np.float32
+        )
+
+    def checked(self, level: int | None) -> int:
+        """Return a level's number, the last one's for None. Raises UserError where the model has no such level."""
+        levels = len(self._networks)
+        if level is not None and not 1 <= level <= levels:
+            raise UserError(f"level {level}: the model has levels 1 to {levels}")
+        return levels if level is None else level
+
+    def _inputs(self, points: Floats, time: float) -> Array:
+        """Return what networks take of points (N, 3): x, y, z, the time of a model that moves, and 1; (4 or 5, N)."""
+        inputs = np.ones((5 if self._moving else 4, len(points)), np.float32)
+        inputs[:3] = points.T
+        if self._moving:
+            inputs[3] = time
+        return inputs
+
+    def over(
+        self,
+        rows: NDArray[Input],
+        work: Callable[[NDArray[Input]], NDArray[Output]],
+        columns: tuple[int, ...],
+        dtype: type[Output],
+    ) -> NDArray[Output]:
+        """Do some work on chunks of rows (N, ...), in as many threads as there are cores. Returns (N, *columns)."""
+        results = np.empty((len(rows), *columns), dtype)
+
+        def one(start: int) -> None:
+            results[start : start + self._chunk] = work(rows[start : start + self._chunk])
+
+        starts = range(0, len(rows), self._chunk)
+        if len(starts) < 2:
+            for start in starts:
+                one(start)
+            return results
+        with _blas_in_one_thread as alone:
+            if not alone:  # BLAS has threads of its own; more of ours would fight with them for the cores.
+                for start in starts:
+                    one(start)
+                return results
+            with ThreadPoolExecutor(_cores()) as pool:
+                for _ in pool.map(one, starts):
+                    pass
+        return results
+
+
+Joined = list[Array]
+"""Weight and bias of each layer in one matrix (out, in + 1): inputs end in 1, so that a product adds the bias."""
+
+
+def _joined(network: Network) -> Joined:
+    return [np.column_stack((layer.weight, layer.bias)) for layer in network]
+
+
+class _Layers(threading.local):
+    """Memory for the values of layers, which each thread has for itself and uses again for the next chunk.
+
+    New memory is mapped by the system page by page, which would take longer than what is computed in it.
+    """
+
+    def __init__(self) -> None:
+        self._blocks: dict[int, Array] = {}
+
+    def get(self, number: int, rows: int, columns: int) -> Array:
+        """Return an array (rows, columns) of any content, in the place of what `get` gave for that number before."""
+        size = rows * columns
+        if size > CACHED:
+            return np.empty((rows, columns), np.float32)
+        if number not in self._blocks:
+            self._blocks[number] = np.empty(CACHED, np.float32)
+        return self._blocks[number][:size].reshape(rows, columns)
+
+
+_layers = _Layers()
+
+
+def _layer(number: int, matrix: Array, inputs: Array) -> tuple[Array, Array]:
+    """Compute a layer but for its sine, in the block `number` of this thread's memory.
+
+    inputs: (in + 1, N). Returns the angles (out, N), and these with a row of ones, which the next layer takes.
+    """
+    rows, columns = len(matrix), inputs.shape[1]
+    block = _layers.get(number, rows + 1, columns)
+    block[-1] = 1
+    return np.matmul(matrix, inputs, out=block[:-1]), block
+
+
+def _value(network: Joined, inputs: Array) -> Array:
+    """Evaluate a network (Eq. 2) at inputs (4 or 5, N). Returns (outputs, N)."""
+    for index, matrix in enumerate(network[:-1]):
+        angles, inputs = _layer(index % 2, matrix, inputs)
+        np.sin(angles, out=angles)
+    output: Array = network[-1] @ inputs
+    return output
+
+
+def _value_and_gradient(network: Joined, inputs: Array) -> tuple[Array, Array]:
+    """Evaluate a network with one output, (N,), and its gradient by the adjoint pass, (3 or 4, N)."""
+    cosines = []
+    for index, matrix in enumerate(network[:-1]):
+        angles, inputs = _layer(index % 2, matrix, inputs)
+        cosines.append(np.cos(angles, out=_layers.get(2 + index, *angles.shape)))
+        np.sin(angles, out=angles)
+    value: Array = (network[-1] @ inputs)[0]
+    adjoint = network[-1][:, :-1].T
+    for matrix, cosine in zip(network[-2::-1], reversed(cosines), strict=True):
+        adjoint = matrix[:, :-1].T @ np.multiply(cosine, adjoint, out=cosine)
+    return value, adjoint
+
+
+def _cores() -> int:
+    """Count the cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@cache
+def _libraries() -> "ThreadpoolController":
+    """Find NumPy's BLAS, once: looking through all that is loaded takes as long as thousands of points."""
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
+
+
+class _SingleThreadedBlas:
+    """Keeps BLAS from starting threads while anybody is inside `with`; they may be several, in several threads."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._inside = 0
+        self._restore: Callable[[], None] | None = None
+
+    def __enter__(self) -> bool:
+        """Return False where nothing can be told BLAS: without threadpoolctl, which the extra `mesh` brings."""
+        with self._lock:
+            self._inside += 1
+            if self._inside == 1:
+                with contextlib.suppress(ModuleNotFoundError):
+                    self._restore = _libraries().limit(limits=1, user_api="blas").restore_original_limits
+            return self._restore is not None
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._inside -= 1
+            if self._inside == 0 and self._restore is not None:
+                self._restore()
+                self._restore = None
+
+
+_blas_in_one_thread = _SingleThreadedBlas()

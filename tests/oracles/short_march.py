@@ -1,0 +1,85 @@
+"""Sphere tracing in numpy, step by step as glsl/shadertoy.glsl does it: what is short in text."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mplicits.field.hull import BALL, within
+from mplicits.field.interpret import nested_field
+from mplicits.field.march import GAP, ball
+from mplicits.field.narrow import OFFSET, Grid, half_widths, margins
+from mplicits.ir.program import Program
+
+NEAR = 3.0
+"""Radius of a free sphere, in gaps, above which a relaxed step is a plain one."""
+STOP = 0.06 / 0.63
+"""Pixels to the surface within which a ray stops."""
+
+
+@dataclass(eq=False)
+class ShortRays:
+    """N rays, and what they have cost."""
+
+    t: NDArray[np.float64]
+    """(N,) distance from the origin."""
+    hit: NDArray[np.bool_]
+    """(N,) whether the ray has met the surface."""
+    steps: NDArray[np.int64]
+    """(N,) evaluations of the field, without those for normals."""
+    evaluations: list[int]
+    """How often each level's network was evaluated, at index level - 1."""
+
+
+def short_march(
+    program: Program,
+    origin: NDArray[np.float64],
+    directions: NDArray[np.float64],
+    footprint: float,
+    bound: float,
+    steps: int = 200,
+    planes: NDArray[np.float64] | None = None,
+    narrow: Grid | None = None,
+) -> ShortRays:
+    """Trace the last level along rays from outside of the shape.
+
+    origin: (3,), of all rays; directions: (N, 3) of length 1, model space. footprint: width of a pixel at distance 1.
+    bound: factor on every step. steps: of a ray, at most. planes: (13, 2) of a hull around the shape, or None.
+    narrow: of `narrow_widths`, that of level 1; or None.
+    """
+    levels = len(program.bands)
+    if planes is None:
+        t, far, meets = ball(origin, directions, BALL)
+        far = np.where(meets, far, -1.0)
+    else:
+        t, far = within(planes, origin, directions)
+    rays = ShortRays(t, np.zeros(len(t), np.bool_), np.zeros(len(t), np.int64), [0] * levels)
+    before, moved = np.zeros(len(t)), np.ones(len(t))
+    active = np.flatnonzero(t < far)
+    for _ in range(steps):
+        if not len(active):
+            break
+        points = (origin + t[active, None] * directions[active]).astype(np.float32)
+        widths = half_widths(program, () if narrow is None else (narrow,), points)
+        value, reached = nested_field(program, points, levels, margins=margins(program, widths))
+        for i in range(levels):
+            rays.evaluations[i] += int(np.count_nonzero(reached > i))
+        rays.steps[active] += 1
+        offsets = widths[reached - 1, np.arange(len(points))] / OFFSET
+        f = value - np.where(reached < levels, offsets, 0)
+        stops = np.abs(f) < STOP * footprint * t[active]
+        rays.hit[active[stops]] = True
+        active, f = active[~stops], bound * f[~stops]
+        gap = np.minimum(footprint * t[active], GAP)
+        last, way = before[active], moved[active]
+        slope = np.where(last > 0, (last - f) / way, 1)
+        inside, apart = f < 0, (f >= 0) & (last > 0) & (way > last + f + gap)
+        touching = 0.9 * (2 * f / (1 + np.maximum(slope, 0)) + gap)
+        ahead = np.maximum(f, np.minimum(touching, f / np.maximum(slope, 0.5)))
+        change = np.divide(f, slope, out=np.where(f < NEAR * gap, ahead, f), where=inside)
+        change = np.where(apart, last - way, change)
+        moved[active] = np.where(inside, way + change, np.where(apart, way, change))
+        before[active] = np.where(inside, last, np.where(apart, 0, f))
+        t[active] += change
+        active = active[t[active] < far[active]]
+    return rays

@@ -1,0 +1,60 @@
+"""The html page as a part of another one: what the URL's hash leaves out, turns and colours."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from mplicits.codegen.targets.orbit import AZIMUTH
+from mplicits.model.model import Model
+from mplicits.web import page as webpage
+from support.browser import visit
+from support.random_model import random_model
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+MODEL: Model = random_model((4, 0))
+ASKED = "panel=0&turntable=20&background=cfe0f0"
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("embedding") / "page.html"
+    path.write_text(webpage.standalone(MODEL), encoding="utf-8")
+    return path
+
+
+def test_the_hash_leaves_out_turns_and_colours(browser: "Browser", page: Path) -> None:
+    with visit(browser, page, size=(1000, 400), share=0.1, hash_="#" + ASKED) as visited:
+        visited.until("'drawn' in document.documentElement.dataset")
+        for part in ("#panel", "#fold", "#status", "#name"):
+            assert not visited.page.is_visible(part), part
+        assert visited.root("tone") == "light"
+        visited.page.wait_for_timeout(1500)
+        visited.page.keyboard.press("ArrowUp")
+        visited.until("location.hash.includes('az=')")
+        camera = visited.camera()
+        assert {key: camera[key] for key in ("panel", "turntable", "background")} == {
+            "panel": "0",
+            "turntable": "20",
+            "background": "cfe0f0",
+        }
+        assert 1 < (float(camera["az"]) - AZIMUTH) % 360 < 350, "it has turned"
+        visited.still()
+        picture = visited.saved()
+        assert picture.shape[1] == 100, "the canvas has the panel's place"
+        np.testing.assert_allclose(picture[0, 0], [0xCF, 0xE0, 0xF0], atol=2)
+        assert visited.said == []
+
+
+def test_what_the_hash_does_not_mean_changes_nothing(browser: "Browser", page: Path) -> None:
+    with visit(browser, page, size=(1000, 400), share=0.1, hash_="#turntable=x&background=toString") as visited:
+        visited.still()
+        assert visited.page.is_visible("#panel")
+        assert visited.root("tone") == "dark"
+        visited.page.keyboard.press("ArrowUp")
+        visited.until("location.hash.includes('az=')")
+        assert float(visited.camera()["az"]) == pytest.approx(AZIMUTH)
+        assert visited.said == []

@@ -1,0 +1,66 @@
+"""How the page's rays march by the grid of cells that it finds: step by step as field/march.py has it."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from mplicits.bake.registry import TARGETS
+from mplicits.field.cells import Cells
+from mplicits.field.march import march
+from mplicits.ir.lower import lower
+from mplicits.viewer.draw.camera import Camera
+from support.browser import visit
+from support.page_pictures import MODEL
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+SIDE = 96
+CAMERA = Camera(30, 20, 3)
+FOUND = "this.scene.cells = cells;"
+TRACE = """
+window.grid = cells.count;
+window.trace = async () => {
+    const {painter, scene, current} = this, {gl} = painter.device, seen = new Float32Array(4 * SIDE * SIDE);
+    painter.draw(current, uniforms(asked(scene, {shading: "data"}), null, [SIDE, SIDE]), [0, 0], [SIDE, SIDE]);
+    await painter.device.done();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, painter.tile.framebuffer);
+    gl.readPixels(0, 0, SIDE, SIDE, gl.RGBA, gl.FLOAT, seen);
+    return [...seen];
+};""".replace("SIDE", str(SIDE))
+"""What lets a page say, once it has found a grid, how its rays end."""
+
+
+@pytest.mark.parametrize(("storage", "late"), [("texture", True), ("literal", False)])
+def test_rays_take_the_steps_of_the_reference(storage: str, late: bool, browser: "Browser", tmp_path: Path) -> None:
+    """In one draw, from a texture, they make a step before their first look; in passes they have that look at once."""
+    text = TARGETS["html"](MODEL, shade="phong")
+    assert text.count(FOUND) == 1
+    (tmp_path / "page.html").write_text(text.replace(FOUND, FOUND + TRACE))
+    remember = f"localStorage.setItem('mplicits {MODEL.sha256()}', '{storage}')"
+    at = f"#panel=0&az={CAMERA.azimuth}&el={CAMERA.elevation}&d={CAMERA.distance}"
+    with visit(browser, tmp_path / "page.html", (SIDE, SIDE), 1, script=remember, hash_=at) as visited:
+        visited.until(f"window.grid === 128 && document.documentElement.dataset.storage === '{storage}'")
+        visited.still()
+        seen = visited.page.evaluate("() => window.trace()")
+        assert visited.said == []
+    drawn = np.reshape(seen, (SIDE, SIDE, 4))[::-1].reshape(-1, 4)
+    program = lower(MODEL)
+    eye, directions, footprint = CAMERA.rays(SIDE, SIDE)
+    rays = march(
+        program,
+        eye,
+        directions.reshape(-1, 3),
+        len(program.bands),
+        footprint,
+        schedule="relaxed",
+        cells=Cells(program),
+        first_looks=1,
+        late=late,
+    )
+    hit = drawn[:, 3] > 0.5
+    assert (rays.hit == hit).mean() > 0.999
+    assert (rays.steps == drawn[:, 1])[hit].mean() > 0.97, "rounding may move f across a threshold"
+    assert np.abs(rays.t - drawn[:, 0])[rays.hit & hit].mean() < 1e-4

@@ -1,0 +1,170 @@
+"""The html page with other models than its usual one: dropped on it, whole and broken, or with a name that is code."""
+
+import json
+import struct
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from mplicits import glsl
+from mplicits.bake.registry import TARGETS
+from mplicits.codegen.targets import glsl330
+from mplicits.field.rounding import in_float16
+from mplicits.model.model import Layer, Model
+from mplicits.model.model_file import save
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import Context
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.renderer import Renderer
+from mplicits.web.page import SHADERS
+from support.browser import Visit, visit
+from support.fitted_model import fitted_model
+from support.page_pictures import MODEL, desktop, differ
+from support.random_model import random_model
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+HOSTILE = "</script><script>alert(1)</script>"
+"""A model's name that would run, were it not escaped."""
+pytestmark = pytest.mark.slow
+
+
+def model_bytes(tmp_path: Path, model: Model) -> bytes:
+    """Return the bytes of the model's file."""
+    save(model, tmp_path / "other.safetensors")
+    return (tmp_path / "other.safetensors").read_bytes()
+
+
+def changed(data: bytes, change: Callable[[dict[str, Any]], None]) -> bytes:
+    """Return the bytes of a model file with a header that `change` changed."""
+    (length,) = struct.unpack("<Q", data[:8])
+    header = json.loads(data[8 : 8 + length])
+    change(header)
+    text = json.dumps(header).encode()
+    return struct.pack("<Q", len(text)) + text + data[8 + length :]
+
+
+def describe(change: Callable[[dict[str, Any]], None]) -> Callable[[dict[str, Any]], None]:
+    """Return a change of the header that changes the description inside it, which is JSON in a text."""
+
+    def inside(header: dict[str, Any]) -> None:
+        description = json.loads(header["__metadata__"]["model"])
+        change(description)
+        header["__metadata__"]["model"] = json.dumps(description)
+
+    return inside
+
+
+BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
+    # What is wrong -> how it comes about, and what the page says of it.
+    "empty": (lambda _: b"", "not a model file (.safetensors), or a damaged one"),
+    "a picture": (lambda _: b"\x89PNG\r\n\x1a\n" * 40, "not a model file (.safetensors), or a damaged one"),
+    "cut short": (lambda data: data[:-100], "the file is cut short or damaged"),
+    "other format": (lambda data: changed(data, lambda h: h["__metadata__"].pop("format")), "not an mplicits model"),
+    "future": (
+        lambda data: changed(data, lambda h: h["__metadata__"].update(version="3")),
+        "format version 3 is newer",
+    ),
+    "scene": (lambda data: changed(data, describe(lambda d: d.update(scene={"parts": []}))), "a page of its own"),
+    "halves": (
+        lambda data: changed(data, lambda h: h["level1.layer0.bias"].update(dtype="F16")),
+        "level1.layer0.bias: must be float32",
+    ),
+    "no bias": (lambda data: changed(data, lambda h: h.pop("level2.layer1.bias")), "level2.layer1.bias: missing"),
+    "shape": (
+        lambda data: changed(data, lambda h: h["level1.layer0.weight"].update(shape=[3, 4])),
+        "level1.layer0.weight: shape (3, 4), expected (out, 3)",
+    ),
+    "stray": (
+        lambda data: changed(data, lambda h: h.update({"level9.layer0.bias": h.pop("texture.layer0.weight")})),
+        "not a tensor of a model with 2 levels",
+    ),
+    "delta": (
+        lambda data: changed(data, describe(lambda d: d["levels"][1].update(delta=-1))),
+        "levels[2].delta: must be a positive number",
+    ),
+    "front": (
+        lambda data: changed(data, describe(lambda d: d.update(front=[1]))),
+        "front: azimuth from -360 to 360, elevation from -90 to 90 degrees",
+    ),
+    "credit": (lambda data: changed(data, describe(lambda d: d.update(credit=3))), "credit: not a text"),
+    "step bound": (
+        lambda data: changed(data, describe(lambda d: d["levels"][0].update(step_bound=1.5))),
+        "levels[1].step_bound: must be a positive number of at most 1",
+    ),
+    "not finite": (lambda data: data[:-4] + struct.pack("<f", float("nan")), "has values that are not finite"),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_model_dropped_is_refused_in_one_line_and_the_old_one_stays(
+    name: str, shown: Visit, tmp_path: Path
+) -> None:
+    spoil, said = BROKEN[name]
+    data = spoil(model_bytes(tmp_path, fitted_model((4, 4))))
+    shown.drop(data, "other.safetensors")
+    shown.page.wait_for_selector("#message:not([hidden])")
+    line = shown.message()
+    assert line.startswith("other.safetensors: ")
+    assert said in line
+    assert "\n" not in line
+    assert shown.page.inner_text("h1") == "fitted"
+    shown.page.click("#message button")
+    assert shown.message() == ""
+
+
+def test_a_model_that_is_dropped_or_opened_is_shown(
+    browser: "Browser", page_file: Path, osmesa: Context, tmp_path: Path
+) -> None:
+    model = fitted_model((20, 24))
+    hidden, last = model.levels[1].network
+    small = Layer(last.weight * np.float32(0.02), last.bias * np.float32(0.02))
+    levels = (*model.levels, replace(model.levels[1], network=(hidden, small)))
+    three = Model(HOSTILE, levels, None, front=(75.0, -10.0), credit=HOSTILE)
+    with visit(browser, page_file, size=(640, 640)) as visited:
+        visited.drop(model_bytes(tmp_path, three), "other.safetensors")
+        visited.until("document.title.includes('alert')")
+        visited.still()
+        assert visited.page.inner_text("h1") == HOSTILE
+        visited.unfold()
+        assert visited.page.inner_text("#shapes").endswith(f" parameters · {HOSTILE}")
+        assert visited.page.inner_text("#level") == "Level\n1\n2\n3"
+        assert "Texture" not in visited.page.inner_text("#shading")
+        visited.fold()
+        assert visited.root("storage") == "texture"
+        assert float(visited.root("error") or "nan") < 1e-5
+        theirs = desktop(Renderer(osmesa, glsl330.bake(three)), Camera(75, -10), RenderOptions())
+        assert not differ(visited.saved(), theirs)
+        save(MODEL, tmp_path / "chosen.safetensors")
+        visited.page.set_input_files("#file", tmp_path / "chosen.safetensors")
+        visited.until("document.title === 'fitted'")
+        visited.still()
+        assert visited.said == []
+
+
+def test_a_name_that_is_html_is_shown_as_text(browser: "Browser", tmp_path: Path) -> None:
+    file = tmp_path / "hostile.html"
+    file.write_text(TARGETS["html"](replace(random_model((4, 0), name=HOSTILE), credit=HOSTILE, front=(-60, 5))))
+    with visit(browser, file) as visited:
+        visited.until("document.documentElement.dataset.storage")
+        assert (visited.page.title(), visited.page.inner_text("h1")) == (HOSTILE, HOSTILE)
+        assert visited.page.inner_text("#shapes").endswith(HOSTILE)
+        visited.page.keyboard.press("r")
+        visited.until("location.hash === '#az=-60&el=5'")
+        files = len({name for shader in SHADERS for name in glsl.load_numbered(f"{shader}.glsl")[1]})
+        assert visited.page.locator("script").count() == file.read_text().count("<script") == 5 + files
+        assert visited.said == []
+
+
+def test_float16_weights_arrive_exactly(browser: "Browser", tmp_path: Path) -> None:
+    file = tmp_path / "half.html"
+    file.write_text(TARGETS["html"](in_float16(MODEL), storage="texture"))
+    with visit(browser, file) as visited:
+        visited.until("document.documentElement.dataset.error")
+        assert float(visited.root("error") or "nan") < 5e-6
+        assert visited.said == []

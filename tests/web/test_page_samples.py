@@ -1,0 +1,117 @@
+"""Further samples of the page's picture: pixels get them as the desktop decides it, and how good the picture is."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from mplicits.bake.registry import TARGETS
+from mplicits.viewer.draw import adaptive
+from mplicits.web.page import facts_json, script
+from support.browser import visit
+from support.page_pictures import MODEL, differ
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+ASK = """([seen, samples, side, across]) => {
+    const {pixels, counts} = wanted(Uint8Array.from(seen), samples);
+    const packs = packed(pixels, across, [0.25, -0.5], side);
+    return {pixels, counts: [...counts], packs: packs.map((pack) => ({...pack, places: [...pack.places]}))};
+}"""
+
+COUNT = """window.accumulated = 0;
+const context = WebGL2RenderingContext.prototype, {drawArrays, viewport} = context;
+let area = 0;
+context.viewport = function (x, y, width, height) {
+    area = width * height;
+    return viewport.call(this, x, y, width, height);
+};
+context.drawArrays = function (mode, first, count) {
+    if (this.isEnabled(this.BLEND)) window.accumulated += mode === this.POINTS ? count : area;
+    return drawArrays.call(this, mode, first, count);
+};"""
+"""Counts the samples that are added to pictures."""
+
+
+@pytest.mark.parametrize(("contrast", "samples"), [(20, 16), (200, 16), (90, 8)])
+def test_the_page_wants_what_the_desktop_wants(contrast: int, samples: int, browser: "Browser") -> None:
+    random = np.random.default_rng(contrast)
+    picture = np.zeros((30, 40, 4), np.float32)
+    picture[..., 1] = np.where(random.random((30, 40)) < 0.01, contrast, 0) / 255
+    picture[4:, :, 3] = 1
+    padded = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, (3, 3), axis=(0, 1))
+    seen = np.zeros((30, 40, 4), np.uint8)
+    seen[..., 0] = np.rint(255 * np.ptp(windows, axis=(3, 4)).max(axis=2))
+    seen[..., 3] = 255 * picture[..., 3]
+    page = browser.new_page()
+    page.set_content(f'<!doctype html><script type="application/json" id="facts">{facts_json({})}</script>')
+    page.evaluate(script(("facts.js", "samples.js")) + f"window.ask = {ASK}; null;")
+    told = page.evaluate("given => window.ask(given)", [seen.ravel().tolist(), samples, 8, 40])
+    page.close()
+    counts = adaptive.wanted(picture, samples)
+    assert counts.any()
+    assert told["pixels"] == np.flatnonzero(counts).tolist()
+    assert told["counts"] == counts[counts > 0].tolist()
+    packs = told["packs"]
+    assert all(pack["width"] <= 8 and pack["height"] <= 8 for pack in packs)
+    images = [np.array(pack["places"], np.float32).reshape(pack["height"], pack["width"], 2) for pack in packs]
+    places = np.concatenate([adaptive.from_blocks(image, image.shape[0] * image.shape[1]) for image in images])
+    inside = places[places[:, 0] >= 0]
+    rows, columns = np.divmod(told["pixels"], 40)
+    np.testing.assert_allclose(inside, np.stack([columns + 0.75, rows], axis=1))
+
+
+MIDWAY = [
+    ("const cells = await empty", "while (count > 32 && !window.midway) await pause(1); const cells = await empty"),
+    ("this.scene.cells = cells;", "this.scene.cells = cells; window.grid = cells.count;"),
+    (
+        "if (refining.tiles) refining.spent",
+        "window.midway ||= window.turned && !refining.samples && refining.pass.tiles.length > 2;"
+        "if (refining.tiles) refining.spent",
+    ),
+    ("performance.now() < this.restAt", "performance.now() < this.restAt || window.midway && window.grid === 32"),
+]
+"""What lets a page find its second grid while it draws a picture by the first."""
+
+
+def test_a_grid_that_is_found_midway_in_a_picture_does_not_show(browser: "Browser", tmp_path: Path) -> None:
+    text = TARGETS["html"](MODEL, shade="phong").replace("const PATIENCE = 15000", "const PATIENCE = 300000")
+    pictures = []
+    for changes, grid in ((MIDWAY, 32), (MIDWAY[1:2], 128)):
+        file, ours = tmp_path / "page.html", text
+        for old, new in changes:
+            assert ours.count(old) == 1
+            ours = ours.replace(old, new)
+        file.write_text(ours)
+        remember = f"localStorage.setItem('mplicits {MODEL.sha256()}', 'texture')"  # draws nothing anew for literals
+        with visit(browser, file, (256, 256), 1, script=remember, hash_="#panel=0") as visited:
+            visited.until(f"window.grid === {grid}")
+            visited.still()
+            visited.page.evaluate("window.turned = true")
+            visited.page.keyboard.press("ArrowRight")
+            visited.until("window.grid === 128")
+            visited.still()
+            pictures.append(visited.saved())
+            assert visited.said == []
+    assert not differ(pictures[0], pictures[1])
+
+
+def test_further_samples_are_drawn_where_they_show(browser: "Browser", tmp_path: Path) -> None:
+    text = TARGETS["html"](MODEL, shade="phong").replace("const PATIENCE = 15000", "const PATIENCE = 300000")
+    pictures, drawn = {}, {}
+    for way, adapts in (("along the edges", "get adapts() {"), ("everywhere", "get adapts() { return false;")):
+        assert text.count("get adapts() {") == 1
+        file = tmp_path / "page.html"
+        file.write_text(text.replace("get adapts() {", adapts))
+        with visit(browser, file, (256, 256), 1, script=COUNT, hash_="#panel=0") as visited:
+            visited.still()
+            pictures[way] = visited.saved() / 255.0
+            drawn[way] = visited.page.evaluate("window.accumulated")
+            assert visited.page.inner_text("#status").splitlines()[0].endswith("16 samples")
+            assert visited.said == []
+    error = float(((pictures["along the edges"] - pictures["everywhere"]) ** 2).mean())
+    assert -10 * np.log10(error) > 42
+    assert drawn["along the edges"] < drawn["everywhere"] / 4

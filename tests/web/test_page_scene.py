@@ -1,0 +1,60 @@
+"""The page of a scene: its field travels as text and texels, and it draws and plays what the desktop does."""
+
+import base64
+import json
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from mplicits.codegen.targets import glsl300es, glsl330
+from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.context import Context
+from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.renderer import Renderer
+from mplicits.web.page import standalone
+from support.browser import visit
+from support.page_pictures import desktop, differ
+from support.scene_models import SMALL, STILL, composed
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+
+def test_the_page_of_a_scene_holds_the_field_that_glsl300es_has(tmp_path: Path) -> None:
+    model = composed(tmp_path, STILL)
+    page, shader = standalone(model, poster=False), glsl300es.bake(model)
+    facts = re.search(r'id="facts">(.*?)</script>', page, re.DOTALL)
+    weights = re.search(r'id="weights">(.*?)</script>', page, re.DOTALL)
+    assert facts
+    assert weights
+    scene = json.loads(facts[1])["scene"]
+    assert scene["text"] in shader.text
+    assert scene["shapes"] == 6
+    assert scene["loops"]["value"] == list(shader.value_loops)
+    texels = np.frombuffer(base64.b64decode(weights[1]), f"<f{scene['size']}").reshape(-1, 4)
+    assert len(texels) == scene["texels"]
+    assert shader.weights is not None
+    np.testing.assert_array_equal(texels, shader.weights.reshape(-1, 4)[: len(texels)])
+
+
+@pytest.mark.slow
+def test_the_page_of_a_scene_draws_a_time_as_osmesa_does(browser: "Browser", osmesa: Context, tmp_path: Path) -> None:
+    model = composed(tmp_path, SMALL)
+    (tmp_path / "scene.html").write_text(standalone(model, shade="phong"))
+    renderer = Renderer(osmesa, glsl330.bake(model, passes=True))
+    theirs = {time: desktop(renderer, Camera(), RenderOptions(time=time), side=64) for time in (0.3, 1.0)}
+    renderer.release()
+    with visit(browser, tmp_path / "scene.html", share=0.1, hash_="#t=0.3") as visited:
+        visited.still()
+        assert float(visited.root("error") or "nan") < 5e-6
+        assert visited.page.inner_text("#shapes").startswith("2 shapes · ")
+        ours = visited.saved()
+        # Half as many pixels along a side as in other tests of pages: twice the share of them lies on silhouettes.
+        assert not differ(ours, theirs[0.3], mean=1.2)
+        assert differ(ours, theirs[1.0], mean=1.2)
+        visited.page.click("#play")
+        visited.until("Number(document.getElementById('time').value) > 0.35")
+        assert visited.said == []

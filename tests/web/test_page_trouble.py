@@ -1,0 +1,201 @@
+"""The html page where the device fails it, and what it remembers of a device from visit to visit."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from mplicits.bake.registry import TARGETS
+from mplicits.model.model_file import save
+from support.browser import visit
+from support.page_pictures import MODEL, differ
+from support.random_model import random_model
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+pytestmark = pytest.mark.slow
+
+
+def test_the_picture_comes_back_with_a_lost_context(browser: "Browser", page_file: Path) -> None:
+    with visit(browser, page_file, hash_="#az=100&el=-10") as visited:
+        visited.still()
+        before = visited.saved()
+        visited.page.evaluate("""() => {
+            window.extension = document.getElementById("view").getContext("webgl2").getExtension("WEBGL_lose_context");
+            window.extension.loseContext();
+        }""")
+        visited.page.wait_for_selector("#message:not([hidden])")
+        assert visited.message().startswith("The graphics driver was reset.")
+        visited.page.evaluate("window.extension.restoreContext()")
+        visited.page.wait_for_selector("#message", state="hidden")
+        visited.still()
+        assert not differ(visited.saved(), before)
+        assert visited.said == []
+
+
+def test_a_context_that_stays_lost_is_spoken_of_and_may_still_come_back(
+    browser: "Browser", page_file: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "page.html"
+    file.write_text(page_file.read_text().replace("const WAIT = 12000;", "const WAIT = 300;"))
+    with visit(browser, file) as visited:
+        visited.still()
+        visited.page.evaluate("""() => {
+            window.extension = document.getElementById("view").getContext("webgl2").getExtension("WEBGL_lose_context");
+            window.extension.loseContext();
+        }""")
+        visited.until("document.documentElement.dataset.state === 'failed'")
+        assert "did not come back. Now you see the picture that travels in the page. Reload" in visited.message()
+        assert visited.page.is_visible("#poster")
+        assert visited.page.evaluate("getComputedStyle(document.getElementById('view')).opacity") == "0"
+        visited.page.evaluate("window.extension.restoreContext()")
+        visited.still()
+        assert (visited.message(), visited.said) == ("", [])
+
+
+FATAL = """window.losses = 0;
+let levels = 0;
+const context = WebGL2RenderingContext.prototype, {shaderSource, drawArrays} = context;
+context.shaderSource = function (shader, text) {
+    levels = Number(text.match(/const int LEVELS = (\\d+);/)?.[1] ?? levels);
+    return shaderSource.call(this, shader, text);
+};
+context.drawArrays = function (...numbers) {
+    drawArrays.apply(this, numbers);
+    if (levels <= %d || this.isContextLost()) return;
+    const extension = this.getExtension("WEBGL_lose_context");
+    const restore = () => setTimeout(() => extension.restoreContext());
+    this.canvas.addEventListener("webglcontextlost", restore, {once: true});
+    extension.loseContext();
+    ++window.losses;
+};"""
+"""Has the driver die of each draw of a model with more than %d levels, and come back."""
+
+
+def test_a_model_that_kills_the_driver_comes_back_with_fewer_levels(browser: "Browser", tmp_path: Path) -> None:
+    file = tmp_path / "page.html"
+    file.write_text(TARGETS["html"](random_model((4, 0), (4, 0), (4, 0))))
+    said = "The graphics driver failed at the 3 levels of this model. Here are the first 2."
+    with visit(browser, file, script=FATAL % 2) as visited:
+        visited.still()
+        visited.unfold()
+        assert visited.message() == said
+        assert visited.page.inner_text("#level") == "Level\n1\n2"
+        assert "4x0 > 4x0 · " in visited.page.inner_text("header")
+        assert float(visited.root("error") or "nan") < 1e-5
+        assert visited.page.evaluate("window.losses") == 1
+        visited.page.reload()
+        visited.still()
+        assert visited.message() == said
+        assert visited.page.evaluate("window.losses") == 0, "what the driver died of is not tried again"
+        save(random_model((4, 0), (4, 0), name="other"), tmp_path / "other.safetensors")
+        visited.page.set_input_files("#file", tmp_path / "other.safetensors")
+        visited.until("document.title === 'other'")
+        visited.still()
+        assert (visited.message(), visited.said) == ("", [])
+
+
+def test_a_model_that_kills_the_driver_at_its_first_level_leaves_the_poster(browser: "Browser", tmp_path: Path) -> None:
+    file = tmp_path / "page.html"
+    file.write_text(TARGETS["html"](random_model((4, 0), (4, 0), (4, 0))))
+    with visit(browser, file, script=FATAL % 0) as visited:
+        visited.until("document.documentElement.dataset.state === 'failed'")
+        assert visited.message().startswith("The graphics driver fails at this model, even at its first level alone.")
+        assert visited.page.is_visible("#poster")
+        assert visited.root("drawn") is None
+        assert visited.page.evaluate("window.losses") == 3
+
+
+def test_a_graphics_process_that_dies_is_survived(browser: "Browser", page_file: Path) -> None:
+    with visit(browser, page_file) as visited:
+        visited.still()
+        browser.new_browser_cdp_session().send("Browser.crashGpuProcess")
+        visited.page.wait_for_selector("#message:not([hidden])")
+        assert visited.message().startswith("The graphics driver was reset.")
+        visited.still()
+        assert visited.message() == ""
+
+
+def test_the_faster_variant_is_kept_and_remembered(browser: "Browser", page_file: Path) -> None:
+    key = f"mplicits {MODEL.sha256()}"
+    with visit(browser, page_file) as visited:
+        visited.until(f"['literal', 'texture'].includes(localStorage.getItem('{key}'))")
+        faster = visited.page.evaluate("key => localStorage.getItem(key)", key)
+        visited.until(f"document.documentElement.dataset.storage === '{faster}'")
+        assert visited.said == []
+    for remembered, expected in (("texture", "texture"), ("trying", "texture"), ("literal", "literal")):
+        with visit(browser, page_file, script=f"localStorage.setItem('{key}', '{remembered}')") as visited:
+            if expected == "literal":
+                visited.until("document.documentElement.dataset.storage === 'literal'")
+            visited.still()
+            assert visited.root("storage") == expected
+
+
+UNFINISHED = """const ask = WebGL2RenderingContext.prototype.getProgramParameter, COMPLETION_STATUS_KHR = 0x91B1;
+WebGL2RenderingContext.prototype.getProgramParameter = function (program, name) {
+    const held = name === COMPLETION_STATUS_KHR && localStorage.getItem("%s") === "trying";
+    return !held && ask.call(this, program, name);
+};"""
+"""Has the literals' compiler never end: %s is the key in localStorage that says that they are being tried."""
+
+
+def test_opening_another_model_while_the_literals_compile_does_not_count_as_their_failure(
+    browser: "Browser", page_file: Path, tmp_path: Path
+) -> None:
+    key = f"mplicits {MODEL.sha256()}"
+    save(random_model((4, 0), name="other"), tmp_path / "other.safetensors")
+    with visit(browser, page_file, script=UNFINISHED % key) as visited:
+        visited.until(f"localStorage.getItem('{key}') === 'trying'")
+        visited.page.set_input_files("#file", tmp_path / "other.safetensors")
+        visited.until("document.title === 'other'")
+        assert visited.page.evaluate("key => localStorage.getItem(key)", key) is None
+        visited.still()
+        assert visited.said == []
+
+
+LIMITS = """const ask = WebGL2RenderingContext.prototype.getParameter;
+WebGL2RenderingContext.prototype.getParameter = function (name) {
+    return name === this.%s ? %d : ask.call(this, name);
+};"""
+"""Has the device claim another limit: %s is its name, %d its value."""
+
+
+@pytest.mark.parametrize(
+    ("init", "replaced", "said"),
+    [
+        ("HTMLCanvasElement.prototype.getContext = () => null;", None, "This browser shows no WebGL2"),
+        (LIMITS % ("MAX_TEXTURE_SIZE", 512), None, "this device's largest side is 512"),
+        (
+            LIMITS % ("MAX_FRAGMENT_UNIFORM_VECTORS", 16),
+            None,
+            "The shader needs 24 uniform vectors; this device has 16.",
+        ),
+        ("", ("Hit ray = traced(", "Hit ray = nothing("), "This device's compiler refuses the shader: ERROR: 0:"),
+    ],
+)
+def test_the_page_says_in_one_message_what_the_device_cannot_do(
+    init: str, replaced: tuple[str, str] | None, said: str, browser: "Browser", page_file: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "page.html"
+    file.write_text(page_file.read_text().replace(*replaced or ("", "")))
+    with visit(browser, file, script=init) as visited:
+        visited.page.wait_for_selector("#message:not([hidden])")
+        assert said in visited.message()
+        assert visited.root("state") == "failed"
+        assert visited.said == []
+
+
+def test_a_device_without_float_targets_draws_the_same_picture(browser: "Browser", page_file: Path) -> None:
+    init = """const extension = WebGL2RenderingContext.prototype.getExtension;
+    WebGL2RenderingContext.prototype.getExtension = function (name) {
+        return /color_buffer/.test(name) ? null : extension.call(this, name);
+    };"""
+    with visit(browser, page_file) as usual, visit(browser, page_file, script=init) as visited:
+        usual.still()
+        visited.still()
+        assert "field error not measurable here" in visited.page.inner_text("#status")
+        difference = np.abs(visited.saved().astype(int) - usual.saved())
+        assert (difference.max(axis=-1) > 24).mean() < 0.02
+        assert visited.said == []

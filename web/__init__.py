@@ -1,0 +1,1 @@
+"""The web page: `page.py` writes it, and `app/` holds its scripts, its style and its HTML."""

@@ -1,0 +1,285 @@
+"""Target html: one page that shows the model from a file, without a network. Its source is the folder web/."""
+
+import base64
+import io
+import json
+import math
+import re
+from dataclasses import replace
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import glsl
+from ..codegen.printers.field import PLAIN, STORAGES, print_field
+from ..codegen.printers.texels import TEXTURE_WIDTH, UNROLL
+from ..codegen.targets import fragment, orbit, shadertoy
+from ..codegen.targets.camera import basis, fitting_distance
+from ..codegen.targets.glsl300es import DIALECT
+from ..codegen.targets.header import header_facts
+from ..codegen.targets.motion import PERIOD
+from ..codegen.targets.samples import BLOCK, FEW, POWER, ROUGH_SHARE, SHARE, STEEPEST
+from ..codegen.targets.shader import FLOOR_BLOCK, LEAST_STEPS, LOOP_LIMIT
+from ..codegen.targets.uniforms import OPENING_SHADES, SHADINGS, UNIFORMS, default
+from ..field import interpret
+from ..field.cell_codes import EMPTY, OVERESTIMATE, REACH
+from ..field.cell_search import FIRST, MISSED
+from ..field.digits import near_surface
+from ..field.lowest import lowest_point
+from ..field.poster import poster as draw_poster
+from ..field.rounding import in_decimals, is_float16
+from ..field.skip import LOOKS
+from ..field.studio import EVALUATIONS
+from ..ir.lower import lower
+from ..ir.program import Array, Program
+from ..model.checks import SHAPES, WIDEST
+from ..model.errors import UserError
+from ..model.model import DEFAULT_STEP_BOUND, MOST_ITERATIONS, STEP_BOUNDS, Model
+from ..model.model_file import FORMAT, TRAINING, VERSION, to_bytes
+from .scene import scene_facts, texel_bytes
+
+PRINTER = ("facts.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js", "field.js")
+"""Modules in web/ that read a model and print its field; a scene's is printed here (webpage_scene.py)."""
+SCRIPTS = (
+    *PRINTER,
+    "reference.js",
+    "baked.js",
+    "cells.js",
+    "lowest.js",
+    "camera.js",
+    "embedding.js",
+    "uniforms.js",
+    "device.js",
+    "samples.js",
+    "passes.js",
+    "painter.js",
+    "variants.js",
+    "renderer.js",
+    "memory.js",
+    "messages.js",
+    "gestures.js",
+    "controls.js",
+    "view.js",
+    "recovery.js",
+    "shown.js",
+    "page.js",
+)
+"""All modules in web/, in the order in which the page's one script holds them."""
+POSTER_SIDE = 160
+"""Pixels of the picture that is seen until the page has drawn its own."""
+POSTER_QUALITY = 85
+"""Of its WebP, from 0 to 100."""
+CELLS = {"first": 32, "dear": 64, "most": 128}
+"""Cells along an edge of the grids that the page finds: first, and, where the model does not move, then."""
+DEAR, DEAREST = 100_000, 250_000
+"""Weights of a model above which one of the second size is found before the last, and above which it is the last one:
+at 175,000 they take 5 and 21 seconds, in the background."""
+CELL_MOMENTS = 17
+"""Grids that it finds for a model that moves, evenly spaced in time."""
+PAGE_PASSES = ("near", "normals", "trace", "behind", "floor", "colour")
+"""Passes of a frame, in the order in which they are compiled."""
+SHADERS = ("anywhere", *PAGE_PASSES, "accumulate", "present", "blocks.vert", "contrast", "scatter", "scatter.vert")
+"""Files in glsl/ with the shaders that the page compiles."""
+PROBES = 32
+"""Most points at which the page compares its field with the reference's."""
+
+_MODULE_LINE = re.compile(r"^import [^;]*;\n|^export (?=\w)", re.MULTILINE)
+"""What of a module's text the joined script has no use for."""
+_PLACE = re.compile(r"\{\{(\w+)\}\}")
+"""A place in page.html that a part of the page is put into, by name."""
+
+
+def standalone(
+    model: Model, storage: str = "auto", digits: int | None = None, poster: bool = True, shade: str = OPENING_SHADES[0]
+) -> str:
+    """Return the text of the page.
+
+    storage: the page draws from a texture at once. With "auto" it also compiles literals (for networks up to 64 wide)
+    and keeps what is faster there; "literal" does so for wider networks too; "texture" does without literals.
+    digits: decimals to which the weights are rounded first, None for none. Weights that 16-bit floats hold exactly
+    travel in those.
+    poster: whether the page opens with a small picture of the model, which takes seconds to draw.
+    shade: the shading that it opens in, one of OPENING_SHADES.
+    Raises UserError where the weights cannot be stored so.
+    """
+    weights = model if digits is None else in_decimals(model, digits)
+    if storage == "packed":
+        raise UserError("--storage packed: only shadertoy has it; there is literal, texture, auto")
+    program = lower(weights)
+    # A scene refuses literals.
+    field = print_field(program, DIALECT.language, "texture" if model.scene is None else storage)
+    header = header_facts(model, program, "html")
+    # A model that is dropped on the page may move, even if this one does not.
+    ground = round(lowest_point(program), 4)
+    prologue = fragment.prologue(header, replace(program, moving=True), DIALECT, field.weights, ground)
+    facts = header | {"ground": ground, "shade": shade} | _facts(model, program, storage, digits)
+    if model.scene is not None:
+        facts["scene"] = scene_facts(model, program, field)
+    parts = {
+        "css": _read("page.css"),
+        "poster": _poster(model, program, shade) if poster else "data:,",
+        "js": script(),
+        "facts": facts_json(facts),
+        "weights": _wrapped(base64.b64encode(_bytes(weights) if model.scene is None else texel_bytes(field)).decode()),
+        "prologue": _shader(prologue),
+        "glsl": _glsl(),
+    }
+    return _PLACE.sub(lambda match: parts[match[1]], _read("page.html"))
+
+
+def script(names: tuple[str, ...] = SCRIPTS) -> str:
+    """Join modules of web/ into one script, without their imports and exports."""
+    return "".join(_MODULE_LINE.sub("", _read(name)) for name in names)
+
+
+def facts_json(facts: dict[str, Any]) -> str:
+    """Write the JSON that web/facts.js reads: `facts`, and as `shared` the constants that Python and the page share.
+
+    It may stand in a script element, for nothing in it opens or closes a tag or a comment.
+    """
+    shared = {
+        "format": {
+            "name": FORMAT,
+            "version": VERSION,
+            "widest": WIDEST,
+            "most_iterations": MOST_ITERATIONS,
+            "step_bounds": list(STEP_BOUNDS),
+            "default_step_bound": DEFAULT_STEP_BOUND,
+            "training": TRAINING,
+        },
+        "shapes": SHAPES,
+        "storages": STORAGES,
+        "texture_width": TEXTURE_WIDTH,
+        "unroll": UNROLL,
+        "plain": PLAIN,
+        "defaults": {entry.name: entry.default for entry in UNIFORMS if isinstance(entry.default, tuple)},
+        "shadings": SHADINGS,
+        "cells": {
+            "first": FIRST,
+            "counts": CELLS,
+            "dear": DEAR,
+            "dearest": DEAREST,
+            "moments": CELL_MOMENTS,
+            "overestimate": OVERESTIMATE,
+            "reach": REACH,
+            "empty": EMPTY,
+            "missed": MISSED,
+            "looks": LOOKS,
+        },
+        "samples": {
+            "share": SHARE,
+            "roughShare": ROUGH_SHARE,
+            "few": FEW,
+            "power": POWER,
+            "steepest": STEEPEST,
+            "block": BLOCK,
+        },
+        "period": PERIOD,
+        "passes": list(PAGE_PASSES),
+        "floor_block": FLOOR_BLOCK,
+        "loop_limit": LOOP_LIMIT,
+        "studio_evaluations": EVALUATIONS,
+        "least_steps": LEAST_STEPS,
+        "camera": {
+            "azimuth": orbit.AZIMUTH,
+            "elevation": orbit.ELEVATION,
+            "fov": orbit.FOV,
+            "margin": orbit.MARGIN,
+            "zoom": orbit.ZOOM,
+        },
+    }
+    return json.dumps(facts | {"shared": shared}).replace("<", "\\u003c")
+
+
+def _facts(model: Model, program: Program, storage: str, digits: int | None) -> dict[str, Any]:
+    """Say what the page knows of its own model beyond the header's facts, of which it gives `sha256` in full."""
+    points = _probes(program)
+    widest = [program.widest(function) for function in program.functions()]
+    literal = program.composition is None and (storage == "literal" or min(widest) <= STORAGES[0][0])
+    return {
+        "sha256": program.sha256,
+        "storage": storage if literal else "texture",
+        "points": _numbers(points),
+        "values": _numbers(interpret.field(program, points, len(program.bands))),
+        "shadertoy": _shadertoy(model, digits),
+    }
+
+
+def _probes(program: Program) -> Array:
+    """Return points (N, 3) float32 near the surface, within every level's band and the ball that rays are traced in.
+
+    The surface is that of time 0, where the field moves.
+    """
+    points = near_surface(program)
+    points = points[np.linalg.norm(points, axis=1) < 1]
+    _, reached = interpret.nested_field(program, points, len(program.bands))
+    probes: Array = points[reached == len(program.bands)][:PROBES]
+    return probes
+
+
+def _shadertoy(model: Model, digits: int | None) -> str | None:
+    """Return what the button "Copy as Shadertoy" copies; None, and no button, where that target refuses the model.
+
+    Nor has a scene one: its text, with all decimals, would be larger than the rest of the page.
+    """
+    if model.scene is not None:
+        return None
+    try:
+        return shadertoy.exact(model, digits)
+    except UserError:
+        return None
+
+
+def _bytes(model: Model) -> bytes:
+    """Return a model file without its provenance, in 16-bit floats where they hold every weight."""
+    kind = np.float16 if is_float16(model) else np.float32
+    return to_bytes(replace(model, provenance={}), kind)
+
+
+def poster_pixels(model: Model, side: int, program: Program | None = None, shade: str = "phong") -> NDArray[np.uint8]:
+    """Draw a model as the page first shows it, at time 0: (side, side, 4) uint8, sRGB and coverage, top row first.
+
+    program: the model's, where it is there already. shade: one of OPENING_SHADES; of the studio without its floor.
+    """
+    azimuth, elevation = model.front or (orbit.AZIMUTH, orbit.ELEVATION)
+    focal = 1 / math.tan(math.radians(orbit.FOV) / 2)
+    light, plain = np.array(default("light")), np.array([float(c) for c in PLAIN.split(",")])
+    view = basis(azimuth, elevation), fitting_distance(1.0, focal), focal
+    return np.round(255 * draw_poster(program or lower(model), *view, light, plain, side, shade)).astype(np.uint8)
+
+
+def _poster(model: Model, program: Program, shade: str) -> str:
+    """Return a picture of the model, as the page first shows it, as the URL of a WebP of some 3 kB."""
+    from PIL import Image
+
+    data = io.BytesIO()
+    pixels = poster_pixels(model, POSTER_SIDE, program, shade)
+    Image.fromarray(pixels).save(data, "WEBP", quality=POSTER_QUALITY, method=6)
+    return "data:image/webp;base64," + base64.b64encode(data.getvalue()).decode()
+
+
+def _numbers(values: np.ndarray) -> list[float]:
+    """Return all values in one list, each as the shortest number that reads back as the same float32."""
+    return [float(str(value)) for value in np.asarray(values, np.float32).ravel()]
+
+
+def _shader(text: str) -> str:
+    """Write GLSL so that it may stand in a script element: only the name, in the header's JSON, can hold a tag."""
+    return re.sub(r"<(?=[/!s])", r"\\u003c", text)
+
+
+def _glsl() -> str:
+    """Return the files in glsl/ that SHADERS are made of, each in a script element with the file's name as its id."""
+    names = dict.fromkeys(name for shader in SHADERS for name in glsl.load_numbered(f"{shader}.glsl")[1])
+    scripts = [f'<script type="x-shader/x-fragment" id="{name}">{_shader(glsl.read(name))}</script>' for name in names]
+    return "\n".join(scripts)
+
+
+def _wrapped(text: str) -> str:
+    return "\n".join(text[i : i + 120] for i in range(0, len(text), 120))
+
+
+def _read(name: str) -> str:
+    return files(__package__).joinpath("app", name).read_text(encoding="utf-8")
