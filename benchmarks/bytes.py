@@ -3,9 +3,9 @@
     python benchmarks/bytes.py [--shapes armadillo,spot] [--steps 4000,6000] [--keep FOLDER] [-o FILE]
     python benchmarks/bytes.py --gallery [-o docs/results/shadertoy.md]
 
-Decimals: trained as always, then rounded to so many decimals, as others bake it. Packed: quantised by
-model/quantise.py from the first step of training on, as the presets `tiny` and `small`. With --gallery, it trains
-nothing, and compares the texts of the gallery's models with the same ones whose weights have seven decimals.
+Decimals: trained as usual, then rounded to this number of decimals, as other generators do. Packed: weights are
+quantized from the first step of training on, as in the presets `tiny` and `small`. With --gallery, nothing is trained:
+the texts of the gallery's models are compared with texts of seven decimals.
 """
 
 import argparse
@@ -41,8 +41,8 @@ PLAIN = (("16x2", 2), ("32x2", 2), ("64x1", 2), ("64x2", 2))
 """Levels, and decimals of their weights."""
 PACKED = ("24x2", "16x1,16x2", PRESETS["tiny"].levels, "24x1,32x2", PRESETS["small"].levels)
 TO_BEAT = (
-    "Beside it, of others' tools on Armadillo, by an earlier measurement with as many samples: Blackle's generator, "
-    "16x2, with two decimals 3,989 bytes and 1.2e-3, with three 4,613 bytes and 2.2e-4; nsdf small 22.2 kB and 2.1e-4."
+    "Other generators on Armadillo, measured earlier with the same number of samples: Blackle's, 16x2, two decimals: "
+    "3,989 bytes, 1.2e-3; three decimals: 4,613 bytes, 2.2e-4; nsdf small: 22.2 kB, 2.1e-4."
 )
 
 
@@ -71,19 +71,18 @@ def write_gallery(output: Path) -> None:
         output,
         "# Shadertoy texts of the gallery",
         "",
-        "Printed by `python benchmarks/bytes.py --gallery`. Bytes: of the whole text, ready to paste, with Phong's "
-        "shading alone; beside it those with the studio, where `bake` puts it in by itself, and those with as many "
-        "decimals as keep the surface, as models were baked before they were packed. Bits: log2 of how many values a "
-        "weight of a hidden layer can have, of each level and of the texture. Off by: root mean square and largest "
-        "abs(f - f packed) near the surface of the last level (model units; the shape has radius 1), angle between "
-        "normals, colours of 255, all measured in numpy. PSNR: of the first picture of the text with Phong's shading, "
-        f"{SIDE} x {SIDE} from the model's front on OSMesa, against that with seven decimals. Seconds: of `bake`, "
-        "processor time.",
+        f"Printed by `python benchmarks/bytes.py --gallery`. {machine()}.",
         "",
-        f"{machine()}.",
+        "- Bytes: of the whole text with Phong's shading; with the studio, where `bake` adds it; with the fewest "
+        "decimals that keep the surface.",
+        "- Bits: log2 of the number of values of a hidden weight, for each level and the texture.",
+        "- Error: root mean square and largest abs(f - f packed) near the surface, in radii of the shape; angle "
+        "between normals; colors of 255.",
+        f"- PSNR: of the first picture, {SIDE} x {SIDE}, against that with seven decimals. Seconds: of `bake`, "
+        "processor.",
         "",
-        "| model | levels + texture | bytes | with the studio | with decimals | bits | f off by | largest "
-        "| normals, degrees | colours | PSNR, dB | s |",
+        "| model | levels + texture | bytes | with the studio | with decimals | bits | error of f | largest "
+        "| normals, degrees | colors | PSNR, dB | s |",
         "| --- | --- | ---: | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: |",
     )
     context = open_osmesa()
@@ -93,7 +92,7 @@ def write_gallery(output: Path) -> None:
             page.add(f"| {name} | | too wide | | | | | | | | | |")
             continue
         if model.inputs == "xyzt":
-            page.add(f"| {name} | | it moves, and has decimals | | | | | | | | | |")
+            page.add(f"| {name} | | moves: has decimals | | | | | | | | | |")
             continue
         began = time.process_time()
         lit = shadertoy(model)
@@ -141,13 +140,12 @@ def main() -> None:
         options.output or Path("docs/results/bytes.md"),
         "# Bytes of Shadertoy text against quality",
         "",
-        "Printed by `python benchmarks/bytes.py`. Bytes: of the whole text, ready to paste. Chamfer: of "
-        "the weights as emitted, squared L2, both directions summed, unit sphere, "
-        f"{options.samples:,} samples on each side, marching cubes at {options.resolution}^3; floor: that of two "
-        "samplings of the mesh. Pieces: components of that surface; the shapes have one. "
-        f"{options.steps} steps for the first level and each finer one.",
+        f"Printed by `python benchmarks/bytes.py`. {machine()}.",
         "",
-        f"{machine()}.",
+        "Bytes: of the whole text, ready to paste. Chamfer: of the weights as emitted, squared L2, both directions "
+        f"summed, unit sphere, {options.samples:,} samples on each side, marching cubes at {options.resolution}^3; "
+        "floor: that of two samplings of the mesh. Components: of that surface; the shapes have one. "
+        f"{options.steps} steps for level 1 and each finer level.",
         "",
         TO_BEAT,
     )
@@ -159,7 +157,7 @@ def main() -> None:
             "",
             f"## {name}, floor {truth.floor:.2e}",
             "",
-            "| levels | weights | bytes | Chamfer | of the floor | pieces |",
+            "| levels | weights | bytes | Chamfer | of the floor | components |",
             "| --- | --- | ---: | ---: | ---: | ---: |",
         )
         for levels, digits in (*PLAIN, *((levels, None) for levels in PACKED)):

@@ -142,15 +142,17 @@ def main() -> None:
         options.output,
         "# The field as a distance",
         "",
-        f"Printed by `python benchmarks/field.py --levels {options.levels} {length} --seeds {options.seeds}`, some "
-        f"shapes at a time (FILE..., then `--further`). Mean error: of the nested field f at {BALL_POINTS:,} points of "
-        f"the unit ball, against the exact signed distance d. It is too large where |f| > {EXCESS_FACTOR} |d| + "
-        f"{EXCESS_OFFSET}. Over: points where |f| > {OVER} |d| + {EXCESS_OFFSET}; in brackets, those farther away than "
-        "level 1's half width. Largest ratio: of |f| to |d|, farther away than that. Gradient: 10th, 50th and 90th "
-        f"percentile of |grad f| on the surface. Marching cubes at {options.resolution}^3, 500,000 samples on each "
-        "side. In brackets there: what the exact distances themselves give, by the same marching cubes.",
-        "",
+        f"Printed by `python benchmarks/field.py --levels {options.levels} {length} --seeds {options.seeds}`. "
         f"{machine()}.",
+        "",
+        f"- Mean error: of the nested field f at {BALL_POINTS:,} points of the unit ball, against the exact signed "
+        "distance d.",
+        f"- Too large: |f| > {EXCESS_FACTOR} |d| + {EXCESS_OFFSET}. Over: points with |f| > {OVER} |d| + "
+        f"{EXCESS_OFFSET}; in brackets, those farther away than delta_1. Largest ratio: of |f| to |d| farther "
+        "away than delta_1.",
+        "- Gradient: 10th, 50th, 90th percentile of |grad f| on the surface.",
+        f"- Chamfer, Hausdorff, components: marching cubes at {options.resolution}^3, 500,000 samples on each side. In "
+        "brackets: the same of the exact distances.",
         "",
         "| shape | seed | mean abs f | angle, degrees | mean error | too large at | over | largest ratio | gradient "
         "| Chamfer, of the floor | Hausdorff | components | of the truth |",

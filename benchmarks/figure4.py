@@ -95,17 +95,17 @@ def main() -> None:
         options.output,
         "# Figure 4: deltas that are too small and too large",
         "",
-        f"Printed by `python benchmarks/figure4.py {options.model.name} --azimuth {options.azimuth:g}`.",
+        f"Printed by `python benchmarks/figure4.py {options.model.name} --azimuth {options.azimuth:g}`. {machine()}.",
         "",
-        f"{machine()}. Levels {', '.join(shape_of(level.network) for level in model.levels)}, deltas "
+        f"Levels {', '.join(shape_of(level.network) for level in model.levels)}, deltas "
         f"{', '.join(f'{level.delta:.4f}' for level in model.levels)} by Eq. 5, all scaled by one factor at rendering; "
         f"{SIDE} x {SIDE}, OSMesa.",
         "",
-        "Holes, red in the pictures: dense marching of the last level with the model's own deltas meets the surface "
-        f"({scene.covered:,} pixels), and the picture shows background. Extra: the reverse, where the ray passes at "
-        "over 1/20 pixel. Single: the paper's one pass of 20 steps of level 1, then 5 of each finer level, steps as "
-        "long as the field; in our shader, which traces the offset at delta / 1.3, and where a ray out of steps hits "
-        "within 1/2 pixel. Ours: the default rounds and steps of `mplicits render`.",
+        f"- Holes (red): dense marching with the model's own deltas meets the surface ({scene.covered:,} pixels), and "
+        "the picture shows background.",
+        "- Extra: the picture shows the shape, and the ray passes at over 1/20 pixel.",
+        "- Single: the paper's one pass, 20 steps of level 1, then 5 of each finer level, by our shader.",
+        "- Ours: `mplicits render --schedule plain`.",
         "",
         "| deltas times | single: holes | extra | mean steps | ours: holes | extra | mean steps |",
         "| ---: |" + " ---: |" * 6,

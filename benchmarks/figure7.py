@@ -120,7 +120,7 @@ def measure(model: Model, pictures: Pictures, resolution: int, page: Page, stem:
         f"{model.parameters():,} parameters, trained on {show(provenance['source']['file'])} for "
         f"{provenance['seconds']:.0f} s of a busy machine: {steps} steps, omega {omegas}.",
         "",
-        "| | MSE, background included | x | excluded | x | covered by both | x |",
+        "| | MSE, all pixels | x | of the reference | x | of both | x |",
         "| --- |" + " ---: |" * 6,
     )
     for name, images in drawn.items():
@@ -154,17 +154,16 @@ def main() -> None:
         options.output,
         "# Figure 7: neural normal mapping",
         "",
-        f"Printed by `python benchmarks/figure7.py {names}{standing} --side {options.side}`.",
+        f"Printed by `python benchmarks/figure7.py {names}{standing} --side {options.side}`. {machine()}.",
         "",
-        f"{machine()}. {options.side} x {options.side}, {options.samples} samples a pixel, OSMesa; Phong, the defaults "
-        f"of `mplicits render`; means over views from azimuths {options.azimuths} degrees, {cameras[0].elevation:g} "
-        f"degrees above. The reference is the last level's marching cubes at {options.resolution}^3 with its own "
-        "normals. MSE: of sRGB in [0, 1], pixels and channels. Excluded: over the pixels that the reference covers. "
-        "Covered by both: what is left when silhouettes do not count. x: the improvement over the coarse row, level 1 "
-        "traced with its own normals, or its mesh.",
+        f"{options.side} x {options.side}, {options.samples} samples a pixel, OSMesa, Phong; means over views from "
+        f"azimuths {options.azimuths} degrees, {cameras[0].elevation:g} degrees above. The reference is the last "
+        f"level's mesh (marching cubes at {options.resolution}^3) with its own normals. MSE: of sRGB in [0, 1]; over "
+        "all pixels, over those that the reference covers, and over those that both cover. x: improvement over level "
+        "1 with its own normals, or over its mesh.",
         "",
-        f"The paper's Figure 7, of other networks: coarse {PAPER[0]}, normal-mapped {PAPER[1]}, "
-        f"{PAPER[0] / PAPER[1]:.1f} times less; it does not say whether the background counts.",
+        f"The paper's Figure 7, with other networks: coarse {PAPER[0]}, normal-mapped {PAPER[1]}, a factor of "
+        f"{PAPER[0] / PAPER[1]:.1f}; it does not say whether the background counts.",
     )
     context = open_osmesa()
     pictures = Pictures(context, options.side, cameras, options.samples)

@@ -1,8 +1,8 @@
 """Compares the schedules of sphere tracing by the work and the time of a frame: writes docs/results/frames.md.
 
-    python benchmarks/frames.py M ... [--side 512] [--drawn N] [--views 10] [--timed 2] [--add] [-o FILE]
+    python benchmarks/frames.py M ... [--side 512] [--drawn N] [--views 10] [--timed 2] [-o FILE]
 
-The multiply-adds of tracing are counted in numpy (field/march.py) on every fourth pixel in each direction;
+The multiply-adds of tracing are counted in numpy (codegen/reference/march.py) on every fourth pixel in each direction;
 those of a picture's gradients and colours, which are the same for all schedules, are not among them. Whole pictures are
 drawn by OSMesa with both schedules, at once and in passes, in turn, and timed. The rays on which these pictures differ
 are marched densely.
@@ -20,15 +20,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dense_view import STOP, Picture, along_surface, lost_and_extra, views
+from mplicits.codegen.ir.lower import lower
+from mplicits.codegen.ir.program import Program
+from mplicits.codegen.reference.cells import Cells
+from mplicits.codegen.reference.dense import dense_march
+from mplicits.codegen.reference.march import NEAR, NEAR_ALONE, march
+from mplicits.codegen.reference.narrow import Grid
+from mplicits.codegen.reference.short_march import STOP as SHORT_STOP
+from mplicits.codegen.reference.short_march import short_march
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.shader import FIRST_LOOKS
 from mplicits.codegen.targets.shadertoy import WIDEST, exact
 from mplicits.codegen.targets.shadertoy_text import spared, step_bound
-from mplicits.field.cells import Cells
-from mplicits.field.march import NEAR, NEAR_ALONE, march
-from mplicits.field.narrow import Grid
-from mplicits.ir.lower import lower
-from mplicits.ir.program import Program
 from mplicits.model.gallery import model_path
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load
@@ -36,9 +39,6 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import open_osmesa
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
-from oracles.dense import dense_march
-from oracles.short_march import STOP as SHORT_STOP
-from oracles.short_march import short_march
 from protocol import Page, machine
 
 THIN = 4
@@ -157,8 +157,8 @@ def judge(program: Program, camera: Camera, pictures: list[Picture], works: list
     return int(hits[0].sum()), float(np.median(pixels[both]))
 
 
-def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int, drawn_side: int) -> None:
-    """Add the row of one model.
+def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int, drawn_side: int) -> str:
+    """Add the row of one model, and return its row of the table of drawn frames.
 
     side: of a picture, pixels; timed: how many cameras have frames drawn and timed, drawn_side pixels a side.
     """
@@ -187,30 +187,29 @@ def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int
             began = time.process_time()
             drawn_by.timed((drawn_side, drawn_side), camera, RenderOptions(schedule=schedule))
             taken.append(time.process_time() - began)
-        data = [RenderOptions(shade="data", schedule=schedule) for schedule in ("plain", "relaxed")]
+        data = [RenderOptions(shading="data", schedule=schedule) for schedule in ("plain", "relaxed")]
         pictures = [renderers[1].render((drawn_side, drawn_side), camera, options) for options in data]
         covered, difference = judge(program, camera, pictures, drawn)
         hits += covered
         apart.append(difference)
     for renderer in renderers:
         renderer.release()
-    drawn_columns = "- | - | - | - | - | -"
-    if timed:
-        ratios = ([old / new for old, new in zip(seconds[0], taken, strict=True)] for taken in seconds[:0:-1])
-        speeds = [f"{statistics.median(each):.2f}" for each in ratios]
-        drawn_columns = (
-            f"{speeds[0]} | {speeds[1]} | {hits:,} | {drawn[0].lost}, {drawn[1].lost} "
-            f"| {drawn[0].extra}, {drawn[1].extra} | {max(apart):.3f}"
-        )
-    name = model.name if drawn_side == side else f"{model.name} ({drawn_side})"
     levels = " > ".join(shape_of(level.network) for level in model.levels)
     evaluations = [", ".join(f"{number / 1000:,.0f}" for number in work.evaluations) for work in counted[:2]]
     saved = [f"1 / {counted[0].multiply_adds / work.multiply_adds:.2f}" for work in counted[1:]]
     losses, extras = (", ".join(str(getattr(work, key)) for work in counted) for key in ("lost", "extra"))
     page.add(
-        f"| {name} | {levels} | {evaluations[0]} | {evaluations[1]} | {saved[0]} | {saved[1]} "
-        f"| {'-' if len(saved) < 3 else saved[2]} | {counted[0].hits:,} | {losses} | {extras} "
-        f"| {finding:.1f} | {drawn_columns} |"
+        f"| {model.name} | {levels} | {evaluations[0]} | {evaluations[1]} | {saved[0]} | {saved[1]} "
+        f"| {'-' if len(saved) < 3 else saved[2]} | {counted[0].hits:,} | {losses} | {extras} | {finding:.1f} |"
+    )
+    if not timed:
+        return ""
+    ratios = ([old / new for old, new in zip(seconds[0], taken, strict=True)] for taken in seconds[:0:-1])
+    speeds = [f"{statistics.median(each):.2f}" for each in ratios]
+    name = model.name if drawn_side == side else f"{model.name} ({drawn_side})"
+    return (
+        f"| {name} | {levels} | {speeds[0]} | {speeds[1]} | {hits:,} | {drawn[0].lost}, {drawn[1].lost} "
+        f"| {drawn[0].extra}, {drawn[1].extra} | {max(apart):.3f} |"
     )
 
 
@@ -222,42 +221,46 @@ def main() -> None:
     parser.add_argument("--views", type=int, default=10, help="cameras around the shape (default 10)")
     parser.add_argument("--timed", type=int, default=2, help="of these, drawn, timed, and marched densely (default 2)")
     parser.add_argument("--drawn", type=int, help="pixels per side of what is drawn and timed (default: --side)")
-    parser.add_argument("--add", action="store_true", help="add rows to the page that is there")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/frames.md"))
     options = parser.parse_args()
-    head = [
+    page = Page(
+        options.output,
         "# The work of a frame",
         "",
-        f"Printed by `benchmarks/frames.py --side {options.side} --views {options.views} --timed {options.timed}`, one "
-        f"call for each model, {machine()}.",
+        f"Printed by `benchmarks/frames.py --side {options.side} --views {options.views} --timed {options.timed}`. "
+        f"{machine()}.",
         "",
-        f"{options.views} views of {options.side} x {options.side}, all levels. Plain: a step is as long as the free "
-        "sphere's radius. Relaxed: `glsl/march.glsl`, `glsl/skip.glsl`. Evaluations of each level, in thousands, on "
-        f"every {THIN}th pixel in each direction; multiply-adds of tracing, without those of gradients and colours, "
-        "which are the same: one for each ray that hits. Gradients that the relaxed schedule evaluates besides, at its "
-        "first looks (`glsl/normals.glsl`), are among them. In one file: with few cells and narrow bands in the text, "
-        "as shaders that stand alone have them. "
-        "Shadertoy: `tests/oracles/short_march.py`, as its text traces, which takes no network wider than 64, with "
-        "a hull around the shape and narrow bands. Of these rays, those that end apart from the plain schedule's were "
-        "marched densely: "
-        "lost and extra by the plain schedule, the relaxed one, in one file, and in Shadertoy, whose rays end within "
-        "0.095 pixel. Cells: "
-        f"seconds to find them. Of {options.timed} views, frames with one sample and their colours were drawn by "
-        "OSMesa, in turn: by the plain schedule in one draw, as all frames were once, and by both schedules in passes "
-        "(frames per second, times those of the first: ratio of the processor's seconds, median), with as many pixels "
-        "a side as stands behind a model's name, or all. The rays on which both schedules' pictures differ were "
-        "marched densely. Lost: dense marching meets a part of the shape that tracing misses, or sees another part "
-        f"behind (where a ray grazes the shape within {STOP:g} pixel, any end is right). Extra: tracing hits, and "
-        f"the ray passes at over {STOP:g} pixel. -: not drawn.",
+        f"{options.views} views of {options.side} x {options.side}, all levels. Evaluations: of each level's network, "
+        f"in thousands, on every {THIN}th pixel in each direction. Multiply-adds: of tracing, as a fraction of the "
+        "plain schedule's. Gradients and colors at the end of a ray are the same and not counted.",
+        "",
+        "- Plain: steps as long as the free sphere. Relaxed: the default, with the grid of cells, over-relaxed steps "
+        "and first looks ([method](../method.md#fewer-evaluations)).",
+        "- In one file: shaders that stand alone, with few cells and narrow bands in their text. Shadertoy: the steps "
+        f"of its text (networks up to {WIDEST} wide).",
+        "- Lost, extra: rays that end apart from the plain schedule's were marched densely. Lost rays miss a part of "
+        f"the shape; extra rays hit although they pass at over {STOP:g} pixel. The four numbers are the four ways. "
+        "Cells: seconds to find them.",
         "",
         "| model | levels | evaluations: plain | relaxed | multiply-adds | in one file | Shadertoy | rays hit | lost "
-        "| extra | cells, s | frames per second, times | plain, in passes | pixels hit | lost: plain, relaxed | extra "
-        "| ends apart, median, pixels |",
-        "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
-    ]
-    page = Page(options.output, *(options.output.read_text().splitlines() if options.add else head))
-    for path in options.models:
-        measure(page, path, options.side, views(options.views), options.timed, options.drawn or options.side)
+        "| extra | cells, s |",
+        "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
+    )
+    cameras, drawn_side = views(options.views), options.drawn or options.side
+    drawn = [measure(page, path, options.side, cameras, options.timed, drawn_side) for path in options.models]
+    if options.timed:
+        page.add(
+            "",
+            "## Drawn",
+            "",
+            f"{options.timed} of the views, {drawn_side} x {drawn_side}. OSMesa, one sample, processor seconds. Times: "
+            "frames per second of the relaxed schedule in passes, divided by those of the plain schedule in one draw.",
+            "",
+            "| model | levels | frames per second, times | plain, in passes | pixels hit | lost: plain, relaxed "
+            "| extra | ends apart, median, pixels |",
+            "|---|---|---:|---:|---:|---:|---:|---:|",
+            *drawn,
+        )
 
 
 if __name__ == "__main__":

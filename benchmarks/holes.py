@@ -68,12 +68,12 @@ def main() -> None:
         options.output,
         "# Holes of multiscale sphere tracing",
         "",
-        f"Printed by `python benchmarks/holes.py {' '.join(path.name for path in options.models)}`: the "
-        "models of `./run demo --train` and of `mplicits train armadillo.ply --levels 64x1,64x2 --seconds 150`. One "
-        "round is the paper's single pass of 20 and 5 steps, here with steps of 0.8.",
+        f"Printed by `python benchmarks/holes.py {' '.join(path.name for path in options.models)}`. {machine()}.",
         "",
-        f"{options.views} views of {options.side} x {options.side}, OSMesa, {machine()}. Holes: dense marching meets "
-        "the surface and we miss it. Extra: we hit, and the ray passes at over 1/20 pixel.",
+        "The models of `./run demo --train` and of `mplicits train armadillo.ply --levels 64x1,64x2 --seconds 150`, "
+        f"{options.views} views of {options.side} x {options.side}, OSMesa. One round is the paper's single pass of "
+        "20 and 5 steps, with steps of 0.8 f. Holes: dense marching meets the surface, tracing misses it. Extra: "
+        "tracing hits, and the ray passes at over 1/20 pixel.",
         "",
         "| model | rounds | holes, of pixels hit | extra (holes and extra, of silhouette pixels) | mean steps |",
         "|---|---:|---:|---:|---:|",

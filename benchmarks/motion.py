@@ -110,11 +110,12 @@ def main() -> None:
         "",
         machine(),
         "",
-        f"`{first.name}` becomes `{second.name}`. A frame is 1/{FRAMES} of the time; Hausdorff distances are between "
+        f"`{first.name}` becomes `{second.name}`. A frame is 1/{FRAMES} of the time; Hausdorff distances lie between "
         f"the vertices of successive frames' surfaces, in radii of the unit sphere (grid of "
-        f"{RESOLUTION}^3 for the model); pieces are connected components of the surface, cavities included.",
+        f"{RESOLUTION}^3 for the model); components count cavities too.",
         "",
-        "| surface | Hausdorff, median | largest | largest / median | frames of more than one piece | most pieces |",
+        "| surface | Hausdorff, median | largest | largest / median | frames of more than one component "
+        "| most components |",
         "| --- |" + " ---: |" * 5,
     )
     grids = [distances(load_shape(str(path), crease=CREASE)[0]) for path in options.meshes]
@@ -125,8 +126,6 @@ def main() -> None:
     apart, pieces = follow(lambda time: extract_model(model, RESOLUTION, cull=True, time=time).mesh)
     page.add(
         row(f"the model, {sizes}", apart, pieces),
-        "",
-        f"Pieces of the model's surface, frame by frame: {' '.join(str(count) for count in pieces)}",
         "",
         f"The model has {model.parameters():,} parameters and took {model.provenance['seconds']:.0f} s.",
         "",

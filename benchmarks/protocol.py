@@ -13,6 +13,7 @@ from mplicits.mesher.extract import extract
 from mplicits.mesher.grid import Grid
 from mplicits.mesher.metrics import SampledSurface, chamfer
 from mplicits.mesher.truth import in_model_space, read_mesh
+from mplicits.model.version import installed_version
 from mplicits.trainer.shapes.shape import Shape
 
 DATA = Path(os.environ.get("MPLICITS_DATA", Path(__file__).parents[2] / "shared" / "data"))
@@ -46,12 +47,12 @@ class Truth:
 
 
 def machine() -> str:
-    """Describe the machine: processor, cores, versions, date."""
+    """Describe what printed a page: version of mplicits, processor, cores, versions of libraries, date."""
     information = Path("/proc/cpuinfo")
     lines = information.read_text().splitlines() if information.exists() else []
     name = next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), "unknown processor")
     versions = f"torch {torch.__version__}, NumPy {np.__version__}"
-    return f"{name}, {os.cpu_count()} cores, {versions}, {datetime.now(UTC):%Y-%m-%d}"
+    return f"mplicits {installed_version()}, {name}, {os.cpu_count()} cores, {versions}, {datetime.now(UTC):%Y-%m-%d}"
 
 
 class Page:

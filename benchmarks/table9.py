@@ -6,8 +6,6 @@ Each way evaluates value and gradient of one network with random weights, omega_
 autograd: torch.autograd.grad, called as in the authors' renderer. Algorithm 1: the paper's Appendix E, one forward pass
 with three tangents that share the values. adjoint: `value_and_gradient` of trainer/networks/network.py. They take turns
 in one process, after each of them was compared with autograd in double precision.
-
-The part of the page from the first "## " on is written by hand, and is kept when the page is written anew.
 """
 
 import argparse
@@ -56,12 +54,10 @@ REST = 0.05
 COLUMNS = ("autograd", "Algorithm 1", "adjoint")
 PAGES = Path(__file__).parents[1] / "docs" / "results"
 SETTINGS = """
-"as they come": all points in one call, PyTorch's own precision of products and number of threads. "each at its best":
-the precision that `mplicits train` sets (here "{precision}", with float32's error all the same), and for every
-contender the fastest of {plans} plans: chunks of points, in one thread a core or one after the other on all cores.
-Algorithm 1 has the adjoint's sines and cosines (NumPy's on a CPU), autograd PyTorch's. The C library is set as for
-training throughout. Ratios are medians over rounds. The paper prints, for 512 x 512 points on its GPU, 1.6 to 2.3 for
-autograd over Algorithm 1.
+- as they come: all points in one call, PyTorch's own precision and threads.
+- each at its best: the precision that `mplicits train` sets (here "{precision}"), and for each contender the fastest of
+  {plans} plans: chunks of points, in one thread per core or one after the other on all cores.
+- Ratios are medians over rounds. The paper prints, on its GPU, 1.6 to 2.3 for autograd over Algorithm 1.
 """
 
 
@@ -219,14 +215,10 @@ def table(bench: Bench, size: tuple[int, int], rounds: int) -> tuple[list[str], 
     mixed["adjoint"] = seconds["each at its best", "adjoint"]
     lines = [line(settings, {name: seconds[settings, name] for name in group}) for settings, group in groups.items()]
     lines.insert(2, line("the adjoint at its best, the others as they come", mixed))
-    plans = "; ".join(
-        f"{settings}: " + ", ".join(f"{name} {plan.chunk} x {plan.workers}" for name, (_, plan) in group.items())
-        for settings, group in list(groups.items())[1:]
-    )
     return lines, [
-        f"- {net}: points a chunk x chunks at a time, {plans}. Largest difference from double precision, relative to "
-        f"the largest value or gradient: {worst:.1e}. By the adjoint's plan, its {2 * size[1]} products in hidden "
-        f"layers alone take {products:.3f} s, its sines and cosines alone {sines:.3f} s.",
+        f"- {net}: largest difference from double precision, relative to the largest value or gradient: {worst:.1e}. "
+        f"By the adjoint's plan, its {2 * size[1]} products in hidden layers alone take {products:.3f} s, its sines "
+        f"and cosines alone {sines:.3f} s.",
     ]
 
 
@@ -262,9 +254,7 @@ def main() -> None:
         print(*rows, *remark, sep="\n", flush=True)
         lines += rows
         remarks += remark
-    before = output.read_text(encoding="utf-8") if output.exists() else ""
-    notes = before[before.find("\n## ") :] if "\n## " in before else ""
-    write_whole(output, "\n".join([*lines, *remarks]) + "\n" + notes)
+    write_whole(output, "\n".join([*lines, *remarks]) + "\n")
 
 
 if __name__ == "__main__":
