@@ -1,4 +1,4 @@
-"""What docs/python.md shows is what happens, and the links of all pages lead somewhere."""
+"""The pages' examples give the stated results, links and paths exist, and the README's table is that of its page."""
 
 import doctest
 import re
@@ -9,25 +9,17 @@ import pytest
 from mplicits.viewer.draw.context import Context
 from support.paths import ROOT
 
-
-def test_the_python_page_s_examples_give_what_it_says(
-    osmesa: Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    flags = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
-    failed, tried = doctest.testfile(str(ROOT / "docs" / "python.md"), module_relative=False, optionflags=flags)
-    assert osmesa.software
-    assert (failed, tried > 15) == (0, True)
-    assert {path.name for path in tmp_path.iterdir()} == {"spot.ply", "spot.frag", "copy.safetensors"}
-
-
 LINK = re.compile(r"\]\(([^)\s#]*)(?:#([^)\s]*))?\)")
 HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
-PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
+PATH = re.compile(r"`((?:[\w.]+/)+[\w.]*)`")
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "model").rglob("*.md")])
+README = (ROOT / "README.md").read_text("utf-8")
+OF_A_USER = ("image/", "mask/", "models/", "out/", "shapes/", "Shaders/")
+"""Folders that pages name and that are not the repository's."""
 
 
 def anchors(page: Path) -> set[str]:
-    """Return what links to a page's headings are called."""
+    """The anchors of a page's headings."""
     headings = HEADING.findall(page.read_text("utf-8"))
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
@@ -40,3 +32,66 @@ def test_links_lead_somewhere(page: Path) -> None:
         place = page.parent / target if target else page
         assert place.exists(), target
         assert not anchor or anchor in anchors(place), f"{target}#{anchor}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_paths_in_the_repository_exist(page: Path) -> None:
+    paths = [path for path in PATH.findall(page.read_text("utf-8")) if not path.startswith(OF_A_USER)]
+    assert not [path for path in paths if not (ROOT / path).exists()]
+
+
+def test_every_page_is_in_the_index() -> None:
+    index = ROOT / "docs" / "README.md"
+    linked = {(index.parent / target).resolve() for target, _ in LINK.findall(index.read_text("utf-8"))}
+    pages = {page for page in (ROOT / "docs").rglob("*.md") if page != index}
+    assert not sorted(page.name for page in pages - linked)
+
+
+def test_the_python_page_s_examples_give_the_stated_results(
+    osmesa: Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    flags = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
+    failed, tried = doctest.testfile(str(ROOT / "docs" / "python.md"), module_relative=False, optionflags=flags)
+    assert osmesa.software
+    assert (failed, tried > 15) == (0, True)
+    assert {path.name for path in tmp_path.iterdir()} == {"spot.ply", "spot.frag", "copy.safetensors"}
+
+
+def test_the_readme_is_short_and_its_example_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (example,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    exec(compile(example.replace('"spot"', '"spot-small"'), "README.md", "exec"), {})
+    assert 0 < float(capsys.readouterr().out.splitlines()[0]) < 1
+    assert {path.name for path in tmp_path.iterdir()} == {"cow.html", "cow.glb"}
+    assert len(example.split("\n\n")[-1].splitlines()) == 4
+    assert len(README.splitlines()) <= 100
+    assert len(re.findall(r"(?<!!)\[[^\]]*\]\(", README)) <= 10
+
+
+def cells(text: str, columns: int) -> list[list[str]]:
+    """The rows of a text's tables that have this number of columns, without their heads."""
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line[:1] == "|"]
+    return [row for row in rows if len(row) == columns and re.match(r"\d", row[0])]
+
+
+def test_the_readme_s_table_is_that_of_its_page() -> None:
+    page = (ROOT / "docs" / "results" / "quality.md").read_text("utf-8")
+    last = [row for row in cells(page, 7) if row[2].startswith("2:")]
+    measured = [(f"{limit} s", float(mean), f"{angle} degrees") for limit, _, _, _, mean, angle, _ in last]
+    section = README[README.index("## How near it comes") : README.index("## What it does not do")]
+    assert [(limit, float(mean), angle) for limit, mean, angle in cells(section, 3)] == measured
+    assert len(measured) == 3
+    (printed,) = re.findall(r"mplicits ([\d.]+), .* (\d{4}-\d\d-\d\d)", page)
+    assert f"mplicits {printed[0]}, {printed[1]}" in section
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs" / "results").glob("*.md")), ids=lambda page: page.stem)
+def test_a_result_page_names_its_script_and_version(page: Path) -> None:
+    text = page.read_text("utf-8")
+    assert re.search(r"mplicits \d+\.\d+\.\d+, .*\d{4}-\d\d-\d\d", text.replace("\n", " "))
+    scripts = re.findall(r"benchmarks/(\w+\.py)", text)
+    assert scripts
+    assert not [name for name in scripts if not (ROOT / "benchmarks" / name).exists()]
