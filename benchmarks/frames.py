@@ -1,8 +1,8 @@
 """Compares the schedules of sphere tracing by the work and the time of a frame: writes docs/results/frames.md.
 
-    python benchmarks/frames.py M ... [--side 512] [--drawn N] [--views 10] [--timed 2] [-o FILE]
+    PYTHONPATH=tests python benchmarks/frames.py M ... [--side 512] [--drawn N] [--views 10] [--timed 2] [-o FILE]
 
-The multiply-adds of tracing are counted in numpy (codegen/reference/march.py) on every fourth pixel in each direction;
+The multiply-adds of tracing are counted in numpy (field/march.py) on every fourth pixel in each direction;
 those of a picture's gradients and colours, which are the same for all schedules, are not among them. Whole pictures are
 drawn by OSMesa with both schedules, at once and in passes, in turn, and timed. The rays on which these pictures differ
 are marched densely.
@@ -20,18 +20,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dense_view import STOP, Picture, along_surface, lost_and_extra, views
-from mplicits.codegen.ir.lower import lower
-from mplicits.codegen.ir.program import Program
-from mplicits.codegen.reference.cells import Cells
-from mplicits.codegen.reference.dense import dense_march
-from mplicits.codegen.reference.march import NEAR, NEAR_ALONE, march
-from mplicits.codegen.reference.narrow import Grid
-from mplicits.codegen.reference.short_march import STOP as SHORT_STOP
-from mplicits.codegen.reference.short_march import short_march
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.shader import FIRST_LOOKS
 from mplicits.codegen.targets.shadertoy import WIDEST, exact
 from mplicits.codegen.targets.shadertoy_text import spared, step_bound
+from mplicits.field.cells import Cells
+from mplicits.field.march import NEAR, NEAR_ALONE, march
+from mplicits.field.narrow import Grid
+from mplicits.ir.lower import lower
+from mplicits.ir.program import Program
 from mplicits.model.gallery import model_path
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load
@@ -39,6 +36,9 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import open_osmesa
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
+from oracles.dense import dense_march
+from oracles.short_march import STOP as SHORT_STOP
+from oracles.short_march import short_march
 from protocol import Page, machine
 
 THIN = 4
@@ -187,7 +187,7 @@ def measure(page: Page, path: Path, side: int, cameras: list[Camera], timed: int
             began = time.process_time()
             drawn_by.timed((drawn_side, drawn_side), camera, RenderOptions(schedule=schedule))
             taken.append(time.process_time() - began)
-        data = [RenderOptions(shading="data", schedule=schedule) for schedule in ("plain", "relaxed")]
+        data = [RenderOptions(shade="data", schedule=schedule) for schedule in ("plain", "relaxed")]
         pictures = [renderers[1].render((drawn_side, drawn_side), camera, options) for options in data]
         covered, difference = judge(program, camera, pictures, drawn)
         hits += covered
