@@ -157,7 +157,7 @@ def _as_printed(table: int) -> list[str]:
     first = "factor" if table == 8 else "weight"
     return [
         "",
-        "As printed in the paper (other hardware, other weights of the other terms):",
+        "In the paper (other weights of the other terms):",
         "",
         f"| {first} | {' | '.join(values)} |",
         "| ---" + " | ---:" * len(values) + " |",
@@ -196,13 +196,12 @@ def main() -> None:
         "# Tables 5 to 8: the loss and the bands",
         "",
         f"Printed by `python benchmarks/ablations.py --levels {options.levels} --steps {options.steps} "
-        f"--seed {options.seed}` on meshes/lucy.ply.",
+        f"--seed {options.seed}` on meshes/lucy.ply. {machine()}.",
         "",
-        f"{machine()}. {options.levels}, {options.steps} steps a level. Medium is level 2, fine level 3. A figure is "
-        f"the mean of abs(f - exact distance) at {POINTS:,} points, the shape's largest radius being 1: on the "
-        "surface, and in the band in which the level is defined at factor 1, the same points for all rows. (n): "
-        "training collapsed n times and was restarted with a lower rate. A row of Table 8 has its factor in the bands "
-        "of all levels before the one measured; the rate of the output layer follows the band's width, as always.",
+        f"{options.levels}, {options.steps} steps a level. Medium is level 2, fine level 3. Figures are means of "
+        f"abs(f - exact distance) at {POINTS:,} points, in radii of the shape: on the surface, and in the level's "
+        "band at factor 1. (n): training collapsed n times and was restarted with a lower rate. A row of Table 8 has "
+        "its factor in all earlier bands.",
     )
     study = Study(shape, options)
     page.add(*_head("Noise", "seed of the residual"), _line(f"{options.seed}", study.usual))

@@ -69,16 +69,15 @@ PICTURE = 200
 """Least height of a picture beside the page, pixels."""
 HEAD = """# From photographs to a shape (Table 10)
 
-Held-out views of NeuS's own network and of ours, after the same processor time ({seconds:g} s, one thread) on the same
-rays: {rays} a step, with {samples} samples each. All widths are 1/{shrink} of the paper's on both sides: NeuS
-{width}x{layers} ({neus:,} parameters of the distance), ours {levels} ({ours:,}); radiance networks {width} wide. PSNR
-over the masks' pixels, mean of the held-out views. Chamfer: squared, of {count:,} samples, unit: radius of the shape;
-two samplings of the mesh itself differ by {floor:.1e}. {judged} of the held-out views are measured.
+Printed by `PYTHONPATH=tests python benchmarks/table10.py {options}`. {machine}.
 
-A step of ours takes {cost:.2f} times the processor time where autograd differentiates it twice, instead of the adjoint
-pass and its derivative that are written out by hand (median of {timed} steps, both levels in use).
+NeuS's own network and ours train for the same processor time ({seconds:g} s, one thread) on the same rays: {rays} a
+step, {samples} samples each. All widths are 1/{shrink} of the paper's: NeuS {width}x{layers} ({neus:,} parameters of
+the distance), ours {levels} ({ours:,}); radiance networks {width} wide. PSNR: mean of {judged} held-out views, over the
+masks. Chamfer: squared, {count:,} samples, in radii of the shape; the floor is {floor:.1e}.
 
-`PYTHONPATH=tests python benchmarks/table10.py {options}` on {machine}.
+With autograd differentiating twice, in place of the adjoint pass, a step of ours takes {cost:.2f} times the processor
+time (median of {timed} steps).
 
 | photographs | network | steps | PSNR, held out | ours to it | Chamfer |
 |---|---|---:|---:|---:|---:|"""

@@ -38,8 +38,8 @@ ROUNDS = 5
 SIZES = (128, 256, 512, 1024)
 """Resolutions of the second table."""
 PRINTED = (
-    "As the paper prints these three columns, on an RTX 5090 and with other networks: Armadillo 4.87, 4.10 and 0.99 s; "
-    "Lucy 4.87, 7.49 and 1.07; dragon 4.88, 7.28 and 1.71. There, culling leaves out the finer levels alone."
+    "The paper's three columns (RTX 5090, other networks; culling skips the finer levels only): Armadillo 4.87, 4.10 "
+    "and 0.99 s; Lucy 4.87, 7.49 and 1.07; dragon 4.88, 7.28 and 1.71."
 )
 
 ALONE = """
@@ -139,10 +139,10 @@ def main() -> None:
         options.output,
         f"# Table 3: marching cubes at {size}^3",
         "",
-        f"Printed by `python benchmarks/table3.py {' '.join(path.name for path in options.models)}`.",
+        f"Printed by `python benchmarks/table3.py {' '.join(path.name for path in options.models)}`. {machine()}.",
         "",
-        f"{machine()}. Dense: all levels at every vertex, one run. Culled: `mplicits mesh`, medians of {ROUNDS}. The "
-        f"SIREN's time is that at {size // 2}^3, times 8.",
+        f"Dense: all levels at every vertex, one run. Culled: `mplicits mesh`, medians of {ROUNDS}. The SIREN's time "
+        f"is 8 times that at {size // 2}^3.",
         "",
         PRINTED,
         "",

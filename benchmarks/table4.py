@@ -72,17 +72,16 @@ def main() -> None:
         options.output,
         "# Table 4: one set-up for ten meshes of Thingi32",
         "",
-        "Printed by `python benchmarks/table4.py`. Chamfer: squared L2, both directions summed, unit "
-        f"sphere, {options.samples:,} samples on each side, marching cubes at {options.resolution}^3; in brackets, of "
-        "the floor, which is that of two samplings of the ground truth. `none`: the training failed, or "
-        "its field has no surface.",
+        f"Printed by `python benchmarks/table4.py --seconds {options.seconds:g}`. {machine()}.",
         "",
-        f"Levels {options.levels}; {options.seconds:g} s of training each, in turn. One SIREN: as many parameters, "
-        f"omega_0 60, our loss and schedule. Residual without bands: omega_0 {omegas}, SIREN's loss on vertices and "
-        "normals. Hash grids: tables of 32,768 entries, 16 to 512 cells along a side over sixteen levels, two hidden "
-        "layers of 64, exact distances.",
-        "",
-        f"{machine()}.",
+        f"- Chamfer: squared L2, both directions summed, unit sphere, {options.samples:,} samples on each side, "
+        f"marching cubes at {options.resolution}^3; in brackets, divided by the floor, which is that of two samplings "
+        "of the truth.",
+        f"- Levels {options.levels}; {options.seconds:g} s of training each, in turn.",
+        "- One SIREN: the same number of parameters, omega_0 60, our loss and schedule.",
+        f"- Residual without bands: omega_0 {omegas}, SIREN's loss on vertices and normals.",
+        "- Hash grid: tables of 32,768 entries, 16 to 512 cells per side over sixteen levels, two hidden layers of 64, "
+        "exact distances.",
         "",
         "| mesh | floor | " + " | ".join(columns) + " |",
         "| --- | ---: |" + " ---: |" * len(columns),

@@ -11,7 +11,6 @@ white in both.
 """
 
 import argparse
-import os
 import tempfile
 import time
 from dataclasses import dataclass
@@ -166,18 +165,14 @@ def main() -> None:
         options.output,
         "# Neural textures against UV-textured meshes",
         "",
-        "Printed by `PYTHONPATH=tests python benchmarks/textures.py`.",
+        f"Printed by `PYTHONPATH=tests python benchmarks/textures.py`. {machine()}; trained on "
+        f"{torch.get_num_threads()} of the cores.",
         "",
-        f"{machine()}; trained on {torch.get_num_threads()} of the cores; load average at the start "
-        f"{os.getloadavg()[0]:.1f}.",
-        "",
-        f"{len(VIEWS)} views, {SIDE} x {SIDE}, unlit. The mesh: pyrender on OSMesa, four samples a pixel. The model: "
-        "sphere tracing of all levels, one sample. Mean squared error, sRGB in [0, 1]: inside, over the mesh's pixels "
-        "(background excluded; a pixel that the model misses is white); whole, over the picture (background included, "
-        "white in both). Level 1: inside, level 1 alone traced, wearing the same texture. Outline: pixels of both over "
-        "pixels of either. The paper gives one number and does not say which. Egg and Earth are surfaces of "
-        "revolution; the images of Egg and Bunny are ours (`benchmarks/textured_shapes.py`): these two rows cannot be "
-        "compared with the paper's.",
+        f"{len(VIEWS)} views, {SIDE} x {SIDE}, unlit. The mesh: pyrender, four samples a pixel. The model: sphere "
+        "tracing, one sample. Mean squared error, sRGB in [0, 1]: inside, over the mesh's pixels; whole, over the "
+        "picture, background white; level 1, inside, level 1 alone with the same texture. Outline IoU: pixels of both "
+        "over pixels of either. The paper gives one number and does not say which. The images of Egg and Bunny are "
+        "ours (`benchmarks/textured_shapes.py`), so these rows cannot be compared with the paper's.",
         "",
         "| shape | levels + texture | parameters | steps | seconds | inside | whole | level 1 | outline IoU | paper | "
         "goal |",

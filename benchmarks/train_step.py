@@ -228,13 +228,13 @@ def main() -> None:
         options.output,
         "# One training step",
         "",
-        'Printed by `python benchmarks/train_step.py`. "The same, own process": the authors\' way with '
-        "PyTorch's default settings in a process of its own; the faster of the two counts.",
+        f"Printed by `python benchmarks/train_step.py`. {on}{protocol.machine()}, {THREADS} threads.",
         "",
-        f"{on}{protocol.machine()}, {THREADS} threads; {options.points} points a step, medians of "
-        f"{options.rounds * TIMED} steps in turn",
+        f"{options.points} points a step, medians of {options.rounds * TIMED} steps in turn. The authors' way "
+        "evaluates earlier levels in each step; it also runs in a process of its own with PyTorch's defaults, and the "
+        "faster of the two counts.",
         "",
-        "| residual | after | ours, ms | autograd, ms | authors' way, ms | the same, own process, ms "
+        "| residual | after | ours, ms | autograd, ms | authors' way, ms | in its own process, ms "
         "| autograd / ours | authors' / ours |",
         "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |",
     )
