@@ -84,14 +84,13 @@ def fully_trained(shape: Shape, chosen: Settings, began: float | None = None) ->
     return Training(shape, chosen, TrainingBar(quiet=True), began, find=loose_pieces).run()
 
 
-def one_siren(shape: Shape, parameters: int, seconds: float, seed: int, depth: int = 2, omega: float = 60.0) -> Model:
-    """Train one network of at most `parameters` weights by our loss and schedule.
+def one_siren(shape: Shape, parameters: int, seconds: float, seed: int) -> Model:
+    """Train one network of two hidden layers and at most `parameters` weights by our loss and schedule.
 
-    Values that exceed the distance weigh no more than others: no other level relies on this network, and on a noisy
-    cloud more weight doubled its Chamfer distance.
+    Values above the distance weigh no more than others, since no other level relies on this network.
     """
-    width = max(n for n in range(4, 1025) if 4 * n + depth * (n * n + n) + n + 1 <= parameters)
-    chosen = Settings(((width, depth),), (omega,), (1,), seconds, False, seed, weights={"excess": 1.0})
+    width = max(n for n in range(4, 1025) if 4 * n + 2 * (n * n + n) + n + 1 <= parameters)
+    chosen = Settings(((width, 2),), (60.0,), (1,), seconds, False, seed, weights={"excess": 1.0})
     return Training(shape, chosen, TrainingBar(quiet=True)).run()
 
 

@@ -2,8 +2,7 @@
 
     python benchmarks/gallery.py [-o docs/gallery.md] [--front | --scene | --pages]
 
-A model's web page is written if it has at most PAGE_MOST bytes; of larger ones, the table has the size. Models that are
-not yet named as the gallery calls them, but after the mesh that they were trained on, are renamed in their files.
+Web pages of at most PAGE_MOST bytes are written. Models that are named after their mesh are renamed as their file.
 """
 
 import argparse
@@ -82,7 +81,7 @@ def draw_front(path: Path, context: Context) -> None:
 
 
 def named(name: str, path: Path) -> Model:
-    """Load a model of the gallery. People read its name on pages and windows, so that of its mesh's file gives way."""
+    """Load a model of the gallery, and rename it as its file if it is named after its mesh."""
     model = load(path)
     if model.name != name:
         model = replace(model, name=name)
@@ -91,7 +90,7 @@ def named(name: str, path: Path) -> Model:
 
 
 def shadertoy(model: Model) -> str:
-    """Return the size of the Shadertoy text in bytes as a cell of the table, or that the model is too wide for it."""
+    """Return the bytes of the Shadertoy text as a cell of the table, or "too wide"."""
     try:
         return f"{len(TARGETS['shadertoy'](model).encode()):,}"
     except UserError:
@@ -99,7 +98,7 @@ def shadertoy(model: Model) -> str:
 
 
 def scene_lines(folder: Path, context: Context | None) -> list[str]:
-    """Draw the moments of the example of a scene, in a context, and return what the page says of it."""
+    """Draw moments of the example scene, if there is a context, and return its section of the page."""
     model = compose(SCENE)
     if context is not None:
         options = RenderOptions(samples=16, background=WHITE, shade="studio")
@@ -109,10 +108,9 @@ def scene_lines(folder: Path, context: Context | None) -> list[str]:
     return [
         "## A scene",
         "",
-        f"`mplicits compose {SCENE}` places models and joins them ([scenes.md](scenes.md)): "
-        f"{len(model.shapes)} models, one of them moving, over a ground; {model.parameters():,} parameters, "
-        f"{len(to_bytes(model)):,} bytes as a model file, {page:,} as a web page, {toy:,} as Shadertoy's text. "
-        f"At t = {', '.join(f'{time:g}' for time in MOMENTS)}:",
+        f"`mplicits compose {SCENE}` ([scenes](scenes.md)): {len(model.shapes)} models, one of them moving, over a "
+        f"ground; {model.parameters():,} parameters, {len(to_bytes(model)):,} bytes as a model file, {page:,} as a "
+        f"web page, {toy:,} for Shadertoy. At t = {', '.join(f'{time:g}' for time in MOMENTS)}:",
         "",
         f"![{model.name}]({folder.name}/{model.name}.png)",
     ]
@@ -122,7 +120,7 @@ def main() -> None:
     """Write the page, the pictures, and the web pages that are small."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--front", action="store_true", help="draw docs/demo.png alone")
-    parser.add_argument("--scene", action="store_true", help="draw the scene alone, and print what the page says of it")
+    parser.add_argument("--scene", action="store_true", help="draw the scene alone, and print its section")
     parser.add_argument("--pages", action="store_true", help="leave the pictures as they are")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/gallery.md"))
     options = parser.parse_args()
@@ -139,16 +137,15 @@ def main() -> None:
         options.output,
         "# Gallery",
         "",
-        "This page is printed by `python benchmarks/gallery.py`. The verbs `view`, `render`, `bake`, `mesh` and `info` "
-        "take the names of these models where a model file is expected:",
+        "`view`, `render`, `bake`, `mesh` and `info` take these names in place of a model file:",
         "",
         *(f"    mplicits {command}" for command in COMMANDS),
         "",
-        "Spot and Bob are by Keenan Crane, CC0. The commands that made the models and the hashes of the meshes "
-        "stand in [model/gallery/README.md](../model/gallery/README.md).",
+        "Spot and Bob are by Keenan Crane, CC0. [model/gallery/README.md](../model/gallery/README.md) has the commands "
+        "that made the models. `python benchmarks/gallery.py` prints this page.",
         "",
         "| name | levels + texture | parameters | model file, bytes | web page | Shadertoy | trained, s | mean abs f | "
-        "mean normal angle, degrees |",
+        "angle, degrees |",
         "| --- | --- |" + " ---: |" * 7,
     )
     paths = {name: gallery.model_path(name) for name in gallery.names()}
@@ -168,21 +165,20 @@ def main() -> None:
         )
     page.add(
         "",
-        "The seconds are those of the training that made the file. The columns `web page` and `Shadertoy` are the "
-        "bytes of what `bake` writes.",
+        "Columns `web page` and `Shadertoy`: bytes of the output of `bake`. Mean abs f in radii of the shape.",
         "",
-        "These pages can be saved and opened in a browser, without a network: "
+        "Pages to save and open in a browser, without a network: "
         + ", ".join(f"[{name}.html]({folder.name}/{name}.html)" for name in pages)
         + ".",
         "",
-        f"The pictures show, from left to right: {'; '.join(panels(1))}. A coarse level wears the texture of the "
-        "finest (the paper's Fig. 9), so colours stay where they are from the second picture to the third.",
+        f"From left to right: {'; '.join(panels(1))}. A coarse level wears the finest level's texture (the paper's "
+        "Fig. 9).",
         "",
     )
     for name, model in models.items():
         if context is not None:
             save_png(folder / f"{name}.png", strip(model, context, SIDE, panels(len(model.levels)).values()), name)
-        page.add(f"![{name}]({folder.name}/{name}.png)", "", f"{name}", "")
+        page.add(f"{name}:", "", f"![{name}]({folder.name}/{name}.png)", "")
     page.add(*scene_lines(folder, context))
     if context is not None:
         draw_front(front, context)

@@ -3,8 +3,8 @@
 The weights of a few neurons are rounded at a time, one after the other. Each rounding moves the weights of these
 neurons that are still free to where they undo most of its effect on the network's output: with the matrix H of the
 squared error's second derivatives, as in Optimal Brain Surgeon (Hassibi and Stork 1993) and GPTQ (Frantar et al. 2022).
-Then the output is computed anew, so that the next neurons begin by making up for what is left. What it gains is
-measured in docs/results/rounding.md.
+Then the output is computed anew, so that the next neurons begin by making up for what is left. docs/lessons.md says
+how much this gains.
 """
 
 from dataclasses import dataclass

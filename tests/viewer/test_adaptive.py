@@ -92,7 +92,7 @@ def test_samples_at_places_are_those_of_the_tile(renderer: Renderer) -> None:
 def test_sixteen_along_the_edges_are_better_than_four_everywhere_and_fewer(
     renderer: Renderer, options: RenderOptions
 ) -> None:
-    """Nearly every pixel of so small a picture is at an edge; benchmarks/samples.py looks at larger ones."""
+    """Nearly every pixel of so small a picture is at an edge."""
     everywhere = renderer.render(SIZE, Camera(), replace(options, uniform=True))
     adaptive = renderer.render(SIZE, Camera(), options)
     four = renderer.render(SIZE, Camera(), replace(options, uniform=True, samples=4))

@@ -110,7 +110,7 @@ export class Variants {
     }
 
     // Draws a first pixel, where drivers do most of their compiling, and records how long the variant took until then
-    // as a measure of the browser's (benchmarks/page.py reads it).
+    // as a measure of the browser's performance timeline.
     async warm(variant) {
         const {painter, scene} = this;
         const coarse = asked(scene, {level: 1, normalLevel: 1, shading: "studio"}); // which has all passes
