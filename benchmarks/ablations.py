@@ -1,12 +1,11 @@
-"""Measure what loss weights and bands do to a residual, on Lucy (Tables 5 to 8); writes docs/results/ablations.md.
+"""Measures how loss weights and bands change a residual (Tables 5 to 8): writes docs/results/ablations.md.
 
     python benchmarks/ablations.py [--levels 32x1,32x2,64x2] [--steps 1500] [--multiples 0,0.1,1,10,100]
         [--factors 1.01,1.3,2,5] [--data FOLDER] [-o docs/results/ablations.md]
 
-Each row changes one number and trains two networks. Medium is level 2, on the level 1 that all rows share. Fine is
-level 3, on the level 2 that all rows of Tables 5 to 7 share; a row of Table 8 has trained its own, in a band of its
-factor. The factor is no option of `train`: it scales the bands of the levels before in the model that training goes on
-with.
+Each row changes one number and trains two networks. Medium is level 2; all rows share its level 1. Fine is level 3;
+rows of Tables 5 to 7 share its level 2, and rows of Table 8 train their own. The factor is no option of `train`: it
+scales the earlier bands in the model that training continues.
 """
 
 import argparse
@@ -35,7 +34,7 @@ POINTS = 100_000
 USUAL = 1 + EPSILON
 """Our delta / max |f|."""
 SEEDS = 3
-"""Trainings that show the noise."""
+"""Number of trainings that show the noise."""
 TABLES = {
     5: ("Eikonal (gradient) constraint", ("eikonal",)),
     6: ("normal constraint", ("normal",)),
@@ -70,7 +69,7 @@ AS_PRINTED = {
 
 
 class Study:
-    """The levels that rows share, the points that all are measured at, and the training of a row."""
+    """The shared levels, the points of measurement, and the training of a row."""
 
     def __init__(self, shape: Shape, options: argparse.Namespace) -> None:
         self._shape, self._steps, self._seed = shape, options.steps, options.seed

@@ -38,7 +38,7 @@ from protocol import DATA, Page, Truth, machine
 
 SHAPES = {"armadillo": "meshes/armadillo.ply", "spot": "textured/spot.obj"}
 PLAIN = (("16x2", 2), ("32x2", 2), ("64x1", 2), ("64x2", 2))
-"""Levels, and decimals of their weights."""
+"""Levels, and decimals of weights."""
 PACKED = ("24x2", "16x1,16x2", PRESETS["tiny"].levels, "24x1,32x2", PRESETS["small"].levels)
 TO_BEAT = (
     "Other generators on Armadillo, measured earlier with the same number of samples: Blackle's, 16x2, two decimals: "
@@ -53,7 +53,7 @@ MAIN = "out vec4 c; void main() { if (iResolution.x < 0.) discard; mainImage(c, 
 
 
 def picture(context: Context, text: str) -> NDArray[np.float64]:
-    """Draw a Shadertoy text as it opens. Returns (SIDE, SIDE, 3), whole numbers from 0 to 255."""
+    """Draw the first picture of a Shadertoy text. Returns (SIDE, SIDE, 3), whole numbers from 0 to 255."""
     with context as gl:
         program = gl.program(vertex_shader=VERTEX_SHADER, fragment_shader="#version 330\n" + INPUTS + text + MAIN)
         program["iResolution"] = SIDE, SIDE, 1

@@ -1,4 +1,4 @@
-"""Ways to train a neural SDF of a mesh in a given number of seconds, which the tables of the scripts beside compare.
+"""Ways to train a neural SDF of a mesh in a number of seconds, for the tables that compare them.
 
 All of them run on the CPU, in one process, with the settings of `trainer.machine`. `paper` and `unnested` see only the
 mesh's vertices with normals, as in the paper; the others see exact distances as well.
@@ -32,11 +32,11 @@ BATCH = 8192
 RATE = 1e-4
 """Rate of Adam in SIREN and in the paper's release; our trainer has its own schedule."""
 EVERYWHERE = 1e3
-"""A half width that makes the whole domain a band."""
+"""A delta that makes the whole domain a band."""
 POOL = 200_000
 """Samples on the surface, and as many off it."""
 AROUND = 8
-"""Samples of the surface that a vertex's normal is the mean of."""
+"""Surface samples whose mean normal is a vertex's normal."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +44,11 @@ class Trained:
     """The result of a contender."""
 
     name: str
-    """As it stands in the table."""
+    """In the table."""
     parameters: int
     """Number of weights and biases."""
     seconds: float
-    """Time of the training."""
+    """Of training."""
     steps: tuple[int, ...]
     """Optimiser steps of each network."""
     field: Callable[[float], Field]
@@ -77,9 +77,9 @@ def ours(shape: Shape, networks: str, seconds: float, seed: int) -> Model:
 
 
 def fully_trained(shape: Shape, chosen: Settings, began: float | None = None) -> Model:
-    """Train as `mplicits train` does, with a last look at loose pieces.
+    """Train as `mplicits train` does, with the final cleanup.
 
-    began: the value of time.perf_counter() from which on the seconds of `chosen` count; None: now.
+    began: time.perf_counter() at which the seconds of `chosen` start; None: now.
     """
     return Training(shape, chosen, TrainingBar(quiet=True), began, find=loose_pieces).run()
 
@@ -116,8 +116,8 @@ class Siren:
 Loss = Callable[[Tensor, Tensor, Tensor, Tensor], Tensor]
 """(f, distance, cosine of gradient and normal, norms of the gradient) -> loss.
 
-f, distance and norms are those on the surface, then at as many points around it; the cosine is that on the surface.
-A distance of NaN is not known.
+f, distance and norms: at points of the surface, then at as many points around it. cosine: at points of the surface.
+A distance of NaN is unknown.
 """
 
 
@@ -138,9 +138,8 @@ def siren_loss(f: Tensor, distance: Tensor, cosine: Tensor, norms: Tensor) -> Te
 def paper(shape: Shape, networks: str, omegas: tuple[float, ...], seconds: float, seed: int) -> tuple[Model, list[int]]:
     """Train by the paper's recipe: vertices and normals, Eq. 4, adaptive nested bands, autograd, all levels each step.
 
-    Returns the model, and the steps of each network. Level 1 learns the distance to the nearest vertex all over the
-    domain, too: by Eq. 4 alone, whose Eikonal term does not mind surfaces that are nowhere near the cloud, it ended
-    with a Chamfer distance of 0.27.
+    Returns the model, and the steps of each network. Level 1 also learns the distance to the nearest vertex in the
+    whole domain: the Eikonal term of Eq. 4 allows surfaces far from the cloud, and the Chamfer distance was 0.27.
     """
     return _trained(shape, networks, omegas, seconds, seed, eq4, nested=True)
 
@@ -160,8 +159,7 @@ def _trained(
 ) -> tuple[Model, list[int]]:
     """Train the networks one after another, each for an equal share of the seconds.
 
-    nested: in the bands of the levels before, not in the whole domain. Returns the model, and the steps of each
-    network.
+    nested: in the earlier bands, not in the whole domain. Returns the model, and the steps of each network.
     """
     began = time.perf_counter()
     sizes = settings.networks(networks)
@@ -215,9 +213,9 @@ def _cloud(shape: Shape) -> SurfacePoints:
 def _batches(
     cloud: SurfacePoints, done: list[Weights], deltas: list[float], rng: np.random.Generator
 ) -> Iterator[tuple[Tensor, Tensor, Tensor]]:
-    """Draw batches without end: points on the surface, then as many around it; normals of the first; distances or NaN.
+    """Draw endless batches: points on the surface, then as many around it; normals of the surface points; distances.
 
-    done: the levels before. deltas: the half widths of their bands; empty: the whole domain.
+    done: earlier levels. deltas: of their bands; empty: the whole domain. Unknown distances are NaN.
     """
     half, tree = BATCH // 2, cKDTree(cloud.points)
     rounds = -(-POOL // len(cloud.points))  # each vertex as often as the others

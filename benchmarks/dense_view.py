@@ -1,4 +1,4 @@
-"""A model as dense marching sees it, which pictures by sphere tracing are compared with. Imported by other scripts."""
+"""Dense marching of a model, the truth for pictures by sphere tracing. Imported by other scripts."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ STOP = 0.05
 """Pixels: a ray that passes the surface closer than this may count as a hit or not (glsl/march.glsl)."""
 
 STRETCH = 32
-"""Points at which a stretch of a ray is looked at."""
+"""Points of a stretch of a ray that are evaluated."""
 
 ELEVATIONS = (20, -25, 50, 0)
 """Of the views around a model, in turn, degrees."""
@@ -29,10 +29,10 @@ def views(count: int) -> list[Camera]:
 def lost_and_extra(
     rays: NDArray[np.float32], closest: NDArray[np.float32], farthest: NDArray[np.floating], stop: float = STOP
 ) -> tuple[int, int]:
-    """Count the rays that tracing loses, and those that it hits although they pass at over `stop` pixels.
+    """Count lost rays, and extra rays: hits of tracing that pass the surface at over `stop` pixels.
 
-    rays: (N, 4), of a Picture. closest: (N,) pixels, of dense marching. farthest: (N,) distance along the ray beyond
-    which a hit is of another part of the shape than the one that dense marching meets.
+    rays: (N, 4), of a Picture. closest: (N,) pixels, of dense marching. farthest: (N,) distance along the ray; a hit
+    beyond it is on another part of the shape.
     """
     hit = rays[:, 3] > 0.5
     lost = (closest == 0) & (~hit | (rays[:, 0] > farthest))

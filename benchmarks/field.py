@@ -1,10 +1,10 @@
-"""Measure how far trained fields are from a distance, and whether they have loose pieces of surface; writes a page.
+"""Measures the errors of trained fields, and their loose components: writes docs/results/field.md.
 
     python benchmarks/field.py [FILE...] [--levels 64x1,64x2] [--seconds 60 | --steps 1000,2200] [--seeds 0,1,2]
         [--keep FOLDER] [--further] [-o docs/results/field.md]
 
-FILE: meshes; by default those of meshes/ and thingi32/ in the data's folder. Seconds and steps are those of
-`mplicits train`; steps do not depend on what else the machine does.
+FILE: meshes; default: meshes/ and thingi32/ in the data folder. Steps, unlike seconds, do not depend on the machine's
+load.
 """
 
 import argparse
@@ -36,7 +36,7 @@ BALL_POINTS = 1_000_000
 GRADIENT_POINTS = 100_000
 """Points of the surface at which |grad f| is measured."""
 OVER = 1.3
-"""|f| is to be at most this many times the distance, and EXCESS_OFFSET more."""
+"""|f| should be at most this multiple of the distance, plus EXCESS_OFFSET."""
 
 
 class ExactField:
@@ -59,7 +59,7 @@ class ExactField:
 
 @dataclass(frozen=True)
 class InBall:
-    """How far a field is from the distance, in the unit ball."""
+    """Errors of a field in the unit ball."""
 
     error: float
     """Mean |f - d|."""
@@ -68,9 +68,9 @@ class InBall:
     over: int
     """Points where |f| > OVER |d| + EXCESS_OFFSET."""
     over_outside: int
-    """Those of them that are farther from the surface than level 1's half width."""
+    """Of these points, the ones farther from the surface than delta_1."""
     ratio: float
-    """The largest |f| / |d| farther away than that."""
+    """The largest |f| / |d| farther from the surface than delta_1."""
 
 
 def in_ball(model: Model, shape: Shape) -> InBall:
@@ -91,7 +91,7 @@ def in_ball(model: Model, shape: Shape) -> InBall:
 
 
 def exact(path: Path, options: argparse.Namespace) -> Figures:
-    """Compare the mesh that exact distances give with the truth: no field can be told to be nearer than this."""
+    """Compare the mesh of exact distances with the truth: the best that any field can reach on this grid."""
     shape, _ = load_shape(str(path))
     return compare(
         extract(ExactField(shape), options.resolution), in_model_space(read_mesh(path), shape.centre, shape.scale)
@@ -102,8 +102,8 @@ def row(path: Path, seed: int, of_exact: Figures, options: argparse.Namespace) -
     """Train a shape and return its row of the table."""
     began = time.perf_counter()
     shape, _ = load_shape(str(path))
-    asked = training_settings(options.levels, options.steps, None if options.steps else options.seconds, seed)
-    model = fully_trained(shape, asked, began)
+    chosen = training_settings(options.levels, options.steps, None if options.steps else options.seconds, seed)
+    model = fully_trained(shape, chosen, began)
     if options.keep:
         save(model, options.keep / f"{path.stem}-{seed}.safetensors")
     truth = in_model_space(read_mesh(path), *model.place)
@@ -122,7 +122,7 @@ def row(path: Path, seed: int, of_exact: Figures, options: argparse.Namespace) -
 
 def main() -> None:
     """Train and measure every shape with every seed."""
-    parser = argparse.ArgumentParser(description="the field as a distance, and loose pieces")
+    parser = argparse.ArgumentParser(description="the field as a distance, and loose components")
     parser.add_argument("files", nargs="*", type=Path, metavar="FILE")
     parser.add_argument("--levels", default="64x1,64x2", metavar="NxD,..")
     parser.add_argument("--seconds", type=float, default=60.0, metavar="S")

@@ -2,10 +2,9 @@
 
     python benchmarks/figure4.py armadillo.safetensors [--azimuth 210] [-o docs/results/figure4.md]
 
-All bands are scaled by one factor at rendering. A hole is a pixel that is drawn as background although dense marching
-with the model's own deltas finds that its ray meets the last level's surface; the pictures show holes in red. "single"
-is the paper's one pass of 20 steps of level 1 and then 5 of each finer level, each as long as the field's value;
-"ours" has the defaults of `mplicits render --schedule plain`.
+Rendering scales all bands by one factor. A hole is a background pixel whose ray meets the last level's surface by dense
+marching with the model's own deltas; pictures show holes in red. "single" is the paper's one pass: 20 steps of level 1,
+then 5 of each finer level, each as long as the field's value. "ours" is `mplicits render --schedule plain`.
 """
 
 import argparse
@@ -32,7 +31,7 @@ SIDE = 320
 SCALES = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Factors on the deltas, one row of the table each."""
 PICTURED = {0.2: "too small", 1.0: "Eq. 5", 4.0: "too large"}
-"""Factor -> heading, of the factors whose pictures are written."""
+"""Factor -> heading of its picture."""
 RED = (0.9, 0.05, 0.05)
 """Colour of a hole, sRGB."""
 MARCHES = {
@@ -41,7 +40,7 @@ MARCHES = {
     ),
     "ours": RenderOptions(schedule="plain"),
 }
-"""Name in the table -> how the rays are traced: in whole steps, or in those of a file without bounds."""
+"""Name in the table -> how rays are traced: by full steps, or by the steps of a file without bounds."""
 
 
 @dataclass(frozen=True)
@@ -49,15 +48,15 @@ class Comparison:
     """A picture by sphere tracing, compared with dense marching."""
 
     holes: NDArray[np.bool_]
-    """(SIDE, SIDE): pixels that are missed although their rays meet the surface."""
+    """(SIDE, SIDE): background pixels whose rays meet the surface."""
     extra: int
-    """Pixels that are hit although their rays pass the surface by."""
+    """Pixels of the shape whose rays miss the surface."""
     steps: float
     """Mean number of steps of the rays that take any."""
 
 
 class Scene:
-    """A model before a camera, drawn by sphere tracing and by dense marching."""
+    """A model and a camera, for sphere tracing and dense marching."""
 
     def __init__(self, model: Model, camera: Camera) -> None:
         self._camera, self._renderer = camera, Renderer(open_osmesa(), bake(model))
@@ -65,7 +64,7 @@ class Scene:
         self.covered = int((self._closest == 0).sum())
 
     def compare(self, options: RenderOptions) -> Comparison:
-        """Draw with these options and compare the hits with those of dense marching."""
+        """Draw with these options, and compare hits with dense marching."""
         data = self._renderer.render((SIDE, SIDE), self._camera, replace(options, shade="data"))
         hit, steps = data[..., 3] > 0.5, data[..., 1]
         return Comparison(

@@ -50,7 +50,7 @@ class Pictures:
         return [renderer.render(self._size, camera, options) for camera in self._cameras]
 
     def of_mesh(self, model: Model, level: int, resolution: int, own: bool) -> list[Image]:
-        """Rasterise a level's mesh by marching cubes, with its `own` normals or else with those of the last level."""
+        """Rasterize a level's mesh by marching cubes, with its `own` normals or the last level's."""
         mesh = extract_model(up_to(model, level), resolution).mesh
         assert mesh.normals is not None
         triangles = Triangles(mesh.vertices, mesh.normals, mesh.faces.astype(np.int32))
@@ -82,7 +82,7 @@ def upright(model: Model) -> Model:
 def errors(images: list[Image], truth: list[Image]) -> tuple[float, float, float]:
     """Return the MSE of three sets of pixels.
 
-    The sets are all pixels, those that the reference `truth` covers, and those that both pictures cover fully.
+    The sets are: all pixels; pixels of the reference `truth`; pixels that both pictures cover fully.
     """
     squares = [((ours - theirs)[..., :3] ** 2).mean(axis=-1) for ours, theirs in zip(images, truth, strict=True)]
 

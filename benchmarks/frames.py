@@ -2,10 +2,9 @@
 
     PYTHONPATH=tests python benchmarks/frames.py M ... [--side 512] [--drawn N] [--views 10] [--timed 2] [-o FILE]
 
-The multiply-adds of tracing are counted in numpy (field/march.py) on every fourth pixel in each direction;
-those of a picture's gradients and colours, which are the same for all schedules, are not among them. Whole pictures are
-drawn by OSMesa with both schedules, at once and in passes, in turn, and timed. The rays on which these pictures differ
-are marched densely.
+Multiply-adds of tracing are counted in NumPy (field/march.py) on every fourth pixel in each direction. Gradients and
+colors at the end of a ray cost the same in all schedules and are not counted. OSMesa draws and times whole pictures
+with both schedules, at once and in passes, in turn. Rays on which pictures differ are marched densely.
 """
 
 import argparse
@@ -42,31 +41,31 @@ from oracles.short_march import short_march
 from protocol import Page, machine
 
 THIN = 4
-"""Of the pixels, every so many in each direction are counted."""
+"""Every N-th pixel in each direction is counted."""
 APART = 0.25
-"""Pixels along a ray by which the ends of two schedules differ enough to be checked by dense marching."""
+"""Pixels along a ray: if the ends of two schedules are farther apart, dense marching checks the ray."""
 BEHIND = 1.0
-"""Pixels behind the end of dense marching from which on a hit is of another part of the shape."""
+"""Pixels behind the end of dense marching: a hit farther behind is on another part of the shape."""
 WAYS = ((0, "plain"), (1, "plain"), (1, "relaxed"))
 """How frames are drawn: at once (0) or in passes (1), by which schedule."""
 
 
 @dataclass
 class Work:
-    """What tracing all views by one schedule takes."""
+    """The work of tracing all views by one schedule."""
 
     multiply_adds: float = 0.0
-    """Of the rays that were counted."""
+    """Of the counted rays."""
     evaluations: NDArray[np.float64] = field(default_factory=lambda: np.zeros(1))
     """Of each level's network."""
     lost: int = 0
-    """Rays that miss, or end behind, what dense marching meets."""
+    """Rays that miss the surface that dense marching meets, or end behind it."""
     extra: int = 0
     """Rays that hit although dense marching passes at over STOP pixels."""
     stop: float = STOP
     """Pixels to the surface within which a ray may end."""
     hits: int = 0
-    """Rays that hit, of those that were counted."""
+    """Counted rays that hit."""
 
     def judge(
         self,
@@ -77,7 +76,7 @@ class Work:
         dense: tuple[NDArray[np.float32], NDArray[np.float32]],
         footprint: float,
     ) -> None:
-        """Add rays (N, 4), of a Picture, that are lost or extra by how near dense marching came, and where it ended."""
+        """Count lost and extra rays. rays: (N, 4), of a Picture; dense: closest approach and end by dense marching."""
         closest, end = dense
         same = along_surface(program, eye, directions, (end, rays[:, 0]), footprint)
         lost, extra = lost_and_extra(rays, closest, np.where(same, np.inf, end * (1 + BEHIND * footprint)), self.stop)
@@ -120,9 +119,9 @@ def ways_of(program: Program, model: Model, cells: Cells) -> list[Way]:
 
 
 def count(program: Program, camera: Camera, side: int, ways: Sequence[Way], works: Sequence[Work]) -> None:
-    """Add what tracing a view takes by each way, and what it loses, to the ways' works.
+    """Add the work of tracing a view by each way, and its lost and extra rays.
 
-    The first way is what the ends of the others are compared with; where they differ, dense marching decides.
+    The ends of rays are compared with those of the first way; where they differ, dense marching decides.
     """
     eye, directions, footprint = camera.rays(side, side)
     rays = directions[::THIN, ::THIN].reshape(-1, 3)
@@ -141,7 +140,7 @@ def count(program: Program, camera: Camera, side: int, ways: Sequence[Way], work
 
 
 def judge(program: Program, camera: Camera, pictures: list[Picture], works: list[Work]) -> tuple[int, float]:
-    """Add what each schedule's picture loses to its work, by dense marching of the rays on which they differ.
+    """Count lost and extra rays of each schedule's picture, by dense marching of the rays on which pictures differ.
 
     Returns how many pixels the first picture hits, and the median distance between the ends of rays, in pixels.
     """
@@ -220,7 +219,7 @@ def main() -> None:
     parser.add_argument("--side", type=int, default=512, help="pixels per side (default 512)")
     parser.add_argument("--views", type=int, default=10, help="cameras around the shape (default 10)")
     parser.add_argument("--timed", type=int, default=2, help="of these, drawn, timed, and marched densely (default 2)")
-    parser.add_argument("--drawn", type=int, help="pixels per side of what is drawn and timed (default: --side)")
+    parser.add_argument("--drawn", type=int, help="pixels per side of drawn and timed pictures (default: --side)")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/frames.md"))
     options = parser.parse_args()
     page = Page(

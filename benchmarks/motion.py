@@ -2,9 +2,8 @@
 
     python benchmarks/motion.py MODEL A.obj B.obj --static A.safetensors B.safetensors [-o docs/results/motion.md]
 
-MODEL is what `morph A.obj B.obj` made, the static models are trained on A and B alone. First the surfaces that the
-model was trained on: how steadily they move by the blend of both distances, and by the arrival times of
-trainer/shapes/between.py. Then the model itself.
+MODEL is the result of `morph A.obj B.obj`; the static models are trained on A and on B. The first rows are the surfaces
+in between, by the blend of both distances and by arrival times (trainer/shapes/between.py). The last row is the model.
 """
 
 import argparse
@@ -29,17 +28,17 @@ from mplicits.trainer.shapes.load import load_shape
 from protocol import Page, machine
 
 FRAMES = 60
-"""Steps in time that the surface is followed in."""
+"""Steps in time."""
 RESOLUTION, FINE = 80, 192
-"""Of the grids that surfaces are extracted on: of the frames, and of what Chamfer distances are measured of."""
+"""Grids of the frames' surfaces, and of surfaces whose Chamfer distances are measured."""
 SAMPLES = 100_000
-"""Points of each surface whose Chamfer distance is measured."""
+"""Points of each surface, for Chamfer distances."""
 BAND_POINTS = 40_000
-"""Points, at random times, that |grad f| is measured at."""
+"""Points, at random times, for |grad f|."""
 
 
 def follow(surface_at: Callable[[float], Mesh]) -> tuple[list[float], list[int]]:
-    """Follow a surface through time. Returns the Hausdorff distances of successive frames, and the frames' pieces."""
+    """Follow a surface through time. Returns Hausdorff distances of successive frames, and each frame's components."""
     apart, pieces = [], []
     before: tuple[Mesh, cKDTree] | None = None
     for k in range(FRAMES + 1):

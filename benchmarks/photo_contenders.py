@@ -1,7 +1,7 @@
-"""What Table 10 compares: NeuS's own network and optimisation, and ours, each with a step to take.
+"""The contenders of Table 10: NeuS's own network and optimization, and ours.
 
-NeuS's differentiates its gradient by autograd. Ours has the adjoint pass and its derivative written out by hand;
-`TwiceDifferentiated` is the same without these, to time what they save.
+NeuS's differentiates its gradient by autograd. Ours has the adjoint pass and its derivative written by hand;
+`TwiceDifferentiated` uses autograd instead, to time the difference.
 """
 
 import statistics
@@ -28,13 +28,13 @@ DELTAS = (0.08,)
 NEUS_RATE, WARM_UP = 5e-4, 5000 / 300_000
 """Rate, and the share of the schedule in which it rises (NeuS's wmask.conf)."""
 NEUS_FACTORS = Factors(eikonal=0.1, mask=0.1)
-"""Its weights of the terms of the loss, likewise."""
+"""Weights of the terms of its loss (NeuS's wmask.conf)."""
 STEPS = 9
-"""That are timed to compare two ways to differentiate."""
+"""Timed steps, to compare two ways to differentiate."""
 
 
 class Contender(Protocol):
-    """Something that learns a scene."""
+    """A way to train a scene."""
 
     def step(self, share: float) -> float:
         """Take a step at a share of the schedule, and return the loss."""
@@ -64,7 +64,7 @@ class NeusLearner:
 
 
 class TwiceDifferentiated(MultiscaleScene):
-    """Ours, with the gradient by autograd and the loss differentiated through it: what the hand-written way saves."""
+    """Ours, with the gradient by autograd and the loss differentiated through it."""
 
     def evaluate(self, points: Tensor) -> tuple[Tensor, Tensor, Shade]:
         """Evaluate level 1 everywhere and the residual in its band, with a graph of everything."""
@@ -106,17 +106,17 @@ class NeusField:
         self._scene = scene
 
     def value(self, points: Array) -> Array:
-        """Evaluate it; outside the unit ball, where nothing was learnt, at least by the ball's distance."""
+        """Evaluate it; outside the unit ball, where nothing was trained, at least the ball's distance."""
         f = self._scene.guide(torch.from_numpy(points)).numpy()
         return np.asarray(np.maximum(f, np.linalg.norm(points, axis=1) - 1), np.float32)
 
     def clearance(self, points: Array) -> Array:
-        """Return 0: nothing is known."""
+        """Return 0: no bound is known."""
         return np.zeros(len(points), np.float32)
 
 
 def learn(contender: Contender, seconds: float, clock: Callable[[], float] = time.process_time) -> int:
-    """Learn for some seconds of a clock, by default processor time; return the steps."""
+    """Train for some seconds of a clock, by default processor time; return the steps."""
     began, steps = clock(), 0
     while (share := (clock() - began) / seconds) < 1:
         contender.step(share)
@@ -125,7 +125,7 @@ def learn(contender: Contender, seconds: float, clock: Callable[[], float] = tim
 
 
 def cost_of_a_step(scene: MultiscaleScene, rays: Rays, count: int) -> float:
-    """Measure the processor time of a step of a new scene with all its levels, in seconds: the median of some."""
+    """Measure the processor seconds of a step of a new scene with all its levels: the median of STEPS."""
     scene.become_sphere(SEED)
     learner, times = Learner(scene, rays, count, 0.0, SEED), []
     for _ in range(STEPS):

@@ -2,12 +2,10 @@
 
     PYTHONPATH=tests python benchmarks/table10.py [--scan] [--seconds 150] [--shrink 4] [-o docs/results/table10.md]
 
-Both learn from the same rays of the same photographs, drawn in the same order, with the same samples on a ray, for the
-same processor time; what differs is the distance's network, how its gradient is differentiated, what guides the
-samples, the rates, the bound on the sharpness, and the weights of the loss, which are NeuS's own for its network. That
-has its own schedule, too (5e-4, a warm-up, a cosine down to a twentieth), and once more four times the rate, since so
-few steps are taken. Sets: DTU's scan 24, and Spot drawn by pyrender from 24 sides and 6 more. Held-out views are
-rendered by volume rendering; PSNR is over the masks' pixels.
+Both train on the same rays, in the same order, with the same samples on a ray, for the same processor time. NeuS's
+network has its own loss weights and schedule (5e-4, a warm-up, a cosine down to a twentieth), and in another row four
+times the rate, since the run is short. Sets: DTU's scan 24, and Spot drawn by pyrender from 24 sides and 6 more.
+Held-out views are volume rendered; PSNR is over the masks' pixels.
 """
 
 import argparse
@@ -60,13 +58,13 @@ LEVELS = ((128, 4), (256, 5))
 """The paper's."""
 OMEGAS = (15.0, 30.0)
 FACTOR = 4.0
-"""On NeuS's rate in its second row."""
+"""On NeuS's rate, in its second row."""
 SCAN_SIZE = (1600, 1200)
-"""Of the pictures that the cameras of scan 24 are for."""
+"""Picture size that the cameras of scan 24 refer to."""
 RESOLUTION, SAMPLES = 64, 200_000
-"""Cells along a side of the meshes that the Chamfer distance is of, and samples."""
+"""For Chamfer distances: cells per side of the meshes, and samples."""
 PICTURE = 200
-"""Least height of a picture beside the page, pixels."""
+"""Smallest height of a picture on the page, pixels."""
 HEAD = """# From photographs to a shape (Table 10)
 
 Printed by `PYTHONPATH=tests python benchmarks/table10.py {options}`. {machine}.
@@ -85,7 +83,7 @@ time (median of {timed} steps).
 
 @dataclass(frozen=True, eq=False)
 class Set:
-    """Photographs, and what they are compared with."""
+    """Photographs, and points of the true surface."""
 
     name: str
     file: str
@@ -96,7 +94,7 @@ class Set:
 
 
 def judged(scene: Scene, views: list[Posed], effort: Effort) -> tuple[float, NDArray[np.uint8]]:
-    """Average the PSNR of held-out views, and return it and the first one (H, W, 3)."""
+    """Return the mean PSNR of held-out views, and the first picture (H, W, 3)."""
     found = [picture(scene, view, effort, 0.0, CPU) for view in views]
     shown = (255 * np.clip(found[0].colours, 0, 1)).astype(np.uint8)
     return float(np.mean([one.psnr for one in found])), shown

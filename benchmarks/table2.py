@@ -1,4 +1,4 @@
-"""The rows of the paper's Table 2, and the models that they draw: for on_gpu.py, results_of_gpu.py and cuda_work.py."""
+"""The rows of the paper's Table 2, and the models that they draw: for on_gpu.py and results_of_gpu.py."""
 
 import subprocess
 import sys

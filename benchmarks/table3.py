@@ -5,8 +5,8 @@
 
 Three ways are timed, from a model to a mesh in memory, in one process. SIREN: one network of (256, 4) is evaluated at
 every vertex of the grid; its weights are random, since the time does not depend on them. Dense: all levels of the model
-are evaluated at every vertex. Culled: what `mplicits mesh` does. Dense runs take minutes and are done once, the SIREN's
-at half the resolution.
+are evaluated at every vertex. Culled: as `mplicits mesh`. Dense runs take minutes and are done once, the SIREN's at
+half the resolution.
 """
 
 import argparse
@@ -70,7 +70,7 @@ def siren() -> Model:
 
 
 def seconds(model: Model, resolution: int, cull: bool) -> tuple[float, Mesh]:
-    """Time what `mplicits mesh` does before normals and colours: return seconds and the mesh."""
+    """Time the extraction of a mesh without normals and colors: return seconds and the mesh."""
     bar = Bar(quiet=False)
     began = time.perf_counter()
     mesh = extract(ModelField(model, Grid(resolution).diagonal if cull else math.inf), resolution, bar, cull)

@@ -50,7 +50,7 @@ TRIAL = {"cpu": 65536, "cuda": 262144}
 TOLERANCE = 1e-5
 """Largest error of a contender, relative to the largest value or gradient."""
 REST = 0.05
-"""Seconds after which the threads of the contender before no longer wait for more work."""
+"""Seconds of rest, after which the last contender's threads no longer wait for work."""
 COLUMNS = ("autograd", "Algorithm 1", "adjoint")
 PAGES = Path(__file__).parents[1] / "docs" / "results"
 SETTINGS = """
@@ -160,7 +160,7 @@ class Bench:
     def errors(self, weights: Weights, contenders: Sequence[tuple[Contender, Plan]]) -> list[float]:
         """Measure each contender's largest difference from autograd in double precision.
 
-        It is that of the value or of the gradient, relative to their largest.
+        Of value or gradient, relative to the largest.
         """
         count = TRIAL[self.kind]
         exact = by_autograd([weight.double() for weight in weights], self.points[:count].double())

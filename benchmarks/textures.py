@@ -2,12 +2,11 @@
 
     PYTHONPATH=tests python benchmarks/textures.py [--shapes Spot,Bob] [--models FOLDER] [-o docs/results/textures.md]
 
-With --models, the models FOLDER/spot.safetensors and so on are read; those that are missing are trained and put there.
+--models FOLDER reads FOLDER/spot.safetensors and so on; missing models are trained and saved there.
 
-Mesh and model are drawn unlit by the same cameras: the mesh by pyrender with four samples a pixel, the model by sphere
-tracing with one. The error is the mean, over pixels and channels, of the squared difference, sRGB in [0, 1]. "inside"
-counts the mesh's pixels, and one that the model misses is white; "whole" counts all pixels, and the background is
-white in both.
+The same cameras draw mesh (pyrender, four samples a pixel) and model (sphere tracing, one sample) unlit. The error is
+the mean squared difference of pixels and channels, sRGB in [0, 1]. "inside" counts the mesh's pixels, where a miss of
+the model is white; "whole" counts all pixels, on white.
 """
 
 import argparse
@@ -41,7 +40,7 @@ from support.rasterised import BACKGROUND, Rasterised
 from textured_shapes import SHAPES
 
 SIDE, PICTURE = 512, 128
-"""Pixels per side of what is compared, and of what the page shows."""
+"""Pixels per side of compared pictures, and of pictures on the page."""
 VIEWS = [Camera(azimuth=30 * i, elevation=(20, -15, 50)[i % 3]) for i in range(12)]
 SHOWN = 6
 """Index of the view that the page shows."""
@@ -49,7 +48,7 @@ SHOWN = 6
 
 @dataclass(frozen=True)
 class Recipe:
-    """How a shape's model is trained, and the errors to compare its own with."""
+    """How a shape's model is trained, and the paper's error."""
 
     levels: str
     """As --levels of `mplicits train` takes them."""
@@ -62,7 +61,7 @@ class Recipe:
     paper: float
     """The paper's mean squared error."""
     goal: float | None
-    """The mean squared error that we aim at; None: no goal, as the image is not the paper's."""
+    """The mean squared error to reach; None where the image is not the paper's."""
 
 
 RECIPES = {

@@ -46,7 +46,7 @@ CASES = (((64, 1),), (64, 2)), (((64, 2),), (128, 2)), (((64, 2), (128, 2)), (25
 REST = 0.05
 """Seconds after which the threads of the step before no longer wait for more work."""
 WARM, TIMED = 2, 4
-"""Steps of a turn that are not timed, and those that are."""
+"""Untimed and timed steps of a turn."""
 THREADS = torch.get_num_threads()
 """PyTorch's own number of threads."""
 
@@ -149,7 +149,7 @@ def loss(f: Tensor, gradient: Tensor, normals: Tensor) -> Tensor:
 
 
 def our_settings(device: torch.device) -> None:
-    """Set what `mplicits train` sets."""
+    """Prepare PyTorch as `mplicits train` does."""
     machine.prepare(device)
 
 

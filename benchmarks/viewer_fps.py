@@ -2,9 +2,8 @@
 
     python benchmarks/viewer_fps.py spot-small spot spot-large [--size 640x480] [--frames 24] [-o FILE]
 
-A frame is what the window draws while nothing limits its pixels: one ray per pixel, all levels, Phong shading, but off
-screen, without what it costs to show it (one textured triangle, the panel). The columns "moving" are of the pixels to
-which the window limits itself while the camera moves.
+A frame has one ray per pixel, all levels, Phong shading, drawn off screen. The columns "moving" limit the pixels as the
+window does while the camera moves.
 """
 
 import argparse
@@ -30,7 +29,7 @@ HEAD = "| model | levels | parameters | compiled in | frames per second | moving
 def rate(picture: Picture, renderer: Renderer, view: View, size: tuple[int, int], frames: int, adapt: bool) -> float:
     """Measure the frames per second of a turn.
 
-    size: (width, height) in pixels; adapt: draw only as many of them as the window does while the camera moves.
+    size: (width, height) in pixels; adapt: limit the pixels as the window does while the camera moves.
     """
     seconds = 0.0
     for k in range(-3, frames):  # the first ones warm up, and settle the number of pixels
