@@ -23,7 +23,7 @@ from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context, open_osmesa
 from mplicits.viewer.draw.options import RenderOptions
-from mplicits.viewer.draw.rasteriser import Rasteriser
+from mplicits.viewer.draw.rasterizer import Rasterizer
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.screenshot import save_png
 from mplicits.viewer.draw.triangles import Triangles
@@ -54,9 +54,9 @@ class Pictures:
         mesh = extract_model(up_to(model, level), resolution).mesh
         assert mesh.normals is not None
         triangles = Triangles(mesh.vertices, mesh.normals, mesh.faces.astype(np.int32))
-        rasteriser = Rasteriser(self._context, model, triangles)
-        images = self._from_all_cameras(rasteriser, replace(self._options, split=float(own)))
-        rasteriser.release()
+        rasterizer = Rasterizer(self._context, model, triangles)
+        images = self._from_all_cameras(rasterizer, replace(self._options, split=float(own)))
+        rasterizer.release()
         return images
 
     def of_levels(self, model: Model, pairs: list[tuple[int, int]]) -> list[list[Image]]:

@@ -36,7 +36,7 @@ from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.screenshot import save_png
 from protocol import Page, machine
-from support.rasterised import BACKGROUND, Rasterised
+from support.pyrender_mesh import BACKGROUND, PyrenderMesh
 from textured_shapes import SHAPES
 
 SIDE, PICTURE = 512, 128
@@ -119,7 +119,7 @@ def compare(name: str, model: Model, path: Path, context: Context, folder: Path)
     For the view SHOWN, writes a picture into `folder`: the mesh, the model, its level 1, eight times the model's error.
     """
     renderer = Renderer(context, bake(model))
-    reference = Rasterised(trimesh.load_mesh(path, process=False), model.centre, model.scale, (SIDE, SIDE))
+    reference = PyrenderMesh(trimesh.load_mesh(path, process=False), model.centre, model.scale, (SIDE, SIDE))
     errors = Errors()
     for i, camera in enumerate(VIEWS):
         truth, depth = reference(camera)

@@ -15,10 +15,10 @@ from ..model.errors import UserError
 from ..model.files import show
 from ..model.model import Model
 from .draw.camera import Camera
-from .draw.compile import are_few, compile_quickly, storage_for
+from .draw.compile import compile_quickly, compiling_dominates, storage_for
 from .draw.context import Context, open_context
 from .draw.options import RenderOptions
-from .draw.rasteriser import Rasteriser
+from .draw.rasterizer import Rasterizer
 from .draw.renderer import Renderer
 from .draw.supersampling import Image
 from .draw.tiles import check_size
@@ -168,7 +168,7 @@ def opened(model: Model, asked: Asked, rays: int, once: bool = False) -> Iterato
         options = _two_levels(options, len(model.levels))
     level, normal_level = options.resolved_levels(len(model.levels))
     triangles = None if asked.mesh is None else read_triangles_for(model, asked.mesh, asked.space or "input")
-    if once and are_few(rays, model.parameters()):
+    if once and compiling_dominates(rays, model.parameters()):
         compile_quickly()
     with _DRAWING:
         context = open_context(asked.context)
@@ -178,7 +178,7 @@ def opened(model: Model, asked: Asked, rays: int, once: bool = False) -> Iterato
                 if triangles is None:
                     renderer = Renderer(context, bake(model, stored, passes=True), options.shade)
                 else:
-                    renderer = Rasteriser(context, model, triangles, stored)
+                    renderer = Rasterizer(context, model, triangles, stored)
             steps, rounds = ((), 0) if triangles is not None else renderer.schedule(options)
             wanted = 0 if triangles is not None else renderer.wanted_rounds(options)
             yield Scene(renderer, camera, options, level, normal_level, steps[:level], rounds, wanted)

@@ -10,7 +10,7 @@ from PIL import Image
 
 from mplicits.trainer.shapes.shape import normalise
 from mplicits.viewer.draw.camera import Camera
-from support.rasterised import Rasterised
+from support.pyrender_mesh import PyrenderMesh
 
 
 def around(count: int, elevation: float, first: float = 0.0) -> list[Camera]:
@@ -31,7 +31,7 @@ def write_photographs(folder: Path, mesh_file: Path, cameras: list[Camera], size
     """Draw a mesh, normalised as for training, and write image/, mask/ and cameras_sphere.npz."""
     mesh = trimesh.load_mesh(mesh_file, process=False)
     _, centre, scale = normalise(np.asarray(mesh.vertices, np.float64))
-    drawn = Rasterised(mesh, centre, scale, (size, size))
+    drawn = PyrenderMesh(mesh, centre, scale, (size, size))
     for part in ("image", "mask"):
         (folder / part).mkdir(parents=True, exist_ok=True)
     matrices: dict[str, Any] = {}

@@ -9,7 +9,7 @@ from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.samples import ROUGH_SHARE, SHARE
 from mplicits.model.gallery import model_path
 from mplicits.model.model_file import load
-from mplicits.viewer.draw.adaptive import add_samples, from_blocks, into_blocks, places_of, wanted
+from mplicits.viewer.draw.adaptive import add_samples, from_blocks, into_blocks, sample_counts, sample_points
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
@@ -33,7 +33,7 @@ def test_pixels_beside_an_edge_want_more_and_others_do_not() -> None:
     picture = np.full((20, 30, 4), 0.5, np.float32)
     picture[:, 12:, 1] = 0.7
     picture[:, :, 0] += np.linspace(0, 0.1, 30)  # a slope is no edge
-    counts = wanted(picture, 16)
+    counts = sample_counts(picture, 16)
     assert (np.flatnonzero(counts.any(axis=0)) == [11, 12]).all()
     assert (counts[:, 11:13] >= 12).all()
 
@@ -42,9 +42,9 @@ def test_pixels_beside_an_edge_want_more_and_others_do_not() -> None:
 @pytest.mark.parametrize(("contrast", "share"), [(1.0, ROUGH_SHARE), (0.1, SHARE)])
 def test_samples_keep_to_their_share(samples: int, contrast: float, share: float) -> None:
     noise = contrast * np.random.default_rng(0).random((40, 50, 4)).astype(np.float32)
-    assert 0.8 * (share * samples - 1) <= wanted(noise, samples).mean() <= max(0, share * samples - 1)
+    assert 0.8 * (share * samples - 1) <= sample_counts(noise, samples).mean() <= max(0, share * samples - 1)
     noise[..., 3] = 0.0
-    assert not wanted(noise, samples).any()
+    assert not sample_counts(noise, samples).any()
 
 
 @pytest.mark.parametrize("count", [1, 15, 16, 17, 1000, 4096])
@@ -60,7 +60,7 @@ def test_samples_of_a_block_lie_close_together_and_come_back_in_order(count: int
 def test_places_are_spread_around_the_centres() -> None:
     counts = np.zeros((3, 4), np.int64)
     counts[1, 3], counts[2, 1] = 3, 2
-    places, pixels = places_of(counts, (10, 20))
+    places, pixels = sample_points(counts, (10, 20))
     assert pixels.tolist() == [7, 7, 7, 9, 9]
     np.testing.assert_allclose(places[:3] - jitters(3), [[13.5, 21.5]] * 3, atol=1e-5)
     np.testing.assert_allclose(places[3:] - jitters(2), [[11.5, 22.5]] * 2, atol=1e-5)
@@ -84,7 +84,7 @@ def test_samples_at_places_are_those_of_the_tile(renderer: Renderer) -> None:
         tile = np.frombuffer(target.read(components=4, dtype="f4"), np.float32).reshape(SIZE[1], SIZE[0], 4)
         renderer.prepare(SIZE, Camera(), alone)
         pixels = np.random.default_rng(0).random(tile.shape[:2]) < 0.2
-        scattered = renderer.samples_at(places_of(np.where(pixels, 3, 0))[0])
+        scattered = renderer.samples_at(sample_points(np.where(pixels, 3, 0))[0])
     np.testing.assert_array_equal(scattered[1::3], tile[pixels])
 
 
@@ -98,4 +98,4 @@ def test_sixteen_along_the_edges_are_better_than_four_everywhere_and_fewer(
     four = renderer.render(SIZE, Camera(), replace(options, uniform=True, samples=4))
     assert decibels(adaptive, everywhere) > decibels(four, everywhere)
     once = renderer.render(SIZE, Camera(), replace(options, samples=1))
-    assert wanted(once, 16).sum() <= 3 * (once[..., 3] > 0).sum(), "and one of each pixel: 4 of the shape's"
+    assert sample_counts(once, 16).sum() <= 3 * (once[..., 3] > 0).sum(), "and one of each pixel: 4 of the shape's"

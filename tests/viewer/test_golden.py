@@ -13,7 +13,7 @@ from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
-from mplicits.viewer.draw.rasteriser import Rasteriser
+from mplicits.viewer.draw.rasterizer import Rasterizer
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.screenshot import save_png
 from mplicits.viewer.draw.triangles import Triangles
@@ -51,12 +51,12 @@ def renderer(osmesa: Context) -> Renderer:
 
 
 @pytest.fixture(scope="module")
-def low_poly(osmesa: Context) -> Rasteriser:
+def low_poly(osmesa: Context) -> Rasterizer:
     """What draws the mesh of level 1 by marching cubes on a coarse grid."""
     model = load(DEMO)
     mesh = extract_model(up_to(model, 1), 32).mesh
     assert mesh.normals is not None
-    return Rasteriser(osmesa, model, Triangles(mesh.vertices, mesh.normals, mesh.faces.astype(np.int32)), "texture")
+    return Rasterizer(osmesa, model, Triangles(mesh.vertices, mesh.normals, mesh.faces.astype(np.int32)), "texture")
 
 
 def pixels(path: Path) -> NDArray[np.int16]:
@@ -96,7 +96,7 @@ def test_a_picture_is_its_golden_picture(
 
 @pytest.mark.parametrize("name", MESH_PICTURES)
 def test_a_picture_of_a_mesh_is_its_golden_picture(
-    name: str, low_poly: Rasteriser, tmp_path: Path, request: pytest.FixtureRequest
+    name: str, low_poly: Rasterizer, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     got, want = tmp_path / f"{name}.png", GOLDEN / f"{name}.png"
     save_png(got, low_poly.render((128, 128), CAMERA, MESH_PICTURES[name]))

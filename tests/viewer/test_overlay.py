@@ -10,7 +10,7 @@ from mplicits import glsl
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.mesh_program import clip_planes
 from mplicits.viewer.draw.options import RenderOptions
-from mplicits.viewer.draw.rasteriser import Rasteriser
+from mplicits.viewer.draw.rasterizer import Rasterizer
 from mplicits.viewer.draw.triangles import read_triangles
 from mplicits.viewer.state.desk import Desk
 from mplicits.viewer.state.overlay import MeshSource, Overlay
@@ -63,9 +63,9 @@ def test_faces_are_drawn_as_render_draws_a_mesh(open_desk: Callable[..., Desk], 
     settle(desk)
     assert desk.shown.source.model is not None
     triangles = read_triangles(cube.path, (0.0, 0.0, 0.0), 1.0)
-    rasteriser = Rasteriser(desk.shown.context, desk.shown.source.model, triangles)
-    rendered = rasteriser.render(AREA, desk.shown.view.camera, RenderOptions())[..., :3]
-    rasteriser.release()
+    rasterizer = Rasterizer(desk.shown.context, desk.shown.source.model, triangles)
+    rendered = rasterizer.render(AREA, desk.shown.view.camera, RenderOptions())[..., :3]
+    rasterizer.release()
     assert np.abs(rendered - traced).max() > 0.1
     np.testing.assert_allclose(picture_of(desk), rendered, atol=2e-5)
     desk.shown.view.split, desk.shown.view.changed = 1, True

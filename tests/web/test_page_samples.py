@@ -51,7 +51,7 @@ def test_the_page_wants_what_the_desktop_wants(contrast: int, samples: int, brow
     page.evaluate(script(("facts.js", "samples.js")) + f"window.ask = {ASK}; null;")
     told = page.evaluate("given => window.ask(given)", [seen.ravel().tolist(), samples, 8, 40])
     page.close()
-    counts = adaptive.wanted(picture, samples)
+    counts = adaptive.sample_counts(picture, samples)
     assert counts.any()
     assert told["pixels"] == np.flatnonzero(counts).tolist()
     assert told["counts"] == counts[counts > 0].tolist()

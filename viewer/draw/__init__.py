@@ -1,1 +1,1 @@
-"""Draws pictures with OpenGL: contexts, the camera, the renderer of a baked shader, the rasteriser of a mesh."""
+"""Draws pictures with OpenGL: contexts, the camera, ray-traced models, and triangle meshes."""

@@ -1,4 +1,4 @@
-"""Where a picture wants more samples than one of a pixel, and how samples of any pixels are drawn close together."""
+"""Adaptive sampling: how many further samples a pixel gets, and how scattered samples are packed into blocks."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,47 +7,45 @@ from ...codegen.targets.samples import BLOCK, FEW, POWER, ROUGH_SHARE, SHARE, ST
 from .supersampling import Image, jitters
 
 
-def wanted(picture: Image, samples: int) -> NDArray[np.int64]:
-    """Return how many samples each pixel (H, W) wants after its first: as it differs from its eight neighbours.
+def sample_counts(picture: Image, samples: int) -> NDArray[np.int64]:
+    """Return the number of further samples of each pixel, (H, W), from its contrast with its eight neighbors.
 
-    That is at silhouettes, creases, edges of the texture, thin parts. picture: sRGB and coverage, one sample of a
-    pixel. samples: most of a pixel, at least 1.
+    picture: (H, W, 4), sRGB and coverage, one sample per pixel. samples: largest number per pixel, at least 1.
     """
-    least = greatest = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode="edge")
+    low = high = np.pad(picture, ((1, 1), (1, 1), (0, 0)), mode="edge")
     for axis in (0, 1):
         count = picture.shape[axis]
-        least = np.minimum.reduce([np.take(least, range(k, k + count), axis) for k in range(3)])
-        greatest = np.maximum.reduce([np.take(greatest, range(k, k + count), axis) for k in range(3)])
-    wish = (greatest - least).max(axis=2).astype(np.float64) ** POWER
+        low = np.minimum.reduce([np.take(low, range(k, k + count), axis) for k in range(3)])
+        high = np.maximum.reduce([np.take(high, range(k, k + count), axis) for k in range(3)])
+    weights = (high - low).max(axis=2).astype(np.float64) ** POWER
     covered = (picture[..., 3] > 0).sum()
 
-    def is_too_much(steepness: float) -> bool:
-        share = ROUGH_SHARE if steepness <= FEW else SHARE
-        return bool(_counts(wish, steepness, samples).sum() > max(0.0, share * samples - 1) * covered)
+    def exceeds_share(factor: float) -> bool:
+        share = ROUGH_SHARE if factor <= FEW else SHARE
+        return bool(_counts(weights, factor, samples).sum() > max(0.0, share * samples - 1) * covered)
 
-    low, high = 0.0, STEEPEST
-    if not is_too_much(high):
-        return _counts(wish, high, samples)
+    least, most = 0.0, STEEPEST
+    if not exceeds_share(most):
+        return _counts(weights, most, samples)
     for _ in range(20):
-        middle = (low + high) / 2
-        low, high = (low, middle) if is_too_much(middle) else (middle, high)
-    return _counts(wish, low, samples)
+        middle = (least + most) / 2
+        least, most = (least, middle) if exceeds_share(middle) else (middle, most)
+    return _counts(weights, least, samples)
 
 
-def _counts(wish: NDArray[np.float64], steepness: float, samples: int) -> NDArray[np.int64]:
-    """Return the further samples (H, W) for numbers (H, W) that they are to follow: none, or two and more."""
-    counts = np.minimum(wish * steepness, samples - 1).astype(np.int64)
+def _counts(weights: NDArray[np.float64], factor: float, samples: int) -> NDArray[np.int64]:
+    """Return whole numbers (H, W) proportional to the weights (H, W), without 1: one more sample is no mean."""
+    counts = np.minimum(weights * factor, samples - 1).astype(np.int64)
     return np.where(counts == 1, 0, counts)
 
 
-def places_of(
+def sample_points(
     counts: NDArray[np.int64], corner: tuple[int, int] = (0, 0)
 ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-    """Return the points (N, 2) of further samples of pixels, so many as `counts` (H, W) says, row by row.
+    """Return points (N, 2) in pixels, `counts` (H, W) of them in each pixel, and the flat pixel index (N,) of each.
 
-    Those of a pixel are spread around its centre, where its first sample is: their mean must not lie elsewhere.
-    corner: the pixel of the picture that (0, 0) is. The second result is the index (N,) of each point's pixel, as
-    np.ravel counts.
+    The points of a pixel are spread around its center, so that their mean does not shift the picture. corner: the
+    picture's pixel at `counts[0, 0]`.
     """
     each = counts.ravel()
     pixels = np.repeat(np.arange(each.size), each)
@@ -55,33 +53,33 @@ def places_of(
     spread = np.concatenate([jitters(k) for k in range(1, max(2, int(each.max(initial=0)) + 1))])
     offsets = spread[np.repeat(each * (each - 1) // 2, each) + number]
     rows, columns = np.divmod(pixels, counts.shape[1])
-    centres = np.stack([columns + corner[0], rows + corner[1]], axis=1).astype(np.float32) + np.float32(0.5)
-    return np.asarray(centres + offsets), pixels
+    centers = np.stack([columns + corner[0], rows + corner[1]], axis=1).astype(np.float32) + np.float32(0.5)
+    return np.asarray(centers + offsets), pixels
 
 
 def add_samples(sums: Image, pixels: NDArray[np.int64], samples: NDArray[np.float32]) -> None:
-    """Add samples (N, C) of pixels (N,), as `places_of` orders them, to `sums` (H, W, C) in place."""
+    """Add samples (N, C) of the pixels (N,) from `sample_points` to `sums` (H, W, C) in place."""
     flat = sums.reshape(-1, sums.shape[2])
     for channel in range(flat.shape[1]):
         flat[:, channel] += np.bincount(pixels, samples[:, channel], len(flat)).astype(np.float32)
 
 
 def into_blocks(values: NDArray[np.float32], widest: int) -> NDArray[np.float32]:
-    """Lay values (N, C), N at least 1, out as (H, W, C), block by block; the last one fills what is left.
+    """Arrange values (N, C), N > 0, as (H, W, C) in BLOCK x BLOCK squares; copies of the last value fill the rest.
 
-    widest: W is this at most. H and W are multiples of BLOCK.
+    widest: upper bound of W. H and W are multiples of BLOCK.
     """
     blocks = -(-len(values) // BLOCK**2)
     across = min(widest // BLOCK, int(np.ceil(np.sqrt(blocks))))
     down = -(-blocks // across)
     missing = down * across * BLOCK**2 - len(values)
     filled = np.concatenate([values, np.repeat(values[-1:], missing, axis=0)])
-    apart = filled.reshape(down, across, BLOCK, BLOCK, -1).transpose(0, 2, 1, 3, 4)
-    return np.ascontiguousarray(apart.reshape(down * BLOCK, across * BLOCK, -1))
+    squares = filled.reshape(down, across, BLOCK, BLOCK, -1).transpose(0, 2, 1, 3, 4)
+    return np.ascontiguousarray(squares.reshape(down * BLOCK, across * BLOCK, -1))
 
 
 def from_blocks(image: NDArray[np.float32], count: int) -> NDArray[np.float32]:
-    """Return the first `count` of the values (count, C) that `into_blocks` laid out as (H, W, C)."""
+    """Return the first `count` values, (count, C), of what `into_blocks` returned."""
     height, width, _ = image.shape
-    apart = image.reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK, -1).transpose(0, 2, 1, 3, 4)
-    return np.asarray(apart.reshape(height * width, -1)[:count])
+    squares = image.reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK, -1).transpose(0, 2, 1, 3, 4)
+    return np.asarray(squares.reshape(height * width, -1)[:count])

@@ -16,20 +16,20 @@ FARTHEST = 1000.0
 
 @dataclass(frozen=True)
 class Camera:
-    """Looks at a target point, with the y axis of model space upwards. Raises UserError where a number is unusable."""
+    """A camera that looks at a target point; y is up. Raises UserError if a number is out of range."""
 
     azimuth: float = AZIMUTH
     """Degrees around the y axis: 0 on +z, 90 on +x."""
     elevation: float = ELEVATION
     """Degrees above the xz plane."""
     distance: float | None = None
-    """From the target, in model units; None: one from which the unit sphere fits into the picture."""
+    """Distance from the target, model units; None: as near as the unit sphere still fits into the picture."""
     target: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """The point that it looks at, in model space."""
+    """Model space."""
     fov: float = FOV
     """Vertical field of view, in degrees."""
     aspect: float = 1.0
-    """Width / height of the picture, for the default distance."""
+    """Width / height of the picture; only the default distance depends on it."""
 
     def __post_init__(self) -> None:
         if not 1.0 <= self.fov <= 150.0:
@@ -41,28 +41,28 @@ class Camera:
 
     @property
     def away(self) -> float:
-        """Distance to the target, in model units, also where `distance` is None."""
+        """Distance to the target, model units: `distance`, or its default."""
         if self.distance is not None:
             return self.distance
         return min(FARTHEST, fitting_distance(self.aspect, self.focal))
 
     @property
     def focal(self) -> float:
-        """Distance of the picture plane that reaches from -1 to 1 vertically: 1 / tan(fov / 2)."""
+        """1 / tan(fov / 2)."""
         return 1.0 / math.tan(math.radians(self.fov) / 2)
 
     def matrix(self) -> NDArray[np.float32]:
-        """Return the map (4, 4) from camera to model space; its columns are right, up, back and the eye."""
+        """Return the transform (4, 4) from camera to model space: columns right, up, back, eye."""
         matrix = np.eye(4)
         matrix[:3, :3] = basis(self.azimuth, self.elevation)
         matrix[:3, 3] = self.target + self.away * matrix[:3, 2]
         return matrix.astype(np.float32)
 
     def rays(self, width: int, height: int) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-        """Compute the rays that the shader follows (glsl/camera_ray.glsl) through the pixels' centres.
+        """Return the rays through the pixel centers, as in glsl/camera_ray.glsl, in model space.
 
-        Returns the eye (3,) and the directions (height, width, 3), top row first and of length 1, in model space, and
-        the footprint: the width of a pixel at distance 1, in model units.
+        Returns the eye (3,), the unit directions (height, width, 3), top row first, and the footprint: the width of a
+        pixel at distance 1.
         """
         x, y = np.meshgrid(2 * np.arange(width) + 1 - width, height - 1 - 2 * np.arange(height))
         plane = np.stack([x / height, y / height, np.full(x.shape, -self.focal)], axis=-1)
@@ -71,16 +71,16 @@ class Camera:
         return matrix[:3, 3], directions / np.linalg.norm(directions, axis=-1, keepdims=True), 2 / (self.focal * height)
 
     def orbited(self, azimuth: float, elevation: float) -> "Camera":
-        """Return the camera turned by angles in degrees; the elevation stops at the poles."""
+        """Return the camera turned around its target, degrees; the elevation stops at the poles."""
         return replace(
             self, azimuth=(self.azimuth + azimuth) % 360.0, elevation=min(90.0, max(-90.0, self.elevation + elevation))
         )
 
     def zoomed(self, factor: float) -> "Camera":
-        """Return the camera `factor` times as far away, within the bounds ZOOM."""
+        """Return the camera at `factor` times the distance, clamped to ZOOM."""
         return replace(self, distance=min(ZOOM[1], max(ZOOM[0], self.away * factor)))
 
     def panned(self, right: float, up: float) -> "Camera":
-        """Return the camera with its target moved along the picture's axes, in model units."""
+        """Return the camera with its target moved along the picture's axes, model units."""
         moved = np.asarray(self.target) + self.matrix()[:3, :2].astype(float) @ (right, up)
         return replace(self, target=(float(moved[0]), float(moved[1]), float(moved[2])))

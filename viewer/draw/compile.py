@@ -1,4 +1,4 @@
-"""From a shader to a program and the texture of its weights; errors of the driver are placed in files and lines."""
+"""Compiles shaders, uploads weights as textures, and maps the driver's errors to files and lines."""
 
 import os
 import re
@@ -20,21 +20,20 @@ void main() {  // one triangle that covers the picture
     gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0);
 }
 """
-MIXED_PAYS = 100_000
-"""Rays from which on it pays, on software OpenGL, to compile literals for what traces them, without optimising.
+MIXED_RAYS = 100_000
+"""On software GL, compile the tracing weights as literals, unoptimized, from this many rays on.
 
-Both the compiling and what it saves grow with the parameters. For `spot`, in the processor's seconds:
-2.8 more for compiling, which one core does, and 3.2 less for drawing 65,536 rays, which two do.
+For `spot`: 2.8 s of processor time more to compile, 3.2 s less to draw 65,536 rays.
 """
-LITERALS_PAY = 0.015
-"""Rays, for the square of the number of parameters, from which on all is compiled to literals there, and optimised.
+LITERAL_RAYS = 0.015
+"""On software GL, compile weights as literals above this many rays per squared parameter count.
 
-By the same measure: with the 21,893 parameters of `spot`, 60 more for compiling, 1.2 less for drawing 65,536 rays.
+For `spot`, 21,893 parameters: 60 s of processor time more to compile, 1.2 s less to draw 65,536 rays.
 """
 
 
 class ShaderError(UserError):
-    """The driver refuses a shader; the message has the first of its complaints."""
+    """The driver rejects a shader; the message has the first complaint."""
 
     log: list[str]
     """All complaints, with file and line."""
@@ -45,35 +44,30 @@ class ShaderError(UserError):
 
 
 def bake_numbered(model: Model, storage: str, main: str) -> Shader:
-    """Bake a model as glsl330.bake does, in such a way that `compile_program` places errors in the files of glsl/.
-
-    main: name of the file in glsl/ that follows the field.
-    """
+    """Bake the file `main` of glsl/, with #line directives by which `compile_program` finds the place of an error."""
     text, files = glsl.load_numbered(main)
     return replace(bake(model, storage, main=text), files=files)
 
 
 def storage_for(storage: str, rays: int, parameters: int, software: bool) -> str:
-    """Choose how a shader holds the weights that is compiled for one run: `storage`, where that is not "auto".
+    """Resolve the storage "auto" for software GL, where literals draw 3 to 5 times faster but compile for long.
 
-    rays: of all pictures. parameters: of the model. software: whether the CPU compiles and draws: literals draw
-    three to five times as fast as a texture there, but compile for longer than a small picture takes.
+    rays: of all pictures. parameters: of the model. software: whether the CPU compiles and draws.
     """
-    if storage != "auto" or not software or not are_few(rays, parameters):
+    if storage != "auto" or not software or not compiling_dominates(rays, parameters):
         return storage
-    return "texture" if rays < MIXED_PAYS else "mixed"
+    return "texture" if rays < MIXED_RAYS else "mixed"
 
 
-def are_few(rays: int, parameters: int) -> bool:
-    """Tell whether so many rays, of all pictures, take less time than optimising a program that draws them fast."""
-    return rays < LITERALS_PAY * parameters**2
+def compiling_dominates(rays: int, parameters: int) -> bool:
+    """Whether drawing these rays takes less time than compiling weights as optimized literals."""
+    return rays < LITERAL_RAYS * parameters**2
 
 
 def compile_quickly() -> None:
-    """Tell Mesa's software rasteriser not to optimise what it compiles, in this process, unless the user tells it more.
+    """Let Mesa's software rasterizer skip optimization: it compiles 4 times faster and draws a fifth slower.
 
-    It compiles in a quarter of the time then, and draws a fifth slower. Other drivers do not look at this variable, and
-    Mesa does only before the first context is opened. Its cache of programs on disk tells both kinds apart.
+    Mesa reads the variable when the first context opens. A value that the user has set stays.
     """
     os.environ.setdefault("GALLIVM_PERF", "nopt")
 
@@ -81,21 +75,21 @@ def compile_quickly() -> None:
 def compile_program(
     gl: moderngl.Context, vertex: NumberedText, fragment: NumberedText, driver: str
 ) -> moderngl.Program:
-    """Compile and link a program. Raises ShaderError, which names the `driver`, where that refuses a shader."""
+    """Compile and link a program. Raises ShaderError, which names the `driver`."""
     try:
-        with held_back():  # moderngl dies of an exception while it builds its program.
+        with held_back():  # an exception during gl.program would crash moderngl
             return gl.program(vertex_shader=vertex[0], fragment_shader=fragment[0])
     except moderngl.Error as error:
         log = [line.strip() for line in str(error).splitlines() if line.strip()]
         complaints = [line for line in log if "error" in line.lower() and re.search(r"\d", line)] or log[-1:]
-        shader = vertex if "vertex_shader" in log else fragment  # moderngl names the one that does not compile
+        shader = vertex if "vertex_shader" in log else fragment  # moderngl names the shader that fails
         raise ShaderError(
-            f"{driver} refuses the shader", [_placed(complaint[:300], *shader) for complaint in complaints]
+            f"{driver} refuses the shader", [_with_place(complaint[:300], *shader) for complaint in complaints]
         ) from None
 
 
 def weight_texture(gl: moderngl.Context, weights: NDArray[np.float32]) -> moderngl.Texture:
-    """Make the RGBA32F texture of weights (H, W, 4). Raises UserError where the driver's textures are too small."""
+    """Upload weights (H, W, 4) as RGBA32F. Raises UserError if they exceed the driver's largest texture."""
     height, width, _ = weights.shape
     largest = int(gl.info["GL_MAX_TEXTURE_SIZE"])
     if max(height, width) > largest:
@@ -105,18 +99,17 @@ def weight_texture(gl: moderngl.Context, weights: NDArray[np.float32]) -> modern
     return texture
 
 
-def cell_texture(gl: moderngl.Context, sizes: NDArray[np.uint8]) -> moderngl.Texture3D:
-    """Make the R8UI texture of a grid of Cells, (N, N, N)."""
-    texture = gl.texture3d(sizes.shape[::-1], 1, np.ascontiguousarray(sizes).tobytes(), alignment=1, dtype="u1")
+def cell_texture(gl: moderngl.Context, grid: NDArray[np.uint8]) -> moderngl.Texture3D:
+    """Upload a grid (N, N, N) of Cells as R8UI."""
+    texture = gl.texture3d(grid.shape[::-1], 1, np.ascontiguousarray(grid).tobytes(), alignment=1, dtype="u1")
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     return texture
 
 
-def _placed(complaint: str, text: str, files: tuple[str, ...]) -> str:
-    """Return a line of the driver's log with the file's name and the source line in place of `source:line`.
+def _with_place(complaint: str, text: str, files: tuple[str, ...]) -> str:
+    """Replace `source:line` in a complaint of the driver by the file's name, and append the source line.
 
-    text, files: the shader's (NumberedText). Drivers write a place as 0:17, 0(17) or 0:17(5); a complaint without a
-    place in the shader comes back as it is.
+    text, files: of the shader (NumberedText). Drivers write the place as 0:17, 0(17) or 0:17(5).
     """
     place = re.search(r"\d+[:(](\d+)\)?(?:\(\d+\))?", complaint)
     if place is None:

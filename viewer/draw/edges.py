@@ -1,67 +1,62 @@
-"""The edges of a triangle mesh, drawn over a picture without those that the mesh itself hides."""
+"""The visible edges of a triangle mesh, drawn over a picture."""
 
 import moderngl
 
 from .camera import Camera
-from .compile import compile_program
 from .context import Context
 from .framebuffer import set_color_mask
 from .mesh_program import DEPTH_SHADER, clip_planes, mesh_vertex_shader
+from .program import Program, picture_uniforms, tile_uniforms
 from .tiles import Tile
 from .triangles import Triangles
-from .uniforms import picture_uniforms, tile_uniforms, write_uniform
 
 LINE_SHADER = """#version 330 core
 out vec4 color;
 void main() { color = vec4(0.05, 0.06, 0.08, 0.6); }
 """
 LINE_OFFSET = -1.0, -4.0
-"""Factor and units of the polygon offset that moves edges towards the eye, so that their own faces do not hide them."""
+"""Factor and units of the polygon offset that moves edges in front of their own faces."""
 
 
 class Edges:
-    """Draws the edges of one mesh over tiles that a Renderer in the same context has drawn.
+    """Draws the edges of a mesh over the tiles of a Renderer in the same context and space.
 
-    The mesh is in the space of the model that the Renderer draws. Raises ShaderError where the driver refuses a shader.
+    Raises ShaderError if the driver rejects a shader.
     """
 
     def __init__(self, context: Context, mesh: Triangles) -> None:
         self._context = context
         self._reach = mesh.reach
         with context as gl:
-            self._programs = [
-                compile_program(gl, mesh_vertex_shader(), (text, ()), context.renderer)
+            self._buffers = gl.buffer(mesh.vertices.tobytes()), gl.buffer(mesh.faces.tobytes())
+            content = [(self._buffers[0], "3f", "position")]
+            self._depth, self._lines = (
+                Program(gl, mesh_vertex_shader(), (text, ()), context.renderer, content, self._buffers[1])
                 for text in (DEPTH_SHADER, LINE_SHADER)
-            ]
-            self._vertices, self._indices = gl.buffer(mesh.vertices.tobytes()), gl.buffer(mesh.faces.tobytes())
-            self._faces, self._lines = (
-                gl.vertex_array(program, [(self._vertices, "3f", "position")], self._indices)
-                for program in self._programs
             )
 
     def prepare(self, size: tuple[int, int], camera: Camera, jitter: tuple[float, float]) -> None:
-        """Set the uniforms that `draw` needs; the arguments are those of `Renderer.prepare`."""
-        self._write(picture_uniforms(size, camera, jitter))
-        self._write({"planes": clip_planes(camera, self._reach)})
+        """Set the uniforms for `draw`; the arguments are those of `Renderer.prepare`."""
+        planes: dict[str, object] = {"planes": clip_planes(camera, self._reach)}
+        for program in (self._depth, self._lines):
+            program.write(picture_uniforms(size, camera, jitter) | planes)
 
     def draw(self, target: moderngl.Framebuffer, tile: Tile, corner: tuple[int, int]) -> None:
-        """Draw the edges over a tile.
-
-        `Renderer.draw` with the same arguments comes before: it sets the viewport, clears the depth and draws the tile.
-        """
+        """Draw the edges over a tile, after `Renderer.draw` with the same arguments, which clears the depth."""
         gl = self._context.gl
-        self._write(tile_uniforms(tile, corner))
+        for program in (self._depth, self._lines):
+            program.write(tile_uniforms(tile, corner))
         gl.enable_only(moderngl.DEPTH_TEST)
         gl.depth_func = "<="
         try:
             set_color_mask(target, (False,) * 4)
-            self._faces.render(moderngl.TRIANGLES)
+            self._depth.draw()
             set_color_mask(target, (True, True, True, False))
             gl.enable_only(moderngl.DEPTH_TEST | moderngl.BLEND)
             gl.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
             gl.polygon_offset = LINE_OFFSET
             gl.wireframe = True
-            self._lines.render(moderngl.TRIANGLES)
+            self._lines.draw()
         finally:
             gl.wireframe = False
             gl.polygon_offset = 0.0, 0.0
@@ -70,16 +65,6 @@ class Edges:
             gl.enable_only(moderngl.NOTHING)
 
     def release(self) -> None:
-        """Free the buffers and programs in the context."""
         with self._context:
-            for arrays in (self._faces, self._lines):
-                arrays.release()
-            for buffer in (self._vertices, self._indices):
-                buffer.release()
-            for program in self._programs:
-                program.release()
-
-    def _write(self, values: dict[str, object]) -> None:
-        for program in self._programs:
-            for name, value in values.items():
-                write_uniform(program, name, value)
+            for resource in (self._depth, self._lines, *self._buffers):
+                resource.release()

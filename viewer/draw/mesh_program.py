@@ -1,4 +1,4 @@
-"""What the programs that draw a triangle mesh have in common: the vertex shader, the depth pass, the clip planes."""
+"""What the programs of a triangle mesh share: the vertex shader, the depth pass, the clip planes."""
 
 import numpy as np
 
@@ -6,24 +6,22 @@ from ... import glsl
 from ...codegen.targets.shader import NumberedText
 from .camera import Camera
 
-DEPTH_SHADER = """#version 330 core
-void main() {}
-"""
-"""The fragment shader of a program that writes depth and no colour."""
+DEPTH_SHADER = "#version 330 core\nvoid main() {}\n"
+"""A fragment shader that writes only depth."""
 NEAREST = 1e-3
-"""Distance of the near plane as a share of the far plane's, where the eye is inside the mesh."""
+"""Distance of the near plane over that of the far plane, if the eye is inside the mesh."""
 
 
 def mesh_vertex_shader() -> NumberedText:
-    """Return the vertex shader glsl/mesh.vert.glsl; every program that draws the mesh has it, so that depths agree."""
+    """Return glsl/mesh.vert.glsl, the vertex shader of every program that draws the mesh: their depths must agree."""
     text, files = glsl.load_numbered("mesh.vert.glsl")
     return "#version 330 core\n" + text, files
 
 
 def clip_planes(camera: Camera, reach: float) -> tuple[float, float]:
-    """Return the distances of the near and the far clip plane along the view, in model units.
+    """Return the distances of the near and far clip planes along the view axis, model units.
 
-    reach: largest distance of a vertex of the mesh from the origin, in model units.
+    reach: largest distance of a vertex from the origin, model units.
     """
     back, eye = camera.matrix().T[2:, :3]
     far = 1.01 * (float(np.linalg.norm(eye)) + reach)

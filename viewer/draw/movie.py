@@ -1,4 +1,4 @@
-"""Videos: what each picture of one shows, and their files, MP4 by PyAV or GIF by Pillow, made in memory."""
+"""Videos: the camera and time of each frame, and files in memory, MP4 by PyAV or GIF by Pillow."""
 
 import io
 import itertools
@@ -8,7 +8,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,13 +21,12 @@ from .options import RenderOptions
 from .screenshot import to_bytes
 
 SUFFIXES = (".mp4", ".gif")
-"""Endings of videos."""
 MOST_FRAMES = 10_000
-"""Most pictures of a video."""
+"""Most frames of a video."""
 RATES = 1, 60
-"""Fewest and most pictures a second."""
-SEEN_FRAMES = 24
-"""A GIF's colours are chosen from so many of its pictures."""
+"""Least and largest number of frames per second."""
+PALETTE_FRAMES = 24
+"""Largest number of frames from which the palette of a GIF is computed."""
 
 
 @dataclass(frozen=True)
@@ -36,18 +34,18 @@ class Shot:
     """What a video shows: a model's motion, a turn of the camera, or both."""
 
     frames: int
-    """Number of pictures."""
+    """Number of frames."""
     rate: int = 30
-    """Pictures a second."""
+    """Frames per second."""
     turn: float = 0.0
-    """Degrees by which the camera turns around its target, from the first picture to the one after the last."""
+    """Degrees by which the camera turns; a turn of 360 loops."""
     moves: bool = False
-    """Whether the model's time goes from 0 to 1 and back; the picture after the last would be the first again."""
+    """Whether the model's time goes from 0 to 1 and back, as a loop."""
     once: bool = False
-    """Whether it goes from 0 to 1 evenly instead, and ends there."""
+    """Whether it goes evenly from 0 to 1 instead, and ends."""
 
     def frame(self, k: int, camera: Camera, options: RenderOptions) -> tuple[Camera, RenderOptions]:
-        """Return where picture k, from 0, is seen from, and what it shows. camera, options: of the first."""
+        """Return the camera and options of frame k, from 0, given those of the first frame."""
         phase = k / self.frames
         camera = camera.orbited(self.turn * phase, 0.0)
         if not self.moves:
@@ -55,21 +53,8 @@ class Shot:
         return camera, replace(options, time=k / max(1, self.frames - 1) if self.once else time_at_phase(phase))
 
 
-class Movie(Protocol):
-    """A video that grows picture by picture."""
-
-    def add(self, image: NDArray[np.float32]) -> None:
-        """Append a picture (H, W, 3 or more) float32, sRGB in [0, 1], top row first."""
-
-    def data(self) -> bytes:
-        """Return the file; no picture may follow."""
-
-    def close(self) -> None:
-        """Free what is held, also where the file was never asked for."""
-
-
 def check_movie(path: Path, size: tuple[int, int]) -> None:
-    """Raise UserError where a path does not end as a video does, or the video cannot have so many pixels."""
+    """Raise UserError unless the path ends in a video's suffix and the format supports the size."""
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise UserError(f"{show(path)}: videos are MP4 or GIF; name it .mp4 or .gif")
@@ -78,14 +63,14 @@ def check_movie(path: Path, size: tuple[int, int]) -> None:
 
 
 @contextmanager
-def open_movie(path: Path, size: tuple[int, int], rate: int) -> Iterator[Movie]:
-    """Begin a video of the kind that a path's name tells; its file is the caller's to write.
+def open_movie(path: Path, size: tuple[int, int], rate: int) -> Iterator["Mp4 | Gif"]:
+    """Encode a video of the format that the path's suffix names; the caller writes the file.
 
-    size: (width, height) in pixels. rate: pictures a second. Raises what `check_movie` raises, and UserError where the
-    package that encodes MP4 is missing or has no H.264.
+    size: (width, height) in pixels. rate: frames per second. Raises UserError as `check_movie` does, and if PyAV is
+    missing or has no H.264.
     """
     check_movie(path, size)
-    movie: Movie = Gif(rate) if path.suffix.lower() == ".gif" else Mp4(size, rate)
+    movie = Gif(rate) if path.suffix.lower() == ".gif" else Mp4(size, rate)
     try:
         yield movie
     except ValueError as error:  # PyAV has no such encoder
@@ -111,37 +96,36 @@ class Mp4:
         self._stream.width, self._stream.height, self._stream.pix_fmt = *size, "yuv420p"
 
     def add(self, image: NDArray[np.float32]) -> None:
-        """Append a picture."""
+        """Append a frame (H, W, 3 or more), sRGB in [0, 1], top row first."""
         self._container.mux(self._stream.encode(self._frame_of(to_bytes(image[..., :3]))))
 
     def data(self) -> bytes:
-        """Return the file."""
+        """Return the file; no frame may follow."""
         self._container.mux(self._stream.encode())
         self._container.close()
         return self._file.getvalue()
 
     def close(self) -> None:
-        """Free the encoder."""
         self._container.close()
 
 
 class Gif:
-    """An animated GIF that repeats, with one palette for all pictures, so that what stands still does not flicker."""
+    """An animated GIF that loops. All frames share a palette, so that what stands still does not flicker."""
 
     def __init__(self, rate: int) -> None:
         self._rate = rate
         self._frames: list[bytes] = []
-        """The pictures' bytes, compressed: the palette is known only at the end."""
+        """The frames' pixels, compressed: the palette is known only at the end."""
         self._shape = (0, 0, 3)
 
     def add(self, image: NDArray[np.float32]) -> None:
-        """Append a picture."""
+        """Append a frame (H, W, 3 or more), sRGB in [0, 1], top row first."""
         pixels = to_bytes(image[..., :3], dithered=False)
         self._shape = pixels.shape
         self._frames.append(zlib.compress(pixels.tobytes(), 1))
 
     def data(self) -> bytes:
-        """Return the file. A picture is shown for whole hundredths of a second, some for one more than others."""
+        """Return the file. GIF counts hundredths of a second, so some frames last one longer than others."""
         palette = self._palette()
         first, *others = (
             self._picture(k).quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
@@ -154,15 +138,14 @@ class Gif:
         return file.getvalue()
 
     def close(self) -> None:
-        """Forget the pictures."""
         self._frames.clear()
 
     def _palette(self) -> Image.Image:
-        """Choose 256 colours of the pictures. Each that occurs counts once: most pixels are of the background."""
-        every = -(-len(self._frames) // SEEN_FRAMES)
+        """Choose 256 colors. Each color counts once, because most pixels are background."""
+        every = -(-len(self._frames) // PALETTE_FRAMES)
         pixels = [np.asarray(self._picture(k))[::2, ::2].reshape(-1, 3) for k in range(0, len(self._frames), every)]
-        colours = np.unique(np.concatenate(pixels) >> 2, axis=0) << 2 | 2
-        return Image.fromarray(colours[None]).quantize(256, Image.Quantize.MEDIANCUT)
+        colors = np.unique(np.concatenate(pixels) >> 2, axis=0) << 2 | 2
+        return Image.fromarray(colors[None]).quantize(256, Image.Quantize.MEDIANCUT)
 
     def _picture(self, k: int) -> Image.Image:
         return Image.frombytes("RGB", self._shape[1::-1], zlib.decompress(self._frames[k]))

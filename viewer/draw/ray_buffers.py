@@ -1,4 +1,4 @@
-"""What the passes of a frame leave to one another: where rays are, and the normals of those that have hit."""
+"""Textures that the passes of a frame hand on: ray states and normals."""
 
 import moderngl
 
@@ -9,47 +9,42 @@ from .tiles import Tile
 
 
 class RayBuffers:
-    """Framebuffers of one size that share a depth buffer, in the context of `gl`.
+    """Framebuffers of one size that share a depth buffer, in the context `gl`.
 
-    Their sides are powers of two: software GL compiles programs again for textures of other sides.
+    Their sides are powers of two: software GL compiles programs again for textures of other sizes.
     """
 
     rays: moderngl.Framebuffer
-    """Of near.glsl and trace.glsl."""
+    """Output of near.glsl and trace.glsl."""
     normals: moderngl.Framebuffer
-    """Of normals.glsl."""
+    """Output of normals.glsl."""
     depth: moderngl.Framebuffer
-    """Of rest.glsl, which writes nothing else."""
+    """For rest.glsl, which writes only depth."""
 
     def __init__(self, gl: moderngl.Context, size: tuple[int, int]) -> None:
-        """size: least width and height."""
+        """size: least (width, height)."""
         size = 1 << (size[0] - 1).bit_length(), 1 << (size[1] - 1).bit_length()
         self.rays = new_framebuffer(gl, size)
         self.normals = gl.framebuffer([gl.texture(size, 4, dtype="f4")], self.rays.depth_attachment)
         self.depth = gl.framebuffer((), self.rays.depth_attachment)
 
-    def holds(self, width: int, height: int) -> bool:
-        """Whether so many pixels fit."""
-        return self.rays.width >= width and self.rays.height >= height
-
     def use(self, region: Tile) -> None:
-        """Bind the textures to UNITS, and let drawing be into a region of them."""
+        """Bind the textures to UNITS, and restrict drawing to a region."""
         texture_of(self.rays).use(UNITS["rays"])
         texture_of(self.normals).use(UNITS["normals"])
         for framebuffer in (self.rays, self.normals, self.depth):
             framebuffer.viewport = region
 
     def read(self, region: Tile) -> tuple[Image, Image]:
-        """Return what a region of the rays and of the normals holds."""
+        """Return a region of the rays and of the normals."""
         return read_pixels(self.rays, region[2:], region[:2]), read_pixels(self.normals, region[2:], region[:2])
 
     def write(self, region: Tile, rays: Image, normals: Image) -> None:
-        """Put a region of the rays and of the normals back."""
+        """Replace a region of the rays and of the normals."""
         texture_of(self.rays).write(rays.tobytes(), region)
         texture_of(self.normals).write(normals.tobytes(), region)
 
     def release(self) -> None:
-        """Free everything."""
         texture_of(self.normals).release()
         self.normals.release()
         self.depth.release()

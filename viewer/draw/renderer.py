@@ -1,4 +1,4 @@
-"""Draws pictures with a baked shader off screen: tile by tile, with supersampling."""
+"""Draws whole pictures with a baked shader, off screen: in tiles, with supersampling."""
 
 import time
 from collections.abc import Callable
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from .adaptive import add_samples, from_blocks, into_blocks, places_of, wanted
+from .adaptive import add_samples, from_blocks, into_blocks, sample_counts, sample_points
 from .camera import Camera
 from .framebuffer import check_drawn, read_pixels
 from .options import RenderOptions
@@ -17,14 +17,14 @@ from .tiles import TILE_SIDE, Tile, check_size, largest_tile, tiles, with_border
 
 
 class Renderer(Sampler):
-    """Draws pictures with one shader. Raises UserError where the driver refuses the shader or the weights."""
+    """Draws pictures with one shader. Raises UserError if the driver rejects the shader or the weights."""
 
     def render(self, size: tuple[int, int], camera: Camera, options: RenderOptions | None = None) -> Image:
-        """Draw a picture of `size` (width, height) pixels and return it: (H, W, 4) float32, top row first.
+        """Draw a picture of `size` (width, height) pixels: (H, W, 4) float32, top row first.
 
-        rgb is sRGB, averaged over a pixel's samples in linear light; alpha is the share of the samples that hit. The
-        shading "data" is raw, from the pixels' centres. On a terminal, a progress bar shows where it takes long.
-        Raises UserError where the size or the options do not fit, or the driver fails.
+        rgb is sRGB, the mean of a pixel's samples in linear light; alpha is the share of the samples that hit. The
+        shading "data" is raw, from the pixel centers. A terminal shows a progress bar. Raises UserError if the size or
+        the options do not fit, or the driver fails.
         """
         options = options or RenderOptions()
         check_size(size)
@@ -35,7 +35,7 @@ class Renderer(Sampler):
     def render_tiles(
         self, size: tuple[int, int], camera: Camera, options: RenderOptions, after_sample: Callable[[], object]
     ) -> Image:
-        """Draw the picture that `render` gives; after_sample: as of `render_tile`."""
+        """Draw the picture of `render`. after_sample: see `render_tile`."""
         image = np.empty((size[1], size[0], 4), np.float32)
         for tile in tiles(size):
             x, y, width, height = tile
@@ -50,59 +50,64 @@ class Renderer(Sampler):
         options: RenderOptions,
         after_sample: Callable[[], object] = lambda: None,
     ) -> Image:
-        """Draw a tile, at most TILE_SIDE a side, of the picture that `render` gives, and return it, bottom row first.
+        """Draw a tile, at most TILE_SIDE a side, of the picture of `render`: (H, W, 4), bottom row first.
 
-        after_sample: called each time that one sample of every pixel is drawn.
+        after_sample: called after each sample of all pixels.
         """
-        offsets = _sample_offsets(options)
-        if self.adapts(options):
-            return self._adaptive_tile(tile, size, camera, options, after_sample)
-        averaged = len(offsets) > 1 or options.transparent
-        total: Image | None = None
+        adapts, transparent = self.adapts(options), options.transparent
+        offsets = jitters(1) if adapts else _sample_offsets(options)
+        averaged = adapts or len(offsets) > 1 or transparent
+        # Adaptive sampling compares the pixels at the tile's border with their neighbors in the next tile.
+        drawn = with_border(tile, size) if adapts else tile
+        total = np.zeros((drawn[3], drawn[2], 4), np.float32)
+        counts: NDArray[np.int64] | int = len(offsets)
         with self.context as gl:
-            _ = gl.error  # forgets the errors that others left
+            _ = gl.error  # clears errors of earlier calls
             target = self._target(gl, largest_tile(size))
             for x, y in offsets.tolist():
                 self.prepare(size, camera, options, (x, y))
-                self.draw(target, tile)
-                sample = read_pixels(target, tile[2:])
-                if averaged:
-                    sample = to_linear(sample, options.transparent)
-                total = sample if total is None else total + sample
+                self.draw(target, drawn)
+                sample = read_pixels(target, drawn[2:])
+                total += to_linear(sample, transparent) if averaged else sample
                 after_sample()
+            if adapts:
+                x, y, width, height = tile
+                inside = np.s_[y - drawn[1] : y - drawn[1] + height, x - drawn[0] : x - drawn[0] + width]
+                further = sample_counts(sample, options.samples)[inside]
+                points, pixels = sample_points(further, (x, y))
+                total, counts = total[inside].copy(), 1 + further[..., None]
+                add_samples(total, pixels, to_linear(self.samples_at(points), transparent))
+                for _ in range(1, options.samples):
+                    after_sample()
             check_drawn(gl, self.context.renderer)
-        assert total is not None
-        return from_linear(total / len(offsets), options.transparent) if averaged else total
+        return from_linear(total / counts, transparent) if averaged else total
 
     def adapts(self, options: RenderOptions) -> bool:
-        """Whether the samples of a pixel follow its difference from its neighbours."""
+        """Whether a pixel's number of samples depends on its contrast with its neighbors."""
         several = options.samples > 1 and not options.uniform and options.shade != "data"
         return several and self.shader.passes is not None and self.edges is None
 
-    def samples_at(self, places: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Draw samples at any points (N, 2) of the picture that `prepare` was told of; return them, (N, 4).
+    def samples_at(self, points: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Draw samples, (N, 4), at points (N, 2) of the picture that `prepare` has set up.
 
-        The points are in pixels, its lower left corner being (0, 0). The context must be current, and `adapts` true.
+        Points are in pixels from the picture's lower left corner. The context must be current, and `adapts` true.
         """
         gl = self.context.gl
         assert self._passes is not None
         target, drawn = self._target(gl, self._passes.places.size), []
-        for start in range(0, len(places), TILE_SIDE**2):
-            part = places[start : start + TILE_SIDE**2]
-            laid_out = into_blocks(part, TILE_SIDE)
-            height, width, _ = laid_out.shape
-            self._passes.places.write(laid_out.tobytes(), (0, 0, width, height))
-            self._scattered = laid_out
+        for start in range(0, len(points), TILE_SIDE**2):
+            part = points[start : start + TILE_SIDE**2]
+            packed = into_blocks(part, TILE_SIDE)
+            height, width, _ = packed.shape
+            self._passes.places.write(packed.tobytes(), (0, 0, width, height))
+            self._passes.scattered = packed
             self.draw(target, (0, 0, width, height))
             drawn.append(from_blocks(read_pixels(target, (width, height)), len(part)))
-        self._scattered = None
+        self._passes.scattered = None
         return np.concatenate(drawn) if drawn else np.empty((0, 4), np.float32)
 
     def timed(self, size: tuple[int, int], camera: Camera, options: RenderOptions) -> tuple[float, float]:
-        """Draw one sample of a picture that stays with the driver.
-
-        Returns the seconds that it took: by the clock on the wall, and by the GPU's own.
-        """
+        """Draw one sample of each pixel, and return the seconds by the wall clock and by the GPU's clock."""
         check_size(size)
         gpu_seconds = 0.0
         with self.context as gl:
@@ -118,36 +123,7 @@ class Renderer(Sampler):
             check_drawn(gl, self.context.renderer)
             return time.perf_counter() - start, gpu_seconds
 
-    def _adaptive_tile(
-        self,
-        tile: Tile,
-        size: tuple[int, int],
-        camera: Camera,
-        options: RenderOptions,
-        after_sample: Callable[[], object],
-    ) -> Image:
-        """Draw a tile as `render_tile` does, with the samples that each pixel wants."""
-        # Whether a pixel wants more samples is seen by its neighbours, which may be in the next tile.
-        drawn = with_border(tile, size)
-        x, y, width, height = tile
-        inside = np.s_[y - drawn[1] :, x - drawn[0] :]
-        with self.context as gl:
-            _ = gl.error  # forgets the errors that others left
-            target = self._target(gl, largest_tile(size))
-            self.prepare(size, camera, options)
-            self.draw(target, drawn)
-            sample = read_pixels(target, drawn[2:])
-            after_sample()
-            counts = wanted(sample, options.samples)[inside][:height, :width]
-            total = to_linear(sample[inside][:height, :width], options.transparent)
-            places, pixels = places_of(counts, (x, y))
-            add_samples(total, pixels, to_linear(self.samples_at(places), options.transparent))
-            check_drawn(gl, self.context.renderer)
-        for _ in range(1, options.samples):
-            after_sample()
-        return from_linear(total / (1 + counts[..., None]), options.transparent)
-
 
 def _sample_offsets(options: RenderOptions) -> NDArray[np.float32]:
-    """Return the offsets (N, 2) of a pixel's samples from its centre, in pixels; data has one, at the centre."""
+    """Return the offsets (N, 2) of a pixel's samples from its center, pixels; raw data has one, 0."""
     return jitters(1 if options.shade == "data" else options.samples)

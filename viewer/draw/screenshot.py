@@ -1,4 +1,4 @@
-"""Writes float images as PNG files."""
+"""Rounds float pictures to 8 bits, and writes them as PNG files."""
 
 from pathlib import Path
 
@@ -11,44 +11,38 @@ from ...model.image_file import png_bytes
 
 
 def save_png(path: Path, image: NDArray[np.float32], title: str = "", transparent: bool = False) -> None:
-    """Write an image as a PNG file, whole or not at all; the arguments after `path` are those of `to_png`.
-
-    Raises UserError where `path` cannot be written or does not end in .png.
-    """
+    """Write a PNG file, whole or not at all; the other arguments are those of `to_png`. Raises UserError."""
     check_name(path)
     write_whole(path, to_png(image, title, transparent))
 
 
 def to_png(image: NDArray[np.float32], title: str = "", transparent: bool = False) -> bytes:
-    """Encode an image as the bytes of an 8-bit PNG file.
+    """Encode an image as an 8-bit PNG file; without alpha, colors are dithered.
 
-    image: (H, W, 4) float32, sRGB and alpha, [0, 1], top row first; what lies outside is clipped. title: a text that
-    the file holds, "" for none. transparent: keeps alpha. Without alpha, colours are dithered.
+    image: (H, W, 4), sRGB and alpha, clipped to [0, 1], top row first. title: a text in the file. transparent: keep
+    alpha.
     """
     return png_bytes(to_bytes(image if transparent else image[..., :3], dithered=not transparent), title)
 
 
 def to_bytes(image: NDArray[np.float32], dithered: bool = True) -> NDArray[np.uint8]:
-    """Round an image (H, W, channels) in [0, 1] to 8 bits; what lies outside is clipped. dithered: against bands."""
+    """Clip an image (H, W, channels) to [0, 1], and round it to 8 bits. dithered: against color bands."""
     pixels = np.empty(image.shape, np.uint8)
-    for y, (row, out) in enumerate(zip(image, pixels, strict=True)):  # an 8K picture fits the memory only once
+    for y, (row, out) in enumerate(zip(image, pixels, strict=True)):  # row by row: an 8K picture is large
         noise = _dither(y, len(row)) if dithered else 0.0
         out[:] = np.rint(np.clip(row, 0.0, 1.0) * 255.0 + noise)
     return pixels
 
 
 def _dither(y: int, width: int) -> NDArray[np.float32]:
-    """Return what is added to a row of pixels, (width, 1), before it is rounded (glsl/dither.glsl, times 255).
-
-    It is less than a half either way, so that a colour of 8 bits stays as it is.
-    """
+    """Return the dither of a row of pixels, (width, 1): 255 times glsl/dither.glsl, below 0.5 in magnitude."""
     phase = 0.06711056 * (np.arange(width) + 0.5) + 0.00583715 * (y + 0.5)
     noise = np.modf(52.9829189 * np.modf(phase)[0])[0] - 0.5
     return np.asarray(0.998 * noise, np.float32)[:, None]
 
 
 def check_name(path: Path) -> None:
-    """Raise UserError where `path` does not end in .png."""
+    """Raise UserError unless the path ends in .png."""
     if path.suffix.lower() in (".mp4", ".gif"):
         raise UserError(f"{show(path)}: a video needs --frames N, the number of its pictures")
     if path.suffix.lower() != ".png":

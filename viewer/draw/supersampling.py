@@ -1,4 +1,4 @@
-"""Several samples of a pixel: where in the pixel they lie, and how their mean is taken in linear light."""
+"""The positions of a pixel's samples, and their mean in linear light."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +12,14 @@ GOLDEN_RATIO = 0.6180339887498949
 
 
 def golden_order(count: int) -> NDArray[np.intp]:
-    """Return the indices 0 to count - 1, (count,), by the golden ratio: neighbours in this order are far apart."""
+    """Return 0 to count - 1, (count,), in an order by the golden ratio that keeps neighbors far apart."""
     return np.argsort((0.5 + np.arange(count) * GOLDEN_RATIO) % 1.0)
 
 
 def jitters(samples: int) -> NDArray[np.float32]:
-    """Return the offsets (samples, 2) of a pixel's samples from its centre, in pixels, in [-0.5, 0.5), with mean 0.
+    """Return the offsets (samples, 2) of a pixel's samples from its center, pixels, in [-0.5, 0.5), with mean 0.
 
-    They lie like rooks that do not attack each other: every row and every column of a samples x samples board has one.
+    On a samples x samples grid, every row and every column has exactly one sample.
     """
     column = np.arange(samples)
     row = np.argsort(golden_order(samples))
@@ -27,19 +27,15 @@ def jitters(samples: int) -> NDArray[np.float32]:
 
 
 def to_linear(sample: Image, transparent: bool) -> Image:
-    """Decode sRGB to linear light; alpha stays.
-
-    transparent: multiply colours by alpha, so that the background does not count in a mean.
-    """
+    """Decode sRGB to linear light. transparent: premultiply colors by alpha, so that a mean omits the background."""
     rgb, alpha = np.clip(sample[..., :3], 0, 1), sample[..., 3:]
     linear = srgb.to_linear(rgb)
     return np.concatenate([linear * alpha if transparent else linear, alpha], axis=-1, dtype=np.float32)
 
 
 def from_linear(mean: NDArray[np.floating], transparent: bool) -> Image:
-    """Encode linear light (H, W, 4) as sRGB; the inverse of `to_linear`."""
+    """Encode linear light (H, W, 4) as sRGB: the inverse of `to_linear`."""
     linear, alpha = mean[..., :3], mean[..., 3:]
     if transparent:
         linear = np.clip(linear / np.maximum(alpha, 1e-6), 0, 1)
-    rgb = srgb.to_srgb(linear)
-    return np.concatenate([rgb, alpha], axis=-1, dtype=np.float32)
+    return np.concatenate([srgb.to_srgb(linear), alpha], axis=-1, dtype=np.float32)

@@ -72,7 +72,6 @@ class Drawing:
         return None if self._complete else max(0.0, self._refine_time - time.perf_counter())
 
     def release(self) -> None:
-        """Free what is held in the context."""
         self.picture.release()
 
     def _tell(self, seconds: float, size: tuple[int, int]) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from ...model.errors import UserError
 from ..draw.context import Context
 from ..draw.edges import Edges
-from ..draw.rasteriser import Rasteriser
+from ..draw.rasterizer import Rasterizer
 from ..draw.renderer import Renderer
 from ..draw.triangles import Triangles, read_triangles_for
 from .source import Source
@@ -26,20 +26,20 @@ class MeshSource:
 
 
 class Overlay:
-    """A mesh with the edges and the rasteriser that draw it; each is made when it is first needed."""
+    """A mesh with the edges and the rasterizer that draw it; each is made when it is first needed."""
 
     def __init__(self, context: Context, mesh: MeshSource, storage: str) -> None:
-        """storage: how the rasteriser's shader holds the weights of the model."""
+        """storage: how the rasterizer's shader holds the weights of the model."""
         self.mode = MESH_MODES[0]
         """What `over` was last asked to show of the mesh, one of MESH_MODES."""
         self._context, self._mesh_source, self._storage = context, mesh, storage
         self._source: Source | None = None
         self._mesh: Triangles | None = None
         self._edges: Edges | None = None
-        self._rasteriser: Rasteriser | None = None
+        self._rasterizer: Rasterizer | None = None
 
     def over(self, renderer: Renderer, source: Source, mode: str) -> Renderer:
-        """Return what draws the picture: `renderer`, which draws `source`, or a rasteriser in its place.
+        """Return what draws the picture: `renderer`, which draws `source`, or a rasterizer in its place.
 
         mode: what is to be shown of the mesh, one of MESH_MODES.
         Raises UserError if the mesh cannot be read, does not belong to the source, or its shader does not compile.
@@ -57,16 +57,15 @@ class Overlay:
         drawn_by = renderer
         if "faces" in mode:
             assert source.model is not None
-            self._rasteriser = self._rasteriser or Rasteriser(self._context, source.model, self._mesh, self._storage)
-            drawn_by = self._rasteriser
+            self._rasterizer = self._rasterizer or Rasterizer(self._context, source.model, self._mesh, self._storage)
+            drawn_by = self._rasterizer
         if "edges" in mode:
             self._edges = self._edges or Edges(self._context, self._mesh)
         drawn_by.edges = self._edges if "edges" in mode else None
         return drawn_by
 
     def release(self) -> None:
-        """Free what is held in the context; the next call of `over` makes it again."""
-        for held in (self._edges, self._rasteriser):
+        for held in (self._edges, self._rasterizer):
             if held is not None:
                 held.release()
-        self._source = self._mesh = self._edges = self._rasteriser = None
+        self._source = self._mesh = self._edges = self._rasterizer = None

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import glsl
-from ..draw.adaptive import add_samples, places_of, wanted
+from ..draw.adaptive import add_samples, sample_counts, sample_points
 from ..draw.camera import Camera
 from ..draw.compile import VERTEX_SHADER
 from ..draw.context import Context
@@ -124,7 +124,6 @@ class Picture:
             self._presenting.render(moderngl.TRIANGLES, vertices=3)
 
     def release(self) -> None:
-        """Free what is held in the context."""
         with self._context:
             for buffer in (self._coarse, self._fine, self._tile):
                 free(buffer)
@@ -146,7 +145,7 @@ class Picture:
             seen[y : y + height, x : x + width] = read_pixels(self._tile, (width, height))
             self.frame_seconds += time.perf_counter() - start
             yield
-        yield from self._refined_pixels(renderer, scene, wanted(seen, scene.options.samples))
+        yield from self._refined_pixels(renderer, scene, sample_counts(seen, scene.options.samples))
 
     def _sampled_tiles(
         self, renderer: Renderer, scene: Scene, offset: NDArray[np.float32]
@@ -171,7 +170,7 @@ class Picture:
         sums = read_pixels(self._fine, scene.size).copy()
         for left, right, options in scene.panes(scene.size[0]):
             pane = counts * ((np.arange(scene.size[0]) >= left) & (np.arange(scene.size[0]) < right))
-            places, pixels = places_of(pane)
+            places, pixels = sample_points(pane)
             done = 0
             while done < len(places):
                 part = np.s_[done : done + self._side**2]

@@ -33,7 +33,7 @@ class Shown:
         return self.overlay is not None and self.overlay.mode != self.view.mesh
 
     def drawn_by(self) -> Renderer:
-        """Return what draws the picture: `renderer`, or in its place a rasteriser of the mesh.
+        """Return what draws the picture: `renderer`, or in its place a rasterizer of the mesh.
 
         Raises UserError if the mesh cannot be shown; the view then hides it.
         """
@@ -76,7 +76,6 @@ class Shown:
         self.renderer.edges, self.view.mesh = None, MESH_MODES[0]
 
     def release(self) -> None:
-        """Free what is held in the context."""
         if self.overlay is not None:
             self.overlay.release()
         self.renderer.release()

@@ -9,8 +9,7 @@ from contextlib import contextmanager
 import glfw
 
 from ...codegen.targets.uniforms import default
-from ...model.errors import UserError
-from ..draw.context import Context, NoDisplayError, open_window
+from ..draw.context import Context, open_window
 from .gui import Gui, open_gui
 
 Colour = tuple[float, ...]
@@ -25,14 +24,7 @@ def greeted(name: str, size: tuple[int, int], background: Colour | None) -> Iter
     Gives the window's context, and its GUI if imgui-bundle is installed; both are freed at the end. Raises UserError
     where there is no display.
     """
-    try:
-        context = open_window(size, f"{name}   compiling", visible=True)
-    except NoDisplayError as error:
-        raise UserError(
-            f"{error}; without one, `mplicits render` draws a picture and `mplicits bake --target html` "
-            "writes a web page"
-        ) from None
-    gui = None
+    context, gui = open_window(size, f"{name}   compiling", visible=True), None
     try:
         _paint(context, background or default("background_bottom"))
         gui = open_gui(context)

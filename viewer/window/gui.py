@@ -172,7 +172,6 @@ class Gui:
         self._imgui.get_io().add_input_character(code)
 
     def release(self) -> None:
-        """Free what is held in the context."""
         with self._context:
             self._imgui.backends.opengl3_shutdown()
         self._imgui.destroy_context(self._gui)

@@ -121,7 +121,6 @@ class Window:
                 glfw.swap_buffers(self.handle)
 
     def close(self) -> None:
-        """End the work."""
         self.desk.close()
 
     def key(self, name: str) -> None:

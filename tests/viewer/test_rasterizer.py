@@ -23,7 +23,7 @@ from mplicits.viewer.draw import tiles
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
-from mplicits.viewer.draw.rasteriser import Rasteriser
+from mplicits.viewer.draw.rasterizer import Rasterizer
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.triangles import Triangles, read_triangles
 from support.fitted_model import fitted_model
@@ -59,10 +59,10 @@ def low_poly(model: Model) -> Triangles:
 
 
 @pytest.fixture(scope="module")
-def rasteriser(osmesa: Context, model: Model, low_poly: Triangles) -> Iterator[Rasteriser]:
-    rasteriser = Rasteriser(osmesa, model, low_poly)
-    yield rasteriser
-    rasteriser.release()
+def rasterizer(osmesa: Context, model: Model, low_poly: Triangles) -> Iterator[Rasterizer]:
+    rasterizer = Rasterizer(osmesa, model, low_poly)
+    yield rasterizer
+    rasterizer.release()
 
 
 def decoded(image: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -104,18 +104,18 @@ def test_a_split_picture_is_both_pictures_side_by_side(traced: Renderer) -> None
 
 @pytest.mark.parametrize("level", [1, 2])
 def test_a_mesh_s_normals_are_the_reference_s_at_each_fragment(
-    rasteriser: Rasteriser, model: Model, level: int
+    rasterizer: Rasterizer, model: Model, level: int
 ) -> None:
-    p, hit = points(rasteriser.render(SIZE, CAMERA, DATA))
+    p, hit = points(rasterizer.render(SIZE, CAMERA, DATA))
     gradient, _ = interpret.field_gradient(lower(model), p[hit], level)
     assert 500 < hit.sum() < 1500
     assert np.abs(interpret.field(lower(model), p[hit], 2)).max() < 0.05, "fragments lie where the mesh is"
-    image = decoded(rasteriser.render(SIZE, CAMERA, replace(NORMAL, normal_level=level)))[hit]
+    image = decoded(rasterizer.render(SIZE, CAMERA, replace(NORMAL, normal_level=level)))[hit]
     np.testing.assert_allclose(image, gradient / np.linalg.norm(gradient, axis=1)[:, None], atol=2e-4)
 
 
-def test_the_mesh_is_where_the_traced_surface_is(rasteriser: Rasteriser, traced: Renderer) -> None:
-    mesh, ray = (renderer.render((160, 160), CAMERA, DATA) for renderer in (rasteriser, traced))
+def test_the_mesh_is_where_the_traced_surface_is(rasterizer: Rasterizer, traced: Renderer) -> None:
+    mesh, ray = (renderer.render((160, 160), CAMERA, DATA) for renderer in (rasterizer, traced))
     both, either = (mesh[..., 3] * ray[..., 3]).sum(), np.maximum(mesh[..., 3], ray[..., 3]).sum()
     assert both / either > 0.97
     inside = (mesh[..., 3] * ray[..., 3]) == 1
@@ -123,11 +123,11 @@ def test_the_mesh_is_where_the_traced_surface_is(rasteriser: Rasteriser, traced:
 
 
 def test_a_split_picture_shows_the_mesh_s_own_normals_on_the_left(osmesa: Context, model: Model) -> None:
-    rasteriser = Rasteriser(osmesa, model, SQUARE)
+    rasterizer = Rasterizer(osmesa, model, SQUARE)
     camera = Camera(0, 0)
-    image = decoded(rasteriser.render(SIZE, camera, replace(NORMAL, split=0.5)))
-    hit = rasteriser.render(SIZE, camera, DATA)[..., 3] == 1
-    rasteriser.release()
+    image = decoded(rasterizer.render(SIZE, camera, replace(NORMAL, split=0.5)))
+    hit = rasterizer.render(SIZE, camera, DATA)[..., 3] == 1
+    rasterizer.release()
     left, right = image[:, :24][hit[:, :24]], image[:, 24:][hit[:, 24:]]
     np.testing.assert_allclose(left, np.tile((0, 0, 1), (len(left), 1)), atol=1e-6)
     assert np.abs(right - (0, 0, 1)).max() > 0.1
@@ -143,31 +143,31 @@ def test_the_nearest_triangle_wins_in_either_order(osmesa: Context, model: Model
             np.concatenate([one.normals, other.normals]),
             np.concatenate([one.faces, other.faces + 4]),
         )
-        rasteriser = Rasteriser(osmesa, model, both)
-        pictures.append(rasteriser.render(SIZE, Camera(0, 0), replace(NORMAL, split=1.0)))
-        rasteriser.release()
+        rasterizer = Rasterizer(osmesa, model, both)
+        pictures.append(rasterizer.render(SIZE, Camera(0, 0), replace(NORMAL, split=1.0)))
+        rasterizer.release()
     np.testing.assert_array_equal(pictures[0], pictures[1])
     np.testing.assert_allclose(decoded(pictures[0])[20, 24], (0, 0, 1), atol=1e-6)
 
 
 def test_the_background_and_the_tiles_are_those_of_a_traced_picture(
-    rasteriser: Rasteriser, traced: Renderer, monkeypatch: pytest.MonkeyPatch
+    rasterizer: Rasterizer, traced: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     options = RenderOptions(samples=2, background=((0.1, 0.2, 0.9), (0.8, 0.1, 0.1)))
-    mesh, ray = rasteriser.render(SIZE, CAMERA, options), traced.render(SIZE, CAMERA, options)
+    mesh, ray = rasterizer.render(SIZE, CAMERA, options), traced.render(SIZE, CAMERA, options)
     empty = np.maximum(mesh[..., 3], ray[..., 3]) == 0
     assert empty.mean() > 0.3
     np.testing.assert_allclose(mesh[empty], ray[empty], atol=1e-6)
     monkeypatch.setattr(tiles, "TILE_SIDE", 17)
-    np.testing.assert_allclose(rasteriser.render(SIZE, CAMERA, options), mesh, atol=1e-4)
+    np.testing.assert_allclose(rasterizer.render(SIZE, CAMERA, options), mesh, atol=1e-4)
 
 
-def test_a_rasteriser_leaves_no_state_behind(rasteriser: Rasteriser, traced: Renderer) -> None:
+def test_a_rasterizer_leaves_no_state_behind(rasterizer: Rasterizer, traced: Renderer) -> None:
     before = traced.render(SIZE, CAMERA)
-    rasteriser.render(SIZE, CAMERA, RenderOptions(normal_level=1, split=0.5))
+    rasterizer.render(SIZE, CAMERA, RenderOptions(normal_level=1, split=0.5))
     np.testing.assert_array_equal(traced.render(SIZE, CAMERA), before)
     with pytest.raises(UserError, match="levels 1 to 2"):
-        rasteriser.render(SIZE, CAMERA, RenderOptions(normal_level=3))
+        rasterizer.render(SIZE, CAMERA, RenderOptions(normal_level=3))
 
 
 @pytest.mark.usefixtures("osmesa")

@@ -18,7 +18,7 @@ from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from support.paths import DATA
-from support.rasterised import Rasterised
+from support.pyrender_mesh import PyrenderMesh
 
 pytest.importorskip("pyrender", reason="pyrender-maintained is not installed")
 SPOT = DATA / "textured" / "spot.obj"
@@ -46,7 +46,7 @@ def curved_spot() -> trimesh.Trimesh:
 def test_silhouette_depth_and_colour_of_spot_are_those_of_its_mesh(osmesa: Context) -> None:
     model = load(model_path("spot-large"))
     assert len(model.levels) == 3
-    reference = Rasterised(curved_spot(), model.centre, model.scale, SIZE)
+    reference = PyrenderMesh(curved_spot(), model.centre, model.scale, SIZE)
     mesh_colour, mesh_depth = reference(CAMERA)
     reference.release()
     renderer = Renderer(osmesa, bake(model))
@@ -68,7 +68,7 @@ def test_silhouette_depth_and_colour_of_spot_are_those_of_its_mesh(osmesa: Conte
 def test_pyrender_draws_a_square_of_known_size_depth_and_colour(tmp_path: Path) -> None:
     square = trimesh.Trimesh([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     square.visual = trimesh.visual.ColorVisuals(square, vertex_colors=[[51, 102, 204, 255]] * 4)
-    reference = Rasterised(square, (0.0, 0.0, 0.0), 2.0, (64, 32))
+    reference = PyrenderMesh(square, (0.0, 0.0, 0.0), 2.0, (64, 32))
     colour, depth = reference(Camera(0, 0, 4.0, fov=30.0))
     reference.release()
     pixels = 0.5 / (np.tan(np.radians(15)) * 4) * 16

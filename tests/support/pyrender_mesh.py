@@ -17,7 +17,7 @@ BACKGROUND = (1.0, 1.0, 1.0)
 """Colour where there is no surface, sRGB."""
 
 
-class Rasterised:
+class PyrenderMesh:
     """Draws a mesh, moved into model space, through the viewer's cameras.
 
     Model space is (the mesh's own - centre) / scale. size: (width, height) of the pictures, in pixels.
