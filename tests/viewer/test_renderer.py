@@ -1,5 +1,6 @@
 """The renderer: the pictures that it returns, tiles, supersampling, options, and what it refuses."""
 
+import re
 from collections.abc import Iterator
 
 import numpy as np
@@ -7,17 +8,24 @@ import pytest
 
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.shader import Shader
+<<<<<<< HEAD
 from mplicits.field import interpret
 from mplicits.ir.lower import lower
+=======
+from mplicits.codegen.targets.uniforms import TIME, UNIFORMS
+>>>>>>> 7cdaf3f (Test that an unknown uniform is an error)
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model
 from mplicits.viewer.draw import tiles
 from mplicits.viewer.draw.camera import Camera
+from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context, open_context
 from mplicits.viewer.draw.options import RenderOptions
+from mplicits.viewer.draw.program import KNOWN, Program
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.supersampling import Image, to_linear
 from support.fitted_model import fitted_model
+from support.paths import ROOT
 from support.random_model import random_model
 
 SIZE = (48, 40)
@@ -218,3 +226,25 @@ def test_a_shader_that_the_driver_refuses_is_one_line_with_the_source(osmesa: Co
         Renderer(osmesa, broken)
     assert "\n" not in str(raised.value)
     assert "float broken = undefined_name;" in str(raised.value)
+
+
+def test_an_unknown_uniform_is_an_error(osmesa: Context) -> None:
+    fragment = "#version 330\nuniform float focal;\nout vec4 color;\nvoid main() { color = vec4(focal); }"
+    with osmesa as gl:
+        program = Program(gl, (VERTEX_SHADER, ()), (fragment, ()), "osmesa")
+        program.write({"focal": 2.0, "light": (0, 0, 1)})  # this shader has no light, others have
+        with pytest.raises(KeyError, match="focall"):
+            program.write({"focall": 2.0})
+        program.release()
+
+
+def test_each_known_uniform_is_declared_by_a_shader() -> None:
+    texts = [path.read_text() for path in (ROOT / "glsl").glob("*.glsl")]
+    declared = {
+        name
+        for text in texts
+        for line in re.findall(r"^uniform [^;]+", text, re.M)
+        for name in re.findall(r"\w+", line)
+    }
+    table = {uniform.name for uniform in (*UNIFORMS, TIME)} | {"weights"}
+    assert table < KNOWN <= table | declared

@@ -72,7 +72,7 @@ class Program:
             if name not in KNOWN:
                 raise KeyError(f"no shader has a uniform {name!r}")
             if (uniform := self._uniforms.get(name)) is not None:
-                kind = np.float32 if uniform.fmt.endswith("f") else np.int32
+                kind = np.float32 if uniform.mglo.fmt.endswith("f") else np.int32
                 size = 4 * uniform.dimension * uniform.array_length
                 uniform.write(np.ascontiguousarray(value, kind).tobytes()[:size])
 

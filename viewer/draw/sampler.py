@@ -30,7 +30,7 @@ class Sampler:
     shader: Shader
     edges: Edges | None = None
     """Edges of a mesh, drawn over every picture but raw data."""
-    compile_seconds: float
+    compile_seconds = 0.0
     """Seconds to compile, link and draw one pixel: drivers do most of their compiling at the first draw."""
 
     def __init__(self, context: Context, shader: Shader, shading: str = "phong") -> None:
@@ -93,9 +93,7 @@ class Sampler:
         """
         if (passes := self._passes) is not None:
             passes.color_passes, passes.jitter = _color_passes(options.shade), jitter
-            start = time.perf_counter()
             self._compile(passes.color_passes)
-            self.compile_seconds += time.perf_counter() - start
             passes.level, normal_level = options.resolved_levels(self.shader.levels)
             passes.looks_first = passes.level == normal_level and options.schedule == "relaxed"
             passes.looks_first &= self.shader.looks_first and self._uses_cells(options)
@@ -131,9 +129,10 @@ class Sampler:
         """Compile the programs of passes, or "main" of a shader without passes, unless they are. Raises ShaderError."""
         for name in names:
             if name not in self._programs:
-                passes = self.shader.passes
+                start, passes = time.perf_counter(), self.shader.passes
                 text = (self.shader.text, self.shader.files) if passes is None else passes[name]
                 self._programs[name] = Program(self.context.gl, (VERTEX_SHADER, ()), text, self.context.renderer)
+                self.compile_seconds += time.perf_counter() - start
 
     def _default(self, name: str) -> bytes:
         """Return the default of a uniform; b"" if no program uses it."""
