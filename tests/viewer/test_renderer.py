@@ -8,12 +8,9 @@ import pytest
 
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.shader import Shader
-<<<<<<< HEAD
+from mplicits.codegen.targets.uniforms import TIME, UNIFORMS
 from mplicits.field import interpret
 from mplicits.ir.lower import lower
-=======
-from mplicits.codegen.targets.uniforms import TIME, UNIFORMS
->>>>>>> 7cdaf3f (Test that an unknown uniform is an error)
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model
 from mplicits.viewer.draw import tiles
@@ -239,12 +236,7 @@ def test_an_unknown_uniform_is_an_error(osmesa: Context) -> None:
 
 
 def test_each_known_uniform_is_declared_by_a_shader() -> None:
-    texts = [path.read_text() for path in (ROOT / "glsl").glob("*.glsl")]
-    declared = {
-        name
-        for text in texts
-        for line in re.findall(r"^uniform [^;]+", text, re.M)
-        for name in re.findall(r"\w+", line)
-    }
+    text = "".join(path.read_text() for path in (ROOT / "glsl").glob("*.glsl"))
+    declared = set(re.findall(r"\w+", " ".join(re.findall(r"^uniform [^;]+", text, re.MULTILINE))))
     table = {uniform.name for uniform in (*UNIFORMS, TIME)} | {"weights"}
     assert table < KNOWN <= table | declared
