@@ -14,7 +14,7 @@ from typing import NoReturn
 
 from .api.hooks import describe_surface, loose_pieces, pictures, surface_of
 from .demo import demo_verb
-from .extras import advice
+from .extras import advice, install_and_repeat
 from .model.errors import UserError
 from .model.files import show
 from .model.interrupts import ENDINGS, INTERRUPTED, ended_by
@@ -108,7 +108,9 @@ def _ending(error: BaseException, argv: Sequence[str]) -> tuple[int, str] | None
         case UserError():
             line = str(error)
         case ModuleNotFoundError():
-            line = advice(error, verbs()[argv[0]].extra)
+            extra = verbs()[argv[0]].extra
+            install_and_repeat(error, extra, argv)
+            line = advice(error, extra)
         case KeyboardInterrupt():
             by = ended_by()
             code, line = (128 + by, ENDINGS[by]) if by else (INTERRUPTED, "interrupted")

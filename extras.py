@@ -1,34 +1,67 @@
-"""What to install where a package is missing: the extras of pyproject.toml and the modules that each brings."""
+"""The extras of pyproject.toml: which modules each brings, and how a user installs one that is missing."""
 
+import os
 import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib.util import find_spec
 
+
+@dataclass(frozen=True)
+class Extra:
+    """An extra of pyproject.toml."""
+
+    modules: set[str]
+    """Modules that come with the extra and not with mplicits alone."""
+    size: str
+    """Disk space that the packages take, for people."""
+
+
+_MESH = {"igl", "lxml", "networkx", "scipy", "threadpoolctl", "trimesh"}
 EXTRAS = {
-    "train": {"igl", "lxml", "networkx", "scipy", "threadpoolctl", "torch", "trimesh"},
-    "mesh": {"igl", "lxml", "networkx", "scipy", "threadpoolctl", "trimesh"},
-    "cluster": {"dask", "distributed"},
-    "capture": {"OpenEXR", "scipy"},
-    "depth": {"torch", "transformers"},
+    "train": Extra({*_MESH, "torch"}, "1.1 GB, with CUDA several"),
+    "mesh": Extra(_MESH, "190 MB"),
+    "cluster": Extra({"dask", "distributed"}, "40 MB"),
+    "capture": Extra({"OpenEXR", "scipy"}, "150 MB"),
+    "depth": Extra({"torch", "transformers"}, "1.2 GB, with CUDA several"),
 }
-"""Extra that verbs need -> the modules that come with it and not with mplicits alone.
-
-The extra `view` is not among them: the window does without it, and says itself what it lacks.
-"""
+"""Name -> extra that a verb may need. The window works without the extra `view`, and says what it lacks."""
 PACKAGES = {"PIL": "pillow"}
-"""Module -> the package that holds it, where the names differ."""
+"""Module -> package, where the names differ."""
+RUN = "MPLICITS_RUN"
+"""Environment variable: the path of the script `run`, when that runs mplicits. Then missing extras are installed."""
 
 
-def advice(error: ModuleNotFoundError, extra: str) -> str | None:
-    """Say in one line how a missing module is installed.
+def missing_module(error: ModuleNotFoundError) -> str | None:
+    """Return the module that an installation would bring; None if the error is a bug.
 
-    error: what an import raised. extra: the one that is proposed where it brings the module, otherwise another that
-    does. Returns None where the module is our own, Python's, or there after all: then the error is a bug, and no
-    installation mends it.
+    An error is a bug if the module is ours, Python's, or installed.
     """
     module = (error.name or "").partition(".")[0]
-    if not module or module in {*sys.stdlib_module_names, "mplicits"} or find_spec(module):
+    return None if not module or module in {*sys.stdlib_module_names, "mplicits"} or find_spec(module) else module
+
+
+def extra_of(module: str, preferred: str) -> str | None:
+    """Return the extra that brings a module: `preferred` if it does; None if no extra does."""
+    return next((name for name in (preferred, *EXTRAS) if module in EXTRAS[name].modules), None)
+
+
+def advice(error: ModuleNotFoundError, preferred: str) -> str | None:
+    """Say in one line how to install a missing module; None if the error is a bug. preferred: as of `extra_of`."""
+    module = missing_module(error)
+    if module is None:
         return None
-    bringing = [name for name in (extra, *EXTRAS) if module in EXTRAS[name]]
-    if bringing:
-        return f"this needs the package '{module}'; run: pip install 'mplicits[{bringing[0]}]'"
+    extra = extra_of(module, preferred)
+    if extra:
+        return f"this needs the package '{module}'; run: pip install 'mplicits[{extra}]' ({EXTRAS[extra].size})"
     return f"the package '{module}' is missing; run: pip install {PACKAGES.get(module, module)}"
+
+
+def install_and_repeat(error: ModuleNotFoundError, preferred: str, argv: Sequence[str]) -> None:
+    """Let the script `run`, if it runs this process, install the missing extra and then repeat the command line."""
+    script, module = os.environ.get(RUN), missing_module(error)
+    extra = module and extra_of(module, preferred)
+    if script and extra:
+        print(f"mplicits: '{argv[0]}' needs more packages; installing {EXTRAS[extra].size} (once)", file=sys.stderr)
+        sys.stderr.flush()
+        os.execv(script, [script, "--install", extra, *argv])
