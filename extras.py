@@ -20,7 +20,7 @@ class Extra:
 _MESH = {"igl", "lxml", "networkx", "scipy", "threadpoolctl", "trimesh"}
 EXTRAS = {
     "train": Extra({*_MESH, "torch"}, "1.1 GB, with CUDA several"),
-    "mesh": Extra(_MESH, "190 MB"),
+    "mesh": Extra(_MESH, "220 MB"),
     "cluster": Extra({"dask", "distributed"}, "40 MB"),
     "capture": Extra({"OpenEXR", "scipy"}, "150 MB"),
     "depth": Extra({"torch", "transformers"}, "1.2 GB, with CUDA several"),

@@ -1,6 +1,7 @@
 """The front door: which packages it loads, what it prints, how it exits."""
 
 import json
+import os
 import subprocess
 import sys
 from argparse import Namespace
@@ -52,7 +53,7 @@ def test_bake_and_info_load_neither_torch_nor_opengl(model: str, tmp_path: Path)
 @pytest.mark.usefixtures("osmesa")
 def test_render_loads_nothing_of_training(model: str, tmp_path: Path) -> None:
     argv = ("render", model, "-o", str(tmp_path / "m.png"), "--size", "8x8", "--samples", "1", "--context", "osmesa")
-    assert not loaded(*argv) & set().union(*extras.EXTRAS.values())
+    assert not loaded(*argv) & set().union(*(extra.modules for extra in extras.EXTRAS.values()))
 
 
 def test_the_help_lists_every_verb_and_an_example(capsys: pytest.CaptureFixture[str]) -> None:
@@ -214,7 +215,7 @@ def test_exit_codes(
 
 
 @pytest.mark.parametrize(
-    ("extra", "module"), [(extra, module) for extra, modules in extras.EXTRAS.items() for module in sorted(modules)]
+    ("extra", "module"), [(name, module) for name, extra in extras.EXTRAS.items() for module in sorted(extra.modules)]
 )
 def test_a_missing_package_names_the_extra_that_brings_it(
     extra: str,
@@ -226,8 +227,31 @@ def test_a_missing_package_names_the_extra_that_brings_it(
     monkeypatch.setitem(sys.modules, module, None)
     failing(ModuleNotFoundError(name=module), extra)
     assert cli.main(["fail"]) == 2
-    line = f"mplicits: this needs the package '{module}'; run: pip install 'mplicits[{extra}]'\n"
+    size = extras.EXTRAS[extra].size
+    line = f"mplicits: this needs the package '{module}'; run: pip install 'mplicits[{extra}]' ({size})\n"
     assert capsys.readouterr().err == line
+
+
+def test_the_script_run_installs_a_missing_extra_and_repeats_the_command(
+    failing: Callable[..., None], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Replaced(BaseException):
+        """Stands for os.execv, which does not return."""
+
+    def execv(path: str, argv: list[str]) -> None:
+        raise Replaced(path, *argv)
+
+    monkeypatch.setitem(sys.modules, "torch", None)
+    monkeypatch.setenv(extras.RUN, "/there/run")
+    monkeypatch.setattr(os, "execv", execv)
+    failing(ModuleNotFoundError(name="torch"), "train")
+    with pytest.raises(Replaced) as replaced:
+        cli.main(["fail"])
+    assert replaced.value.args == ("/there/run", "/there/run", "--install", "train", "fail")
+    assert (
+        capsys.readouterr().err
+        == f"mplicits: 'fail' needs more packages; installing {extras.EXTRAS['train'].size} (once)\n"
+    )
 
 
 def test_the_verbs_that_read_meshes_ask_for_the_mesher_s_extra() -> None:

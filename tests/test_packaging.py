@@ -141,7 +141,7 @@ def test_meshing_needs_its_extra_and_no_torch(installed: Installed, tmp_path: Pa
     argv = ("mesh", "m.safetensors", "-o", "m.ply", "--resolution", "32", "--quiet")
     refused = installed.run(*argv, cwd=tmp_path)
     assert refused.returncode == 2
-    assert refused.stderr.endswith("run: pip install 'mplicits[mesh]'\n")
+    assert refused.stderr.endswith("run: pip install 'mplicits[mesh]' (220 MB)\n")
     installed.add("mesh")
     assert installed.run(*argv, cwd=tmp_path).returncode == 0
     compared = ("eval", "m.safetensors", "m.ply", "--resolution", "32", "--samples", "1000", "--quiet")

@@ -33,11 +33,8 @@ STAND_INS = {
     "id": '#!/bin/sh\ncat "$FAKE/user"\n',
     "sudo": "#!/bin/sh\nexit 1\n",
 }
-VENV, SETUPTOOLS, PROJECT = (
-    "-m venv",
-    "-m pip install -q -c constraints.txt setuptools",
-    "-e .[train,mesh,capture,view,dev]",
-)
+VENV, SETUPTOOLS, PROJECT = "-m venv", "-m pip install -q -c constraints.txt setuptools", "--no-build-isolation -e ."
+ALL = "train,mesh,capture,view,dev"
 CHECKS = ["-m ruff check", "-m ruff format --check", "-m mypy -p mplicits", "-m mypy tests benchmarks"]
 
 
@@ -84,7 +81,9 @@ class Checkout:
 
 
 @pytest.fixture
-def checkout(tmp_path: Path) -> Checkout:
+def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Checkout:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
     return Checkout(tmp_path)
 
 
@@ -104,6 +103,31 @@ def test_the_second_call_does_no_set_up(checkout: Checkout) -> None:
     assert called[2].endswith(PROJECT)
     assert called[3:] == [verb]
     assert checkout.run("render", "a b", "*") == (0, [verb], "")
+
+
+def installs(called: list[str]) -> list[str]:
+    """What pip installed, of the calls in the log: the project with its extras."""
+    return [line.rpartition(" ")[2] for line in called if "--no-build-isolation" in line]
+
+
+def test_a_verb_installs_no_extra_and_the_tests_install_all(checkout: Checkout) -> None:
+    assert installs(checkout.run("info")[1]) == ["."]
+    assert installs(checkout.run("test")[1]) == [f".[{ALL}]"]
+    assert installs(checkout.run("test")[1]) == []
+
+
+def test_a_missing_extra_is_added_to_the_installed_ones_before_the_verb_runs(checkout: Checkout) -> None:
+    checkout.run("info")
+    called = checkout.run("--install", "mesh", "mesh", "spot")[1]
+    assert (installs(called), called[-1]) == ([".[mesh]"], "-P -m mplicits mesh spot")
+    assert installs(checkout.run("--install", "train", "train", "demo")[1]) == [".[mesh,train]"]
+    (checkout.folder / "pyproject.toml").write_text("changed")
+    assert installs(checkout.run("info")[1]) == [".[mesh,train]"]
+
+
+def test_with_a_display_the_window_gets_its_panel(checkout: Checkout, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DISPLAY", ":7")
+    assert installs(checkout.run("demo")[1]) == [".[view]"]
 
 
 def test_a_changed_project_is_installed_again_and_a_changed_python_needs_a_new_venv(checkout: Checkout) -> None:
@@ -133,7 +157,7 @@ def test_a_set_up_cut_short_begins_anew(failing: str, checkout: Checkout) -> Non
 
 
 def test_the_tests_stop_at_the_first_failure(checkout: Checkout) -> None:
-    checkout.run("info")
+    checkout.run("test")
     assert checkout.run("test", "-k", "a b")[:2] == (0, [*CHECKS, "-m pytest -k a b"])
     checkout.set("failing", "mypy -p")
     assert checkout.run("test")[:2] == (3, CHECKS[:3])
