@@ -25,6 +25,8 @@ from stages import Results, Stage, run_stages
 
 DRIVER = ("/usr/local/nvidia/share", "/usr/share", "/etc")
 """Folders in which the driver's manifests for the loaders of OpenGL and Vulkan may be."""
+REHEARSAL_FACTOR = 4
+"""Factor on all time limits of a rehearsal."""
 
 
 def prepare(scratch: Path) -> dict[str, str]:
@@ -75,21 +77,21 @@ def main() -> None:
     if options.stage:
         STAGES[options.stage][1](Results(options.output))
         return
-    if not PACK.exists():
-        parser.error(f"{PACK} is missing: run benchmarks/pack_for_gpu.py first")
     names = options.stages or list(STAGES)
     if options.rest:
         earlier = json.loads(options.rest.read_text(encoding="utf-8"))
         names = [name for name in names if earlier.get(name, {}).get("status") != "done"]
     if unknown := [name for name in names if name not in STAGES]:
         parser.error(f"no stage {', '.join(unknown)}; stages: {', '.join(STAGES)}")
-    began = time.monotonic()
+    if not PACK.exists():
+        parser.error(f"{PACK} is missing: run benchmarks/pack_for_gpu.py first")
+    began, factor = time.monotonic(), REHEARSAL_FACTOR if options.rehearse else 1
     with tempfile.TemporaryDirectory() as folder:
         environment = prepare(Path(folder)) | ({"MPLICITS_REHEARSAL": "1"} if options.rehearse else {})
         command = (sys.executable, "-u", str(Path(__file__).resolve()))
-        stages = [Stage(name, STAGES[name][0], (*command, "--stage", name, "-o")) for name in names]
+        stages = [Stage(name, factor * STAGES[name][0], (*command, "--stage", name, "-o")) for name in names]
         options.output.mkdir(parents=True, exist_ok=True)
-        left = 60 * options.minutes - (time.monotonic() - began)
+        left = 60 * factor * options.minutes - (time.monotonic() - began)
         run_stages(stages, left, Path(folder), options.output, environment)
 
 

@@ -1,0 +1,214 @@
+"""Turn what on_gpu.py found into pages in docs/results.
+
+    python benchmarks/results_of_gpu.py FOLDER... [--pages docs/results]
+
+FOLDER: where on_gpu.py wrote its report; a stage that is done in a later folder replaces that of an earlier one.
+Writes gpu.md, table2.md where Table 2 was measured, and the pages of train_step.py and table9.py on the GPU.
+"""
+
+import argparse
+import json
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from stages import REPORT
+from table2 import ROWS
+
+Stages = dict[str, dict[str, Any]]
+"""Name of a stage -> "status", "seconds" and "results"."""
+GOAL_FPS, GOAL_OVER_SIREN, GOAL_OVER_LAYERED, GOAL_STUDIO_FPS = 1000, 5, 10, 60
+SLOW_CARD_TFLOPS = 2.0
+"""float32 TFLOP/s of an integrated GPU, for which the studio's frames per second are extrapolated."""
+KERNEL_METRICS = (
+    "Duration",
+    "Compute (SM) Throughput",
+    "Memory Throughput",
+    "L1/TEX Hit Rate",
+    "Achieved Occupancy",
+    "Registers Per Thread",
+)
+
+
+def merged(reports: Iterable[Stages]) -> Stages:
+    """Merge reports: of each stage, the last one that is done, or else the last one that ran, or else the last."""
+    rank = {"done": 2, "failed": 1, "stopped": 1, "skipped": 0}
+    stages: Stages = {}
+    for report in reports:
+        for name, stage in report.items():
+            if name not in stages or rank[stage["status"]] >= rank[stages[name]["status"]]:
+                stages[name] = stage
+    return stages
+
+
+def table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> list[str]:
+    """Format a table; None becomes an empty cell."""
+    lines = [f"| {' | '.join(columns)} |", "|" + " --- |" * len(columns)]
+    for row in rows:
+        cells = ("" if cell is None else f"{cell:.4g}" if isinstance(cell, float) else str(cell) for cell in row)
+        lines.append(f"| {' | '.join(cells)} |")
+    return ["", *lines, ""]
+
+
+def rates(results: dict[str, Any]) -> dict[tuple[str, str, str], dict[str, Any]]:
+    """Return the rows of the stage `table2` by (title, schedule, variant)."""
+    return {(row["row"], row["schedule"], row["variant"]): row for row in results.get("rows", [])}
+
+
+def table2_page(results: dict[str, Any], machine: str) -> list[str]:
+    """Format the page of Table 2."""
+    found, peaks = rates(results), results.get("peaks", {})
+    kinds = [("relaxed", "simple"), ("relaxed", "fused"), ("plain", "simple"), ("plain", "fused")]
+    kinds += [("plain", "layered"), ("plain", "layered-one-round")]
+    rows = []
+    for title, _, _, paper in ROWS:
+        measured = [found.get((title, *kind), {}) for kind in kinds]
+        fused = measured[1]
+        share = fused.get("useful_share")
+        rates_of_row = (round(row["fps"], 1) if row else None for row in measured)
+        of_fused = (fused.get("useful_tflops"), f"{share:.1%}" if share else None, fused.get("psnr"))
+        rows.append((title, paper, *rates_of_row, *of_fused))
+    names = ["model", "paper", *(f"{variant}, {schedule}" for schedule, variant in kinds), "TFLOP/s", "of peak", "dB"]
+    return [
+        "# Table 2: frames per second at 512 x 512, CUDA",
+        "",
+        "Measured by `benchmarks/on_gpu.py`, written by `benchmarks/results_of_gpu.py`.",
+        "",
+        f"{machine}. Models of Armadillo, trained in few steps: their widths set the speed. Medians of frames by CUDA "
+        "events. layered: cuBLAS, one product per layer over all pixels, until every ray is done; one round: the "
+        "paper's 20 steps of level 1 and 5 of each finer level, which leaves holes. TFLOP/s, share of the measured "
+        f"matrix peak ({peaks.get('peak_mma_tflops')} TFLOP/s) and PSNR against simple (float32): of fused, relaxed. The paper's "
+        "column: RTX 5090, its own renderer and networks.",
+        *table(names, rows),
+    ]
+
+
+def goals(stages: Stages) -> list[tuple[str, object, str]]:
+    """Return each goal that something was measured for: (goal, measured, reached or missed)."""
+    found = rates(stages.get("table2", {}).get("results", {}))
+    fps = {(title, variant): row["fps"] for (title, schedule, variant), row in found.items() if schedule == "relaxed"}
+    largest, siren = ROWS[-1][0], ROWS[0][0]
+    wanted: list[tuple[str, float, float]] = []
+    if (largest, "fused") in fps:
+        wanted.append((f"{largest}, frames per second at 512 x 512", fps[largest, "fused"], GOAL_FPS))
+        if (siren, "fused") in fps:
+            ratio = fps[largest, "fused"] / fps[siren, "fused"]
+            wanted.append(("its ratio to the (256, 4) SIREN, drawn the same way", ratio, GOAL_OVER_SIREN))
+        if layered := found.get((largest, "plain", "layered")):
+            wanted.append(("its ratio to layered", fps[largest, "fused"] / layered["fps"], GOAL_OVER_LAYERED))
+    for frame in stages.get("glsl", {}).get("results", {}).get("frames", []):
+        if (frame["model"], frame["shade"], frame["height"], frame["storage"]) == ("spot", "studio", 1080, "auto"):
+            wanted.append(("spot, studio, 1080p, GLSL, frames per second", frame["fps"], GOAL_STUDIO_FPS))
+            if peak := stages.get("machine", {}).get("results", {}).get("float32_tflops"):
+                name = f"the same on a card of {SLOW_CARD_TFLOPS:g} TFLOP/s (extrapolated)"
+                wanted.append((name, 1e3 / frame["gpu_ms"] * SLOW_CARD_TFLOPS / peak, GOAL_STUDIO_FPS))
+    return [
+        (name, float(value), f"{'reached' if value >= goal else 'MISSED'}: at least {goal}")
+        for name, value, goal in wanted
+    ]
+
+
+def seconds_to(curve: Sequence[Sequence[float]], mean_f: float) -> float | None:
+    """Return when a training's last level first had a mean |f| this low, in seconds."""
+    return next((seconds for seconds, _, value in curve if value <= mean_f), None)
+
+
+def training_rows(runs: list[dict[str, Any]]) -> Iterable[Sequence[object]]:
+    """Yield the rows of the training table."""
+    of_cpu = {run["preset"]: run for run in runs if run["device"] == "cpu" and run.get("levels")}
+    for run in runs:
+        if not run.get("levels"):
+            yield run["shape"], run["preset"], run["device"], f"failed with {run['exit']}", None, None, None
+            continue
+        last, cpu = run["levels"][-1], of_cpu.get(run["preset"])
+        steps = " + ".join(str(level["steps"]) for level in run["levels"])
+        reached = (
+            seconds_to(run["curve"], cpu["curve"][-1][2]) if cpu and cpu["curve"] and run["device"] != "cpu" else None
+        )
+        yield run["shape"], run["preset"], run["device"], steps, last["mean_f"], last["angle"], reached
+
+
+def gpu_page(stages: Stages) -> list[str]:
+    """Format the page about everything."""
+    of = {name: stage["results"] for name, stage in stages.items()}
+    machine = of.get("machine", {})
+    lines = ["# On a GPU", "", "Measured by `benchmarks/on_gpu.py`, written by `benchmarks/results_of_gpu.py`.", ""]
+    lines += [f"{describe(machine)}. float32 products by cuBLAS: {machine.get('float32_tflops')} TFLOP/s.", ""]
+    lines += ["## Goals", *table(("goal", "measured", ""), goals(stages))]
+    lines += [
+        "The extrapolation multiplies the time of a frame by the card's measured float32 rate over that of the slow "
+        "card: it assumes that the shader uses the same share of either card.",
+        "",
+        "## CUDA",
+        "",
+        "PSNR against the picture of the GLSL renderer, 256 x 256, one ray per pixel.",
+    ]
+    checks = of.get("check", {}).get("checks", [])
+    lines += table(
+        ("model", "schedule", "variant", "PSNR, dB"),
+        ((c["model"], c["schedule"], c["variant"], c["psnr"] if c["psnr"] is not None else c["error"]) for c in checks),
+    )
+    builds = of.get("check", {}).get("builds", [])
+    lines += table(("model", "nvcc, s"), ((b["model"], b.get("seconds", b.get("error"))) for b in builds))
+    sanitized = of.get("sanitizer", {})
+    if isinstance(tools := sanitized.get("tools", sanitized.get("missing")), str):
+        lines += [tools, ""]
+    else:
+        lines += table(
+            ("compute-sanitizer", "exit code", "last line"), ((t["tool"], t["exit"], t["said"]) for t in tools or ())
+        )
+    kernels = of.get("counters", {}).get("kernels", {})
+    rows = ((name, *(metrics.get(metric) for metric in KERNEL_METRICS)) for name, metrics in kernels.items())
+    lines += ["Counters of the kernels of one frame of (64, 2) > (128, 2) > (256, 2), fused:"]
+    lines += table(("kernel", *KERNEL_METRICS), rows)
+    lines += ["## GLSL", "", f"{of.get('glsl', {}).get('renderer', 'not measured')}; one ray per pixel."]
+    columns = ("model", "storage", "shade", "width", "height", "fps", "gpu_ms", "compile_seconds")
+    frames = of.get("glsl", {}).get("frames", [])
+    lines += table(columns, ([frame[column] for column in columns] for frame in frames))
+    lines += ["## Training", "", "Seconds: until the mean |f| that the CPU's training of the same length ends with."]
+    runs = [run for shape in ("armadillo", "lucy") for run in of.get(shape, {}).get("runs", [])]
+    lines += table(
+        ("shape", "preset", "device", "steps", "mean abs f", "angle, degrees", "seconds"),
+        [row for shape in ("armadillo", "lucy") for row in training_rows([r for r in runs if r["shape"] == shape])],
+    )
+    web = of.get("wgsl", {})
+    lines += ["## WGSL on Vulkan", "", f"{', '.join(web.get('adapters', ['not measured']))}."]
+    lines += table(
+        ("evaluations", "seconds"), ((f"{n:,}", web.get(f"seconds_{k}")) for k, n in web.get("evaluations", {}).items())
+    )
+    lines += [f"Largest difference from numpy: {web.get('largest_difference', 'not measured')}.", "", "## Photographs"]
+    ours = [("ours", of["photos"]["ours"])] if "ours" in of.get("photos", {}) else []
+    neus = [(f"NeuS's network, {run['factor']:g} times its rate", run) for run in of.get("photos", {}).get("neus", [])]
+    rows = ((name, run["steps"], run["psnr"], run["seconds"]) for name, run in (*ours, *neus))
+    lines += table(("scan 24 at half size", "steps", "held-out PSNR, dB", "seconds"), rows)
+    lines += [
+        "## Stages",
+        *table(("stage", "status", "seconds"), ((n, s["status"], s["seconds"]) for n, s in stages.items())),
+    ]
+    return lines
+
+
+def describe(machine: dict[str, Any]) -> str:
+    """Describe the machine in a line."""
+    return ", ".join(str(machine.get(name, "")).replace("\n", ", ") for name in ("gpu", "nvcc", "torch"))
+
+
+def main() -> None:
+    """Write the pages."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folders", type=Path, nargs="+", metavar="FOLDER")
+    parser.add_argument("--pages", type=Path, default=Path(__file__).parents[1] / "docs" / "results")
+    options = parser.parse_args()
+    stages = merged(json.loads((folder / REPORT).read_text(encoding="utf-8")) for folder in options.folders)
+    pages = {"gpu.md": "\n".join(gpu_page(stages))}
+    if stages.get("table2", {}).get("results", {}).get("rows"):
+        machine = describe(stages.get("machine", {}).get("results", {}))
+        pages["table2.md"] = "\n".join(table2_page(stages["table2"]["results"], machine))
+    pages |= stages.get("step", {}).get("results", {})
+    for name, text in pages.items():
+        (options.pages / name).write_text(text.rstrip() + "\n", encoding="utf-8")
+        print(options.pages / name)
+
+
+if __name__ == "__main__":
+    main()
