@@ -47,7 +47,7 @@ def run_demo(args: Namespace, perform: Perform) -> None:
     With --train, --seconds or --retrain the model is one of the built-in shape, trained before. Raises UserError.
     """
     model = trained_model(args, perform) if args.train or args.seconds or args.retrain else MODEL
-    if not args.no_window and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+    if not args.no_window and has_display():
         try:
             return announce(perform, "view", model)
         except UserError as error:
@@ -104,3 +104,9 @@ def is_trained(path: Path) -> bool:
         return not load(path).provenance.get("interrupted")
     except UserError:
         return False
+
+
+def has_display() -> bool:
+    """Whether a window can open: Windows and macOS need no environment variable for it."""
+    named = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    return bool(named) or sys.platform in ("win32", "darwin")

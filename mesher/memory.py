@@ -1,42 +1,50 @@
-"""How much memory there is for a mesh, so that what does not fit is refused before the machine swaps without end."""
+"""Free memory, so that a mesh that does not fit is refused before the machine swaps."""
 
-import resource
 from pathlib import Path
 
 from ..model.errors import UserError
 
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None  # type: ignore[assignment]
+
 CGROUP = Path("/sys/fs/cgroup")
-"""Where a container, or a service of systemd, finds the limits that it runs under."""
+"""Folder with the memory limits of a container or a systemd service."""
 
 
 def check_memory(needed: float, resolution: int) -> None:
-    """Check that so many bytes are free. Raises UserError, which says so of --resolution, where they are not."""
+    """Raise UserError, which names --resolution, if fewer than `needed` bytes are free."""
     free = free_memory()
     if needed > free:
         raise UserError(
             f"--resolution {resolution}: this surface needs some {needed / 1e9:.2g} GB of memory, and "
-            f"{free / 1e9:.2g} GB are free; take a lower one"
+            f"{free / 1e9:.2g} GB are free; choose a lower resolution"
         )
 
 
 def free_memory() -> float:
-    """Return the bytes that this process may still take: the least of what machine, container and ulimit allow."""
+    """Return the bytes that this process may still allocate: the least that machine, container and ulimit allow.
+
+    Infinity where the system tells none of them.
+    """
     bounds = [float("inf")]
+    taken = 0
     try:
         lines = dict(line.split(":", 1) for line in Path("/proc/meminfo").read_text().splitlines())
         bounds.append(1024.0 * int(lines["MemAvailable"].split()[0]))
-        taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+        status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
+        taken = 1024 * int(status["VmSize"].split()[0])
     except (OSError, KeyError, ValueError):  # not Linux
-        taken = 0
-    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
-    if limit != resource.RLIM_INFINITY:
+        pass
+    if resource is not None and (limit := resource.getrlimit(resource.RLIMIT_AS)[0]) != resource.RLIM_INFINITY:
         bounds.append(float(limit - taken))
     try:
         most = (CGROUP / "memory.max").read_text().strip()
         if most != "max":
-            # Files in the cache count towards memory.current, but give way.
+            # The page cache counts in memory.current, but the kernel frees it on demand: subtract "anon" alone.
             used = dict(line.split() for line in (CGROUP / "memory.stat").read_text().splitlines())["anon"]
             bounds.append(float(int(most) - int(used)))
-    except (OSError, KeyError, ValueError):  # no such limits here
+    except (OSError, KeyError, ValueError):  # no such limit
         pass
     return max(0.0, min(bounds))

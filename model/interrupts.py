@@ -1,4 +1,4 @@
-"""What Ctrl-C does where a library would swallow the exception, or die of it."""
+"""Ctrl-C and signals that end the process: work stops cleanly, also inside libraries that swallow exceptions."""
 
 import os
 import signal
@@ -9,15 +9,17 @@ from types import FrameType
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C."""
-ENDINGS = {signal.SIGTERM: "terminated", signal.SIGHUP: "the terminal hung up"}
-"""Signals that end work as Ctrl-C does, and what is said then; the exit code is 128 + the signal's number."""
+HANGUP = getattr(signal, "SIGHUP", None)
+"""The signal of a closed terminal; Windows has none."""
+ENDINGS = {signal.SIGTERM: "terminated"} | ({HANGUP: "the terminal hung up"} if HANGUP else {})
+"""Signals that end work as Ctrl-C does -> message. The exit code is 128 + the number of the signal."""
 _received: list[signal.Signals] = []
 
 
 def end_imports_at_once() -> None:
-    """Let Ctrl-C end the process at once where a module is being loaded; elsewhere it is KeyboardInterrupt as ever.
+    """Let Ctrl-C end the process at once during an import; elsewhere Ctrl-C raises KeyboardInterrupt as usual.
 
-    Nothing changes where the caller has Ctrl-C ignored (nohup), or in a thread that is not the main one.
+    Changes nothing if the caller ignores Ctrl-C (nohup), or outside the main thread.
     """
     usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if usual and threading.current_thread() is threading.main_thread():
@@ -25,10 +27,9 @@ def end_imports_at_once() -> None:
 
 
 def begin_work(*, termination: bool = True) -> None:
-    """Let Ctrl-C be KeyboardInterrupt everywhere from now on: there is something to lose, and somebody who saves it.
+    """Let Ctrl-C raise KeyboardInterrupt everywhere from now on, because there is work to save.
 
-    termination: so are SIGTERM and SIGHUP, unless the caller has set what they do (nohup); `ended_by` then tells which
-    of them it was.
+    termination: SIGTERM and SIGHUP raise it, too, unless the caller handles them (nohup); `ended_by` names the signal.
     """
     _received.clear()
     if signal.getsignal(signal.SIGINT) is _end_or_raise:
@@ -40,13 +41,13 @@ def begin_work(*, termination: bool = True) -> None:
 
 
 def ended_by() -> signal.Signals | None:
-    """Return the signal that a KeyboardInterrupt since `begin_work` came from; None: from Ctrl-C, or there was none."""
+    """Return the signal behind a KeyboardInterrupt since `begin_work`; None for Ctrl-C, or without an interrupt."""
     return _received[-1] if _received else None
 
 
 @contextmanager
 def held_back() -> Iterator[None]:
-    """Hold back Ctrl-C until the end of the block, which may be of C code that cannot take an exception."""
+    """Delay Ctrl-C until the end of the block, for example because the block runs C code."""
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(before):
         yield
@@ -63,13 +64,13 @@ def held_back() -> Iterator[None]:
 
 def _raise(number: int, _: FrameType | None) -> None:
     _received.append(signal.Signals(number))
-    if number == signal.SIGHUP:
+    if number == HANGUP:
         _leave_the_terminal()
     raise KeyboardInterrupt
 
 
 def _leave_the_terminal() -> None:
-    """Let what is printed go nowhere where the terminal is gone, so that printing fails nothing that is yet to do."""
+    """Discard output if the terminal is gone, so that printing does not fail."""
     for stream in (1, 2):
         try:
             os.write(stream, b"")

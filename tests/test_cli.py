@@ -85,7 +85,7 @@ def test_what_is_read_is_not_written_over(
     link = tmp_path / ("link.ply" if argv[0] == "mesh" else "link.png")
     link.hardlink_to(model)
     assert cli.main([part.format(model=model, link=link) for part in argv]) == 2
-    assert "it is what is read; name another file" in capsys.readouterr().err
+    assert "it is the input; name another file" in capsys.readouterr().err
     assert Path(model).read_bytes() == before
 
 
@@ -109,7 +109,7 @@ def test_a_file_of_another_kind_is_written_over_only_by_force(
     if argv[0] in {"train", "import"}:
         command[1] = str(tmp_path / "missing.obj")
     assert cli.main(command) == 2
-    assert "it is there and not a" in (line := capsys.readouterr().err)
+    assert "the file is there and is not a" in (line := capsys.readouterr().err)
     assert len(line.splitlines()) == 1
     assert path.read_text() == "something else\n"
     if argv[0] in {"train", "import"}:
@@ -128,7 +128,7 @@ def test_images_that_a_mesh_names_are_not_written_over(
     picture.write_bytes(b"\x89PNG\r\n\x1a\n")
     for argv in (["render", model, "--mesh"], ["train"]):
         assert cli.main([*argv, str(tmp_path / "m.obj"), "-o", str(picture), "--force"]) == 2
-        assert "it is what is read" in capsys.readouterr().err
+        assert "it is the input" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", cli.verbs())

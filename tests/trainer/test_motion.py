@@ -117,7 +117,7 @@ def test_what_cannot_move_is_refused(tmp_path: Path, capsys: pytest.CaptureFixtu
     refused: list[tuple[tuple[object, ...], str]] = [
         (("morph", ball, cloud, *output), "a point cloud"),
         (("morph", ball, tmp_path / "none.ply", *output), "no such file"),
-        (("morph", ball, ball, "-o", ball), "it is what is read"),
+        (("morph", ball, ball, "-o", ball), "it is the input"),
         (("morph", ball, ball, *output, "--texture", "x.png"), "--texture"),
         (("train", ball, "--time", *output), "not a folder"),
         (("train", tmp_path, "--time", *output), "1 meshes"),
