@@ -109,7 +109,7 @@ def test_a_file_of_another_kind_is_written_over_only_by_force(
     if argv[0] in {"train", "import"}:
         command[1] = str(tmp_path / "missing.obj")
     assert cli.main(command) == 2
-    assert "the file is there and is not a" in (line := capsys.readouterr().err)
+    assert "it exists and is not a" in (line := capsys.readouterr().err)
     assert len(line.splitlines()) == 1
     assert path.read_text() == "something else\n"
     if argv[0] in {"train", "import"}:

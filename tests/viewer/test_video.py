@@ -150,7 +150,7 @@ def test_time_chooses_the_moment_of_a_picture(folder: Path, renderer: Renderer, 
         ("moving", "--frames 4 -o a.png", "name it .mp4 or .gif"),
         ("moving", "-o a.gif", "a video needs --frames N"),
         ("moving", "--frames 4 -o a.mp4 --size 31x20", "even numbers"),
-        ("moving", "--frames 4 -o there.gif", "the file is there and is not a video"),
+        ("moving", "--frames 4 -o there.gif", "it exists and is not a video"),
     ],
 )
 def test_what_makes_no_video_or_moment_is_refused_in_one_line(
