@@ -63,7 +63,7 @@ def check_writable(path: Path, reads: Iterable[Path] = (), *, kind: Kind | None 
             raise UserError(f"cannot write {show(path)}: permission denied; name a place you may write to")
         if kind is not None and not force and is_other(target, kind):
             raise UserError(
-                f"cannot write {show(path)}: it exists and is not {kind.name}; name another file with -o, or add --force"
+                f"cannot write {show(path)}: it exists and is not {kind.name}; name another with -o, or add --force"
             )
     except OSError as error:
         raise _refusal(path, error) from None
