@@ -216,9 +216,7 @@ def glsl(results: Results) -> None:
     for name, storage, shade in gallery[-1:] if REHEARSAL else [*gallery, *stored]:
         renderer = Renderer(context, bake(load(model_path(model_of(name))), storage, passes=True))
         for width, height in sizes if storage == "auto" else sizes[:1]:
-            frame = partial(
-                renderer.timed, (width, height), Camera(aspect=width / height), RenderOptions(shading=shade)
-            )
+            frame = partial(renderer.timed, (width, height), Camera(aspect=width / height), RenderOptions(shade=shade))
             frame()
             end, times = time.perf_counter() + 3, [frame() for _ in range(3)]
             while len(times) < 60 and time.perf_counter() < end:
