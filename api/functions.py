@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Unpack
 
 from ..capture.cli import DEFAULT_ESTIMATOR, DEFAULT_UNIT
 from ..capture.photo_settings import PhotoOptions, photo_settings
+from ..mesher.options import EvalOptions
 from ..model.errors import UserError
 from ..model.gallery import model_path
 from ..model.model_file import load as load_model
+from ..model.options import takes
 from ..trainer.cli import before_torch
 from ..trainer.options import TrainingOptions, settings_from, shows_options
 from .field import Field
@@ -195,30 +197,20 @@ def photos(folder: str | Path, *, quiet: bool = False, **options: Unpack[PhotoOp
     return Field(reconstruct(Path(folder), quiet=quiet, **options))
 
 
-def evaluate(
-    model: Field | str | Path,
-    shape: str | Path,
-    resolution: int | None = None,
-    level: int | None = None,
-    samples: int = 500_000,
-    seed: int = 0,
-    quiet: bool = False,
-    time: float | None = None,
-) -> "Evaluation":
-    """Compare a model, or somebody else's mesh, with the ground truth (Section 4).
+@takes(EvalOptions)
+def evaluate(model: Field | str | Path, shape: str | Path, options: EvalOptions) -> "Evaluation":
+    """Compare a model, or another program's mesh, with the ground truth (Section 4).
 
-    model: a model, its path or its name in the gallery, or the path of a mesh (PLY, OBJ, STL, GLB). shape: the path of
-    the mesh that is the truth. The options are those of `mplicits eval`, with their names and defaults. Raises
-    UserError.
+    model: a model, its path or its name in the gallery, or the path of a mesh (PLY, OBJ, STL, GLB). shape: path of the
+    mesh that is the ground truth. Raises UserError.
     """
     from ..mesher.evaluation import evaluate as compare
     from ..model.mesh_file import SUFFIXES
 
     if isinstance(model, Field):
-        return model.evaluate(shape, resolution, level, samples, seed, quiet, time)
+        return compare(model.model, Path(shape), options)
     path = model_path(str(model))
-    other = path if path.suffix.lower() in SUFFIXES else load_model(path)
-    return compare(other, Path(shape), resolution, level, samples, seed, quiet, time)
+    return compare(path if path.suffix.lower() in SUFFIXES else load_model(path), Path(shape), options)
 
 
 def report(model: Field | str | Path, shape: str | Path | None = None, log: str | Path | None = None) -> str:

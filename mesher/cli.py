@@ -1,90 +1,68 @@
-"""The mesher's verbs: `mesh` here, `eval` in eval_cli.py."""
+"""The verb `mesh`, and the list of this room's verbs; `eval` is in eval_cli.py."""
 
-from argparse import ArgumentParser, Namespace
+from dataclasses import dataclass
 from pathlib import Path
 
 from ..model.gallery import model_help, model_path
-from ..model.verb import Verb, output_arguments
-from .eval_cli import DEFAULT_RESOLUTION, EVAL
-from .moment import time_argument
+from ..model.options import argument, option
+from ..model.verb import Verb, force_option, output_option
+from .eval_cli import EVAL
+from .options import MeshOptions
 
 
-def mesh_arguments(parser: ArgumentParser) -> None:
-    """Add the arguments of `mesh` to a parser."""
-    parser.add_argument("model", type=model_path, metavar="M", help=model_help())
-    output_arguments(parser, "OUT", "mesh file: .ply .obj .stl .glb (default: the model's name, .ply)")
-    parser.add_argument(
-        "--resolution",
-        type=int,
-        default=DEFAULT_RESOLUTION,
-        metavar="N",
-        help=f"cells along each side of the grid (default {DEFAULT_RESOLUTION})",
-    )
-    parser.add_argument("--level", type=int, metavar="L", help="level whose surface is taken (default: the last)")
-    parser.add_argument(
-        "--no-cull",
-        action="store_true",
-        help="evaluate the last level at every vertex of the grid, keep what lies outside bands",
-    )
-    parser.add_argument(
-        "--space",
-        choices=("input", "model"),
-        default="input",
-        help="coordinates of the shape trained on, or of the unit sphere (default: input)",
-    )
-    time_argument(parser)
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+@dataclass(frozen=True)
+class MeshCommand(MeshOptions):
+    """Command line of `mesh`."""
+
+    model: Path = argument("M", model_help(), model_path)
+    output: Path | None = output_option("OUT", "mesh file: .ply .obj .stl .glb (default: the model's name, .ply)")
+    force: bool = force_option()
+    json: bool = option(False, "print one JSON object")
 
 
-def run_mesh(args: Namespace) -> None:
-    """Run `mplicits mesh`: write the surface of a model as a triangle mesh. Raises UserError."""
+def _mesh(command: MeshCommand) -> None:
+    """Write the surface of a model as a triangle mesh. Raises UserError."""
     import json
     from time import perf_counter
 
     from ..model.files import check_writable, show, write_whole
     from ..model.kinds import MESH
     from ..model.model_file import load
-    from .extract import check_resolution
     from .made import make_mesh
     from .write import check_suffix
 
-    output = args.output or Path(args.model.stem + ".ply")
+    output = command.output or Path(command.model.stem + ".ply")
     check_suffix(output)
-    check_resolution(args.resolution)
-    check_writable(output, [args.model], kind=MESH, force=args.force)
-    model = load(args.model)
-    began = perf_counter()
-    made = make_mesh(model, args.resolution, args.level, args.no_cull, args.space, args.quiet, args.time)
-    seconds = perf_counter() - began
-    write_whole(output, made.to_bytes(output.suffix.lower()))
-    vertices, faces = len(made.vertices), len(made.faces)
-    if args.json:
-        print(
-            json.dumps(
-                {
-                    "output": str(output),
-                    "resolution": args.resolution,
-                    "vertices": vertices,
-                    "faces": faces,
-                    "components": made.components,
-                    "spurious": made.spurious,
-                    "culled": not args.no_cull,
-                    "seconds": round(seconds, 3),
-                }
-            )
-        )
+    check_writable(output, [command.model], kind=MESH, force=command.force)
+    model = load(command.model)
+    start = perf_counter()
+    mesh = make_mesh(model, command)
+    seconds = perf_counter() - start
+    write_whole(output, mesh.to_bytes(output.suffix.lower()))
+    vertices, faces = len(mesh.vertices), len(mesh.faces)
+    if command.json:
+        report = {
+            "output": str(output),
+            "resolution": command.resolution,
+            "vertices": vertices,
+            "faces": faces,
+            "components": mesh.components,
+            "spurious": mesh.spurious,
+            "culled": not command.no_cull,
+            "seconds": round(seconds, 3),
+        }
+        print(json.dumps(report))
         return
     print(
-        f"{show(output)}: {vertices:,} vertices, {faces:,} faces, {made.components} "
-        f"component{'s' * (made.components != 1)}, {seconds:.1f} s"
+        f"{show(output)}: {vertices:,} vertices, {faces:,} faces, {mesh.components} "
+        f"component{'s' * (mesh.components != 1)}, {seconds:.1f} s"
     )
-    if made.spurious:
-        fate = "kept (--no-cull)" if args.no_cull else "removed"
-        print(f"{made.spurious} spurious component{'s' * (made.spurious != 1)} outside the bands: {fate}")
+    if mesh.spurious:
+        fate = "kept (--no-cull)" if command.no_cull else "removed"
+        print(f"{mesh.spurious} spurious component{'s' * (mesh.spurious != 1)} outside the bands: {fate}")
 
 
 VERBS = (
-    Verb("mesh", "a model file becomes a triangle mesh", mesh_arguments, "mesh spot -o spot.glb", run_mesh, "mesh"),
+    Verb("mesh", "a model file becomes a triangle mesh", MeshCommand, "mesh spot -o spot.glb", _mesh, "mesh"),
     EVAL,
 )

@@ -1,48 +1,30 @@
-"""The verb `eval`: its arguments, and how its figures are printed."""
+"""The verb `eval`: its command line, and how its figures are printed."""
 
-from argparse import ArgumentParser, Namespace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..model.gallery import model_path
+from ..model.options import argument, option
 from ..model.verb import Verb
-from .moment import time_argument
+from .options import EvalOptions
 
 if TYPE_CHECKING:
     from ..model.field_figures import FieldFigures
     from .evaluate import Figures
 
-DEFAULT_RESOLUTION = 512
-"""Cells along each side of the marching cubes' grid, as in the paper; `mesh` has the same default."""
+
+@dataclass(frozen=True)
+class EvalCommand(EvalOptions):
+    """Command line of `eval`."""
+
+    model: Path = argument("M", "model file (.safetensors), a name of the gallery, or a mesh to compare", model_path)
+    shape: Path = argument("SHAPE", "ground truth: a mesh, PLY OBJ STL GLB")
+    json: bool = option(False, "print one JSON object")
 
 
-def eval_arguments(parser: ArgumentParser) -> None:
-    """Add the arguments of `eval` to a parser."""
-    parser.add_argument(
-        "model",
-        type=model_path,
-        metavar="M",
-        help="model file (.safetensors), a name of the gallery, or a mesh to compare",
-    )
-    parser.add_argument("shape", type=Path, metavar="SHAPE", help="ground truth: a mesh, PLY OBJ STL GLB")
-    parser.add_argument(
-        "--resolution",
-        type=int,
-        metavar="N",
-        help=f"cells along each side of the marching cubes' grid (default {DEFAULT_RESOLUTION})",
-    )
-    parser.add_argument("--level", type=int, metavar="L", help="level that is evaluated (default: the last)")
-    parser.add_argument(
-        "--samples", type=int, default=500_000, metavar="N", help="points sampled on each surface (default 500000)"
-    )
-    parser.add_argument("--seed", type=int, default=0, metavar="K", help="of the samples (default 0)")
-    time_argument(parser)
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.add_argument("--quiet", action="store_true", help="no progress bar")
-
-
-def run_eval(args: Namespace) -> None:
-    """Run `mplicits eval`: compare a model, or a mesh, with its ground truth. Raises UserError."""
+def _eval(command: EvalCommand) -> None:
+    """Compare a model, or a mesh, with its ground truth. Raises UserError."""
     import json
     from dataclasses import asdict
 
@@ -51,22 +33,20 @@ def run_eval(args: Namespace) -> None:
     from ..model.model_file import load
     from .evaluation import evaluate
 
-    other = args.model if args.model.suffix.lower() in SUFFIXES else load(args.model)
-    evaluation = evaluate(
-        other, args.shape, args.resolution, args.level, args.samples, args.seed, args.quiet, args.time
-    )
+    path = command.model
+    evaluation = evaluate(path if path.suffix.lower() in SUFFIXES else load(path), command.shape, command)
     figures, field = evaluation.figures, evaluation.field
-    if args.json:
+    if command.json:
         of_field = {} if field is None else {"field": asdict(field)}
-        named = {"model": str(args.model), "shape": str(args.shape)}
+        named = {"model": str(path), "shape": str(command.shape)}
         print(json.dumps(named | evaluation.extraction | asdict(figures) | of_field, indent=2))
         return
-    print(f"{show(args.model)} against {show(args.shape)}; lengths in radii of the unit sphere")
+    print(f"{show(path)} against {show(command.shape)}; lengths in radii of the unit sphere")
     print("\n".join([*_lines(figures), *_field_lines(field)]))
 
 
 def _lines(figures: "Figures") -> list[str]:
-    """Write the figures as lines for people."""
+    """Format the figures as lines of text."""
     ratio = figures.chamfer / figures.floor
     closed = "watertight" if figures.watertight else "not watertight"
     return [
@@ -83,7 +63,7 @@ def _lines(figures: "Figures") -> list[str]:
 
 
 def _field_lines(field: "FieldFigures | None") -> list[str]:
-    """Write what the field is as a distance as lines for people; nothing for a mesh, which has no field."""
+    """Format how close the field is to a distance as lines of text; none for a mesh, which has no field."""
     if field is None:
         return []
     from ..model.field_figures import written
@@ -100,8 +80,8 @@ def _field_lines(field: "FieldFigures | None") -> list[str]:
 EVAL = Verb(
     "eval",
     "how far a model, or a mesh, is from its ground truth",
-    eval_arguments,
+    EvalCommand,
     "eval bunny.safetensors bunny.ply",
-    run_eval,
+    _eval,
     "mesh",
 )

@@ -15,15 +15,6 @@ from .grid import Grid
 from .parallel import Progress, Silent, over
 from .surface import Mesh
 
-LEAST, MOST = 8, 4096
-"""Smallest and largest resolution: the number of cells along a side of the grid."""
-
-
-def check_resolution(resolution: int) -> None:
-    """Check how many cells a grid is to have along a side. Raises UserError where that is out of range."""
-    if not LEAST <= resolution <= MOST:
-        raise UserError(f"--resolution {resolution}: a whole number from {LEAST} to {MOST} is needed")
-
 
 def up_to(model: Model, level: int | None) -> Model:
     """Return a model without its levels after `level`; None keeps all. Raises UserError where it has no such level."""

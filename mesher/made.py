@@ -1,4 +1,4 @@
-"""The surface of a model as a triangle mesh: what the verb `mesh` does, without its files and its lines of text."""
+"""The surface of a model as a triangle mesh: the work of `mesh`, without its files and messages."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,23 +7,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.errors import UserError
 from ..model.files import check_writable, write_whole
 from ..model.kinds import MESH
 from ..model.model import MODEL_SPACE, Model
 from ..model.orientation import as_in_file
 from .bar import Bar
-from .eval_cli import DEFAULT_RESOLUTION
-from .extract import check_resolution, extract_model, up_to
+from .extract import extract_model, up_to
 from .moment import chosen_time, place_at
+from .options import MeshOptions
 from .surface import Array, Mesh, Whole
 from .write import as_trimesh, check_suffix, to_bytes
 
 if TYPE_CHECKING:
     import trimesh
-
-SPACES = ("input", "model")
-"""Coordinates of the shape trained on, and of the unit sphere."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,31 +77,14 @@ class TriangleMesh:
         return to_bytes(self._mesh, suffix, *self._place)
 
 
-def make_mesh(
-    model: Model,
-    resolution: int = DEFAULT_RESOLUTION,
-    level: int | None = None,
-    no_cull: bool = False,
-    space: str = "input",
-    quiet: bool = False,
-    time: float | None = None,
-) -> TriangleMesh:
-    """Extract the surface of a model's level as triangles, by marching cubes.
-
-    The arguments are the options of `mplicits mesh` (docs/meshing.md), with their names and defaults: resolution counts
-    the cells along each side of the grid over [-1, 1]^3; level: None for the last; no_cull evaluates it at every vertex
-    of the grid; space: "input" or "model"; quiet: show no progress bar; time: of a
-    model that moves, from 0 to 1 (None: 0). Raises UserError.
-    """
-    moment = chosen_time(time, model)
-    check_resolution(resolution)
-    if space not in SPACES:
-        raise UserError(f"space {space!r} is none of {', '.join(SPACES)}")
-    bar = Bar(quiet)
-    model = up_to(model, level)
+def make_mesh(model: Model, options: MeshOptions) -> TriangleMesh:
+    """Extract the surface of a model's level as triangles, by marching cubes. Raises UserError."""
+    time = chosen_time(options.time, model)
+    bar = Bar(options.quiet)
+    model = up_to(model, options.level)
     try:
-        extracted = extract_model(model, resolution, bar, cull=not no_cull, time=moment)
+        extracted = extract_model(model, options.resolution, bar, cull=not options.no_cull, time=time)
     finally:
         bar.end()
-    place = place_at(model, moment) if space == "input" else MODEL_SPACE
+    place = place_at(model, time) if options.space == "input" else MODEL_SPACE
     return TriangleMesh(extracted.mesh, place, extracted.components, extracted.spurious)

@@ -1,6 +1,5 @@
-"""The time at which a model that moves is looked at, and where its shape then lies in input space."""
+"""The time at which a moving model is evaluated, and the placement of its shape in input space then."""
 
-from argparse import ArgumentParser
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -9,24 +8,13 @@ if TYPE_CHECKING:
     Place = tuple[tuple[float, float, float], float, str]
 
 
-def time_argument(parser: ArgumentParser) -> None:
-    """Add the option --time."""
-    parser.add_argument(
-        "--time", type=float, metavar="T", help="time of a model that moves, from 0 to 1 (default: 0, its beginning)"
-    )
-
-
 def chosen_time(time: float | None, model: "Model") -> float:
-    """Return the time of --time, 0 by default. Raises UserError for a model that does not move, and beyond [0, 1]."""
+    """Return the time of --time, 0 by default. Raises UserError for a model that does not move."""
     from ..model.errors import UserError
 
-    if time is None:
-        return 0.0
-    if model.inputs != "xyzt":
+    if time is not None and model.inputs != "xyzt":
         raise UserError(f"--time {time:g}: this model does not move; leave the option out")
-    if not 0 <= time <= 1:
-        raise UserError(f"--time {time:g}: a number from 0 to 1 is needed")
-    return time
+    return time or 0.0
 
 
 def place_at(model: "Model", time: float) -> "Place":

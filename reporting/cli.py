@@ -1,35 +1,37 @@
-"""The verb `report` of the command line."""
+"""The verb `report`."""
 
-from argparse import ArgumentParser, Namespace
+from dataclasses import dataclass
 from pathlib import Path
 
 from ..model.gallery import model_help, model_path
-from ..model.verb import Verb, output_arguments
+from ..model.options import Options, argument, option
+from ..model.verb import Verb, force_option, output_option
 
 
-def arguments(parser: ArgumentParser) -> None:
-    """Add the arguments of `report`."""
-    parser.add_argument("model", type=model_path, metavar="M", help=model_help())
-    output_arguments(parser, "report.html", "the page (default: the model's name, .html, in this folder)")
-    parser.add_argument(
-        "--shape", metavar="SHAPE", type=Path, help="the mesh that is the truth: the page shows how far the surface is"
+@dataclass(frozen=True)
+class ReportCommand(Options):
+    """Command line of `report`."""
+
+    model: Path = argument("M", model_help(), model_path)
+    output: Path | None = output_option("report.html", "the page (default: the model's name, .html, in this folder)")
+    force: bool = force_option()
+    shape: Path | None = option(
+        None, "mesh of the ground truth: the page shows the error of the surface", metavar="SHAPE"
     )
-    parser.add_argument(
-        "--log", metavar="FILE.jsonl", type=Path, help="what `train --log` wrote: the page shows its curves"
-    )
+    log: Path | None = option(None, "log that `train --log` wrote: the page shows its curves", metavar="FILE.jsonl")
 
 
-def run(args: Namespace) -> None:
+def _report(command: ReportCommand) -> None:
     """Write the page. Raises UserError."""
     from ..model.files import check_writable, show, write_whole
     from ..model.kinds import REPORT
     from ..model.model_file import load
     from .page import report
 
-    output = args.output or Path(f"{args.model.stem}.html")
-    reads = [args.model, *(path for path in (args.shape, args.log) if path is not None)]
-    check_writable(output, reads, kind=REPORT, force=args.force)
-    text = report(load(args.model), args.shape, args.log)
+    output = command.output or Path(f"{command.model.stem}.html")
+    reads = [command.model, *(path for path in (command.shape, command.log) if path is not None)]
+    check_writable(output, reads, kind=REPORT, force=command.force)
+    text = report(load(command.model), command.shape, command.log)
     write_whole(output, text)
     print(f"{show(output)}: {len(text.encode()):,} bytes")
 
@@ -38,9 +40,9 @@ VERBS = (
     Verb(
         "report",
         "one page about a model and its training: curves, pictures, errors, bytes",
-        arguments,
+        ReportCommand,
         "report spot --shape spot.obj --log spot.jsonl -o report.html",
-        run,
-        extra="mesh",
+        _report,
+        "mesh",
     ),
 )

@@ -14,55 +14,44 @@ from PIL import Image
 
 import mplicits
 from mplicits import cli
-from mplicits.bake.bake import bake
 from mplicits.capture.photo_settings import PhotoOptions, photo_settings
-from mplicits.capture.photos_session import photos
-from mplicits.capture.unprojected import unprojected
-from mplicits.mesher.evaluation import evaluate
-from mplicits.mesher.made import make_mesh
 from mplicits.model.model_file import load
-from mplicits.reporting.page import report
-from mplicits.scenes.composed import compose
-from mplicits.trainer.imported import import_checkpoints
-from mplicits.trainer.learn import learn, morph
+from mplicits.model.options import declarations
 from mplicits.trainer.options import TrainingOptions, settings_from
 from mplicits.trainer.shapes.given import given_shape
-from mplicits.viewer.still import Asked
 from support.paths import DEMO
 
-OF_FILES = {"output", "force", "json"}
-"""Options that say where a verb's result goes: a function returns it."""
-OF_THE_COMMAND_LINE = {
+FUNCTIONS: dict[str, Callable[..., object]] = {
+    "train": mplicits.train,
+    "morph": mplicits.morph,
+    "unproject": mplicits.unproject,
+    "photos": mplicits.photos,
+    "bake": mplicits.Field.bake,
+    "render": mplicits.Field.render,
+    "mesh": mplicits.Field.mesh,
+    "eval": mplicits.evaluate,
+    "report": mplicits.report,
+    "compose": mplicits.compose,
+    "import": mplicits.import_checkpoints,
+}
+"""Verb -> its Python function."""
+COMMAND_LINE_ALONE = {
     "render": {"benchmark", "frames", "fps", "once", "turn"},
     "train": {"live", "jobs", "cluster"},
     "morph": {"live"},
     "photos": {"resume"},
 }
-"""Options of the command line's own, which a function does not take."""
-VERBS: dict[str, tuple[Callable[..., object], Callable[..., object]]] = {
-    "train": (mplicits.train, learn),
-    "morph": (mplicits.morph, morph),
-    "unproject": (mplicits.unproject, unprojected),
-    "photos": (mplicits.photos, photos),
-    "bake": (mplicits.Field.bake, bake),
-    "render": (mplicits.Field.render, Asked),
-    "mesh": (mplicits.Field.mesh, make_mesh),
-    "eval": (mplicits.evaluate, evaluate),
-    "report": (mplicits.report, report),
-    "compose": (mplicits.compose, compose),
-    "import": (mplicits.import_checkpoints, import_checkpoints),
-}
-"""Verb -> what `import mplicits` offers, and the room's function that both call."""
-OF_OTHER_ROOMS = {"model", "preview"}
-"""What a room's own function does not take: a model is its first argument, and pictures are drawn elsewhere."""
-PROGRAMS = {"demo", "view", "info"}
-"""Verbs that have no function, and `info`, whose function is Field.info."""
+"""Options that a verb's Python function does not have, beside those of files and of printing."""
 
 
 def defaults(name: str) -> dict[str, object]:
-    """Each option of a verb, and positional argument, and its default, as the verb's function would take it."""
+    """Return the options and arguments of a verb, with their defaults."""
+    schema = cli.verbs()[name].options
+    if isinstance(schema, type):
+        parameters = inspect.signature(schema).parameters
+        return {option: parameters[option].default for option in declarations(schema)}
     parser = cli.Parser()
-    cli.verbs()[name].arguments(parser)
+    schema(parser)
     options = {}
     for action in parser._actions:
         if not isinstance(action, argparse._HelpAction):
@@ -73,21 +62,15 @@ def defaults(name: str) -> dict[str, object]:
     return options
 
 
-def same(function: object, option: object) -> bool:
-    """Whether a function's default is an option's: a size may be one number; what is a flag there may be None here."""
-    return option in (function, (function, function)) or (function is None and option is False)
-
-
-@pytest.mark.parametrize("name", VERBS)
-def test_names_and_defaults_are_one(name: str) -> None:
-    apart = OF_FILES | OF_THE_COMMAND_LINE.get(name, set())
-    options = {key: default for key, default in defaults(name).items() if key not in apart}
-    for function in VERBS[name]:
-        parameters = inspect.signature(function).parameters
-        assert set(options) - OF_OTHER_ROOMS <= set(parameters), function
-        for key, option in options.items():
-            if key in parameters and parameters[key].default is not inspect.Parameter.empty:
-                assert same(parameters[key].default, option), (function, key)
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_verbs_and_functions_have_the_same_options(name: str) -> None:
+    apart = {"output", "force", "json", *COMMAND_LINE_ALONE.get(name, ())}
+    parameters = inspect.signature(FUNCTIONS[name]).parameters
+    for option, default in defaults(name).items():
+        if option not in apart and not (option == "model" and "self" in parameters):
+            assert option in parameters
+            ours = parameters[option].default
+            assert ours in (inspect.Parameter.empty, default) or (ours is None and default is False), option
 
 
 @pytest.mark.parametrize(("options", "taker"), [(TrainingOptions, settings_from), (PhotoOptions, photo_settings)])
@@ -99,26 +82,13 @@ def test_options_are_said_alike_twice(options: type, taker: Callable[..., object
 
 
 def test_every_verb_has_a_function() -> None:
-    assert set(cli.verbs()) == {*VERBS, *PROGRAMS}
+    assert set(cli.verbs()) == {*FUNCTIONS, "demo", "view", "info"}
 
 
 def test_render_draws_what_the_verb_writes(tmp_path: Path) -> None:
     path = tmp_path / "p.png"
-    argv = [
-        "--size",
-        "40x32",
-        "--camera",
-        "10,20",
-        "--background",
-        "ffffff",
-        "--context",
-        "osmesa",
-        "--level",
-        "1",
-        "--storage",
-        "texture",
-    ]
-    assert cli.main(["render", str(DEMO), "-o", str(path), *argv]) == 0
+    argv = f"-o {path} --size 40x32 --camera 10,20 --background ffffff --context osmesa --level 1 --storage texture"
+    assert cli.main(["render", str(DEMO), *argv.split()]) == 0
     field = mplicits.load(DEMO)
     image = field.render((40, 32), camera=(10, 20), background="#ffffff", context="osmesa", level=1, storage="texture")
     assert image.shape == (32, 40, 3)
@@ -150,13 +120,8 @@ def test_bake_gives_what_the_verb_writes(tmp_path: Path) -> None:
     assert cli.main(["bake", str(DEMO), "-o", str(tmp_path / "verb.glsl"), *options]) == 0
     text = mplicits.load(DEMO).bake("glsl300es", tmp_path / "ours.glsl", digits=4)
     assert text == (tmp_path / "verb.glsl").read_text() == (tmp_path / "ours.glsl").read_text()
-    for wrong, said in (
-        ({"target": "gsl"}, "--target gsl: there is glsl330"),
-        ({"precision": "half"}, "--precision half"),
-        ({"precision": "float16", "digits": 3}, "not allowed with"),
-    ):
-        with pytest.raises(mplicits.UserError, match=said):
-            mplicits.load(DEMO).bake(**wrong)
+    with pytest.raises(mplicits.UserError, match="--precision: not allowed with --digits"):
+        mplicits.load(DEMO).bake(precision="float16", digits=3)
 
 
 def test_info_and_eval_say_what_the_verbs_print(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,154 +1,160 @@
-"""The verbs of the viewer on the command line: `mplicits render` and `mplicits view`."""
+"""The verbs `render` and `view`."""
 
-from argparse import ArgumentParser, Namespace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..model.gallery import model_help
-from ..model.verb import Verb, output_arguments
-from .arguments import camera_from, check_space, check_time, count, model_arguments, options_from
+from ..model.errors import UserError
+from ..model.gallery import model_help, model_path
+from ..model.options import argument, option
+from ..model.verb import Verb, force_option, output_option
+from .options import SHADES, PictureOptions, ViewerOptions
 
 if TYPE_CHECKING:
     from .draw.camera import Camera
-    from .draw.options import RenderOptions
+    from .draw.movie import Shot
     from .draw.renderer import Renderer
     from .state.source import Source
 
-CONTEXTS = ("auto", "osmesa", "egl", "window")
-"""Choices of --context: the kinds that `open_context` knows."""
-
-
-NOTHING_SEEN = (
+EMPTY_PICTURE = (
     "mplicits: note: the shape is not in the picture: the camera is inside it, or looks past it; "
     "--camera AZ,EL alone, without a distance, shows all of it"
 )
 
 
-def render_arguments(parser: ArgumentParser) -> None:
-    """Add the arguments of `mplicits render`."""
-    model_arguments(
-        parser, model_help(), "draw this mesh (PLY OBJ STL GLB) instead, with the normals of --normal-level"
+@dataclass(frozen=True)
+class RenderCommand(PictureOptions):
+    """Command line of `render`."""
+
+    model: Path = argument("M", model_help(), model_path)
+    output: Path | None = output_option(
+        "P.png", "picture (default: the model's name, .png), or video (--frames; default: .mp4)"
     )
-    output_arguments(parser, "P.png", "picture (default: the model's name, .png), or video, see --frames")
-    parser.add_argument(
-        "--context",
-        choices=CONTEXTS,
-        default="auto",
-        help="egl (a GPU, else software), osmesa (software), window (hidden); auto: what works",
-    )
-    parser.add_argument("--transparent", action="store_true", help="no background: alpha is coverage")
-    parser.add_argument(
-        "--split",
-        action="store_true",
-        help="left half: own normals, of --level or the mesh; right half: those of --normal-level "
-        "(default: level 1, and the last one)",
-    )
-    parser.add_argument(
-        "--frames",
-        type=count,
-        metavar="N",
-        help="a video of N pictures instead (-o movie.mp4 or .gif): the motion there and back of a model that moves, "
+    force: bool = force_option()
+    frames: int | None = option(
+        None,
+        "draw a video of N pictures instead (-o movie.mp4 or .gif): the motion there and back of a model that moves, "
         "a turn around any other",
-    )
-    parser.add_argument("--fps", type=count, metavar="N", help="pictures of a video in a second (default 30)")
-    parser.add_argument("--once", action="store_true", help="of a motion: from time 0 to 1, not back again")
-    parser.add_argument(
-        "--turn",
-        type=float,
-        metavar="DEGREES",
-        help="by how much the camera goes around in a video (default: 0 where the model moves, else 360)",
-    )
-    parser.add_argument(
-        "--benchmark",
-        type=count,
         metavar="N",
-        help="then draw N more frames of one ray per pixel, and print the median of frames per second",
+        least=1,
+        most=10_000,
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-
-
-def view_arguments(parser: ArgumentParser) -> None:
-    """Add the arguments of `mplicits view`."""
-    model_arguments(
-        parser,
-        model_help() + "; or a shader that `bake --target glsl330` wrote (.glsl)",
-        "a mesh (PLY OBJ STL GLB) whose edges and faces the panel can show",
+    fps: int | None = option(None, "pictures of a video in a second (default: 30)", metavar="N", least=1, most=60)
+    once: bool = option(False, "show a motion from time 0 to 1, without the way back")
+    turn: float | None = option(
+        None,
+        "degrees by which the camera goes around in a video (default: 0 where the model moves, else 360)",
+        metavar="DEGREES",
+        least=-1_000_000,
+        most=1_000_000,
     )
-    parser.set_defaults(size="1120x720", shade="studio")
-    parser.add_argument("--watch", action="store_true", help="load the file again when it changes")
+    benchmark: int | None = option(
+        None,
+        "then draw N more frames of one ray per pixel, and print the median of frames per second",
+        metavar="N",
+        least=1,
+    )
+    json: bool = option(False, "print one JSON object")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.frames is None and (flags := self.changed("fps", "once", "turn")):
+            raise UserError(f"{flags}: of a video; it needs --frames N, the number of its pictures")
+        if self.frames is not None and (flags := self.changed("benchmark", "transparent")):
+            raise UserError(f"{flags}: of a single picture; leave out --frames")
+
+    def shot(self, moving: bool) -> "Shot | None":
+        """Return the video of --frames; None for a picture. moving: whether the model moves. Raises UserError."""
+        from .draw.movie import Shot
+
+        if self.frames is None:
+            return None
+        if self.once and not moving:
+            raise UserError("--once: of a motion; this model does not move")
+        if self.time:
+            raise UserError("--time: one moment; --frames shows all of them")
+        if self.mesh is not None and moving:
+            raise UserError("--mesh: it does not move as the model does; leave out --frames, and choose its --time")
+        turn = self.turn if self.turn is not None else 0.0 if moving else 360.0
+        return Shot(self.frames, self.fps or 30, turn, moving, self.once)
 
 
-def run_render(args: Namespace) -> None:
-    """Run `mplicits render`: draw a model file to a PNG or a video, without a window."""
+@dataclass(frozen=True)
+class ViewCommand(ViewerOptions):
+    """Command line of `view`."""
+
+    model: Path = argument("M", f"{model_help()}; or a shader that `bake --target glsl330` wrote (.glsl)", model_path)
+    size: int | str | tuple[int, int] = option("1120x720", "pixels of the window, WxH or N", metavar="WxH")
+    shade: str = option("studio", "shading", choices=SHADES)
+    mesh: str | Path | None = option(
+        None, "mesh (PLY OBJ STL GLB) whose edges and faces the panel can show", metavar="LOW.ply"
+    )
+    watch: bool = option(False, "load the file again when it changes")
+
+
+def _render(command: RenderCommand) -> None:
+    """Draw a model to a PNG or a video, without a window. Raises UserError."""
     import json
     import sys
     import time
-    from dataclasses import fields
 
-    from ..model.errors import UserError
-    from ..model.files import show
     from ..model.model_file import load
     from .draw.screenshot import save_png
-    from .draw.tiles import check_size
-    from .record import check_options, record, shot_from
-    from .still import Asked, opened
+    from .picture import set_up
+    from .video import write_video
 
-    check_size(args.size)
-    check_options(args)
-    output = _output(args)
-    if args.benchmark == 0:
-        raise UserError("--benchmark 0: at least one frame is needed")
-    asked = Asked(**{entry.name: getattr(args, entry.name) for entry in fields(Asked)})
-    asked.check()
-    model = load(args.model)
-    check_time(args, show(model.name), model.inputs == "xyzt")
-    shot = shot_from(args, model.inputs == "xyzt")
-    rays = asked.rays() * (args.frames or 1) + args.size[0] * args.size[1] * (args.benchmark or 0)
-    with opened(model, asked, rays, once=True) as scene:
-        if scene.rounds < scene.wanted_rounds:
+    output = _output(command)
+    model = load(command.model)
+    moving, size = model.inputs == "xyzt", command.pixels
+    shot = command.shot(moving)
+    rays = command.rays() * (command.frames or 1) + size[0] * size[1] * (command.benchmark or 0)
+    with set_up(model, command, rays, once=True) as setup:
+        renderer, camera, options = setup.renderer, setup.camera, setup.options
+        level, normal_level = options.resolved_levels(len(model.levels))
+        steps, rounds = renderer.schedule(options) if command.mesh is None else ((), 0)
+        if command.mesh is None and rounds < (wanted := renderer.wanted_rounds(options)):
             print(
-                f"mplicits: note: {scene.rounds} rounds of {','.join(map(str, scene.iterations))} steps, "
-                f"not {scene.wanted_rounds} rounds: software OpenGL's loop limit allows no more",
+                f"mplicits: note: {rounds} rounds of {','.join(map(str, steps[:level]))} steps, not {wanted} rounds: "
+                "software OpenGL's loop limit allows no more",
                 file=sys.stderr,
             )
-        renderer, camera, options = scene.renderer, scene.camera, scene.options
         start = time.perf_counter()
         if shot is None:
-            image = renderer.render(args.size, camera, options)
+            image = renderer.render(size, camera, options)
             coverage, frame_seconds = float(image[..., 3].mean()), time.perf_counter() - start
-            save_png(output, image, model.name, args.transparent)
+            save_png(output, image, model.name, command.transparent)
         else:
-            coverage = record(renderer, output, args.size, shot, camera, options)
+            coverage = write_video(renderer, output, size, shot, camera, options)
             frame_seconds = (time.perf_counter() - start) / shot.frames
-        frames_per_second = None if args.benchmark is None else _frames_per_second(renderer, args, camera, options)
+        rate = None if command.benchmark is None else _frames_per_second(renderer, command, camera)
     if not coverage:
-        print(NOTHING_SEEN, file=sys.stderr)
+        print(EMPTY_PICTURE, file=sys.stderr)
     report = {
         "output": str(output),
-        "width": args.size[0],
-        "height": args.size[1],
-        "samples": args.samples,
-        "shade": args.shade,
-        "time": options.time if model.inputs == "xyzt" and shot is None else None,
+        "width": size[0],
+        "height": size[1],
+        "samples": command.samples,
+        "shade": command.shade,
+        "time": command.time if moving and shot is None else None,
         "frames": None if shot is None else shot.frames,
         "fps": None if shot is None else shot.rate,
-        "mesh": None if args.mesh is None else str(args.mesh),
-        "level": scene.level if args.mesh is None else None,
-        "normal_level": scene.normal_level,
-        "split": args.split,
-        "rounds": scene.rounds,
+        "mesh": None if command.mesh is None else str(command.mesh),
+        "level": level if command.mesh is None else None,
+        "normal_level": normal_level,
+        "split": command.split,
+        "rounds": rounds,
         "context": renderer.context.kind,
         "renderer": renderer.context.renderer,
         "coverage": round(coverage, 6),
         "compile_seconds": round(renderer.compile_seconds, 3),
         "frame_seconds": round(frame_seconds, 3),
-        "frames_per_second": frames_per_second,
+        "frames_per_second": rate,
     }
-    print(json.dumps(report) if args.json else _line(report, args.benchmark))
+    print(json.dumps(report) if command.json else _summary(report, command.benchmark))
 
 
-def _line(report: dict[str, Any], benchmark: int | None) -> str:
-    """Write the line that tells people what was drawn. benchmark: frames that were timed."""
+def _summary(report: dict[str, Any], benchmark: int | None) -> str:
+    """Format a report as one line. benchmark: number of frames that were timed."""
     from ..model.files import show
 
     video = f"{report['frames']} pictures, {report['fps']} a second, " if report["frames"] else ""
@@ -162,29 +168,26 @@ def _line(report: dict[str, Any], benchmark: int | None) -> str:
     return line
 
 
-def run_view(args: Namespace) -> None:
-    """Run `mplicits view`: show the desktop window until the user closes it.
+def _view(command: ViewCommand) -> None:
+    """Show the desktop window until the user closes it. Raises UserError.
 
-    The window opens before most is imported, but not for a file that cannot be a model.
+    The window opens before numpy and the model are loaded, unless the file cannot be a model.
     """
     from ..model.files import show
-    from .draw.tiles import check_size
 
-    check_size(args.size)
-    check_space(args)
-    source = None if _may_be_model(args.model) else _open_source(args)
+    source = None if _may_be_model(command.model) else _open_source(command)
     from .window.greeting import greeted
 
-    background = None if args.background is None else args.background[1]
-    with greeted(show(args.model.stem), args.size, background) as (context, gui):
+    background = command.colors and command.colors[1]
+    with greeted(show(command.model.stem), command.pixels, background) as (context, gui):
         from .state.overlay import MeshSource
         from .window.window import Window
 
-        source = source or _open_source(args)
-        check_time(args, source.name, source.shader.moving)
-        mesh = None if args.mesh is None else MeshSource(args.mesh, args.space or "input")
-        camera, options = camera_from(args, source.front), options_from(args)
-        window = Window(context, gui, source, camera, options, storage=args.storage, watch=args.watch, mesh=mesh)
+        source = source or _open_source(command)
+        command.check_time(source.name, source.shader.moving)
+        mesh = None if command.mesh is None else MeshSource(Path(command.mesh), command.space or "input")
+        camera = command.view_from(source.front)
+        window = Window(context, gui, source, camera, command, storage=command.storage, watch=command.watch, mesh=mesh)
         try:
             window.loop()
         finally:
@@ -192,7 +195,7 @@ def run_view(args: Namespace) -> None:
 
 
 def _may_be_model(path: Path) -> bool:
-    """Whether a path is a file that begins as models do, which is seen at once; a shader does not."""
+    """Whether a file begins as model files do; reads a few bytes."""
     import os
 
     from ..model.files import is_file
@@ -201,14 +204,14 @@ def _may_be_model(path: Path) -> bool:
     return is_file(path) and os.access(path, os.R_OK) and not is_other(path, MODEL)
 
 
-def _open_source(args: Namespace) -> "Source":
-    """Read the model or shader that the window is to show. Raises UserError."""
+def _open_source(command: ViewCommand) -> "Source":
+    """Read the model or the shader. Raises UserError."""
     from .state.source import open_source
 
-    return open_source(args.model, args.storage)
+    return open_source(command.model, command.storage)
 
 
-def _output(args: Namespace) -> Path:
+def _output(command: RenderCommand) -> Path:
     """Return the path of the picture or video. Raises UserError where it cannot, or must not, be written."""
     from ..model.files import check_writable
     from ..model.kinds import PICTURE, VIDEO
@@ -216,25 +219,28 @@ def _output(args: Namespace) -> Path:
     from .draw.movie import check_movie
     from .draw.screenshot import check_name
 
-    output: Path = args.output or Path(args.model.stem + (".png" if args.frames is None else ".mp4"))
-    if args.frames is None:
-        check_name(output)
+    is_video = command.frames is not None
+    output = command.output or Path(command.model.stem + (".mp4" if is_video else ".png"))
+    if is_video:
+        check_movie(output, command.pixels)
     else:
-        check_movie(output, args.size)
-    reads = [args.model, *([] if args.mesh is None else mesh_files(args.mesh))]
-    check_writable(output, reads, kind=PICTURE if args.frames is None else VIDEO, force=args.force)
+        check_name(output)
+    reads = [command.model, *([] if command.mesh is None else mesh_files(Path(command.mesh)))]
+    check_writable(output, reads, kind=VIDEO if is_video else PICTURE, force=command.force)
     return output
 
 
-def _frames_per_second(renderer: "Renderer", args: Namespace, camera: "Camera", options: "RenderOptions") -> float:
+def _frames_per_second(renderer: "Renderer", command: RenderCommand, camera: "Camera") -> float:
     """Return the median rate of --benchmark frames, after a tenth as many to warm up."""
     import statistics
 
     from tqdm import tqdm
 
-    warm_up = args.benchmark // 10 + 1
-    frames = tqdm(range(warm_up + args.benchmark), desc="benchmark", delay=2, leave=False, disable=None)
-    seconds = [renderer.timed(args.size, camera, options)[0] for _ in frames]
+    frames = command.benchmark or 1
+    warm_up = frames // 10 + 1
+    bar = tqdm(range(warm_up + frames), desc="benchmark", delay=2, leave=False, disable=None)
+    options = command.for_levels(renderer.shader.levels)
+    seconds = [renderer.timed(command.pixels, camera, options)[0] for _ in bar]
     return float(f"{1 / statistics.median(seconds[warm_up:]):.4g}")
 
 
@@ -242,9 +248,9 @@ VERBS = (
     Verb(
         "render",
         "draw a model to a PNG or a video, without a window",
-        render_arguments,
+        RenderCommand,
         "render spot --size 1024 -o spot.png",
-        run_render,
+        _render,
     ),
-    Verb("view", "look at a model in a window", view_arguments, "view spot", run_view),
+    Verb("view", "look at a model in a window", ViewCommand, "view spot", _view),
 )

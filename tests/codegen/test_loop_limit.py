@@ -9,7 +9,8 @@ from mplicits.model.errors import UserError
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context
-from mplicits.viewer.draw.options import RenderOptions, schedule_that_fits
+from mplicits.viewer.draw.loop_limit import schedule_that_fits
+from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from support.random_model import random_model
 

@@ -7,6 +7,7 @@ import pytest
 
 from mplicits import cli
 from mplicits.mesher.moment import chosen_time, place_at
+from mplicits.mesher.options import MeshOptions
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model
 from support.paths import DEMO
@@ -42,13 +43,13 @@ def test_a_place_that_is_not_noted_is_the_model_s(moments: object) -> None:
     assert place_at(model, 0.5) == model.place
 
 
-def test_times_that_are_none_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_wrong_time_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     model = moving()
     assert chosen_time(None, model) == 0
     assert chosen_time(1.0, model) == 1
     for time in (-0.1, 1.5, float("nan")):
         with pytest.raises(UserError, match="from 0 to 1"):
-            chosen_time(time, model)
+            MeshOptions(time=time)
     for verb in (["mesh", str(DEMO), "-o", str(tmp_path / "m.ply")], ["eval", str(DEMO), str(DEMO)]):
         assert cli.main([*verb, "--time", "0.5"]) == 2
         assert "does not move" in capsys.readouterr().err

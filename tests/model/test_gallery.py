@@ -13,10 +13,11 @@ from mplicits.field.interpret import colour, nested_field
 from mplicits.ir.lower import lower
 from mplicits.model import gallery
 from mplicits.model.model_file import load, save
+from mplicits.model.verb import add_arguments, read
 from mplicits.trainer.options import CREASE
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
-from mplicits.viewer.arguments import camera_from
+from mplicits.viewer.cli import RenderCommand, ViewCommand
 from mplicits.viewer.draw.camera import Camera
 from support.paths import DATA
 from support.random_model import random_model
@@ -119,27 +120,27 @@ def test_every_verb_that_takes_a_model_takes_a_name(verb: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("verb", ["render", "view"])
-def test_a_name_is_looked_at_from_its_front(
-    name: str, verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("schema", [RenderCommand, ViewCommand])
+def test_the_camera_starts_at_the_front_of_a_model(
+    name: str, schema: type[RenderCommand | ViewCommand], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As their meshes do, Spot faces -z, which is azimuth 180, and Bob faces -x, which is azimuth 270."""
     monkeypatch.chdir(tmp_path)
     parser = argparse.ArgumentParser()
-    cli.verbs()[verb].arguments(parser)
+    add_arguments(parser, schema)
 
     def camera(*argv: str) -> Camera:
-        arguments = parser.parse_args(argv)
-        camera = camera_from(arguments, load(arguments.model).front)
+        command = read(schema, parser.parse_args(argv))
+        camera = command.view_from(load(command.model).front)
         assert isinstance(camera, Camera)
         return camera
 
-    seen, size = camera(name), parser.parse_args([name]).size
-    assert 0 < abs(seen.azimuth - (180 if name.startswith("spot") else 270)) <= 60
-    assert seen.distance is None
-    assert camera(name, "--camera", "1,2,3") == Camera(1, 2, 3, aspect=size[0] / size[1])
+    spot_or_bob, (width, height) = camera(name), schema(model=Path()).pixels
+    assert 0 < abs(spot_or_bob.azimuth - (180 if name.startswith("spot") else 270)) <= 60
+    assert spot_or_bob.distance is None
+    assert camera(name, "--camera", "1,2,3") == Camera(1, 2, 3, aspect=width / height)
     save(random_model((4, 0)), Path("m.safetensors"))
-    assert camera("m.safetensors") == Camera(aspect=size[0] / size[1]), "no front: looked at from the usual place"
+    assert camera("m.safetensors") == Camera(aspect=width / height), "no front: the usual view"
 
 
 def test_a_name_works_on_the_command_line(

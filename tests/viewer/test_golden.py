@@ -34,7 +34,7 @@ PICTURES = {
     "normal-mapping": RenderOptions(level=1, normal_level=2),
 }
 MESH_PICTURES = {
-    "mesh-own-normals": RenderOptions(samples=4, uniform=True, split=1.0),
+    "mesh-own-normals": RenderOptions(samples=4, uniform=True, split_at=1.0),
     "mesh-neural-normals": RenderOptions(samples=4, uniform=True),
 }
 OFF = 16

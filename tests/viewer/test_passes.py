@@ -52,7 +52,7 @@ def assert_alike(passes: NDArray[np.float32], at_once: NDArray[np.float32]) -> N
     [
         *(RenderOptions(shade=shading) for shading in ("phong", "normal", "depth", "steps", "texture", "data")),
         RenderOptions(schedule="plain", samples=4, uniform=True, transparent=True),
-        RenderOptions(level=1, normal_level=2, split=0.5, plain=True),
+        RenderOptions(level=1, normal_level=2, split_at=0.5, plain=True),
     ],
 )
 def test_passes_draw_what_one_draw_does(both: tuple[Renderer, Renderer], options: RenderOptions) -> None:

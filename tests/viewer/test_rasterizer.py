@@ -94,7 +94,7 @@ def test_normal_mapping_takes_no_further_steps(traced: Renderer) -> None:
 
 
 def test_a_split_picture_is_both_pictures_side_by_side(traced: Renderer) -> None:
-    options = RenderOptions(level=1, normal_level=2, shade="normal", split=0.5)
+    options = RenderOptions(level=1, normal_level=2, shade="normal", split_at=0.5)
     half = traced.render(SIZE, CAMERA, options)
     own, neural = (traced.render(SIZE, CAMERA, replace(NORMAL, level=1, normal_level=level)) for level in (1, 2))
     assert np.abs(own - neural).max() > 0.05
@@ -125,7 +125,7 @@ def test_the_mesh_is_where_the_traced_surface_is(rasterizer: Rasterizer, traced:
 def test_a_split_picture_shows_the_mesh_s_own_normals_on_the_left(osmesa: Context, model: Model) -> None:
     rasterizer = Rasterizer(osmesa, model, SQUARE)
     camera = Camera(0, 0)
-    image = decoded(rasterizer.render(SIZE, camera, replace(NORMAL, split=0.5)))
+    image = decoded(rasterizer.render(SIZE, camera, replace(NORMAL, split_at=0.5)))
     hit = rasterizer.render(SIZE, camera, DATA)[..., 3] == 1
     rasterizer.release()
     left, right = image[:, :24][hit[:, :24]], image[:, 24:][hit[:, 24:]]
@@ -144,7 +144,7 @@ def test_the_nearest_triangle_wins_in_either_order(osmesa: Context, model: Model
             np.concatenate([one.faces, other.faces + 4]),
         )
         rasterizer = Rasterizer(osmesa, model, both)
-        pictures.append(rasterizer.render(SIZE, Camera(0, 0), replace(NORMAL, split=1.0)))
+        pictures.append(rasterizer.render(SIZE, Camera(0, 0), replace(NORMAL, split_at=1.0)))
         rasterizer.release()
     np.testing.assert_array_equal(pictures[0], pictures[1])
     np.testing.assert_allclose(decoded(pictures[0])[20, 24], (0, 0, 1), atol=1e-6)
@@ -164,7 +164,7 @@ def test_the_background_and_the_tiles_are_those_of_a_traced_picture(
 
 def test_a_rasterizer_leaves_no_state_behind(rasterizer: Rasterizer, traced: Renderer) -> None:
     before = traced.render(SIZE, CAMERA)
-    rasterizer.render(SIZE, CAMERA, RenderOptions(normal_level=1, split=0.5))
+    rasterizer.render(SIZE, CAMERA, RenderOptions(normal_level=1, split_at=0.5))
     np.testing.assert_array_equal(traced.render(SIZE, CAMERA), before)
     with pytest.raises(UserError, match="levels 1 to 2"):
         rasterizer.render(SIZE, CAMERA, RenderOptions(normal_level=3))

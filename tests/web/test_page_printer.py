@@ -24,7 +24,7 @@ from mplicits.model.errors import UserError
 from mplicits.model.model import Model
 from mplicits.model.model_file import load, save
 from mplicits.viewer.draw.camera import Camera
-from mplicits.viewer.draw.options import schedule_that_fits
+from mplicits.viewer.draw.loop_limit import schedule_that_fits
 from mplicits.web.page import CELL_MOMENTS, DEAR, DEAREST, PRINTER, facts_json, script
 from support.paths import DEMO
 from support.random_model import random_model

@@ -21,10 +21,6 @@ from .options import RenderOptions
 from .screenshot import to_bytes
 
 SUFFIXES = (".mp4", ".gif")
-MOST_FRAMES = 10_000
-"""Most frames of a video."""
-RATES = 1, 60
-"""Least and largest number of frames per second."""
 PALETTE_FRAMES = 24
 """Largest number of frames from which the palette of a GIF is computed."""
 

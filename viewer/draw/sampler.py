@@ -14,7 +14,8 @@ from .compile import VERTEX_SHADER, cell_texture, weight_texture
 from .context import Context
 from .edges import Edges
 from .framebuffer import check_drawn, free, new_framebuffer
-from .options import RenderOptions, schedule_that_fits
+from .loop_limit import schedule_that_fits
+from .options import RenderOptions
 from .passes import Passes
 from .program import UNITS, Program, picture_uniforms, tile_uniforms, write_all
 from .tiles import Tile
@@ -72,7 +73,7 @@ class Sampler:
         if not self.context.software:
             return iterations, rounds
         level, normal_level = options.resolved_levels(self.shader.levels)
-        shaded = max(level, normal_level) if options.split else normal_level
+        shaded = max(level, normal_level) if options.split_at else normal_level
         return schedule_that_fits(self.shader, level, shaded, iterations, rounds, options.schedule)
 
     def wanted_rounds(self, options: RenderOptions) -> int:
@@ -151,7 +152,7 @@ class Sampler:
         """Return the uniforms, name -> value, that the options set."""
         level, normal_level = options.resolved_levels(self.shader.levels)
         iterations, rounds = self.schedule(options)
-        top, bottom = options.background or (None, None)
+        top, bottom = options.colors or (None, None)
         values: dict[str, object] = {
             "level": level,
             "normal_level": normal_level,
@@ -162,7 +163,7 @@ class Sampler:
             "schedule": SCHEDULES.index(options.schedule),
             "shading": SHADINGS.index(options.shade),
             "plain": options.plain,
-            "split": options.split,
+            "split": options.split_at,
             "time": options.time,
             "light": options.light,
             "background_top": top,
