@@ -43,7 +43,7 @@ class Declaration:
     excludes: str | None = None
     """Name of an option that must have its default where this one has not."""
     parse: Callable[[str], object] | None = None
-    """Reads the text where the type does not say how; may raise UserError."""
+    """Reads the text where the type does not say how. Its UserErrors reach the user as they are."""
     flags: Sequence[str] = ()
     """Flags, where these are not --NAME."""
     positional: bool = False

@@ -8,7 +8,6 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, get_args, get_origin
 
-from .errors import UserError
 from .options import Declaration, Options, declarations, flag_of, option
 
 
@@ -116,25 +115,13 @@ def _reader(declared: Declaration, types: Sequence[Any]) -> Callable[[str], obje
     """Choose the function that reads an option's text."""
     tuples = [get_args(kind) for kind in types if get_origin(kind) is tuple]
     if declared.parse is not None:
-        return _named_by_argparse(declared.parse)
+        return declared.parse
     if str in types:
         return str
     if tuples:
         return _numbers(tuples[0][0], [len(members) for members in tuples if ... not in members])
     kind: type = next(iter(get_args(types[0]) or types))
     return kind
-
-
-def _named_by_argparse(parse: Callable[[str], object]) -> Callable[[str], object]:
-    """Turn a UserError of `parse` into an error to which argparse adds the name of the option."""
-
-    def reader(text: str) -> object:
-        try:
-            return parse(text)
-        except UserError as error:
-            raise ArgumentTypeError(str(error)) from None
-
-    return reader
 
 
 def _numbers(kind: type, counts: Sequence[int]) -> Callable[[str], object]:
