@@ -49,7 +49,7 @@ def pixels(point: Iterable[float]) -> str:
 def outline(values: NDArray[np.floating], level: float) -> str:
     """Write the contours of `values`, (GRID, GRID) by y and z, at a level as the data of a path."""
     parts = []
-    for contour in find_contours(values, level):
+    for contour in find_contours(values, level):  # type: ignore[no-untyped-call]
         points = contour[:, ::-1] * 2 / (GRID - 1) - 1
         parts.append("M" + "L".join(pixels(point) for point in points) + "Z")
     return "".join(parts)
@@ -57,7 +57,8 @@ def outline(values: NDArray[np.floating], level: float) -> str:
 
 def steps(field: Field, delta: float) -> list[tuple[NDArray[np.float64], float, bool]]:
     """Trace the ray: the center of each step, its length, and whether level 2 takes it."""
-    direction, t, found = TOWARDS / np.linalg.norm(TOWARDS), 0.0, []
+    direction, t = TOWARDS / np.linalg.norm(TOWARDS), 0.0
+    found: list[tuple[NDArray[np.float64], float, bool]] = []
     while len(found) < 30:
         center = EYE + t * direction
         coarse, fine = (float(field(at(center), level=level)) for level in (1, 2))
@@ -100,10 +101,10 @@ def drawing() -> str:
         f'<g transform="translate({2 * WIDTH})">',
     ]
     for center, length, inside in steps(field, delta):
-        x, y = pixels(center).split(",")
+        column, row = pixels(center).split(",")
         color = BLUE if inside else ORANGE
-        parts.append(f'<circle cx="{x}" cy="{y}" r="{max(SCALE * abs(length), 1):.1f}" stroke="{color}"/>')
-        parts.append(f'<circle cx="{x}" cy="{y}" r="2.2" fill="{color}"/>')
+        parts.append(f'<circle cx="{column}" cy="{row}" r="{max(SCALE * abs(length), 1):.1f}" stroke="{color}"/>')
+        parts.append(f'<circle cx="{column}" cy="{row}" r="2.2" fill="{color}"/>')
     return "\n".join([*parts, "</g>", "</svg>\n"])
 
 

@@ -1,4 +1,4 @@
-"""A model as a distance function of fogleman/sdf (pip: sdf-fork): cut open by a box, and saved as an STL."""
+"""Cut a model open by a box of fogleman/sdf (pip: sdf-fork), and save it as an STL."""
 
 import sys
 
@@ -9,7 +9,7 @@ import mplicits
 
 @sdf3
 def neural(name):
-    """Return the field of a model, which takes points (N, 3) and gives distances, as that library asks for."""
+    """Return a model as a function from points (N, 3) to distances."""
     return mplicits.load(name).sdf
 
 

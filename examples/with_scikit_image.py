@@ -1,4 +1,4 @@
-"""A model on a grid of one's own, for scikit-image's marching cubes."""
+"""Evaluate a model on a grid, and extract its surface by scikit-image."""
 
 import numpy as np
 from skimage.measure import marching_cubes

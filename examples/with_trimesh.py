@@ -1,4 +1,4 @@
-"""A mesh of trimesh, and the field asked at its vertices and along rays."""
+"""Evaluate a model at the vertices of a trimesh, trace rays, and return a trimesh."""
 
 import numpy as np
 import trimesh

@@ -1,4 +1,4 @@
-"""The scripts in examples/ run as they stand, each in a folder of its own."""
+"""The scripts in examples/ run, each in a folder of its own."""
 
 import ast
 import importlib.util
@@ -14,7 +14,7 @@ SCRIPTS = sorted((ROOT / "examples").glob("*.py"))
 
 
 def packages(script: Path) -> set[str]:
-    """The packages that a script imports."""
+    """The names of the packages that a script imports."""
     nodes = list(ast.walk(ast.parse(script.read_text(encoding="utf-8"))))
     names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
     names += [node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)]
@@ -32,4 +32,4 @@ def test_an_example_runs(script: Path, tmp_path: Path) -> None:
             pytest.skip(f"{package} is not installed")
     done = subprocess.run([sys.executable, str(script)], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    assert done.stdout.strip() or list(tmp_path.iterdir()), "it says something, or leaves a file"
+    assert done.stdout.strip() or list(tmp_path.iterdir()), "it prints something or writes a file"

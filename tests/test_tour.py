@@ -1,4 +1,4 @@
-"""The notebook in examples/ runs, and its models and its training show themselves."""
+"""The notebook in examples/ runs and shows its models and its training."""
 
 import base64
 import io
@@ -13,13 +13,13 @@ from support.paths import ROOT
 
 pytestmark = pytest.mark.slow
 TOUR = ROOT / "examples" / "tour.ipynb"
-MOST = 100_000
-"""Bytes of the notebook in the repository."""
+LARGEST = 100_000
+"""Largest size of the notebook in the repository, bytes."""
 
 
 @pytest.fixture(scope="module")
 def tour(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
-    """The notebook after all its cells have run: its file, and what is in it."""
+    """The notebook after all cells ran: its file and its content."""
     nbclient = pytest.importorskip("nbclient", reason="nbclient is not installed (pip: nbclient)")
     nbformat = pytest.importorskip("nbformat")
     notebook = nbformat.read(TOUR, as_version=4)
@@ -30,13 +30,13 @@ def tour(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
 
 
 def test_every_cell_shows_something(tour: tuple[Path, Any]) -> None:
-    assert TOUR.stat().st_size < MOST
+    assert TOUR.stat().st_size < LARGEST
     cells = [cell for cell in tour[1].cells if cell.cell_type == "code"]
-    shown = [{key for output in cell.outputs for key in output.get("data", {})} for cell in cells]
+    kinds = [{key for output in cell.outputs for key in output.get("data", {})} for cell in cells]
     assert len(cells) >= 5
-    assert {"image/png", "text/html", "text/plain"} <= shown[0]
+    assert {"image/png", "text/html", "text/plain"} <= kinds[0]
     assert not [output for cell in cells for output in cell.outputs if output.output_type == "error"]
-    assert "iframe" not in TOUR.read_text(encoding="utf-8"), "what runs is not kept in the repository"
+    assert "iframe" not in TOUR.read_text(encoding="utf-8"), "live pages are not stored in the repository"
 
 
 def test_a_training_shows_a_bar_and_a_picture(tour: tuple[Path, Any]) -> None:
@@ -46,6 +46,6 @@ def test_a_training_shows_a_bar_and_a_picture(tour: tuple[Path, Any]) -> None:
         "two levels, a texture"
     )
     (picture,) = [each["image/png"] for each in data if "image/png" in each]
-    assert "> 16x1" in next(each["text/plain"] for each in data if "image/png" in each), "the last level's"
+    assert "> 16x1" in next(each["text/plain"] for each in data if "image/png" in each), "the picture of the last level"
     alpha = np.asarray(Image.open(io.BytesIO(base64.b64decode(picture))))[..., 3]
     assert 0.1 < (alpha > 0).mean() < 0.9
