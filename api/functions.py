@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ..model.model import Model
     from ..trainer.learn import Callback
     from ..trainer.options import Numbers
-    from ..trainer.shapes.given import Given
+    from ..trainer.shapes.arrays import Arrays
 
 
 def load(source: str | Path | bytes) -> Field:
@@ -46,7 +46,7 @@ def load(source: str | Path | bytes) -> Field:
 
 @shows_options(settings_from)
 def train(
-    shape: "str | Path | Given",
+    shape: "str | Path | Arrays",
     levels: str | Sequence[str] | None = None,
     *,
     time: bool = False,

@@ -94,7 +94,7 @@ def exact(path: Path, options: argparse.Namespace) -> Figures:
     """Compare the mesh of exact distances with the truth: the best that any field can reach on this grid."""
     shape, _ = load_shape(str(path))
     return compare(
-        extract(ExactField(shape), options.resolution), in_model_space(read_mesh(path), shape.centre, shape.scale)
+        extract(ExactField(shape), options.resolution), in_model_space(read_mesh(path), shape.center, shape.scale)
     )
 
 

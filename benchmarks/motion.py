@@ -3,7 +3,7 @@
     python benchmarks/motion.py MODEL A.obj B.obj --static A.safetensors B.safetensors [-o docs/results/motion.md]
 
 MODEL is the result of `morph A.obj B.obj`; the static models are trained on A and on B. The first rows are the surfaces
-in between, by the blend of both distances and by arrival times (trainer/shapes/between.py). The last row is the model.
+in between, by the blend of both distances and by arrival times (trainer/shapes/morph.py). The last row is the model.
 """
 
 import argparse
@@ -23,8 +23,8 @@ from mplicits.mesher.truth import in_model_space, read_mesh
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load
 from mplicits.trainer.options import CREASE
-from mplicits.trainer.shapes.between import Between, between, blended, distances, triangles
 from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.shapes.morph import Morph, blend, distances, morph, triangles
 from protocol import Page, machine
 
 FRAMES = 60
@@ -59,7 +59,7 @@ def row(name: str, apart: list[float], pieces: list[int]) -> str:
     return f"| {name} | {middle:.4f} | {max(apart):.4f} | {max(apart) / middle:.1f} | {loose} | {max(pieces)} |"
 
 
-def surface_of(change: Between, time: float) -> Mesh:
+def surface_of(change: Morph, time: float) -> Mesh:
     """Extract the surface between two shapes at a time."""
     vertices, faces, _ = triangles(change.field(time))
     return Mesh(vertices.astype(np.float32), faces)
@@ -118,8 +118,8 @@ def main() -> None:
         "| --- |" + " ---: |" * 5,
     )
     grids = [distances(load_shape(str(path), crease=CREASE)[0]) for path in options.meshes]
-    blend, steady = blended(*grids), between(*grids)
-    page.add(row("blend of the distances", *follow(lambda time: surface_of(blend, time))))
+    linear, steady = blend(*grids), morph(*grids)
+    page.add(row("blend of the distances", *follow(lambda time: surface_of(linear, time))))
     page.add(row("arrival times, which `morph` trains on", *follow(lambda time: surface_of(steady, time))))
     sizes = ",".join(shape_of(level.network) for level in model.levels)
     apart, pieces = follow(lambda time: extract_model(model, RESOLUTION, cull=True, time=time).mesh)

@@ -29,7 +29,7 @@ class Truth:
     def __init__(self, path: Path, shape: Shape, samples: int, seed: int) -> None:
         """path: the mesh. shape: gives its normalisation. samples: of each surface that is compared."""
         self._rng, self._samples = np.random.default_rng(seed), samples
-        surface = SampledSurface(in_model_space(read_mesh(path), shape.centre, shape.scale))
+        surface = SampledSurface(in_model_space(read_mesh(path), shape.center, shape.scale))
         self.points, again = (surface.sample(samples, self._rng)[0] for _ in range(2))
         self.floor = chamfer(self.points, again)
 

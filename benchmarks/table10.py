@@ -34,7 +34,7 @@ from mplicits.mesher.grid import Grid
 from mplicits.mesher.metrics import SampledSurface, chamfer
 from mplicits.mesher.truth import in_model_space, read_mesh
 from mplicits.trainer.machine import prepare
-from mplicits.trainer.shapes.shape import normalise
+from mplicits.trainer.shapes.shape import normalize
 from neus import NeusScene
 from photo_contenders import (
     DELTAS,
@@ -128,7 +128,7 @@ def spot(folder: Path, size: int) -> tuple[Photographs, NDArray[np.float64], flo
     file = DATA / "textured" / "spot.obj"
     write_photographs(folder, file, cameras, size)
     mesh = read_mesh(file)
-    _, centre, scale = normalise(np.asarray(mesh.vertices, np.float64))
+    _, centre, scale = normalize(np.asarray(mesh.vertices, np.float64))
     surface = SampledSurface(in_model_space(mesh, centre, scale))
     rng = np.random.default_rng(0)
     points, again = (surface.sample(SAMPLES, rng)[0] for _ in range(2))

@@ -18,7 +18,7 @@ from mplicits.capture.photo_settings import PhotoOptions, photo_settings
 from mplicits.model.model_file import load
 from mplicits.model.options import declarations
 from mplicits.trainer.options import TrainingOptions, settings_from
-from mplicits.trainer.shapes.given import given_shape
+from mplicits.trainer.shapes.load import load_shape
 from support.paths import DEMO
 
 FUNCTIONS: dict[str, Callable[..., object]] = {
@@ -189,8 +189,8 @@ def test_unproject_gives_what_the_verb_writes(tmp_path: Path) -> None:
     cloud.save(tmp_path / "ours.ply")
     assert (tmp_path / "verb.ply").read_bytes() == (tmp_path / "ours.ply").read_bytes()
     assert repr(cloud) == f"<mplicits.Unprojected: {len(cloud.points):,} points with normals, without colours>"
-    shape, _ = given_shape(cloud.arrays(), up="y", noise=0)
-    assert not shape.coloured
+    shape, _ = load_shape(cloud.arrays(), up="y", noise=0)
+    assert not shape.colored
     with pytest.raises(mplicits.UserError, match="clouds are PLY"):
         cloud.save(tmp_path / "cloud.xyz")
     with pytest.raises(mplicits.UserError, match="and not both"):
@@ -199,13 +199,13 @@ def test_unproject_gives_what_the_verb_writes(tmp_path: Path) -> None:
 
 def test_arrays_are_shapes() -> None:
     ball = trimesh.creation.icosphere(3, 2.0)
-    mesh, _ = given_shape((ball.vertices + 5, ball.faces), up="y")
-    turned, _ = given_shape((ball.vertices + np.array([5, 6, 7]), ball.faces.tolist()), up="z")
-    cloud, _ = given_shape((ball.vertices.tolist(), ball.vertex_normals, abs(ball.vertex_normals)), up="y", noise=0)
-    assert mesh.centre == pytest.approx((5, 5, 5))
+    mesh, _ = load_shape((ball.vertices + 5, ball.faces), up="y")
+    turned, _ = load_shape((ball.vertices + np.array([5, 6, 7]), ball.faces.tolist()), up="z")
+    cloud, _ = load_shape((ball.vertices.tolist(), ball.vertex_normals, abs(ball.vertex_normals)), up="y", noise=0)
+    assert mesh.center == pytest.approx((5, 5, 5))
     assert mesh.scale == pytest.approx(2)
-    assert turned.centre == pytest.approx((5, 7, -6))
-    assert (mesh.coloured, cloud.coloured) == (False, True)
+    assert turned.center == pytest.approx((5, 7, -6))
+    assert (mesh.colored, cloud.colored) == (False, True)
     for shape in (mesh, cloud):
         np.testing.assert_allclose(shape.distance(np.array([[0, 0, 0.9], [0, 0, 1.5]])), [-0.1, 0.5], atol=0.01)
 
@@ -222,7 +222,7 @@ def test_a_callback_may_end_a_training() -> None:
 def test_what_cannot_be_trained_is_refused() -> None:
     vertices = trimesh.creation.icosphere(1).vertices
     for shape, said in (
-        ((vertices, np.array([[0, 1, 99]])), "faces of vertices that are not there"),
+        ((vertices, np.array([[0, 1, 99]])), "faces refer to missing vertices"),
         ((vertices, np.array([[0, 1]])), r"\(F, 3\) is needed"),
         ((vertices, vertices[:5]), "differ in number"),
         ((vertices[:, :2], vertices), r"\(N, 3\) is needed"),

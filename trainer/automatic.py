@@ -72,7 +72,7 @@ def choose(shape: Shape, settings: Settings, wanted: Wish, progress: TrainingPro
         raise UserError("--levels auto: for shapes that stand still; give the levels of a motion yourself")
     if settings.seconds is not None and settings.seconds < LEAST_SECONDS:
         raise UserError(f"--levels auto: its trials need --seconds {LEAST_SECONDS} or more")
-    textured = shape.coloured and settings.texture
+    textured = shape.colored and settings.texture
 
     @cache
     def trial(width: int, factor: float) -> float:

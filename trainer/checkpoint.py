@@ -121,7 +121,7 @@ def to_model(paths: Sequence[Path], omegas: Sequence[float | None], shape: str |
         names,
         name=paths[-1].stem if loaded is None else loaded.name,
         levels=measured_levels(networks, surface, points),
-        centre=(0.0, 0.0, 0.0) if loaded is None else loaded.centre,
+        centre=(0.0, 0.0, 0.0) if loaded is None else loaded.center,
         scale=1.0 if loaded is None else loaded.scale,
         provenance={
             "checkpoints": [

@@ -14,7 +14,7 @@ from .networks.fit import TrainingProgress
 from .options import CREASE, TrainingOptions, check_no_image, settings_from, shows_options
 from .session import Loader, TrainingBar, prepared
 from .settings import Settings
-from .shapes.given import Given, given_shape
+from .shapes.arrays import Arrays
 from .shapes.load import load_shape
 from .shapes.shape import Shape
 
@@ -48,7 +48,7 @@ class _Told:
 
 @shows_options(settings_from)
 def learn(
-    shape: str | Path | Given,
+    shape: str | Path | Arrays,
     levels: str | Sequence[str] | None = None,
     *,
     time: bool = False,
@@ -63,7 +63,7 @@ def learn(
 ) -> Model:
     """Train a model of a shape.
 
-    shape: a path, the word "demo", or what `Given` says; with `time`, a folder of meshes, which are moments of one
+    shape: a path, the word "demo", or what `Arrays` says; with `time`, a folder of meshes, which are moments of one
     motion. The options are those of `mplicits train` (docs/training.md), with their names and defaults; resume: a model
     to go on with. callback: is told of the progress; where it raises KeyboardInterrupt the training ends with what is
     trained so far. follow: receives the model after each level. log: a file for the lines of `TrainingLog`.
@@ -89,7 +89,7 @@ def learn(
 
         def load(_: TrainingProgress) -> tuple[Shape, list[str]]:
             up = settings.up or DEFAULT_UP
-            return given_shape(shape, crease=crease, noise=settings.noise, up=up, thicken=thicken)
+            return load_shape(shape, crease=crease, noise=settings.noise, up=up, thicken=thicken)
 
     return _trained(load, settings, quiet, resume, callback, follow, log, find)
 

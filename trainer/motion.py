@@ -21,7 +21,7 @@ from .session import Loader
 from .shapes.demo import DemoShape
 from .shapes.load import load_shape
 from .shapes.mesh import MeshShape
-from .shapes.motion import Coloured, Moment, MovingShape, common_place, placed
+from .shapes.motion import ColoredShape, Moment, MovingShape, common_place, placed
 from .shapes.shape import Shape
 
 ModelSurface = tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.float32] | None]
@@ -78,7 +78,7 @@ def morph_loader(
     def run(progress: TrainingProgress) -> tuple[Shape, list[str]]:
         shapes, warnings = _shapes(ends, surface_of, up, crease)
         first, second = shapes
-        own = first.centre, first.scale
+        own = first.center, first.scale
         place = common_place(shapes) if in_place else own
         moments = [placed(shape, *place) if in_place else Moment(shape, np.zeros(3), 1.0) for shape in shapes]
         return _moving(moments, f"{_title(first)} to {_title(second)}", place, progress), warnings
@@ -95,9 +95,9 @@ def _shapes(
     surface_of: Callable[[Model], ModelSurface] | None,
     up: str | None,
     crease: float | None,
-) -> tuple[list[Coloured], list[str]]:
+) -> tuple[list[ColoredShape], list[str]]:
     """Read shapes, and the warnings about them. Raises UserError for what is no mesh, model or `demo`."""
-    shapes: list[Coloured] = []
+    shapes: list[ColoredShape] = []
     warnings: list[str] = []
     for end in ends:
         if surface_of is not None and (isinstance(end, Model) or Path(end).suffix.lower() == SUFFIX):
@@ -125,8 +125,8 @@ def _of_model(end: str | Model, surface_of: Callable[[Model], ModelSurface]) -> 
     if colours is not None:
         mesh.visual = trimesh.visual.ColorVisuals(mesh, vertex_colors=np.round(colours * 255).astype(np.uint8))
     shape = MeshShape(mesh, model.name, source)
-    x, y, z = (float(c) for c in np.array(model.centre) + model.scale * np.array(shape.centre))
-    shape.centre, shape.scale = (x, y, z), model.scale * shape.scale
+    x, y, z = (float(c) for c in np.array(model.centre) + model.scale * np.array(shape.center))
+    shape.center, shape.scale = (x, y, z), model.scale * shape.scale
     return shape
 
 
@@ -143,7 +143,7 @@ def _moving(
             moment.shape.source
             | {
                 # Where the moment's shape lies in its own file, and in the model.
-                "centre": list(moment.shape.centre),
+                "centre": list(moment.shape.center),
                 "scale": moment.shape.scale,
                 "offset": moment.offset.tolist(),
                 "factor": moment.factor,

@@ -151,8 +151,8 @@ class Sampler:
 
     def coloured(self, count: int) -> Pool:
         """Draw samples of the surface, with colours."""
-        drawn = self._shape.surface(count, self._rng, colours=True)
-        return self._pool(drawn.points, colours=drawn.colours)
+        drawn = self._shape.surface(count, self._rng, colors=True)
+        return self._pool(drawn.points, colours=drawn.colors)
 
     def band(self, count: int) -> Pool:
         """Draw samples of the first level's band, which holds every level's surface, for colours that fit all of them.

@@ -87,7 +87,7 @@ class Training:
                 self._progress.say("the settings are others than before: going on with the weights alone")
         taken_over = len(self._trained.levels)
         done = self._trained.unfinished.fraction if self._trained.unfinished else 0.0
-        with_texture = self._shape.coloured and self._settings.texture and self._trained.texture is None
+        with_texture = self._shape.colored and self._settings.texture and self._trained.texture is None
         began = self._began - spent
         budgets = plan.budgets(self._settings, taken_over, done, with_texture, began, self._field_probe.seconds)
         try:

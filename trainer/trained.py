@@ -156,7 +156,7 @@ def trained_model(
             for i, level in enumerate(trained.levels)
         ),
         texture=None if texture is None else to_model(texture.weights),
-        centre=shape.centre,
+        centre=shape.center,
         scale=shape.scale,
         up=settings.up or DEFAULT_UP,
         front=settings.front,

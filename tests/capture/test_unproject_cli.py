@@ -38,10 +38,10 @@ def test_a_cloud_that_train_reads(folder: Path, capsys: pytest.CaptureFixture[st
     assert facts["size"] == [SIDE, SIDE]
     shape, warnings = load_shape("c.ply")
     assert warnings == []
-    assert shape.coloured
-    points = shape.surface(500, np.random.default_rng(0), colours=True)
-    assert points.colours is not None
-    assert abs(points.colours - [200 / 255, 0, 0]).max() < 0.03
+    assert shape.colored
+    points = shape.surface(500, np.random.default_rng(0), colors=True)
+    assert points.colors is not None
+    assert abs(points.colors - [200 / 255, 0, 0]).max() < 0.03
     assert (points.normals[:, 2] > 0).mean() > 0.99
     assert (folder / "c.ply").stat().st_size > 27 * facts["points"]
 
@@ -136,7 +136,7 @@ def test_depth_of_a_photograph_by_a_network(folder: Path, capsys: pytest.Capture
     facts = json.loads(out.splitlines()[-1])
     assert facts["size"] == [2 * SIDE, 2 * SIDE]
     assert facts["points"] > 50
-    assert load_shape("c.ply")[0].coloured
+    assert load_shape("c.ply")[0].colored
 
 
 @pytest.mark.slow

@@ -62,7 +62,7 @@ def use_scene(path: Path) -> None:
 
 def use_shape(path: Path) -> None:
     shape, _ = load_shape(str(path), crease=30.0)
-    shape.surface(50, np.random.default_rng(0), colours=True)
+    shape.surface(50, np.random.default_rng(0), colors=True)
     shape.distance(POINTS)
 
 

@@ -63,18 +63,18 @@ def test_models_are_the_meshes_and_their_colours(name: str) -> None:
     if not path.exists():
         pytest.skip(f"{path.name} is not in MPLICITS_DATA")
     shape = curved_shape(path)
-    surface = shape.surface(4000, np.random.default_rng(1), colours=True)
-    assert surface.colours is not None
+    surface = shape.surface(4000, np.random.default_rng(1), colors=True)
+    assert surface.colors is not None
     model = load(gallery.model_path(name))
     assert model.provenance["source"] == shape.source, "curved, as `train` takes a mesh"
-    points = surface.points * shape.scale + shape.centre
+    points = surface.points * shape.scale + shape.center
     at = ((points - model.centre) / model.scale).astype(np.float32)
     program = lower(model)
     value, reached = nested_field(program, at, len(model.levels))
     small = name.endswith("small")
     assert (reached == len(model.levels)).mean() > 0.999
     assert np.abs(value).mean() < (3e-3 if small else 1e-3)
-    error = ((colour(program, at) - surface.colours) ** 2).mean()
+    error = ((colour(program, at) - surface.colors) ** 2).mean()
     assert error < (0.02 if small else 0.003)
 
 
@@ -89,13 +89,13 @@ def test_the_motion_goes_from_one_mesh_to_the_other(time: float) -> None:
         pytest.skip(f"{path.name} is not in MPLICITS_DATA")
     shape = curved_shape(path)
     assert moment["sha256"] == shape.source["sha256"]
-    surface = shape.surface(4000, np.random.default_rng(1), colours=True)
+    surface = shape.surface(4000, np.random.default_rng(1), colors=True)
     program, at = lower(model), surface.points.astype(np.float32)
     value, reached = nested_field(program, at, len(model.levels), time)
     assert (reached == len(model.levels)).mean() > 0.999
     assert np.abs(value).mean() < 3e-3
-    assert surface.colours is not None
-    assert ((colour(program, at, time) - surface.colours) ** 2).mean() < 0.02
+    assert surface.colors is not None
+    assert ((colour(program, at, time) - surface.colors) ** 2).mean() < 0.02
 
 
 def test_a_name_means_a_file_of_the_user_s_before_a_model_of_the_gallery(

@@ -46,7 +46,7 @@ def test_a_shape_is_turned_upright_and_its_file_is_found_there_again(suffix: str
     assert shape.source["up"] == "z"
     if suffix == ".xyz":
         return
-    model = replace(random_model((4, 0)), centre=shape.centre, scale=shape.scale, up="z")
+    model = replace(random_model((4, 0)), centre=shape.center, scale=shape.scale, up="z")
     truth = in_model_space(read_mesh(path), *model.place)
     np.testing.assert_allclose(shape.distance(truth.vertices.astype(float)), 0, atol=1e-6)
     triangles = read_triangles_for(model, path, "input")

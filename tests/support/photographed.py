@@ -8,7 +8,7 @@ import trimesh
 from numpy.typing import NDArray
 from PIL import Image
 
-from mplicits.trainer.shapes.shape import normalise
+from mplicits.trainer.shapes.shape import normalize
 from mplicits.viewer.draw.camera import Camera
 from support.pyrender_mesh import PyrenderMesh
 
@@ -30,7 +30,7 @@ def projection(camera: Camera, size: int) -> NDArray[np.float64]:
 def write_photographs(folder: Path, mesh_file: Path, cameras: list[Camera], size: int) -> None:
     """Draw a mesh, normalised as for training, and write image/, mask/ and cameras_sphere.npz."""
     mesh = trimesh.load_mesh(mesh_file, process=False)
-    _, centre, scale = normalise(np.asarray(mesh.vertices, np.float64))
+    _, centre, scale = normalize(np.asarray(mesh.vertices, np.float64))
     drawn = PyrenderMesh(mesh, centre, scale, (size, size))
     for part in ("image", "mask"):
         (folder / part).mkdir(parents=True, exist_ok=True)

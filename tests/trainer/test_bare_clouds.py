@@ -1,4 +1,4 @@
-"""Point clouds without normals, and Gaussian splats: read, estimated, turned outwards."""
+"""Point clouds without normals, and Gaussian splats: normals are estimated and point outwards."""
 
 from pathlib import Path
 from typing import Any
@@ -12,12 +12,12 @@ from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.orient import estimated_normals
 from mplicits.trainer.shapes.shape import Doubles, unit
 
-CENTRE = np.array((3.0, -2.0, 5.0))
+CENTER = np.array((3.0, -2.0, 5.0))
 
 
 def on_ball(count: int = 3000) -> tuple[Doubles, Doubles]:
     normals = unit(np.random.default_rng(0).normal(size=(count, 3)))
-    return CENTRE + 2 * normals, normals
+    return CENTER + 2 * normals, normals
 
 
 def write_ply(path: Path, columns: dict[str, Doubles]) -> None:
@@ -28,17 +28,17 @@ def write_ply(path: Path, columns: dict[str, Doubles]) -> None:
         np.savetxt(file, np.stack(list(columns.values()), axis=1))
 
 
-def write(path: Path, points: Doubles, colours: Doubles) -> None:
-    """Write points with colours in [0, 1], in the format of the ending."""
+def write(path: Path, points: Doubles, colors: Doubles) -> None:
+    """Write points with colors in [0, 1], in the format of the ending."""
     if path.suffix == ".npz":
-        np.savez(path, points=points, colours=colours)
+        np.savez(path, points=points, colors=colors)
     elif path.suffix == ".xyz":
-        np.savetxt(path, np.concatenate((points, colours * 255), axis=1))
+        np.savetxt(path, np.concatenate((points, colors * 255), axis=1))
     elif path.suffix == ".obj":
         path.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in points))
     else:
         names = ("x", "y", "z", "red", "green", "blue")
-        write_ply(path, dict(zip(names, np.concatenate((points, np.round(colours * 255)), axis=1).T, strict=True)))
+        write_ply(path, dict(zip(names, np.concatenate((points, np.round(colors * 255)), axis=1).T, strict=True)))
 
 
 @pytest.mark.parametrize("ending", ["ply", "xyz", "npz", "obj"])
@@ -47,7 +47,9 @@ def test_a_ball_without_normals_is_a_ball(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"ball.{ending}"
     write(path, points, normals / 2 + 0.5)
     shape, warnings = load_shape(str(path), noise=0.0)
-    assert warnings == [f"ball.{ending}: no normals; estimated, and turned outwards in one piece: look at the result"]
+    assert warnings == [
+        f"ball.{ending}: no normals; estimated, and oriented outwards in one component: check the result"
+    ]
     assert shape.source["normals"] == "estimated"
     probes = np.random.default_rng(1).uniform(-1, 1, (1000, 3))
     exact = np.linalg.norm(probes, axis=1) - 1
@@ -56,14 +58,14 @@ def test_a_ball_without_normals_is_a_ball(tmp_path: Path, ending: str) -> None:
     assert known.mean() > 0.9
     assert (np.sign(distance[known]) == np.sign(exact[known])).mean() > 0.99
     assert np.abs(distance - exact)[known & (np.abs(exact) > 0.1)].max() < 0.02
-    surface = shape.surface(500, np.random.default_rng(2), colours=True)
+    surface = shape.surface(500, np.random.default_rng(2), colors=True)
     assert np.einsum("ij,ij->i", surface.points, surface.normals).min() > 0.98
-    assert shape.coloured == (ending != "obj")
-    if surface.colours is not None:
-        assert np.abs(surface.colours - (surface.points / 2 + 0.5)).max() < 0.01
+    assert shape.colored == (ending != "obj")
+    if surface.colors is not None:
+        assert np.abs(surface.colors - (surface.points / 2 + 0.5)).max() < 0.01
 
 
-def test_thin_and_hollowed_shapes_are_turned_outwards_piece_by_piece() -> None:
+def test_normals_of_two_components_point_outwards() -> None:
     torus = trimesh.creation.torus(1.0, 0.3, 128, 64)
     handle = trimesh.creation.capsule(2.0, 0.2).apply_translation((3.0, 0.0, 0.0))
     both: Any = trimesh.util.concatenate((torus, handle))
@@ -75,24 +77,24 @@ def test_thin_and_hollowed_shapes_are_turned_outwards_piece_by_piece() -> None:
     assert np.einsum("ij,ij->i", normals, truth).min() > 0.8
 
 
-def test_gaussian_splats_are_a_coloured_cloud_without_the_faint_ones(tmp_path: Path) -> None:
+def test_opaque_gaussian_splats_become_a_colored_cloud(tmp_path: Path) -> None:
     points, normals = on_ball()
     faint = np.random.default_rng(3).uniform(-9, 9, (500, 3))
     every = np.concatenate((points, faint))
-    colours = np.concatenate((normals / 2 + 0.5, np.ones((500, 3))))
+    colors = np.concatenate((normals / 2 + 0.5, np.ones((500, 3))))
     columns = dict(zip("xyz", every.T, strict=True)) | {name: np.zeros(len(every)) for name in ("nx", "ny", "nz")}
-    columns |= {f"f_dc_{k}": (colours[:, k] - 0.5) / 0.28209479 for k in range(3)}
+    columns |= {f"f_dc_{k}": (colors[:, k] - 0.5) / 0.28209479 for k in range(3)}
     columns["opacity"] = np.repeat((4.0, -3.0), (len(points), len(faint)))
     write_ply(tmp_path / "splats.ply", columns)
     shape, warnings = load_shape(str(tmp_path / "splats.ply"), noise=0.0)
     assert "no normals" in warnings[0]
     assert shape.scale == pytest.approx(2.0, rel=0.01)
-    surface = shape.surface(500, np.random.default_rng(2), colours=True)
-    assert surface.colours is not None
-    assert np.abs(surface.colours - (surface.points / 2 + 0.5)).max() < 0.01
+    surface = shape.surface(500, np.random.default_rng(2), colors=True)
+    assert surface.colors is not None
+    assert np.abs(surface.colors - (surface.points / 2 + 0.5)).max() < 0.01
 
 
-def test_points_at_one_place_and_on_a_line_are_no_harm(tmp_path: Path) -> None:
+def test_duplicates_and_collinear_points_load(tmp_path: Path) -> None:
     points, _ = on_ball(400)
     np.savez(tmp_path / "twice.npz", points=np.repeat(points, 3, axis=0))
     assert load_shape(str(tmp_path / "twice.npz"))[0].scale == pytest.approx(2.0, rel=0.05)
@@ -103,11 +105,11 @@ def test_points_at_one_place_and_on_a_line_are_no_harm(tmp_path: Path) -> None:
         load_shape(str(tmp_path / "few.npz"))
 
 
-def test_six_columns_are_normals_unless_they_are_colours(tmp_path: Path) -> None:
+def test_six_columns_are_points_with_normals_or_with_colors(tmp_path: Path) -> None:
     points, normals = on_ball(500)
     np.savetxt(tmp_path / "normals.xyz", np.concatenate((points, normals), axis=1))
     shape, warnings = load_shape(str(tmp_path / "normals.xyz"))
-    assert not shape.coloured
+    assert not shape.colored
     assert not warnings
     np.savetxt(tmp_path / "five.xyz", np.ones((200, 5)))
     with pytest.raises(UserError, match="5 columns"):

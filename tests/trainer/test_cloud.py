@@ -1,4 +1,4 @@
-"""Clouds: distances by local planes, points at one place, and numbers that nothing can be computed from."""
+"""Clouds: distances from local planes, duplicates, and extreme numbers."""
 
 import resource
 import subprocess
@@ -24,8 +24,8 @@ def on_ball(count: int = 4000) -> Doubles:
     return unit(np.random.default_rng(0).normal(size=(count, 3)))
 
 
-def cloud(points: Doubles, normals: Doubles, colours: Doubles | None = None) -> CloudShape:
-    return CloudShape(points, normals, colours, "cloud", {})
+def cloud(points: Doubles, normals: Doubles, colors: Doubles | None = None) -> CloudShape:
+    return CloudShape(SurfacePoints(points, normals, colors), "cloud", {})
 
 
 def on_torus(count: int) -> tuple[Doubles, Doubles]:
@@ -40,22 +40,22 @@ def torus_distance(points: Doubles) -> Doubles:
     return np.asarray(np.hypot(np.hypot(points[:, 0], points[:, 1]) - 0.75, points[:, 2]) - 0.25)
 
 
-def test_near_the_points_the_distance_is_far_better_than_that_to_the_nearest_one() -> None:
+def test_near_the_points_planes_are_more_accurate_than_the_nearest_point() -> None:
     points, normals = on_torus(8000)
     shape = cloud(points, normals)
     random = np.random.default_rng(2)
     query = points[:4000] + random.uniform(-0.03, 0.03, (4000, 3))
-    truth = torus_distance(query * shape.scale + shape.centre) / shape.scale
+    truth = torus_distance(query * shape.scale + shape.center) / shape.scale
     distance = shape.distance(query)
     error = np.abs(distance - truth)
     assert np.isnan(distance).mean() < 0.02
-    nearest = cKDTree(points / shape.scale - np.array(shape.centre) / shape.scale).query(query)[0]
+    nearest = cKDTree(points / shape.scale - np.array(shape.center) / shape.scale).query(query)[0]
     assert np.nanmean(error) < 0.05 * np.abs(nearest - np.abs(truth)).mean()
     assert np.nanmax(error) < 0.01
     assert not (distance * truth < 0)[np.abs(truth) > 2e-3].any()
 
 
-def test_far_from_the_points_the_distance_is_nearly_always_known() -> None:
+def test_far_from_the_points_nearly_all_distances_are_known() -> None:
     shape = cloud(on_ball(), on_ball())
     query = np.random.default_rng(3).uniform(-1, 1, (4000, 3))
     distance = shape.distance(query)
@@ -63,48 +63,48 @@ def test_far_from_the_points_the_distance_is_nearly_always_known() -> None:
     assert np.nanmax(np.abs(distance - (np.linalg.norm(query, axis=1) - 1))) < 0.02
 
 
-def test_in_a_hole_of_the_cloud_the_distance_is_not_known() -> None:
+def test_distances_in_a_hole_of_the_cloud_are_unknown() -> None:
     points = on_ball(20_000)
     points = points[points[:, 2] < 0.8]
     shape = cloud(points, points)
-    middle = (np.array(((0, 0, 0.8),)) - shape.centre) / shape.scale
+    middle = (np.array(((0, 0, 0.8),)) - shape.center) / shape.scale
     assert np.isnan(shape.distance(middle)).all()
     assert shape.distance(np.zeros((1, 3)))[0] < -0.5
 
 
-def test_where_the_normals_contradict_one_another_no_distance_is_made_up() -> None:
+def test_distances_near_contradictory_normals_are_unknown() -> None:
     random = np.random.default_rng(4)
     shape = cloud(random.uniform(-1, 1, (3000, 3)), unit(random.normal(size=(3000, 3))))
     assert np.isnan(shape.distance(random.uniform(-0.5, 0.5, (2000, 3)))).mean() > 0.4
 
 
-def test_points_at_one_place_become_one() -> None:
-    points, colours = on_ball(300), np.tile((0.2, 0.4, 0.6), (300, 1))
+def test_duplicates_are_merged() -> None:
+    points, colors = on_ball(300), np.tile((0.2, 0.4, 0.6), (300, 1))
     near = points + 1e-12
     tilted = unit(points + 0.1 * np.roll(points, 1, axis=1))
     result = merge(
         SurfacePoints(
             np.concatenate((points, near, points)),
             np.concatenate((points, tilted, points)),
-            np.concatenate((colours, colours + 0.3, colours)),
+            np.concatenate((colors, colors + 0.3, colors)),
         )
     )
     assert (result.merged, result.dropped) == (600, 0)
     np.testing.assert_array_equal(result.surface.points, points)
     np.testing.assert_allclose(result.surface.normals, unit(2 * points + tilted))
-    assert result.surface.colours is not None
-    np.testing.assert_allclose(result.surface.colours, colours + 0.1)
+    assert result.surface.colors is not None
+    np.testing.assert_allclose(result.surface.colors, colors + 0.1)
 
 
-def test_a_place_whose_normals_cancel_is_left_out() -> None:
+def test_duplicates_with_opposite_normals_are_dropped() -> None:
     points = on_ball(300)
     result = merge(SurfacePoints(np.concatenate((points, points[:7])), np.concatenate((points, -points[:7]))))
     assert (result.merged, result.dropped) == (7, 7)
     np.testing.assert_array_equal(result.surface.points, points[7:])
 
 
-def test_merged_points_are_apart_even_along_a_chain() -> None:
-    """A chain of points, each at one place with the next, is no single place."""
+def test_a_chain_of_close_points_is_not_merged_to_one() -> None:
+    """Each point of the chain is a duplicate of the next one, but not of the one after."""
     line = np.zeros((5000, 3))
     line[:, 0] = np.linspace(0, 1, 5000) * 2e-3
     points = np.concatenate((line, [(2, 0, 0)]))
@@ -118,7 +118,7 @@ def test_a_warning_says_how_many_points_were_merged() -> None:
     points = np.repeat(on_ball(300), 2, axis=0)
     shape = cloud(points, points)
     assert len(shape.warnings) == 1
-    assert "300 points are where others are" in shape.warnings[0]
+    assert "merged 300 points" in shape.warnings[0]
 
 
 CASES = """
@@ -151,7 +151,7 @@ for name, points in cases.items():
 """
 
 
-def test_no_arrangement_of_points_ends_the_process(tmp_path: Path) -> None:
+def test_no_arrangement_of_points_crashes_the_process(tmp_path: Path) -> None:
     def limit() -> None:
         resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))
 
@@ -169,7 +169,7 @@ def refusal(path: Path) -> str:
 
 
 @pytest.mark.parametrize(("size", "says"), [(1e200, "scale it down"), (1e-200, "scale it up")])
-def test_coordinates_that_cannot_be_squared_are_refused(tmp_path: Path, size: float, says: str) -> None:
+def test_coordinates_that_overflow_when_squared_are_refused(tmp_path: Path, size: float, says: str) -> None:
     np.savez(tmp_path / "cloud.npz", points=size * on_ball(200), normals=on_ball(200))
     np.savetxt(tmp_path / "cloud.xyz", np.concatenate((size * on_ball(200), on_ball(200)), axis=1))
     mesh = trimesh.creation.icosphere(subdivisions=1)
@@ -180,13 +180,13 @@ def test_coordinates_that_cannot_be_squared_are_refused(tmp_path: Path, size: fl
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_colours_that_are_no_numbers_are_refused(tmp_path: Path, value: float) -> None:
-    colours = np.full((200, 3), 0.5)
-    colours[7, 1] = value
-    np.savez(tmp_path / "cloud.npz", points=on_ball(200), normals=on_ball(200), colours=colours)
-    np.savetxt(tmp_path / "cloud.xyz", np.concatenate((on_ball(200), on_ball(200), 255 * colours), axis=1))
+def test_colors_that_are_not_finite_are_refused(tmp_path: Path, value: float) -> None:
+    colors = np.full((200, 3), 0.5)
+    colors[7, 1] = value
+    np.savez(tmp_path / "cloud.npz", points=on_ball(200), normals=on_ball(200), colors=colors)
+    np.savetxt(tmp_path / "cloud.xyz", np.concatenate((on_ball(200), on_ball(200), 255 * colors), axis=1))
     for name in ("cloud.npz", "cloud.xyz"):
-        assert "colours that are not finite" in refusal(tmp_path / name)
+        assert "colors are not finite" in refusal(tmp_path / name)
 
 
 def test_normals_too_long_to_measure_are_refused(tmp_path: Path) -> None:
@@ -194,26 +194,26 @@ def test_normals_too_long_to_measure_are_refused(tmp_path: Path) -> None:
     assert "too long" in refusal(tmp_path / "cloud.npz")
 
 
-def test_a_few_places_that_occur_often_are_refused(tmp_path: Path) -> None:
+def test_a_cloud_of_many_duplicates_is_refused(tmp_path: Path) -> None:
     points = np.tile(on_ball(50), (10, 1))
     np.savez(tmp_path / "cloud.npz", points=points, normals=points)
     assert "50 points at different places" in refusal(tmp_path / "cloud.npz")
 
 
-def test_a_noise_that_no_point_fits_is_refused(tmp_path: Path) -> None:
+def test_a_noise_option_that_rejects_all_points_is_refused(tmp_path: Path) -> None:
     noisy = on_ball(2000) * np.random.default_rng(0).normal(1, 0.02, (2000, 1))
     np.savez(tmp_path / "cloud.npz", points=noisy, normals=noisy)
-    with pytest.raises(UserError, match=r"^cloud\.npz: 0 points are left without a noise of 1e-06"):
+    with pytest.raises(UserError, match=r"^cloud\.npz: 0 points are left after removing noise of 1e-06"):
         load_shape(str(tmp_path / "cloud.npz"), noise=1e-6)
 
 
-def ball_and_the_same_twice() -> tuple[CloudShape, CloudShape]:
+def ball_and_duplicated_ball() -> tuple[CloudShape, CloudShape]:
     points = on_ball(3000)
     return cloud(points, points), cloud(np.tile(points, (2, 1)), np.tile(points, (2, 1)))
 
 
-def test_every_point_twice_is_the_same_shape() -> None:
-    once, twice = ball_and_the_same_twice()
+def test_duplicating_every_point_keeps_the_shape() -> None:
+    once, twice = ball_and_duplicated_ball()
     for held_out in (False, True):
         one, other = (shape.surface(500, np.random.default_rng(5), held_out=held_out) for shape in (once, twice))
         np.testing.assert_array_equal(one.points, other.points)
@@ -223,9 +223,9 @@ def test_every_point_twice_is_the_same_shape() -> None:
 
 
 @pytest.mark.slow
-def test_every_point_twice_gives_the_same_model() -> None:
+def test_duplicating_every_point_keeps_the_model() -> None:
     query = np.random.default_rng(5).uniform(-1, 1, (3000, 3)).astype(np.float32)
-    one, other = (nested_field(lower(train(shape)), query, 2)[0] for shape in ball_and_the_same_twice())
+    one, other = (nested_field(lower(train(shape)), query, 2)[0] for shape in ball_and_duplicated_ball())
     inside = np.linalg.norm(query, axis=1) < 1
     assert np.abs(one - other)[inside].max() < 1e-3
     assert np.abs(one - (np.linalg.norm(query, axis=1) - 1))[inside].mean() < 0.03

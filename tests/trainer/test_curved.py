@@ -1,4 +1,4 @@
-"""The curved surface that a mesh stands for, against the sphere, the cube and the cylinder that it was made from."""
+"""Curved surfaces of meshes against the sphere, the cube and the cylinder that the meshes sample."""
 
 from pathlib import Path
 
@@ -36,9 +36,9 @@ def test_an_icosphere_becomes_a_sphere() -> None:
     mesh = trimesh.creation.icosphere(subdivisions=2)
     facets = facets_of(mesh)
     corners = facets.vertices[facets.faces]
-    centres = corners.mean(axis=1)
+    centers = corners.mean(axis=1)
     flat_error = 1 - np.linalg.norm(mesh.triangles_center, axis=1).min()
-    assert np.abs(np.linalg.norm(centres, axis=1) - 1).max() < flat_error / 8
+    assert np.abs(np.linalg.norm(centers, axis=1) - 1).max() < flat_error / 8
     assert angles(facets.normals[:], corners / np.linalg.norm(corners, axis=2, keepdims=True)).max() < 1.0
 
 
@@ -52,11 +52,11 @@ def test_a_cube_stays_a_cube() -> None:
 def test_a_cylinder_is_round_between_sharp_rims() -> None:
     facets = facets_of(cylinder(SIDES))
     corners = facets.vertices[facets.faces]
-    centres = corners.mean(axis=1)
+    centers = corners.mean(axis=1)
     is_cap = np.abs(facets.normals[:][:, 0, 2]) > 0.5
     assert np.abs(np.abs(corners[is_cap][:, :, 2]) - 1).max() < 1e-12, "caps are flat"
     sagitta = 1 - np.cos(np.pi / SIDES)
-    assert np.abs(np.linalg.norm(centres[~is_cap][:, :2], axis=1) - 1).max() < sagitta / 5
+    assert np.abs(np.linalg.norm(centers[~is_cap][:, :2], axis=1) - 1).max() < sagitta / 5
     radial = corners[~is_cap] * (1, 1, 0)
     assert angles(facets.normals[:][~is_cap], radial / np.linalg.norm(radial, axis=2, keepdims=True)).max() < 1.0
     rim = np.abs(np.linalg.norm(corners[is_cap][:, :, :2], axis=2) - 1) < sagitta / 5
@@ -64,8 +64,8 @@ def test_a_cylinder_is_round_between_sharp_rims() -> None:
 
 
 @pytest.mark.parametrize(("sides", "round_barrel"), [(5, False), (9, True)])
-def test_a_coarse_bend_is_told_from_a_prism(sides: int, round_barrel: bool) -> None:
-    """Nine sides bend by 40 degrees each, like those beside them; five bend by 72 degrees, as a nut may."""
+def test_a_coarse_cylinder_is_round_and_a_prism_has_creases(sides: int, round_barrel: bool) -> None:
+    """With nine sides, edges bend by 40 degrees, like their neighbors; with five, by 72 degrees."""
     facets = facets_of(cylinder(sides))
     barrel = facets.vertices[facets.faces[np.abs(facets.normals[:][:, 0, 2]) < 0.5]].mean(axis=1)
     inner = np.linalg.norm(barrel[:, :2], axis=1).min()
@@ -73,7 +73,7 @@ def test_a_coarse_bend_is_told_from_a_prism(sides: int, round_barrel: bool) -> N
 
 
 def test_one_bent_edge_in_a_flat_sheet_is_a_crease_above_its_angle() -> None:
-    """A roof of two flat halves of eight strips each, which bends by 40 degrees along the ridge alone."""
+    """A roof of two flat halves, eight strips each, that bends by 40 degrees only along the ridge."""
     x, y = np.meshgrid(np.linspace(-1, 1, 17), np.linspace(-1, 1, 9), indexing="ij")
     vertices = np.stack((x, y, -np.tan(np.radians(20)) * np.abs(x)), axis=-1).reshape(-1, 3)
     corner = (np.arange(16)[:, None] * 9 + np.arange(8)).ravel()
@@ -109,7 +109,7 @@ def test_spot_is_smooth_and_closed() -> None:
     assert (away < 15).mean() > 0.99
 
 
-def test_normals_of_a_file_are_used_unless_they_are_damaged() -> None:
+def test_normals_of_a_file_are_used_where_they_fit_the_faces() -> None:
     mesh = trimesh.creation.icosphere(subdivisions=1)
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
     numbers = np.arange(faces.size).reshape(-1, 3)
@@ -123,7 +123,7 @@ def test_normals_of_a_file_are_used_unless_they_are_damaged() -> None:
     np.testing.assert_allclose(used[3:], vertices[faces][3:])
 
 
-def test_a_fine_mesh_is_not_cut() -> None:
+def test_a_fine_mesh_is_not_subdivided() -> None:
     mesh = trimesh.creation.icosphere(subdivisions=6)
     facets = facets_of(mesh)
     assert len(facets.faces) == len(mesh.faces)
@@ -138,8 +138,8 @@ def test_a_mesh_is_closed_where_every_edge_has_two_faces() -> None:
     assert not closed(np.concatenate((faces, faces[:2])))
 
 
-def test_normals_that_cancel_around_a_vertex_are_those_of_the_faces() -> None:
-    """Two squares on one another, which face apart and share their corners and a diagonal."""
+def test_normals_that_cancel_around_a_vertex_become_face_normals() -> None:
+    """Two squares back to back that share their corners and a diagonal."""
     vertices = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     faces = np.array([[0, 1, 2], [0, 2, 3], [2, 1, 0], [3, 2, 0]])
     normals = corner_normals(vertices, faces, 180.0)[:]
@@ -153,7 +153,7 @@ def test_a_flat_mesh_has_the_faces_normals() -> None:
 
 
 def test_a_curved_shape_fills_the_unit_sphere(tmp_path: Path) -> None:
-    """An icosphere of 80 faces, far from the origin and turned inside out."""
+    """An icosphere of 80 inward faces, far from the origin."""
     mesh = trimesh.creation.icosphere(subdivisions=1)
     mesh.apply_scale(3.0)
     mesh.apply_translation((5.0, -7.0, 9.0))
@@ -163,7 +163,7 @@ def test_a_curved_shape_fills_the_unit_sphere(tmp_path: Path) -> None:
     assert isinstance(shape, MeshShape)
     assert len(warnings) == 1
     assert shape.source["crease"] == 30.0
-    np.testing.assert_allclose(shape.centre, (5, -7, 9), atol=0.02)
+    np.testing.assert_allclose(shape.center, (5, -7, 9), atol=0.02)
     drawn = shape.surface(2000, np.random.default_rng(0))
     assert np.linalg.norm(drawn.points, axis=1).max() <= 1 + 1e-9
     assert np.abs(np.linalg.norm(drawn.points * shape.scale, axis=1) - 3).max() < 0.03

@@ -1,4 +1,4 @@
-"""A folder of shapes becomes a folder of models, whatever some of them do."""
+"""`train` on a folder: jobs, results, failures, resuming."""
 
 import csv
 import os
@@ -39,7 +39,7 @@ def rows(folder: Path) -> dict[str, dict[str, str]]:
         return {row["name"]: row for row in csv.DictReader(file)}
 
 
-def test_names_are_the_files_and_no_two_are_alike(shapes: Path) -> None:
+def test_models_have_unique_names_from_their_files(shapes: Path) -> None:
     assert set(shapes_in(shapes)) == {"ball", "bad", "ring & <b>"}
     trimesh.creation.box().export(shapes / "ball.obj")
     assert set(shapes_in(shapes)) == {"ball-ply", "ball-obj", "bad", "ring & <b>"}
@@ -54,7 +54,7 @@ def test_names_are_the_files_and_no_two_are_alike(shapes: Path) -> None:
         ["--omega", "20,30", "--noise", "0.01", "--thicken", "0.1", "--texture-network", "8x1", "--device", "cpu"],
     ],
 )
-def test_each_shape_gets_the_options_of_the_folder(asked: list[str]) -> None:
+def test_each_job_gets_the_options_of_the_folder(asked: list[str]) -> None:
     parser = ArgumentParser()
     arguments(parser)
     options = parser.parse_args(["folder", "-o", "out", "--jobs", "2", "--resume", "--quiet", *asked])
@@ -74,7 +74,7 @@ def test_each_shape_gets_the_options_of_the_folder(asked: list[str]) -> None:
         (["-o", "out", "--levels", "0x9"], "--levels"),
     ],
 )
-def test_bad_wishes_are_one_line_and_write_nothing(
+def test_a_bad_option_is_one_line_and_writes_nothing(
     more: list[str], said: str, shapes: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(shapes.parent)
@@ -98,7 +98,7 @@ def test_an_empty_folder_and_a_single_shape_on_a_cluster_are_refused(
     assert "for a folder" in capsys.readouterr().err
 
 
-def test_table_and_page_escape_names_and_say_what_failed(tmp_path: Path) -> None:
+def test_table_and_page_escape_names_and_list_failures(tmp_path: Path) -> None:
     (tmp_path / "a<b>&.safetensors").write_bytes(DEMO.read_bytes())
 
     def job(name: str) -> Job:
@@ -147,7 +147,7 @@ def test_a_trained_model_whose_rendering_fails_says_why_it_has_no_picture(
 
 
 @pytest.mark.slow
-def test_good_shapes_are_trained_bad_ones_named_and_the_rest_is_gone_on_with(
+def test_a_folder_trains_good_shapes_names_bad_ones_and_resumes(
     shapes: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
@@ -175,7 +175,7 @@ def test_good_shapes_are_trained_bad_ones_named_and_the_rest_is_gone_on_with(
 
 
 @pytest.mark.slow
-def test_a_lost_worker_of_a_cluster_loses_no_shape(shapes: Path, tmp_path: Path) -> None:
+def test_another_worker_takes_over_the_job_of_a_lost_one(shapes: Path, tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
     out = tmp_path / "out"
     with distributed.LocalCluster(

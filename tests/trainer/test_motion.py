@@ -1,4 +1,4 @@
-"""Shapes that move: what they are made of, and what is trained of them."""
+"""Moving shapes: samples, distances, and training."""
 
 from pathlib import Path
 
@@ -20,11 +20,11 @@ from support.ball_training import train
 RED, BLUE = (255, 0, 0), (0, 0, 255)
 
 
-def write_ball(path: Path, radius: float, colour: tuple[int, int, int] | None = None, x: float = 0.0) -> Path:
+def write_ball(path: Path, radius: float, color: tuple[int, int, int] | None = None, x: float = 0.0) -> Path:
     mesh = trimesh.creation.icosphere(subdivisions=3, radius=radius)
     mesh.apply_translation((x, 0, 0))
-    if colour is not None:
-        mesh.visual.vertex_colors = np.array([*colour, 255], np.uint8)
+    if color is not None:
+        mesh.visual.vertex_colors = np.array([*color, 255], np.uint8)
     mesh.export(path)
     return path
 
@@ -47,7 +47,7 @@ def coarse_grid(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def growing(tmp_path: Path) -> MovingShape:
-    """A ball whose radius goes from 0.4 to 0.8, and its colour from red to blue."""
+    """A ball whose radius grows from 0.4 to 0.8 while its color changes from red to blue."""
     ends = [write_ball(tmp_path / "a.ply", 1, RED), write_ball(tmp_path / "b.ply", 1, BLUE)]
     moments = [moment(path, factor) for path, factor in zip(ends, (0.4, 0.8), strict=True)]
     return MovingShape(moments, "ball", {"moments": []}, (0.0, 0.0, 0.0), 1.0, surfaces=8)
@@ -57,42 +57,42 @@ def radius(times: Doubles) -> Doubles:
     return 0.4 + 0.4 * times
 
 
-def test_points_are_on_the_surface_of_their_time(growing: MovingShape) -> None:
-    drawn = growing.surface(4000, np.random.default_rng(0), colours=True)
+def test_samples_lie_on_the_surface_of_their_time(growing: MovingShape) -> None:
+    drawn = growing.surface(4000, np.random.default_rng(0), colors=True)
     times = drawn.points[:, 3]
     assert set(np.unique(times)) == set(np.arange(9) / 8)
     assert (times == 0).mean() == pytest.approx(6 / 19, abs=0.05), "the moments have most of them"
     at = drawn.points[:, :3]
     assert np.abs(np.linalg.norm(at, axis=1) - radius(times)).max() < 0.06
     assert (drawn.normals * at).sum(axis=1).min() > 0.9 * 0.36
-    assert drawn.colours is not None
-    assert np.abs(drawn.colours - np.column_stack((1 - times, 0 * times, times))).max() < 0.01
+    assert drawn.colors is not None
+    assert np.abs(drawn.colors - np.column_stack((1 - times, 0 * times, times))).max() < 0.01
     assert np.abs(growing.distance(drawn.points)).max() < 1e-6
     inputs = growing.inputs()
     assert set(np.unique(inputs[:, 3])) == set(np.arange(9) / 8)
 
 
-def test_the_distance_goes_on_between_the_surfaces_times(growing: MovingShape) -> None:
+def test_distances_are_interpolated_in_time(growing: MovingShape) -> None:
     rng = np.random.default_rng(1)
     points = np.column_stack((rng.uniform(-0.9, 0.9, (2000, 3)), rng.random(2000)))
     truth = np.linalg.norm(points[:, :3], axis=1) - radius(points[:, 3])
     assert np.abs(growing.distance(points) - truth).max() < 0.06
 
 
-def test_moments_stand_where_they_are_in_their_common_space(tmp_path: Path) -> None:
+def test_moments_keep_their_positions_in_the_common_space(tmp_path: Path) -> None:
     shapes = [mesh_shape(write_ball(tmp_path / f"{x}.ply", 1, x=x)) for x in (5.0, 7.0)]
-    centre, scale = common_place(shapes)
-    assert centre == pytest.approx((6, 0, 0), abs=1e-6)
+    center, scale = common_place(shapes)
+    assert center == pytest.approx((6, 0, 0), abs=1e-6)
     assert scale == pytest.approx(2, abs=0.01)
     for shape, x in zip(shapes, (-0.5, 0.5), strict=True):
-        there = placed(shape, centre, scale)
+        there = placed(shape, center, scale)
         points = there.surface(500, np.random.default_rng(0)).points
         assert np.linalg.norm(points - (x, 0, 0), axis=1) == pytest.approx(0.5, abs=0.02)
         assert there.distance(np.array([[x, 0.0, 0.0]])) == pytest.approx(-0.5, abs=0.01)
 
 
 @pytest.mark.slow
-def test_a_motion_is_learnt_with_its_colours(growing: MovingShape) -> None:
+def test_training_learns_a_motion_and_its_colors(growing: MovingShape) -> None:
     settings = Settings(networks=((16, 1), (16, 1)), omegas=(6.0, 12.0), steps=(500, 400, 200))
     model = train(growing, settings)
     assert model.inputs == "xyzt"
@@ -110,7 +110,7 @@ def run(*argv: object) -> int:
     return cli.main([str(argument) for argument in argv])
 
 
-def test_what_cannot_move_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_moments_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     ball, cloud = write_ball(tmp_path / "ball.ply", 1), tmp_path / "cloud.xyz"
     np.savetxt(cloud, np.tile(np.random.default_rng(0).normal(size=(200, 3)), 2))
     output = ("-o", tmp_path / "m.safetensors")

@@ -35,7 +35,7 @@ def decided_points(model: Model) -> Array:
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: f"{len(model.levels)} levels")
-def test_the_nested_field_is_the_reference_s(model: Model) -> None:
+def test_the_nested_field_matches_the_reference(model: Model) -> None:
     levels, deltas = levels_and_deltas(model)
     points, program = decided_points(model), lower(model)
     for count in range(1, len(levels) + 1):
@@ -47,7 +47,7 @@ def test_the_nested_field_is_the_reference_s(model: Model) -> None:
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: f"{len(model.levels)} levels")
-def test_the_nested_gradient_is_that_of_the_level_reached(model: Model) -> None:
+def test_the_nested_gradient_matches_the_finest_defined_level(model: Model) -> None:
     levels, deltas = levels_and_deltas(model)
     points, program = decided_points(model), lower(model)
     f, gradient, reached = nested_field_and_gradient(levels, deltas, torch.from_numpy(points))
@@ -61,7 +61,7 @@ def test_the_nested_gradient_is_that_of_the_level_reached(model: Model) -> None:
 
 
 @pytest.mark.parametrize("model", MODELS[1:], ids=lambda model: f"{len(model.levels)} levels")
-def test_the_band_of_the_first_levels_is_where_the_next_one_is_defined(model: Model) -> None:
+def test_in_band_is_where_the_next_level_is_defined(model: Model) -> None:
     levels, deltas = levels_and_deltas(model)
     points, program = decided_points(model), lower(model)
     for count in range(1, len(levels)):
@@ -71,7 +71,7 @@ def test_the_band_of_the_first_levels_is_where_the_next_one_is_defined(model: Mo
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: f"{len(model.levels)} levels")
-def test_the_sum_of_all_levels_is_the_reference_s(model: Model) -> None:
+def test_the_sum_of_all_levels_matches_the_reference(model: Model) -> None:
     levels, _ = levels_and_deltas(model)
     points, program = decided_points(model), lower(model)
     f, gradient = field_and_gradient(levels, torch.from_numpy(points))

@@ -36,7 +36,7 @@ def points(count: int = 40) -> Tensor:
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_the_adjoint_gradient_is_that_of_autograd(size: tuple[int, int]) -> None:
+def test_the_adjoint_gradient_matches_autograd(size: tuple[int, int]) -> None:
     weights, x = network(size), points()
     f, gradient = value_and_gradient(weights, x)
     x.requires_grad_()
@@ -47,7 +47,7 @@ def test_the_adjoint_gradient_is_that_of_autograd(size: tuple[int, int]) -> None
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_the_derivative_to_the_weights_is_that_of_autograd(size: tuple[int, int]) -> None:
+def test_the_derivative_by_the_weights_matches_autograd(size: tuple[int, int]) -> None:
     weights, x = network(size), points()
 
     d_f, d_gradient = x[:, 0] ** 2, x.flip(1)
@@ -61,7 +61,7 @@ def test_the_derivative_to_the_weights_is_that_of_autograd(size: tuple[int, int]
         torch.testing.assert_close(weight.grad, expected, rtol=1e-10, atol=1e-12)
 
 
-def test_the_derivatives_of_the_losses_are_those_of_autograd() -> None:
+def test_the_derivatives_of_the_losses_match_autograd() -> None:
     gradient = (points() + 0.1).requires_grad_()
     f = points(41)[:40, 0].clone().requires_grad_()
     distance = torch.where(torch.arange(40) % 5 == 0, torch.nan, points()[:, 1])
@@ -75,7 +75,7 @@ def test_the_derivatives_of_the_losses_are_those_of_autograd() -> None:
         torch.testing.assert_close(slope, torch.autograd.grad(loss, at)[0], rtol=1e-10, atol=1e-12)
 
 
-def test_a_value_off_the_surface_weighs_by_whether_it_exceeds_or_lacks_size() -> None:
+def test_the_distance_loss_weights_excess_and_lack() -> None:
     truth = torch.tensor([0.2, 0.2, 0.2, 0.2, -0.2, -0.2, 0.004, torch.nan])
     f = torch.tensor([0.3, 0.15, 0.05, -0.1, -0.3, 0.1, 0.005, 9.0])
     weights = torch.tensor([20.0, 1.0, 5.0, 5.0, 20.0, 5.0, 1.0, 0.0])
@@ -85,7 +85,7 @@ def test_a_value_off_the_surface_weighs_by_whether_it_exceeds_or_lacks_size() ->
 
 
 @pytest.mark.parametrize("length", [1.0, 4.0])
-def test_the_level_s_loss_is_equation_4(length: float) -> None:
+def test_the_loss_of_a_level_is_equation_4(length: float) -> None:
     f, gradient = points()[:, 0].clone().requires_grad_(), (points(40) + 0.2).requires_grad_()
     normals, distance = torch.nn.functional.normalize(points(20), dim=1), points()[:, 2]
     surface, volume = (Pool(points(20), part, normals, f, gradient) for part in (distance[:20], distance[20:]))
@@ -103,7 +103,7 @@ def test_the_level_s_loss_is_equation_4(length: float) -> None:
         torch.testing.assert_close(derivative, slope)
 
 
-def test_the_adjoint_gradient_in_float32_is_that_of_autograd_to_1e_5() -> None:
+def test_the_adjoint_gradient_in_float32_matches_autograd_to_1e_5() -> None:
     weights = initial((64, 2), 60.0, 1, torch.Generator().manual_seed(0))
     x = points(500).float().requires_grad_()
     (slope,) = torch.autograd.grad(value(weights, x).sum(), x)
@@ -112,7 +112,7 @@ def test_the_adjoint_gradient_in_float32_is_that_of_autograd_to_1e_5() -> None:
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_the_derivative_along_a_direction_and_its_own_are_those_of_autograd(size: tuple[int, int]) -> None:
+def test_the_directional_derivative_and_its_derivative_match_autograd(size: tuple[int, int]) -> None:
     weights, x = network(size, outputs=3), points()
     directions = points(40).flip(0)
     forward = value_along(weights, x, directions)
@@ -134,7 +134,7 @@ def test_the_derivative_along_a_direction_and_its_own_are_those_of_autograd(size
         torch.testing.assert_close(weight.grad, expected_slope, rtol=1e-10, atol=1e-12)
 
 
-def test_the_texture_s_loss_and_its_derivatives_are_those_of_autograd() -> None:
+def test_the_texture_loss_and_its_derivatives_match_autograd() -> None:
     colours, along = points().requires_grad_(), (points(40) + 0.2).requires_grad_()
     truth = points(15).abs()
     loss, d_value, d_along, terms = texture.texture_loss(colours, along, truth)
@@ -151,7 +151,7 @@ def forward(exported: Network, x: np.ndarray) -> np.ndarray:
     return x @ exported[-1].weight.T + exported[-1].bias
 
 
-def test_an_exported_network_is_the_torch_network() -> None:
+def test_an_exported_network_matches_the_torch_network() -> None:
     weights = initial((64, 2), 60.0, 1, torch.Generator().manual_seed(0))
     x = points(1000).float()
     assert np.abs(forward(to_model(weights), x.numpy()) - value(weights, x).numpy()).max() < 1e-5
@@ -159,7 +159,7 @@ def test_an_exported_network_is_the_torch_network() -> None:
         assert torch.equal(read, written)
 
 
-def test_a_residual_begins_near_zero() -> None:
+def test_a_residual_starts_near_zero() -> None:
     first, residual = (initial((64, 2), 60.0, 1, torch.Generator().manual_seed(0), last) for last in (1.0, 0.1))
     x = points(1000).float()
     assert float(value(residual, x).abs().max()) < 0.11 * float(value(first, x).abs().max())

@@ -1,4 +1,4 @@
-"""Clouds with noise and outliers: how much of both is found, what cleaning leaves, and the weights of training."""
+"""Noise and outliers of clouds: measurement, removal, and the training weights that depend on noise."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +16,7 @@ from mplicits.trainer.shapes.cloud import CloudShape
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.noise import measured, smoothed
 from mplicits.trainer.shapes.outliers import outliers
-from mplicits.trainer.shapes.shape import Doubles, SurfacePoints, unit
+from mplicits.trainer.shapes.shape import Doubles, SurfacePoints, joined, unit
 from support.ball_training import QUICK_NUMBERS, SMALL_SETTINGS, load_ball, train
 
 
@@ -49,14 +49,14 @@ def test_exact_points_have_no_noise() -> None:
         assert measured(surface.points, surface.normals) == 0
 
 
-def test_points_are_moved_to_the_surface() -> None:
+def test_smoothing_moves_points_to_the_surface() -> None:
     kept, others = smoothed(ball(noise=0.02), ball(1000, noise=0.02, seed=5), 0.02)
     assert off(kept.surface.points) < 0.02 / 5
     assert off(others.surface.points) < 0.02 / 5
     assert kept.supported.mean() > 0.999
 
 
-def test_the_two_sides_of_a_thin_plate_stay_apart() -> None:
+def test_smoothing_keeps_the_sides_of_a_thin_plate_apart() -> None:
     rng, count = np.random.default_rng(0), 8000
     side = rng.choice((-1.0, 1.0), count)
     normals = np.stack((0 * side, 0 * side, side), axis=1)
@@ -67,7 +67,7 @@ def test_the_two_sides_of_a_thin_plate_stay_apart() -> None:
     assert np.abs(moved[inner, 2] - 0.02 * side[inner]).max() < 0.015
 
 
-def test_outliers_are_found_and_sparse_parts_are_not() -> None:
+def test_outliers_are_found_and_sparse_parts_are_kept() -> None:
     cloud, (points, normals) = ball(noise=0.005), scattered(1000)
     found = outliers(np.concatenate((cloud.points, points)), np.concatenate((cloud.normals, normals)))
     assert not found[: len(cloud.points)].any()
@@ -77,23 +77,23 @@ def test_outliers_are_found_and_sparse_parts_are_not() -> None:
     assert not outliers(cloud.points[sparse], cloud.normals[sparse]).any()
 
 
-def test_exact_points_stay_as_they_are() -> None:
+def test_cleaning_keeps_exact_points() -> None:
     cloud = ball()
-    cleaned = clean(3 * cloud.points + 1, cloud.normals, None, 0.05, None)
+    cleaned = clean(SurfacePoints(3 * cloud.points + 1, cloud.normals), 0.05, None)
     assert (cleaned.noise, cleaned.record) == (0, {})
-    assert len(cleaned.kept.points) + len(cleaned.held_out.points) == len(cloud.points)
-    everything = np.concatenate((cleaned.held_out.points, cleaned.kept.points)) * cleaned.scale + cleaned.centre
+    assert len(cleaned.training.points) + len(cleaned.held_out.points) == len(cloud.points)
+    everything = np.concatenate((cleaned.held_out.points, cleaned.training.points)) * cleaned.scale + cleaned.center
     order = np.random.default_rng(0).permutation(len(cloud.points))
     np.testing.assert_allclose(everything, (3 * cloud.points + 1)[order], atol=1e-12)
 
 
-def test_a_noisy_cloud_is_cleaned_and_keeps_its_place_and_size(tmp_path: Path) -> None:
+def test_cleaning_keeps_the_position_and_size_of_a_noisy_cloud(tmp_path: Path) -> None:
     cloud, (points, normals) = ball(noise=0.01), scattered(400)
     everything = np.concatenate((cloud.points, points)), np.concatenate((cloud.normals, normals))
     np.savez(tmp_path / "ball.npz", points=2 * everything[0] + 5, normals=everything[1])
     shape, _ = load_shape(str(tmp_path / "ball.npz"))
     assert shape.scale == pytest.approx(2, rel=0.03)
-    np.testing.assert_allclose(shape.centre, (5, 5, 5), atol=0.02)
+    np.testing.assert_allclose(shape.center, (5, 5, 5), atol=0.02)
     assert shape.noise == pytest.approx(0.01, rel=0.15)
     assert shape.source["noise"]["measured"]
     assert shape.source["noise"]["outliers"] == pytest.approx(400 / 20_400, rel=0.2)
@@ -103,13 +103,12 @@ def test_a_noisy_cloud_is_cleaned_and_keeps_its_place_and_size(tmp_path: Path) -
     assert len(exact.inputs()) == round(20_400 * 0.95)
 
 
-def test_outliers_of_a_sparse_cloud_do_not_set_its_size() -> None:
-    cloud, (points, normals) = ball(4000, noise=0.02), scattered(60)
-    everything = np.concatenate((cloud.points, points)), np.concatenate((cloud.normals, normals))
-    assert clean(*everything, None, 0.05, None).scale < 1.08
+def test_outliers_do_not_determine_the_size_of_a_cloud() -> None:
+    everything = joined([ball(4000, noise=0.02), SurfacePoints(*scattered(60))])
+    assert clean(everything, 0.05, None).scale < 1.08
 
 
-def test_a_noise_for_a_mesh_is_refused(tmp_path: Path) -> None:
+def test_noise_option_for_a_mesh_is_refused(tmp_path: Path) -> None:
     trimesh.creation.icosphere().export(tmp_path / "ball.ply")
     with pytest.raises(UserError, match="point clouds"):
         load_shape(str(tmp_path / "ball.ply"), noise=0.01)
@@ -125,9 +124,7 @@ def test_weights_follow_the_noise() -> None:
     assert replace(SMALL_SETTINGS, weights={"value": 7.0}).loss_weights(first=True, noise=0.01).value == 7
 
 
-def test_residuals_of_exact_clouds_alone_hold_the_gradient_s_length(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_only_residuals_of_exact_clouds_use_the_length_loss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[LossWeights] = []
     idle_loss = level.idle_loss
 
@@ -139,27 +136,27 @@ def test_residuals_of_exact_clouds_alone_hold_the_gradient_s_length(
         monkeypatch.setattr(module, name, number)
     quick = replace(SMALL_SETTINGS, steps=(50, 5), texture=False)
     exact, noisy = ball(2000), ball(4000, noise=0.02)
-    train(CloudShape(exact.points, exact.normals, None, "ball", {}), quick)
+    train(CloudShape(exact, "ball", {}), quick)
     assert seen == [FIRST_LEVEL, replace(RESIDUAL, length=CLOUD_LENGTH)]
-    train(CloudShape(noisy.points, noisy.normals, None, "ball", {}), quick)
+    train(CloudShape(noisy, "ball", {}), quick)
     train(load_ball(tmp_path), quick)
     assert [weight.length for weight in seen[2:]] == [1, 1, 1, 1]
     chosen = replace(SMALL_SETTINGS, weights={"length": 1.0})
     assert chosen.loss_weights(first=False, cloud=True) == RESIDUAL
 
 
-def test_distances_around_a_noisy_cloud_are_known_close_to_it_and_around_strays() -> None:
-    """The spacing of 20,000 points of the unit sphere is 0.025; where they are missing, single ones stand for it."""
+def test_distances_near_a_noisy_cloud_and_its_stray_points_are_known() -> None:
+    """20,000 points of the unit sphere, 0.025 apart, with single stray points in one region."""
     cloud = ball(noise=0.005)
     sparse = cloud.points[:, 2] > np.cos(0.2)
     kept = ~sparse | (np.random.default_rng(1).uniform(size=len(sparse)) < 0.12)
-    shape = CloudShape(cloud.points[kept], cloud.normals[kept], None, "ball", {})
+    shape = CloudShape(cloud.take(kept), "ball", {})
     assert shape.noise > 0
     directions = unit(np.random.default_rng(2).normal(size=(2000, 3)))
     directions[-20:] = unit(directions[-20:] * (0.1, 0.1, 0) + (0, 0, 1))
     radii = np.repeat([0.86, 1.0, 1.14], [900, 200, 900])
-    centre, scale = np.array(shape.centre), shape.scale
-    distance = scale * shape.distance((directions * radii[:, None] - centre) / scale)
+    center, scale = np.array(shape.center), shape.scale
+    distance = scale * shape.distance((directions * radii[:, None] - center) / scale)
     assert np.isnan(distance[900:1100]).all(), "next to a point its distance is not that of the surface"
     np.testing.assert_allclose(distance[:900][directions[:900, 2] < np.cos(0.4)], -0.14, atol=0.025)
     assert not np.isnan(distance[1100:]).any()

@@ -30,6 +30,6 @@ print(all(torch.equal(a, b) for a, b in zip(ours, theirs)))
 """
 
 
-def test_steps_are_those_of_torch_s_class_which_imports_a_compiler() -> None:
+def test_steps_match_torch_optim_adam() -> None:
     run = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True)
     assert run.stdout.split() == ["False", "True"]

@@ -14,7 +14,7 @@ from mplicits.trainer.networks.network import Weights, initial, value
 from mplicits.trainer.pools import Pool, Sampler
 from mplicits.trainer.settings import LATE, LATE_VALUE, RESIDUAL
 from mplicits.trainer.shapes.cloud import CloudShape
-from mplicits.trainer.shapes.shape import Shape, unit
+from mplicits.trainer.shapes.shape import Shape, SurfacePoints, unit
 from support.ball_training import QUICK_NUMBERS, SMALL_SETTINGS, load_ball, train
 
 FLAT: Weights = [torch.zeros(4, 3), torch.zeros(4), torch.zeros(1, 4), torch.zeros(1)]
@@ -91,8 +91,8 @@ def test_residuals_of_clouds_follow_unless_the_user_says_a_length(
 ) -> None:
     points = unit(np.random.default_rng(0).normal(size=(4000, 3)))
     shapes: list[tuple[Shape, dict[str, float], int]] = [
-        (CloudShape(points, points, None, "cloud", {}), {}, 5),
-        (CloudShape(points, points, None, "cloud", {}), {"length": 2.0}, 0),
+        (CloudShape(SurfacePoints(points, points), "cloud", {}), {}, 5),
+        (CloudShape(SurfacePoints(points, points), "cloud", {}), {"length": 2.0}, 0),
         (load_ball(tmp_path), {}, 0),
     ]
     measured = []
@@ -163,7 +163,7 @@ def test_it_is_so_in_residuals_of_still_meshes_unless_the_user_says_a_value(
     shapes: list[tuple[Shape, dict[str, float], set[float]]] = [
         (load_ball(tmp_path), {}, {10_000.0, 300_000.0, 3_000_000.0}),
         (load_ball(tmp_path), {"value": 5000.0}, {5000.0}),
-        (CloudShape(points, points, None, "cloud", {}), {}, {10_000.0, 300_000.0}),
+        (CloudShape(SurfacePoints(points, points), "cloud", {}), {}, {10_000.0, 300_000.0}),
     ]
     seen: set[float] = set()
     called = LevelStep.__call__

@@ -1,4 +1,4 @@
-"""Meshes and clouds read from files: formats, normalisation, distances, and every input that is refused."""
+"""Loading meshes and clouds: formats, normalization, distances, and bad input."""
 
 import struct
 from pathlib import Path
@@ -14,22 +14,22 @@ from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.mesh import MeshShape
 from mplicits.trainer.shapes.shape import Doubles, Shape, unit
 
-CENTRE = np.array((3.0, -2.0, 5.0))
+CENTER = np.array((3.0, -2.0, 5.0))
 
 
 def ball(subdivisions: int = 4) -> trimesh.Trimesh:
     mesh: trimesh.Trimesh = trimesh.creation.icosphere(subdivisions=subdivisions, radius=2.0)
-    mesh.apply_translation(CENTRE)
+    mesh.apply_translation(CENTER)
     return mesh
 
 
 def on_ball(count: int = 4000) -> tuple[Doubles, Doubles]:
     normals = unit(np.random.default_rng(0).normal(size=(count, 3)))
-    return CENTRE + 2 * normals, normals
+    return CENTER + 2 * normals, normals
 
 
 def check_is_ball(shape: Shape, tolerance: float = 3e-3) -> None:
-    np.testing.assert_allclose(shape.centre, CENTRE, atol=2 * tolerance)
+    np.testing.assert_allclose(shape.center, CENTER, atol=2 * tolerance)
     assert shape.scale == pytest.approx(2.0, rel=tolerance)
     points = np.random.default_rng(1).uniform(-1, 1, (2000, 3))
     exact = np.linalg.norm(points, axis=1) - 1
@@ -42,7 +42,7 @@ def check_is_ball(shape: Shape, tolerance: float = 3e-3) -> None:
 
 
 @pytest.mark.parametrize("ending", ["ply", "obj", "stl", "glb", "PLY"])
-def test_a_ball_is_read_from_every_mesh_format(tmp_path: Path, ending: str) -> None:
+def test_every_mesh_format_loads_a_ball(tmp_path: Path, ending: str) -> None:
     path = tmp_path / f"ball.{ending}"
     ball().export(path, file_type=ending.lower())
     shape, warnings = load_shape(str(path))
@@ -53,40 +53,40 @@ def test_a_ball_is_read_from_every_mesh_format(tmp_path: Path, ending: str) -> N
     assert len(shape.source["sha256"]) == 64
 
 
-def write_cloud(path: Path, points: Doubles, normals: Doubles, colours: Doubles | None = None) -> None:
-    columns = [points, normals] if colours is None else [points, normals, colours * 255]
+def write_cloud(path: Path, points: Doubles, normals: Doubles, colors: Doubles | None = None) -> None:
+    columns = [points, normals] if colors is None else [points, normals, colors * 255]
     if path.suffix == ".npz":
         arrays: dict[str, Any] = {"points": points, "normals": normals}
-        np.savez(path, **(arrays if colours is None else arrays | {"colours": colours}))
+        np.savez(path, **(arrays if colors is None else arrays | {"colors": colors}))
     elif path.suffix == ".xyz":
         np.savetxt(path, np.concatenate(columns, axis=1))
     else:
         names = ("x", "y", "z", "nx", "ny", "nz")
         kinds = [f"property float {name}" for name in names]
-        kinds += [] if colours is None else [f"property uchar {name}" for name in ("red", "green", "blue")]
+        kinds += [] if colors is None else [f"property uchar {name}" for name in ("red", "green", "blue")]
         header = ["ply", "format ascii 1.0", f"element vertex {len(points)}", *kinds, "end_header"]
         rows = [" ".join(f"{x:.9g}" for x in (*p, *n)) for p, n in zip(points, normals, strict=True)]
-        if colours is not None:
-            rows = [f"{row} {' '.join(str(int(x)) for x in c * 255)}" for row, c in zip(rows, colours, strict=True)]
+        if colors is not None:
+            rows = [f"{row} {' '.join(str(int(x)) for x in c * 255)}" for row, c in zip(rows, colors, strict=True)]
         path.write_text("\n".join([*header, *rows, ""]))
 
 
 @pytest.mark.parametrize("ending", ["ply", "xyz", "npz"])
-@pytest.mark.parametrize("coloured", [False, True])
-def test_a_ball_is_read_from_every_cloud_format(tmp_path: Path, ending: str, coloured: bool) -> None:
+@pytest.mark.parametrize("colored", [False, True])
+def test_every_cloud_format_loads_a_ball(tmp_path: Path, ending: str, colored: bool) -> None:
     points, normals = on_ball()
     path = tmp_path / f"ball.{ending}"
-    write_cloud(path, points, normals, np.tile((1.0, 0.0, 1.0), (len(points), 1)) if coloured else None)
+    write_cloud(path, points, normals, np.tile((1.0, 0.0, 1.0), (len(points), 1)) if colored else None)
     shape, _ = load_shape(str(path))
     check_is_ball(shape, tolerance=2e-2)
-    assert shape.coloured == coloured
-    if coloured:
-        colours = shape.surface(10, np.random.default_rng(0), colours=True).colours
-        assert colours is not None
-        np.testing.assert_allclose(colours, [(1, 0, 1)] * 10)
+    assert shape.colored == colored
+    if colored:
+        colors = shape.surface(10, np.random.default_rng(0), colors=True).colors
+        assert colors is not None
+        np.testing.assert_allclose(colors, [(1, 0, 1)] * 10)
 
 
-def test_held_out_points_of_a_cloud_are_not_trained_on(tmp_path: Path) -> None:
+def test_training_never_sees_held_out_points_of_a_cloud(tmp_path: Path) -> None:
     points, normals = on_ball()
     write_cloud(tmp_path / "ball.npz", points, normals)
     shape, _ = load_shape(str(tmp_path / "ball.npz"))
@@ -97,18 +97,18 @@ def test_held_out_points_of_a_cloud_are_not_trained_on(tmp_path: Path) -> None:
     assert not kept & held
 
 
-def test_vertex_colours_are_interpolated(tmp_path: Path) -> None:
+def test_vertex_colors_are_interpolated(tmp_path: Path) -> None:
     mesh = ball()
-    # Red grows with x, and a colour that is linear in the position stays so between vertices.
-    red = np.clip((mesh.vertices[:, 0] - CENTRE[0] + 2) / 4 * 255, 0, 255)
+    # Red grows with x, and a color that is linear in the position stays so between vertices.
+    red = np.clip((mesh.vertices[:, 0] - CENTER[0] + 2) / 4 * 255, 0, 255)
     mesh.visual = trimesh.visual.ColorVisuals(mesh, vertex_colors=np.stack([red, 0 * red, 0 * red], 1).astype(np.uint8))
     mesh.export(tmp_path / "ball.ply")
-    surface = load_shape(str(tmp_path / "ball.ply"))[0].surface(500, np.random.default_rng(0), colours=True)
-    assert surface.colours is not None
-    assert np.abs(surface.colours[:, 0] - (surface.points[:, 0] + 1) / 2).max() < 0.01
+    surface = load_shape(str(tmp_path / "ball.ply"))[0].surface(500, np.random.default_rng(0), colors=True)
+    assert surface.colors is not None
+    assert np.abs(surface.colors[:, 0] - (surface.points[:, 0] + 1) / 2).max() < 0.01
 
 
-def test_a_mesh_with_a_hole_gives_a_warning_and_keeps_the_sign(tmp_path: Path) -> None:
+def test_an_open_mesh_causes_a_warning_and_has_signed_distances(tmp_path: Path) -> None:
     mesh = ball()
     mesh.update_faces(np.arange(len(mesh.faces)) > 20)
     mesh.export(tmp_path / "open.ply")
@@ -118,7 +118,7 @@ def test_a_mesh_with_a_hole_gives_a_warning_and_keeps_the_sign(tmp_path: Path) -
     assert shape.distance(np.zeros((1, 3)))[0] < -0.9
 
 
-def test_faces_that_point_inwards_are_turned_round(tmp_path: Path) -> None:
+def test_inward_faces_are_reversed(tmp_path: Path) -> None:
     mesh = ball()
     mesh.invert()
     mesh.export(tmp_path / "inside.stl")
@@ -154,17 +154,17 @@ def flat(path: Path) -> None:
 
 REFUSED = [
     ("missing.ply", None, "no such file"),
-    ("shape.xyzw", lambda path: path.write_text("1 2 3"), "no shape format"),
-    ("picture.png", lambda path: path.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(64)), "no shape format"),
+    ("shape.xyzw", lambda path: path.write_text("1 2 3"), "unknown shape format"),
+    ("picture.png", lambda path: path.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(64)), "unknown shape format"),
     ("picture.ply", lambda path: path.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(64)), "not a readable PLY"),
     ("picture.glb", lambda path: path.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(64)), "not a readable GLB"),
     ("picture.stl", lambda path: path.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(64)), "picture.stl: "),
     ("empty.ply", empty_ply, "empty"),
     ("empty.obj", lambda path: path.write_text(""), "empty.obj: "),
-    ("flat.obj", lambda path: path.write_text("v 0 0\nv 1 0\nv 0 1\nf 1 2 3\n"), "points of 2 coordinates"),
+    ("flat.obj", lambda path: path.write_text("v 0 0\nv 1 0\nv 0 1\nf 1 2 3\n"), "points have 2 coordinates"),
     ("nan.ply", nan_mesh, "not finite"),
-    ("triangle.ply", flat, "bounds no volume"),
-    ("triangle.stl", flat, "bounds no volume"),
+    ("triangle.ply", flat, "encloses no volume"),
+    ("triangle.stl", flat, "encloses no volume"),
     ("few.npz", lambda path: write_cloud(path, *on_ball(5)), "at least 100"),
     ("text.xyz", lambda path: path.write_text("hello world\n"), "not a readable XYZ"),
     ("shape.npz", lambda path: np.savez(path, points=np.zeros((9, 2)), normals=np.zeros((9, 3))), "shape (9, 2)"),
@@ -175,7 +175,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("name", "write", "says"), REFUSED, ids=[name for name, _, _ in REFUSED])
-def test_a_bad_input_is_refused_in_one_line(tmp_path: Path, name: str, write: object, says: str) -> None:
+def test_bad_input_is_one_line(tmp_path: Path, name: str, write: object, says: str) -> None:
     if callable(write):
         write(tmp_path / name)
     with pytest.raises(UserError) as refusal:
@@ -190,7 +190,7 @@ def line(form: str, binary: bool, numbers: list[Any]) -> bytes:
 
 
 def strips_ply(path: Path, binary: bool, rows: list[list[int]]) -> None:
-    """Write a ball with the normals and colours of its vertices, and with triangle strips."""
+    """Write a ball with vertex normals, vertex colors and triangle strips."""
     mesh = ball(2)
     head = ["ply", f"format {'binary_big_endian' if binary else 'ascii'} 1.0", f"element vertex {len(mesh.vertices)}"]
     head += [f"property float {name}" for name in ("x", "y", "z", "nx", "ny", "nz")]
@@ -205,8 +205,8 @@ def strips_ply(path: Path, binary: bool, rows: list[list[int]]) -> None:
 
 
 @pytest.mark.parametrize("binary", [True, False], ids=["bytes", "text"])
-def test_triangle_strips_are_a_mesh(tmp_path: Path, binary: bool) -> None:
-    """Strips of one triangle, the first two joined: c b d goes on from a b c; a repeated vertex has no triangle."""
+def test_triangle_strips_become_a_mesh(tmp_path: Path, binary: bool) -> None:
+    """One strip per triangle, but the first strip has two: c b d continues a b c; a repeated vertex adds none."""
     faces = ball(2).faces.tolist()
     a, b, c = faces[0]
     second = next(k for k, face in enumerate(faces) if k and {b, c} <= set(face))
@@ -218,9 +218,9 @@ def test_triangle_strips_are_a_mesh(tmp_path: Path, binary: bool) -> None:
     assert not warnings, "it is closed, and its faces point outwards"
     assert len(load_mesh(tmp_path / "s.ply").faces) == len(faces)
     assert shape.distance(np.zeros((1, 3)))[0] < -0.9
-    drawn = shape.surface(5, np.random.default_rng(0), colours=True)
-    assert drawn.colours is not None
-    assert np.abs(drawn.colours * 255 - (200, 100, 0)).max() < 1e-9
+    drawn = shape.surface(5, np.random.default_rng(0), colors=True)
+    assert drawn.colors is not None
+    assert np.abs(drawn.colors * 255 - (200, 100, 0)).max() < 1e-9
 
 
 def test_a_name_with_control_characters_is_escaped(tmp_path: Path) -> None:

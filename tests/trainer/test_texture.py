@@ -1,4 +1,4 @@
-"""Colours from images: how they are read and learnt, and which images are refused."""
+"""Colors from images: sampling, training, and bad images."""
 
 import struct
 import zlib
@@ -32,7 +32,7 @@ def ramp() -> NDArray[np.uint8]:
 
 
 def write_ball(folder: Path, name: str = "ball.obj", flipped: bool = False) -> Path:
-    """Write a ball whose image gives it a colour by x and y."""
+    """Write a ball with an image, so that its color depends on x and y."""
     ball = trimesh.creation.icosphere(subdivisions=3)
     uv = 0.5 + 0.4 * np.asarray(ball.vertices)[:, :2]
     picture = Image.fromarray(ramp())
@@ -45,7 +45,7 @@ def write_ball(folder: Path, name: str = "ball.obj", flipped: bool = False) -> P
 
 
 def expected(points: Doubles) -> Doubles:
-    """Compute the colours of `write_ball` at points of its surface."""
+    """Compute the colors of `write_ball` at points of its surface."""
     return np.stack([*(0.5 + 0.4 * points[:, :2]).T, np.full(len(points), 40 / 255)], axis=1)
 
 
@@ -53,7 +53,7 @@ def test_images_are_filtered_as_in_opengl() -> None:
     rng = np.random.default_rng(0)
     image = rng.integers(0, 256, (5, 7, 3)).astype(np.uint8)
     uv = rng.uniform(-1.5, 2.5, (400, 2))
-    colours = ImageTexture(uv[:, None].repeat(3, axis=1), image).colours(np.arange(400), np.full((400, 3, 1), 1 / 3))
+    colours = ImageTexture(uv[:, None].repeat(3, axis=1), image).colors(np.arange(400), np.full((400, 3, 1), 1 / 3))
     at = np.stack([(1 - uv[:, 1]) * 5 - 0.5, uv[:, 0] * 7 - 0.5])
     theirs = [map_coordinates(image[..., c].astype(float), at, order=1, mode="grid-wrap") for c in range(3)]
     np.testing.assert_allclose(colours, np.stack(theirs, axis=1) / 255, atol=1e-9)
@@ -61,34 +61,34 @@ def test_images_are_filtered_as_in_opengl() -> None:
 
 @pytest.mark.parametrize("name", ["ball.obj", "ball.glb"])
 @pytest.mark.parametrize("flipped", [False, True])
-def test_the_material_s_image_is_the_colour(tmp_path: Path, name: str, flipped: bool) -> None:
+def test_colors_come_from_the_image_of_the_material(tmp_path: Path, name: str, flipped: bool) -> None:
     shape, warnings = load_shape(str(write_ball(tmp_path, name, flipped)))
     assert len(warnings) == flipped
-    assert shape.coloured
-    surface = shape.surface(2000, np.random.default_rng(0), colours=True)
-    assert surface.colours is not None
-    assert np.abs(surface.colours - expected(surface.points)).max() < 0.01
+    assert shape.colored
+    surface = shape.surface(2000, np.random.default_rng(0), colors=True)
+    assert surface.colors is not None
+    assert np.abs(surface.colors - expected(surface.points)).max() < 0.01
 
 
-def test_an_image_may_be_given_by_name(tmp_path: Path) -> None:
+def test_the_texture_option_names_an_image(tmp_path: Path) -> None:
     path = write_ball(tmp_path)
     (tmp_path / "material_0.png").unlink()
     shape, warnings = load_shape(str(path))
-    assert not shape.coloured
+    assert not shape.colored
     assert "--texture FILE" in warnings[0]
     Image.fromarray(ramp()).convert("RGBA").save(tmp_path / "named.png")
     shape, warnings = load_shape(str(path), tmp_path / "named.png")
-    assert (shape.coloured, warnings) == (True, [])
+    assert (shape.colored, warnings) == (True, [])
     assert shape.source["texture"]["file"] == "named.png"
 
 
-def test_a_damaged_image_of_the_material_gives_a_warning(tmp_path: Path) -> None:
+def test_a_damaged_image_causes_a_warning(tmp_path: Path) -> None:
     path, image = write_ball(tmp_path), tmp_path / "material_0.png"
     data = image.read_bytes()
     for damaged in (b"no picture", data[: len(data) // 2]):
         image.write_bytes(damaged)
         shape, warnings = load_shape(str(path))
-        assert not shape.coloured
+        assert not shape.colored
         assert len(warnings) == 1
         assert "no readable image" in warnings[0]
 
@@ -110,11 +110,11 @@ def header(width: int, height: int) -> bytes:
         ("ball.obj", "deep.png", "8 bits a channel"),
         ("ball.obj", "float.tiff", "8 bits a channel"),
         ("plain.stl", "right.png", "no texture coordinates"),
-        ("points.npz", "right.png", "points have no texture coordinates"),
+        ("points.npz", "right.png", "a point cloud has no texture coordinates"),
         ("demo", "right.png", "has its own colours"),
     ],
 )
-def test_images_that_cannot_be_used_are_refused_in_one_line(
+def test_an_unusable_image_is_one_line(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
@@ -140,7 +140,7 @@ def test_images_that_cannot_be_used_are_refused_in_one_line(
     assert not Path("m.safetensors").exists()
 
 
-def test_packed_networks_are_quantised_and_learn_all_the_same(tmp_path: Path) -> None:
+def test_packed_networks_are_quantized_and_learn_colors(tmp_path: Path) -> None:
     settings = replace(SMALL_SETTINGS, steps=(60, 60, 150), packed=True, texture_network=(20, 1))
     model = train(load_shape(str(write_ball(tmp_path)))[0], settings)
     assert model.texture is not None

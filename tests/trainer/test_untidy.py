@@ -1,4 +1,4 @@
-"""Meshes as modellers save them: quads and n-gons, several objects, stray vertices, edges of more than two faces."""
+"""Meshes with quads and n-gons, several objects, unused vertices, and edges of more than two faces."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,7 +20,7 @@ Point = tuple[float, float, float]
 
 
 def obj(vertices: Sequence[Sequence[float]], faces: Sequence[Sequence[int]], first: int = 0) -> str:
-    """The text of an OBJ. first: how many vertices the file has before these."""
+    """Write OBJ text. first: number of earlier vertices in the file."""
     lines = ["v " + " ".join(map(str, vertex)) for vertex in vertices]
     lines += ["f " + " ".join(str(first + index + 1) for index in face) for face in faces]
     return "\n".join(lines) + "\n"
@@ -39,13 +39,13 @@ def prism() -> str:
 
 
 def soup() -> str:
-    """A cube whose faces share no vertices, one of them twice, and a vertex far away that no face has."""
+    """A cube whose faces share no vertices, with one duplicate face and an unused vertex far away."""
     corners = [CUBE[index] for face in [*QUADS, QUADS[0]] for index in face]
     return obj([*corners, (50, 0, 0)], np.arange(len(corners)).reshape(-1, 4).tolist())
 
 
 def edge_to_edge() -> str:
-    """Two cubes that have one edge, and its two vertices, in common."""
+    """Two cubes that share one edge."""
     other = moved(1, 1)
     corners = list(dict.fromkeys([*CUBE, *other]))
     assert len(corners) == 14
@@ -67,18 +67,18 @@ UNTIDY: dict[str, tuple[str, list[tuple[Point, float]]]] = {
     ),
     "three faces at an edge": (FIN, [((0.5, 0.5, 0.5), -0.5), ((0.5, 0.5, 1.25), 0.25)]),
 }
-"""Name -> the file, and distances at points of it."""
+"""Name -> the file's text, and distances at points."""
 
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Trainings draw and measure little."""
+    """Shorten sampling and measurement."""
     for module, name, number in QUICK_NUMBERS:
         monkeypatch.setattr(module, name, number)
 
 
 @pytest.mark.parametrize("name", UNTIDY)
-def test_an_untidy_mesh_has_its_distances_and_is_trained(
+def test_an_untidy_mesh_has_exact_distances_and_trains(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text, known = UNTIDY[name]
@@ -86,7 +86,7 @@ def test_an_untidy_mesh_has_its_distances_and_is_trained(
     path.write_text(text)
     shape, _ = load_shape(str(path))
     points, expected = (np.array(column, np.float64) for column in zip(*known, strict=True))
-    found = shape.distance((points - shape.centre) / shape.scale) * shape.scale
+    found = shape.distance((points - shape.center) / shape.scale) * shape.scale
     np.testing.assert_allclose(found, expected, atol=1e-6)
     argv = ["train", str(path), "-o", str(output), "--levels", "4x0", "--steps", "3", "--quiet", "--flat"]
     assert cli.main(argv) == 0

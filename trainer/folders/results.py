@@ -6,6 +6,7 @@ import io
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 from ...model import page_style
@@ -51,7 +52,7 @@ class Row:
 def row_of(outcome: Outcome) -> Row:
     """Read the figures of a job's model from its file."""
     job, path, status, reason = outcome.job, Path(outcome.job.output), outcome.status, outcome.reason
-    seconds, figures = outcome.seconds, dict[str, float]()
+    seconds, figures = outcome.seconds, dict[str, Any]()
     if status.has_model:
         try:
             model = load(path)

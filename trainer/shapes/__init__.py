@@ -1,1 +1,1 @@
-"""The shapes that can be trained on: meshes with images, point clouds, and the built-in shape."""
+"""Shapes to train on: meshes with images, point clouds, motions, and the demo shape."""

@@ -1,4 +1,4 @@
-"""An oriented point cloud as a shape to train on, which is the paper's input."""
+"""An oriented point cloud as a shape to train on: the input of the paper."""
 
 from typing import Any
 
@@ -6,102 +6,83 @@ import igl
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ...model.errors import UserError
-from .checks import FEWEST
-from .cleaning import clean, pick
+from .checks import check_count, name_first
+from .cleaning import clean
 from .duplicates import merge
 from .planes import LocalPlanes, NearestPoint
-from .shape import Doubles, SurfacePoints, asked_together, unit
+from .shape import Doubles, SurfacePoints, in_cell_order, unit
 
 HELD_OUT = 0.05
-"""Share of the points kept for evaluation."""
-NEIGHBOURS = 12
-"""Nearest neighbours that the area of a point is measured with."""
+"""Share of the points that is held out for evaluation."""
+NEIGHBORS = 12
+"""Nearest neighbors from which the area of a point is estimated."""
 COARSE = 1e-4
-"""Points nearer to one another than this, as a share of the shape's size, are one to the winding number.
+"""The winding number merges points closer than this share of the shape's size.
 
 Each halving of a distance adds a level to its octree: a million points in close pairs would fill 25 GB.
 """
-NOISY_TRUSTED = 3.0
-"""As planes.TRUSTED, of a cloud that was noisy, and has no planes: less is known close to its points."""
-EVEN, EVEN_NEIGHBOURS = 1.5, 64
-"""Most that a point's spacing counts, in the median one of so many neighbours, where the cloud was noisy.
+EVEN, EVEN_NEIGHBORS = 1.5, 64
+"""In a noisy cloud, a point's spacing is at most this multiple of the median over this number of neighbors.
 
-A stray is far from all others: nothing would be known in many times that distance around it.
+Without the limit, a stray point would leave a large region around it without a distance.
 """
 OPEN = 0.3
-"""Where the winding number is this close to 1/2, the cloud has a hole, which says nothing of the distance there."""
+"""If the winding number differs from 1/2 by less, the cloud has a hole there, and the distance is unknown."""
 
 
 class CloudShape:
-    """A `Shape` of points with outward normals, normalised.
+    """A `Shape` of points with outward normals, in model space.
 
-    The distance is by the planes through the nearest points where these agree (`LocalPlanes`), and farther away that
-    to the nearest point, as in the paper, with the sign of the cloud's winding number (Barill et al. 2018).
+    The distance comes from the planes through the nearest points where these agree (`LocalPlanes`), and farther away
+    from the nearest point, as in the paper, with the sign of the cloud's winding number (Barill et al. 2018).
     """
 
     cloud = True
     moving = False
 
-    def __init__(
-        self,
-        points: Doubles,
-        normals: Doubles,
-        colours: Doubles | None,
-        name: str,
-        source: dict[str, Any],
-        noise: float | None = None,
-    ) -> None:
-        """points, normals: (N, 3), input space; normals of any length. colours: (N, 3) sRGB in [0, 1], or None.
+    def __init__(self, points: SurfacePoints, name: str, source: dict[str, Any], noise: float | None = None) -> None:
+        """points: accepted by `check_cloud`, in input space, with normals of any length.
 
-        noise: standard deviation of the points, as a share of the shape's radius; None: measured (`cleaning.clean`).
-        They are what `check_cloud` accepts. Raises UserError where too few points are at different places,
-        or are left without the noise.
+        noise: standard deviation of the points, as a share of the shape's radius; None: measure it (`cleaning.clean`).
+        Raises UserError if too few points are left without duplicates, or without noise.
         """
-        self.name, self.coloured = name, colours is not None
+        self.name, self.colored = name, points.colors is not None
         self.warnings: list[str] = []
-        merged = self._merged(SurfacePoints(points, unit(normals), colours))
-        try:
-            cloud = clean(merged.points, merged.normals, merged.colours, HELD_OUT, noise)
-        except UserError as error:
-            raise UserError(f"{name}: {error}") from None
-        self.centre, self.scale, self.noise = cloud.centre, cloud.scale, cloud.noise
-        self._held_out, self._kept = cloud.held_out, cloud.kept
+        with name_first(name):
+            merged = self._merged(SurfacePoints(points.points, unit(points.normals), points.colors))
+            cloud = clean(merged, HELD_OUT, noise)
+        self.center, self.scale, self.noise = cloud.center, cloud.scale, cloud.noise
+        self._held_out, self._training = cloud.held_out, cloud.training
         self.source = source | ({"noise": cloud.record} if cloud.record else {})
-        # So cut, a tree finds the nearest of points on a surface from far away some ten times as fast.
-        self._tree = cKDTree(self._kept.points, balanced_tree=False, compact_nodes=False)
+        # With these options, queries far from a surface take about a tenth of the time.
+        self._tree = cKDTree(self._training.points, balanced_tree=False, compact_nodes=False)
         spacings = np.sqrt(_areas(self._tree))
         self._near: LocalPlanes | NearestPoint
         if self.noise:
-            self._near = NearestPoint(self._tree, self._evened(spacings), NOISY_TRUSTED)
+            self._near = NearestPoint(self._tree, self._evened(spacings))
         else:
-            self._near = LocalPlanes(self._tree, self._kept.normals, spacings)
-        coarse = merge(self._kept, COARSE).surface
+            self._near = LocalPlanes(self._tree, self._training.normals, spacings)
+        coarse = merge(self._training, COARSE).surface
         indices, children, _, _ = igl.octree(coarse.points)
         weighted = coarse.points, coarse.normals, _areas(cKDTree(coarse.points)), indices, children
         self._winding = (*weighted, *igl.fast_winding_number_precompute(*weighted))
 
     def surface(
-        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colours: bool = False
+        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colors: bool = False
     ) -> SurfacePoints:
-        """Draw `count` of the points; where there are fewer, each comes as often as the others.
-
-        held_out: draw from the points kept for evaluation, not from those that training sees. `colours` changes
-        nothing: the points have theirs.
-        """
-        cloud = self._held_out if held_out else self._kept
+        """Draw `count` of the points, each equally often; colors are always included."""
+        cloud = self._held_out if held_out else self._training
         size = len(cloud.points)
         rounds = -(-count // size)
-        index = np.concatenate([rng.permutation(size) for _ in range(rounds)])[:count]
-        return pick(cloud, index)
+        return cloud.take(np.concatenate([rng.permutation(size) for _ in range(rounds)])[:count])
 
     def inputs(self) -> Doubles:
-        """Return the points that training sees: (N, 3)."""
-        return self._kept.points
+        """Return the points that training sees, (N, 3)."""
+        return self._training.points
 
     def distance(self, points: Doubles) -> Doubles:
-        """Compute the signed distance, NaN where it is not known. Returns (N,)."""
-        return asked_together(self._distance, points)
+        """Compute the signed distance (N,), NaN where the cloud does not define it."""
+        return in_cell_order(self._distance, points)
 
     def _distance(self, points: Doubles) -> Doubles:
         planes, nearest = self._near.distance(points)
@@ -110,27 +91,22 @@ class CloudShape:
         return np.where(np.isnan(planes), np.where(winding > 0.5, -nearest, nearest), planes)
 
     def _evened(self, spacings: Doubles) -> Doubles:
-        """Hold each point's spacing to what its neighbours have. Takes and returns (N,)."""
-        index = self._tree.query(self._tree.data, k=min(EVEN_NEIGHBOURS, len(spacings)), workers=-1)[1]
+        """Limit each point's spacing (N,) by its neighbors' spacings."""
+        index = self._tree.query(self._tree.data, k=min(EVEN_NEIGHBORS, len(spacings)), workers=-1)[1]
         return np.minimum(spacings, EVEN * np.median(spacings[index], axis=1))
 
     def _merged(self, surface: SurfacePoints) -> SurfacePoints:
-        """Merge the points at one place, with a warning. Raises UserError where too few are left."""
+        """Merge duplicates, with a warning. Raises UserError if too few points are left."""
         result = merge(surface)
         if result.merged:
-            self.warnings.append(f"{self.name}: {result.merged:,} points are where others are; merged with them")
+            self.warnings.append(f"{self.name}: merged {result.merged:,} points with others at the same place")
         if result.dropped:
-            self.warnings.append(f"{self.name}: the normals cancel at {result.dropped:,} places; these are left out")
-        count = len(result.surface.points)
-        if count < FEWEST:
-            raise UserError(f"{self.name}: {count} points at different places; a cloud needs at least {FEWEST}")
+            self.warnings.append(f"{self.name}: left out {result.dropped:,} places where the normals cancel")
+        check_count(len(result.surface.points), "points at different places")
         return result.surface
 
 
 def _areas(tree: cKDTree) -> Doubles:
-    """Estimate the area of the surface that each of a tree's points stands for, by its neighbours. Returns (N,).
-
-    The disc through the k-th neighbour holds k + 1/2 points.
-    """
-    distances = np.asarray(tree.query(tree.data, k=range(2, NEIGHBOURS + 2), workers=-1)[0])
-    return np.asarray(np.pi * (distances**2).sum(axis=1) / (np.arange(1, NEIGHBOURS + 1) + 0.5).sum())
+    """Estimate the surface area (N,) of a tree's points: the disc to the k-th neighbor contains k + 1/2 points."""
+    distances = np.asarray(tree.query(tree.data, k=range(2, NEIGHBORS + 2), workers=-1)[0])
+    return np.asarray(np.pi * (distances**2).sum(axis=1) / (np.arange(1, NEIGHBORS + 1) + 0.5).sum())

@@ -1,89 +1,84 @@
-"""The curved surface that a mesh stands for: smooth across its edges, except for creases.
+"""The curved surface of a mesh: smooth across edges, except for creases.
 
-Each triangle becomes a point-normal triangle (Vlachos et al. 2001, Curved PN Triangles), a cubic Bezier patch over its
-corners that meets their normals, cut into small triangles. Neighbours share the curve over their common edge, so that
-no gap opens; a crease's curve runs along both of its sides.
+Each triangle becomes a point-normal triangle (Vlachos et al. 2001, Curved PN Triangles): a cubic Bezier patch through
+its corners that is perpendicular to their normals, subdivided into flat facets. Neighbors share the curve over their
+common edge, so that no gap opens; the curve of a crease runs along both of its sides.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from .creases import CornerNormals, Whole, corner_angles, edge_pairs, face_normals
+from .creases import CornerNormals, Integers, corner_angles, edge_pairs, face_normals
 from .shape import Doubles, unit
 
 MOST_CUTS = 5
-"""Most small triangles along an edge: the chord errors of a patch fall to a 25th of the facet's."""
-MOST_FACES = 300_000
-"""A mesh is cut into at most so many small triangles, or not at all: scans are fine enough as they are."""
+"""Most facets along an edge; they reduce the chord error of a triangle to a 25th."""
+MOST_FACETS = 300_000
+"""Meshes are subdivided up to this number of facets; finer scans are not subdivided."""
 DECIMALS = 7
-"""Places and normals that agree to so many digits after the point, in model space, are one."""
+"""Positions and normals that agree to this number of decimals, in model space, are equal."""
 CREASED = 0.03
-"""Squared sine of the angle between the normals on both sides of an edge, from which on it is a crease: 10 degrees."""
+"""An edge is a crease if the squared sine between the normals of both sides is larger: 10 degrees."""
 ALONG = 0.5
-"""Least cosine between a crease and the line that the planes on both sides share, for its curve to follow that line."""
+"""Least cosine between a crease and the intersection of both sides' planes for its curve to follow that line."""
 
 
 @dataclass(frozen=True, eq=False)
 class Facets:
-    """The small flat triangles that a surface is made of, each cut from a face of a mesh."""
+    """Flat triangles that approximate a surface, each cut from a face of a mesh."""
 
     vertices: Doubles
     """(V, 3)."""
-    faces: Whole
-    """(F, 3), numbers of vertices."""
+    faces: Integers
+    """(F, 3), indices of vertices."""
     normals: CornerNormals
-    """Of the surface, outward, at each corner of a facet."""
-    parents: Whole
-    """(F,), numbers of the mesh's faces that the facets were cut from."""
+    """Outward normals of the surface at the corners of facets."""
+    parents: Integers
+    """(F,), indices of the mesh's faces that the facets were cut from."""
     weights: Doubles
-    """(F, 3, 3): barycentric coordinates, in the parent, of each corner of a facet."""
+    """(F, 3, 3), barycentric coordinates, in the parent, of each corner of a facet."""
 
 
-def flat(vertices: Doubles, faces: Whole) -> Facets:
-    """Take the faces of a mesh as they are. vertices: (V, 3). faces: (F, 3)."""
-    return _uncut(
-        vertices, faces, CornerNormals(face_normals(vertices, faces), np.broadcast_to(_numbers(faces), faces.shape))
-    )
+def flat(vertices: Doubles, faces: Integers) -> Facets:
+    """Use the faces (F, 3) of a mesh with vertices (V, 3) as facets."""
+    index = np.broadcast_to(np.arange(len(faces))[:, None], faces.shape)
+    return _uncut(vertices, faces, CornerNormals(face_normals(vertices, faces), index))
 
 
-def curved(vertices: Doubles, faces: Whole, normals: CornerNormals) -> Facets:
-    """Curve and cut a mesh; of one that is fine enough only the normals are those of a curved surface.
+def curved(vertices: Doubles, faces: Integers, normals: CornerNormals) -> Facets:
+    """Curve and subdivide a mesh; if it is fine enough, only its normals become those of a curved surface.
 
-    vertices: (V, 3). faces: (F, 3). normals: at the faces' corners (creases.py).
+    vertices: (V, 3). faces: (F, 3). normals: at the corners of faces (creases.py).
     """
-    cuts = int(np.clip(np.sqrt(MOST_FACES / max(1, len(faces))), 1, MOST_CUTS))
+    cuts = int(np.clip(np.sqrt(MOST_FACETS / max(1, len(faces))), 1, MOST_CUTS))
     if cuts == 1:
         return _uncut(vertices, faces, normals)
     grid, small = cut_triangle(cuts)
     corners = normals[:]
     points = _patches(vertices[faces], _edge_points(vertices, faces, corners), grid)
-    vertices, facets = points.reshape(-1, 3), (small[None] + len(grid) * _numbers(faces)[:, None]).reshape(-1, 3)
+    offsets = len(grid) * np.arange(len(faces))[:, None, None]
+    vertices, facets = points.reshape(-1, 3), (small[None] + offsets).reshape(-1, 3)
+    mixed = unit(np.einsum("mk,fki->fmi", grid, corners, optimize=True).reshape(-1, 3))
     return Facets(
         vertices=vertices,
         faces=facets,
-        normals=_own_normals(vertices, facets, _turned(corners, grid).reshape(-1, 3)),
+        normals=_own_normals(vertices, facets, mixed),
         parents=np.repeat(np.arange(len(faces)), len(small)),
         weights=np.tile(grid[small], (len(faces), 1, 1)),
     )
 
 
-def _uncut(vertices: Doubles, faces: Whole, normals: CornerNormals) -> Facets:
-    """Take the faces of a mesh with normals of another surface."""
+def _uncut(vertices: Doubles, faces: Integers, normals: CornerNormals) -> Facets:
     count = len(faces)
     return Facets(vertices, faces, normals, np.arange(count), np.broadcast_to(np.eye(3), (count, 3, 3)))
 
 
-def _numbers(faces: Whole) -> Whole:
-    """Number faces (F, 3): (F, 1)."""
-    return np.arange(len(faces))[:, None]
+def _edge_points(vertices: Doubles, faces: Integers, normals: Doubles) -> Doubles:
+    """Compute the inner two control points of the curve over each half edge, from its start to its end: (F, 3, 2, 3).
 
-
-def _edge_points(vertices: Doubles, faces: Whole, normals: Doubles) -> Doubles:
-    """Compute the inner two control points of the curve over each half edge: (F, 3, 2, 3), from its start to its end.
-
-    A control point is a third along the edge, moved into the plane of the normal at the end that it is near to. At a
-    crease, where the two sides have different normals, it is moved onto the line that both planes share.
+    A control point lies a third along the edge, projected into the tangent plane of the nearer end. At a crease, where
+    both sides have different normals, it is projected onto the intersection of both planes.
     """
     starts = vertices[faces].reshape(-1, 3)
     ends = np.roll(vertices[faces], -1, axis=1).reshape(-1, 3)
@@ -98,7 +93,7 @@ def _edge_points(vertices: Doubles, faces: Whole, normals: Doubles) -> Doubles:
 
 
 def _tangential(edges: Doubles, normals: Doubles, across: Doubles) -> Doubles:
-    """Project edges (N, 3) into the plane of a normal (N, 3), or on the line that is in the planes of two."""
+    """Project edges (N, 3) into the plane of a normal (N, 3), or onto the intersection of the planes of two normals."""
     mean = unit(normals + across)
     in_plane = edges - np.einsum("ij,ij->i", edges, mean)[:, None] * mean
     line = np.cross(normals, across)
@@ -109,8 +104,8 @@ def _tangential(edges: Doubles, normals: Doubles, across: Doubles) -> Doubles:
     return np.asarray(np.where(creased[:, None], share[:, None] * line, in_plane))
 
 
-def cut_triangle(cuts: int) -> tuple[Doubles, Whole]:
-    """Cut a triangle into cuts^2 small ones: barycentric coordinates of the vertices (M, 3), and faces (cuts^2, 3)."""
+def cut_triangle(cuts: int) -> tuple[Doubles, Integers]:
+    """Subdivide a triangle. Returns the vertices' barycentric coordinates (M, 3), and faces (cuts^2, 3)."""
     numbers = dict[tuple[int, int], int]()
     places = list[tuple[int, int, int]]()
     for i in range(cuts + 1):
@@ -128,8 +123,8 @@ def _patches(corners: Doubles, edge_points: Doubles, grid: Doubles) -> Doubles:
     corners: (F, 3, 3). edge_points: (F, 3, 2, 3), of `_edge_points`. grid: (M, 3). Returns (F, M, 3).
     """
     u, v, w = grid.T
-    centre = edge_points.mean(axis=(1, 2)) * 1.5 - corners.mean(axis=1) / 2
-    controls = np.concatenate((corners, edge_points.reshape(-1, 6, 3), centre[:, None]), axis=1)
+    center = edge_points.mean(axis=(1, 2)) * 1.5 - corners.mean(axis=1) / 2
+    controls = np.concatenate((corners, edge_points.reshape(-1, 6, 3), center[:, None]), axis=1)
     basis = np.stack(
         (
             *(u**3, v**3, w**3),
@@ -140,19 +135,13 @@ def _patches(corners: Doubles, edge_points: Doubles, grid: Doubles) -> Doubles:
     return np.asarray(np.einsum("km,fki->fmi", basis, controls, optimize=True))
 
 
-def _turned(normals: Doubles, grid: Doubles) -> Doubles:
-    """Interpolate the normals of corners (F, 3, 3) at barycentric coordinates (M, 3): (F, M, 3), of length one."""
-    mixed = np.einsum("mk,fki->fmi", grid, normals, optimize=True)
-    return unit(mixed.reshape(-1, 3)).reshape(mixed.shape)
+def _own_normals(vertices: Doubles, facets: Integers, mixed: Doubles) -> CornerNormals:
+    """Average facet normals around each position.
 
-
-def _own_normals(vertices: Doubles, facets: Whole, turned: Doubles) -> CornerNormals:
-    """Compute the patches' own normals at the corners of facets, as means over the facets around a place.
-
-    Those interpolated between corners are none of the patch's: a field cannot have both. They only tell the sides of a
-    crease apart. vertices, turned: (V, 3), places and interpolated normals. facets: (F, 3).
+    The interpolated corner normals are not perpendicular to the patch, and a field cannot satisfy both. They only
+    separate the two sides of a crease. vertices, mixed: (V, 3), positions and interpolated normals. facets: (F, 3).
     """
-    places = np.round(np.concatenate((vertices, turned), axis=1), DECIMALS)
+    places = np.round(np.concatenate((vertices, mixed), axis=1), DECIMALS)
     groups, group = np.unique(places, axis=0, return_inverse=True)
     corners = group.reshape(-1)[facets]
     sums = np.zeros((len(groups), 3))
@@ -161,4 +150,4 @@ def _own_normals(vertices: Doubles, facets: Whole, turned: Doubles) -> CornerNor
     own = unit(sums)
     known = np.linalg.norm(own, axis=1) > 0.5
     index = np.where(known[corners], corners, len(own) + facets)
-    return CornerNormals(np.concatenate((own, turned)), index)
+    return CornerNormals(np.concatenate((own, mixed)), index)

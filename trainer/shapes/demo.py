@@ -1,11 +1,11 @@
-"""The built-in shape: a rope tied into a trefoil knot, of two striped strands and a string of beads.
+"""The demo shape: a rope tied into a trefoil knot, of two striped strands and a string of beads.
 
-It is given by formulas, with an exact signed distance everywhere. The parts are disjoint solids, so the distance to
-their union is the smallest of their own distances. That of a tube is the distance to its centre curve less its radius;
-this holds inside, too, since the radius is less than the curve's reach. All points are in model space.
+Formulas give an exact signed distance everywhere. The parts are disjoint solids, so the distance to their union is the
+smallest of their distances. The distance to a tube is the distance to its center curve less its radius, also inside,
+since the radius is less than the curve's reach. All points are in model space.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -16,16 +16,15 @@ from scipy.spatial import cKDTree
 from .shape import Doubles, SurfacePoints, unit
 
 SAMPLES = 8192
-"""Samples of a centre curve; between them its Taylor polynomial of third order is exact to 1e-9."""
+"""Samples of a center curve; between them, its third-order Taylor polynomial is exact to 1e-9."""
 RING, SECTION = 1.0, 0.5
 """Radii of the torus that the knot lies on."""
 SPREAD, TWIST = 0.185, 9
-"""Distance of the strands from the rope's axis, and how often they turn about it."""
+"""Distance of the strands from the rope's axis, and their number of turns around it."""
 STRAND = 0.147
 """Radius of a strand."""
-BEADS = 59
-BEAD = 0.147
-"""Radius of a bead."""
+BEADS, BEAD = 59, 0.147
+"""Number and radius of the beads."""
 NEWTON = 3
 """Newton steps towards the nearest point of a curve."""
 
@@ -49,116 +48,93 @@ class _Rope:
     """The parts of the shape."""
 
     tubes: tuple[_Curve, ...]
-    """The centre curves of the strands."""
+    """Center curves of the strands."""
     beads: cKDTree
-    """The centres of the beads."""
+    """Centers of the beads."""
     radius: float
-    """Of the tubes."""
+    """Radius of the tubes."""
     bead_radius: float
 
 
-def signed_distance(points: Doubles) -> Doubles:
-    """Compute the exact signed distance at points (N, 3). Returns (N,)."""
-    rope = _rope()
-    tubes = [np.linalg.norm(points - _nearest(curve, points)[0], axis=1) - rope.radius for curve in rope.tubes]
-    beads = rope.beads.query(points, workers=-1)[0] - rope.bead_radius
-    return np.asarray(np.min([*tubes, beads], axis=0))
-
-
-def sample_surface(count: int, rng: np.random.Generator) -> SurfacePoints:
-    """Draw `count` points uniformly by area, with exact normals and no colours."""
-    rope = _rope()
-    # The area of a tube round a closed curve is its length times its girth (Pappus).
-    areas = [2 * np.pi * rope.radius * _speed(curve).mean() * 2 * np.pi for curve in rope.tubes]
-    areas.append(4 * np.pi * rope.bead_radius**2 * rope.beads.n)
-    counts = rng.multinomial(count, np.array(areas) / sum(areas))
-    parts = [_sample_tube(curve, rope.radius, n, rng) for curve, n in zip(rope.tubes, counts[:-1], strict=True)]
-    normals = unit(rng.normal(size=(counts[-1], 3)))
-    centres = rope.beads.data[rng.integers(rope.beads.n, size=counts[-1])]
-    parts.append((centres + rope.bead_radius * normals, normals))
-    order = rng.permutation(count)
-    points, directions = (np.concatenate(arrays)[order] for arrays in zip(*parts, strict=True))
-    return SurfacePoints(points, directions)
-
-
-def colour(points: Doubles) -> Doubles:
-    """Compute the colour at points (N, 3) on or near the surface. Returns sRGB in [0, 1], (N, 3)."""
-    rope = _rope()
-    near = [_nearest(curve, points) for curve in rope.tubes]
-    distances = [np.linalg.norm(points - foot, axis=1) - rope.radius for foot, _, _ in near]
-    to_bead, bead = (np.asarray(column) for column in rope.beads.query(points, workers=-1))
-    part = np.argmin([*distances, to_bead - rope.bead_radius], axis=0)
-    colours = np.empty_like(points)
-    for k, (foot, t, index) in enumerate(near):
-        mine = part == k
-        colours[mine] = _stripes(k, points[mine] - foot[mine], t[mine], rope.tubes[k], index[mine])
-    mine = part == len(near)
-    colours[mine] = _bead_colour(bead[mine])
-    return colours
-
-
 class DemoShape:
-    """The built-in shape as a `Shape`."""
+    """The demo shape as a `Shape`."""
 
     name = "demo"
-    centre = (0.0, 0.0, 0.0)
+    center = (0.0, 0.0, 0.0)
     scale = 1.0
     noise = 0.0
     cloud = False
     moving = False
-    coloured = True
+    colored = True
 
     def __init__(self) -> None:
         self.source: dict[str, Any] = {"file": "demo", "sha256": None}
 
     def surface(
-        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colours: bool = False
+        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colors: bool = False
     ) -> SurfacePoints:
-        """Draw `count` points uniformly by area; `held_out` changes nothing, since every call draws new points."""
-        points = sample_surface(count, rng)
-        return replace(points, colours=colour(points.points)) if colours else points
+        """Draw `count` points uniformly by area, with exact normals."""
+        rope = _rope()
+        # The area of a tube around a closed curve is its length times its circumference (Pappus).
+        areas = [2 * np.pi * rope.radius * _speed(curve).mean() * 2 * np.pi for curve in rope.tubes]
+        areas.append(4 * np.pi * rope.bead_radius**2 * rope.beads.n)
+        counts = rng.multinomial(count, np.array(areas) / sum(areas))
+        parts = [_sample_tube(curve, rope.radius, n, rng) for curve, n in zip(rope.tubes, counts[:-1], strict=True)]
+        normals = unit(rng.normal(size=(counts[-1], 3)))
+        centers = rope.beads.data[rng.integers(rope.beads.n, size=counts[-1])]
+        parts.append((centers + rope.bead_radius * normals, normals))
+        order = rng.permutation(count)
+        points, normals = (np.concatenate(arrays)[order] for arrays in zip(*parts, strict=True))
+        return SurfacePoints(points, normals, self.colors_near(points) if colors else None)
 
-    def colours_near(self, points: Doubles) -> Doubles:
-        """Compute the colours (N, 3) of the surface near points (N, 3)."""
-        return colour(points)
+    def colors_near(self, points: Doubles) -> Doubles:
+        """Compute the colors (N, 3), sRGB in [0, 1], at points (N, 3) on or near the surface."""
+        rope = _rope()
+        near = [_nearest(curve, points) for curve in rope.tubes]
+        distances = [np.linalg.norm(points - foot, axis=1) - rope.radius for foot, _, _ in near]
+        to_bead, bead = (np.asarray(column) for column in rope.beads.query(points, workers=-1))
+        part = np.argmin([*distances, to_bead - rope.bead_radius], axis=0)
+        colors = np.where((bead % 3 == 0)[:, None], GOLD, CREAM)
+        for k, (foot, t, index) in enumerate(near):
+            mine = part == k
+            colors[mine] = _stripes(k, points[mine] - foot[mine], t[mine], rope.tubes[k], index[mine])
+        return colors
 
     def inputs(self) -> Doubles:
-        """Return a dense sample of the surface, since the shape has no points of its own: (100000, 3)."""
-        return sample_surface(100_000, np.random.default_rng(0)).points
+        """Return a dense sample of the surface (100000, 3), since the shape has no points of its own."""
+        return self.surface(100_000, np.random.default_rng(0)).points
 
     def distance(self, points: Doubles) -> Doubles:
-        """Compute the signed distance at points (N, 3). Returns (N,)."""
-        return signed_distance(points)
+        """Compute the exact signed distance (N,) at points (N, 3)."""
+        rope = _rope()
+        tubes = [np.linalg.norm(points - _nearest(curve, points)[0], axis=1) - rope.radius for curve in rope.tubes]
+        beads = rope.beads.query(points, workers=-1)[0] - rope.bead_radius
+        return np.asarray(np.min([*tubes, beads], axis=0))
 
 
 @cache
 def _rope() -> _Rope:
-    """Build the parts, normalised to model space."""
+    """Build the parts, normalized to model space."""
     t = np.linspace(0, 2 * np.pi, SAMPLES, endpoint=False, dtype=np.float64)
-    axis = _knot(t)
+    ring = RING + SECTION * np.cos(3 * t)
+    axis = np.stack((ring * np.cos(2 * t), ring * np.sin(2 * t), SECTION * np.sin(3 * t)), axis=1)  # (2, 3) torus knot
     around = np.stack((np.cos(3 * t) * np.cos(2 * t), np.cos(3 * t) * np.sin(2 * t), np.sin(3 * t)), axis=1)
     across = np.cross(unit(_derivative(axis)), around)
     angles = [TWIST * t + 2 * np.pi * k / 3 for k in range(3)]
     outward = [np.cos(a)[:, None] * around + np.sin(a)[:, None] * across for a in angles]
     strands = [axis + SPREAD * out for out in outward]
     beads = _evenly(strands[2], BEADS)
-    # Parts are swept balls: their box and largest norm are those of the centres, grown by the radius.
+    # Parts are swept balls: their box and largest norm are those of the centers, grown by the radius.
     everything = np.concatenate((*strands[:2], beads))
     radii = np.repeat((STRAND, BEAD), (2 * SAMPLES, BEADS))[:, None]
-    centre = ((everything - radii).min(axis=0) + (everything + radii).max(axis=0)) / 2
-    scale = (np.linalg.norm(everything - centre, axis=1) + radii[:, 0]).max()
-    tubes = tuple(_curve((s - centre) / scale, out) for s, out in zip(strands[:2], outward[:2], strict=True))
-    return _Rope(tubes, cKDTree((beads - centre) / scale), STRAND / scale, BEAD / scale)
-
-
-def _knot(t: Doubles) -> Doubles:
-    """Compute the (2, 3) torus knot at parameters t (N,). Returns (N, 3)."""
-    ring = RING + SECTION * np.cos(3 * t)
-    return np.stack((ring * np.cos(2 * t), ring * np.sin(2 * t), SECTION * np.sin(3 * t)), axis=1)
+    center = ((everything - radii).min(axis=0) + (everything + radii).max(axis=0)) / 2
+    scale = (np.linalg.norm(everything - center, axis=1) + radii[:, 0]).max()
+    tubes = tuple(_curve((s - center) / scale, out) for s, out in zip(strands[:2], outward[:2], strict=True))
+    return _Rope(tubes, cKDTree((beads - center) / scale), STRAND / scale, BEAD / scale)
 
 
 def _derivative(curve: Doubles) -> Doubles:
-    """Differentiate a closed curve (SAMPLES, 3) by its parameter, spectrally: exact for what the samples resolve."""
+    """Differentiate a closed curve (SAMPLES, 3) by its parameter, spectrally."""
     frequencies = np.arange(SAMPLES // 2 + 1) * 1j
     return np.fft.irfft(np.fft.rfft(curve, axis=0) * frequencies[:, None], SAMPLES, axis=0)
 
@@ -175,7 +151,7 @@ def _speed(curve: _Curve) -> Doubles:
 
 
 def _evenly(curve: Doubles, count: int) -> Doubles:
-    """Place `count` points on a closed curve (N, 3) at equal arc lengths. Returns (count, 3)."""
+    """Place points (count, 3) on a closed curve (N, 3) at equal arc lengths."""
     closed = np.concatenate((curve, curve[:1]))
     lengths = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))))
     at = np.arange(count) * lengths[-1] / count
@@ -183,16 +159,16 @@ def _evenly(curve: Doubles, count: int) -> Doubles:
 
 
 def _taylor(curve: _Curve, index: NDArray[np.int64], h: Doubles) -> tuple[Doubles, Doubles, Doubles]:
-    """Evaluate the curve, its first and its second derivative at t_index + h: (N, 3) each. index, h: (N,)."""
+    """Evaluate the curve, its first and its second derivative, (N, 3) each, at t_index + h. index, h: (N,)."""
     p, d1, d2, d3 = curve.derivatives[:, index]
     h = h[:, None]
     return p + h * (d1 + h / 2 * (d2 + h / 3 * d3)), d1 + h * (d2 + h / 2 * d3), d2 + h * d3
 
 
 def _nearest(curve: _Curve, points: Doubles) -> tuple[Doubles, Doubles, NDArray[np.int64]]:
-    """Find the nearest points of the curve to points (N, 3), by Newton's method from the nearest samples.
+    """Find the curve points nearest to points (N, 3), by Newton's method from the nearest samples.
 
-    Returns them (N, 3), their parameters t (N,), and the indices of the samples beside them (N,).
+    Returns the curve points (N, 3), their parameters t (N,), and the indices (N,) of the nearest samples.
     """
     index = np.asarray(curve.tree.query(points, workers=-1)[1], dtype=np.int64)
     step = 2 * np.pi / SAMPLES
@@ -206,7 +182,7 @@ def _nearest(curve: _Curve, points: Doubles) -> tuple[Doubles, Doubles, NDArray[
 
 
 def _sample_tube(curve: _Curve, radius: float, count: int, rng: np.random.Generator) -> tuple[Doubles, Doubles]:
-    """Draw points and normals of a tube round the curve, (count, 3) each, uniformly by area, by rejection.
+    """Draw points and normals of a tube around the curve, (count, 3) each, uniformly by area, by rejection.
 
     The area element at t and angle is radius |c'| (1 - radius <curvature, normal>).
     """
@@ -219,40 +195,34 @@ def _sample_tube(curve: _Curve, radius: float, count: int, rng: np.random.Genera
     while missing:
         index = rng.integers(SAMPLES, size=2 * missing + 16)
         h = (rng.random(len(index)) - 0.5) * (2 * np.pi / SAMPLES)
-        centre, d1, _ = _taylor(curve, index, h)
-        along = unit(d1)
-        side = unit(curve.outward[index] - np.einsum("ij,ij->i", curve.outward[index], along)[:, None] * along)
+        center, d1, _ = _taylor(curve, index, h)
+        side, up = _frame(curve, index, d1)
         angle = rng.random(len(index)) * 2 * np.pi
-        normal = np.cos(angle)[:, None] * side + np.sin(angle)[:, None] * np.cross(along, side)
+        normal = np.cos(angle)[:, None] * side + np.sin(angle)[:, None] * up
         element = speed[index] * (1 - radius * np.einsum("ij,ij->i", curvature[index], normal))
         kept = np.flatnonzero(rng.random(len(index)) * most < element)[:missing]
-        points.append(centre[kept] + radius * normal[kept])
+        points.append(center[kept] + radius * normal[kept])
         normals.append(normal[kept])
         missing -= len(kept)
     return np.concatenate(points), np.concatenate(normals)
 
 
-def _stripes(strand: int, away: Doubles, t: Doubles, curve: _Curve, index: NDArray[np.int64]) -> Doubles:
-    """Compute the colours (N, 3) of spiral stripes on a tube.
-
-    strand: 0 or 1. away: (N, 3), from the centre curve to the points. t: (N,), parameters of the nearest points of the
-    curve. index: (N,), of the samples beside them.
-    """
-    along = unit(curve.derivatives[1][index])
+def _frame(curve: _Curve, index: NDArray[np.int64], tangent: Doubles) -> tuple[Doubles, Doubles]:
+    """Return two unit vectors (N, 3) across the curve at samples (N,); the first points away from the rope's axis."""
+    along = unit(tangent)
     side = unit(curve.outward[index] - np.einsum("ij,ij->i", curve.outward[index], along)[:, None] * along)
-    angle = np.arctan2(np.einsum("ij,ij->i", away, np.cross(along, side)), np.einsum("ij,ij->i", away, side))
+    return side, np.cross(along, side)
+
+
+def _stripes(strand: int, away: Doubles, t: Doubles, curve: _Curve, index: NDArray[np.int64]) -> Doubles:
+    """Compute the colors (N, 3) of spiral stripes on a tube.
+
+    strand: 0 or 1. away: (N, 3), from the center curve to the points. t: (N,), parameters of the nearest points of the
+    curve. index: (N,), of the nearest samples.
+    """
+    side, up = _frame(curve, index, curve.derivatives[1][index])
+    angle = np.arctan2(np.einsum("ij,ij->i", away, up), np.einsum("ij,ij->i", away, side))
     ground, stripe, turns = ((INK, GOLD, 24), (CORAL, CREAM, -36))[strand]
-    wave = np.sin(turns * t + 2 * angle)
-    mix = _smooth((wave - 0.1) / 0.7)[:, None]
-    return ground * (1 - mix) + stripe * mix
-
-
-def _bead_colour(bead: NDArray[np.int64]) -> Doubles:
-    """Colour the beads of these numbers (N,): ivory, every third one gold. Returns (N, 3)."""
-    return np.where((bead % 3 == 0)[:, None], GOLD, CREAM)
-
-
-def _smooth(x: Doubles) -> Doubles:
-    """Rise smoothly from 0 to 1 while x does (smoothstep)."""
-    x = np.clip(x, 0, 1)
-    return x * x * (3 - 2 * x)
+    wave = np.clip((np.sin(turns * t + 2 * angle) - 0.1) / 0.7, 0, 1)[:, None]
+    mix = wave * wave * (3 - 2 * wave)  # smoothstep
+    return np.asarray(ground * (1 - mix) + stripe * mix)

@@ -1,4 +1,4 @@
-"""Points of a cloud at one place become one point, since they tell nothing more and a tree cannot part them."""
+"""Merges the points of a cloud that share a place: they add no information, and a k-d tree cannot separate them."""
 
 from dataclasses import dataclass
 
@@ -9,12 +9,9 @@ from scipy.spatial import cKDTree
 from .shape import Doubles, SurfacePoints, unit
 
 APART = 1e-6
-"""Points nearer to one another than this, as a share of half the diagonal of their bounding box, are at one place.
-
-It is some ten times as far as float32 can tell them apart.
-"""
-CANCELLED = 0.1
-"""Length of a mean normal below which the normals at one place cancel: they do not say which side is outside."""
+"""Points closer than this share of half the bounding box's diagonal, ten float32 steps, are duplicates."""
+CANCELED = 0.1
+"""Length of a mean normal below which the normals at one place contradict one another."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,37 +20,34 @@ class Merged:
 
     surface: SurfacePoints
     merged: int
-    """Points that were at the place of another one."""
+    """Number of points that were merged into another one."""
     dropped: int
-    """Places that were left out because their normals cancel."""
+    """Number of places that were removed because their normals cancel."""
 
 
 def merge(surface: SurfacePoints, apart: float = APART) -> Merged:
-    """Merge the points that are at one place: the first of them stays, with the mean of their normals and colours.
+    """Merge points at one place: the first stays, with the mean normal and the mean color.
 
-    apart: points nearer to one another than this are; a share of half the diagonal, as `APART`.
+    apart: distance of duplicates, in the unit of `APART`.
     """
     low, high = surface.points.min(axis=0), surface.points.max(axis=0)
-    group = _groups((surface.points - low) / (float(np.linalg.norm(high - low)) / 2 * apart))
-    places, first, counts = np.unique(group, return_index=True, return_counts=True)
-    order = np.argsort(first)
-    index = np.empty(len(places), np.int64)
-    index[order] = np.arange(len(places))
-    group, first, counts = index[np.searchsorted(places, group)], first[order], counts[order]
+    first_point = _groups((surface.points - low) / (float(np.linalg.norm(high - low)) / 2 * apart))
+    first, group, counts = np.unique(first_point, return_inverse=True, return_counts=True)
+    group = group.ravel()
     normals = _means(surface.normals, group, counts)
-    kept = np.linalg.norm(normals, axis=1) >= CANCELLED
-    colours = None if surface.colours is None else _means(surface.colours, group, counts)[kept]
-    result = SurfacePoints(surface.points[first][kept], unit(normals[kept]), colours)
-    return Merged(result, len(group) - len(places), int(np.count_nonzero(~kept)))
+    kept = np.linalg.norm(normals, axis=1) >= CANCELED
+    colors = None if surface.colors is None else _means(surface.colors, group, counts)[kept]
+    result = SurfacePoints(surface.points[first][kept], unit(normals[kept]), colors)
+    return Merged(result, len(group) - len(first), int(np.count_nonzero(~kept)))
 
 
 def _groups(points: Doubles) -> NDArray[np.int64]:
-    """Number the places of points (N, 3), which are one where they are less than 1 apart.
+    """Group points (N, 3) that are less than 1 apart. Returns the index of each group's first point, (N,).
 
-    Each has the number of its first point, and these are at least 1 apart.
+    The first points of two groups are at least 1 apart.
     """
     _, first, cell = np.unique(np.floor(points).astype(np.int64), axis=0, return_index=True, return_inverse=True)
-    # One point stands for each cell of a grid; what is left to merge are pairs across the cells' sides.
+    # One point stands for each cell of a grid; only pairs across the sides of cells remain.
     order = np.argsort(first)
     first, rank = first[order], np.argsort(order)
     joined = np.arange(len(first))
@@ -64,7 +58,7 @@ def _groups(points: Doubles) -> NDArray[np.int64]:
 
 
 def _pairs(points: Doubles) -> NDArray[np.int64]:
-    """Find the pairs (P, 2) of points that are at most 1 apart, in order, the lower number first."""
+    """Find the pairs (P, 2) of points at most 1 apart, in order, the lower index first."""
     pairs: NDArray[np.int64] = cKDTree(points).query_pairs(1.0, output_type="ndarray")
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 

@@ -1,4 +1,4 @@
-"""A shape that moves: moments of it, evenly spaced while t goes from 0 to 1, and computed surfaces between them."""
+"""A moving shape: moments, evenly spaced while t goes from 0 to 1, and computed surfaces between them."""
 
 import math
 from collections.abc import Sequence
@@ -7,65 +7,62 @@ from typing import Any, Protocol
 
 import igl
 import numpy as np
-from numpy.typing import NDArray
 
-from .between import CELLS, Between, Grid, between, distances, interpolated, triangles
-from .shape import Doubles, Shape, SurfacePoints, unit
+from .morph import CELLS, Grid, distances, interpolated, morph, triangles
+from .shape import Doubles, Shape, SurfacePoints, as_triple, joined, unit
 
 SURFACES = 32
-"""Steps in time from one surface to the next, at least: moments that are fewer get surfaces between them."""
+"""Least number of steps in time; fewer moments get morphed surfaces between them."""
 MOMENT_WEIGHT = 6
-"""Samples of a moment, for each of a surface between moments: the moments are what was asked for."""
-INPUTS_BETWEEN = 2000
-"""Points of each surface between moments that `MovingShape.inputs` has."""
-COLOURED = 3000
-"""Points of a surface between moments whose colours are looked up."""
+"""Samples of a moment for each sample of a morphed surface: the user supplied the moments."""
+MORPHED_INPUTS = 2000
+"""Points of each morphed surface in `MovingShape.inputs`."""
+COLORED = 3000
+"""Most points of a morphed surface whose colors are looked up; more points repeat them."""
 NEGLIGIBLE = 1e-5
-"""A surface that counts for less at a time is left out."""
+"""Surfaces with a smaller weight at a time are skipped."""
 
 
-class Coloured(Shape, Protocol):
-    """A shape that can be a moment: it says which colours are near."""
+class ColoredShape(Shape, Protocol):
+    """A shape that can be a moment: it can look up colors."""
 
-    def colours_near(self, points: Doubles) -> Doubles | None:
-        """Return the colours (N, 3), sRGB in [0, 1], of the places nearest to points (N, 3); None without colours."""
-        ...
+    def colors_near(self, points: Doubles) -> Doubles | None:
+        """Return the colors (N, 3), sRGB in [0, 1], of the surface nearest to points (N, 3); None without colors."""
 
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """A shape at its place in the space of the motion: position = offset + factor * position in the shape's own."""
+    """A shape placed in the motion's space: position = offset + factor * position in the shape's own space.
 
-    shape: Coloured
+    Its methods are those of `ColoredShape`.
+    """
+
+    shape: ColoredShape
     offset: Doubles
     """(3,)."""
     factor: float
 
     def surface(
-        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colours: bool = False
+        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colors: bool = False
     ) -> SurfacePoints:
-        """Draw points of the surface; see `Shape.surface`."""
-        drawn = self.shape.surface(count, rng, held_out=held_out, colours=colours)
+        drawn = self.shape.surface(count, rng, held_out=held_out, colors=colors)
         return replace(drawn, points=self.offset + self.factor * drawn.points)
 
     def inputs(self) -> Doubles:
-        """Return the input's own points (N, 3)."""
         return self.offset + self.factor * self.shape.inputs()
 
     def distance(self, points: Doubles) -> Doubles:
-        """Compute the signed distance at points (N, 3)."""
         return self.factor * self.shape.distance((points - self.offset) / self.factor)
 
-    def colours_near(self, points: Doubles) -> Doubles | None:
-        """Return the colours (N, 3) of the nearest places of the surface."""
-        return self.shape.colours_near((points - self.offset) / self.factor)
+    def colors_near(self, points: Doubles) -> Doubles | None:
+        return self.shape.colors_near((points - self.offset) / self.factor)
 
 
-class SurfaceBetween:
-    """A surface between two moments, with its signed distance, and colours mixed from those nearest on both."""
+class MorphedSurface:
+    """A surface between two moments, with its signed distance, and colors mixed from both moments."""
 
     def __init__(self, field: Grid, share: float, moments: tuple[Moment, Moment]) -> None:
-        """field: zero on the surface (`Between.field`), which is not empty. share: of the way to the second moment."""
+        """field: zero on the surface (`Morph.field`), which is not empty. share: of the way to the second moment."""
         self._field, self._share, self._moments = field, share, moments
         self._vertices, self._faces, self._normals = triangles(field)
         corners = self._vertices[self._faces]
@@ -75,40 +72,34 @@ class SurfaceBetween:
         self._tree.init(self._vertices, self._faces)
 
     def surface(
-        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colours: bool = False
+        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colors: bool = False
     ) -> SurfacePoints:
-        """Draw points of the surface; `held_out` changes nothing, since every call draws new points.
-
-        Of points with colours, `COLOURED` are drawn, and repeated: these colours are mixtures without fine detail.
-        """
-        if colours and count > COLOURED:
-            few = self.surface(COLOURED, rng, colours=True)
-            index = rng.integers(COLOURED, size=count)
-            found = None if few.colours is None else few.colours[index]
-            return SurfacePoints(few.points[index], few.normals[index], found)
+        """Draw `count` points uniformly by area; with colors, at most `COLORED` different ones."""
+        if colors and count > COLORED:
+            return self.surface(COLORED, rng, colors=True).take(rng.integers(COLORED, size=count))
         face = self._faces[np.searchsorted(self._areas, rng.random(count) * self._areas[-1], side="right")]
         weights = rng.dirichlet(np.ones(3), count)[:, :, None]
         points = (self._vertices[face] * weights).sum(axis=1)
         normals = unit((self._normals[face] * weights).sum(axis=1))
-        return SurfacePoints(points, normals, self.colours_near(points) if colours else None)
+        return SurfacePoints(points, normals, self.colors_near(points) if colors else None)
 
     def inputs(self) -> Doubles:
-        """Return points of the surface, always the same."""
-        return self.surface(INPUTS_BETWEEN, np.random.default_rng(0)).points
+        """Return fixed samples of the surface, (N, 3)."""
+        return self.surface(MORPHED_INPUTS, np.random.default_rng(0)).points
 
     def distance(self, points: Doubles) -> Doubles:
-        """Compute the signed distance at points (N, 3)."""
+        """Compute the signed distance (N,) at points (N, 3)."""
         squared, _, _ = self._tree.squared_distance(self._vertices, self._faces, points)
         return np.asarray(np.sign(interpolated(self._field, points)) * np.sqrt(squared))
 
-    def colours_near(self, points: Doubles) -> Doubles | None:
-        """Mix the colours that are nearest on both moments' surfaces, by the share of the way between them."""
-        first, second = (moment.colours_near(points) for moment in self._moments)
+    def colors_near(self, points: Doubles) -> Doubles | None:
+        """Mix the nearest colors (N, 3) of both moments, by the share of the way between them."""
+        first, second = (moment.colors_near(points) for moment in self._moments)
         return None if first is None or second is None else (1 - self._share) * first + self._share * second
 
 
 class MovingShape:
-    """A `Shape` that moves from one moment to the next; its points are (N, 4), with a time in [0, 1]."""
+    """A `Shape` whose points are (N, 4), with a time in [0, 1]."""
 
     moving = True
     noise = 0.0
@@ -119,20 +110,19 @@ class MovingShape:
         moments: Sequence[Moment],
         name: str,
         source: dict[str, Any],
-        centre: tuple[float, float, float],
+        center: tuple[float, float, float],
         scale: float,
-        surfaces: int | None = None,
+        surfaces: int = SURFACES,
     ) -> None:
-        """Put the moments together, and compute the surfaces between them.
+        """Compute the surfaces between two or more moments.
 
-        moments: two or more. name, source, centre, scale: of the `Shape`. surfaces: least number of steps from one
-        surface to the next; None: `SURFACES`.
+        name, source, center, scale: of the `Shape`. surfaces: least number of steps in time.
         """
-        self.name, self.source, self.centre, self.scale = name, source, centre, scale
-        self.coloured = all(moment.shape.coloured for moment in moments)
-        steps = math.ceil((SURFACES if surfaces is None else surfaces) / (len(moments) - 1))
+        self.name, self.source, self.center, self.scale = name, source, center, scale
+        self.colored = all(moment.shape.colored for moment in moments)
+        steps = math.ceil(surfaces / (len(moments) - 1))
         grids = [distances(moment, CELLS) for moment in moments] if steps > 1 else []
-        self._surfaces: list[Moment | SurfaceBetween] = []
+        self._surfaces: list[Moment | MorphedSurface] = []
         times, weights = [], []
         for k, moment in enumerate(moments):
             self._surfaces.append(moment)
@@ -140,42 +130,38 @@ class MovingShape:
             weights.append(MOMENT_WEIGHT)
             if steps == 1 or k + 1 == len(moments):
                 continue
-            change: Between = between(grids[k], grids[k + 1])
+            change = morph(grids[k], grids[k + 1])
             for j in range(1, steps):
                 field = change.field(j / steps)
                 if (field < 0).any():
-                    self._surfaces.append(SurfaceBetween(field, j / steps, (moment, moments[k + 1])))
+                    self._surfaces.append(MorphedSurface(field, j / steps, (moment, moments[k + 1])))
                     times.append((k + j / steps) / (len(moments) - 1))
                     weights.append(1)
         self._times = np.array(times)
         self._shares = np.array(weights) / sum(weights)
 
     def surface(
-        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colours: bool = False
+        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colors: bool = False
     ) -> SurfacePoints:
-        """Draw points of the surfaces, (count, 4), most of them of the moments; the normals are those in space."""
+        """Draw points (count, 4), most of them from the moments; normals are spatial."""
         counts = rng.multinomial(count, self._shares)
-        drawn = [
-            surface.surface(int(n), rng, held_out=held_out, colours=colours)
-            for surface, n in zip(self._surfaces, counts, strict=True)
-        ]
-        order = rng.permutation(count)
-        points = np.column_stack((np.concatenate([part.points for part in drawn]), np.repeat(self._times, counts)))
-        found = [part.colours for part in drawn if part.colours is not None]
-        return SurfacePoints(
-            points[order],
-            np.concatenate([part.normals for part in drawn])[order],
-            np.concatenate(found)[order] if len(found) == len(drawn) else None,
+        drawn = joined(
+            [
+                surface.surface(int(n), rng, held_out=held_out, colors=colors)
+                for surface, n in zip(self._surfaces, counts, strict=True)
+            ]
         )
+        points = np.column_stack((drawn.points, np.repeat(self._times, counts)))
+        return replace(drawn, points=points).take(rng.permutation(count))
 
     def inputs(self) -> Doubles:
-        """Return the moments' own points, and some of the surfaces between: (N, 4)."""
+        """Return the moments' own points and samples of the surfaces between them, (N, 4)."""
         parts = [surface.inputs() for surface in self._surfaces]
         times = np.repeat(self._times, [len(part) for part in parts])
         return np.column_stack((np.concatenate(parts), times))
 
     def distance(self, points: Doubles) -> Doubles:
-        """Compute the signed distance at points (N, 4): between two surfaces' times, a mean of both distances."""
+        """Compute the signed distance (N,) at points (N, 4), interpolated in time between surfaces."""
         place = np.interp(points[:, 3], self._times, np.arange(len(self._times)))
         total = np.zeros(len(points))
         for k, surface in enumerate(self._surfaces):
@@ -187,19 +173,16 @@ class MovingShape:
 
 
 def common_place(shapes: Sequence[Shape]) -> tuple[tuple[float, float, float], float]:
-    """Find one centre and scale for shapes that stand in one input space, as `normalise` does for one."""
-    boxes, clouds = [], []
-    for shape in shapes:
-        cloud = shape.inputs() * shape.scale + shape.centre
-        clouds.append(cloud)
-        boxes.append((cloud.min(axis=0), cloud.max(axis=0)))
-    middle = (np.min([low for low, _ in boxes], axis=0) + np.max([high for _, high in boxes], axis=0)) / 2
-    scale = max(float(np.linalg.norm(cloud - middle, axis=1).max()) for cloud in clouds)
-    x, y, z = (float(c) for c in middle)
-    return (x, y, z), scale
+    """Find one center and scale for shapes that share an input space, as `normalize` does for one shape."""
+    clouds = [shape.inputs() * shape.scale + shape.center for shape in shapes]
+    low, high = (
+        np.min([cloud.min(axis=0) for cloud in clouds], axis=0),
+        np.max([c.max(axis=0) for c in clouds], axis=0),
+    )
+    middle = (low + high) / 2
+    return as_triple(middle), max(float(np.linalg.norm(cloud - middle, axis=1).max()) for cloud in clouds)
 
 
-def placed(shape: Coloured, centre: tuple[float, float, float], scale: float) -> Moment:
-    """Put a shape where it stands in input space, in a model space of this centre and scale."""
-    offset: NDArray[np.float64] = (np.array(shape.centre) - np.array(centre)) / scale
-    return Moment(shape, offset, shape.scale / scale)
+def placed(shape: ColoredShape, center: tuple[float, float, float], scale: float) -> Moment:
+    """Place a shape of input space in the model space of a center and scale."""
+    return Moment(shape, (np.array(shape.center) - np.array(center)) / scale, shape.scale / scale)

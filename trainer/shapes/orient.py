@@ -1,7 +1,7 @@
-"""Normals for a point cloud that has none: of planes through neighbours, turned outwards one after another.
+"""Estimates outward normals for a point cloud without normals (Hoppe et al. 1992).
 
-This is Hoppe et al. (1992): the normal of a point is the direction in which its neighbours spread least, and the side
-is handed on from point to point along the minimum spanning tree of a graph whose edges cost more where normals turn.
+The normal of a point is the direction in which its neighbors spread least. Its sign propagates from point to point
+along the minimum spanning tree of a graph whose edges cost more where normals turn.
 """
 
 import numpy as np
@@ -13,30 +13,30 @@ from scipy.spatial import cKDTree
 from .outliers import outliers
 from .shape import Doubles
 
-NEIGHBOURS = 12
-"""Nearest neighbours of a point, by which its normal is estimated and to which its side is handed on."""
+NEIGHBORS = 12
+"""Neighbors of a point in the graph, and the fewest from which its normal is estimated."""
 WIDER = (24, 48, 96, 192)
-"""By how many its normal is estimated where the cloud is noisy: the first at which neighbours look like a plane."""
+"""Larger neighborhoods for noisy clouds; the first one that is FLAT is used."""
 FLAT = 0.35
-"""They do where they spread by at most this share of the next larger spread in the direction of the normal."""
-LOOKED_AT = 2000
-"""Points by whose median that is decided."""
+"""A neighborhood is flat if its smallest spread is at most this share of the next one, in the median."""
+SAMPLE = 2000
+"""Points at which flatness is measured."""
 LEAST_COST = 1e-6
-"""Cost of an edge between equal normals: a sparse graph has no edges of cost zero."""
+"""Cost of an edge between equal normals: a sparse graph drops edges of cost zero."""
 CHUNK = 16_384
-"""Points that are worked on at once."""
+"""Points per block, which bounds the memory."""
 
 
 def estimated_normals(points: Doubles) -> tuple[Doubles, int]:
-    """Estimate outward unit normals of points (N, 3), of which no two are at one place.
+    """Estimate outward unit normals of points (N, 3) without duplicates.
 
-    Returns them (N, 3), and the number of pieces whose sides were decided one by one: a piece's normals look outwards
-    as seen from it alone, so that a cavity comes out as a solid.
+    Returns the normals (N, 3), and the number of connected components of the graph. Each component is oriented by
+    itself, so that a cavity becomes a solid.
     """
-    count = min(NEIGHBOURS, len(points) - 1)
+    count = min(NEIGHBORS, len(points) - 1)
     tree = cKDTree(points)
     distance, near = (np.asarray(part) for part in tree.query(points, k=count + 1, workers=-1))
-    wide = _neighbours_of_a_plane(tree)
+    wide = _flat_neighborhood(tree)
     normals = np.empty_like(points)
     for start in range(0, len(points), CHUNK):
         part = slice(start, start + CHUNK)
@@ -45,26 +45,26 @@ def estimated_normals(points: Doubles) -> tuple[Doubles, int]:
     one, other = np.repeat(np.arange(len(points)), count), near[:, 1:].ravel()
     cosine = np.einsum("ij,ij->i", normals[one], normals[other])
     graph = coo_array((1 - np.abs(cosine) + LEAST_COST, (one, other)), shape=(len(points), len(points))).tocsr()
-    # Both directions of an edge have one cost, but near[] may name only one of them.
+    # The graph is undirected, but `near` may list an edge in one direction only.
     forest = minimum_spanning_tree(graph.maximum(graph.T))
-    pieces, piece = connected_components(forest, directed=False)
-    normals *= _sides(forest, normals, piece)[:, None]
-    # The flux of x - centre through a closed surface is three times its volume. Points off it, around which there is
-    # much room, would outweigh it.
-    centres = np.stack([np.bincount(piece, column) for column in points.T], axis=1) / np.bincount(piece)[:, None]
-    flux = np.einsum("ij,ij->i", points - centres[piece], normals) * distance[:, -1] ** 2
+    components, component = connected_components(forest, directed=False)
+    normals *= _signs(forest, normals, component)[:, None]
+    # The flux of x - center through a closed surface is three times its volume; outliers would dominate the sum.
+    sizes = np.bincount(component)
+    centers = np.stack([np.bincount(component, column) for column in points.T], axis=1) / sizes[:, None]
+    flux = np.einsum("ij,ij->i", points - centers[component], normals) * distance[:, -1] ** 2
     flux[outliers(points, normals)] = 0
-    normals *= np.where(np.bincount(piece, flux) < 0, -1.0, 1.0)[piece][:, None]
-    return normals, pieces
+    normals *= np.where(np.bincount(component, flux) < 0, -1.0, 1.0)[component][:, None]
+    return normals, components
 
 
-def _neighbours_of_a_plane(tree: cKDTree) -> int:
-    """Choose how many neighbours normals are estimated by: as few as have more surface than noise in them."""
+def _flat_neighborhood(tree: cKDTree) -> int:
+    """Choose the number of neighbors: the smallest one at which the surface outweighs the noise."""
     points = np.asarray(tree.data)
     most = min(WIDER[-1], len(points) - 1)
-    some = np.random.default_rng(0).choice(len(points), min(LOOKED_AT, len(points)), replace=False)
-    near = np.asarray(tree.query(points[some], k=most + 1, workers=-1)[1])
-    counts = [count for count in (NEIGHBOURS, *WIDER) if count <= most] or [most]
+    sample = np.random.default_rng(0).choice(len(points), min(SAMPLE, len(points)), replace=False)
+    near = np.asarray(tree.query(points[sample], k=most + 1, workers=-1)[1])
+    counts = [count for count in (NEIGHBORS, *WIDER) if count <= most] or [most]
     for count in counts:
         spreads = _spreads(points[near[:, : count + 1]])[0]
         if np.median(spreads[:, 0] / np.maximum(spreads[:, 1], 1e-300)) <= FLAT**2:
@@ -72,30 +72,29 @@ def _neighbours_of_a_plane(tree: cKDTree) -> int:
     return counts[-1]
 
 
-def _spreads(neighbours: Doubles) -> tuple[Doubles, Doubles]:
-    """Compute the variances (N, 3) of each group of points (N, K, 3), the least first, and in which directions.
+def _spreads(neighbors: Doubles) -> tuple[Doubles, Doubles]:
+    """Compute the principal variances (N, 3), ascending, of groups of points (N, K, 3), relative to each group's size.
 
-    The directions are columns: (N, 3, 3). Variances are relative to the group's size, squared.
+    Returns the variances, and their directions as columns (N, 3, 3).
     """
-    offsets = neighbours - neighbours.mean(axis=1, keepdims=True)
+    offsets = neighbors - neighbors.mean(axis=1, keepdims=True)
     offsets /= np.maximum(np.abs(offsets).max(axis=(1, 2), keepdims=True), 1e-300)
     values, directions = np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))
     return np.maximum(values, 0), directions
 
 
-def _sides(tree: csr_array, normals: Doubles, piece: NDArray[np.int32]) -> Doubles:
-    """Hand the side of one normal of each piece on along a forest. Returns what to multiply by, 1 or -1: (N,)."""
+def _signs(tree: csr_array, normals: Doubles, component: NDArray[np.int32]) -> Doubles:
+    """Propagate the sign of one normal of each component along a forest. Returns factors 1 or -1, (N,)."""
     count = len(normals)
-    roots = np.unique(piece, return_index=True)[1]
-    # One more point, above all roots, makes the forest one tree.
+    roots = np.unique(component, return_index=True)[1]
+    # One extra point, the parent of all roots, turns the forest into one tree.
     above = coo_array((np.ones(len(roots)), (np.full(len(roots), count), roots)), shape=(count + 1, count + 1))
     forest = tree.tocoo()
     whole = above + coo_array((forest.data, forest.coords), shape=above.shape)
-    before = breadth_first_order(whole, count, directed=False)[1][:count]
-    parent = np.where(before == count, np.arange(count), before)
-    sides = np.where(np.einsum("ij,ij->i", normals, normals[parent]) < 0, -1.0, 1.0)
-    # Each round, a point knows its side against an ancestor twice as far up.
-    while (parent != parent[parent]).any():
-        sides *= sides[parent]
+    parent = breadth_first_order(whole, count, directed=False)[1][:count]
+    parent = np.where(parent == count, np.arange(count), parent)
+    signs = np.where(np.einsum("ij,ij->i", normals, normals[parent]) < 0, -1.0, 1.0)
+    while (parent != parent[parent]).any():  # each round doubles the distance to the ancestor
+        signs *= signs[parent]
         parent = parent[parent]
-    return np.asarray(sides)
+    return np.asarray(signs)

@@ -1,4 +1,4 @@
-"""Points of a cloud that belong to no surface."""
+"""Finds the points of a cloud that lie off the surface."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,35 +6,35 @@ from scipy.spatial import cKDTree
 
 from .shape import Doubles
 
-NEIGHBOURS = 16
-"""Nearest neighbours that a point is compared with."""
+NEIGHBORS = 16
+"""Nearest neighbors that a point is compared with. The distance to the last one is the point's reach."""
 FAR = 3.0
-"""A point may be an outlier where these are farther away than at a usual point of the cloud, by this factor."""
+"""Only points whose reach exceeds this multiple of the cloud's median reach can be outliers."""
 LONELY = 2.5
-"""It is one where they are farther away from it than from their own neighbours, by this factor."""
+"""A point is an outlier if its reach exceeds this multiple of its neighbors' median reach."""
 AGREE = 0.5
-"""Two points support one another where the cosine of their normals is larger, and that of the normals' mean and the
-line between them smaller."""
+"""Two points support one another if the cosine of their normals is larger, and the cosine between the mean normal and
+the line through both points is smaller."""
 SUPPORT = 0.7
-"""It is one, too, where a smaller share of its neighbours supports it: a sparse part of a surface is none."""
+"""A point is an outlier, too, if a smaller share of its neighbors supports it; sparse parts of a surface do."""
 FEWEST = 1e-3
-"""A cloud with a smaller share of outliers has none: nothing is removed from it."""
+"""If a smaller share of the cloud is found, nothing is removed."""
 
 
 def outliers(points: Doubles, normals: Doubles) -> NDArray[np.bool_]:
-    """Tell which points (N, 3) with unit normals (N, 3) lie off the surface that the others are of: (N,).
+    """Find the points (N, 3) with unit normals (N, 3) that lie off the surface of the others. Returns a mask (N,).
 
-    Outliers closer to the surface than some spacings of the points are not found.
+    The mask omits outliers within a few spacings of the surface.
     """
-    count = min(NEIGHBOURS, len(points) - 1)
+    count = min(NEIGHBORS, len(points) - 1)
     distance, index = (np.asarray(part) for part in cKDTree(points).query(points, k=count + 1, workers=-1))
     reach = distance[:, -1]
     far = np.flatnonzero(reach > FAR * np.median(reach))
-    near, between = index[far, 1:], points[index[far, 1:]] - points[far, None]
+    near, offsets = index[far, 1:], points[index[far, 1:]] - points[far, None]
     lonely = reach[far] > LONELY * np.median(reach[near], axis=1)
     cosine = np.einsum("ijk,ik->ij", normals[near], normals[far])
     mean = (normals[near] + normals[far, None]) / 2
-    beside = np.abs(np.einsum("ijk,ijk->ij", mean, between)) < AGREE * distance[far, 1:]
+    beside = np.abs(np.einsum("ijk,ijk->ij", mean, offsets)) < AGREE * distance[far, 1:]
     supported = ((cosine > AGREE) & beside).mean(axis=1) >= SUPPORT
     found = np.zeros(len(points), np.bool_)
     found[far] = lonely | ~supported
