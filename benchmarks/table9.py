@@ -22,21 +22,15 @@ from mplicits.trainer import cli
 if __name__ == "__main__":
     cli.before_torch()
 
-import numpy as np
 import torch
 from threadpoolctl import threadpool_limits
 from torch import Tensor
 from torch.nn import functional
 
-from mplicits.field import interpret
-from mplicits.field.run import run
-from mplicits.ir.lower import lower
 from mplicits.model.files import write_whole
-from mplicits.model.model import Level, Model
 from mplicits.trainer import machine
 from mplicits.trainer.networks import network, tangents
 from mplicits.trainer.networks.network import Weights
-from oracles.tangents import with_tangents
 from protocol import machine as described
 
 Contender = Callable[[Tensor], tuple[Tensor, Tensor]]
@@ -82,42 +76,6 @@ def by_autograd(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
     f = functional.linear(hidden, weights[-2], weights[-1])
     (gradient,) = torch.autograd.grad(f, at, torch.ones_like(f))
     return f.detach()[:, 0], gradient
-
-
-def in_numpy(weights: Weights) -> dict[str, Contender]:
-    """Make the contenders that run Algorithm 1 and the adjoint pass in the NumPy reference of codegen."""
-    program = lower(Model("net", (Level(network.to_model(weights), 1.0, 20),)))
-    extended, function = with_tangents(program, 1)
-
-    def algorithm_1(points: Tensor) -> tuple[Tensor, Tensor]:
-        inputs = np.concatenate([points.numpy(), np.ones((len(points), 1), np.float32)], axis=1)
-        *gradient, f = run(extended, function, inputs)
-        return torch.from_numpy(f)[:, 0], torch.from_numpy(np.concatenate(gradient, axis=1))
-
-    def adjoint(points: Tensor) -> tuple[Tensor, Tensor]:
-        gradient, f = interpret.field_gradient(program, points.numpy(), 1)
-        return torch.from_numpy(f), torch.from_numpy(gradient)
-
-    return {"Algorithm 1": algorithm_1, "adjoint": adjoint}
-
-
-def products_alone(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
-    """Compute the adjoint's products in hidden layers, two in each, and nothing else."""
-    here = points.new_zeros(len(points), len(weights[0]))
-    there = torch.empty_like(here)
-    for weight in weights[2:-2:2]:
-        torch.mm(here, weight.t(), out=there)
-        torch.mm(there, weight, out=here)
-    return here[:, 0], here[:, :3]
-
-
-def sines_alone(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
-    """Compute the sine and the cosine in every layer, and nothing else."""
-    angle = points[:, :1].expand(-1, len(weights[0])).contiguous()
-    for _ in weights[:-2:2]:
-        cosine = network.cos(angle)
-        network.sin_(angle)
-    return angle[:, 0], cosine[:, :3]
 
 
 class Bench:
@@ -186,39 +144,28 @@ def table(bench: Bench, size: tuple[int, int], rounds: int) -> tuple[list[str], 
     first = Plan(len(bench.points), 1, "highest")
     groups = {"as they come": {name: (way, first) for name, way in ours.items()}}
     groups["each at its best"] = {name: (way, bench.best(way)) for name, way in ours.items()}
-    if bench.kind == "cpu":
-        groups["NumPy reference, at its best"] = {
-            name: (way, bench.best(way)) for name, way in in_numpy(weights).items()
-        }
     keys = [(settings, name) for settings, group in groups.items() for name in group]
     running = [groups[settings][name] for settings, name in keys]
     worst = max(bench.errors(weights, running))
     if worst > TOLERANCE:
         raise SystemExit(f"{net}: a contender is off by {worst:.1e} of the largest value")
-    plan = groups["each at its best"]["adjoint"][1]
-    parts = [(partial(way, weights), plan) for way in (products_alone, sines_alone)]
-    times = bench.turns([*running, *parts], rounds)
-    products, sines = (statistics.median(column) for column in times[len(keys) :])
-    seconds = dict(zip(keys, times, strict=False))
+    times = bench.turns(running, rounds)
+    seconds = dict(zip(keys, times, strict=True))
 
     def line(settings: str, cells: dict[str, list[float]]) -> str:
-        shown = [f"{statistics.median(cells[name]):.3f}" if name in cells else "" for name in COLUMNS]
+        medians = [f"{statistics.median(cells[name]):.3f}" for name in COLUMNS]
         ratios = [
             f"{statistics.median(a / b for a, b in zip(cells[name], cells['adjoint'], strict=True)):.2f}"
-            if name in cells
-            else ""
             for name in COLUMNS[:2]
         ]
-        return f"| {' | '.join([net, settings, *shown, *ratios])} |"
+        return f"| {' | '.join([net, settings, *medians, *ratios])} |"
 
     mixed = {name: seconds["as they come", name] for name in COLUMNS[:2]}
     mixed["adjoint"] = seconds["each at its best", "adjoint"]
     lines = [line(settings, {name: seconds[settings, name] for name in group}) for settings, group in groups.items()]
     lines.insert(2, line("the adjoint at its best, the others as they come", mixed))
     return lines, [
-        f"- {net}: largest difference from double precision, relative to the largest value or gradient: {worst:.1e}. "
-        f"By the adjoint's plan, its {2 * size[1]} products in hidden layers alone take {products:.3f} s, its sines "
-        f"and cosines alone {sines:.3f} s.",
+        f"- {net}: largest difference from double precision, relative to the largest value or gradient: {worst:.1e}.",
     ]
 
 
@@ -240,7 +187,7 @@ def main() -> None:
     lines = [
         "# Normals: autograd, the paper's Algorithm 1, the adjoint (Table 9)",
         "",
-        "Written by `python benchmarks/table9.py`.",
+        "Printed by `python benchmarks/table9.py`.",
         "",
         f"{on}{described()}; {options.side} x {options.side} points, medians of {options.rounds} rounds in turn",
         "",
