@@ -5,8 +5,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
-from ..capture.cli import DEFAULT_ESTIMATOR, DEFAULT_UNIT
-from ..capture.photo_settings import PhotoOptions, photo_settings
+from ..capture.options import PhotoOptions, UnprojectOptions
 from ..mesher.options import EvalOptions
 from ..model.errors import UserError
 from ..model.gallery import model_path
@@ -160,41 +159,28 @@ class _Follower:
         return field
 
 
-def unproject(
-    depth: str | Path | None = None,
-    estimate: str | Path | None = None,
-    estimator: str = DEFAULT_ESTIMATOR,
-    image: str | Path | None = None,
-    mask: str | Path | None = None,
-    fov: float | None = None,
-    intrinsics: str | Path | None = None,
-    relative: bool = False,
-    range: tuple[float, float] | str | None = None,
-    unit: float = DEFAULT_UNIT,
-    ray: bool = False,
-    close: bool = False,
-) -> "Unprojected":
+@takes(UnprojectOptions)
+def unproject(options: UnprojectOptions) -> "Unprojected":
     """Turn a depth map, or a photograph, into an oriented point cloud (Appendix G.1), which `train` takes.
 
-    depth: the path of a depth map; or else estimate: that of a photograph. The options are those of
-    `mplicits unproject`, with their names and defaults (docs/capture.md). Raises UserError.
+    More in docs/capture.md. Raises UserError.
     """
     from ..capture.unprojected import unprojected
 
-    return unprojected(depth, estimate, estimator, image, mask, fov, intrinsics, relative, range, unit, ray, close)
+    return unprojected(options)
 
 
-@shows_options(photo_settings)
-def photos(folder: str | Path, *, quiet: bool = False, **options: Unpack[PhotoOptions]) -> Field:
-    """Make a model of photographs whose cameras are known, and return it; `Field.save` writes it to a file.
+@takes(PhotoOptions)
+def photos(folder: str | Path, options: PhotoOptions) -> Field:
+    """Reconstruct a model from photographs with known cameras, and return it; `Field.save` writes it to a file.
 
-    folder: image/, mask/ and cameras_sphere.npz (IDR, NeuS), or a transforms.json beside pictures (nerfstudio). The
-    options are those of `mplicits photos`, with their names and defaults (docs/capture.md). Raises UserError.
+    folder: image/, mask/ and cameras_sphere.npz (IDR, NeuS), or a transforms.json beside pictures (nerfstudio). More in
+    docs/capture.md. Raises UserError.
     """
     before_torch()
     from ..capture.photos_session import photos as reconstruct
 
-    return Field(reconstruct(Path(folder), quiet=quiet, **options))
+    return Field(reconstruct(Path(folder), options))
 
 
 @takes(EvalOptions)

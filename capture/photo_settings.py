@@ -1,39 +1,30 @@
-"""The options of `photos`: what the verb and the function take alike, checked and made settings."""
+"""Settings of one reconstruction from photographs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypedDict
 
 from ..model.errors import UserError
-from ..model.orientation import UPRIGHT
-from ..trainer.options import Numbers, is_duration, text_of
+from ..trainer.options import text_of
 from ..trainer.settings import networks, omegas
+from .options import PhotoOptions
 
-DEFAULT_LEVELS = "64x2,128x2"
-DEFAULT_STEPS = 6000
 OMEGAS = "15,30,60"
-"""omega_0 of levels 1, 2, ...; further levels take the last. A shape that is not known yet has to begin smooth."""
+"""omega_0 of levels 1, 2, ...; further levels take the last. Low, since an unknown shape has to begin smooth."""
 FIRST_BAND = 0.08
-"""Half width of level 1's band, model units; each finer one is `NARROWER` times as wide."""
+"""Band half-width delta of level 1, model units; that of each finer level is `NARROWER` times the one before."""
 NARROWER = 0.4
-RADIANCE = 128
-"""Width of the radiance network."""
-RAYS = 256
-HELD_OUT = 10
-WIDEST_RADIANCE, MOST_RAYS, MOST_STEPS = 1024, 65_536, 10_000_000
-BACKGROUNDS = {"black": 0.0, "white": 1.0}
 
 
 @dataclass(frozen=True)
 class PhotoSettings:
-    """The choices for one reconstruction from photographs; the model's provenance keeps them under these names."""
+    """Settings of one reconstruction; the model's provenance has them under these names."""
 
     levels: tuple[tuple[int, int], ...]
     """(width, depth) of each level, coarse to fine."""
     omegas: tuple[float, ...]
     """omega_0 of each level."""
     deltas: tuple[float, ...]
-    """Half widths of the bands of all levels but the last, model units."""
+    """Band half-width delta of each level but the last, model units."""
     radiance: int
     """Width of the radiance network."""
     rays: int
@@ -43,7 +34,7 @@ class PhotoSettings:
     seconds: float | None
     """Wall time of the optimisation."""
     held_out: int
-    """Every so-manieth photograph is kept out to measure by; 0: none."""
+    """Hold out every N-th photograph for evaluation; 0: none."""
     background: str
     """Of photographs without masks: "black" or "white"."""
     scale: float | None
@@ -60,99 +51,31 @@ class PhotoSettings:
     """"auto", "cpu" or "cuda"."""
 
 
-class PhotoOptions(TypedDict, total=False):
-    """The arguments of `photo_settings` by name, for functions that pass them on; their defaults are there."""
-
-    levels: str | Sequence[str] | None
-    omega: Numbers | None
-    """omega_0 of each level."""
-    radiance: int
-    """Width of the radiance network."""
-    rays: int
-    """Rays of a step."""
-    seconds: float | None
-    """Wall time of the optimisation, in place of `steps`."""
-    steps: int | None
-    held_out: int
-    """Every so-manieth photograph is kept out to measure by; 0: none."""
-    background: str
-    """Of photographs without masks: "black" or "white"."""
-    scale: float | None
-    """Factor on the sides of the pictures."""
-    camera_size: str | Sequence[int] | None
-    """Width and height of the pictures that the cameras are for, "1600x1200"."""
-    sphere: Numbers | None
-    """Centre and radius of the ball that the object is in."""
-    up: str | None
-    """Axis of the cameras' space that points up."""
-    credit: str | None
-    seed: int
-    device: str
-
-
-def photo_settings(
-    *,
-    levels: str | Sequence[str] | None = None,
-    omega: Numbers | None = None,
-    radiance: int = RADIANCE,
-    rays: int = RAYS,
-    seconds: float | None = None,
-    steps: int | None = None,
-    held_out: int = HELD_OUT,
-    background: str = "black",
-    scale: float | None = None,
-    camera_size: str | Sequence[int] | None = None,
-    sphere: Numbers | None = None,
-    up: str | None = None,
-    credit: str | None = None,
-    seed: int = 0,
-    device: str = "auto",
-) -> PhotoSettings:
-    """Make the settings of the options of `mplicits photos`, which docs/capture.md explains. Raises UserError."""
-    sizes = networks((levels if isinstance(levels, str) else ",".join(levels or ())) or DEFAULT_LEVELS)
+def photo_settings(options: PhotoOptions) -> PhotoSettings:
+    """Return the settings of a reconstruction. Raises UserError."""
+    levels = options.levels
+    sizes = networks(levels if isinstance(levels, str) else ",".join(levels))
     usual = [*OMEGAS.split(","), *[OMEGAS.rpartition(",")[2]] * len(sizes)][: len(sizes)]
-    chosen = omegas(text_of(omega) or ",".join(usual), sizes)
+    chosen = omegas(text_of(options.omega) or ",".join(usual), sizes)
     if len(chosen) != len(sizes):
         raise UserError(f"--omega: {len(chosen)} numbers for {len(sizes)} levels")
-    if seconds is not None and steps is not None:
-        raise UserError("--steps: not allowed with --seconds: it is the one or the other")
-    if seconds is not None and not is_duration(seconds):
-        raise UserError(f"--seconds: {seconds:g}: at least 1 is needed")
-    for name, number, least, most in (
-        ("--steps", DEFAULT_STEPS if steps is None else steps, 1, MOST_STEPS),
-        ("--rays", rays, 16, MOST_RAYS),
-        ("--radiance", radiance, 1, WIDEST_RADIANCE),
-        ("--seed", seed, 0, 2**40),
-    ):
-        if not least <= number <= most:
-            raise UserError(f"{name} {number}: a whole number from {least} to {most:,} is needed")
-    if held_out < 0 or held_out == 1:
-        raise UserError(f"--held-out {held_out}: 2 or more, or 0 for none")
-    if background not in BACKGROUNDS:
-        raise UserError(f"--background {background}: there is {', '.join(BACKGROUNDS)}")
-    if scale is not None and not 0 < scale <= 1:
-        raise UserError(f"--scale {scale:g}: above 0 and at most 1")
-    if up is not None and up not in UPRIGHT:
-        raise UserError(f"--up {up}: there is {', '.join(UPRIGHT)}")
-    if device not in ("auto", "cpu", "cuda"):
-        raise UserError(f"--device {device}: there is auto, cpu, cuda")
     return PhotoSettings(
         levels=sizes,
         omegas=chosen,
         deltas=tuple(FIRST_BAND * NARROWER**i for i in range(len(sizes) - 1)),
-        radiance=radiance,
-        rays=rays,
-        steps=None if seconds is not None else steps or DEFAULT_STEPS,
-        seconds=seconds,
-        held_out=held_out,
-        background=background,
-        scale=scale,
-        camera_size=_size(camera_size),
-        sphere=_sphere(text_of(sphere)),
-        up=up,
-        credit=credit or "",
-        seed=seed,
-        device=device,
+        radiance=options.radiance,
+        rays=options.rays,
+        steps=None if options.seconds is not None else options.steps,
+        seconds=options.seconds,
+        held_out=options.held_out,
+        background=options.background,
+        scale=options.scale,
+        camera_size=_size(options.camera_size),
+        sphere=_sphere(text_of(options.sphere)),
+        up=options.up,
+        credit=options.credit or "",
+        seed=options.seed,
+        device=options.device,
     )
 
 

@@ -1,18 +1,17 @@
 """One run of `mplicits photos`: read the photographs, learn with a progress bar, save the model, print the figures."""
 
 from pathlib import Path
-from typing import Unpack
 
 from ..model.errors import UserError
 from ..model.files import show
 from ..model.interrupts import ended_by
 from ..model.model import Model, shape_of
 from ..model.model_file import save
-from ..trainer.options import shows_options
 from ..trainer.part import Part
 from ..trainer.session import TrainingBar
 from .folder import read_photographs
-from .photo_settings import PhotoOptions, PhotoSettings, photo_settings
+from .options import PhotoOptions
+from .photo_settings import PhotoSettings, photo_settings
 from .posed import Photographs
 from .reconstruct import Reconstruction
 
@@ -25,15 +24,10 @@ def photographs_of(folder: Path, settings: PhotoSettings, bar: TrainingBar) -> P
     return found
 
 
-@shows_options(photo_settings)
-def photos(folder: Path, *, quiet: bool = False, **options: Unpack[PhotoOptions]) -> Model:
-    """Make a model of photographs with cameras.
-
-    The arguments are the options of `mplicits photos` (docs/capture.md), with their names and defaults. Raises
-    UserError.
-    """
-    settings = photo_settings(**options)
-    bar = TrainingBar(quiet)
+def photos(folder: Path, options: PhotoOptions) -> Model:
+    """Make a model of photographs with cameras. Raises UserError."""
+    settings = photo_settings(options)
+    bar = TrainingBar(options.quiet)
     return Reconstruction(photographs_of(folder, settings, bar), settings, bar).run()
 
 

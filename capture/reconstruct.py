@@ -18,7 +18,8 @@ from ..trainer.part import Part
 from .bundle import rays_of
 from .finish import distilled, finished_model, surface_of, unfinished_model
 from .learner import Learner
-from .photo_settings import BACKGROUNDS, FIRST_BAND, NARROWER, PhotoSettings
+from .options import BACKGROUNDS
+from .photo_settings import FIRST_BAND, NARROWER, PhotoSettings
 from .pictured import mean_psnr
 from .posed import Photographs, split
 from .scene import MultiscaleScene, Sizes

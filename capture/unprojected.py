@@ -1,6 +1,5 @@
-"""What the verb `unproject` does, for programs: files in, a cloud out, and none written."""
+"""The point cloud of a depth map: the work of `unproject`, without its files and messages."""
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,11 +9,11 @@ from numpy.typing import NDArray
 from ..model.errors import UserError
 from ..model.files import check_writable, show, write_whole
 from ..model.kinds import MESH
-from .cli import DEFAULT_ESTIMATOR, DEFAULT_UNIT
 from .depth_map import Doubles
+from .options import UnprojectOptions
 from .ply import to_ply
 from .unproject import Cloud, Cut
-from .views import Request, read_view
+from .views import read_view
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,44 +57,10 @@ class Unprojected:
         write_whole(Path(path), self.text())
 
 
-def unprojected(
-    depth: str | Path | None = None,
-    estimate: str | Path | None = None,
-    estimator: str = DEFAULT_ESTIMATOR,
-    image: str | Path | None = None,
-    mask: str | Path | None = None,
-    fov: float | None = None,
-    intrinsics: str | Path | None = None,
-    relative: bool = False,
-    range: tuple[float, float] | str | None = None,
-    unit: float = DEFAULT_UNIT,
-    ray: bool = False,
-    close: bool = False,
-) -> Unprojected:
-    """Turn what one picture shows into a cloud.
-
-    The arguments are the options of `mplicits unproject` (docs/capture.md), with their names and defaults. Raises
-    UserError.
-    """
-    if (depth is None) == (estimate is None):
-        raise UserError("name a depth map, or a photograph with --estimate, and not both")
-    if not 0 < unit < math.inf:
-        raise UserError(f"--unit {unit:g}: a number above 0 is needed")
-    request = Request(
-        depth=_path(depth),
-        estimate=_path(estimate),
-        estimator=estimator,
-        image=_path(image),
-        mask=_path(mask),
-        fov=fov,
-        intrinsics=_path(intrinsics),
-        relative=relative,
-        range=_range(range),
-        unit=unit,
-        ray=ray,
-    )
-    view = read_view(request)
-    cloud, cut, noise = view.unprojected(close)
+def unprojected(options: UnprojectOptions) -> Unprojected:
+    """Turn a depth map, or a photograph, into a cloud. Raises UserError."""
+    view = read_view(options)
+    cloud, cut, noise = view.unprojected(options.close)
     height, width = view.depth.shape
     return Unprojected(cloud.points, cloud.normals, cloud.colours, (width, height), noise, cut, view.warning)
 
@@ -104,20 +69,3 @@ def check_cloud_name(path: Path) -> None:
     """Raise UserError where a file's name does not say that it is a PLY."""
     if path.suffix.lower() != ".ply":
         raise UserError(f"{show(path)}: clouds are PLY; name it .ply")
-
-
-def _path(name: str | Path | None) -> Path | None:
-    return None if name is None else Path(name)
-
-
-def _range(given: tuple[float, float] | str | None) -> tuple[float, float] | None:
-    """Read the value of --range. Raises UserError."""
-    if given is None:
-        return None
-    try:
-        near, far = map(float, given.split(",") if isinstance(given, str) else given)
-    except (TypeError, ValueError):
-        near, far = 0.0, 0.0
-    if not 0 < near < far < math.inf:
-        raise UserError(f"--range {given}: two numbers NEAR,FAR with 0 < NEAR < FAR are needed")
-    return near, far

@@ -1,4 +1,4 @@
-"""What `unproject` is asked for, and the view that it reads: depths, a camera and colours of one picture."""
+"""The view that `unproject` reads: depths, a camera and colours of one picture."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,32 +8,15 @@ from numpy.typing import NDArray
 
 from ..model.errors import UserError
 from ..model.files import show
-from .cli import DEFAULT_FOV, RELATIVE_RANGE
 from .depth_map import Doubles, from_inverse, read_depth
 from .estimate import estimate_depth
 from .intrinsics import Intrinsics, of_file, of_photograph, of_view
+from .options import DEFAULT_FOV, RELATIVE_RANGE, UnprojectOptions
 from .photograph import colours_of, fitted, masked, open_picture, solid
 from .unproject import Cloud, Cut, step_share, unproject
 
 ASSUMED = f"camera unknown; {DEFAULT_FOV:g} degrees from top to bottom are assumed (--fov, --intrinsics)"
 """The warning where nothing tells the camera."""
-
-
-@dataclass(frozen=True)
-class Request:
-    """The options of `unproject`, as its --help explains them; one of `depth` and `estimate` is None."""
-
-    depth: Path | None
-    estimate: Path | None
-    estimator: str
-    image: Path | None
-    mask: Path | None
-    fov: float | None
-    intrinsics: Path | None
-    relative: bool
-    range: tuple[float, float] | None
-    unit: float
-    ray: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,58 +39,58 @@ class PictureView:
         return cloud, cut, planes.noise
 
 
-def read_view(request: Request) -> PictureView:
-    """Read the files that a request names. Raises UserError."""
-    photograph = request.image or request.estimate
-    option = "--image" if request.image else "--estimate"
+def read_view(options: UnprojectOptions) -> PictureView:
+    """Read the files that the options name. Raises UserError."""
+    option = "--image" if options.image else "--estimate"
+    photograph = Path(path) if (path := options.image or options.estimate) else None
     picture = open_picture(photograph, option) if photograph else None
-    values, inverse, whole = _values(request)
+    values, inverse, whole = _values(options)
     height, width = values.shape
     depth = values
     if picture is not None:
         picture = fitted(picture, height, width, f"{option} {show(photograph or '')}")
         depth = _within(depth, solid(picture))
-    if request.mask is not None:
-        mask = fitted(open_picture(request.mask, "--mask"), height, width, f"--mask {show(request.mask)}")
+    if options.mask is not None:
+        mask = fitted(open_picture(Path(options.mask), "--mask"), height, width, f"--mask {show(options.mask)}")
         depth = _within(depth, masked(mask))
     if np.isnan(depth).all():
         raise UserError("no pixel with a depth is left by the mask, or by the picture's transparency")
     if inverse:
-        depth = from_inverse(depth, *(request.range or RELATIVE_RANGE))
+        depth = from_inverse(depth, *(options.range or RELATIVE_RANGE))
     elif whole:
-        depth = depth / request.unit
+        depth = depth / options.unit
     step = step_share(values, depth, inverse)
-    known = _camera(request, photograph, height, width)
+    known = _camera(options, photograph, height, width)
     camera = known or of_view(DEFAULT_FOV, height, width)
-    if request.ray:
+    if options.ray:
         x, y = camera.plane(height, width)
         depth = depth / np.sqrt(1 + x**2 + y[:, None] ** 2)
-    if request.range and not inverse:
-        depth = _within(depth, (depth >= request.range[0]) & (depth <= request.range[1]))
+    if options.range and not inverse:
+        depth = _within(depth, (depth >= options.range[0]) & (depth <= options.range[1]))
         if np.isnan(depth).all():
             raise UserError("no depth lies within --range; the unit of whole numbers is that of --unit")
     return PictureView(depth, camera, None if picture is None else colours_of(picture), step, "" if known else ASSUMED)
 
 
-def _values(request: Request) -> tuple[Doubles, bool, bool]:
+def _values(options: UnprojectOptions) -> tuple[Doubles, bool, bool]:
     """Return the depths (H, W) as they were read or estimated, whether they are inverse, and whether whole numbers."""
-    if request.depth is not None:
-        values, whole = read_depth(request.depth)
-        return values, request.relative, whole
-    assert request.estimate is not None
-    photograph = open_picture(request.estimate, "--estimate").convert("RGB")
-    values, inverse = estimate_depth(photograph, request.estimator)
-    return values, inverse or request.relative, False
+    if options.depth is not None:
+        values, whole = read_depth(Path(options.depth))
+        return values, options.relative, whole
+    assert options.estimate is not None
+    photograph = open_picture(Path(options.estimate), "--estimate").convert("RGB")
+    values, inverse = estimate_depth(photograph, options.estimator)
+    return values, inverse or options.relative, False
 
 
 def _within(depth: Doubles, mask: NDArray[np.bool_] | None) -> Doubles:
     return depth if mask is None else np.where(mask, depth, np.nan)
 
 
-def _camera(request: Request, photograph: Path | None, height: int, width: int) -> Intrinsics | None:
+def _camera(options: UnprojectOptions, photograph: Path | None, height: int, width: int) -> Intrinsics | None:
     """Choose the camera: that of the options, or of the photograph's EXIF; None where nothing is known."""
-    if request.intrinsics is not None:
-        return of_file(request.intrinsics, height, width)
-    if request.fov is not None:
-        return of_view(request.fov, height, width)
+    if options.intrinsics is not None:
+        return of_file(Path(options.intrinsics), height, width)
+    if options.fov is not None:
+        return of_view(options.fov, height, width)
     return of_photograph(photograph, height, width) if photograph else None

@@ -18,7 +18,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, field, fields
 from functools import wraps
-from inspect import signature
+from inspect import getdoc, signature
 from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar, cast, overload
 
 from .errors import UserError
@@ -58,7 +58,7 @@ def option(default: Value, help: str, **more: Any) -> Value:
 def argument(metavar: str, help: str, parse: Callable[[str], object] | None = None, default: object = MISSING) -> Any:
     """Declare a positional argument: optional where it has a default, one or more where the field is a list."""
     declared = Declaration(help, metavar, parse=parse, positional=True)
-    return field(default=default, kw_only=True, metadata={"declaration": declared})
+    return field(default=default, kw_only=default is MISSING, metadata={"declaration": declared})
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ def takes(schema: Callable[Keywords, Schema_co]) -> Takes[Keywords, Schema_co]:
 
         call.__signature__ = full  # type: ignore[attr-defined]
         lines = [f"    {name}: {declared.help}" for name, declared in declarations(cast(Any, schema)).items()]
-        call.__doc__ = "\n".join([function.__doc__ or "", "", "Options:", *lines])
+        call.__doc__ = "\n".join([getdoc(function) or "", "", "Options:", *lines])
         return call
 
     return cast(Takes[Keywords, Schema_co], decorate)

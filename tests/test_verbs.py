@@ -14,7 +14,6 @@ from PIL import Image
 
 import mplicits
 from mplicits import cli
-from mplicits.capture.photo_settings import PhotoOptions, photo_settings
 from mplicits.model.model_file import load
 from mplicits.model.options import declarations
 from mplicits.trainer.options import TrainingOptions, settings_from
@@ -73,7 +72,7 @@ def test_verbs_and_functions_have_the_same_options(name: str) -> None:
             assert ours in (inspect.Parameter.empty, default) or (ours is None and default is False), option
 
 
-@pytest.mark.parametrize(("options", "taker"), [(TrainingOptions, settings_from), (PhotoOptions, photo_settings)])
+@pytest.mark.parametrize(("options", "taker"), [(TrainingOptions, settings_from)])
 def test_options_are_said_alike_twice(options: type, taker: Callable[..., object]) -> None:
     named = get_type_hints(taker)
     for other in {"return", "levels"} - get_type_hints(options).keys():

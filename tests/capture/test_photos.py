@@ -16,6 +16,7 @@ from mplicits.capture.bundle import rays_of
 from mplicits.capture.finish import FACING, colours_of_surface
 from mplicits.capture.folder import read_photographs
 from mplicits.capture.learner import Learner
+from mplicits.capture.options import PhotoOptions
 from mplicits.capture.photo_settings import photo_settings
 from mplicits.capture.reconstruct import Reconstruction
 from mplicits.capture.scene import MultiscaleScene, Sizes
@@ -183,7 +184,7 @@ def test_photographs_of_nothing_are_refused(tmp_path: Path) -> None:
     np.savez(tmp_path / "ball" / "cameras_sphere.npz", **matrices | {"scale_mat_0": far})
     photographs, _ = read_photographs(tmp_path / "ball")
     with pytest.raises(UserError, match="no photograph shows the ball"):
-        Reconstruction(photographs, photo_settings(levels="8x1"), TrainingBar(quiet=True))
+        Reconstruction(photographs, photo_settings(PhotoOptions(levels="8x1")), TrainingBar(quiet=True))
 
 
 @pytest.mark.parametrize(
@@ -202,10 +203,10 @@ def test_photographs_of_nothing_are_refused(tmp_path: Path) -> None:
 )
 def test_bad_options_are_refused(options: dict[str, object], match: str) -> None:
     with pytest.raises(UserError, match=match):
-        photo_settings(**options)  # type: ignore[arg-type]
+        photo_settings(PhotoOptions(**options))  # type: ignore[arg-type]
 
 
 def test_settings_are_written_as_json() -> None:
-    chosen = photo_settings(sphere=(1, 2, 3, 4), camera_size=(1600, 1200))
+    chosen = photo_settings(PhotoOptions(sphere=(1, 2, 3, 4), camera_size=(1600, 1200)))
     assert (chosen.sphere, chosen.camera_size) == ((1, 2, 3, 4), (1600, 1200))
     assert json.loads(json.dumps(asdict(chosen)))["steps"] == 6000
