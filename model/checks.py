@@ -1,7 +1,4 @@
-"""The checks that the definition of a model is made of (model/model.py).
-
-Each raises UserError, one line that begins with the tensor or key that is wrong.
-"""
+"""Checks of a model's values. Each raises UserError, one line that begins with the wrong tensor or key."""
 
 import json
 import shlex
@@ -15,7 +12,7 @@ from .errors import UserError
 from .files import show
 
 WIDEST = 4096
-"""Most outputs of a layer."""
+"""Largest number of outputs of a layer."""
 SHAPES = {
     ".obj": "a mesh",
     ".stl": "a mesh",
@@ -24,14 +21,14 @@ SHAPES = {
     ".xyz": "a point cloud",
     ".npz": "a point cloud",
 }
-"""Ending of a file, in lower case, from which a model is trained first -> what it holds."""
+"""Suffix of a file with a shape, in lower case -> its content."""
 
 _SMALLEST, _LARGEST = float(np.finfo(np.float32).tiny), float(np.finfo(np.float32).max)
 _TYPE_NAMES = {str: "a text", list: "a list", dict: "an object of keys and values", int: "a whole number"}
 
 
 def shape_hint(path: Path) -> str | None:
-    """Say what to do with a file that a model is trained from first, going by its ending; None for other files."""
+    """Tell the user to train a model from a file with a shape; None for files with another suffix."""
     kind = SHAPES.get(path.suffix.lower())
     if kind is None:
         return None
@@ -40,10 +37,9 @@ def shape_hint(path: Path) -> str | None:
 
 
 def check_keys(where: str, value: object, keys: Mapping[str, type]) -> None:
-    """Check that a JSON value is an object that has certain keys with values of certain types.
+    """Check the keys of a JSON object and the types of their values.
 
-    where: what the message begins with. value: as it was read. keys: each key that must be there and the type of its
-    value; float stands for a finite number, whole or not. Other keys are allowed.
+    where: the start of the message. keys: required key -> type; float means a finite number. Other keys are allowed.
     """
     if not isinstance(value, dict):
         raise UserError(f"{where}: is not {_TYPE_NAMES[dict]}")
@@ -57,24 +53,24 @@ def check_keys(where: str, value: object, keys: Mapping[str, type]) -> None:
 
 
 def check_json(key: str, value: object) -> None:
-    """Check that a value is an object of keys and values that JSON can hold, without NaN or infinity."""
+    """Check that a value is a dict that JSON can store, without NaN or infinity."""
     if not isinstance(value, dict):
         raise UserError(f"{key}: is not {_TYPE_NAMES[dict]}")
     try:
         json.dumps(value, allow_nan=False)
     except (TypeError, ValueError, RecursionError) as error:
-        raise UserError(f"{key}: cannot be kept as JSON ({error})") from None
+        raise UserError(f"{key}: cannot be stored as JSON ({error})") from None
 
 
 def check_finite(key: str, value: object) -> None:
-    """Check that a value is a number that a shader's 32-bit float can hold: not NaN, not infinite, not too large."""
-    # The comparison, unlike math.isfinite, takes whole numbers of any size; NaN fails it too.
+    """Check that a value is a number in the range of float32: not NaN, not infinite, not too large."""
+    # Unlike math.isfinite, the comparison accepts integers of any size. NaN fails it, too.
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= _LARGEST:
         raise UserError(f"{key}: must be a finite number")
 
 
 def check_positive(key: str, value: float) -> None:
-    """Check that a value is a finite number that is above zero as a 32-bit float, too."""
+    """Check that a value is a finite number and positive in float32."""
     check_finite(key, value)
     if value < _SMALLEST:
         raise UserError(f"{key}: must be positive")
@@ -83,10 +79,10 @@ def check_positive(key: str, value: float) -> None:
 def check_network(
     prefix: str, layers: Sequence[tuple[NDArray[np.float32], NDArray[np.float32]]], inputs: int, outputs: int
 ) -> None:
-    """Check that layers make a network from `inputs` numbers to `outputs` numbers.
+    """Check that layers form a network from `inputs` numbers to `outputs` numbers.
 
-    prefix: of the names of its tensors. layers: at least two pairs of a weight (out, in) and a bias (out,), float32,
-    finite, of at most `WIDEST` outputs; each layer takes as many numbers as the one before it gives.
+    prefix: start of the tensors' names. layers: at least two pairs of a weight (out, in) and a bias (out,), finite
+    float32, with at most `WIDEST` outputs.
     """
     if len(layers) < 2:
         raise UserError(f"{prefix}: needs at least two layers (layer0, layer1)")

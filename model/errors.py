@@ -1,8 +1,8 @@
-"""The one exception that reaches the user as a single line."""
+"""The exception that the user sees as a single line."""
 
 
 class UserError(Exception):
-    """Something that the user can mend; its text is one line that says what is wrong and what to do.
+    """An error that the user can fix. Its text is one line: what is wrong, and what to do.
 
-    The front door prints it on stderr and exits with code 2.
+    The command line prints the text on stderr and exits with code 2.
     """

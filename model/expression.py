@@ -1,4 +1,4 @@
-"""Small expressions in time, as scenes have them ("30 * t"): what they are at a time, and bounds over all times."""
+"""Expressions in the time t, such as "30 * t" in a scene: their values, and bounds over all times."""
 
 import math
 import operator
@@ -12,33 +12,33 @@ from .errors import UserError
 from .files import show
 
 FUNCTIONS = {"sin": 1, "cos": 1, "abs": 1, "min": 2, "max": 2}
-"""Functions of an expression, angles in radians, and how many arguments each takes."""
+"""Name of a function -> number of arguments. Angles are in radians."""
 LARGEST = 1e6
-"""Largest absolute value that an expression may have."""
+"""Largest absolute value of an expression."""
 CELLS, REFINED, DEPTH = 1024, 16, 5
-"""Parts of [0, 1] that an expression's range is found in; how many a doubtful one is cut into, and how often."""
+"""Intervals of [0, 1] for interval arithmetic; parts of a subdivided interval; largest depth of subdivision."""
 
 Values = NDArray[np.float64]
 Range = tuple[Values, Values]
-"""Least and largest values, in each part of the times."""
+"""Lower and upper bounds, one for each interval of time."""
 
 
 @dataclass(frozen=True)
 class Expression:
-    """A number that may depend on t, the time from 0 to 1."""
+    """A number that may depend on the time t, from 0 to 1."""
 
     kind: str
     """"number", "t", "negative", one of + - * / **, or one of `FUNCTIONS`."""
     value: float = 0.0
-    """Of a number; of a power its exponent, from 0 to 9."""
+    """Value of a number, or exponent of a power, from 0 to 9."""
     operands: "tuple[Expression, ...]" = ()
-    """What the operator or the function takes."""
+    """Operands of the operator, or arguments of the function."""
     text: str = field(default="", compare=False)
-    """What it was read from; empty in parts of an expression."""
+    """Source text; empty in subexpressions."""
 
     @property
     def moves(self) -> bool:
-        """Whether time stands in it."""
+        """Whether the expression contains t."""
         return self.kind == "t" or any(operand.moves for operand in self.operands)
 
     def at(self, time: float) -> float:
@@ -49,11 +49,11 @@ class Expression:
         return float(values[0] ** int(self.value) if self.kind == "**" else APPLIED[self.kind](*values))
 
     def written(self) -> float | str:
-        """Return what `read` reads as this expression: a number where nothing moves, else a text."""
+        """Return the input of `read` for this expression: a number if it is constant, else a text."""
         return self.text or str(self) if self.moves else self.at(0.0)
 
     def __str__(self) -> str:
-        """Write the expression with all its brackets."""
+        """Write the expression with all brackets."""
         match self.kind:
             case "number":
                 return repr(self.value)
@@ -69,9 +69,9 @@ class Expression:
                 return f"({self.operands[0]} {kind} {self.operands[1]})"
 
     def range(self) -> tuple[float, float]:
-        """Bound the values for t in [0, 1], by interval arithmetic.
+        """Bound the values for t in [0, 1] by interval arithmetic.
 
-        Raises UserError where it divides by zero at some time, or may be larger than `LARGEST`.
+        Raises UserError if a denominator is zero at some time, or if the bounds exceed `LARGEST`.
         """
         edges = np.linspace(0, 1, CELLS + 1)
         for division in self._divisions():
@@ -84,14 +84,14 @@ class Expression:
         return least, most
 
     def _divisions(self) -> "Iterator[Expression]":
-        """Yield the divisions in the expression, those inside others first."""
+        """Yield the divisions in the expression, innermost first."""
         for operand in self.operands:
             yield from operand._divisions()
         if self.kind == "/":
             yield self
 
     def _check_division(self, times: Range) -> None:
-        """Raise UserError where the denominator is zero at one of the times, or nearly so."""
+        """Raise UserError if the denominator may be zero at one of the times."""
         denominator = self.operands[1]
         for depth in range(DEPTH):
             with np.errstate(all="ignore"):
@@ -106,7 +106,7 @@ class Expression:
             times = cuts[:, :-1].ravel(), cuts[:, 1:].ravel()
 
     def _range(self, times: Range) -> Range:
-        """Bound the values in each part of the times."""
+        """Bound the values in each interval of time."""
         if self.kind == "number":
             return np.full_like(times[0], self.value), np.full_like(times[0], self.value)
         if self.kind == "t":
@@ -152,7 +152,7 @@ APPLIED: dict[str, Callable[..., float]] = {
     "min": min,
     "max": max,
 }
-"""Kind of an expression -> its value, of those of its operands."""
+"""Kind of an expression -> function from the values of its operands to its value."""
 RANGES: dict[str, Callable[..., Range]] = {
     "negative": lambda a: (-a[1], -a[0]),
     "+": lambda a, b: (a[0] + b[0], a[1] + b[1]),
@@ -165,7 +165,7 @@ RANGES: dict[str, Callable[..., Range]] = {
     "min": lambda a, b: (np.minimum(a[0], b[0]), np.minimum(a[1], b[1])),
     "max": lambda a, b: (np.maximum(a[0], b[0]), np.maximum(a[1], b[1])),
 }
-"""Kind of an expression -> its range, of those of its operands."""
+"""Kind of an expression -> function from the ranges of its operands to its range."""
 
 
 def number(value: float) -> Expression:
@@ -174,11 +174,11 @@ def number(value: float) -> Expression:
 
 
 ZERO, ONE, TIME = number(0), number(1), Expression("t")
-"""Expressions that stand where a scene says nothing."""
+"""Defaults of a scene's numbers."""
 
 
 def product(*factors: Expression) -> Expression:
-    """Return the product of expressions; a number where none of them moves."""
+    """Return the product of expressions; a number if all are constant."""
     whole = number(math.prod(factor.at(0.0) for factor in factors if not factor.moves))
     for factor in factors:
         if factor.moves:

@@ -1,4 +1,4 @@
-"""Reads expressions in time (model/expression.py): parsed, checked over all times, and never run as code.
+"""A parser of expressions in time (model/expression.py). It never runs them as code.
 
 sum      = product (("+" | "-") product)*
 product  = factor (("*" | "/") factor)*
@@ -17,16 +17,16 @@ from .expression import FUNCTIONS, LARGEST, Expression, number
 from .files import show
 
 LONGEST = 120
-"""Most characters of an expression, which bounds how deep it nests."""
+"""Largest number of characters of an expression; it bounds the depth of nesting."""
 
 _TOKEN = re.compile(r"\s*(?:(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?)|([A-Za-z_]\w*)|(\*\*|[-+*/(),]))")
 
 
 def read(value: Any) -> Expression:
-    """Read a number, or a text in the grammar above, and check it for all t in [0, 1]. Raises UserError, one line."""
+    """Parse a number or a text, and check it for all t in [0, 1]. Raises UserError."""
     if isinstance(value, str):
         if len(value) > LONGEST:
-            raise UserError(f"an expression of more than {LONGEST} characters")
+            raise UserError(f"an expression has at most {LONGEST} characters")
         expression = replace(_Parser(value).whole(), text=value)
     elif isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= LARGEST:
         raise UserError("a number is needed, or an expression in t as a text")
@@ -37,7 +37,7 @@ def read(value: Any) -> Expression:
 
 
 class _Parser:
-    """Reads one text by recursive descent."""
+    """Parses one text by recursive descent."""
 
     def __init__(self, text: str) -> None:
         self._text, self._at = text, 0
@@ -45,13 +45,13 @@ class _Parser:
         while text[self._at :].strip():
             match = _TOKEN.match(text, self._at)
             if match is None:
-                raise UserError(f"{show(text)}: {show(text[self._at :].strip()[:1])} is no part of an expression")
+                raise UserError(f"{show(text)}: {show(text[self._at :].strip()[:1])} is not allowed in an expression")
             self._tokens.append(match[0].strip())
             self._at = match.end()
         self._at = 0
 
     def whole(self) -> Expression:
-        """Read all of the text."""
+        """Parse the whole text."""
         expression = self._sum()
         if self._at < len(self._tokens):
             raise self._unexpected()
@@ -59,10 +59,10 @@ class _Parser:
 
     def _unexpected(self) -> UserError:
         what = show(self._tokens[self._at]) if self._at < len(self._tokens) else "the end"
-        return UserError(f"{show(self._text)}: {what} is not expected there")
+        return UserError(f"{show(self._text)}: {what} is not expected here")
 
     def _take(self, *choices: str) -> str | None:
-        """Take the next token if it is one of some; None where it is none of them."""
+        """Take the next token if it is one of `choices`; else return None."""
         if self._at < len(self._tokens) and self._tokens[self._at] in choices:
             self._at += 1
             return self._tokens[self._at - 1]

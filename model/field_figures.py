@@ -1,4 +1,4 @@
-"""How far a field is from the signed distance that it stands for: figures that the trainer and `eval` both print."""
+"""Errors of a field as a signed distance, for the trainer and for `eval`."""
 
 from dataclasses import dataclass
 
@@ -8,19 +8,19 @@ from numpy.typing import NDArray
 Doubles = NDArray[np.float64]
 
 EXCESS_FACTOR, EXCESS_OFFSET = 1.05, 1e-3
-"""A value exceeds a distance d where |f| > factor * d + offset, model units: rays may step through the surface."""
+"""A value overestimates a distance d if |f| > factor * d + offset, model units: rays may step through the surface."""
 
 
 @dataclass(frozen=True)
 class FieldFigures:
-    """How far the nested field f (Eq. 3) is from the signed distance d, and its gradient from length one."""
+    """Errors of the nested field f (Eq. 3) against the signed distance d, and lengths of its gradient."""
 
     domain_error: float | None
-    """Mean |f - d| in the unit ball, model units; None where no distance is known, as in a sparse cloud."""
+    """Mean |f - d| in the unit ball, model units; None if the distance is unknown, for example for a sparse cloud."""
     domain_excess: float | None
-    """Share of the unit ball where |f| exceeds |d|, or None likewise."""
+    """Fraction of the unit ball where |f| overestimates |d|; or None."""
     band_error: float | None
-    """Mean |f - d| where the last level is defined, in the own band of a single level; or None likewise."""
+    """Mean |f - d| where the last level is defined (for a single level: in its own band); or None."""
     gradient: tuple[float, float, float]
     """10th, 50th and 90th percentile of |grad f| on the surface."""
 
@@ -28,10 +28,10 @@ class FieldFigures:
 def field_figures(
     domain: tuple[Doubles, Doubles], band: tuple[Doubles, Doubles], gradients: NDArray[np.float32]
 ) -> FieldFigures:
-    """Make the figures of measurements.
+    """Compute the errors from samples.
 
-    domain, band: f and d at points of the unit ball, and of the band, where d is known: (N,) each. gradients: grad f at
-    points of the surface, (M, 3).
+    domain, band: f and d, (N,) each, at points of the unit ball and of the band where d is known. gradients: (M, 3),
+    grad f at points of the surface.
     """
     f, distance = domain
     low, middle, high = np.quantile(np.linalg.norm(gradients, axis=1), (0.1, 0.5, 0.9))
@@ -44,7 +44,7 @@ def field_figures(
 
 
 def written(figure: float | None, how: str) -> str:
-    """Write a figure for people by a format such as ".2e"; "not known" where it is None."""
+    """Format a figure, for example as ".2e"; None becomes "not known"."""
     return "not known" if figure is None else format(figure, how)
 
 

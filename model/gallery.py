@@ -1,4 +1,4 @@
-"""The gallery: models that come with the package and are called by name, as in `mplicits view spot`."""
+"""The gallery: models that come with the package. A name stands for a file, as in `mplicits view spot`."""
 
 import os
 from difflib import get_close_matches
@@ -8,26 +8,26 @@ from .errors import UserError
 from .files import show
 
 FOLDER = Path(__file__).parent / "gallery"
-"""Where the models are; each file has its model's name."""
+"""Folder of the models; each file is named after its model."""
 SUFFIX = ".safetensors"
 
 
 def names() -> list[str]:
-    """List the names of all models of the gallery, sorted."""
+    """List the names of the models, sorted."""
     return sorted(path.stem for path in FOLDER.glob("*" + SUFFIX))
 
 
 def model_help() -> str:
-    """Return the help for an argument that is read by `model_path`."""
+    """Return the help text of an argument that `model_path` parses."""
     return f"model file (.safetensors), or a name of the gallery: {', '.join(names())}"
 
 
 def model_path(text: str) -> Path:
-    """Return the file that a model on the command line means.
+    """Return the file of a model that the user names.
 
-    It is the file of that path where there is one, else the gallery's model of that name, else the path as it is. So no
-    file of the user's is ever hidden, a folder named "spot" hides no model, and "./spot" is always the user's. Raises
-    UserError where there is nothing of that name, but something of the gallery has nearly the same.
+    An existing file comes first, then a model of the gallery, then the path itself. So the gallery never hides a file
+    of the user, a folder "spot" hides no model, and "./spot" is always a path. Raises UserError if neither exists and
+    the gallery has a similar name.
     """
     path = Path(text)
     if os.path.isfile(path) or "/" in text:

@@ -1,12 +1,12 @@
-"""The kinds of files that the verbs write, told by what is in a file: its name may say anything."""
+"""Kinds of output files, recognized by their content, because a name may say anything."""
 
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-LOOKED_AT = 1 << 25
-"""Bytes of a file that are looked at."""
+PREFIX_BYTES = 1 << 25
+"""Bytes of a file that are read to recognize its kind."""
 
 
 @dataclass(frozen=True)
@@ -14,17 +14,17 @@ class Kind:
     """A kind of file."""
 
     name: str
-    """With its article, for messages."""
+    """Name with its article, for messages."""
     holds: Callable[[bytes], bool]
-    """Whether the first `LOOKED_AT` bytes of a file, which are some, are those of such a file."""
+    """Whether the first `PREFIX_BYTES` bytes, at least one, belong to a file of this kind."""
 
 
 def is_other(path: Path, kind: Kind) -> bool:
-    """Whether a path is a file with something in it that is not of a kind. Raises OSError where it cannot be read."""
+    """Whether a path is a file that is not empty and not of a kind. Raises OSError if it is unreadable."""
     if not path.is_file():
         return False
     with path.open("rb") as file:
-        content = file.read(LOOKED_AT)
+        content = file.read(PREFIX_BYTES)
     return bool(content) and not kind.holds(content)
 
 
@@ -34,11 +34,11 @@ def _is_model(content: bytes) -> bool:
 
 
 def _is_mesh(content: bytes) -> bool:
-    """Tell PLY, GLB and STL by how they begin, or by the triangles that they count; OBJ by the lines of vertices."""
+    """Recognize PLY, GLB and ASCII STL by their first bytes, binary STL by its size, OBJ by its lines of vertices."""
     triangles = int.from_bytes(content[80:84], "little")
     return (
         content.startswith((b"ply\n", b"ply\r", b"glTF", b"solid "))
-        or (len(content) >= 84 and len(content) == min(84 + 50 * triangles, LOOKED_AT))
+        or (len(content) >= 84 and len(content) == min(84 + 50 * triangles, PREFIX_BYTES))
         or re.search(rb"^v[ \t]+[-+.\d]", content, re.MULTILINE) is not None
     )
 
@@ -50,4 +50,4 @@ VIDEO = Kind("a video", lambda content: content[4:8] == b"ftyp" or content.start
 LOG = Kind("a log of a training", lambda content: content.startswith(b'{"level": '))
 REPORT = Kind("a report", lambda content: b'content="mplicits report"' in content)
 GENERATED = Kind("a text that mplicits wrote", lambda content: b'{"mplicits": "' in content)
-"""What every target of `bake` writes: its header line, or the page's, begins so (codegen/targets/header.py)."""
+"""Output of every target of `bake`: its header line (codegen/targets/header.py) holds this text."""

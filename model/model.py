@@ -1,6 +1,6 @@
 """The model: a sum of nested levels f_{i+1} = f_i + r_i (Section 3.2), a texture, and the place of the shape.
 
-What its file holds stands in model_file.py.
+The file format is in model_file.py.
 """
 
 import hashlib
@@ -17,24 +17,21 @@ from .orientation import DEFAULT_UP, check_front, check_up
 from .scene import Group, moves, to_json
 
 LEVEL_KEYS = {"delta": float, "iterations": int, "lipschitz": float}
-"""Keys of the JSON object of one level, and the types of their values; `Level` says what they mean.
-
-A level may have the keys `STEP_BOUNDS` as well.
-"""
+"""Required keys of the JSON object of a level -> type; see `Level`."""
 STEP_BOUNDS = {"step_bound": float, "band_step_bound": float}
-"""Further keys of the JSON object of one level. A value that is missing, as in older files, is `DEFAULT_STEP_BOUND`."""
+"""Optional keys of the JSON object of a level -> type. The default is `DEFAULT_STEP_BOUND`."""
 MOST_MODELS = 64
-"""Most models of a scene."""
+"""Largest number of models of a scene."""
 INPUTS = ("xyz", "xyzt")
-"""Values of `inputs`: a network takes as many numbers as the text has letters."""
+"""Values of `inputs`: one letter for each number that a network takes."""
 LEVEL_OUTPUTS, TEXTURE_OUTPUTS = 1, 3
-"""How many numbers a level's network and the texture's network give."""
+"""Numbers of outputs of a level's network and of the texture's network."""
 MOST_ITERATIONS = 10_000
 """Largest value of a level's `iterations`."""
 DEFAULT_STEP_BOUND = 0.8
-"""Factor on a level's steps where nothing was measured."""
+"""Factor on the steps of a level without a measured bound."""
 DEFAULT_ITERATIONS = (20, 5)
-"""Sphere tracing iterations that training gives to level 1 and to each finer level (Section 4)."""
+"""Sphere tracing iterations of level 1 and of each finer level of a new model (Section 4)."""
 
 Array = NDArray[np.float32]
 
@@ -55,26 +52,26 @@ Network = tuple[Layer, ...]
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """One level of a model: its network is a term of the sum, and the rest says where and how its sum is used."""
+    """One level of a model: a network, which is a term of the sum, and numbers for the use of the sum up to it."""
 
     network: Network
-    """f_1 for the first level, the residual r_{i-1} for level i. It gives one number. A scene's levels have none."""
+    """f_1 for level 1, the residual r_{i-1} for level i; one output. A scene's levels have no network."""
     delta: float
-    """Half the width of the band |f_i| < delta_i in which the next level is defined, model units, above 0 (Eq. 5)."""
+    """Half-width of the band |f_i| < delta_i in which the next level is defined, model units, above 0 (Eq. 5)."""
     iterations: int
     """Sphere tracing iterations at this level, from 1 to `MOST_ITERATIONS`."""
     lipschitz: float = 1.0
-    """Largest |grad f_i| that was measured where level i is defined, above 0."""
+    """Largest measured |grad f_i| where level i is defined, above 0."""
     step_bound: float = DEFAULT_STEP_BOUND
-    """Largest factor on sphere tracing's steps f_i, level i being the last that is traced, in (0, 1].
+    """Largest factor on the steps f_i of sphere tracing for which no measured ray passed through the shape, in (0, 1].
 
-    With it, no ray that was measured passed through the shape.
+    For level i as the last traced level.
     """
     band_step_bound: float = DEFAULT_STEP_BOUND
-    """The same for the steps towards the band, f_i - delta_i / 1.3, where a finer level is traced."""
+    """The same for steps towards the band of a finer traced level, f_i - delta_i / 1.3."""
 
     def numbers(self) -> dict[str, float | int]:
-        """Return the level's numbers by the keys of the file: `LEVEL_KEYS`, and `STEP_BOUNDS` that were measured."""
+        """Return the level's numbers by their keys in the file: `LEVEL_KEYS`, and measured `STEP_BOUNDS`."""
         numbers = {"delta": float(self.delta), "iterations": self.iterations, "lipschitz": float(self.lipschitz)}
         bounds = {key: float(getattr(self, key)) for key in STEP_BOUNDS}
         return numbers | {key: bound for key, bound in bounds.items() if bound != DEFAULT_STEP_BOUND}
@@ -84,50 +81,50 @@ class Level:
 class Model:
     """A trained multiscale neural signed distance function, valid by construction: see `validate`.
 
-    Model space is where the shape fits the unit sphere. Distances are in its radius, and negative inside.
+    In model space, the shape fits the unit sphere. Distances are in model units, negative inside.
     """
 
     name: str
-    """Any text that is not empty, usually the name of the file that the shape came from."""
+    """Any text but the empty one; usually the name of the shape's file."""
     levels: tuple[Level, ...]
     """At least one, the coarsest first."""
     texture: Network | None = None
-    """From a point in model space to a colour: 3 numbers, sRGB in [0, 1], to be clamped. None for no colours."""
+    """Network from a point in model space to sRGB, to be clamped to [0, 1]; None without colours."""
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Where model space's origin lies in input space turned upright, which is model space * scale + centre."""
+    """Origin of model space in upright input space: input = model * scale + centre."""
     scale: float = 1.0
-    """Length of model space's unit in input space, above 0."""
+    """Length of the model unit in input space, above 0."""
     up: str = DEFAULT_UP
-    """Axis of input space that points up, "x", "y" or "z"; in model space it is y (`orientation.upright`)."""
+    """Axis of input space that points up: "x", "y" or "z". In model space it is y (`orientation.upright`)."""
     front: tuple[float, float] | None = None
-    """Azimuth and elevation, in degrees, of a camera that sees the shape as it wants to be seen; None: not known."""
+    """Azimuth and elevation, in degrees, of a camera in front of the shape; None: unknown."""
     credit: str = ""
-    """Author and licence of the shape, any text; empty where they are not known."""
+    """Author and license of the shape; empty: unknown."""
     inputs: str = "xyz"
-    """What the networks take: "xyz", a point in model space, or "xyzt", a point and a time, for a field that moves."""
+    """Inputs of the networks: "xyz", a point in model space; or "xyzt", a point and a time, for a moving field."""
     provenance: dict[str, Any] = field(default_factory=dict)
-    """Where the model comes from, as JSON values: source file, its hash, seed, settings, seconds, quality figures."""
+    """Origin of the model, as JSON values: source file, its hash, seed, settings, seconds, errors."""
     shapes: "tuple[Model, ...]" = ()
-    """The models of a scene, none of which is a scene; none in a model of one shape."""
+    """The models of a scene, which are no scenes themselves; empty for a model of one shape."""
     scene: Group | None = None
-    """How the shapes are placed and joined, in model space; None where there are none."""
+    """Placement and combination of the shapes, in model space; None for a model of one shape."""
 
     def __post_init__(self) -> None:
-        """Refuse what is no valid model. Raises UserError."""
+        """Raise UserError if a value is invalid."""
         validate(self)
 
     @property
     def coloured(self) -> bool:
-        """Whether the surface has colours of its own."""
+        """Whether the model colors its surface."""
         return self.texture is not None or self.scene is not None
 
     @property
     def place(self) -> tuple[tuple[float, float, float], float, str]:
-        """The centre, the scale and the axis that is up: where model space lies in input space."""
+        """The centre, the scale and the up axis: the place of model space in input space."""
         return self.centre, self.scale, self.up
 
     def networks(self) -> dict[str, Network]:
-        """Return the prefix of each network's tensor names, `level1`, ... and `texture`, and that network."""
+        """Return the networks by the prefix of their tensors' names: `level1`, ..., `texture`."""
         if self.scene is not None:
             return {
                 f"shape{i}.{prefix}": network
@@ -138,7 +135,7 @@ class Model:
         return named | ({} if self.texture is None else {"texture": self.texture})
 
     def tensors(self) -> dict[str, Array]:
-        """Return the name of each tensor of the file, and that tensor."""
+        """Return the tensors by their names in the file."""
         tensors = {}
         for prefix, network in self.networks().items():
             for j, layer in enumerate(network):
@@ -147,13 +144,13 @@ class Model:
         return tensors
 
     def parameters(self) -> int:
-        """Count the weights and biases, those of the texture included."""
+        """Count the weights and biases, including the texture's."""
         return sum(tensor.size for tensor in self.tensors().values())
 
     def sha256(self) -> str:
-        """Hash the tensors and the numbers of each level: what a renderer depends on. Returns 64 hexadecimal digits.
+        """Hash the tensors and the numbers of each level. Returns 64 hexadecimal digits.
 
-        Two models that differ in name, provenance or input space alone have the same hash.
+        The hash ignores name, provenance and input space, which do not change a picture.
         """
         digest = hashlib.sha256(json.dumps([level.numbers() for level in self.levels]).encode())
         if self.scene is not None:
@@ -169,22 +166,22 @@ MODEL_SPACE = ((0.0, 0.0, 0.0), 1.0, DEFAULT_UP)
 
 
 def shape_of(network: Network) -> str:
-    """Name a network's size as the paper's (N, d), written `NxD`: width N, and D hidden layers of N to N numbers."""
+    """Describe the size of a network as `NxD` for the paper's (N, d): D hidden layers from N to N numbers."""
     return f"{network[0].weight.shape[0]}x{len(network) - 2}"
 
 
 def level_networks(model: Model, index: int) -> tuple[Network, ...]:
-    """Return the networks of a level, counted from 0: one, or of a scene those of the models that have such a level."""
+    """Return the networks of a level, counted from 0: one network, or one for each shape of a scene with that level."""
     return tuple(part.levels[index].network for part in model.shapes or (model,) if index < len(part.levels))
 
 
 def sizes(networks: tuple[Network, ...]) -> str:
-    """Name the sizes of a level's networks, each size once."""
+    """Describe the distinct sizes of a level's networks."""
     return "+".join(dict.fromkeys(map(shape_of, networks)))
 
 
 def validate(model: Model) -> None:
-    """Check every value of a model. Raises UserError, one line that names the tensor or key that is wrong."""
+    """Check every value of a model. Raises UserError, which names the wrong tensor or key."""
     if not isinstance(model.name, str) or not model.name:
         raise UserError("name: not a text, or empty")
     if model.inputs not in INPUTS:
@@ -221,14 +218,14 @@ def validate(model: Model) -> None:
 
 
 def _validate_scene(model: Model) -> None:
-    """Check what a scene has beside the values of every model. Raises UserError."""
+    """Check the values that only a scene has. Raises UserError."""
     if model.scene is None or not 1 <= len(model.shapes) <= MOST_MODELS:
         raise UserError(f"shapes: a scene has from 1 to {MOST_MODELS} models, and other models have none")
     if any(shape.scene is not None for shape in model.shapes):
-        raise UserError("shapes: a scene is none")
+        raise UserError("shapes: a scene cannot hold a scene")
     if model.texture is not None or any(level.network for level in model.levels):
-        raise UserError("levels: a scene has no networks beside its shapes'")
+        raise UserError("levels: a scene has no networks but its shapes'")
     if len(model.levels) > max(len(shape.levels) for shape in model.shapes):
-        raise UserError("levels: there are more than any shape has")
+        raise UserError("levels: more levels than any shape")
     if moves(model.scene, [shape.inputs == "xyzt" for shape in model.shapes]) != (model.inputs == "xyzt"):
-        raise UserError("inputs: must be 'xyzt' where the scene moves, and 'xyz' where it does not")
+        raise UserError("inputs: must be 'xyzt' for a moving scene, else 'xyz'")

@@ -1,7 +1,6 @@
-"""The model's file: this module is the definition of the format that docs/format.md describes in prose.
+"""The file of a model, a safetensors file: the definition of the format that docs/format.md describes.
 
-A safetensors file: `Model.tensors` says which tensors it holds, `MODEL_KEYS` and `LEVEL_KEYS` what stands in its
-metadata, and `validate` which values are allowed. Nothing here needs torch.
+`Model.tensors` lists the tensors, `MODEL_KEYS` and `LEVEL_KEYS` list the metadata, and `validate` checks the values.
 """
 
 import json
@@ -25,42 +24,37 @@ from .scene import Group, from_json, to_json
 FORMAT = "mplicits"
 """Value of the metadata key `format`."""
 VERSION = 2
-"""Newest value of the metadata key `version` that this program reads; it writes this one for scenes."""
+"""Newest readable value of the metadata key `version`; the value for scenes."""
 SHAPE_VERSION = 1
-"""Value of the metadata key `version` of a model that is no scene."""
+"""Value of the metadata key `version` for models of one shape."""
 TRAINING = "training"
-"""A metadata key, and with a dot after it the beginning of tensors' names: the state of a training that is not over.
-
-Such a file is a model like any other to `load`, which passes over them.
-"""
+"""Metadata key, and prefix of tensors' names (with a dot), of the state of an interrupted training. `load` skips it."""
 MODEL_KEYS = {"name": str, "levels": list, "inputs": str, "centre": list, "scale": float, "provenance": dict}
-"""Keys of the JSON object under the metadata key `model`, and the types of their values; `Model` says what they mean.
+"""Required keys of the JSON object under the metadata key `model` -> type; see `Model`.
 
-A float here and below is any finite JSON number. `levels` is a list of objects with the keys `LEVEL_KEYS`.
+A float is any finite JSON number. `levels` is a list of objects with the keys `LEVEL_KEYS`.
 """
 OPTIONAL_KEYS = {"up": str, "front": list, "credit": str}
-"""Further keys of the JSON object under `model`; a value that is missing is the default of `Model`."""
+"""Optional keys of the JSON object under `model` -> type; `Model` has the defaults."""
 SCENE_KEYS = {"shapes": list, "scene": dict}
-"""Further keys of the JSON object under `model` of a scene, which needs version 2: the objects of its models, whose
-tensors' names begin with `shape1.`, `shape2.`, ..., and the tree of scene.py."""
+"""Further keys of a scene (version 2) -> type: the objects of its models, and the tree of scene.py.
+
+The names of the models' tensors begin with `shape1.`, `shape2.`, ...
+"""
 
 Training = tuple[str, Mapping[str, NDArray[Any]]]
-"""The state of a training that is not over: JSON for the metadata key `TRAINING`, and tensors by name."""
+"""State of an interrupted training: JSON for the metadata key `TRAINING`, and tensors by name."""
 
 
 def save(model: Model, path: Path, training: Training | None = None) -> None:
-    """Write the model file, whole or not at all. Raises UserError where `path` cannot be written.
-
-    training: what the file holds beside the model.
-    """
+    """Write the file of a model, whole or not at all. Raises UserError if `path` is not writable."""
     write_whole(path, to_bytes(model, training=training))
 
 
 def to_bytes(model: Model, dtype: type[np.floating] = np.float32, training: Training | None = None) -> bytes:
-    """Return the model file of a model, the same bytes each time.
+    """Return the bytes of a model's file; equal models give equal bytes.
 
-    dtype: of the tensors in the file. Only float32 gives a file that `load` reads; a web page carries float16.
-    training: what the file holds beside the model.
+    dtype: type of the tensors. `load` reads float32 alone; a web page carries float16.
     """
     tensors: dict[str, NDArray[Any]]
     tensors = {name: np.ascontiguousarray(tensor, dtype) for name, tensor in model.tensors().items()}
@@ -71,8 +65,8 @@ def to_bytes(model: Model, dtype: type[np.floating] = np.float32, training: Trai
         metadata[TRAINING] = text
         tensors |= {f"{TRAINING}.{name}": np.asarray(tensor, order="C") for name, tensor in state.items()}
     data = to_safetensors(tensors, metadata)
-    # safetensors writes the metadata in an order that changes from call to call, so its header is replaced: 8 bytes of
-    # length, then JSON padded with spaces to a multiple of 8.
+    # safetensors writes the metadata in random order. Replace its header: 8 bytes of length, then JSON that is padded
+    # with spaces to a multiple of 8.
     end = 8 + int.from_bytes(data[:8], "little")
     header = json.dumps({**json.loads(data[8:end]), "__metadata__": metadata}, separators=(",", ":")).encode()
     header += b" " * (-len(header) % 8)
@@ -80,10 +74,9 @@ def to_bytes(model: Model, dtype: type[np.floating] = np.float32, training: Trai
 
 
 def load(path: Path) -> Model:
-    """Read and validate a model file.
+    """Read and validate the file of a model.
 
-    Raises UserError, one line that begins with the path, where the file is missing, damaged, or not a model that this
-    version reads.
+    Raises UserError, which begins with the path, if the file is missing, damaged, no model, or of a newer version.
     """
     try:
         if path.exists() and not path.is_file():
@@ -111,7 +104,7 @@ def load(path: Path) -> Model:
 
 
 def _description(model: Model) -> dict[str, Any]:
-    """Return the JSON object of a model: a value for each of MODEL_KEYS, and for OPTIONAL_KEYS where there is one."""
+    """Return the JSON object of a model: MODEL_KEYS, and the OPTIONAL_KEYS that differ from the default."""
     further = {
         "up": None if model.up == DEFAULT_UP else model.up,
         "front": None if model.front is None else [float(angle) for angle in model.front],
@@ -130,7 +123,7 @@ def _description(model: Model) -> dict[str, Any]:
 
 
 def _check_version(metadata: Mapping[str, str]) -> None:
-    """Check that a file's metadata is of a model, and of a version that this program reads. Raises UserError."""
+    """Check the format and the version in a file's metadata. Raises UserError."""
     if metadata.get("format") != FORMAT:
         raise UserError("not an mplicits model (metadata key 'format')")
     version = metadata.get("version", "")
@@ -141,22 +134,23 @@ def _check_version(metadata: Mapping[str, str]) -> None:
 
 
 def _from_file(metadata: Mapping[str, str], tensors: dict[str, Array]) -> Model:
-    """Make the model of a file's metadata and tensors; `tensors` is empty afterwards. Raises UserError."""
+    """Build a model from metadata and tensors, and empty `tensors`. Raises UserError."""
     description = _read_description(metadata)
     if "scene" in description:
         description |= _take_scene(description, tensors)
     levels = []
-    for i, given in enumerate(description["levels"], start=1):
-        check_keys(f"levels[{i}]", given, LEVEL_KEYS)
-        numbers = dict.fromkeys(STEP_BOUNDS, DEFAULT_STEP_BOUND) | given
+    for i, entry in enumerate(description["levels"], start=1):
+        check_keys(f"levels[{i}]", entry, LEVEL_KEYS)
+        numbers = dict.fromkeys(STEP_BOUNDS, DEFAULT_STEP_BOUND) | entry
         check_keys(f"levels[{i}]", numbers, STEP_BOUNDS)
         network = () if "scene" in description else _take_network(tensors, f"level{i}")
         sizes = (float(numbers[key]) for key in ("lipschitz", *STEP_BOUNDS))
         levels.append(Level(network, float(numbers["delta"]), numbers["iterations"], *sizes))
     texture = _take_network(tensors, "texture") if "texture.layer0.weight" in tensors else None
     if tensors:
-        kind = f"a model with {len(levels)} levels"
-        raise UserError(f"{min(tensors)}: not a tensor of {kind}, or the layer before it is missing")
+        raise UserError(
+            f"{min(tensors)}: not a tensor of a model with {len(levels)} levels, or the layer before it is missing"
+        )
     for i, coordinate in enumerate(description["centre"]):
         check_finite(f"centre[{i}]", coordinate)
     if "front" in description:
@@ -171,27 +165,27 @@ def _from_file(metadata: Mapping[str, str], tensors: dict[str, Array]) -> Model:
 
 
 def _take_scene(description: dict[str, Any], tensors: dict[str, Array]) -> dict[str, Any]:
-    """Make the shapes and the tree of a scene, and take the shapes' tensors. Raises UserError."""
+    """Build the shapes and the tree of a scene, and remove the shapes' tensors from `tensors`. Raises UserError."""
     shapes = []
-    for i, given in enumerate(description["shapes"], start=1):
+    for i, entry in enumerate(description["shapes"], start=1):
         prefix = f"shape{i}."
-        if not isinstance(given, dict) or "scene" in given:
+        if not isinstance(entry, dict) or "scene" in entry:
             raise UserError(f"shapes[{i}]: is not an object of keys and values of one shape")
         own = {name.removeprefix(prefix): tensors.pop(name) for name in sorted(tensors) if name.startswith(prefix)}
         try:
-            shapes.append(_from_file({"model": json.dumps(given)}, own))
+            shapes.append(_from_file({"model": json.dumps(entry)}, own))
         except UserError as error:
             raise UserError(f"shapes[{i}]: {error}") from None
     tree = from_json(description["scene"], len(shapes))
     if not isinstance(tree, Group):
-        raise UserError("scene: is no group")
+        raise UserError("scene: is not a group")
     return {"shapes": tuple(shapes), "scene": tree}
 
 
 def _read_description(metadata: Mapping[str, str]) -> dict[str, Any]:
-    """Read the JSON object in a file's metadata: values for MODEL_KEYS and OPTIONAL_KEYS, other keys left out.
+    """Parse the JSON object in a file's metadata; unknown keys are dropped.
 
-    Raises UserError where it is no JSON, or where a value is missing or of another type.
+    Raises UserError if it is no JSON, or if a value is missing or has a wrong type.
     """
     if "model" not in metadata:
         raise UserError("metadata key 'model' is missing")
@@ -207,12 +201,12 @@ def _read_description(metadata: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _refuse_constant(constant: str) -> None:
-    """Refuse NaN and Infinity, which Python's JSON reader would take."""
+    """Refuse NaN and Infinity, which Python's JSON parser accepts."""
     raise ValueError(f"{constant} is not a number of JSON")
 
 
 def _take_network(tensors: dict[str, Array], prefix: str) -> Network:
-    """Take the layers 0, 1, ... of a network out of `tensors`, as far as there are any. Raises UserError."""
+    """Move the layers 0, 1, ... of a network out of `tensors`. Raises UserError."""
     layers: list[Layer] = []
     while f"{prefix}.layer{len(layers)}.weight" in tensors:
         name = f"{prefix}.layer{len(layers)}"
@@ -223,5 +217,5 @@ def _take_network(tensors: dict[str, Array], prefix: str) -> Network:
 
 
 def _one_line(text: str) -> str:
-    """Escape and shorten a text, some of which may come from the file, so that it fits one line."""
+    """Escape and shorten a text that may come from the file."""
     return show(text)[:300]

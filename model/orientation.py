@@ -1,4 +1,4 @@
-"""Which way is up, and where the front is: how a shape lies in its file, and how people want to see it first."""
+"""The up axis and the front of a shape, in the coordinates of its file."""
 
 from typing import TYPE_CHECKING
 
@@ -16,37 +16,37 @@ UPRIGHT = {
     "-z": ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
     "-x": ((0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
 }
-"""Axis of a file that points up -> the rotation that turns it to model space's y axis, row by row.
+"""Up axis of a file -> rows of the rotation that maps it to model space's y axis.
 
-Where z is up, a face that looks to -y, as modelling programs have it, looks to +z then.
+With z up, as in modeling programs, the front -y becomes +z.
 """
 FILES_UP = {".glb": "y"}
-"""Ending of a shape's file -> the axis that its format says is up (glTF 2.0, section 3.4). Others do not say."""
+"""Suffix of a file -> up axis that its format prescribes (glTF 2.0, section 3.4)."""
 DEFAULT_UP = "y"
 
 
 def upright(vectors: "NDArray[np.float64]", up: str) -> "NDArray[np.float64]":
-    """Turn vectors (..., 3) of a file whose axis `up` points up so that y does."""
+    """Rotate vectors (..., 3) from a file with the up axis `up` to y up."""
     import numpy as np
 
     return vectors if up == DEFAULT_UP else vectors @ np.array(UPRIGHT[up]).T
 
 
 def as_in_file(vectors: "NDArray[np.float64]", up: str) -> "NDArray[np.float64]":
-    """Turn vectors (..., 3) back from what `upright` made of them."""
+    """Rotate vectors (..., 3) back: the inverse of `upright`."""
     import numpy as np
 
     return vectors if up == DEFAULT_UP else vectors @ np.array(UPRIGHT[up])
 
 
 def check_up(up: object) -> None:
-    """Raise UserError where `up` is not the name of an axis."""
+    """Raise UserError if `up` is not the name of an axis."""
     if up not in UPRIGHT:
         raise UserError(f"up: {up!r} is none of {', '.join(UPRIGHT)}")
 
 
 def check_front(front: object) -> None:
-    """Raise UserError where `front` is not an azimuth and an elevation in degrees."""
+    """Raise UserError if `front` is not an azimuth and an elevation in degrees."""
     from .checks import check_finite  # loads numpy
 
     if not isinstance(front, (tuple, list)) or len(front) != 2:

@@ -1,15 +1,13 @@
-"""Quantised weights: small whole multiples of a step, which take few characters as text (codegen/printers/packed.py).
+"""Quantised weights: integer multiples of a step, which take few characters as text (codegen/printers/packed.py).
 
-In a quantised network
+- A hidden layer has one step. The weights are multiples of at most `MAX_HIDDEN`, 6 bits with the sign; the biases are
+  multiples of any size.
+- The first layer's matrix (frequencies) and bias (phases) and each row of the last layer's matrix have a step of their
+  own. The multiples are at most `MAX_FINE`, 8 bits with the sign.
+- The last layer's bias is any number.
 
-- a hidden layer has one step. The weights of its matrix are multiples of it of at most `MAX_HIDDEN`, which is 6 bits
-  with the sign; its biases are multiples of it of any size.
-- the first layer's matrix, which holds frequencies, and its bias, which holds phases, have a step each, and so has
-  every row of the last layer's matrix. Their multiples are at most `MAX_FINE`, which is 8 bits with the sign.
-- the last layer's bias may be any number.
-
-Training can keep its weights quantised from its first step on (trainer/networks/quantised.py); `quantised` quantises
-any network.
+`quantised` quantises any network. Training can also keep the weights quantised from the first step on
+(trainer/networks/quantised.py).
 """
 
 from dataclasses import replace
@@ -23,19 +21,18 @@ MAX_HIDDEN = 31
 MAX_FINE = 127
 """Largest multiple in the first layer, and in the matrix of the last."""
 CLIP = 2.0
-"""Largest weight that a hidden layer keeps, in standard deviations of its weights.
+"""Largest weight of a hidden layer, in standard deviations of its weights.
 
-Larger ones are clipped: the smaller step that this allows is worth more to all the others.
+Larger weights are clipped, because the smaller step improves all other weights.
 """
 TOLERANCE = 1e-3
-"""How far a weight may be from a whole multiple of its step, in steps."""
+"""Largest distance of a weight from a multiple of its step, in steps."""
 
 
 def step_of(array: Array, largest: int) -> float | None:
-    """Find the largest step of which every entry of an array is a multiple.
+    """Find the largest step such that every entry of an array is a multiple of it; None if there is no such step.
 
-    array: float32, any shape. largest: the largest multiple that is allowed. Returns None where there is no such step,
-    and 1 for an array of zeros.
+    array: float32, any shape. largest: bound on the multiples. An array of zeros has the step 1.
     """
     top = float(np.abs(array).max())
     counts = np.arange(1, largest + 1)
@@ -47,13 +44,13 @@ def step_of(array: Array, largest: int) -> float | None:
 
 
 def are_multiples(array: Array, step: float) -> bool:
-    """Whether every entry of an array is a whole multiple of `step`, within `TOLERANCE`."""
+    """Whether every entry of an array is a multiple of `step`, within `TOLERANCE`."""
     ratio = array.astype(np.float64) / step
     return bool(np.abs(ratio - np.rint(ratio)).max() < TOLERANCE)
 
 
 def is_quantised(network: Network) -> bool:
-    """Whether every layer of a network is quantised as this file's docstring says."""
+    """Whether every layer of a network is quantised."""
     first, *hidden = network[:-1]
     fine = (first.weight, first.bias, *network[-1].weight)
     steps = [step_of(layer.weight, MAX_HIDDEN) for layer in hidden]
@@ -76,7 +73,7 @@ def quantised(network: Network) -> Network:
 
 
 def quantised_model(model: Model) -> Model:
-    """Return the model with all its networks quantised; those that are quantised already stay the same objects."""
+    """Return the model with all networks quantised. Quantised networks stay the same objects."""
     levels = tuple(replace(level, network=_once_quantised(level.network)) for level in model.levels)
     return replace(model, levels=levels, texture=None if model.texture is None else _once_quantised(model.texture))
 
@@ -91,7 +88,7 @@ def _quantised_finely(array: Array) -> Array:
 
 
 def _three_digits(step: float) -> float:
-    """Round a step to three digits, which makes its text short; a step of 0 becomes 1."""
+    """Round a step to three digits, for a short text; 0 becomes 1."""
     return float(f"{step:.3g}") or 1.0
 
 

@@ -1,7 +1,7 @@
-"""A scene: shapes that are placed and joined, as a tree, and how the file of a model says it (docs/scenes.md).
+"""A scene: a tree of placed and combined shapes, and its JSON in the file of a model (docs/scenes.md).
 
-Numbers in it are expressions in the time t (model/expression.py). A point x of a node's inside lies at
-turn(scale * x) + translate outside of it, the turn being about an axis through the origin.
+Its numbers are expressions in the time t (model/expression.py). A node maps a point x from its local space to its
+parent's space: rotate(scale * x) + translate, where the axis of rotation passes through the origin.
 """
 
 import math
@@ -15,28 +15,27 @@ from .expression import ONE, TIME, ZERO, Expression, number
 from .expression_reader import read
 
 UNION, SMOOTH_UNION, INTERSECTION, DIFFERENCE = OPERATIONS = ("union", "smooth union", "intersection", "difference")
-"""How a group joins its parts: what is in any of them, the same with soft seams, what is in all, and what is in the
-first and in no other."""
+"""Operations of a group; a difference is the first part minus all others."""
 MOST_SHAPES = 64
-"""Most shapes of a scene."""
+"""Largest number of shapes of a scene."""
 MOST_DEPTH = 16
-"""Most groups inside one another."""
+"""Largest depth of nested groups."""
 PLACEMENT_KEYS = ("translate", "axis", "angle", "scale")
-"""Keys of a placement, in a scene's file and in a model's."""
+"""Keys of a placement, in the file of a scene and in the file of a model."""
 
 
 @dataclass(frozen=True)
 class Placement:
-    """Where a node lies in what holds it."""
+    """The map from a node's local space to its parent's space."""
 
     translate: tuple[Expression, Expression, Expression] = (ZERO, ZERO, ZERO)
-    """Added last."""
+    """Translation, applied last."""
     axis: tuple[float, float, float] = (0.0, 1.0, 0.0)
-    """Of the turn, of length 1."""
+    """Axis of rotation, of length 1."""
     angle: Expression = ZERO
-    """Of the turn, in degrees, counterclockwise as seen from the axis' end."""
+    """Angle of rotation, in degrees, counterclockwise as seen from the end of the axis."""
     scale: Expression = ONE
-    """Factor on all lengths, above 0; applied first."""
+    """Scale, above 0, applied first."""
 
     @property
     def moves(self) -> bool:
@@ -46,52 +45,52 @@ class Placement:
 
 @dataclass(frozen=True)
 class Shape:
-    """One model of the scene."""
+    """A model in the scene."""
 
     model: int
     """Index into `Model.shapes`."""
     time: Expression = TIME
-    """The fourth input of a model that moves."""
+    """Time of a moving model: its fourth input."""
     placement: Placement = Placement()
-    """Where the unit sphere that holds the shape lies."""
+    """Placement of model space."""
 
 
 @dataclass(frozen=True)
 class Disc:
-    """A ground: a round plate around the y axis whose upper side is at y = 0. It fits a unit sphere."""
+    """A ground: a round plate around the y axis with its upper side at y = 0, inside the unit sphere."""
 
     thickness: float
     """From 0.001 to 0.9."""
     colour: tuple[float, float, float]
     """sRGB in [0, 1]."""
     placement: Placement = Placement()
-    """Where the unit sphere lies."""
+    """Placement of the unit sphere."""
 
     @property
     def radius(self) -> float:
-        """Of the plate: its lower rim is on the unit sphere."""
+        """Radius of the plate: its lower rim lies on the unit sphere."""
         return math.sqrt(1 - self.thickness**2)
 
 
 @dataclass(frozen=True)
 class Group:
-    """Nodes joined by an operation."""
+    """Nodes combined by an operation."""
 
     operation: str
     """One of `OPERATIONS`."""
     parts: "tuple[Node, ...]"
     """At least one."""
     radius: Expression = ZERO
-    """Of a smooth union, above 0: where two parts' distances differ by less, they blend. Lengths are the inside's."""
+    """Blend radius of a smooth union, above 0, in local units: parts blend where their distances differ by less."""
     placement: Placement = Placement()
-    """Where all of them lie."""
+    """Placement of the whole group."""
 
 
 Node = Shape | Disc | Group
 
 
 def shapes_of(node: Node) -> Iterator[Shape | Disc]:
-    """Yield the shapes of a tree in the order in which they stand there."""
+    """Yield the leaves of a tree in order."""
     if isinstance(node, Group):
         for part in node.parts:
             yield from shapes_of(part)
@@ -100,7 +99,7 @@ def shapes_of(node: Node) -> Iterator[Shape | Disc]:
 
 
 def moves(node: Node, moving: Sequence[bool]) -> bool:
-    """Tell whether anything in a tree depends on the time. moving: which models do."""
+    """Whether a tree depends on the time. moving: for each model, whether it does."""
     own = node.placement.moves
     match node:
         case Group(parts=parts, radius=radius):
@@ -112,7 +111,7 @@ def moves(node: Node, moving: Sequence[bool]) -> bool:
 
 
 def renumbered(node: Node, change: Callable[[int], int]) -> Node:
-    """Return a tree whose shapes have other models' numbers."""
+    """Return a tree with changed indices of models."""
     match node:
         case Group(parts=parts):
             return replace(node, parts=tuple(renumbered(part, change) for part in parts))
@@ -141,7 +140,7 @@ def to_json(node: Node) -> dict[str, Any]:
 
 
 def from_json(value: Any, models: int) -> Node:
-    """Read and check the tree of a model's file. models: how many there are. Raises UserError, one line."""
+    """Read and check the tree in the file of a model. models: number of models. Raises UserError."""
     node = _node(value, models, "scene", 0)
     if sum(1 for _ in shapes_of(node)) > MOST_SHAPES:
         raise UserError(f"scene: more than {MOST_SHAPES} shapes")
@@ -155,7 +154,7 @@ def _node(value: Any, models: int, where: str, depth: int) -> Node:
     if "parts" in value:
         parts = value["parts"]
         if not isinstance(parts, list) or not parts or depth == MOST_DEPTH:
-            raise UserError(f"{where}.parts: is not a list of nodes, or too deep")
+            raise UserError(f"{where}.parts: is not a list of nodes, or nested too deeply")
         nodes = tuple(_node(part, models, f"{where}.parts[{i}]", depth + 1) for i, part in enumerate(parts, start=1))
         return group(value, nodes, placement, where)
     if "thickness" in value:
@@ -173,7 +172,7 @@ def group(value: Mapping[str, Any], parts: tuple[Node, ...], placement: Placemen
     """Read a group's operation and radius. Raises UserError that begins with `where` and the key."""
     operation = value.get("operation", UNION)
     if operation not in OPERATIONS:
-        raise UserError(f"{where}.operation: there is {', '.join(OPERATIONS)}")
+        raise UserError(f"{where}.operation: choose one of {', '.join(OPERATIONS)}")
     radius = expression(value, "radius", number(0), where)
     if operation == SMOOTH_UNION and radius.range()[0] <= 0:
         raise UserError(f"{where}.radius: must be positive at all t of [0, 1]")

@@ -1,4 +1,4 @@
-"""Triangle strips of a PLY, which old scans of Stanford and Cyberware have in place of faces."""
+"""Triangle strips of a PLY: old scans of Stanford and Cyberware have them instead of faces."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -10,10 +10,10 @@ if TYPE_CHECKING:
 
 
 def mesh_of_strips(loaded: Any) -> "trimesh.Trimesh | None":
-    """Make the mesh of a PLY's triangle strips; None where it has none.
+    """Convert the triangle strips of a PLY to a mesh; None without strips.
 
-    loaded: what trimesh has read, for which a PLY without faces is a cloud. In a strip each triangle shares the last
-    two vertices of the one before it, and a negative number begins a new strip.
+    loaded: trimesh's point cloud of the PLY. Each triangle of a strip shares two vertices with the previous one; a
+    negative number starts a new strip.
     """
     import trimesh
 
@@ -22,7 +22,7 @@ def mesh_of_strips(loaded: Any) -> "trimesh.Trimesh | None":
     if not strips:
         return None
     faces = trimesh.util.triangle_strips_to_faces(strips)
-    faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]  # A vertex that is repeated turns a strip round.
+    faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]  # Strips repeat a vertex to change direction.
     columns = raw["vertex"]["data"]
     names = set(columns.dtype.names if isinstance(columns, np.ndarray) else columns)
 
@@ -39,17 +39,17 @@ def mesh_of_strips(loaded: Any) -> "trimesh.Trimesh | None":
 
 
 def _rows(data: Any) -> list[NDArray[np.int64]]:
-    """Return the lists of an element whose one property is a list, as trimesh keeps them from a text or from bytes."""
+    """Return the lists of an element with a single list property, from trimesh's data of an ASCII or binary file."""
     if data is None:
         return []
     names = data.dtype.names if isinstance(data, np.ndarray) else list(data)
     column = data[names[0]]
     if getattr(column, "dtype", None) is not None and column.dtype.names:
-        column = column[column.dtype.names[-1]]  # The first is the length.
+        column = column[column.dtype.names[-1]]  # The first field is the length.
     return [np.asarray(row, np.int64).ravel() for row in column]
 
 
 def _parted(row: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    """Part a list at its negative numbers into strips of three vertices and more."""
+    """Split a list at negative numbers into strips of at least three vertices."""
     ends = np.flatnonzero(row < 0)
     return [strip[strip >= 0] for strip in np.split(row, ends) if (strip >= 0).sum() >= 3]

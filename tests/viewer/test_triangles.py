@@ -63,9 +63,9 @@ def test_the_normals_of_the_file_are_kept(tmp_path: Path, ball: trimesh.Trimesh)
     ("name", "content", "said"),
     [
         ("m.ply", None, "no such file"),
-        ("m.png", "", "not a mesh by its ending"),
+        ("m.png", "", "not a mesh by its suffix"),
         ("m.ply", "nonsense", "not a readable PLY file"),
-        ("m.obj", "v 0 0 0\n", "no triangles in it"),
+        ("m.obj", "v 0 0 0\n", "no triangles"),
         ("m.ply", PLY.format(3, 1) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n", "m.ply"),
         ("m.ply", PLY.format(3, 1) + "0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n", "not finite"),
         ("m.ply", PLY.format(3, 1) + "900 0 0\n901 0 0\n900 1 0\n3 0 1 2\n", "--space model"),
