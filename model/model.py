@@ -161,6 +161,8 @@ class Model:
         return digest.hexdigest()
 
 
+SPACES = ("model", "input")
+"""Spaces of points: model space, where the shape fits the unit sphere, and the space of the shape's file."""
 MODEL_SPACE = ((0.0, 0.0, 0.0), 1.0, DEFAULT_UP)
 """The `Model.place` of a model whose input space is model space."""
 

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from itertools import accumulate
 
-from ...ir.program import Array, Function, Program
 from ...model.errors import UserError
-from .composed import ComposedPrinter
+from ...ir.program import Array, Function, Program
 from .cstyle import Language
 from .literal import LiteralStorage
+from .scene_loops import SceneLoops
 from .texels import TexelLayout, TexelStorage
 
 STORAGES = ((64, "literal"), (4096, "texture"))
@@ -21,7 +21,7 @@ PLAIN = "0.80, 0.74, 0.66"
 """Colour, sRGB, of a model without a texture; glsl/base_colour.glsl leaves a texture out in favour of the same one."""
 
 
-def plain_colour() -> tuple[float, float, float]:
+def plain_color() -> tuple[float, float, float]:
     """Return PLAIN as numbers."""
     red, green, blue = map(float, PLAIN.split(","))
     return red, green, blue
@@ -96,7 +96,7 @@ def _print_scene(program: Program, language: Language, storage: str) -> FieldTex
     if storage == "literal":
         raise UserError("--storage literal: a scene keeps its weights in a texture; leave the option out")
     texels = TexelStorage(program, language, program.functions())
-    printer = ComposedPrinter(program, language, texels.layout, PLAIN)
+    printer = SceneLoops(program, language, texels.layout, PLAIN)
     value_loops, gradient_loops, texture_loops = printer.loops()
     lines = [*texels.declarations(), *printer.lines()]
     return FieldText("\n".join(lines) + "\n", texels.layout, value_loops, gradient_loops, texture_loops)

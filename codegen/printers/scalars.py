@@ -1,10 +1,10 @@
-"""Numbers in generated text, one after another and without vectors, which every language has; unrolled.py uses them."""
+"""Writes generated code as scalar assignments, without vectors, so that one generator serves every language."""
 
 import math
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
 
 from ...ir.program import Function
 from ...model.expression import Expression
@@ -13,14 +13,18 @@ from .cstyle import Language
 
 @dataclass(frozen=True)
 class Scalar:
-    """A number that is known when the text runs."""
+    """A number that only the generated code computes."""
 
     text: str
-    """An expression that may be an operand as it is."""
+    """An expression that needs no parentheses as an operand."""
 
 
 Number = float | Scalar
-"""One that is known while printing is a float, which all of `Writer` folds."""
+"""A float is known at generation time, and `Writer` folds it."""
+Inputs = tuple[str, str, str, str]
+"""Four operands: the input (x, y, z, w) of a network."""
+Triple = tuple[Number, Number, Number]
+"""A vector."""
 FOLDED: Mapping[str, Callable[..., float]] = {
     "sqrt": math.sqrt,
     "sin": math.sin,
@@ -29,84 +33,85 @@ FOLDED: Mapping[str, Callable[..., float]] = {
     "min": min,
     "max": max,
 }
-"""Functions of scalars by name, of floats."""
+"""Name of a scalar function -> the function that folds it."""
 
 _WORD = re.compile(r"[A-Za-z_]\w*")
 
 
-class Notation(Protocol):
-    """How a language writes scalars."""
+class Notation(ABC):
+    """How a language writes scalars. The strings are formats."""
 
     functions: Mapping[str, str]
-    """Name in `FOLDED` -> a format with {0}, {1}, ... for the arguments."""
+    """Name in `FOLDED` -> format with {0}, {1}, ... for the arguments."""
     pick: str
-    """A format with {condition}, {yes} and {no}."""
+    """Choice between {yes} and {no} by a {condition}."""
     both: str
-    """Two conditions, {0} and {1}, joined."""
+    """Conjunction of the conditions {0} and {1}."""
     let: str
-    """A new local variable, a format with {name} and {value}."""
-    holds: str
-    """The same of a condition."""
+    """New float variable {name} with a {value}."""
+    let_condition: str
+    """New bool variable {name} with a {value}."""
 
+    @abstractmethod
     def number(self, value: float) -> str:
         """Return a literal."""
 
-    def ask(self, name: str, function: Function, inputs: tuple[str, str, str, str], condition: str) -> list[str]:
-        """Return lines that call a function of a program where a condition holds: its outputs are zero elsewhere."""
+    @abstractmethod
+    def call(self, name: str, function: Function, inputs: Inputs, condition: str | None) -> list[str]:
+        """Return lines that store a network's outputs in the variable `name`; zeros where the condition is false."""
 
+    @abstractmethod
     def output(self, name: str, function: Function, k: int) -> str:
-        """Return the k-th of the outputs that `ask` has under a name: of a gradient x, y, z, value."""
+        """Return output k of a variable that `call` has declared; a gradient has the outputs x, y, z, value."""
 
 
-class VectorNotation:
-    """Of the languages that know vec4."""
+class VectorNotation(Notation):
+    """How languages with vec4 write scalars."""
 
     both = "{0} && {1}"
 
     def __init__(self, language: Language) -> None:
-        self._language = language
+        self.language = language
         self.pick = language.pick
-        self.let, self.holds = (language.local(kind, "{name}", "{value}") for kind in ("float", "bool"))
-        four = language.type("vec4")
-        # A sine of the text's own takes a vec4, a built-in one takes a number, too.
+        self.let, self.let_condition = (language.local(kind, "{name}", "{value}") for kind in ("float", "bool"))
+        vec4 = language.type("vec4")
+        # A generated sine takes a vec4; a built-in one takes a float, too.
         waves = {
-            name: f"{name}({{0}})" if wave == name else f"{wave}({four}({{0}})).x"
+            name: f"{name}({{0}})" if wave == name else f"{wave}({vec4}({{0}})).x"
             for name, wave in (("sin", language.sine), ("cos", language.cosine))
         }
         simple = {name: f"{name}({{0}})" for name in ("sqrt", "abs")}
-        self.functions: Mapping[str, str] = {**simple, **waves, "min": "min({0}, {1})", "max": "max({0}, {1})"}
+        self.functions = {**simple, **waves, "min": "min({0}, {1})", "max": "max({0}, {1})"}
 
     def number(self, value: float) -> str:
-        """Return a literal."""
-        return self._language.number(value)
+        return self.language.number(value)
 
-    def ask(self, name: str, function: Function, inputs: tuple[str, str, str, str], condition: str) -> list[str]:
-        """Return lines that call a function where a condition holds."""
+    def call(self, name: str, function: Function, inputs: Inputs, condition: str | None) -> list[str]:
         kind = {1: "float", 2: "vec4", 3: "vec3"}[len(function.outputs)]
-        zero, four = self.number(0), self._language.type("vec4")
-        nothing = zero if kind == "float" else f"{self._language.type(kind)}({', '.join([zero] * int(kind[3]))})"
-        call = f"{function.name}({four}({', '.join(inputs)}))"
-        return [self._language.local(kind, name, nothing), f"if ({condition}) {{ {name} = {call}; }}"]
+        call = f"{function.name}({self.language.type('vec4')}({', '.join(inputs)}))"
+        if condition is None:
+            return [self.language.local(kind, name, call)]
+        zero = self.number(0)
+        zeros = zero if kind == "float" else f"{self.language.type(kind)}({', '.join([zero] * int(kind[3]))})"
+        return [self.language.local(kind, name, zeros), f"if ({condition}) {{ {name} = {call}; }}"]
 
     def output(self, name: str, function: Function, k: int) -> str:
-        """Return a component."""
         if len(function.outputs) == 1:
             return name
-        # CUDA's vec4 has the members xyz and w alone.
+        # CUDA's vec4 has only the members xyz and w.
         return f"{name}.w" if k == 3 else f"{name}{'.xyz' if len(function.outputs) == 2 else ''}.{'xyz'[k]}"
 
 
 class Writer:
-    """Lines that compute scalars."""
+    """Collects assignments, and folds what is known at generation time. time: name of the variable t."""
 
-    def __init__(self, notation: Notation, time: str) -> None:
-        """Begin without lines. time: the variable that holds t."""
+    def __init__(self, notation: Notation, time: str = "time") -> None:
         self._steps: list[tuple[str, list[str]]] = []
         self._variables: dict[str, str] = {}
         self._notation, self._time, self._count = notation, time, 0
 
     def lines(self, *results: Number) -> list[str]:
-        """Return the lines that some numbers need."""
+        """Return only the lines that the results need."""
         needed = set(_WORD.findall(" ".join(map(self.text, results))))
         kept = []
         for name, lines in reversed(self._steps):
@@ -123,14 +128,14 @@ class Writer:
         return f"({literal})" if literal.startswith("-") else literal
 
     def let(self, value: Number) -> Number:
-        """Give a number a variable of its own."""
+        """Store a number in a variable."""
         if not isinstance(value, Scalar) or value.text.isidentifier():
             return value
         return Scalar(self._variable("a", self._notation.let, value.text))
 
-    def holds(self, condition: str) -> str:
-        """Give a condition a variable."""
-        return self._variable("c", self._notation.holds, condition)
+    def let_condition(self, condition: str) -> str:
+        """Store a condition in a variable."""
+        return self._variable("c", self._notation.let_condition, condition)
 
     def add(self, a: Number, b: Number) -> Number:
         """Return a + b."""
@@ -158,15 +163,22 @@ class Writer:
         """Return a / b."""
         return a if b == 1 else self._infix("/", a, b, lambda x, y: x / y)
 
+    def dot(self, a: Triple, b: Triple) -> Number:
+        """Return the dot product of two vectors."""
+        total: Number = 0.0
+        for x, y in zip(a, b, strict=True):
+            total = self.add(total, self.mul(x, y))
+        return total
+
     def call(self, name: str, *values: Number) -> Number:
-        """Return what one of `FOLDED` gives."""
+        """Return the result of a function in `FOLDED`."""
         known = [value for value in values if not isinstance(value, Scalar)]
         if len(known) == len(values):
             return float(FOLDED[name](*known))
         return Scalar(self._notation.functions[name].format(*(self._bare(value) for value in values)))
 
     def clamped(self, value: Number) -> Number:
-        """Return a number brought into [0, 1]."""
+        """Return a number clamped to [0, 1]."""
         return self.call("min", self.call("max", value, 0.0), 1.0)
 
     def less(self, a: Number, b: Number) -> str:
@@ -174,20 +186,19 @@ class Writer:
         return f"({self.text(a)} < {self.text(b)})"
 
     def both(self, a: str, b: str) -> str:
-        """Return the condition that two conditions hold."""
+        """Return the conjunction of two conditions."""
         return f"({self._notation.both.format(a, b)})"
 
     def pick(self, condition: str, yes: Number, no: Number) -> Number:
         """Return one of two numbers."""
         return Scalar(self._notation.pick.format(condition=condition, yes=self.text(yes), no=self.text(no)))
 
-    def ask(self, function: Function, inputs: "tuple[Number, ...]", condition: str) -> list[Number]:
-        """Return the outputs of a program's function at (x, y, z, w) where a condition holds, and zeros elsewhere."""
+    def network(self, function: Function, inputs: tuple[Number, ...], condition: str | None = None) -> list[Number]:
+        """Return a network's outputs at (x, y, z, w); zeros where the condition is false."""
         x, y, z, w = map(self._bare, inputs)
         name = self._name("r")
-        self._steps.append((name, self._notation.ask(name, function, (x, y, z, w), condition)))
-        count = {1: 1, 2: 4, 3: 3}[len(function.outputs)]
-        return [Scalar(self._notation.output(name, function, k)) for k in range(count)]
+        self._steps.append((name, self._notation.call(name, function, (x, y, z, w), condition)))
+        return [Scalar(self._notation.output(name, function, k)) for k in range(output_count(function))]
 
     def expression(self, value: Expression) -> Number:
         """Return an expression in time."""
@@ -219,7 +230,7 @@ class Writer:
         return Scalar(f"({self.text(a)} {sign} {self.text(b)})")
 
     def _variable(self, letter: str, form: str, value: str) -> str:
-        """Return the variable that has a value, which is made where there is none."""
+        """Return the variable for a value; declare it on first use."""
         if value not in self._variables:
             name = self._variables[value] = self._name(letter)
             self._steps.append((name, [form.format(name=name, value=value)]))
@@ -228,3 +239,8 @@ class Writer:
     def _name(self, letter: str) -> str:
         self._count += 1
         return f"{letter}{self._count}"
+
+
+def output_count(function: Function) -> int:
+    """Return how many scalars a network's outputs have: 1 of a value, 4 of a gradient and value, 3 of a color."""
+    return {1: 1, 2: 4, 3: 3}[len(function.outputs)]

@@ -1,48 +1,40 @@
-"""The field of a scene in CUDA: its networks read the array of weights, and the composition is printed as scalars."""
+"""The field of a scene in CUDA: the networks read the array of weights, and the scene is printed as scalars."""
 
 from ...ir.program import Program
 from ..printers.cstyle import Language
-from ..printers.field import plain_colour
-from ..printers.scalars import Number, Scalar, VectorNotation
+from ..printers.field import plain_color
+from ..printers.scalars import Number, Scalar, VectorNotation, Writer
+from ..printers.scene_scalars import SceneAtPoint
 from ..printers.texels import TexelLayout, TexelStorage
-from ..printers.unrolled import Unrolled
 
 
 def scene_field(program: Program, language: Language) -> tuple[str, TexelLayout]:
-    """Return the text of the functions that `print_field` gives for a shape, and the layout of the weights."""
+    """Return the functions that `print_field` prints for a shape, and the layout of the weights."""
     storage = TexelStorage(program, language, program.functions())
     lines = storage.declarations()
-    for function in program.functions():
-        lines += ["", *storage.definition(function)]
+    for network in program.functions():
+        lines += ["", *storage.definition(network)]
     deltas = tuple(Scalar(f"delta[{k}]") for k in range(len(program.bands)))
+    point = Scalar("p.x"), Scalar("p.y"), Scalar("p.z")
 
-    def there(level: str | None = "level") -> Unrolled:
-        return Unrolled(program, VectorNotation(language), ("p.x", "p.y", "p.z"), level=level, deltas=deltas)
+    def function(kind: str, head: str, quantity: str, level: str | None = "level") -> list[str]:
+        writer = Writer(VectorNotation(language))
+        field = SceneAtPoint(program, writer, point, level, deltas)
+        results: tuple[Number, ...]
+        if quantity == "field":
+            results = field.value, field.reached
+        elif quantity == "field_gradient":
+            results = *field.gradient(), field.value
+        else:
+            results = field.color(plain_color())
+        texts = [writer.text(result) for result in results]
+        body = [f"    {line}" for line in writer.lines(*results)]
+        if quantity == "field":
+            body.append(f"    reached = static_cast<int>({texts.pop()});")
+        return [language.begin(kind, quantity, head), *body, f"    return {kind}({', '.join(texts)});", "}"]
 
-    field, slope, painted = there(), there(), there(None)
-    gradient, colour = slope.gradient(), painted.colour(plain_colour())
     out = language.out.format(name="reached")
-    lines += [
-        language.begin("float", "field", f"vec3 p, int level, {out}"),
-        *_indented(field.lines(field.value, field.reached)),
-        f"    reached = static_cast<int>({field.text(field.reached)});",
-        f"    return {field.text(field.value)};",
-        "}",
-        language.begin("vec4", "field_gradient", "vec3 p, int level"),
-        *_indented(slope.lines(*gradient, slope.value)),
-        f"    return {_vector(slope, 'vec4', (*gradient, slope.value))};",
-        "}",
-        language.begin("vec3", "albedo", "vec3 p"),
-        *_indented(painted.lines(*colour)),
-        f"    return {_vector(painted, 'vec3', colour)};",
-        "}",
-    ]
+    lines += function("float", f"vec3 p, int level, {out}", "field")
+    lines += function("vec4", "vec3 p, int level", "field_gradient")
+    lines += function("vec3", "vec3 p", "albedo", level=None)
     return "\n".join(lines) + "\n", storage.layout
-
-
-def _vector(there: Unrolled, kind: str, numbers: tuple[Number, ...]) -> str:
-    return f"{kind}({', '.join(map(there.text, numbers))})"
-
-
-def _indented(lines: list[str]) -> list[str]:
-    return [f"    {line}" for line in lines]

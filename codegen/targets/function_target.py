@@ -1,68 +1,91 @@
-"""What the targets share that are functions alone: the name, the space, the header, and how each is used."""
+"""Shared by the targets that emit only the distance function: options, header, comments and the function's name."""
 
-from ... import glsl
+import re
+from collections.abc import Callable
+
+from ...model.errors import UserError
+from ...model.files import show
+from ...model.model import MODEL_SPACE, SPACES, Model
 from ...ir.lower import lower
 from ...ir.program import Program
-from ...model.errors import UserError
-from ...model.model import MODEL_SPACE, Model
 from ..printers.cstyle import Language
 from ..printers.field import STORAGES
-from ..printers.user_functions import Place, function_name, print_function
+from ..printers.shader_functions import ShaderFunctions
+from ..printers.user_functions import FunctionLanguage, print_user_functions
 from .header import header_facts, header_line
+from .reserved_names import is_reserved
 
-SPACES = ("model", "input")
-"""Where a function takes points: where the shape fits the unit sphere, or where the shape's file has it."""
+LONGEST_NAME = 40
+"""Most characters of a function's name."""
+WIDEST = 2 * STORAGES[0][0]
+"""Widest network that drivers compile as literals within minutes."""
+
+Standalone = Callable[[Model, str, int | None, str | None, str], str]
+"""A target's function: model, storage, digits, name, space -> text (see registry.py)."""
 
 
-def prepared(
-    model: Model, storage: str, digits: int | None, name: str | None, space: str, widest: int | None = None
-) -> tuple[Program, str, Place]:
-    """Return a model's program, its function's name and the place of its space.
+def shader_target(target: str, language: Language) -> Standalone:
+    """Make the target of a language with vec4."""
+    return function_target(target, lambda name: ShaderFunctions(language, name), WIDEST)
 
-    widest: the widest network that the language takes as literals; None: any. Raises UserError where an option, or the
-    model, does not fit.
+
+def function_target(target: str, language: Callable[[str], FunctionLanguage], widest: int | None = None) -> Standalone:
+    """Make a target. language: from the function's name. widest: the widest network that it takes; None: any."""
+
+    def standalone(
+        model: Model, storage: str = "auto", digits: int | None = None, name: str | None = None, space: str = "model"
+    ) -> str:
+        """Return the text. Raises UserError where an option or the model does not fit."""
+        if storage not in ("auto", "literal"):
+            raise UserError(f"--storage {storage}: {target} has its weights as constants; leave the option out")
+        if space not in SPACES:
+            raise UserError(f"--space {space}: there is {', '.join(SPACES)}")
+        program = lower(model, digits, padded=False)
+        broadest = max(map(program.widest, program.functions()))
+        if widest is not None and broadest > widest:
+            raise UserError(
+                f"a network {broadest} wide is too large for constants in a shader, which take up to {widest}; "
+                "bake it with --target c or python, or train narrower levels"
+            )
+        called = function_name(name, model.name, target)
+        printed = language(called)
+        facts = header_facts(model, program, target) | {"function": called, "space": space}
+        lines = [header_line(facts, printed.comment)]
+        lines += [f"{printed.comment} {line}" for line in _comments(program, called, space)]
+        lines += printed.opening
+        lines += print_user_functions(program, printed, called, model.place if space == "input" else MODEL_SPACE)
+        return "\n".join(lines) + "\n"
+
+    return standalone
+
+
+def function_name(name: str | None, model_name: str, target: str) -> str:
+    """Return the function's name: `name`, or for None a name made from the model's.
+
+    Raises UserError where `name` is no identifier, or where the target's language reserves it.
     """
-    if storage not in ("auto", "literal"):
-        raise UserError(f"--storage {storage}: a function alone has its weights as constants; leave the option out")
-    if space not in SPACES:
-        raise UserError(f"--space {space}: there is {', '.join(SPACES)}")
-    program = lower(model, digits, padded=False)
-    broadest = max(map(program.widest, program.functions()))
-    if widest is not None and broadest > widest:
+    if name is None:
+        made = re.sub("_+", "_", re.sub(r"[^a-z0-9]", "_", model_name.lower())).strip("_")[:LONGEST_NAME].strip("_")
+        made = made if made[:1].isalpha() else f"sdf_{made}".strip("_")
+        return f"{made}_sdf" if is_reserved(made, target) else made
+    identifier = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) is not None
+    if not identifier or "__" in name or name.endswith("_") or len(name) > LONGEST_NAME:
         raise UserError(
-            f"a network {broadest} wide is too large for constants in a shader, which take up to {widest}; "
-            "bake it with --target c or python, or train narrower levels"
+            f"--name {show(name)}: a name is a letter, then letters, digits and single _ between them, "
+            f"{LONGEST_NAME} characters at most"
         )
-    return program, function_name(name, model.name), model.place if space == "input" else MODEL_SPACE
+    if is_reserved(name, target):
+        raise UserError(f"--name {name}: {target} reserves this name; choose another")
+    return name
 
 
-def in_shader(
-    model: Model,
-    target: str,
-    language: Language,
-    storage: str,
-    digits: int | None,
-    name: str | None,
-    space: str,
-) -> str:
-    """Return the text of a function alone in a language of shaders."""
-    program, called, place = prepared(model, storage, digits, name, space, WIDEST)
-    facts = header_facts(model, program, target) | {"function": called, "space": space}
-    lines = [header_line(facts), *(f"// {line}" for line in described(program, called, space))]
-    return "\n".join(lines) + "\n" + print_function(program, language, called, place, glsl.load("sine.glsl"))
-
-
-def described(program: Program, name: str, space: str) -> list[str]:
-    """Return the lines that tell a reader what there is."""
+def _comments(program: Program, name: str, space: str) -> list[str]:
+    """Return the comment lines that tell a reader how to use the functions."""
     time = ", time" if program.moving else ""
     unit = "the shape fits the unit sphere, y is up" if space == "model" else "as in the shape's file"
     return [
         f"A neural signed distance function of {len(program.bands)} nested level{'s' * (len(program.bands) > 1)}.",
         f"Points and distances: {unit}.",
-        f"{name}(p{time}): signed distance, negative inside. {name}_level(p, level{time}): levels 1 to that one alone.",
-        f"{name}_normal(p{time}): its gradient, of length 1. {name}_color(p{time}): colour on the surface, sRGB.",
+        f"{name}(p{time}): signed distance, negative inside. {name}_level(p, level{time}): levels 1 to `level`.",
+        f"{name}_normal(p{time}): its gradient, of length 1. {name}_color(p{time}): color on the surface, sRGB.",
     ]
-
-
-WIDEST = 2 * STORAGES[0][0]
-"""Widest network that drivers compile as literals within minutes."""

@@ -29,13 +29,12 @@ def header_facts(model: Model, program: Program, target: str) -> dict[str, Any]:
     } | {key: value for key, value in further.items() if value is not None}
 
 
-def header_line(facts: Mapping[str, Any]) -> str:
-    """Return the header line, which is a comment in every C-like language.
+def header_line(facts: Mapping[str, Any], comment: str = "//") -> str:
+    """Return the header line: a comment with one JSON object.
 
-    JSON escapes whatever a model's name may hold: the line is ASCII, has no line break inside and no backslash at its
-    end.
+    JSON escapes any text in a model's name: the line is ASCII, without a line break, and has no backslash at its end.
     """
-    return PREFIX + json.dumps(facts)
+    return f"{comment} {json.dumps(facts)}"
 
 
 def read_header(text: str) -> dict[str, Any]:

@@ -1,8 +1,7 @@
-"""Target hlsl: the distance function alone, for Direct3D, Unity and Unreal, with its normal and colour."""
+"""Target hlsl: the distance function for Direct3D, Unity and Unreal, with its normal and color."""
 
-from ...model.model import Model
 from ..printers.cstyle import Language
-from .function_target import in_shader
+from .function_target import shader_target
 
 LANGUAGE = Language(
     constant="static const {type} {name} = {value};",
@@ -11,10 +10,4 @@ LANGUAGE = Language(
     product="mul({vector}, {matrix})",
     transposed="mul({matrix}, {vector})",
 )
-
-
-def standalone(
-    model: Model, storage: str = "auto", digits: int | None = None, name: str | None = None, space: str = "model"
-) -> str:
-    """Return the functions of a model, whose names begin with `name` (None: made of the model's), in a space."""
-    return in_shader(model, "hlsl", LANGUAGE, storage, digits, name, space)
+standalone = shader_target("hlsl", LANGUAGE)

@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import glsl
+from ...model.model import Model
+from ...ir.program import Function, Program
+from ..printers.cstyle import Language, Storage
+from ..printers.field import PLAIN, plain_color
+from ..printers.scalars import Scalar, VectorNotation, Writer
+from ..printers.scene_scalars import SceneAtPoint
 from ...field.hull import hull
 from ...field.lowest import lowest_point
 from ...field.narrow import OFFSET, SHARES, Grid, narrow_widths
-from ...ir.program import Function, Program
-from ...model.model import Model
-from ..printers.cstyle import Language, Storage
-from ..printers.field import PLAIN, plain_colour
-from ..printers.scalars import VectorNotation
-from ..printers.unrolled import Unrolled
 from .header import header_facts, header_line
 from .narrow_bands import rows
 from .orbit import AZIMUTH, ELEVATION
@@ -100,22 +100,30 @@ def _weights(program: Program, storage: type[Storage]) -> list[str]:
 
 
 def _main(program: Program, studio: bool, planes: NDArray[np.float64] | None) -> str:
-    """Return mainImage(), and the planes that it reads. studio: whether it has the studio; planes: of Spared."""
+    """Return mainImage(), and the planes that it reads. studio: with the studio's lines; planes: see `Savings`."""
     time = "TIME" if program.moving else "1"
     albedo = "COLOUR"
     if program.coloured:
         called = "albedo" if program.texture is None else program.texture.name
         albedo = f"clamp(COLOUR({called}(vec4(3.52 * m[2] + t * v, {time}))), 0., 1.)"
     bound = step_bound(program)
-    rest = STUDIO.sub(lambda lines: lines[1] if studio else lines[2] or "", _without_comments("shadertoy.glsl"))
-    rest = rest.replace(", 1));", f", {time}));").replace("ALBEDO", albedo)
-    rest = rest.replace("f *= BOUND;\n", "" if bound == 1 else f"f *= {LANGUAGE.number(bound)};\n")
     enter = _without_comments("enter_ball.glsl")
-    if planes is None:
-        return rest.replace("ENTER", enter)
-    places = ",".join(map(_short, planes.ravel()))
-    declaration = f"const float[{planes.size}] H = float[]({places});\n"
-    return declaration + rest.replace("ENTER", enter + _without_comments("enter_hull.glsl"))
+    declaration = ""
+    if planes is not None:
+        places = ",".join(map(_short, planes.ravel()))
+        declaration = f"const float[{planes.size}] H = float[]({places});\n"
+        enter += _without_comments("enter_hull.glsl")
+    text = STUDIO.sub(lambda lines: lines[1] if studio else lines[2] or "", _without_comments("shadertoy.glsl"))
+    for placeholder, replacement in {
+        ", 1));": f", {time}));",
+        "ALBEDO": albedo,
+        "f *= BOUND;\n": "" if bound == 1 else f"f *= {LANGUAGE.number(bound)};\n",
+        "ENTER": enter,
+    }.items():
+        if text.count(placeholder) != 1:
+            raise ValueError(f"shadertoy.glsl has {text.count(placeholder)} times {placeholder!r}")
+        text = text.replace(placeholder, replacement)
+    return declaration + text
 
 
 def _studio_constants(program: Program, studio: bool) -> list[str]:
@@ -198,15 +206,19 @@ def _widths(narrow: Grid) -> str:
 
 def _scene(program: Program, studio: bool) -> list[str]:
     """Return field() and albedo() of a scene."""
-    notation, point = VectorNotation(LANGUAGE), ("p.x", "p.y", "p.z")
+
+    def at_point(level: str | None) -> tuple[Writer, SceneAtPoint]:
+        writer = Writer(VectorNotation(LANGUAGE), "p.w")
+        return writer, SceneAtPoint(program, writer, (Scalar("p.x"), Scalar("p.y"), Scalar("p.z")), level)
+
     level = "(k > 3 ? 1 : LEVEL)" if studio else "LEVEL"
-    there = Unrolled(program, notation, point, "p.w", level if len(program.bands) > 1 else None)
-    value = there.outside_bands()
-    lines = ["float field(vec4 p) {", *there.lines(value), f"    return {there.text(value)};", "}"]
-    there = Unrolled(program, notation, point, "p.w")
-    colour = there.colour(plain_colour())
-    result = f"    return vec3({', '.join(map(there.text, colour))});"
-    return [*lines, "vec3 albedo(vec4 p) {", *there.lines(*colour), result, "}"]
+    writer, scene = at_point(level if len(program.bands) > 1 else None)
+    value = scene.outside_bands()
+    lines = ["float field(vec4 p) {", *writer.lines(value), f"    return {writer.text(value)};", "}"]
+    writer, scene = at_point(None)
+    color = scene.color(plain_color())
+    result = f"    return vec3({', '.join(map(writer.text, color))});"
+    return [*lines, "vec3 albedo(vec4 p) {", *writer.lines(*color), result, "}"]
 
 
 def _asked(program: Program) -> tuple[Function, ...]:

@@ -1,8 +1,7 @@
-"""Target wgsl: the distance function alone, for WebGPU, with its normal and colour."""
+"""Target wgsl: the distance function for WebGPU, with its normal and color."""
 
-from ...model.model import Model
 from ..printers.cstyle import Language
-from .function_target import in_shader
+from .function_target import shader_target
 
 LANGUAGE = Language(
     constant="const {name} = {value};",
@@ -12,10 +11,4 @@ LANGUAGE = Language(
     variable="var {name}: {type} = {value};",
     pick="select({no}, {yes}, {condition})",
 )
-
-
-def standalone(
-    model: Model, storage: str = "auto", digits: int | None = None, name: str | None = None, space: str = "model"
-) -> str:
-    """Return the functions of a model, whose names begin with `name` (None: made of the model's), in a space."""
-    return in_shader(model, "wgsl", LANGUAGE, storage, digits, name, space)
+standalone = shader_target("wgsl", LANGUAGE)

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mplicits.bake.registry import TARGETS
-from mplicits.codegen.printers.user_functions import function_name
-from mplicits.codegen.targets.header import read_header
-from mplicits.field import interpret
 from mplicits.ir.lower import lower
+from mplicits.field import interpret
+from mplicits.codegen.targets.function_target import function_name
+from mplicits.codegen.targets.header import read_header
+from mplicits.bake.registry import TARGETS
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model
 from mplicits.model.orientation import as_in_file
@@ -281,13 +281,13 @@ def test_hostile_names_stay_in_the_comment(target: str) -> None:
     ],
 )
 def test_a_name_is_made_of_the_model_s(name: str, made: str) -> None:
-    assert function_name(None, name) == made
+    assert function_name(None, name, "glsl") == made
 
 
 @pytest.mark.parametrize("name", ["", "3d", "a b", "a__b", "a_", "float", "é", "x" * 41, "a;"])
 def test_what_is_no_name_is_refused(name: str) -> None:
     with pytest.raises(UserError, match="--name"):
-        function_name(name, "model")
+        function_name(name, "model", "glsl")
 
 
 def test_what_does_not_fit_is_refused() -> None:

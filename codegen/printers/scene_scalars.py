@@ -1,43 +1,40 @@
-"""The field of a scene as scalars without loops: ir/composition.py for functions alone and for Shadertoy.
+"""A scene's field as scalars without loops (codegen/ir/composition.py): every network is a function with constants.
 
-composed.py prints the same with loops over tables, for networks whose weights are in a texture. Here a network is a
-function with its weights as constants, which is called where a point is in its shape's ball.
+scene_loops.py prints the same field with loops over tables, for weights in a texture.
 """
 
 from collections.abc import Sequence
 
+from ...model.scene import DIFFERENCE, SMOOTH_UNION, UNION
 from ...ir.composition import OFFSET, Join
 from ...ir.program import Program
-from ...model.scene import DIFFERENCE, SMOOTH_UNION, UNION
-from .scalars import Notation, Number, Scalar, Writer
-from .scene_leaf import LeafAtPoint, Triple
+from .scalars import Number, Triple, Writer
+from .scene_leaf import LeafAtPoint
 
 
-class Unrolled:
-    """The lines that compute a scene's field at one point, and then what else is asked of it there."""
+class SceneAtPoint:
+    """A scene's field, gradient and color at one point."""
 
     def __init__(
         self,
         program: Program,
-        notation: Notation,
-        point: tuple[str, str, str],
-        time: str = "time",
+        writer: Writer,
+        point: Triple,
         level: str | None = None,
         deltas: Sequence[Number] | None = None,
     ) -> None:
-        """Compute the field, to the finest level or up to the one, from 1, in the variable `level`.
+        """Write the field up to the level in the variable `level` (from 1), or with None up to the finest level.
 
-        point, time: variables. deltas: half widths of the scene's bands, None for those of the program.
+        deltas: the scene's band half-widths; None for the program's.
         """
         assert program.composition is not None
-        w = self._w = Writer(notation, time)
-        x, y, z = map(Scalar, point)
+        w = self._w = writer
         self._root = program.composition.root
         self.value: Number = 0.0
         """The field."""
         self.reached: Number = 1.0
-        """The level that it is of."""
-        self._leaves = [LeafAtPoint(leaf, w, (x, y, z)) for leaf in program.composition.leaves]
+        """The finest level that is defined at the point."""
+        self._leaves = [LeafAtPoint(leaf, w, point) for leaf in program.composition.leaves]
         defined: str | None = None
         self._outside: list[tuple[str, Number]] = []
         for k in range(len(program.bands)):
@@ -48,14 +45,14 @@ class Unrolled:
                 if level:
                     inside, outside = (w.both(f"({level} > {k})", entry) for entry in (inside, outside))
                 self._outside.append((outside, w.sub(self.value, w.div(delta, OFFSET))))
-                defined = w.holds(w.both(defined, inside) if defined else inside)
+                defined = w.let_condition(w.both(defined, inside) if defined else inside)
                 self.reached = w.add(self.reached, w.pick(defined, 1.0, 0.0))
             for leaf in self._leaves:
                 leaf.refine(k, defined)
             self.value = w.let(self._join(self._root)[0])
 
     def outside_bands(self) -> Number:
-        """Return the field where all levels are defined, and elsewhere the distance to the band's offset surface."""
+        """Return the field inside all bands; elsewhere the distance to the outermost band's offset surface."""
         value = self.value
         for outside, distance in reversed(self._outside):
             value = self._w.let(self._w.pick(outside, distance, value))
@@ -63,27 +60,19 @@ class Unrolled:
 
     def gradient(self) -> Triple:
         """Return the gradient of the field."""
-        return self._weighed([(share, leaf.gradient(share)) for share, leaf in self._shares()])
+        return self._weighted([(share, leaf.gradient(share)) for share, leaf in self._shares()])
 
-    def colour(self, plain: tuple[float, float, float]) -> Triple:
-        """Return the colour, sRGB. plain: of shapes without a texture."""
+    def color(self, plain: tuple[float, float, float]) -> Triple:
+        """Return the color, sRGB. plain: color of shapes without a texture."""
         sizes = [(self._w.let(self._w.call("abs", share)), leaf) for share, leaf in self._shares()]
-        return self._weighed([(size, leaf.colour(size, plain)) for size, leaf in sizes])
-
-    def lines(self, *results: Number) -> list[str]:
-        """Return the lines that compute some numbers."""
-        return self._w.lines(*results)
-
-    def text(self, value: Number) -> str:
-        """Return a number as text."""
-        return self._w.text(value)
+        return self._weighted([(size, leaf.color(size, plain)) for size, leaf in sizes])
 
     def _shares(self) -> list[tuple[Number, LeafAtPoint]]:
-        """Return the leaves, each with its share in the field."""
+        """Return each leaf with its share in the field."""
         _, shares = self._join(self._root, shares=True)
         return [(shares[i], leaf) for i, leaf in enumerate(self._leaves)]
 
-    def _weighed(self, parts: list[tuple[Number, Triple]]) -> Triple:
+    def _weighted(self, parts: list[tuple[Number, Triple]]) -> Triple:
         """Return the sum of vectors, each times its share."""
         w, sums = self._w, list[Number]([0.0, 0.0, 0.0])
         for share, vector in parts:
@@ -91,7 +80,7 @@ class Unrolled:
         return sums[0], sums[1], sums[2]
 
     def _join(self, node: Join | int, shares: bool = False) -> tuple[Number, dict[int, Number]]:
-        """Return the value of a node, and the shares of its leaves in it, where they are asked for."""
+        """Return a node's value and, with `shares`, its leaves' shares in it."""
         w = self._w
         if not isinstance(node, Join):
             return self._leaves[node].distance, {node: 1.0}
@@ -111,7 +100,7 @@ class Unrolled:
                     sign, value = -1.0, w.let(w.sub(0.0, value))
                 first, second = (total, value) if node.operation == UNION else (value, total)
                 joined = w.call("min" if node.operation == UNION else "max", total, value)
-                # The first stays where both are equal.
+                # The first part wins a tie.
                 other = w.let(w.pick(w.less(second, first), 1.0, 0.0)) if shares else 0.0
                 share = w.let(w.sub(1.0, other))
             if shares:

@@ -13,7 +13,7 @@ from .networks import Networks
 from .texels import TexelLayout
 
 
-class ComposedPrinter:
+class SceneLoops:
     """Prints the functions of the field of a scene, in GLSL. plain: colour, sRGB, of shapes without a texture."""
 
     def __init__(self, program: Program, language: Language, layout: TexelLayout, plain: str) -> None:

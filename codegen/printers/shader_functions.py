@@ -1,0 +1,52 @@
+"""The user's functions in the languages with vec4."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ... import glsl
+from ...ir.program import Program
+from .cstyle import Language
+from .literal import LiteralStorage
+from .scalars import VectorNotation
+from .user_functions import FunctionLanguage
+
+
+class ShaderFunctions(VectorNotation, FunctionLanguage):
+    """Weights are constants. Sines are those of glsl/sine.glsl, since the built-in ones are coarse on some devices."""
+
+    point = ("p.x", "p.y", "p.z")
+
+    def __init__(self, language: Language, name: str) -> None:
+        """name: prefix of all global names."""
+        super().__init__(replace(language, sine=f"{name}_sine", cosine=f"{name}_cosine"))
+        self._name = name
+
+    def networks(self, program: Program) -> list[str]:
+        storage = LiteralStorage(program, self.language, program.functions())
+        lines = ["", *storage.declarations(), "", *self._sines()]
+        for function in program.functions():
+            lines += ["", *storage.definition(function)]
+        return lines
+
+    def function(
+        self, kind: str, name: str, parameters: Sequence[tuple[str, str]], lines: list[str], results: list[str]
+    ) -> list[str]:
+        head = self.language.begin(kind, name, self.language.taken(("vec3", "p"), *parameters))
+        result = results[0] if kind == "float" else f"{self.language.type(kind)}({', '.join(results)})"
+        return [head, *(f"    {line}" for line in lines), f"    return {result};", "}"]
+
+    def _sines(self) -> list[str]:
+        """Return the functions of glsl/sine.glsl in the language. Raises ValueError at a line of unknown form."""
+        text = re.sub(r"\b(reduced|sine|cosine)\(", rf"{self._name}_\1(", glsl.load("sine.glsl"))
+        lines = []
+        for line in text.splitlines():
+            if head := re.fullmatch(r"vec4 (\w+)\(vec4 x\) \{", line):
+                lines.append(self.language.begin("vec4", head[1], self.language.taken(("vec4", "x"))))
+            elif local := re.fullmatch(r"    vec4 (\w+) = (.*);", line):
+                lines.append("    " + self.language.local("vec4", local[1], local[2]))
+            elif re.fullmatch(r"    return .*;|\}|", line):
+                lines.append(line)
+            elif not line.startswith("//"):
+                raise ValueError(f"sine.glsl: {line}")
+        return lines
