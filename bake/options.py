@@ -7,8 +7,8 @@ from ..codegen.targets.uniforms import OPENING_SHADES
 from ..model.options import Options, option
 from .registry import DEFAULT, TARGETS
 
-_FUNCTIONS = ", ".join(name for name, target in TARGETS.items() if target.alone)
-_OPENING = ", ".join(name for name, target in TARGETS.items() if target.opens)
+_FUNCTIONS = ", ".join(name for name, target in TARGETS.items() if target.function)
+_OPENING = ", ".join(name for name, target in TARGETS.items() if target.shaded)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The targets of `mplicits bake`: a new one is one file in codegen/targets and one line here (docs/targets.md)."""
+"""The targets of `mplicits bake`. A new target is one file in codegen/targets and one line here (docs/targets.md)."""
 
 from dataclasses import dataclass
 from importlib import import_module
@@ -21,13 +21,13 @@ class Target:
     module: str
     """The module, below the package. The first call of the target imports it."""
     suffix: str
-    """How the output file's name ends where the user gives none."""
+    """Default ending of the output file's name."""
     page: bool = False
-    """Whether the text is a page: it holds a small picture, which takes seconds to draw."""
-    opens: bool = False
-    """Whether the text opens in a shading."""
-    alone: bool = False
-    """Whether the text is a function alone, for another program: it takes a name and a space."""
+    """Whether the text is a page with a poster, which takes seconds to draw."""
+    shaded: bool = False
+    """Whether the text has an initial shading mode (--shade)."""
+    function: bool = False
+    """Whether the text is only the distance function: it takes --name and --space."""
 
     def __call__(
         self,
@@ -38,32 +38,29 @@ class Target:
         space: str | None = None,
         shade: str | None = None,
     ) -> str:
-        """Return the text of the whole output file, by the module's function `standalone`.
+        """Return the text of the output file, by the module's function `standalone`.
 
-        storage: how weights are stored: "auto", or a way that the target has. digits: decimals that the weights are
-        rounded to, None for all. name: of a function alone; None: made of the model's. space: "model" or "input", where
-        a function alone takes points; None: model space. shade: shading that the text opens in; None: the studio, but
-        for short texts of Shadertoy. Raises UserError where the target does not take the model, the storage, a name, a
-        space or a shading.
+        storage: "auto", or another storage of the target. digits: decimals of the weights; None for all. name: of the
+        function; None for the model's name. space: "model" or "input", the space of the function's points; None for
+        model space. shade: initial shading; None for the studio, or for Phong in short texts of Shadertoy. Raises
+        UserError where the target does not take the model or an option.
         """
-        if shade is not None and not self.opens:
-            opening = ", ".join(key for key, target in TARGETS.items() if target.opens)
-            raise UserError(f"--shade: only these open in one: {opening}")
+        if shade is not None and not self.shaded:
+            raise UserError(f"--shade: only these targets take it: {_names('shaded')}")
         if shade is not None and shade not in OPENING_SHADES:
             raise UserError(f"--shade {show(shade)}: there is {', '.join(OPENING_SHADES)}")
-        if self.alone:
+        if self.function:
             return self._standalone(model, storage=storage, digits=digits, name=name, space=space or "model")
         for option, value in (("name", name), ("space", space)):
             if value is not None:
-                targets = ", ".join(key for key, target in TARGETS.items() if target.alone)
-                raise UserError(f"--{option}: only functions alone have one: {targets}")
+                raise UserError(f"--{option}: only these targets take it: {_names('function')}")
         more = {} if shade is None else {"shade": shade}
         return self._standalone(model, storage=storage, digits=digits, **more)
 
     def size(self, model: "Model") -> int:
-        """Count the bytes of the output file, without the poster where it has one. Raises UserError likewise.
+        """Return the bytes of the output file without a poster. Raises UserError where the target refuses the model.
 
-        For Shadertoy they are the most that it can be: the search for the fewest bits takes seconds.
+        For Shadertoy this is an upper bound, since the search for the fewest bits takes seconds.
         """
         if self.module.endswith(".shadertoy"):
             from ..codegen.targets.shadertoy import exact
@@ -73,22 +70,26 @@ class Target:
 
     @property
     def _standalone(self) -> "Callable[..., str]":
-        """The module's function."""
         return cast("Callable[..., str]", import_module(f"..{self.module}", __package__).standalone)
 
 
 TARGETS = {
     "glsl330": Target("codegen.targets.glsl330", suffix=".glsl"),
     "glsl300es": Target("codegen.targets.glsl300es", suffix=".es.frag"),
-    "html": Target("web.page", suffix=".html", page=True, opens=True),
-    "shadertoy": Target("codegen.targets.shadertoy", suffix=".frag", opens=True),
+    "html": Target("web.page", suffix=".html", page=True, shaded=True),
+    "shadertoy": Target("codegen.targets.shadertoy", suffix=".frag", shaded=True),
     "cuda": Target("codegen.targets.cuda", suffix=".cu"),
-    "glsl": Target("codegen.targets.glsl_function", suffix=".sdf.glsl", alone=True),
-    "wgsl": Target("codegen.targets.wgsl", suffix=".wgsl", alone=True),
-    "hlsl": Target("codegen.targets.hlsl", suffix=".hlsl", alone=True),
-    "c": Target("codegen.targets.c", suffix=".c", alone=True),
-    "python": Target("codegen.targets.python", suffix=".py", alone=True),
+    "glsl": Target("codegen.targets.glsl_function", suffix=".sdf.glsl", function=True),
+    "wgsl": Target("codegen.targets.wgsl", suffix=".wgsl", function=True),
+    "hlsl": Target("codegen.targets.hlsl", suffix=".hlsl", function=True),
+    "c": Target("codegen.targets.c", suffix=".c", function=True),
+    "python": Target("codegen.targets.python", suffix=".py", function=True),
 }
-"""Name, as `--target` takes it -> target."""
+"""Name for `--target` -> target."""
 DEFAULT = "glsl330"
-"""Name of the target that is baked where none is given."""
+"""Default of --target."""
+
+
+def _names(kind: str) -> str:
+    """Return the names of the targets for which an attribute is true."""
+    return ", ".join(name for name, target in TARGETS.items() if getattr(target, kind))

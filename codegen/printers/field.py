@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from itertools import accumulate
 
-from ...model.errors import UserError
 from ...ir.program import Array, Function, Program
+from ...model.errors import UserError
 from .cstyle import Language
 from .literal import LiteralStorage
 from .scene_loops import SceneLoops

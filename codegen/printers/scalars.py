@@ -36,6 +36,8 @@ FOLDED: Mapping[str, Callable[..., float]] = {
 """Name of a scalar function -> the function that folds it."""
 
 _WORD = re.compile(r"[A-Za-z_]\w*")
+_STORED = re.compile(r"[A-Za-z_][\w.\[\]]*")
+"""A variable, or an element or component of one."""
 
 
 class Notation(ABC):
@@ -129,7 +131,7 @@ class Writer:
 
     def let(self, value: Number) -> Number:
         """Store a number in a variable."""
-        if not isinstance(value, Scalar) or value.text.isidentifier():
+        if not isinstance(value, Scalar) or _STORED.fullmatch(value.text):
             return value
         return Scalar(self._variable("a", self._notation.let, value.text))
 

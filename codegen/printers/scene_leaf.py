@@ -1,9 +1,9 @@
 """One shape of a scene at one point, as scalars: its distance level by level, its gradient and its color."""
 
-from ...model.expression import number
-from ...model.scene import Disc
 from ...ir.composition import OFFSET, Leaf
 from ...ir.program import Program
+from ...model.expression import number
+from ...model.scene import Disc
 from .scalars import Number, Triple, Writer
 
 

@@ -5,9 +5,9 @@ scene_loops.py prints the same field with loops over tables, for weights in a te
 
 from collections.abc import Sequence
 
-from ...model.scene import DIFFERENCE, SMOOTH_UNION, UNION
 from ...ir.composition import OFFSET, Join
 from ...ir.program import Program
+from ...model.scene import DIFFERENCE, SMOOTH_UNION, UNION
 from .scalars import Number, Triple, Writer
 from .scene_leaf import LeafAtPoint
 

@@ -3,9 +3,9 @@
 from abc import abstractmethod
 from collections.abc import Sequence
 
-from ...model.orientation import UPRIGHT
 from ...ir.prefixed import prefixed
 from ...ir.program import Function, Program
+from ...model.orientation import UPRIGHT
 from .field import plain_color
 from .scalars import Notation, Number, Scalar, Triple, Writer
 from .scene_scalars import SceneAtPoint
@@ -70,7 +70,8 @@ def print_user_functions(program: Program, language: FunctionLanguage, name: str
     whole = Scalar(f"{name}_level(p, {len(program.bands)}{', time' if time else ''})")
     lines += function("float", "", Writer(language), whole)
     writer, field = at_point()
-    x, y, z = (_component(writer, column, field.gradient()) for column in zip(*UPRIGHT[up], strict=True))
+    gradient = field.gradient()
+    x, y, z = (_component(writer, column, gradient) for column in zip(*UPRIGHT[up], strict=True))
     length = writer.let(writer.call("sqrt", writer.dot((x, y, z), (x, y, z))))
     lines += function("vec3", "_normal", writer, *(writer.div(a, length) for a in (x, y, z)))
     writer, field = at_point()

@@ -3,11 +3,11 @@
 import re
 from collections.abc import Callable
 
+from ...ir.lower import lower
+from ...ir.program import Program
 from ...model.errors import UserError
 from ...model.files import show
 from ...model.model import MODEL_SPACE, SPACES, Model
-from ...ir.lower import lower
-from ...ir.program import Program
 from ..printers.cstyle import Language
 from ..printers.field import STORAGES
 from ..printers.shader_functions import ShaderFunctions

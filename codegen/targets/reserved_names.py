@@ -52,7 +52,8 @@ discard do double dvec else enum extern external false filter fixed flat float f
 inline inout input int interface invariant layout long lowp main mediump namespace noinline noperspective out output
 partition patch precise precision public readonly resource restrict return sample shared short sizeof smooth static
 struct subroutine superp switch template this true typedef uint uniform union unsigned using varying void volatile
-while writeonly abs acos acosh all allInvocations allInvocationsEqual any anyInvocation asin asinh atan atanh barrier
+while writeonly absoluteDifference addSaturate averageRounded countLeadingZeros countTrailingZeros multiply32x16
+subtractSaturate abs acos acosh all allInvocations allInvocationsEqual any anyInvocation asin asinh atan atanh barrier
 bitCount bitfieldExtract bitfieldInsert bitfieldReverse ceil clamp cos cosh cross dFdx dFdxCoarse dFdxFine dFdy
 dFdyCoarse dFdyFine degrees determinant distance dot equal exp exp2 faceforward findLSB findMSB floatBitsToInt
 floatBitsToUint floor fma fract frexp ftransform fwidth fwidthCoarse fwidthFine greaterThan greaterThanEqual
@@ -94,31 +95,31 @@ sign sin sincos sinh smoothstep sqrt step tan tanh transpose trunc
 """Keywords, reserved words and intrinsic functions of Microsoft's reference of HLSL."""
 
 _WGSL = """
-alias break case const const_assert continue continuing default diagnostic discard else enable false fn for if let
-loop override requires return struct switch true var while NULL Self abstract active alignas alignof as asm
-asm_fragment async attribute auto await become cast catch class co_await co_return co_yield coherent column_major
-common compile compile_fragment concept const_cast consteval constexpr constinit crate debugger decltype delete demote
-demote_to_helper do dynamic_cast enum explicit export extends extern external fallthrough filter final finally friend
-from fxgroup get goto groupshared highp impl implements import inline instanceof interface layout lowp macro
-macro_rules match mediump meta mod module move mut mutable namespace new nil noexcept noinline nointerpolation
-non_coherent noncoherent noperspective null nullptr of operator package packoffset partition pass patch pixelfragment
-precise precision premerge priv protected pub public readonly ref regardless register reinterpret_cast require
-resource restrict self set shared sizeof smooth snorm static static_assert static_cast std subroutine super target
-template this thread_local throw trait try type typedef typeid typename typeof union unless unorm unsafe unsized use
-using varying virtual volatile wgsl where with writeonly yield array atomic bool f16 f32 i32 ptr sampler
-sampler_comparison u32 bitcast abs acos acosh all any arrayLength asin asinh atan atan2 atanh ceil clamp cos cosh
-countLeadingZeros countOneBits countTrailingZeros cross degrees determinant distance dot dot4I8Packed dot4U8Packed
-dpdx dpdxCoarse dpdxFine dpdy dpdyCoarse dpdyFine exp exp2 extractBits faceForward firstLeadingBit firstTrailingBit
-floor fma fract frexp fwidth fwidthCoarse fwidthFine insertBits inverseSqrt ldexp length log log2 max min mix modf
-normalize pack2x16float pack2x16snorm pack2x16unorm pack4x8snorm pack4x8unorm pack4xI8 pack4xI8Clamp pack4xU8
-pack4xU8Clamp pow quantizeToF16 radians reflect refract reverseBits round saturate select sign sin sinh smoothstep
-sqrt step storageBarrier tan tanh textureBarrier textureDimensions textureGather textureGatherCompare textureLoad
-textureNumLayers textureNumLevels textureNumSamples textureSample textureSampleBaseClampToEdge textureSampleBias
-textureSampleCompare textureSampleCompareLevel textureSampleGrad textureSampleLevel textureStore transpose trunc
-unpack2x16float unpack2x16snorm unpack2x16unorm unpack4x8snorm unpack4x8unorm unpack4xI8 unpack4xU8 workgroupBarrier
-workgroupUniformLoad
+CompileShader ComputeShader DomainShader GeometryShader Hullshader inout signed alias break case const const_assert
+continue continuing default diagnostic discard else enable false fn for if let loop override requires return struct
+switch true var while NULL Self abstract active alignas alignof as asm asm_fragment async attribute auto await become
+cast catch class co_await co_return co_yield coherent column_major common compile compile_fragment concept const_cast
+consteval constexpr constinit crate debugger decltype delete demote demote_to_helper do dynamic_cast enum explicit
+export extends extern external fallthrough filter final finally friend from fxgroup get goto groupshared highp impl
+implements import inline instanceof interface layout lowp macro macro_rules match mediump meta mod module move mut
+mutable namespace new nil noexcept noinline nointerpolation non_coherent noncoherent noperspective null nullptr of
+operator package packoffset partition pass patch pixelfragment precise precision premerge priv protected pub public
+readonly ref regardless register reinterpret_cast require resource restrict self set shared sizeof smooth snorm static
+static_assert static_cast std subroutine super target template this thread_local throw trait try type typedef typeid
+typename typeof union unless unorm unsafe unsized use using varying virtual volatile wgsl where with writeonly yield
+array atomic bool f16 f32 i32 ptr sampler sampler_comparison u32 bitcast abs acos acosh all any arrayLength asin asinh
+atan atan2 atanh ceil clamp cos cosh countLeadingZeros countOneBits countTrailingZeros cross degrees determinant
+distance dot dot4I8Packed dot4U8Packed dpdx dpdxCoarse dpdxFine dpdy dpdyCoarse dpdyFine exp exp2 extractBits
+faceForward firstLeadingBit firstTrailingBit floor fma fract frexp fwidth fwidthCoarse fwidthFine insertBits
+inverseSqrt ldexp length log log2 max min mix modf normalize pack2x16float pack2x16snorm pack2x16unorm pack4x8snorm
+pack4x8unorm pack4xI8 pack4xI8Clamp pack4xU8 pack4xU8Clamp pow quantizeToF16 radians reflect refract reverseBits round
+saturate select sign sin sinh smoothstep sqrt step storageBarrier tan tanh textureBarrier textureDimensions
+textureGather textureGatherCompare textureLoad textureNumLayers textureNumLevels textureNumSamples textureSample
+textureSampleBaseClampToEdge textureSampleBias textureSampleCompare textureSampleCompareLevel textureSampleGrad
+textureSampleLevel textureStore transpose trunc unpack2x16float unpack2x16snorm unpack2x16unorm unpack4x8snorm
+unpack4x8unorm unpack4xI8 unpack4xU8 workgroupBarrier workgroupUniformLoad
 """
-"""Keywords and reserved words (WGSL 16), predeclared types (6) and functions (17)."""
+"""Words that naga reserves; keywords and reserved words (WGSL 16), predeclared types (6) and functions (17)."""
 
 RESERVED = {
     "c": frozenset(_C.split()),

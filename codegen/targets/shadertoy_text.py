@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import glsl
-from ...model.model import Model
+from ...field.hull import hull
+from ...field.lowest import lowest_point
+from ...field.narrow import OFFSET, SHARES, Grid, narrow_widths
 from ...ir.program import Function, Program
+from ...model.model import Model
 from ..printers.cstyle import Language, Storage
 from ..printers.field import PLAIN, plain_color
 from ..printers.scalars import Scalar, VectorNotation, Writer
 from ..printers.scene_scalars import SceneAtPoint
-from ...field.hull import hull
-from ...field.lowest import lowest_point
-from ...field.narrow import OFFSET, SHARES, Grid, narrow_widths
 from .header import header_facts, header_line
 from .narrow_bands import rows
 from .orbit import AZIMUTH, ELEVATION

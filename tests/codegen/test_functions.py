@@ -1,10 +1,10 @@
-"""Functions alone compute what the numpy reference does, in every language, and two of them live in one program."""
+"""The targets that emit only functions compute the numpy reference's field, and two such texts join in one program."""
 
 import importlib.util
-import shutil
 import subprocess
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -12,23 +12,23 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mplicits.ir.lower import lower
-from mplicits.field import interpret
+from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets.function_target import function_name
 from mplicits.codegen.targets.header import read_header
-from mplicits.bake.registry import TARGETS
+from mplicits.field import interpret
+from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model
 from mplicits.model.orientation import as_in_file
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context
+from support.compilers import check_c, check_hlsl, webgpu
 from support.random_model import random_model
 from support.scene_models import SCENE, composed
 
 Array = NDArray[np.float32]
-ALONE = [name for name, target in TARGETS.items() if target.alone]
+FUNCTION_TARGETS = [name for name, target in TARGETS.items() if target.function]
 COUNT = 4096
-LEVELS = 3
 MODEL = replace(
     random_model((16, 1), (18, 2), (12, 0), texture=(10, 1)), centre=(0.5, -2.0, 1.0), scale=3.0, up="z", name="Model"
 )
@@ -39,51 +39,34 @@ CASES = {
     "input": (MODEL, "input", ""),
     "moving": (random_model((16, 1), (12, 1), texture=(8, 0), inputs="xyzt", name="model"), "model", ", time"),
 }
-"""Case -> model, space, and what its functions take after the point."""
+"""Case -> model, space, and the functions' arguments after the point."""
 
 
-def points(model: Model) -> Array:
-    """COUNT points of model space, none of them where rounding decides on a level."""
-    here = np.random.default_rng(4).uniform(-1, 1, (2 * COUNT, 3)).astype(np.float32)
-    edges = np.zeros(len(here), np.bool_)
-    for level, entry in enumerate(model.levels[:-1], start=1):
-        edges |= np.abs(np.abs(interpret.field(lower(model), here, level, TIME)) - entry.delta) < 1e-4
-    steep = np.linalg.norm(gradient(model, here), axis=1) > 0.1
-    clear: Array = here[~edges & steep]
-    return clear[:COUNT]
+@cache
+def reference(model: Model, space: str) -> tuple[Array, Array]:
+    """Return COUNT points, (COUNT, 3), in a space, and the expected results, (COUNT, 8): field, level 1, normal, color.
 
-
-def gradient(model: Model, here: Array) -> Array:
-    """The gradient of the finest level that is defined at points of model space, (N, 3)."""
-    program = lower(model)
-    _, reached = interpret.nested_field(program, here, len(model.levels), TIME)
-    every = [interpret.field_gradient(program, here, level, TIME)[0] for level in range(1, len(model.levels) + 1)]
-    return np.asarray(np.stack(every)[reached - 1, np.arange(len(here))])
-
-
-def in_space(model: Model, space: str, here: Array) -> Array:
-    """Points of model space, as a function in a space takes them."""
-    if space == "model":
-        return here
-    placed: Array = as_in_file(here.astype(np.float64) * model.scale + model.centre, model.up).astype(np.float32)
-    return placed
-
-
-def expected(model: Model, space: str, here: Array) -> Array:
-    """What every language must give, (N, 8): the field, level 1's, the normal, the colour."""
-    program = lower(model)
+    No point is where rounding decides on a level.
+    """
+    program, levels = lower(model), range(1, len(model.levels) + 1)
+    points = np.random.default_rng(4).uniform(-1, 1, (2 * COUNT, 3)).astype(np.float32)
+    field, reached = interpret.nested_field(program, points, len(levels), TIME)
+    gradients, values = zip(*(interpret.field_gradient(program, points, level, TIME) for level in levels), strict=True)
+    gradient = np.stack(gradients)[reached - 1, np.arange(len(points))]
+    clear = np.linalg.norm(gradient, axis=1) > 0.1
+    for value, level in zip(values, model.levels[:-1], strict=False):
+        clear &= np.abs(np.abs(value) - level.delta) >= 1e-4
     scale = model.scale if space == "input" else 1.0
-    whole, _ = interpret.nested_field(program, here, len(model.levels), TIME)
-    normal = gradient(model, here)
-    normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
+    columns = [scale * field, scale * values[0], normal, interpret.colour(program, points, TIME)]
     if space == "input":
-        normal = as_in_file(normal.astype(np.float64), model.up).astype(np.float32)
-    first = interpret.field(program, here, 1, TIME)
-    return np.column_stack([scale * whole, scale * first, normal, interpret.colour(program, here, TIME)])
+        points = as_in_file(points.astype(np.float64) * model.scale + model.centre, model.up).astype(np.float32)
+        columns[2] = as_in_file(normal.astype(np.float64), model.up)
+    return points[clear][:COUNT], np.column_stack(columns)[clear][:COUNT].astype(np.float32)
 
 
 def body(vec3: str, time: str) -> str:
-    """Statements in a shader's language that fill `a` and `b`, two vectors of four, at a point p."""
+    """Return statements that fill the vectors `a` and `b` (4 components) at a point p, in a shader's language."""
     call = f"(p{time})"
     return (
         f"n = model_normal{call}; c = model_color{call};"
@@ -92,7 +75,7 @@ def body(vec3: str, time: str) -> str:
     )
 
 
-def in_glsl(texts: str, here: Array, time: str, _: Path, osmesa: Context) -> Array:
+def in_glsl(texts: str, points: Array, time: str, _: Path, osmesa: Context) -> Array:
     main = f"""
 uniform sampler2D points; uniform int half_; out vec4 color;
 void main() {{
@@ -102,7 +85,7 @@ void main() {{
 }}"""
     with osmesa as gl:
         program = gl.program(vertex_shader=VERTEX_SHADER, fragment_shader="#version 330\n" + texts + main)
-        texels = np.concatenate([here, here[:, :1]], axis=1).tobytes()
+        texels = np.concatenate([points, points[:, :1]], axis=1).tobytes()
         gl.texture((64, 64), 4, texels, dtype="f4").use(0)
         target, results = gl.framebuffer([gl.texture((64, 64), 4, dtype="f4")]), []
         for half in (0, 1):
@@ -113,21 +96,16 @@ void main() {{
     return np.concatenate(results, axis=1)
 
 
-def computed(shader: Any, here: Array) -> Array:
-    """Run a compute shader of WebGPU, WGSL or SPIR-V, on points; skips where there is no adapter."""
-    compute = pytest.importorskip("wgpu.utils.compute", reason="wgpu is not installed (pip: wgpu-shadertoy)")
-    try:
-        out = compute.compute_with_buffers(
-            {0: np.ascontiguousarray(here)}, {1: (8 * COUNT, "f")}, shader, n=(COUNT // 64, 1, 1)
-        )
-    except RuntimeError as error:
-        if "adapter" in str(error).lower():
-            pytest.skip("no Vulkan driver (Debian: mesa-vulkan-drivers)")
-        raise
+def computed(shader: Any, points: Array) -> Array:
+    """Run a compute shader of WebGPU, in WGSL or SPIR-V, at points (COUNT, 3). Returns (COUNT, 8)."""
+    webgpu()
+    compute = pytest.importorskip("wgpu.utils.compute")
+    buffers = {0: np.ascontiguousarray(points)}
+    out = compute.compute_with_buffers(buffers, {1: (8 * COUNT, "f")}, shader, n=(COUNT // 64, 1, 1))
     return np.frombuffer(out[1], np.float32).reshape(COUNT, 8)
 
 
-def in_wgsl(texts: str, here: Array, time: str, *_: object) -> Array:
+def in_wgsl(texts: str, points: Array, time: str, *_: object) -> Array:
     main = f"""
 @group(0) @binding(0) var<storage, read> points: array<f32>;
 @group(0) @binding(1) var<storage, read_write> results: array<f32>;
@@ -137,12 +115,10 @@ def in_wgsl(texts: str, here: Array, time: str, *_: object) -> Array:
     {body("vec3f", time).replace("FOUR", "vec4f")}
     for (var k = 0u; k < 4u; k++) {{ results[8 * i + k] = a[k]; results[8 * i + 4 + k] = b[k]; }}
 }}"""
-    return computed(texts + main, here)
+    return computed(texts + main, points)
 
 
-def in_hlsl(texts: str, here: Array, time: str, folder: Path, _: Context) -> Array:
-    if shutil.which("glslangValidator") is None:
-        pytest.skip("glslangValidator is not installed (Debian: glslang-tools)")
+def in_hlsl(texts: str, points: Array, time: str, folder: Path, _: Context) -> Array:
     main = f"""
 [[vk::binding(0, 0)]] StructuredBuffer<float> points;
 [[vk::binding(1, 0)]] RWStructuredBuffer<float> results;
@@ -152,17 +128,10 @@ def in_hlsl(texts: str, here: Array, time: str, folder: Path, _: Context) -> Arr
     {body("float3", time).replace("FOUR", "float4")}
     for (uint k = 0; k < 4; k++) {{ results[8 * i + k] = a[k]; results[8 * i + 4 + k] = b[k]; }}
 }}"""
-    source, output = folder / "f.hlsl", folder / "f.spv"
-    source.write_text(texts + main)
-    command = ["glslangValidator", "-D", "-V", "-e", "main", "-S", "comp", str(source), "-o", str(output)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout
-    return computed(output.read_bytes(), here)
+    return computed(check_hlsl(texts + main, folder, "comp"), points)
 
 
-def in_c(texts: str, here: Array, time: str, folder: Path, _: Context) -> Array:
-    if shutil.which("gcc") is None:
-        pytest.skip("gcc is not installed")
+def in_c(texts: str, points: Array, time: str, folder: Path, _: Context) -> Array:
     main = f"""
 #include <stdio.h>
 int main(void) {{
@@ -175,28 +144,25 @@ int main(void) {{
     }}
     return 0;
 }}"""
-    source, program = folder / "f.c", folder / "f"
-    source.write_text(texts + main)
-    strict = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1"]
-    subprocess.run(["gcc", *strict, str(source), "-o", str(program), "-lm"], check=True)
-    done = subprocess.run([str(program)], input=here.tobytes(), capture_output=True, check=True)
+    check_c(texts + main, folder, "-std=c99", "-O1", "-o", "f")
+    done = subprocess.run([str(folder / "f")], input=points.tobytes(), capture_output=True, check=True)
     return np.frombuffer(done.stdout, np.float32).reshape(-1, 8)
 
 
-def in_python(texts: str, here: Array, time: str, folder: Path, _: Context) -> Array:
-    path = folder / "alone.py"
+def in_python(texts: str, points: Array, time: str, folder: Path, _: Context) -> Array:
+    path = folder / "module.py"
     path.write_text(texts)
-    spec = importlib.util.spec_from_file_location("alone", path)
+    spec = importlib.util.spec_from_file_location("module", path)
     assert spec is not None
     assert spec.loader is not None
-    alone: Any = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(alone)
+    module: Any = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
     more = [TIME] if time else []
-    grid = here.reshape(64, 64, 3)
-    assert alone.other([0, 0, 0]).shape == ()
+    grid = points.reshape(64, 64, 3)
+    assert module.other([0, 0, 0]).shape == ()
     parts = [
-        *(alone.model(grid, *more)[..., None], alone.model_level(grid, 1, *more)[..., None]),
-        *(alone.model_normal(grid, *more), alone.model_color(grid, *more)),
+        *(module.model(grid, *more)[..., None], module.model_level(grid, 1, *more)[..., None]),
+        *(module.model_normal(grid, *more), module.model_color(grid, *more)),
     ]
     return np.asarray(np.concatenate(parts, axis=-1).reshape(-1, 8), np.float32)
 
@@ -210,59 +176,58 @@ RUNNERS: dict[str, Callable[[str, Array, str, Path, Context], Array]] = {
 }
 
 
-def test_every_function_has_a_language_to_run_in() -> None:
-    assert list(RUNNERS) == ALONE
+def test_every_function_target_has_a_runner() -> None:
+    assert list(RUNNERS) == FUNCTION_TARGETS
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize("target", ALONE)
-def test_a_function_alone_equals_the_reference(target: str, case: str, osmesa: Context, tmp_path: Path) -> None:
+@pytest.mark.parametrize("target", FUNCTION_TARGETS)
+def test_functions_of_a_shape_equal_the_reference(target: str, case: str, osmesa: Context, tmp_path: Path) -> None:
     model, space, time = CASES[case]
-    texts = "".join(
-        TARGETS[target](entry, name=name, space=space) for entry, name in ((model, "model"), (OTHER, "other"))
-    )
-    here = points(model)
-    assert len(here) == COUNT
-    given = in_space(model, space, here)
-    result, wanted = RUNNERS[target](texts, given, time, tmp_path, osmesa), expected(model, space, here)
+    texts = TARGETS[target](model, name="model", space=space) + TARGETS[target](OTHER, name="other", space=space)
+    points, expected = reference(model, space)
+    assert len(points) == COUNT
+    result = RUNNERS[target](texts, points, time, tmp_path, osmesa)
     unit = model.scale if space == "input" else 1.0
-    np.testing.assert_allclose(result[:, :2] / unit, wanted[:, :2] / unit, rtol=0, atol=1e-5)
-    np.testing.assert_allclose(result[:, 2:5], wanted[:, 2:5], rtol=0, atol=1e-4)
-    np.testing.assert_allclose(result[:, 5:], wanted[:, 5:], rtol=0, atol=1e-5)
+    np.testing.assert_allclose(result[:, :2] / unit, expected[:, :2] / unit, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(result[:, 2:5], expected[:, 2:5], rtol=0, atol=1e-4)
+    np.testing.assert_allclose(result[:, 5:], expected[:, 5:], rtol=0, atol=1e-5)
 
 
-@pytest.mark.parametrize("target", ALONE)
-def test_a_scene_alone_equals_the_reference(target: str, osmesa: Context, tmp_path: Path) -> None:
-    model = composed(tmp_path, SCENE, widths=(8, 12))
-    here = points(model)
-    text = TARGETS[target](model, name="model", space="input") + TARGETS[target](OTHER, name="other")
-    result = RUNNERS[target](text, in_space(model, "input", here), ", time", tmp_path, osmesa)
-    wanted = expected(model, "input", here)
-    assert len({tuple(colour) for colour in np.round(wanted[:, 5:], 2)}) > 20
-    apart = np.abs(result - wanted)
-    for columns, tolerance in ((slice(0, 2), 1e-5 * model.scale), (slice(2, 5), 1e-3), (slice(5, 8), 1e-4)):
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Model:
+    return composed(tmp_path_factory.mktemp("scene"), SCENE, widths=(8, 12))
+
+
+@pytest.mark.parametrize("target", FUNCTION_TARGETS)
+def test_functions_of_a_scene_equal_the_reference(target: str, scene: Model, osmesa: Context, tmp_path: Path) -> None:
+    points, expected = reference(scene, "input")
+    text = TARGETS[target](scene, name="model", space="input") + TARGETS[target](OTHER, name="other")
+    result = RUNNERS[target](text, points, ", time", tmp_path, osmesa)
+    assert len({tuple(color) for color in np.round(expected[:, 5:], 2)}) > 20
+    apart = np.abs(result - expected)
+    for columns, tolerance in ((slice(0, 2), 1e-5 * scene.scale), (slice(2, 5), 1e-3), (slice(5, 8), 1e-4)):
         far = apart[:, columns].max(axis=1) > tolerance
         assert far.mean() < 2e-3, "where two shapes are equally far, rounding decides"
 
 
 def globals_of(text: str) -> Iterator[str]:
-    """The first word of each line at the margin that is no comment, brace or type: what a text declares."""
+    """Yield the global names that a text declares: the last word before (, [, = or : of each line at the margin."""
     for line in text.splitlines():
         if line[:1].isalpha() or line[:1] == "_":
             head = line.split("=")[0].split("(")[0].split("[")[0].split(":")[0]
             yield head.split()[-1]
 
 
-@pytest.mark.parametrize("target", ALONE)
-def test_all_that_is_global_begins_with_the_name(target: str) -> None:
-    text = TARGETS[target](MODEL, name="ox")
-    names = set(globals_of(text)) - {"np"}
+@pytest.mark.parametrize("target", FUNCTION_TARGETS)
+def test_every_global_name_begins_with_the_function_s(target: str) -> None:
+    names = set(globals_of(TARGETS[target](MODEL, name="ox"))) - {"np"}
     assert {"ox", "ox_level", "ox_normal", "ox_color"} <= names
     assert not [name for name in names if not name.lstrip("_").startswith("ox")]
 
 
-@pytest.mark.parametrize("target", ALONE)
-def test_hostile_names_stay_in_the_comment(target: str) -> None:
+@pytest.mark.parametrize("target", FUNCTION_TARGETS)
+def test_a_hostile_model_name_stays_in_the_comment(target: str) -> None:
     hostile = 'a "name" */??/\n\u2028</script>\\'
     text = TARGETS[target](random_model((4, 0), name=hostile))
     facts = read_header(text.replace("# {", "// {", 1))
@@ -271,33 +236,27 @@ def test_hostile_names_stay_in_the_comment(target: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "made"),
-    [
-        ("Stanford Bunny.ply", "stanford_bunny_ply"),
-        ("float", "float_sdf"),
-        ("3", "sdf_3"),
-        ("☃", "sdf"),
-        ("vec3", "vec3_sdf"),
-    ],
+    ("model_name", "name"),
+    [("Stanford Bunny.ply", "stanford_bunny_ply"), ("float", "float_sdf"), ("3", "sdf_3"), ("☃", "sdf")],
 )
-def test_a_name_is_made_of_the_model_s(name: str, made: str) -> None:
-    assert function_name(None, name, "glsl") == made
+def test_the_default_name_follows_the_model_s(model_name: str, name: str) -> None:
+    assert function_name(None, model_name, "glsl") == name
 
 
-@pytest.mark.parametrize("name", ["", "3d", "a b", "a__b", "a_", "float", "é", "x" * 41, "a;"])
-def test_what_is_no_name_is_refused(name: str) -> None:
+@pytest.mark.parametrize("name", ["", "3d", "a b", "a__b", "a_", "é", "x" * 41, "a;"])
+def test_a_name_that_is_no_identifier_is_refused(name: str) -> None:
     with pytest.raises(UserError, match="--name"):
         function_name(name, "model", "glsl")
 
 
-def test_what_does_not_fit_is_refused() -> None:
+def test_wide_models_and_wrong_options_are_refused() -> None:
     wide = random_model((136, 0))
     for target in ("glsl", "wgsl", "hlsl"):
         with pytest.raises(UserError, match="136 wide is too large"):
             TARGETS[target](wide)
     assert "_w1_0" in TARGETS["c"](wide)
-    for options, said in (({"storage": "texture"}, "--storage texture"), ({"space": "world"}, "--space world")):
-        with pytest.raises(UserError, match=said):
+    for options, message in (({"storage": "texture"}, "--storage texture"), ({"space": "world"}, "--space world")):
+        with pytest.raises(UserError, match=message):
             TARGETS["glsl"](MODEL, **options)  # type: ignore[arg-type]
-    with pytest.raises(UserError, match="--name: only functions alone have one: glsl, wgsl, hlsl, c, python"):
+    with pytest.raises(UserError, match="--name: only these targets take it: glsl, wgsl, hlsl, c, python"):
         TARGETS["glsl330"](MODEL, name="ox")

@@ -1,0 +1,107 @@
+"""Names that a language reserves are refused, and all other names compile."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mplicits import cli
+from mplicits.bake.registry import TARGETS
+from mplicits.codegen.targets.function_target import function_name
+from mplicits.codegen.targets.reserved_names import RESERVED, is_reserved
+from mplicits.model.errors import UserError
+from mplicits.model.model_file import save
+from support.compilers import ES, check_c, check_glsl, check_hlsl, webgpu
+from support.random_model import random_model
+
+INSIDE = {
+    *[
+        "p",
+        "q",
+        "f",
+        "level",
+        "time",
+        "x",
+        "y",
+        "z",
+        "a1",
+        "c2",
+        "r3",
+        "n",
+        "at",
+        "out",
+        "np",
+        "result",
+        "normal",
+        "color",
+        "o",
+        "i",
+        "h0",
+        "s",
+        "turns",
+        "torus",
+        "island",
+    ]
+}
+"""Names of the texts' own parameters and variables, and words that only begin like library functions."""
+REFUSED = [
+    *(("c", name) for name in ("log", "exp", "gamma", "y1", "cosf", "printf", "new", "main")),
+    *(("python", name) for name in ("lambda", "len", "np")),
+    *(("glsl", name) for name in ("step", "length", "distance", "vec3", "dmat2x3", "input", "gl_x")),
+    *(("hlsl", name) for name in ("lerp", "saturate", "float3", "min16float2", "technique")),
+    *(("wgsl", name) for name in ("select", "step", "mat2x3f", "fn", "self")),
+]
+
+
+@pytest.mark.parametrize(("target", "name"), REFUSED)
+def test_a_reserved_name_is_refused(target: str, name: str) -> None:
+    with pytest.raises(UserError, match=f"--name {name}: {target} reserves this name; choose another"):
+        function_name(name, "model", target)
+    assert function_name(None, name, target) == f"{name}_sdf"
+
+
+def test_bake_refuses_a_reserved_name_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    save(random_model((4, 0)), tmp_path / "m.safetensors")
+    assert cli.main(["bake", str(tmp_path / "m.safetensors"), "--target", "c", "--name", "log"]) == 2
+    assert capsys.readouterr().err == "mplicits: --name log: c reserves this name; choose another\n"
+
+
+HEADS = {
+    "glsl": "float NAME(vec3 p) { return p.x; }\n",
+    "wgsl": "fn NAME(p: vec3f) -> f32 { return p.x; }\n",
+    "hlsl": "float NAME(float3 p) { return p.x; }\n",
+    "c": "float NAME(const float p[3]) { return p[0]; }\n",
+    "python": "def NAME(p): return p\n",
+}
+"""Target -> a function with the head of the distance function."""
+
+
+def compile_text(target: str, text: str, folder: Path) -> None:
+    match target:
+        case "glsl":
+            for version in ("#version 330\n", ES):
+                check_glsl(f"{version}{text}out vec4 c_; void main() {{ c_ = vec4(0.); }}\n", folder)
+        case "wgsl":
+            webgpu().create_shader_module(code=text)
+        case "hlsl":
+            check_hlsl(text + "float4 main() : SV_Target { return 0; }\n", folder)
+        case "c":
+            for standard in ("c99", "gnu17"):
+                check_c(text, folder, f"-std={standard}", "-fsyntax-only")
+        case _:
+            names: dict[str, Any] = {}
+            exec(text, names)
+            assert names["q"]([0, 0, 0]).shape == ()
+
+
+@pytest.mark.parametrize("target", HEADS)
+def test_every_other_name_compiles(target: str, tmp_path: Path) -> None:
+    """A language compiles the reserved words of all other languages, and names that its own text uses inside."""
+    text = TARGETS[target](random_model((4, 0)), name="NAME")
+    assert HEADS[target].partition(")")[0] in text
+    words = {word for words in RESERVED.values() for word in words if re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", word)}
+    names = [name for name in sorted(words | INSIDE) if not is_reserved(name, target)]
+    assert len(names) > 500
+    texts = [(text if name in INSIDE else HEADS[target]).replace("NAME", name) for name in names]
+    compile_text(target, "".join(texts), tmp_path)
