@@ -15,35 +15,9 @@ from mplicits.model.model_file import save
 from support.compilers import ES, check_c, check_glsl, check_hlsl, webgpu
 from support.random_model import random_model
 
-INSIDE = {
-    *[
-        "p",
-        "q",
-        "f",
-        "level",
-        "time",
-        "x",
-        "y",
-        "z",
-        "a1",
-        "c2",
-        "r3",
-        "n",
-        "at",
-        "out",
-        "np",
-        "result",
-        "normal",
-        "color",
-        "o",
-        "i",
-        "h0",
-        "s",
-        "turns",
-        "torus",
-        "island",
-    ]
-}
+INSIDE = set(
+    re.findall(r"\w+", "p q f level time x y z a1 c2 r3 n at out np result normal color o i h0 s torus island")
+)
 """Names of the texts' own parameters and variables, and words that only begin like library functions."""
 REFUSED = [
     *(("c", name) for name in ("log", "exp", "gamma", "y1", "cosf", "printf", "new", "main")),
