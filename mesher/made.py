@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..model.files import check_writable, write_whole
 from ..model.kinds import MESH
-from ..model.model import MODEL_SPACE, SPACES, Model
+from ..model.model import MODEL_SPACE, Model
 from ..model.orientation import as_in_file
 from .bar import Bar
 from .extract import extract_model, up_to
