@@ -1,4 +1,4 @@
-"""The pages' examples give the stated results, links and paths exist, and the README's table is that of its page."""
+"""Examples in the docs run, links and paths exist, and the README's table matches its page."""
 
 import doctest
 import re
@@ -14,18 +14,18 @@ HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 PATH = re.compile(r"`((?:[\w.]+/)+[\w.]*)`")
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "model").rglob("*.md")])
 README = (ROOT / "README.md").read_text("utf-8")
-OF_A_USER = ("image/", "mask/", "models/", "out/", "shapes/", "Shaders/")
-"""Folders that pages name and that are not the repository's."""
+OUTSIDE = ("image/", "mask/", "models/", "out/", "shapes/", "Shaders/")
+"""Folders in the docs that belong to users, not to the repository."""
 
 
 def anchors(page: Path) -> set[str]:
-    """The anchors of a page's headings."""
+    """Return the anchors of a page's headings."""
     headings = HEADING.findall(page.read_text("utf-8"))
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_links_lead_somewhere(page: Path) -> None:
+def test_links_resolve(page: Path) -> None:
     for target, anchor in LINK.findall(page.read_text("utf-8")):
         if re.match(r"[a-z]+:", target):
             continue
@@ -35,19 +35,19 @@ def test_links_lead_somewhere(page: Path) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_paths_in_the_repository_exist(page: Path) -> None:
-    paths = [path for path in PATH.findall(page.read_text("utf-8")) if not path.startswith(OF_A_USER)]
+def test_named_paths_exist(page: Path) -> None:
+    paths = [path for path in PATH.findall(page.read_text("utf-8")) if not path.startswith(OUTSIDE)]
     assert not [path for path in paths if not (ROOT / path).exists()]
 
 
-def test_every_page_is_in_the_index() -> None:
+def test_index_lists_every_page() -> None:
     index = ROOT / "docs" / "README.md"
     linked = {(index.parent / target).resolve() for target, _ in LINK.findall(index.read_text("utf-8"))}
     pages = {page for page in (ROOT / "docs").rglob("*.md") if page != index}
     assert not sorted(page.name for page in pages - linked)
 
 
-def test_the_python_page_s_examples_give_the_stated_results(
+def test_python_page_examples_give_the_stated_results(
     osmesa: Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -58,7 +58,7 @@ def test_the_python_page_s_examples_give_the_stated_results(
     assert {path.name for path in tmp_path.iterdir()} == {"spot.ply", "spot.frag", "copy.safetensors"}
 
 
-def test_the_readme_is_short_and_its_example_runs(
+def test_readme_is_short_and_its_example_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (example,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
@@ -72,12 +72,12 @@ def test_the_readme_is_short_and_its_example_runs(
 
 
 def cells(text: str, columns: int) -> list[list[str]]:
-    """The rows of a text's tables that have this number of columns, without their heads."""
+    """Return the rows of a text's tables with this number of columns, without heads."""
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line[:1] == "|"]
     return [row for row in rows if len(row) == columns and re.match(r"\d", row[0])]
 
 
-def test_the_readme_s_table_is_that_of_its_page() -> None:
+def test_readme_table_matches_its_page() -> None:
     page = (ROOT / "docs" / "results" / "quality.md").read_text("utf-8")
     last = [row for row in cells(page, 7) if row[2].startswith("2:")]
     measured = [(f"{limit} s", float(mean), f"{angle} degrees") for limit, _, _, _, mean, angle, _ in last]
@@ -89,7 +89,7 @@ def test_the_readme_s_table_is_that_of_its_page() -> None:
 
 
 @pytest.mark.parametrize("page", sorted((ROOT / "docs" / "results").glob("*.md")), ids=lambda page: page.stem)
-def test_a_result_page_names_its_script_and_version(page: Path) -> None:
+def test_result_page_names_its_script_and_version(page: Path) -> None:
     text = page.read_text("utf-8")
     assert re.search(r"mplicits \d+\.\d+\.\d+, .*\d{4}-\d\d-\d\d", text.replace("\n", " "))
     scripts = re.findall(r"benchmarks/(\w+\.py)", text)

@@ -29,7 +29,7 @@ def tour(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
     return folder / "tour.ipynb", notebook
 
 
-def test_every_cell_shows_something(tour: tuple[Path, Any]) -> None:
+def test_cells_show_models_and_no_errors(tour: tuple[Path, Any]) -> None:
     assert TOUR.stat().st_size < LARGEST
     cells = [cell for cell in tour[1].cells if cell.cell_type == "code"]
     kinds = [{key for output in cell.outputs for key in output.get("data", {})} for cell in cells]
@@ -39,7 +39,7 @@ def test_every_cell_shows_something(tour: tuple[Path, Any]) -> None:
     assert "iframe" not in TOUR.read_text(encoding="utf-8"), "live pages are not stored in the repository"
 
 
-def test_a_training_shows_a_bar_and_a_picture(tour: tuple[Path, Any]) -> None:
+def test_training_shows_progress_bars_and_a_picture(tour: tuple[Path, Any]) -> None:
     last = [cell for cell in tour[1].cells if cell.cell_type == "code"][-1]
     data = [output.data for output in last.outputs if "data" in output]
     assert len([each for each in data if "application/vnd.jupyter.widget-view+json" in each]) == 3, (
