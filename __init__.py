@@ -31,14 +31,14 @@ if TYPE_CHECKING:
     from .capture.unprojected import Unprojected as Unprojected
     from .field.hits import Hits as Hits
     from .mesher.evaluation import Evaluation as Evaluation
-    from .mesher.made import TriangleMesh as TriangleMesh
+    from .mesher.triangle_mesh import TriangleMesh as TriangleMesh
     from .model.errors import UserError as UserError
 
 _PLACES = {
     "Evaluation": "mesher.evaluation",
     "Field": "api.field",
     "Hits": "field.hits",
-    "TriangleMesh": "mesher.made",
+    "TriangleMesh": "mesher.triangle_mesh",
     "Unprojected": "capture.unprojected",
     "UserError": "model.errors",
     "compose": "api.functions",

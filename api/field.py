@@ -17,7 +17,7 @@ from .field_function import FieldFunction
 
 if TYPE_CHECKING:
     from ..mesher.evaluation import Evaluation
-    from ..mesher.made import TriangleMesh
+    from ..mesher.triangle_mesh import TriangleMesh
 
 
 class Field(FieldFunction):
@@ -91,7 +91,7 @@ class Field(FieldFunction):
     @takes(MeshOptions)
     def mesh(self, options: MeshOptions) -> "TriangleMesh":
         """Extract the surface as triangles, by marching cubes (docs/meshing.md). Raises UserError."""
-        from ..mesher.made import make_mesh
+        from ..mesher.triangle_mesh import make_mesh
 
         return make_mesh(self.model, options)
 

@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from torch import Tensor
 from torch.nn import functional
 
-from mplicits.mesher.field import Field, ModelField
+from mplicits.mesher.model_field import Field, ModelField
 from mplicits.mesher.survey import loose_pieces
 from mplicits.model.model import DEFAULT_ITERATIONS, Level, Model
 from mplicits.trainer import quality, sampling, settings

@@ -17,8 +17,8 @@ import numpy as np
 from contenders import fully_trained, training_settings
 from mplicits.field.interpret import nested_field
 from mplicits.ir.lower import lower
+from mplicits.mesher.compare import Figures, compare
 from mplicits.mesher.distance import compare_field
-from mplicits.mesher.evaluate import Figures, compare
 from mplicits.mesher.extract import extract, extract_model
 from mplicits.mesher.surface import Array
 from mplicits.mesher.truth import in_model_space, read_mesh

@@ -15,9 +15,9 @@ from scipy.spatial import cKDTree
 
 from mplicits.field.interpret import field_gradient, nested_field
 from mplicits.ir.lower import lower
+from mplicits.mesher.at_time import place_at
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.metrics import SampledSurface, chamfer
-from mplicits.mesher.moment import place_at
 from mplicits.mesher.surface import Mesh
 from mplicits.mesher.truth import in_model_space, read_mesh
 from mplicits.model.model import Model, shape_of

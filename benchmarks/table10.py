@@ -29,9 +29,9 @@ from mplicits.capture.posed import Photographs, Posed, split
 from mplicits.capture.rendering import Effort, Scene
 from mplicits.capture.scene import MultiscaleScene, Sizes
 from mplicits.mesher.extract import extract
-from mplicits.mesher.field import Field, ModelField
 from mplicits.mesher.grid import Grid
 from mplicits.mesher.metrics import SampledSurface, chamfer
+from mplicits.mesher.model_field import Field, ModelField
 from mplicits.mesher.truth import in_model_space, read_mesh
 from mplicits.trainer.machine import prepare
 from mplicits.trainer.shapes.shape import normalize

@@ -24,8 +24,8 @@ import numpy as np
 
 from mplicits.mesher.bar import Bar
 from mplicits.mesher.extract import extract
-from mplicits.mesher.field import ModelField
 from mplicits.mesher.grid import Grid
+from mplicits.mesher.model_field import ModelField
 from mplicits.mesher.surface import Mesh
 from mplicits.model.model import Layer, Level, Model, shape_of
 from mplicits.model.model_file import load
@@ -47,7 +47,7 @@ import resource, sys, time
 from pathlib import Path
 from mplicits.model.model_file import load
 from mplicits.mesher.extract import extract
-from mplicits.mesher.field import ModelField
+from mplicits.mesher.model_field import ModelField
 from mplicits.mesher.grid import Grid
 model, resolution = load(Path(sys.argv[1])), int(sys.argv[2])
 began = time.perf_counter()

@@ -28,7 +28,7 @@ def _mesh(command: MeshCommand) -> None:
     from ..model.files import check_writable, show, write_whole
     from ..model.kinds import MESH
     from ..model.model_file import load
-    from .made import make_mesh
+    from .triangle_mesh import make_mesh
     from .write import check_suffix
 
     output = command.output or Path(command.model.stem + ".ply")
@@ -48,6 +48,7 @@ def _mesh(command: MeshCommand) -> None:
             "faces": faces,
             "components": mesh.components,
             "spurious": mesh.spurious,
+            "specks": mesh.specks,
             "culled": not command.no_cull,
             "seconds": round(seconds, 3),
         }
@@ -60,6 +61,8 @@ def _mesh(command: MeshCommand) -> None:
     if mesh.spurious:
         fate = "kept (--no-cull)" if command.no_cull else "removed"
         print(f"{mesh.spurious} spurious component{'s' * (mesh.spurious != 1)} outside the bands: {fate}")
+    if mesh.specks:
+        print(f"{mesh.specks} speck{'s' * (mesh.specks != 1)} at the surface: removed (--keep-specks keeps them)")
 
 
 VERBS = (

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from .field import Field
 from .grid import CORNERS, EXTENT, Cells, Grid, compact, crossed, joined, lattice, sorted_unique
 from .memory import check_memory
+from .model_field import Field
 from .parallel import Progress, over
 from .surface import Array, Whole
 

@@ -11,7 +11,7 @@ from .options import EvalOptions
 
 if TYPE_CHECKING:
     from ..model.field_figures import FieldFigures
-    from .evaluate import Figures
+    from .compare import Figures
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,11 @@ from ..model.errors import UserError
 from ..model.field_figures import FieldFigures
 from ..model.files import show
 from ..model.model import Model
+from .at_time import chosen_time, place_at
 from .bar import Bar
+from .compare import Figures, compare
 from .distance import compare_field
-from .evaluate import Figures, compare
 from .extract import extract_model, up_to
-from .moment import chosen_time, place_at
 from .options import RESOLUTION, EvalOptions
 from .parallel import Progress
 from .surface import Mesh

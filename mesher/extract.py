@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from ..model.errors import UserError
 from ..model.model import Model
 from .cull import culled, dense
-from .field import Field, ModelField
 from .grid import Grid
+from .model_field import Field, ModelField
 from .parallel import Progress, Silent, over
 from .surface import Mesh
 

@@ -19,7 +19,12 @@ class MeshOptions(Options):
         RESOLUTION, "cells along each side of the grid over [-1, 1]^3", metavar="N", least=LEAST, most=MOST
     )
     level: int | None = option(None, "level whose surface is extracted (default: the last)", metavar="L")
-    no_cull: bool = option(False, "evaluate the last level at every vertex of the grid, keep what lies outside bands")
+    no_cull: bool = option(
+        False, "evaluate the last level at every vertex of the grid, and keep components outside the bands"
+    )
+    keep_specks: bool = option(
+        False, "keep components of fewer than 100 triangles within a cell of the surface (default: remove them)"
+    )
     space: str = option(
         "input",
         "coordinates of the vertices: those of the shape's file, or of the unit sphere",

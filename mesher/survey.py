@@ -8,8 +8,8 @@ from ..model.errors import UserError
 from ..model.model import Model
 from .bar import Bar
 from .extract import extract, extract_model
-from .field import ModelField
 from .grid import Grid
+from .model_field import ModelField
 from .surface import Array, Mesh, Whole
 
 RESOLUTION = 256

@@ -125,8 +125,8 @@ class Distances:
 
     def __init__(self, model: Model, path: Path) -> None:
         """Read the mesh, and put it where the model has the shape at time 0. Raises UserError."""
+        from ..mesher.at_time import place_at
         from ..mesher.metrics import SampledSurface
-        from ..mesher.moment import place_at
         from ..mesher.truth import in_model_space, read_mesh
 
         self._surface = SampledSurface(in_model_space(read_mesh(path), *place_at(model, 0.0)))

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from mplicits import cli
-from mplicits.mesher.evaluate import compare
+from mplicits.mesher.compare import compare
 from mplicits.mesher.metrics import VOXEL, SampledSurface, angles, chamfer, shell_iou
 from mplicits.mesher.surface import Mesh
 from mplicits.mesher.truth import in_model_space, normalisation, read_mesh

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from mplicits.mesher.cull import culled, dense
 from mplicits.mesher.extract import extract
-from mplicits.mesher.field import Field
 from mplicits.mesher.grid import EXTENT, Grid
+from mplicits.mesher.model_field import Field
 from mplicits.mesher.parallel import Silent
 from mplicits.mesher.surface import Mesh
 

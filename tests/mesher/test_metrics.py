@@ -5,7 +5,7 @@ import pytest
 import trimesh
 from numpy.typing import NDArray
 
-from mplicits.mesher.evaluate import compare, is_watertight
+from mplicits.mesher.compare import compare, is_watertight
 from mplicits.mesher.metrics import VOXEL, SampledSurface, angles, shell_iou
 from mplicits.mesher.surface import Mesh
 

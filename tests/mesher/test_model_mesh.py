@@ -11,8 +11,8 @@ from scipy.spatial import cKDTree
 from mplicits.field import interpret
 from mplicits.ir.lower import lower
 from mplicits.mesher.extract import extract_model
-from mplicits.mesher.field import ModelField
 from mplicits.mesher.grid import Grid
+from mplicits.mesher.model_field import ModelField
 from mplicits.model.errors import UserError
 from mplicits.model.model import Layer, Level, Model
 from mplicits.model.model_file import load

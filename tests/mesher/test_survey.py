@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from mplicits.mesher import survey
-from mplicits.mesher.field import ModelField
+from mplicits.mesher.model_field import ModelField
 from mplicits.mesher.surface import Mesh
 from mplicits.mesher.survey import describe_surface
 from mplicits.model.model import Layer, Level, Model

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from mplicits import cli
-from mplicits.mesher.evaluate import compare
+from mplicits.mesher.compare import compare
 from mplicits.mesher.truth import in_model_space, normalisation, read_mesh
 from mplicits.model.errors import UserError
 

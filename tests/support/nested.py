@@ -7,8 +7,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from mplicits.mesher.extract import extract, extract_model
-from mplicits.mesher.field import ModelField
 from mplicits.mesher.grid import EXTENT, Grid
+from mplicits.mesher.model_field import ModelField
 from mplicits.mesher.surface import Array
 from mplicits.model.model import Model
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from mplicits.mesher.evaluate import compare
+from mplicits.mesher.compare import compare
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.truth import in_model_space, read_mesh
 from mplicits.trainer.shapes.load import load_shape

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from mplicits import cli
-from mplicits.mesher.moment import chosen_time, place_at
+from mplicits.mesher.at_time import chosen_time, place_at
 from mplicits.mesher.options import MeshOptions
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model

@@ -11,10 +11,12 @@ from ..model.files import check_writable, write_whole
 from ..model.kinds import MESH
 from ..model.model import MODEL_SPACE, Model
 from ..model.orientation import as_in_file
+from .at_time import chosen_time, place_at
 from .bar import Bar
 from .extract import extract_model, up_to
-from .moment import chosen_time, place_at
+from .grid import Grid
 from .options import MeshOptions
+from .specks import without_specks
 from .surface import Array, Mesh, Whole
 from .write import as_trimesh, check_suffix, to_bytes
 
@@ -27,53 +29,55 @@ class TriangleMesh:
     """A model's surface as triangles."""
 
     _mesh: Mesh
-    """In model space."""
+    """The mesh in model space."""
     _place: tuple[tuple[float, float, float], float, str]
-    """`Model.place` of the space that the vertices are in."""
+    """`Model.place` of the space of the vertices."""
     components: int
     """Connected components."""
     spurious: int
-    """Components outside the bands, which are left out unless culling was switched off."""
+    """Components outside the bands; they are removed unless culling is off."""
+    specks: int
+    """Removed specks (specks.py)."""
 
     @property
     def vertices(self) -> NDArray[np.float64]:
-        """(V, 3), in the space that was asked for."""
+        """(V, 3), in input space or model space."""
         centre, scale, up = self._place
         return as_in_file(self._mesh.vertices.astype(np.float64) * scale + centre, up)
 
     @property
     def faces(self) -> Whole:
-        """(F, 3), numbers of vertices, counter-clockwise seen from outside."""
+        """(F, 3), indices of vertices, counter-clockwise as seen from outside."""
         return self._mesh.faces
 
     @property
     def normals(self) -> Array:
-        """(V, 3), the field's own gradient at each vertex, of length 1."""
+        """(V, 3), unit gradient of the field at each vertex."""
         normals = np.empty((0, 3)) if self._mesh.normals is None else self._mesh.normals
         return as_in_file(normals.astype(np.float64), self._place[2]).astype(np.float32)
 
     @property
     def colors(self) -> Array | None:
-        """(V, 3), sRGB in [0, 1]; None where the model has no texture."""
+        """(V, 3), sRGB in [0, 1]; None without a texture."""
         return self._mesh.colours
 
     def __repr__(self) -> str:
-        """Say how many vertices and faces there are."""
+        """Count vertices and faces."""
         return f"<mplicits.TriangleMesh: {len(self._mesh.vertices):,} vertices, {len(self._mesh.faces):,} faces>"
 
     def to_trimesh(self) -> "trimesh.Trimesh":
-        """Return the mesh as one of trimesh, with normals and colours."""
+        """Convert the mesh, with normals and colours, to trimesh."""
         return as_trimesh(self._mesh, *self._place)
 
     def save(self, path: str | Path) -> None:
-        """Write a PLY, OBJ, STL or GLB file, by the ending of its name, whole or not at all. Raises UserError."""
+        """Write a PLY, OBJ, STL or GLB file, by the suffix of its name. Raises UserError."""
         path = Path(path)
         check_suffix(path)
         check_writable(path, kind=MESH)
         write_whole(path, self.to_bytes(path.suffix.lower()))
 
     def to_bytes(self, suffix: str) -> bytes:
-        """Return the content of a file whose name ends in `suffix`: ".ply", ".obj", ".stl" or ".glb"."""
+        """Return the content of a file with the suffix ".ply", ".obj", ".stl" or ".glb"."""
         return to_bytes(self._mesh, suffix, *self._place)
 
 
@@ -86,5 +90,8 @@ def make_mesh(model: Model, options: MeshOptions) -> TriangleMesh:
         extracted = extract_model(model, options.resolution, bar, cull=not options.no_cull, time=time)
     finally:
         bar.end()
+    mesh, specks = extracted.mesh, 0
+    if not options.keep_specks:
+        mesh, specks = without_specks(mesh, Grid(options.resolution).diagonal)
     place = place_at(model, time) if options.space == "input" else MODEL_SPACE
-    return TriangleMesh(extracted.mesh, place, extracted.components, extracted.spurious)
+    return TriangleMesh(mesh, place, extracted.components - specks, extracted.spurious, specks)
