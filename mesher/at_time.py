@@ -18,10 +18,10 @@ def chosen_time(time: float | None, model: "Model") -> float:
 
 
 def place_at(model: "Model", time: float) -> "Place":
-    """Return where model space lies in input space at a time, as `Model.place` says it.
+    """Return the place of model space in input space (`Model.place`) at a time.
 
-    The shapes that a motion begins and ends with may have been moved and scaled to fit the unit sphere, each on its
-    own, which the provenance notes (trainer/motion.py); in between, centre and scale go evenly from one to the other.
+    Training may move and scale each shape of a motion to fit the unit sphere (trainer/motion.py); the provenance
+    records it. Between the shapes, centre and scale are interpolated linearly.
     """
     import numpy as np
 

@@ -1,4 +1,4 @@
-"""Progress of long work, shown on stderr."""
+"""A progress bar on stderr."""
 
 import sys
 from typing import NoReturn
@@ -7,15 +7,15 @@ from tqdm import tqdm
 
 
 class Bar:
-    """A `parallel.Progress` that people see: one bar for each stage of the work, wiped when the stage is over."""
+    """A `parallel.Progress` with one bar per stage, which disappears when the stage ends."""
 
     def __init__(self, quiet: bool) -> None:
-        """Prepare the bars. quiet: show none."""
+        """quiet: show no bar."""
         self._quiet = quiet
         self._bar: tqdm[NoReturn] | None = None
 
     def begin(self, stage: str, total: int) -> None:
-        """Begin a stage of `total` points with a new bar; the one before is wiped."""
+        """Start a bar for a stage of `total` points."""
         self.end()
         form = "{desc} |{bar}| {percentage:3.0f}% {remaining} left"
         seconds = 0.1 if sys.stderr.isatty() else 10.0
@@ -30,12 +30,12 @@ class Bar:
         )
 
     def advance(self, points: int) -> None:
-        """Move the bar by so many points."""
+        """Advance the bar."""
         if self._bar is not None:
             self._bar.update(points)
 
     def end(self) -> None:
-        """Wipe the bar, if there is one."""
+        """Remove the bar."""
         if self._bar is not None:
             self._bar.close()
             self._bar = None

@@ -1,4 +1,4 @@
-"""The evaluation protocol of the paper's Section 4, and further figures that say what a Chamfer distance does not."""
+"""The evaluation protocol of the paper (Section 4), with further metrics that a Chamfer distance hides."""
 
 from dataclasses import dataclass
 
@@ -11,36 +11,36 @@ from .surface import Mesh, Whole
 
 @dataclass(frozen=True)
 class Figures:
-    """What a comparison of a reconstruction with its ground truth gives. Lengths are in model units."""
+    """Metrics of a reconstruction against its ground truth. Lengths are in model units."""
 
     samples: int
-    """Points that were drawn on each surface."""
+    """Number of points on each surface."""
     seed: int
-    """What decided them."""
+    """Seed of the points."""
     chamfer: float
     """Squared-L2 Chamfer distance, both directions summed."""
     floor: float
-    """The same of two samplings of the ground truth, which is what a perfect reconstruction has."""
+    """Chamfer distance of two samplings of the ground truth: the value of a perfect reconstruction."""
     hausdorff: float
-    """Largest distance of a sample to the other surface."""
+    """Largest distance of a sample to the other surface, in both directions."""
     distance_mean: float
-    """Mean distance of the reconstruction's samples to the true surface."""
+    """Mean distance of samples of the reconstruction to the true surface."""
     distance_99: float
     """99th percentile of the same."""
     missing_mean: float
-    """Mean distance of the ground truth's samples to the reconstruction."""
+    """Mean distance of samples of the ground truth to the reconstruction."""
     missing_99: float
     """99th percentile of the same."""
     normal_angle: float
-    """Mean angle, in degrees, between the normals of a sample's face and of the true face closest to the sample."""
+    """Mean angle, in degrees, between the normals of a sample's face and of the nearest true face."""
     iou: float
-    """What `metrics.shell_iou` says."""
+    """Intersection over union of shells (`metrics.shell_iou`)."""
     components: int
     """Connected components of the reconstruction."""
     truth_components: int
     """Connected components of the ground truth."""
     watertight: bool
-    """Whether the reconstruction is closed: see `is_watertight`."""
+    """Whether the reconstruction is closed (`is_watertight`)."""
     vertices: int
     """Vertices of the reconstruction."""
     faces: int
@@ -52,7 +52,7 @@ def compare(
 ) -> Figures:
     """Compare a mesh with its ground truth, both in model space.
 
-    samples: how many points are drawn on each surface. seed: decides all of them.
+    samples: number of points on each surface. seed: seed of the points.
     """
     progress = progress or Silent()
     progress.begin("comparing", 6)
@@ -92,7 +92,7 @@ def compare(
 
 
 def is_watertight(faces: Whole) -> bool:
-    """Whether every edge of the faces (F, 3) belongs to two of them, which pass it in opposite directions."""
+    """Whether each edge of the faces (F, 3) belongs to exactly two faces, in opposite directions."""
     one, other = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     size = int(faces.max()) + 1
     forth, back = np.sort(one * size + other), np.sort(other * size + one)

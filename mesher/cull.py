@@ -1,4 +1,4 @@
-"""The cells that a surface passes, found by leaving out blocks that cannot hold it, or by looking at every vertex."""
+"""The cells that a surface crosses, found by culling blocks of cells, or by evaluating every vertex."""
 
 import numpy as np
 
@@ -9,27 +9,26 @@ from .parallel import Progress, over
 from .surface import Array, Whole
 
 FIRST = 4
-"""Culling begins with 2^FIRST blocks along each side of the grid."""
+"""Culling starts with 2^FIRST blocks along each side of the grid."""
 CHUNK = 2048
-"""How many blocks of 2^3 cells are searched for the surface at a time."""
+"""Blocks of 2^3 cells that are searched for the surface at a time."""
 BYTES_OF_BLOCK = 1700
-"""Memory that a block of 2^3 cells near the surface takes at most until its mesh is written; measured."""
+"""Peak memory for a block of 2^3 cells near the surface, up to the written mesh; measured."""
 BYTES_OF_COLUMN = 200
-"""Memory that a cell of a layer takes where the whole grid is evaluated."""
+"""Memory for a cell of a layer when the whole grid is evaluated."""
 BLOCK_CELLS = lattice(2, 2, 2)
-"""Places (x, y, z) of the 8 cells in a block of 2^3 cells: (8, 3)."""
+"""(8, 3) indices (x, y, z) of the cells in a block of 2^3 cells."""
 BLOCK_VERTICES = lattice(3, 3, 3)
-"""Places (x, y, z) of the 27 vertices in a block of 2^3 cells: (27, 3)."""
+"""(27, 3) indices (x, y, z) of the vertices of a block of 2^3 cells."""
 BLOCK_CORNERS = (BLOCK_CELLS[:, None] + CORNERS) @ np.array([9, 3, 1])
-"""The corners of the 8 cells, as rows of BLOCK_VERTICES: (8, 8)."""
+"""(8, 8) corners of the 8 cells, as rows of BLOCK_VERTICES."""
 
 
 def culled(field: Field, grid: Grid, progress: Progress) -> Cells:
-    """Find the cells that the surface passes, from coarse blocks to fine ones (after Fig. 5).
+    """Find the cells that the surface crosses, from coarse blocks to fine blocks (after Fig. 5).
 
-    A block is left out where the field's clearance at its centre exceeds half its diagonal; the others are halved along
-    each side. The field is evaluated at the vertices of the blocks of 2^3 cells that are left in the end.
-    Raises UserError where these do not fit the memory.
+    Cull a block if the field's clearance at its centre exceeds half its diagonal; halve the others along each side.
+    Evaluate the field at the vertices of the remaining blocks of 2^3 cells. Raises UserError without enough memory.
     """
     size = 2 ** max((grid.resolution - 1).bit_length() - FIRST, 1)
     side = -(-grid.resolution // size)
@@ -49,7 +48,7 @@ def culled(field: Field, grid: Grid, progress: Progress) -> Cells:
     while size > 2:
         size //= 2
         progress.begin(f"culling blocks of {size}", len(blocks))
-        # Chunk by chunk, since eight times as many blocks would not fit the memory where those that are left do.
+        # In chunks: eight times as many blocks may not fit the memory, though the remaining blocks do.
         (blocks,) = over(blocks, halved, progress, max(1, field.chunk // len(BLOCK_CELLS)))
     check_memory(BYTES_OF_BLOCK * len(blocks), grid.resolution)
     cells = _evaluated_blocks(field, np.sort(blocks @ grid.steps), grid, progress)
@@ -57,9 +56,9 @@ def culled(field: Field, grid: Grid, progress: Progress) -> Cells:
 
 
 def dense(field: Field, grid: Grid, progress: Progress) -> Cells:
-    """Find the cells that the surface passes by evaluating the field at every vertex, one layer in x after another.
+    """Find the cells that the surface crosses by evaluating the field at every vertex, layer by layer in x.
 
-    Raises UserError where a layer does not fit the memory.
+    Raises UserError if a layer does not fit the memory.
     """
     check_memory(BYTES_OF_COLUMN * grid.resolution**2, grid.resolution)
     layer = int(grid.steps[0])
@@ -78,7 +77,7 @@ def dense(field: Field, grid: Grid, progress: Progress) -> Cells:
 
 
 def evaluated(field: Field, keys: Whole, grid: Grid, progress: Progress) -> Array:
-    """Evaluate the field at vertices with keys (N,): values (N,) that give a closed surface (`Grid.closed`)."""
+    """Evaluate the field at vertices with keys (N,), and make the surface closed (`Grid.closed`): (N,)."""
 
     def work(part: Whole) -> tuple[Array]:
         positions = grid.positions(part)
@@ -89,28 +88,25 @@ def evaluated(field: Field, keys: Whole, grid: Grid, progress: Progress) -> Arra
 
 
 def _evaluated_blocks(field: Field, blocks: Whole, grid: Grid, progress: Progress) -> Cells:
-    """Find the cells that the surface passes in blocks of 2^3 cells.
-
-    blocks: (N,) keys of their lowest corners, sorted.
-    """
+    """Find the cells that the surface crosses in blocks of 2^3 cells. blocks: (N,) sorted keys of lowest corners."""
     keys = sorted_unique(blocks[:, None] + BLOCK_VERTICES @ grid.steps)
     progress.begin("evaluating", len(keys))
     values = evaluated(field, keys, grid, progress)
 
     def work(part: Whole) -> tuple[Whole, Whole]:
-        # Vertices that follow one another along z do so in `keys`, so one of three is searched for.
+        # Three vertices along z are consecutive in `keys`: search for the first of them.
         first = np.searchsorted(keys, part[:, None] + BLOCK_VERTICES[::3] @ grid.steps)
         corners = (first[:, :, None] + np.arange(3)).reshape(-1, 27)[:, BLOCK_CORNERS].reshape(-1, 8)
         return crossed((part[:, None] + BLOCK_CELLS @ grid.steps).ravel(), corners, values)
 
-    progress.begin("looking for the surface", len(blocks))
+    progress.begin("finding the surface", len(blocks))
     cells, corners = over(blocks, work, progress, CHUNK)
     inside = (grid.indices(cells) < grid.resolution).all(axis=1)
     return compact(cells[inside], corners[inside], keys, values)
 
 
 def _closed(field: Field, cells: Cells, grid: Grid, progress: Progress) -> Cells:
-    """Add the cells that the surface goes on into, so that it has no rim even where culling left out too much."""
+    """Add culled cells that the surface continues into, so that the surface has no rim."""
     while len(missing := _beyond(cells, grid)):
         progress.begin("following the surface", len(missing))
         keys = sorted_unique(missing[:, None] + grid.corners)
@@ -121,7 +117,7 @@ def _closed(field: Field, cells: Cells, grid: Grid, progress: Progress) -> Cells
 
 
 def _beyond(cells: Cells, grid: Grid) -> Whole:
-    """Find the cells behind faces with corners of both signs that are not among `cells`: (N,) keys, sorted."""
+    """Find the missing cells behind faces with corners of both signs: (N,) sorted keys."""
     negative = cells.values[cells.corners] < 0
     candidates = []
     for axis in range(3):

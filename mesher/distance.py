@@ -1,4 +1,4 @@
-"""How far a model's field is from the signed distance that it stands for."""
+"""The error of a model's field as a signed distance."""
 
 import igl
 import numpy as np
@@ -12,10 +12,10 @@ from .surface import Mesh
 
 
 def compare_field(model: Model, truth: Mesh, samples: int, seed: int = 0, time: float = 0.0) -> FieldFigures:
-    """Compare a model's field with the distance to its ground truth, a mesh in model space.
+    """Compare a model's field with the signed distance to its ground truth, a mesh in model space.
 
-    samples: points in the unit ball, on the surface and around it, each. seed: decides all of them. time: when, of a
-    model that moves.
+    samples: number of points in the unit ball, on the surface, and around the surface, each. seed: seed of the points.
+    time: time of a moving model.
     """
     rng = np.random.default_rng(seed)
     program, count = lower(model), len(model.levels)

@@ -1,4 +1,4 @@
-"""Marching cubes (Lorensen and Cline 1987), by libigl, on the cells that the surface passes."""
+"""Marching cubes (Lorensen and Cline 1987), by libigl, on the cells that the surface crosses."""
 
 import math
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ from .surface import Mesh
 
 
 def up_to(model: Model, level: int | None) -> Model:
-    """Return a model without its levels after `level`; None keeps all. Raises UserError where it has no such level."""
+    """Return a model without the levels after `level`; None keeps all. Raises UserError without such a level."""
     if level is None:
         return model
     if not 1 <= level <= len(model.levels):
@@ -30,21 +30,21 @@ class Extracted:
     """The surface of a model."""
 
     mesh: Mesh
-    """With normals, and with colours where the model has a texture."""
+    """Mesh with normals, and with colours if the model has a texture."""
     components: int
     """Connected components of the mesh."""
     spurious: int
-    """Components that lie outside the bands, where the last level is not defined (Fig. 8).
+    """Components outside the bands, where the last level is undefined (Fig. 8).
 
-    With culling they are removed, and neither in `mesh` nor in `components`; without it they are in both.
+    Culling removes them from `mesh` and `components`.
     """
 
 
 def extract(field: Field, resolution: int, progress: Progress | None = None, cull: bool = True) -> Mesh:
-    """Extract the zero level set of a field: a closed mesh, oriented outwards, with each vertex once.
+    """Extract the zero level set of a field: a closed mesh, oriented outwards, without duplicate vertices.
 
-    resolution: of the grid, which has resolution^3 cells. cull: leave out blocks of cells that the field's clearance
-    rules out; otherwise the field is evaluated at every vertex of the grid. The mesh may be empty.
+    resolution: cells along each side of the grid. cull: skip blocks of cells that the field's clearance rules out;
+    otherwise evaluate every vertex of the grid. The mesh may be empty.
     """
     grid, progress = Grid(resolution), progress or Silent()
     cells = (culled if cull else dense)(field, grid, progress)
@@ -62,8 +62,7 @@ def extract_model(
 ) -> Extracted:
     """Extract the surface of a model's last level, in model space.
 
-    resolution, cull: as of `extract`. time: when, of a model that moves. Raises UserError where there is no
-    surface.
+    resolution, cull: as of `extract`. time: time of a moving model. Raises UserError without a surface.
     """
     progress = progress or Silent()
     field = ModelField(model, Grid(resolution).diagonal if cull else math.inf, time)
@@ -79,7 +78,7 @@ def extract_model(
     nested = np.zeros(count, np.bool_)
     nested[component[inside]] = True
     if not nested.any():
-        raise UserError("the model has no surface in [-1, 1]^3; train it anew")
+        raise UserError("the model has no surface in [-1, 1]^3; train it again")
     if cull:
         mesh = mesh.only(nested[component])
     if model.coloured:

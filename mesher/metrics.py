@@ -1,4 +1,4 @@
-"""The metrics by which two surfaces are compared. Points and distances are in radii of the unit sphere."""
+"""Metrics of two surfaces. Points and distances are in model units."""
 
 import igl
 import numpy as np
@@ -11,20 +11,20 @@ from .surface import Mesh, Whole
 Doubles = NDArray[np.float64]
 
 VOXEL = 0.01
-"""Side of the voxels that shells are made of, and half the thickness of a shell."""
+"""Side of a voxel, and half the thickness of a shell, model units."""
 
 
 class SampledSurface:
-    """A mesh that can be sampled and measured: its areas, its normals and a tree of its triangles are built once.
+    """A mesh for sampling and distance queries, with areas, normals and a tree of its triangles.
 
-    Faces without area have no normal. They are left out, and faces are numbered without them.
+    Faces without area are dropped: the indices of faces skip them.
     """
 
     normals: Doubles
-    """(F, 3), of length 1, of the faces that have an area."""
+    """(F, 3) unit normals of the faces with an area."""
 
     def __init__(self, mesh: Mesh) -> None:
-        """Prepare a mesh, which has at least one face with an area."""
+        """mesh: at least one face has an area."""
         self.mesh = mesh
         self._vertices = mesh.vertices.astype(np.float64)
         corners = self._vertices[mesh.faces]
@@ -38,7 +38,7 @@ class SampledSurface:
         self._tree.init(self._vertices, self._faces)
 
     def sample(self, count: int, rng: np.random.Generator) -> tuple[Doubles, Whole]:
-        """Draw points (count, 3), uniform by area; return them and the face (count,) that each lies on."""
+        """Draw points (count, 3), uniform by area; return the points and their faces (count,)."""
         face = np.searchsorted(self._areas, rng.random(count) * self._areas[-1], side="right")
         u, v = rng.random((2, count))
         u, v = np.where(u + v > 1, (1 - u, 1 - v), (u, v))
@@ -46,7 +46,7 @@ class SampledSurface:
         return (self._vertices[self._faces[face]] * weights).sum(axis=1), face
 
     def distance(self, points: Doubles) -> tuple[Doubles, Whole]:
-        """Return the exact distance (N,) of points (N, 3) to the surface, and the number of the closest face (N,)."""
+        """Return the exact distance (N,) of points (N, 3) to the surface, and the index of the nearest face (N,)."""
         squared, face, _ = self._tree.squared_distance(self._vertices, self._faces, points)
         return np.sqrt(squared), np.asarray(face, np.int64)
 
@@ -65,8 +65,8 @@ def angles(a: Doubles, b: Doubles) -> Doubles:
 def shell_iou(a: SampledSurface, b: SampledSurface, samples: Doubles) -> float:
     """Intersection over union of two shells.
 
-    The shell of a surface is the voxels of side `VOXEL` whose centre is within `VOXEL` of it. samples: (N, 3), dense on
-    both surfaces; they only say near which voxels to look.
+    The shell of a surface is the set of voxels of side `VOXEL` with centres within `VOXEL` of the surface. samples:
+    (N, 3), dense on both surfaces, limit the search to nearby voxels.
     """
     around = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1], [-1, 0, 1]), axis=-1).reshape(-1, 3)
     touched = _unique(np.floor(samples / VOXEL).astype(np.int64))
@@ -76,7 +76,7 @@ def shell_iou(a: SampledSurface, b: SampledSurface, samples: Doubles) -> float:
 
 
 def _unique(voxels: Whole) -> Whole:
-    """Return each of the voxels (N, 3), whole numbers, once: (M, 3)."""
+    """Return the unique voxels (M, 3) of integers (N, 3)."""
     lowest = voxels.min(axis=0)
     size = (voxels.max(axis=0) - lowest + 1).tolist()
     keys = sorted_unique(np.ravel_multi_index(tuple((voxels - lowest).T), size))

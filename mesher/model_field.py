@@ -1,4 +1,4 @@
-"""The scalar fields that a surface can be extracted from, and the one of a trained model."""
+"""The scalar field of a model for marching cubes, and the protocol of such fields."""
 
 from typing import Protocol
 
@@ -12,46 +12,41 @@ from .surface import Array
 
 
 class Field(Protocol):
-    """A scalar field whose zero level set is extracted."""
+    """A scalar field with a zero level set."""
 
     chunk: int
-    """How many points the field is best asked for at a time."""
+    """Number of points per call for the best speed."""
 
     def value(self, points: Array) -> Array:
         """Evaluate the field: (N,) float32, negative inside, at points (N, 3) float32 in model space."""
         ...
 
     def clearance(self, points: Array) -> Array:
-        """Bound the distance to the surface from below.
-
-        points: (N, 3) float32, model space. Returns distances (N,) within which the value keeps its sign; 0 where none
-        is known.
-        """
+        """Return a lower bound of the distance to the surface: (N,), 0 where unknown; points: (N, 3), model space."""
         ...
 
 
 CACHED = 2**17
-"""How many values of one layer stay in a core's cache."""
+"""Number of values of a layer that fit the cache of a core."""
 TRUSTED = 2.0
-"""Up to |f_i| = TRUSTED * delta_i, the next level's value is taken as a bound, though it is defined up to delta_i only.
+"""The next level's value serves as a bound up to |f_i| = TRUSTED * delta_i.
 
-Outside the band nothing was trained, but f_{i+1} goes on smoothly there for a little.
+f_{i+1} is trained up to delta_i alone, but continues smoothly a little beyond.
 """
 
 
 class ModelField:
     """The nested levels of a model (Section 3.2, Eq. 3) as a field for one grid.
 
-    Marching cubes needs the last level's value at all corners of a cell that the surface passes, also at those that lie
-    just outside a band. So `value` widens the band of level i by lipschitz_i times a cell's diagonal, which is the most
-    that f_i changes between two corners. Elsewhere a vertex has the value of the finest level that is defined there.
+    Marching cubes needs the last level at all corners of a crossed cell, also at corners just outside a band. So
+    `value` widens the band of level i by lipschitz_i times a cell's diagonal: f_i changes by no more between two
+    corners.
     """
 
     def __init__(self, model: Model, cell: float, time: float = 0.0) -> None:
-        """Prepare a model.
+        """cell: diagonal of a cell, model units; infinity: evaluate the last level everywhere.
 
-        cell: the diagonal of the grid's cells, model units; with infinity the last level is evaluated everywhere.
-        time: the fourth input of a model that moves.
+        time: time of a moving model.
         """
         self.program = lower(model)
         self._time = time
@@ -64,14 +59,14 @@ class ModelField:
         self._trusted_margins = [(TRUSTED - 1) * delta for delta in self._deltas]
 
     def value(self, points: Array) -> Array:
-        """Evaluate the finest level that is defined, with widened bands: (N,) at points (N, 3) float32."""
+        """Evaluate the finest defined level, with widened bands: (N,) at points (N, 3) float32."""
         value, _ = interpret.nested_field(self.program, points, self._levels, self._time, self._margins)
         return value
 
     def clearance(self, points: Array) -> Array:
-        """Bound the distance to the surface from below, by the levels' Lipschitz factors: (N,) for points (N, 3).
+        """Return a lower bound of the distance to the surface: (N,) for points (N, 3).
 
-        A level before the last says how far its band is. The last level, near every band, says how far its surface is.
+        By Lipschitz factors, each level bounds the distance to its band, and the last level that to the surface.
         """
         clearance = np.zeros(len(points), np.float32)
         levels = interpret.nested_levels(self.program, points, self._levels, self._time, self._trusted_margins)
@@ -81,12 +76,12 @@ class ModelField:
         return clearance
 
     def on_surface(self, points: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Return the last level's unit gradient (N, 3) at points (N, 3), and whether each is inside every band (N,)."""
+        """Return the last level's unit gradient (N, 3) at points (N, 3), and whether each point is in every band (N,)."""
         gradient, _ = interpret.field_gradient(self.program, points, self._levels, self._time)
         return gradient / np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), 1e-12), self.in_bands(points)
 
     def in_bands(self, points: Array) -> NDArray[np.bool_]:
-        """Tell which points (N, 3) are inside every band, where the last level is defined: (N,)."""
+        """Whether points (N, 3) are in every band, where the last level is defined: (N,)."""
         _, reached = interpret.nested_field(self.program, points, self._levels, self._time)
         return np.asarray(reached == self._levels)
 

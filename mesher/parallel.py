@@ -1,4 +1,4 @@
-"""A function of points is evaluated at many points, on all cores."""
+"""Evaluation of a function of points on all cores, in chunks."""
 
 import os
 from collections.abc import Callable
@@ -11,19 +11,19 @@ from threadpoolctl import threadpool_limits
 
 
 class Progress(Protocol):
-    """Somebody who is told how far long work is."""
+    """Receives the progress of long work."""
 
     def begin(self, stage: str, total: int) -> None:
-        """Take note that a stage of `total` points begins, and that the one before is over."""
+        """A stage of `total` points begins; the previous stage ends."""
         ...
 
     def advance(self, points: int) -> None:
-        """Take note that so many more points are done."""
+        """`points` more points are done."""
         ...
 
 
 class Silent:
-    """A `Progress` that tells nobody."""
+    """A `Progress` that shows nothing."""
 
     def begin(self, stage: str, total: int) -> None:
         """Do nothing."""
@@ -35,10 +35,10 @@ class Silent:
 def over(
     points: NDArray[Any], function: Callable[[NDArray[Any]], tuple[NDArray[Any], ...]], progress: Progress, chunk: int
 ) -> tuple[NDArray[Any], ...]:
-    """Evaluate a function at points, chunk by chunk, in as many threads as there are cores.
+    """Evaluate a function at points, in chunks, with one thread per core.
 
-    points: (N, ...). function: takes (M, ...) of them and returns arrays, of as many rows or of others. chunk: the
-    largest M. progress is told as chunks are done. Returns the function's arrays, joined in the points' order.
+    points: (N, ...). function: from (M, ...) to arrays with any number of rows. chunk: largest M. Returns the arrays of
+    all chunks, concatenated in order.
     """
     parts = [points[start : start + chunk] for start in range(0, max(len(points), 1), chunk)]
 
@@ -47,7 +47,7 @@ def over(
         progress.advance(len(part))
         return arrays
 
-    # NumPy releases the interpreter's lock, so one thread for each core is enough; BLAS must not start more of its own.
+    # NumPy releases the interpreter's lock: one thread per core suffices, and BLAS must not start more.
     with threadpool_limits(1, "blas"), ThreadPoolExecutor(os.cpu_count()) as pool:
         results = list(pool.map(work, parts))
     return tuple(np.concatenate(arrays) for arrays in zip(*results, strict=True))

@@ -1,4 +1,4 @@
-"""The triangle mesh that the mesher makes and compares."""
+"""The triangle mesh of this room."""
 
 from dataclasses import dataclass
 
@@ -18,14 +18,14 @@ class Mesh:
     vertices: Array
     """(V, 3) float32, model space."""
     faces: Whole
-    """(F, 3) int64, numbers of vertices, counter-clockwise seen from outside."""
+    """(F, 3) int64 indices of vertices, counter-clockwise as seen from outside."""
     normals: Array | None = None
-    """(V, 3) float32 of length 1, or None."""
+    """(V, 3) float32 unit normals, or None."""
     colours: Array | None = None
     """(V, 3) float32, sRGB in [0, 1], or None."""
 
     def components(self) -> tuple[int, Whole]:
-        """Count the connected components, and return with their number the one that each vertex belongs to, (V,)."""
+        """Return the number of connected components, and the component of each vertex (V,)."""
         size = len(self.vertices)
         one, other = self.faces[:, :2].ravel(), self.faces[:, 1:].ravel()
         edges = coo_array((np.ones(len(one), np.int8), (one, other)), shape=(size, size))
@@ -33,7 +33,7 @@ class Mesh:
         return int(count), labels.astype(np.int64)
 
     def only(self, kept: NDArray[np.bool_]) -> "Mesh":
-        """Return the mesh of the vertices for which `kept` (V,) holds and of the faces between them."""
+        """Return the submesh of the vertices where `kept` (V,) is true."""
         new_numbers = np.cumsum(kept) - 1
         faces = new_numbers[self.faces[kept[self.faces].all(axis=1)]]
         normals, colours = (None if a is None else a[kept] for a in (self.normals, self.colours))

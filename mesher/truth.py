@@ -1,4 +1,4 @@
-"""Meshes from files for a comparison: the ground truth, or somebody else's reconstruction."""
+"""Meshes from files for `eval`: the ground truth, or a reconstruction by another method."""
 
 import math
 from pathlib import Path
@@ -14,18 +14,18 @@ from ..model.orientation import DEFAULT_UP, upright
 from .surface import Mesh
 
 FARTHEST = 100.0
-"""Largest coordinate in model space of a mesh that is taken for the same shape, which fits the unit sphere there."""
+"""Largest coordinate in model space of a mesh that may be the same shape."""
 
 
 def read_mesh(path: Path) -> trimesh.Trimesh:
-    """Read a PLY, OBJ, STL or GLB file as a surface: vertices at one place are one, and faces look outwards.
+    """Read a PLY, OBJ, STL or GLB file as a surface: merge coincident vertices, and orient the faces outwards.
 
-    Raises UserError, one line, where the file holds no surface.
+    Raises UserError if the file holds no surface.
     """
     mesh = load_mesh(path, "; a comparison needs two surfaces")
     mesh.remove_unreferenced_vertices()
     largest = float(np.abs(mesh.vertices).max())
-    # Vertices that differ by less than 1e-8 of the shape's size are one, whatever its unit.
+    # Merge vertices that differ by less than 1e-8 of the shape's size.
     digits = 8 - math.ceil(math.log10(largest)) if largest > 0 else 8
     mesh.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=digits)
     mesh.update_faces((mesh.faces != np.roll(mesh.faces, 1, axis=1)).all(axis=1))
@@ -37,9 +37,9 @@ def read_mesh(path: Path) -> trimesh.Trimesh:
 
 
 def normalisation(mesh: trimesh.Trimesh) -> tuple[tuple[float, float, float], float]:
-    """Return the centre and the scale that put a mesh into the unit sphere (Section 4).
+    """Return the centre and the scale that map a mesh into the unit sphere (Section 4).
 
-    The centre is that of the bounding box, the scale is the largest distance of a vertex from it.
+    The centre is the centre of the bounding box, the scale is the largest distance of a vertex from the centre.
     """
     used: NDArray[np.float64] = mesh.vertices[np.unique(mesh.faces)]
     x, y, z = (used.min(axis=0) + used.max(axis=0)) / 2
@@ -49,12 +49,12 @@ def normalisation(mesh: trimesh.Trimesh) -> tuple[tuple[float, float, float], fl
 def in_model_space(
     mesh: trimesh.Trimesh, centre: tuple[float, float, float], scale: float, up: str = DEFAULT_UP
 ) -> Mesh:
-    """Move a mesh from input space into model space. centre, scale, up: those of a model (`Model.place`).
+    """Map a mesh from input space to model space. centre, scale, up: `Model.place`.
 
-    Raises UserError where it then lies far from the unit sphere, as it does where centre and scale are another shape's.
+    Raises UserError if the result is far from the unit sphere, because centre and scale belong to another shape.
     """
     vertices = (upright(np.asarray(mesh.vertices, np.float64), up) - centre) / scale
     reach = np.abs(vertices).max()
     if not reach <= FARTHEST:
-        raise UserError(f"the two are not of one shape: one is {reach:.3g} radii away, by the other's centre and scale")
+        raise UserError(f"the two are different shapes: one is {reach:.3g} radii away, by the other's centre and scale")
     return Mesh(vertices.astype(np.float32), np.asarray(mesh.faces, np.int64))

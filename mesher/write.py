@@ -1,4 +1,4 @@
-"""A mesh becomes the bytes of a PLY, OBJ, STL or GLB file, written by trimesh."""
+"""Conversion of a mesh to a PLY, OBJ, STL or GLB file, by trimesh."""
 
 from pathlib import Path
 from typing import Any
@@ -19,19 +19,19 @@ OPTIONS: dict[str, dict[str, Any]] = {
     ".stl": {},
     ".glb": {"include_normals": True},
 }
-"""Suffix of a format that can be written -> options of trimesh's writer. An STL holds triangles alone."""
+"""Suffix of an output format -> options of trimesh's writer. STL holds triangles alone."""
 
 
 def check_suffix(path: Path) -> None:
-    """Check that a file's name ends in a format that can be written. Raises UserError where it does not."""
+    """Raise UserError if the suffix of a file is no output format."""
     if path.suffix.lower() not in OPTIONS:
         raise UserError(f"{show(path)}: a mesh is written as {', '.join(OPTIONS)}")
 
 
 def to_bytes(mesh: Mesh, suffix: str, centre: tuple[float, float, float], scale: float, up: str = DEFAULT_UP) -> bytes:
-    """Return a mesh as a file, with its vertices in input space. centre, scale, up: those of a model (`Model.place`).
+    """Convert a mesh to the bytes of a file, with vertices in input space. centre, scale, up: `Model.place`.
 
-    suffix: a key of OPTIONS. Colours are written as sRGB, in a GLB as linear light, which is what glTF asks for.
+    suffix: a key of OPTIONS. Colours are sRGB, but linear in a GLB, as glTF prescribes.
     """
     written = as_trimesh(mesh, centre, scale, up, linear=suffix == ".glb")
     data = written.export(file_type=suffix[1:], **OPTIONS[suffix])
@@ -41,7 +41,7 @@ def to_bytes(mesh: Mesh, suffix: str, centre: tuple[float, float, float], scale:
 def as_trimesh(
     mesh: Mesh, centre: tuple[float, float, float], scale: float, up: str = DEFAULT_UP, linear: bool = False
 ) -> trimesh.Trimesh:
-    """Return a mesh as one of trimesh, with its vertices in input space. linear: with colours in linear light."""
+    """Convert a mesh to trimesh, with vertices in input space. linear: colours in linear light."""
     colours = None
     if mesh.colours is not None:
         colours = _bytes(to_linear(mesh.colours) if linear else mesh.colours)
@@ -55,5 +55,5 @@ def as_trimesh(
 
 
 def _bytes(colours: Values) -> NDArray[np.uint8]:
-    """Convert colours in [0, 1] to whole numbers from 0 to 255."""
+    """Convert colours in [0, 1] to bytes."""
     return np.round(np.clip(colours, 0, 1) * 255).astype(np.uint8)

@@ -97,5 +97,5 @@ def test_a_file_of_another_shape_is_noticed(tmp_path: Path, capsys: pytest.Captu
     assert outcomes["aside"][1].startswith("warning: the bounding boxes of the two differ by 0.3 radii")
     assert outcomes["away"] == (
         2,
-        "mplicits: the two are not of one shape: one is 501 radii away, by the other's centre and scale\n",
+        "mplicits: the two are different shapes: one is 501 radii away, by the other's centre and scale\n",
     )
