@@ -1,1 +1,1 @@
-"""The program: what a model computes, as a handful of ops on vectors of vec4, and how a model becomes one."""
+"""The program: a model's computation as a few ops on vectors of vec4, and the lowering from model to program."""

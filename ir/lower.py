@@ -1,7 +1,6 @@
-"""Lowering: the program of a model.
+"""Lowers a model to its program: pads sizes to multiples of 4, and writes gradients as an adjoint pass.
 
-Sizes are padded to multiples of 4, the first layer's bias becomes the matrix column that meets the input's 1, and each
-network's gradient is written out as an adjoint pass.
+The first layer's bias becomes the matrix column for the input's 1.
 """
 
 import math
@@ -16,10 +15,9 @@ from .program import INPUT, Affine, Array, Cosine, Dot, Function, Op, Product, P
 def lower(model: Model, digits: int | None = None, padded: bool = True) -> Program:
     """Return the program of a model.
 
-    digits: decimals that the weights are rounded to, None for all. A row of the last layer is divided by a power of
-    ten before it is rounded, and Dot's scale multiplies it back: these weights are small, and would lose most to
-    rounding.
-    padded: whether a scene's networks are as wide as printers/networks.py wants them.
+    digits: decimals of the weights; None for all. The weights of the last layer are small and would lose most to
+    rounding, so a power of ten divides each of its rows before rounding, and Dot's scale multiplies it back.
+    padded: whether to pad a scene's networks for printers/networks.py.
     """
     if model.scene is not None:
         shapes = map(padded_networks, model.shapes) if padded else model.shapes
@@ -52,10 +50,7 @@ def lower(model: Model, digits: int | None = None, padded: bool = True) -> Progr
 
 
 class _Lowered:
-    """One network's constants, and the ops that evaluate it.
-
-    key: what tells its constants from other networks': the level's number, or "t" for the texture.
-    """
+    """One network's constants and ops. key: part of the constants' names: the level's number, or "t" (texture)."""
 
     def __init__(self, key: str, network: Network, moving: bool, digits: int | None) -> None:
         self.key = key
@@ -70,14 +65,14 @@ class _Lowered:
                 self.constants[f"b{key}_{j}"] = _rounded(_padded(bias), digits)
             self.constants[f"w{key}_{j}"] = _rounded(_padded(weight), digits)
         self.outputs: list[tuple[str, float, float]] = []
-        """For each output: its row's name among the constants, and the scale and bias of its Dot."""
+        """For each output: the constant with its row, and the scale and bias of its Dot."""
         for c, (row, bias) in enumerate(zip(network[-1].weight, network[-1].bias.tolist(), strict=True)):
             scale = 1.0 if digits is None else output_scale(row)
             self.constants[f"o{key}_{c}"] = _rounded(_padded((row / scale).astype(np.float32)), digits)
             self.outputs.append((f"o{key}_{c}", scale, bias if digits is None else round(bias, digits + 2)))
 
     def forward(self, names: tuple[str, ...] = ("f",)) -> list[Op]:
-        """Return the ops of the network's outputs, called `names`: a sine after every layer but the last (Eq. 2)."""
+        """Return the ops that compute the outputs `names`: a sine after every layer but the last (Eq. 2)."""
         ops: list[Op] = []
         source = INPUT
         for j in range(self.last + 1):
@@ -91,9 +86,9 @@ class _Lowered:
         return ops
 
     def with_gradient(self) -> list[Op]:
-        """Return the ops of value "f" and "gradient", by the adjoint: g = (g * cos a_j) W_j, from the output back.
+        """Return the ops of "f" and "gradient" by the adjoint, from the output back: g = (g * cos a_j) W_j.
 
-        That takes one product with a matrix per layer beyond the value's; compare tests/oracles/tangents.py.
+        It multiplies by one more matrix per layer than the value does; tests/oracles/tangents.py is the alternative.
         """
         ops = self.forward()
         row, scale, _ = self.outputs[0]
@@ -109,13 +104,13 @@ class _Lowered:
 
 
 def output_scale(row: Array) -> float:
-    """Return the power of ten by which a row of the last layer, (n,), is divided before it is rounded."""
+    """Return the power of ten that divides a row of the last layer, (n,), before rounding."""
     largest = float(np.abs(row).max())
     return 10.0 ** math.floor(math.log10(largest)) if largest > 0 else 1.0
 
 
 def _padded(array: Array) -> Array:
-    """Fill every side up with zeros to a multiple of 4."""
+    """Pad every side with zeros to a multiple of 4."""
     return np.pad(array, [(0, -size % 4) for size in array.shape])
 
 

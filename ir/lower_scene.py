@@ -1,4 +1,4 @@
-"""Lowering of scenes: the programs of their models, under names of their own, and where and how each is joined."""
+"""Lowers a scene: its models' programs under different names, their placements, and how they are joined."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,11 +13,11 @@ from .prefixed import prefixed
 from .program import Band, Program
 
 PADDED = 16
-"""Hidden layers of a scene's networks are filled up with zeros to multiples of this."""
+"""Hidden layers of a scene's networks are padded with zeros to multiples of this width."""
 
 
 def padded_networks(model: Model) -> Model:
-    """Return a model of one shape that gives the same, whose hidden layers are multiples of PADDED wide."""
+    """Pad the hidden layers of a shape's model to multiples of PADDED; the model computes the same."""
 
     def padded(network: Network) -> Network:
         layers = []
@@ -32,7 +32,7 @@ def padded_networks(model: Model) -> Model:
 
 
 def lower_scene(model: Model, programs: Sequence[Program]) -> Program:
-    """Return the program of a scene. programs: of the scene's models."""
+    """Return the program of a scene. programs: the programs of the scene's models."""
     assert model.scene is not None
     named = [prefixed(program, f"shape{i}") for i, program in enumerate(programs, start=1)]
     leaves: list[Leaf] = []
@@ -43,7 +43,7 @@ def lower_scene(model: Model, programs: Sequence[Program]) -> Program:
 
 
 def scene_program(program: Program, leaves: tuple[Leaf, ...], root: Join, moving: bool) -> Program:
-    """Return a program with another composition. The leaves' programs of one name are one."""
+    """Return a program with another composition. Leaves whose programs have the same name share the program."""
     named = {leaf.part.values[0].name: leaf.part for leaf in leaves if isinstance(leaf.part, Program)}
     programs = tuple(named.values())
     constants = {name: constant for part in programs for name, constant in part.constants.items()}
@@ -54,16 +54,17 @@ def scene_program(program: Program, leaves: tuple[Leaf, ...], root: Join, moving
 
 
 def bands(model: Model) -> tuple[Band, ...]:
-    """Return what sphere tracing has to know of each level of a model."""
+    """Return the parameters of sphere tracing of each level."""
     return tuple(Band(level.delta, level.iterations, level.step_bound, level.band_step_bound) for level in model.levels)
 
 
 def _joined(
     node: Node, places: tuple[Placement, ...], seam: Expression, programs: Sequence[Program], leaves: list[Leaf]
 ) -> Join | int:
-    """Return a node in terms of leaves, which are added to those that there are.
+    """Convert a node; append its leaves to `leaves`.
 
-    places: of what holds the node, the outermost first. seam: widest smooth radius around it, in the scene's units.
+    places: placements of the groups around the node, the outermost first. seam: largest radius of a smooth union around
+    the node, in the scene's units.
     """
     places = (*places, node.placement)
     scale = product(*(place.scale for place in places))

@@ -1,4 +1,4 @@
-"""Programs whose names are their own, so that several can stand in one text."""
+"""Renames a program's functions and constants, so that one text can hold several programs."""
 
 from dataclasses import fields, replace
 from typing import Any
@@ -7,7 +7,7 @@ from .program import Function, Op, Program
 
 
 def prefixed(program: Program, name: str) -> Program:
-    """Return a program whose functions and constants begin with `name` and an underscore: their names are global."""
+    """Return a program in which the names of functions and constants begin with `name` and an underscore."""
     names = {constant: f"{name}_{constant}" for constant in program.constants}
 
     def op(old: Op) -> Op:

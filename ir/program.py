@@ -1,33 +1,28 @@
-"""The program: what a model computes, written in seven ops. Every target prints it, and the numpy reference runs it.
+"""The program: a model's computation in seven ops. Every target prints it, and field/interpret.py runs it in numpy.
 
-This file is the definition. A printer for another language needs nothing else; field/interpret.py says the
-same in numpy, for tests.
+**Functions.** A `Function` is a list of ops without branches or loops. Its input has the name `INPUT`. Each op assigns
+one new value, and later ops refer to it by name. `outputs` lists the values that the function returns. Names of values
+are local to their function, and are identifiers in any C-like language.
 
-**Functions.** A `Function` is a list of ops without branches or loops. Each op assigns one new value, which later ops
-refer to by name. The function's input has the name `INPUT`; its results are the values that `outputs` names. Names of
-values are local to their function and are identifiers in any C-like language.
+**Values.** A value is a vector of float32 in blocks of four: block k, a vec4, holds the components 4 k to 4 k + 3. Only
+the result of a `Dot` is a scalar, and no op takes a scalar.
 
-**Values.** A value is a vector of 32-bit floats, made of n blocks of four: block k, a vec4, holds the components 4 k to
-4 k + 3. Only the result of a `Dot` is a scalar, and no op takes a scalar. `Program.widths` gives the number of
-components of each value.
+**Constants.** `Program.constants` holds the weights by name. All functions share them: a network's value and its
+gradient read the same matrices. A matrix is (rows, columns) with one row for each component of the product. Its block
+(o, i), rows 4 o to 4 o + 3 and columns 4 i to 4 i + 3, is a mat4 from block i of the source to block o of the result. A
+vector is (n,).
 
-**Constants.** The weights are in `Program.constants`, by name, and shared by all functions: a network's value and its
-gradient read the same matrices. A matrix is (rows, columns), one row for each component of the product; block (o, i)
-of it, rows 4 o to 4 o + 3 and columns 4 i to 4 i + 3, is a mat4 that takes block i of the source to block o of the
-result. A vector is (n,).
+**Padding.** Zeros fill rows, columns and vectors up to multiples of 4. So values have padded components: Affine and
+Sine make them 0, Cosine makes them 1. They never reach an output, since a zero multiplies each of them.
 
-**Padding.** Sizes that are not multiples of 4 are filled up with zeros at the end: rows and columns of matrices, and
-entries of vectors. So a value has padded components as well, in which Affine and Sine give 0 and Cosine gives 1. They
-never reach an output: whatever they are multiplied by is zero in the end.
+**Field.** With f_level = values[0] + ... + values[level - 1], each at the same input:
 
-**What the functions give together.** With f_level = values[0] + ... + values[level - 1], each at the same input:
+- Eq. 3: level 1 is defined everywhere, and level i + 1 where level i is and |f_i| < bands[i - 1].delta. The field is
+  f_i of the finest level i that is defined at the point.
+- The gradient of f_level is the sum of the first outputs of gradients[0] to gradients[level - 1].
+- The color is the output of `texture`, clamped to [0, 1], sRGB. A target chooses the color of a model without one.
 
-- the field at a point is f_i of the finest level i that is defined there. Level 1 is defined everywhere, and level
-  i + 1 where level i is and |f_i| < bands[i - 1].delta (Eq. 3).
-- the gradient of f_level is the sum of the first outputs of gradients[0] to gradients[level - 1].
-- the colour is `texture`'s output, clamped to [0, 1], sRGB; a model without one is painted by the target.
-
-Of a scene, the program has the functions of all its models, and composition.py says what they give together.
+A scene's program has the functions of all its models; composition.py defines how they combine.
 """
 
 from dataclasses import dataclass
@@ -42,7 +37,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float32]
 
 INPUT = "p"
-"""Name of every function's input, one vec4 in model space: (x, y, z, 1), or (x, y, z, t) where the field moves."""
+"""Name of every function's input, a vec4 in model space: (x, y, z, 1), or (x, y, z, t) of a moving field."""
 
 
 @dataclass(frozen=True)
@@ -50,13 +45,11 @@ class Affine:
     """result = matrix source + bias: a layer of a network, before its sine."""
 
     result: str
-    """Name of the new value; as wide as the matrix has rows."""
     source: str
-    """A value, as wide as the matrix has columns."""
     matrix: str
-    """A constant, (rows, columns)."""
+    """A constant, (width of the result, width of the source)."""
     bias: str | None
-    """A constant, (rows,). None adds nothing: the bias is then the column of the matrix that meets the input's 1."""
+    """A constant; None where the matrix column for the input's 1 is the bias."""
 
 
 @dataclass(frozen=True)
@@ -64,31 +57,25 @@ class Transposed:
     """result = transpose(matrix) source: the adjoint of Affine, with the same constant."""
 
     result: str
-    """Name of the new value; as wide as the matrix has columns."""
     source: str
-    """A value, as wide as the matrix has rows."""
     matrix: str
-    """A constant, (rows, columns)."""
+    """A constant, (width of the source, width of the result)."""
 
 
 @dataclass(frozen=True)
 class Sine:
-    """result = sin(source), component by component, of angles in radians."""
+    """result = sin(source), component by component, in radians."""
 
     result: str
-    """Name of the new value, as wide as the source."""
     source: str
-    """A value."""
 
 
 @dataclass(frozen=True)
 class Cosine:
-    """result = cos(source), component by component, of angles in radians."""
+    """result = cos(source), component by component, in radians."""
 
     result: str
-    """Name of the new value, as wide as the source."""
     source: str
-    """A value."""
 
 
 @dataclass(frozen=True)
@@ -96,9 +83,8 @@ class Product:
     """result = left * right, component by component."""
 
     result: str
-    """Name of the new value, as wide as the factors."""
     left: str
-    """A value, or a constant vector."""
+    """A value or a constant."""
     right: str
     """A value."""
 
@@ -108,15 +94,12 @@ class Dot:
     """result = scale * (row . source) + bias: one output of a network, a scalar."""
 
     result: str
-    """Name of the new value, which has one component."""
     source: str
-    """A value."""
     row: str
-    """A constant vector, as wide as the source."""
+    """A constant."""
     scale: float
-    """Factor of the product; 1 unless the row was rounded (see lower)."""
+    """1 unless the row was rounded (see lower.py)."""
     bias: float
-    """Added after scaling."""
 
 
 @dataclass(frozen=True)
@@ -124,34 +107,30 @@ class Scale:
     """result = factor * source."""
 
     result: str
-    """Name of the new value, as wide as the source."""
     source: str
-    """A value."""
     factor: float
-    """A number, the same for every component."""
 
 
 Op = Affine | Transposed | Sine | Cosine | Product | Dot | Scale
+"""`result` is the name of the new value, `source` the name of an earlier one."""
 
 
 @dataclass(frozen=True)
 class Function:
-    """Ops in the order in which they run, from one input to one or more outputs."""
+    """Ops in order of execution, from one input to one or more outputs."""
 
     name: str
-    """Unique in the program, an identifier."""
+    """An identifier, unique in the program."""
     ops: tuple[Op, ...]
-    """Each assigns one value, from the input and the values before it."""
     outputs: tuple[str, ...]
-    """Names of the values that it returns."""
+    """Names of the returned values."""
 
 
 @dataclass(frozen=True)
 class Cost:
-    """The work of one evaluation; padded components count."""
+    """The work of one evaluation, padded components included."""
 
     multiply_adds: int
-    """Products, most of which are added to a sum."""
     sines: int
     """Sines and cosines."""
 
@@ -161,62 +140,61 @@ class Cost:
 
 @dataclass(frozen=True)
 class Band:
-    """The numbers that sphere tracing has for one level."""
+    """One level's parameters of sphere tracing; see `Level` in model/model.py."""
 
     delta: float
-    """Half width of the band |f_i| < delta in which the next finer level is defined (Eq. 3), model units."""
+    """Band half-width delta, model units (Eq. 3)."""
     iterations: int
     """Steps at this level per round."""
     step_bound: float
-    """Factor on the steps of this level where it is the last that is traced, in (0, 1]."""
+    """Factor on the steps, in (0, 1], where this level is the last that is traced."""
     band_step_bound: float
-    """Factor on its steps where a finer level is traced, in (0, 1]."""
+    """Factor on the steps, in (0, 1], where a finer level is traced."""
 
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """A model, lowered to functions and constants; see this file's docstring."""
+    """A model, lowered to functions and constants (see the top of this file)."""
 
     name: str
-    """The model's name: any text, so it may stand in generated code only escaped."""
+    """The model's name: any text, so generated code must escape it."""
     sha256: str
     """Hash of the model, hexadecimal."""
     bands: tuple[Band, ...]
     """One for each level, the coarsest first."""
     values: tuple[Function, ...]
-    """For each level, its network alone: level 1's distance, or a finer level's residual. Output: (f,), a scalar."""
+    """For each level, its network: level 1's distance, or a finer level's residual. Output: f, a scalar."""
     gradients: tuple[Function, ...]
-    """For each level, the network's gradient and value. Outputs: (gradient, f), a vec4 and a scalar. The gradient's
-    first three components are the derivatives along x, y and z; the fourth has no use."""
+    """For each level, the network's gradient, a vec4 of which x, y and z count, and its value f, a scalar."""
     texture: Function | None
-    """The colour's network, or None. Outputs: (r, g, b), three scalars, sRGB, not yet clamped."""
+    """The color's network. Outputs: r, g, b, three scalars, sRGB, before the clamp."""
     constants: dict[str, Array]
-    """Name -> float32 matrix (rows, columns) or vector (n,), sizes padded with zeros to multiples of 4."""
+    """Name -> float32 matrix (rows, columns) or vector (n,), padded."""
     moving: bool = False
-    """Whether the fourth component of the input is time; else it is 1, for the first layer's bias."""
+    """Whether the input's fourth component is time; otherwise it is 1, for the first layer's bias."""
     composition: "Composition | None" = None
-    """Of a scene, which has neither values nor gradients nor a texture of its own."""
+    """Only of a scene, which has no values, gradients and texture of its own."""
 
     @property
     def coloured(self) -> bool:
-        """Whether the program gives colours."""
+        """Whether the program computes colors."""
         return self.texture is not None or self.composition is not None
 
     def functions(self) -> tuple[Function, ...]:
-        """Return all functions: values, then gradients, then the texture; none calls another."""
+        """Return all functions: values, then gradients, then the texture."""
         if self.composition is not None:
             return tuple(function for program in self.composition.programs for function in program.functions())
         return (*self.values, *self.gradients, *(() if self.texture is None else (self.texture,)))
 
     def widest(self, function: Function) -> int:
-        """Return the largest side of the matrices that a function multiplies by."""
+        """Return the largest side of a function's matrices."""
         products = (op for op in function.ops if isinstance(op, Affine | Transposed))
         return max(int(max(self.constants[op.matrix].shape)) for op in products)
 
     def widths(self, function: Function) -> dict[str, int]:
-        """Return the number of components of each value of a function, the input included.
+        """Return the number of components of each value of a function, input included.
 
-        Raises ValueError where an op refers to what is not there, or to vectors of other widths than it takes.
+        Raises ValueError where an op refers to an unknown name or to a vector of a wrong width.
         """
         widths = {INPUT: 4}
         for op in function.ops:
@@ -229,7 +207,7 @@ class Program:
         return widths
 
     def check(self) -> None:
-        """Raise ValueError where the program is not as this file defines it."""
+        """Raise ValueError where the program breaks the rules of this file."""
         for name, constant in self.constants.items():
             if constant.dtype != np.float32 or any(size % 4 for size in constant.shape) or constant.ndim > 2:
                 raise ValueError(f"{name}: constants are float32, sizes multiples of 4")
@@ -268,7 +246,7 @@ class Program:
         return Cost(multiply_adds, sines)
 
     def value_costs(self) -> tuple[Cost, ...]:
-        """Count the work of each level's value alone; of a scene, where all its shapes are asked."""
+        """Count the work of each level's value; of a scene, at a point where all its shapes are evaluated."""
         if self.composition is None:
             return tuple(self.cost(function) for function in self.values)
         costs = [Cost(0, 0)] * len(self.bands)
@@ -279,7 +257,7 @@ class Program:
         return tuple(costs)
 
     def _width(self, op: Op, widths: dict[str, int]) -> int:
-        """Return the width of an op's result. widths: those of the values before it. Raises ValueError as `widths`."""
+        """Return the width of an op's result. widths: of the earlier values. Raises ValueError like `widths`."""
 
         def value(name: str) -> int:
             if name not in widths:

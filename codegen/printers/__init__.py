@@ -1,1 +1,1 @@
-"""How ops and weights become text in C-like languages."""
+"""Prints ops and weights as text in C-like languages."""

@@ -1,4 +1,4 @@
-"""What all printers share: the table of how a C-like language writes things, and Storage, which prints functions."""
+"""Shared by all printers: the table of a C-like language's syntax, and `Storage`, which prints functions."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
@@ -11,27 +11,24 @@ from ...ir.program import INPUT, Affine, Cosine, Dot, Function, Product, Program
 
 @dataclass(frozen=True)
 class Language:
-    """What differs between the C-like languages that know vec4 and column-major mat4; the defaults are GLSL's.
-
-    Names in braces are places that `str.format` fills.
-    """
+    """Syntax of a C-like language with vec4 and column-major mat4. The defaults are GLSL's; the strings are formats."""
 
     constant: str = "const {type} {name} = {value};"
     """A global constant."""
     function: str = "{type} {name}({parameters})"
-    """The head of a function's definition."""
+    """Head of a function's definition."""
     out: str = "out int {name}"
-    """A parameter through which a function returns a second result."""
+    """An output parameter."""
     suffix: str = ""
-    """What a float literal ends with."""
+    """Suffix of float literals."""
     texel: str = "texelFetch(weights, ivec2(({k}) & 1023, ({k}) >> 10), 0)"
-    """The vec4 of index {k} in the weight texture, which is 1,024 texels wide (texels.py)."""
+    """Texel {k} of the weight texture, which is 1,024 texels wide (texels.py)."""
     sine: str = "sin"
     """Name of the sine of a vec4."""
     cosine: str = "cos"
     """Name of the cosine of a vec4."""
     types: Mapping[str, str] = field(default_factory=dict)
-    """GLSL's name of a type -> the language's, where it is another."""
+    """GLSL's name of a type -> the language's, where it differs."""
     parameter: str = "{type} {name}"
     """A parameter of a function."""
     variable: str = "{type} {name} = {value};"
@@ -41,7 +38,7 @@ class Language:
     transposed: str = "{vector} * {matrix}"
     """The transpose of a mat4 times a vec4."""
     by_columns: bool = False
-    """Whether a mat4 is made of four vec4, its columns: not every language makes one of 16 numbers."""
+    """Whether a mat4 is constructed from its four columns instead of 16 numbers."""
 
     pick: str = "({condition} ? {yes} : {no})"
     """One of two floats by a condition."""
@@ -51,11 +48,11 @@ class Language:
         return self.types.get(kind, kind)
 
     def begin(self, kind: str, name: str, parameters: str) -> str:
-        """Return the first line of a function's definition. kind: type of the result; parameters: as text."""
+        """Return the first line of a function's definition. kind: type of the result."""
         return self.function.format(type=self.type(kind), name=name, parameters=parameters) + " {"
 
     def taken(self, *parameters: tuple[str, str]) -> str:
-        """Return parameters, (type, name), as `begin` takes them."""
+        """Return parameters (type, name) as text for `begin`."""
         return ", ".join(self.parameter.format(type=self.type(kind), name=name) for kind, name in parameters)
 
     def local(self, kind: str, name: str, value: str) -> str:
@@ -63,7 +60,7 @@ class Language:
         return self.variable.format(type=self.type(kind), name=name, value=value)
 
     def number(self, value: float) -> str:
-        """Return the shortest literal that reads back as the same float32, and not as an integer."""
+        """Return the shortest float literal of the same float32."""
         text = str(np.float32(value)).replace("e-0", "e-").replace("e+", "e")
         if text.startswith(("0.", "-0.")) and text not in ("0.0", "-0.0"):
             text = text.replace("0.", ".", 1)
@@ -78,11 +75,11 @@ class Language:
 
 
 Blocks = dict[str, int]
-"""Name of a value -> number of vec4 in it."""
+"""Name of a value -> number of its vec4."""
 
 
 class Storage(ABC):
-    """A way to store weights, for the functions of a program that are stored so: it prints these."""
+    """A way to store the weights of some functions of a program. It prints these functions."""
 
     def __init__(self, program: Program, language: Language, functions: tuple[Function, ...]) -> None:
         self.program = program
@@ -91,18 +88,18 @@ class Storage(ABC):
 
     @abstractmethod
     def declarations(self) -> list[str]:
-        """Return the global lines that the functions' text refers to; none where there are no functions."""
+        """Return the functions' global declarations."""
 
     @abstractmethod
     def statements(self, function: Function) -> Iterator[str]:
-        """Yield the lines of one of the functions, which assign the values of its ops; its input is a vec4 `p`."""
+        """Yield the body of one of the functions, which assigns the values of its ops. The input is a vec4 `p`."""
 
     def loops(self, function: Function) -> int:
-        """Return an upper bound of the loop iterations that one call of a function costs: 0 for unrolled code."""
+        """Return an upper bound of the loop iterations of one call: 0 for unrolled code."""
         return 0
 
     def definition(self, function: Function) -> list[str]:
-        """Return the text of one of the functions, its head and its closing brace included."""
+        """Return the lines of one of the functions."""
         kind, result = _result(function, self.program.widths(function), self.language)
         lines = [f"    {line}" for line in self.statements(function)]
         return [
@@ -117,7 +114,7 @@ class Storage(ABC):
         return {name: -(-width // 4) for name, width in self.program.widths(function).items()}
 
     def elementwise(self, op: Sine | Cosine | Product | Scale, at: Callable[[str], str]) -> str:
-        """Return the right-hand side of one block of an op. at: name of an operand -> the text of its block."""
+        """Return the right-hand side of one block of an op. at: name of an operand -> text of its block."""
         match op:
             case Sine(source=source):
                 return f"{self.language.sine}({at(source)})"
@@ -130,7 +127,7 @@ class Storage(ABC):
 
 
 def _result(function: Function, widths: dict[str, int], language: Language) -> tuple[str, str]:
-    """Return the type of a function's result, and the expression that it returns: see Program for its outputs."""
+    """Return the type of a function's result, and the returned expression."""
     match [widths[name] for name in function.outputs]:
         case [1]:
             return "float", function.outputs[0]
@@ -143,7 +140,7 @@ def _result(function: Function, widths: dict[str, int], language: Language) -> t
 
 
 def constants_of(functions: tuple[Function, ...]) -> list[str]:
-    """Return the names of the constants that functions use, each once, in order of first use."""
+    """Return the names of the constants of some functions, in order of first use."""
     names: dict[str, None] = {}
     for function in functions:
         assigned = {INPUT} | {op.result for op in function.ops}

@@ -1,4 +1,4 @@
-"""The generated part of every shader: the functions field(), field_gradient() and albedo() of a program."""
+"""Prints the generated part of every shader: field(), field_gradient() and albedo()."""
 
 from dataclasses import dataclass
 from itertools import accumulate
@@ -11,14 +11,14 @@ from .scene_loops import SceneLoops
 from .texels import TexelLayout, TexelStorage
 
 STORAGES = ((64, "literal"), (4096, "texture"))
-"""(width, storage): the first pair whose width a network does not exceed gives the storage that `auto` takes for it.
+"""(largest width, storage) of a network for the storage `auto`.
 
-Literals up to 64 wide are 6 to 23 times faster than loops on software GL. The first draw of wider ones takes minutes,
-and at 256 they crash SwiftShader.
+On software GL, literals up to 64 wide run 6 to 23 times faster than loops. Wider literals take minutes to compile, and
+crash SwiftShader at 256.
 """
 
 PLAIN = "0.80, 0.74, 0.66"
-"""Colour, sRGB, of a model without a texture; glsl/base_colour.glsl leaves a texture out in favour of the same one."""
+"""Color, sRGB, of a model without a texture; glsl/base_colour.glsl uses the same to hide a texture."""
 
 
 def plain_color() -> tuple[float, float, float]:
@@ -29,22 +29,22 @@ def plain_color() -> tuple[float, float, float]:
 
 @dataclass(frozen=True, eq=False)
 class FieldText:
-    """The field of a program as text, and what goes with it."""
+    """The printed field of a program."""
 
     text: str
-    """The weights that are literals, the networks' functions, and the three functions of the field."""
+    """Literal weights, the networks, and the three functions."""
     layout: TexelLayout
-    """The weights that the text reads from a texture."""
+    """Weights in the texture."""
     value_loops: tuple[int, ...]
-    """Upper bound of the loop iterations of one call of field(p, level), at index level - 1."""
+    """Upper bound of the loop iterations of field(p, level), at index level - 1."""
     gradient_loops: tuple[int, ...]
-    """Upper bound of the loop iterations of one call of field_gradient(p, level), at index level - 1."""
+    """Upper bound of the loop iterations of field_gradient(p, level), at index level - 1."""
     texture_loops: int
-    """Upper bound of the loop iterations of one call of albedo(p)."""
+    """Upper bound of the loop iterations of albedo(p)."""
 
     @property
     def weights(self) -> Array | None:
-        """The weight texture, (H, W, 4) float32, or None where every weight is in the text."""
+        """The weight texture, (H, W, 4) float32; None where all weights are literals."""
         return self.layout.image()
 
 
@@ -53,15 +53,16 @@ def print_field(
 ) -> FieldText:
     """Print the three functions of the field, for p in model space and levels counted from 1.
 
-    float field(vec3 p, int level, out int reached): value of the finest level up to `level` that is defined at p
-    (Eq. 3), and which one it is; reads delta[], or half_width() where bands are `narrow` in places;
-    vec4 field_gradient(vec3 p, int level): grad f_level, f_level;
-    vec3 albedo(vec3 p): colour, sRGB.
-    Of `nested`, also vec4 field_gradient(vec3 p, int level, out float f, out int reached): with what field() gives.
+    float field(vec3 p, int level, out int reached): value and number of the finest level up to `level` that is defined
+    at p (Eq. 3). It reads delta[], or half_width() with `narrow` bands.
+    vec4 field_gradient(vec3 p, int level): grad f_level, f_level.
+    vec3 albedo(vec3 p): color, sRGB.
+    With `nested`, also vec4 field_gradient(vec3 p, int level, out float f, out int reached): the results of field() in
+    f and reached.
 
-    storage: "literal", "texture", or "auto", which decides by STORAGES for each network, or "mixed", which does so for
-    the levels' values, which a ray asks for many times, and leaves gradients and the colour, which it asks for once, to
-    a texture. Raises UserError for "packed", which Shadertoy alone has.
+    storage: "literal", "texture", "auto" (each network by STORAGES), or "mixed": like "auto" for the levels' values,
+    which a ray evaluates many times, and a texture for gradients and color, which it evaluates once. Raises UserError
+    for "packed", which only Shadertoy has.
     """
     if storage == "packed":
         raise UserError("--storage packed: only shadertoy has it; there is literal, texture, auto")
@@ -79,7 +80,7 @@ def print_field(
     lines += ["", *_albedo(program, language)]
 
     def loops(of_levels: tuple[Function, ...]) -> tuple[int, ...]:
-        """Return the loop iterations that each level costs, with the levels before it."""
+        """Return the loop iterations of each level, coarser levels included."""
         return tuple(accumulate(storage_of[function.name].loops(function) for function in of_levels))
 
     return FieldText(
@@ -92,7 +93,7 @@ def print_field(
 
 
 def _print_scene(program: Program, language: Language, storage: str) -> FieldText:
-    """Print the field of a scene. Raises UserError for weights that are not to be in a texture."""
+    """Print the field of a scene. Raises UserError for literal weights."""
     if storage == "literal":
         raise UserError("--storage literal: a scene keeps its weights in a texture; leave the option out")
     texels = TexelStorage(program, language, program.functions())
@@ -103,7 +104,7 @@ def _print_scene(program: Program, language: Language, storage: str) -> FieldTex
 
 
 def _choose(program: Program, function: Function, storage: str) -> str:
-    """Return the storage of a function's weights, "literal" or "texture", by what `print_field` is told."""
+    """Return the storage of a function's weights, "literal" or "texture"."""
     if storage in ("literal", "texture"):
         return storage
     if storage == "mixed" and function not in program.values:
@@ -113,12 +114,12 @@ def _choose(program: Program, function: Function, storage: str) -> str:
 
 
 def _input(program: Program) -> str:
-    """Return the input of the program's functions at a point `p`."""
+    """Return the networks' input at a point `p`."""
     return f"vec4(p, {'time' if program.moving else '1.'})"
 
 
 def _field(program: Program, language: Language, narrow: bool) -> list[str]:
-    """Return field(), which evaluates a level where the one before it is inside its band (Eq. 3)."""
+    """Return field() (Eq. 3)."""
     lines = [
         language.begin("float", "field", f"vec3 p, int level, {language.out.format(name='reached')}"),
         f"    vec4 q = {_input(program)};",
@@ -133,7 +134,7 @@ def _field(program: Program, language: Language, narrow: bool) -> list[str]:
 
 
 def _field_gradient(program: Program, language: Language, nested: bool) -> list[str]:
-    """Return field_gradient(); of `nested`, the one that gives what field() does, too, and the one that does not."""
+    """Return field_gradient(), with `nested` also the overload that outputs f and reached."""
     first, *others = [f"{function.name}(q)" for function in program.gradients]
     outputs = f", out float f, {language.out.format(name='reached')}" if nested else ""
     lines = [

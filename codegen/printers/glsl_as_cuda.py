@@ -1,4 +1,4 @@
-"""Prints the hand-written GLSL functions of glsl/ as CUDA C++, so that CUDA needs no second version of them."""
+"""Prints hand-written GLSL functions of glsl/ as CUDA C++, so that CUDA needs no second version."""
 
 import re
 from collections.abc import Collection, Iterator
@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from typing import NoReturn
 
 TYPES = frozenset({"bool", "int", "uint", "float", "ivec3", "vec2", "vec3", "vec4", "mat3", "mat4"})
-"""GLSL's types that CUDA has, the vectors and matrices by cuda_source/vectors.cuh."""
+"""GLSL's types in CUDA; cuda_source/vectors.cuh defines the vectors and matrices."""
 BUILT_INS = frozenset(
     {"abs", "clamp", "dot", "floor", "max", "min", "mix", "normalize", "pow", "reflect", "smoothstep", "sqrt", "step"}
 )
-"""GLSL's functions that vectors.cuh defines."""
+"""GLSL's functions in vectors.cuh."""
 MEMBERS = frozenset({"x", "y", "z", "w", "xyz"})
-"""Components and swizzles that are members of the vectors in vectors.cuh."""
+"""Components and swizzles in vectors.cuh."""
 KEYWORDS = frozenset({"if", "else", "for", "while", "do", "return", "break", "continue", "const", "true", "false"})
-"""Words inside a function that mean the same in both languages."""
+"""Keywords with the same meaning in both languages."""
 
 _TOKEN = re.compile(
     r"""(?P<before>(?:\s+|//[^\n]*|/\*.*?\*/)*)
@@ -29,36 +29,37 @@ _TOKEN = re.compile(
 
 
 class UnknownGlslError(ValueError):
-    """GLSL text holds something that the printer has no CUDA for."""
+    """GLSL text that the printer cannot translate."""
 
 
 @dataclass(frozen=True)
 class Token:
-    """A word, number or sign of GLSL, with what stands between it and the one before."""
+    """A word, number or sign of GLSL, with the space in front of it."""
 
     kind: str
-    """float, integer, word, sign, or end for the end of the text."""
+    """float, integer, word, sign, or end."""
     text: str
-    """The word, number or sign itself; empty at the end."""
+    """Empty at the end."""
     before: str
-    """White space and comments in front of it, which are printed as they are."""
+    """White space and comments in front of the token; they are copied."""
     line: int
-    """Number of its line, from 1."""
+    """Line number, from 1."""
 
 
 def glsl_as_cuda(source: str, outside: Collection[str] = ()) -> str:
-    """Print GLSL functions, structs and constants as CUDA C++, comments included.
+    """Print GLSL functions, structs and constants as CUDA C++, with their comments.
 
-    source: GLSL without directives; outside: names of functions and variables that it uses and does not declare. A
-    struct's bool is an int in CUDA, so that a struct of 32-bit members is stored whole, without bytes of padding.
-    Raises UnknownGlslError for everything that is not known to mean the same in CUDA: other types, built-in functions,
-    swizzles and qualifiers, names that are not declared, arrays as parameters, global variables, directives.
+    source: GLSL without directives. outside: functions and variables that it uses without a declaration. A struct's
+    bool becomes an int, so that a struct of 32-bit members has no padding. Raises UnknownGlslError for everything
+    without a
+    known equivalent: other types, built-in functions, swizzles and qualifiers, undeclared names, array parameters,
+    global variables, directives.
     """
     return _Printer(source, outside).file()
 
 
 def tokens(source: str) -> Iterator[Token]:
-    """Split GLSL into tokens, of which the last is the end. Raises UnknownGlslError at text that is none."""
+    """Split GLSL into tokens; the last one is the end. Raises UnknownGlslError at unknown text."""
     for match in _TOKEN.finditer(source):
         kind = str(match.lastgroup)
         line = source.count("\n", 0, match.start(kind)) + 1
@@ -70,7 +71,7 @@ def tokens(source: str) -> Iterator[Token]:
 
 
 class _Printer:
-    """Goes through the tokens once: what they declare at the top by grammar, expressions and statements one by one."""
+    """Goes through the tokens once: declarations by grammar, statements and expressions token by token."""
 
     def __init__(self, source: str, outside: Collection[str]) -> None:
         self.tokens = list(tokens(source))
@@ -96,7 +97,7 @@ class _Printer:
         return "".join(self.printed) + self.here.before
 
     def _struct(self) -> None:
-        """`struct Name { type member; ... };`, which gets GLSL's constructor."""
+        """`struct Name { type member; ... };`, to which CUDA adds GLSL's constructor."""
         self._print("struct")
         name = self._word()
         self.types.add(name)
@@ -163,7 +164,7 @@ class _Printer:
         self._print("}")
 
     def _token(self) -> None:
-        """One token of a statement or an expression."""
+        """Print one token of a statement or an expression."""
         token = self.here
         if token.kind == "end":
             self._refuse("the text ends inside a function")
@@ -187,7 +188,7 @@ class _Printer:
             self._print(token.text)
 
     def _type(self, others: dict[str, str] | None = None, before: str | None = None) -> str:
-        """Print the type that comes next, and return it; others: GLSL's to CUDA's types where they are other ones."""
+        """Print the next token, a type, and return it. others: GLSL's types with another name in CUDA."""
         kind = (others or {}).get(self.here.text)
         if kind is None:
             if self.here.text not in self.types:
@@ -197,7 +198,7 @@ class _Printer:
         return kind
 
     def _word(self, prefix: str = "") -> str:
-        """Print the name that comes next, and return it."""
+        """Print the next token, a name, and return it."""
         name = self.here.text
         if self.here.kind != "word" or name in KEYWORDS | self.types:
             self._refuse("not a name")
@@ -205,7 +206,7 @@ class _Printer:
         return name
 
     def _print(self, text: str, printed: str | None = None, before: str | None = None) -> None:
-        """Go on from the token `text`, which has to be next; printed, before: what stands for it and in front of it."""
+        """Print the next token, which must be `text`, as `printed`. before: replaces the space in front of it."""
         if self.here.text != text:
             self._refuse(f"not {text!r}")
         self.printed += [self.here.before if before is None else before, text if printed is None else printed]

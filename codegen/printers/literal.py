@@ -1,4 +1,4 @@
-"""Weights as named constants in straight-line code."""
+"""Prints weights as named constants in straight-line code."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -8,9 +8,9 @@ from .cstyle import Blocks, Storage, constants_of
 
 
 class LiteralStorage(Storage):
-    """Weights as literals: fastest to run, but slow to compile where layers are wide (SwiftShader crashes at 256).
+    """Weights as literals: the fastest code, but slow to compile for wide layers (SwiftShader crashes at 256).
 
-    A value of n blocks is n variables, NAME_0 to NAME_(n - 1), or one NAME where n is 1.
+    A value of n blocks is n variables, NAME_0 to NAME_(n - 1), or NAME if n is 1.
     """
 
     def declarations(self) -> list[str]:
@@ -29,7 +29,7 @@ class LiteralStorage(Storage):
         return lines
 
     def statements(self, function: Function) -> Iterator[str]:
-        """Yield unrolled lines, one `+=` per term: ANGLE limits an expression to about 250 terms."""
+        """Yield unrolled lines with one `+=` per term, since ANGLE limits an expression to about 250 terms."""
         blocks = self.blocks(function)
         for op in function.ops:
             yield from self._statement(op, blocks)
@@ -74,5 +74,5 @@ class LiteralStorage(Storage):
 
 
 def _block(name: str, k: int, blocks: Blocks) -> str:
-    """Return the variable, or constant, that holds block `k` of a value or of a constant vector."""
+    """Return the variable or constant of block `k`."""
     return name if blocks.get(name) == 1 else f"{name}_{k}"

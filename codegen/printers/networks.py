@@ -1,7 +1,7 @@
-"""Networks as data: one function in GLSL that evaluates any network of a scene, and one for its gradient.
+"""Prints a scene's networks as data: one GLSL function evaluates any of them, and one its gradient.
 
-A text in which every network of every shape had a function of its own would take software drivers minutes to compile;
-here loops read what is a network from tables, and weights from the texture (texels.py).
+Software drivers would compile a function for every network of every shape for minutes. Here loops read the networks'
+sizes from tables, and their weights from the texture (texels.py).
 """
 
 from collections.abc import Iterator
@@ -12,11 +12,11 @@ from .cstyle import Language
 from .texels import TexelLayout
 
 AT_ONCE = PADDED // 4
-"""Blocks of rows, and of columns, whose products stand in one iteration of a loop."""
+"""Blocks of rows and of columns in one iteration of a loop."""
 
 
 class Networks:
-    """The networks of a scene's program, by number: those of its functions that give values."""
+    """The networks of a scene's program: its functions but the gradients, by index."""
 
     def __init__(self, program: Program, language: Language, layout: TexelLayout) -> None:
         self._program, self._language, self._layout = program, language, layout
@@ -30,11 +30,11 @@ class Networks:
         self._deepest = max(len(self._affines(function)) for function in self._functions)
 
     def index(self, function: Function) -> int:
-        """Return the number of a network."""
+        """Return the index of a network."""
         return self._numbers[function.name]
 
     def loops(self, function: Function) -> int:
-        """Bound the loop iterations of one value."""
+        """Return an upper bound of the loop iterations of one value."""
         affines = self._affines(function)
         blocks = [tuple(count // AT_ONCE for count in self._blocks(op)) for op in affines]
         return 4 + blocks[-1][0] + sum(rows * (columns + 2) + 2 for rows, columns in blocks)
@@ -42,8 +42,8 @@ class Networks:
     def lines(self) -> Iterator[str]:
         """Yield the tables and the two functions.
 
-        vec4 network(vec4 z, int n): the outputs of network n, three at most, for the input z;
-        vec4 network_gradient(vec4 z, int n): the gradient of the first output along x, y and z, and that output.
+        vec4 network(vec4 z, int n): the outputs of network n, at most three, for the input z.
+        vec4 network_gradient(vec4 z, int n): gradient of the first output along x, y and z, and that output.
         """
         layers: list[tuple[int, ...]] = []
         networks: list[tuple[int, ...]] = []
@@ -122,7 +122,7 @@ vec4 network_gradient(vec4 z, int n) {
 }""".splitlines()
 
     def _forward(self, results: list[str]) -> Iterator[str]:
-        """Yield the lines that go through all layers. The last one's results are at WIDEST * (its number & 1)."""
+        """Yield the loop over all layers. The last layer's results are at WIDEST * (its number & 1)."""
         blocks = range(AT_ONCE)
         yield "    for (int l = 0; l < net.y; ++l) {"
         yield "        ivec4 layer = LAYERS[net.x + l];"

@@ -1,15 +1,14 @@
-"""Weights of few bits (model/quantise.py) as whole numbers with several weights in each, which make a short text.
+"""Prints weights of few bits (model/quantise.py), several in each integer, for a short text.
 
-A layer's weights are multiples of one step, from -h to h. Add h to each, and they are digits of base B = 2 h + 1. Four
-numbers, an ivec4, hold the four columns of a mat4, one digit of each number for each column; where four digits do not
-fit 31 bits, two ivec4 hold two columns each. Macros take them apart in constant expressions, which compilers fold where
-they parse them: what runs are literals. The macros:
+A layer's weights are multiples of one step, from -h to h. With h added, they are digits of base B = 2 h + 1. An ivec4
+holds the four columns of a mat4: each of its numbers has one digit for each column. Where four digits do not fit 31
+bits, two ivec4 hold two columns each. Macros unpack them in constant expressions, which compilers fold into literals:
 
-- L(B, S) opens a layer: its base and its step. It computes y[0], y[1], ... from the vec4 x[0], x[1], ...;
-- D(v, k) is the digit that is worth k, of each number of the ivec4 v, as a vec4 of multiples of the step;
+- L(B, S) opens a layer with base and step. A layer computes y[0], y[1], ... from the vec4 x[0], x[1], ...;
+- D(v, k) is the digit with place value k of each number of the ivec4 v, as a vec4 of multiples of the step;
 - M(v) and N(v, w) are the mat4 of one ivec4 and of two;
-- R0, R1, ... compute one vec4 of a layer, one macro for each width and number of digits;
-- E(i, ..) is the share of x[i] and x[i + 1] in an output.
+- R0, R1, ... compute one vec4 of a layer: one macro for each width and number of digits;
+- E(i, ..) is the part of x[i] and x[i + 1] in an output.
 """
 
 from collections.abc import Iterator
@@ -27,41 +26,41 @@ from .cstyle import Language, Storage
 LARGEST = 2047
 """Largest multiple of its step that a weight can be."""
 LIMIT = 1 << 31
-"""Every number in the text is less."""
+"""Every integer in the text is smaller."""
 MACROS = """\
 #define D(v,k)vec4(v/(k)%ivec4(B)-B/2)
 #define L(b,s){const int B=b;const float S=s;
 #define M(v)mat4(D(v,1),D(v,B),D(v,B*B),D(v,B*B*B))
 #define N(v,w)mat4(D(v,1),D(v,B),D(w,1),D(w,B))
 #define E(i,a,b,c,d)dot(D(ivec4(a,b,c,d),1),x[i])+dot(D(ivec4(a,b,c,d),B),x[i+1])"""
-"""All but R0, R1, ..."""
+"""The macros without R0, R1, ..."""
 
 Whole = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
 class _Layer:
-    """One layer as whole numbers."""
+    """One layer as integers."""
 
     weights: Whole
     """(rows, columns) multiples of the step."""
     bias: Whole
-    """(rows,) multiples of the step; none in the first layer, whose bias is a column of its matrix."""
+    """(rows,) multiples of the step; empty in the first layer, whose bias is a matrix column."""
     base: int
     """Base of the digits, odd."""
     step: float
-    """What one is worth."""
+    """The step."""
     inputs: tuple[float, ...]
-    """Factors of the components of the input, for the first layer; none for others."""
+    """Factors of the input's components, for the first layer; empty for others."""
 
     @property
     def shape(self) -> tuple[int, int, bool]:
-        """What its macro depends on: components of its input, digits in a number, and whether it adds a bias."""
+        """Parameters of the layer's macro: width of its input, digits in a number, and whether it adds a bias."""
         return self.weights.shape[1], 4 if self.base**4 <= LIMIT else 2, bool(len(self.bias))
 
 
 class PackedStorage(Storage):
-    """Weights as whole numbers, for functions that compute values only: it prints no gradients."""
+    """Weights as packed integers, only for functions that compute values."""
 
     def __init__(self, program: Program, language: Language, functions: tuple[Function, ...]) -> None:
         super().__init__(program, language, functions)
@@ -76,9 +75,9 @@ class PackedStorage(Storage):
         return [*MACROS.splitlines(), *rows] if self.functions else []
 
     def statements(self, function: Function) -> Iterator[str]:
-        """Yield a layer's lines for each Affine and the Sine after it, and an output's for each Dot.
+        """Yield a layer's lines for each Affine with its Sine, and an output's line for each Dot.
 
-        Raises ValueError for other ops, and for weights that are no multiples of a step.
+        Raises ValueError for other ops, and for weights that are not multiples of a step.
         """
         blocks = max(self.program.widths(function).values()) // 4
         yield f"vec4[{blocks}] x,y;"
@@ -98,7 +97,7 @@ class PackedStorage(Storage):
                     raise ValueError(f"{type(op).__name__} cannot be packed")
 
     def _first(self, op: Affine) -> _Layer:
-        """Return the first layer, whose two steps, of the matrix and of the bias in it, go into the input."""
+        """Return the first layer. The steps of its matrix and of its bias go into the input."""
         matrix = self.program.constants[op.matrix]
         weights, h, step = _multiples(matrix[:, :3])
         bias, k, bias_step = _multiples(matrix[:, 3:])
@@ -138,7 +137,7 @@ class PackedStorage(Storage):
 
 
 def _numbers(rows: Whole, base: int, digits: int) -> list[int]:
-    """Return the numbers of four rows (4, columns) of multiples: four for the first `digits` columns, and so on."""
+    """Return the integers of four rows (4, columns) of multiples: four for each group of `digits` columns."""
     places = [base**place for place in range(digits)]
     chunks = (rows[:, k : k + digits] + base // 2 for k in range(0, rows.shape[1], digits))
     return [
@@ -147,7 +146,7 @@ def _numbers(rows: Whole, base: int, digits: int) -> list[int]:
 
 
 def _row_macro(name: str, inputs: int, digits: int, biased: bool) -> str:
-    """Return the macro that computes y[j] from the biases and the numbers of four rows; see `_Layer.shape`."""
+    """Return the macro that computes y[j] from the biases and integers of four rows; see `_Layer.shape`."""
     letters = (letter for letter in ascii_lowercase if letter not in "jxy")
     further = (f"{letter}{k}" for k in count() for letter in ascii_lowercase)
     names = [next(letters, None) or next(further) for _ in range(4 * inputs // digits + 4 * biased)]
@@ -160,7 +159,7 @@ def _row_macro(name: str, inputs: int, digits: int, biased: bool) -> str:
 
 
 def _multiples(array: Array) -> tuple[Whole, int, float]:
-    """Return weights as multiples of their step, the largest of these, and the step. Raises ValueError for others."""
+    """Return weights as multiples of their step, the largest multiple, and the step. Raises ValueError for others."""
     step = step_of(array, LARGEST)
     if step is None:
         raise ValueError(f"weights are not multiples, up to {LARGEST}, of one step")

@@ -1,4 +1,4 @@
-"""The field of a scene as text: ir/composition.py in GLSL."""
+"""A scene's field as GLSL with loops over tables (ir/composition.py), for weights in a texture."""
 
 from collections.abc import Iterator
 from itertools import accumulate
@@ -14,7 +14,7 @@ from .texels import TexelLayout
 
 
 class SceneLoops:
-    """Prints the functions of the field of a scene, in GLSL. plain: colour, sRGB, of shapes without a texture."""
+    """Prints the functions of `print_field` for a scene. plain: color, sRGB, of shapes without a texture."""
 
     def __init__(self, program: Program, language: Language, layout: TexelLayout, plain: str) -> None:
         assert program.composition is not None
@@ -27,7 +27,7 @@ class SceneLoops:
         self._networks = Networks(program, language, layout)
 
     def lines(self) -> Iterator[str]:
-        """Yield the lines of field(), field_gradient() and albedo(), and of what these need; see `print_field`."""
+        """Yield all lines: networks, tables, helpers, field(), field_gradient() and albedo()."""
         yield from self._networks.lines()
         yield from ("", f"const float FADE = {self._number(OFFSET / (OFFSET - 1))};", "", *_lines("scene.glsl"))
         if any(isinstance(leaf.part, Disc) for leaf in self._leaves):
@@ -42,7 +42,7 @@ class SceneLoops:
         yield from self._albedo()
 
     def loops(self) -> tuple[tuple[int, ...], tuple[int, ...], int]:
-        """Return the loop iterations of field() and of field_gradient() at each level, and of albedo(), at most."""
+        """Return upper bounds of the loop iterations: field() and field_gradient() at each level, albedo()."""
         value, gradient = [0] * self._levels, [0] * self._levels
         texture = 0
         for leaf in self._leaves:
@@ -58,7 +58,7 @@ class SceneLoops:
         return values, gradients, values[-1] + texture + around
 
     def _tables(self) -> Iterator[str]:
-        """Yield what the loops over the leaves read: their networks, bands, and colours where they have no texture."""
+        """Yield the tables of the leaves: networks, bands, textures, and colors without a texture."""
         n, levels = self._count, self._levels
         networks, bands, textures, tints = [], [], [], []
         for leaf in self._leaves:
@@ -86,19 +86,19 @@ class SceneLoops:
         yield f"const int SHAPES = {n};"
 
     def _place(self, i: int, leaf: Leaf) -> Iterator[str]:
-        """Yield the function of the point in a leaf's space, and the leaf's scale."""
+        """Yield place{i}(): the point in a leaf's space, and the leaf's scale."""
         yield from ("", f"vec4 place{i}(vec3 p) {{", "    float s = 1.;")
         for place in leaf.places:
             if any(value != number(0) for value in place.translate):
                 yield f"    p -= vec3({', '.join(map(self._text, place.translate))});"
             if place.angle != number(0):
-                yield f"    p = {self._turned('p', place, back=True)};"
+                yield f"    p = {self._rotated('p', place, back=True)};"
             if place.scale != number(1):
                 yield from (f"    p /= {self._text(place.scale)};", f"    s *= {self._text(place.scale)};")
         yield from ("    return vec4(p, s);", "}")
 
-    def _asked(self) -> Iterator[str]:
-        """Yield the lines that find out of all leaves: the point, the networks' fourth input, and how far to ask."""
+    def _at_point(self) -> Iterator[str]:
+        """Yield the lines that compute for each leaf the point, the fourth input, and the evaluation distance."""
         yield "    vec4 q[SHAPES];"
         yield "    float when[SHAPES], most[SHAPES];"
         for i, leaf in enumerate(self._leaves):
@@ -109,9 +109,9 @@ class SceneLoops:
             yield f"    most[{i}] = {most};"
 
     def _composed(self) -> Iterator[str]:
-        """Yield the function of the field and of every leaf's value, and field() itself."""
+        """Yield composed(), which computes the field and every leaf's value, and field()."""
         yield from ("", "float composed(vec3 p, int level, out int reached, out float d[SHAPES]) {")
-        yield from self._asked()
+        yield from self._at_point()
         yield from """    float v[SHAPES];
     bool here[SHAPES];
     for (int i = 0; i < SHAPES; ++i) {
@@ -154,7 +154,7 @@ float field(vec3 p, int level, out int reached) {
 
     def _field_gradient(self) -> Iterator[str]:
         yield from ("", "vec4 field_gradient(vec3 p, int level) {")
-        yield from self._asked()
+        yield from self._at_point()
         yield from """    float d[SHAPES], w[SHAPES];
     int reached;
     float value = composed(p, level, reached, d);
@@ -179,13 +179,13 @@ float field(vec3 p, int level, out int reached) {
                 yield f"    s = plate(q[{i}].xyz, {self._plate(leaf.part)}).xyz;"
             for place in reversed(leaf.places):
                 if place.angle != number(0):
-                    yield f"    s = {self._turned('s', place, back=False)};"
+                    yield f"    s = {self._rotated('s', place, back=False)};"
             yield f"    g += w[{i}] * s;"
         yield from ("    return vec4(g, value);", "}")
 
     def _albedo(self) -> Iterator[str]:
         yield from ("", "vec3 albedo(vec3 p) {")
-        yield from self._asked()
+        yield from self._at_point()
         yield from """    float d[SHAPES], w[SHAPES];
     int reached;
     composed(p, LEVELS, reached, d);
@@ -203,7 +203,7 @@ float field(vec3 p, int level, out int reached) {
 }""".splitlines()
 
     def _joined(self, shares: bool) -> Iterator[str]:
-        """Yield the function that joins the leaves' values, or the one of their shares in the result."""
+        """Yield joined(), which joins the leaves' values, or shares(), the leaves' shares in the result."""
         head = "void shares(float d[SHAPES], out float w[SHAPES])" if shares else "float joined(float d[SHAPES])"
         yield from ("", head + " {")
         self._variables = 0
@@ -214,7 +214,7 @@ float field(vec3 p, int level, out int reached) {
         yield "}"
 
     def _join(self, node: Join | int, lines: list[str], shares: bool) -> tuple[str, list[int]]:
-        """Add the lines that compute a node. Returns what has its value then, and its leaves."""
+        """Append the lines that compute a node. Return the variable of its value, and its leaves."""
         if not isinstance(node, Join):
             lines += [f"w[{node}] = 1.;"] if shares else []
             return f"d[{node}]", [node]
@@ -240,8 +240,8 @@ float field(vec3 p, int level, out int reached) {
             total, leaves = name, leaves + own
         return total, leaves
 
-    def _turned(self, vector: str, place: Placement, back: bool) -> str:
-        """Return a vector turned into what holds a node, or back."""
+    def _rotated(self, vector: str, place: Placement, back: bool) -> str:
+        """Return a vector rotated to the surrounding space, or back."""
         radians = Expression("*", operands=(place.angle, number(0.017453292519943295)))
         cosine, sine = (self._text(Expression(kind, operands=(radians,))) for kind in ("cos", "sin"))
         axis = ", ".join(map(self._number, place.axis))
@@ -254,7 +254,7 @@ float field(vec3 p, int level, out int reached) {
         return self._language.number(value)
 
     def _text(self, expression: Expression) -> str:
-        """Print an expression, as a number where it does not move."""
+        """Return an expression as text; a number where it does not move."""
         if not expression.moves:
             text = self._number(expression.at(0.0))
             return f"({text})" if text.startswith("-") else text

@@ -1,4 +1,4 @@
-"""Weights in an RGBA32F texture, which loops read by texelFetch: the storage that works for layers of any width."""
+"""Prints weights in an RGBA32F texture, which loops read by texelFetch, for layers of any width."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,26 +10,26 @@ from ...ir.program import Affine, Array, Dot, Function, Op, Product, Program, Tr
 from .cstyle import Blocks, Language, Storage, constants_of
 
 TEXTURE_WIDTH = 1024
-"""Texels in a row of the texture; Language.texel has it too."""
+"""Texels in a row of the texture; Language.texel has the same number."""
 UNROLL = 32
-"""Products with a mat4 in one iteration of a loop, at most: more make fewer iterations and longer code."""
+"""Most mat4 products in one iteration of a loop: a larger number means fewer iterations and longer code."""
 
 
 @dataclass(frozen=True, eq=False)
 class TexelLayout:
-    """Where each constant lies in the texture: a run of texels of four floats.
+    """The place of each constant in the texture: a run of texels.
 
-    A vector is stored block after block, one texel each. A matrix is stored mat4 after mat4, first along its rows, and
-    a mat4 is four texels, its columns.
+    A vector is stored block by block, one texel each. A matrix is stored mat4 by mat4 along its rows, and a mat4 is
+    four texels, its columns.
     """
 
     offsets: dict[str, int]
     """Name of a constant -> index of its first texel."""
     texels: Array
-    """(T, 4), one constant after another; T is 0 where nothing is stored."""
+    """(T, 4), one constant after another."""
 
     def image(self) -> Array | None:
-        """Return the texture, (H, 1024, 4) float32, filled up with zeros, or None where nothing is stored."""
+        """Return the texture, (H, 1024, 4) float32, padded with zeros; None where nothing is stored."""
         if not len(self.texels):
             return None
         height = -(-len(self.texels) // TEXTURE_WIDTH)
@@ -39,7 +39,7 @@ class TexelLayout:
 
 
 def lay_out(program: Program, functions: tuple[Function, ...]) -> TexelLayout:
-    """Lay out the constants that functions of a program use, in order of first use."""
+    """Lay out the constants of some functions, in order of first use."""
     offsets: dict[str, int] = {}
     runs = [np.empty((0, 4), np.float32)]
     size = 0
@@ -55,10 +55,10 @@ def lay_out(program: Program, functions: tuple[Function, ...]) -> TexelLayout:
 
 
 class TexelStorage(Storage):
-    """Weights in texels, laid out as `layout` says.
+    """Weights in texels.
 
-    A value of n blocks is an array of n vec4, or one vec4 where n is 1 or where only the loop that computes it reads
-    it: arrays cost memory on every device, and SwiftShader has 512 KiB for all that a fragment keeps.
+    A value of n blocks is an array of n vec4. It is one vec4 if n is 1, or if only the loop that computes it reads it:
+    arrays cost memory, and SwiftShader has 512 KiB for one fragment.
     """
 
     def __init__(self, program: Program, language: Language, functions: tuple[Function, ...]) -> None:
@@ -66,7 +66,7 @@ class TexelStorage(Storage):
         self.layout = lay_out(program, functions)
 
     def declarations(self) -> list[str]:
-        """Return the functions texel(k) and block(k), which read one texel and a mat4 of four."""
+        """Return the functions texel(k) and block(k), which read one texel and one mat4."""
         if not self.functions:
             return []
         return [
@@ -76,10 +76,10 @@ class TexelStorage(Storage):
         ]
 
     def statements(self, function: Function) -> Iterator[str]:
-        """Yield one loop over k for each run of ops on equally many blocks; see _runs.
+        """Yield one loop over k for each run of ops; see _runs.
 
-        Few loops, and loops within loops, not only for speed: in a long row of plain ones, LLVM 15's analysis of the
-        counter that llvmpipe adds takes exponential time (minutes for five layers of 32).
+        Few and nested loops are not only fast: for a long sequence of loops, LLVM 15 takes exponential time to analyze
+        the counter that llvmpipe adds (minutes for five layers of 32).
         """
         blocks = self.blocks(function)
         runs = _runs(function.ops, blocks)
@@ -109,7 +109,7 @@ class TexelStorage(Storage):
             yield from after
 
     def loops(self, function: Function) -> int:
-        """Return the loop iterations of one call as llvmpipe counts them: one more per loop, which finds its end."""
+        """Return the loop iterations of one call as llvmpipe counts them: one more per loop, for its exit."""
         blocks = self.blocks(function)
         total = 0
         for run in _runs(function.ops, blocks):
@@ -135,26 +135,26 @@ class TexelStorage(Storage):
             yield from _loop("j", m, [term.format(j=f"j + {u}" if u else "j") for u in range(unroll)], unroll)
 
     def _at(self, name: str, blocks: Blocks, k: str = "k") -> str:
-        """Return the expression of block `k`: an element of a value's array, or a texel of a constant vector."""
+        """Return block `k`: an array's element, or a texel of a constant."""
         if name in self.layout.offsets:
             return f"texel({self.layout.offsets[name]} + {k})"
         return name if blocks[name] == 1 else f"{name}[{k}]"
 
 
 def _sources(op: Op) -> tuple[str, ...]:
-    """Return the names that an op reads, apart from a product's matrix and bias and a dot's row."""
+    """Return the values that an op reads."""
     return (op.left, op.right) if isinstance(op, Product) else (op.source,)
 
 
 def _length(op: Op, blocks: Blocks) -> int:
-    """Return the number of blocks that an op goes over."""
+    """Return the number of blocks of an op's loop."""
     return blocks[op.source if isinstance(op, Dot) else op.result]
 
 
 def _runs(ops: tuple[Op, ...], blocks: Blocks) -> list[list[Op]]:
-    """Split ops into runs that go over equally many blocks, and that can do all their work on one block at a time.
+    """Split ops into runs, each of which can be one loop over blocks.
 
-    A product with a matrix needs the whole of its source, so it begins a run.
+    A product with a matrix needs its whole source, so it begins a run.
     """
     runs: list[list[Op]] = []
     for op in ops:
@@ -166,8 +166,8 @@ def _runs(ops: tuple[Op, ...], blocks: Blocks) -> list[list[Op]]:
 
 
 def _unroll(count: int) -> int:
-    """Return how many of a loop's `count` terms one iteration holds."""
-    # Never all of it: an inner loop keeps LLVM's analysis short (see TexelStorage.statements).
+    """Return how many of a loop's `count` terms are in one iteration."""
+    # Never all of them: an inner loop keeps LLVM's analysis short (see TexelStorage.statements).
     return max(u for u in range(1, UNROLL + 1) if count % u == 0 and (u < count or u == 1))
 
 
