@@ -22,7 +22,7 @@ from dense_view import STOP, Picture, along_surface, lost_and_extra, views
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.shader import FIRST_LOOKS
 from mplicits.codegen.targets.shadertoy import WIDEST, exact
-from mplicits.codegen.targets.shadertoy_text import spared, step_bound
+from mplicits.codegen.targets.shadertoy_text import savings, step_bound
 from mplicits.field.cells import Cells
 from mplicits.field.march import NEAR, NEAR_ALONE, march
 from mplicits.field.narrow import Grid
@@ -106,7 +106,7 @@ def ways_of(program: Program, model: Model, cells: Cells) -> list[Way]:
 
     def short(eye: NDArray[np.float64], directions: NDArray[np.float64], footprint: float) -> Any:
         rays = short_march(
-            program, eye, directions, footprint, step_bound(program), planes=spares.planes, narrow=spares.narrow
+            program, eye, directions, footprint, step_bound(program), planes=saved.planes, narrow=saved.narrow
         )
         return rays.hit, rays.t, rays.evaluations, 0
 
@@ -114,7 +114,7 @@ def ways_of(program: Program, model: Model, cells: Cells) -> list[Way]:
     found = [marched("plain", None, 0), in_passes, marched("relaxed", alone.few_cells, 0, alone.narrow, NEAR_ALONE)]
     if max(map(program.widest, program.functions())) > WIDEST:
         return found
-    spares = spared(program, len(exact(model)))
+    saved = savings(program, len(exact(model)))
     return [*found, short]
 
 

@@ -1,1 +1,1 @@
-"""One file for each target of `mplicits bake`."""
+"""One file for each target of `mplicits bake`, and shared parts."""

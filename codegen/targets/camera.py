@@ -1,4 +1,4 @@
-"""The axes of the orbit camera, and its distance: what the viewer's camera and the page's poster share."""
+"""Axes and distance of the orbit camera, for the viewer and for the page's poster."""
 
 import math
 
@@ -11,7 +11,7 @@ from .orbit import MARGIN
 def basis(azimuth: float, elevation: float) -> NDArray[np.float64]:
     """Return the axes of a camera in model space: (3, 3), columns right, up and back.
 
-    azimuth, elevation: degrees around the y axis, 0 on +z and 90 on +x, and above the xz plane.
+    azimuth: degrees around the y axis, 0 on +z and 90 on +x. elevation: degrees above the xz plane.
     """
     a, e = math.radians(azimuth), math.radians(elevation)
     return np.array(
@@ -24,8 +24,8 @@ def basis(azimuth: float, elevation: float) -> NDArray[np.float64]:
 
 
 def fitting_distance(aspect: float, focal: float) -> float:
-    """Return the distance from which the unit sphere fits, model units.
+    """Return the distance at which the unit sphere fits the picture, model units.
 
-    aspect: width / height of the picture. focal: distance of the picture plane that reaches from -1 to 1 vertically.
+    aspect: width / height of the picture. focal: distance of the picture plane that spans -1 to 1 vertically.
     """
     return MARGIN / math.sin(math.atan(min(1.0, aspect) / focal))

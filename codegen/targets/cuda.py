@@ -1,7 +1,7 @@
 """Target cuda: one CUDA C++ file, a program that renders, checks and benchmarks (docs/cuda.md).
 
-The field is printed as for every C-like target, camera, march and shading are the functions in glsl/ printed as CUDA,
-and the kernels around them are written by hand, in cuda_source/.
+The field is printed as for every C-like target. Camera, march and shading are functions of glsl/, printed as CUDA. The
+kernels around them are hand-written, in cuda_source/.
 """
 
 import re
@@ -23,8 +23,8 @@ READ_BY_GLSL = (
     *("field", "half_width", "iterations", "delta", "step_bound", "band_step_bound"),
     *("skip", "cell_code", "cells_hold", "cell_count", "cells_half", "NEAR"),
 )
-"""What functions in glsl/ use without declaring it: the generated field, half_width(), the uniforms by level, and the
-grid of cells (cuda_source/grid.cuh)."""
+"""Names that functions in glsl/ use without a declaration: the field, half_width(), uniforms per level, and the grid of
+cells (cuda_source/grid.cuh)."""
 
 HEADERS = (
     "cuda_runtime.h",
@@ -46,17 +46,17 @@ HEADERS = (
     "utility",
     "vector",
 )
-"""What the file includes: the toolkit's own, and the standard library's."""
+"""Included headers: the toolkit's, and the standard library's."""
 
 
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
     """Return the text of the CUDA file that draws `model`.
 
-    storage: "auto" or "texture", which mean the same: the weights are one array, which every variant lays out as it
-    needs; digits: decimals that the weights are rounded to, None for all. Raises UserError for any other storage.
+    storage: "auto" or "texture", which mean the same: one array of weights. Every variant lays them out as it needs.
+    digits: decimals of the weights; None for all. Raises UserError for any other storage.
     """
     if storage not in ("auto", "texture"):
-        raise UserError(f"--storage {storage}: cuda keeps its weights in one array; leave --storage out")
+        raise UserError(f"--storage {storage}: cuda keeps its weights in one array; leave the option out")
     program = lower(model, digits, padded=False)
     if program.composition is None:
         printed = print_field(program, LANGUAGE, "texture")
@@ -99,7 +99,7 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
 
 
 def _many_rays(program: Program, offsets: dict[str, int], seen: set[str]) -> list[str]:
-    """Return what the variants read that evaluate a network for many rays at once; of a scene, what stands for them.
+    """Return the networks' tables for the variants that evaluate many rays at once; a scene has none of these variants.
 
     offsets, seen: as of `networks` and `_load`.
     """
@@ -110,10 +110,10 @@ def _many_rays(program: Program, offsets: dict[str, int], seen: set[str]) -> lis
 
 
 def _load(name: str, seen: set[str]) -> str:
-    """Return the text of a file in cuda_source/ or, printed as CUDA, in glsl/, with the files that it includes.
+    """Return the text of a file in cuda_source/ or, printed as CUDA, of glsl/, with the files that it includes.
 
-    `#include "other"` is replaced by that file once in the whole output, and by nothing after that. seen: names of the
-    files that the output holds, which this call adds to.
+    The first `#include "other"` in the whole output inserts that file; later ones insert nothing. seen: names of the
+    files in the output; this call adds to it.
     """
     if name in seen:
         return ""
@@ -124,7 +124,7 @@ def _load(name: str, seen: set[str]) -> str:
 
 
 def _with_includes(name: str, text: str, seen: set[str]) -> str:
-    """Return `text`, of the file `name`, with the files that it includes; those of a GLSL file stay GLSL."""
+    """Return the text of the file `name` with the files that it includes; those of a GLSL file stay GLSL."""
     seen.add(name)
 
     def include(match: re.Match[str]) -> str:
@@ -136,7 +136,7 @@ def _with_includes(name: str, text: str, seen: set[str]) -> str:
 
 
 def _head(model: Model, program: Program) -> list[str]:
-    """Return the comment that the file begins with."""
+    """Return the comment at the top of the file."""
     opening = [
         header_line(header_facts(model, program, "cuda")),
         "// Multiscale neural signed distance function.",

@@ -1,4 +1,4 @@
-"""The grid of cells that rays skip, as text of a CUDA file (cuda_source/unpack.cuh)."""
+"""Prints the grid of cells that rays skip as CUDA (cuda_source/unpack.cuh)."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from ..printers.cstyle import Language
 
 
 def print_cells(program: Program, language: Language) -> list[str]:
-    """Return the grid of a program as declarations; where the field moves, one of no cells."""
+    """Return the declarations of a program's grid; an empty grid where the field moves."""
     cells = Cells(program, COUNT)
     count = 0 if program.moving else COUNT
     numbers = packed(cells.grid()) if count else [0]
@@ -27,10 +27,10 @@ def print_cells(program: Program, language: Language) -> list[str]:
 
 
 def packed(grid: NDArray[np.uint8]) -> list[int]:
-    """Return a grid (N, N, N), N a power of 2, as numbers of 32 bits: four bytes each, the first in the lowest bits.
+    """Pack a grid (N, N, N), N a power of 2, into 32-bit numbers: four bytes each, the first in the lowest bits.
 
-    Cells are in Morton order, whose index has the bits of z, y and x in turn. In it the cells of an empty cube, whose
-    corners are multiples of its edge, follow one another: the cube is the byte of its first cell.
+    Cells are in Morton order, whose index interleaves the bits of z, y and x. In it the cells of an empty cube, whose
+    corners are multiples of its edge, are consecutive: one byte, at its first cell, stores the cube.
     """
     bits = len(grid).bit_length() - 1
     axes = [axis * bits + bit for bit in range(bits) for axis in range(3)]

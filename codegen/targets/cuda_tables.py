@@ -1,4 +1,4 @@
-"""Tables of a CUDA file: what its kernels know of the model, the uniforms, and the shapes of the networks."""
+"""Tables of a CUDA file: constants of the model, uniforms, and shapes of the networks."""
 
 from ...field.lowest import lowest_point
 from ...ir.program import Affine, Dot, Function, Program
@@ -12,22 +12,22 @@ LANGUAGE = Language(
     suffix="f",
     texel="as_vec4(__ldg(weights + {k}))",
 )
-"""CUDA C++; its weights are an array of texels, not a texture."""
+"""CUDA C++, with the weights in an array of texels instead of a texture."""
 FRAGMENT = 16
-"""Columns that the instruction mma.sync takes at a time; networks are padded to a multiple of it."""
+"""Columns of one mma.sync instruction; networks are padded to a multiple of it."""
 WIDEST_SPLIT = 128
-"""Up to this width, level 1 is evaluated with every float as a sum of two halves (float16).
+"""Largest width of a level 1 that is evaluated with every float as a sum of two halves (float16).
 
-Its rounding to single halves would be the whole error of a picture (docs/cuda.md).
+With level 1 rounded to single halves, its error would dominate the picture's (docs/cuda.md).
 """
 PER_LEVEL = {"DELTAS": "delta", "STEP_BOUNDS": "step_bound", "BAND_STEP_BOUNDS": "band_step_bound"}
-"""Name of a constant array of floats -> the number of a Band that it holds for each level."""
+"""Constant array of floats -> attribute of `Band`."""
 LACKING = ("origin", "jitter")
-"""Uniforms that CUDA lacks: it draws whole pictures, one ray through the centre of each pixel."""
+"""Uniforms without a CUDA counterpart: CUDA draws whole pictures, one ray through the center of each pixel."""
 
 
 def model_constants(program: Program) -> list[str]:
-    """Return what the kernels know of the model at compile time, weights excepted, as declarations."""
+    """Return the declarations of the model's compile-time constants, without weights."""
     textured = int(program.coloured)
     depths = [len(_affines(function)) for function in _functions(program).values()]
     return [
@@ -48,7 +48,7 @@ def model_constants(program: Program) -> list[str]:
 
 
 def uniforms() -> list[str]:
-    """Return the tables of uniforms and of the orbit camera's numbers as declarations."""
+    """Return the declarations of the uniforms and of the orbit camera's numbers."""
     return [
         "// The uniforms of the GLSL targets, with their defaults.",
         "struct Uniforms {",
@@ -67,7 +67,7 @@ def uniforms() -> list[str]:
         "// Names of the shadings and of the schedules; the index is the uniform's value.",
         f"const char *const SHADINGS[] = {{{', '.join(map(c_string, SHADINGS))}}};",
         f"const char *const SCHEDULES[] = {{{', '.join(map(c_string, SCHEDULES))}}};",
-        "// The camera that --camera and --fov stand for where they are not given.",
+        "// Defaults of --camera and --fov.",
         f"constexpr double AZIMUTH = {AZIMUTH!r}, ELEVATION = {ELEVATION!r}, FOV = {FOV!r};  // degrees",
         f"constexpr double MARGIN = {MARGIN!r};  // the picture shows a sphere of this radius",
     ]
@@ -89,23 +89,21 @@ def _default(uniform: Uniform) -> str:
 
 
 def _functions(program: Program) -> dict[int, Function]:
-    """Return the functions that evaluate networks, by their index in NETWORKS: levels from 1, 0 for the texture."""
+    """Return the functions of the networks by their index in NETWORKS: levels from 1; 0 for the texture."""
     texture = {} if program.texture is None else {0: program.texture}
     return texture | dict(enumerate(program.values, start=1))
 
 
 def _affines(function: Function) -> list[Affine]:
-    """Return a network's hidden layers."""
     return [op for op in function.ops if isinstance(op, Affine)]
 
 
 def _dots(function: Function) -> list[Dot]:
-    """Return a network's output rows."""
     return [op for op in function.ops if isinstance(op, Dot)]
 
 
 def networks(program: Program, offsets: dict[str, int]) -> list[str]:
-    """Return the networks' shapes: as types NetworkOf<level>, and as the table NETWORKS for networks.cuh.
+    """Return the networks' shapes: as types NetworkOf<level>, and as the table NETWORKS of networks.cuh.
 
     offsets: constant -> index of its first texel in WEIGHTS.
     """
@@ -146,12 +144,12 @@ def _layer(program: Program, op: Affine, offsets: dict[str, int]) -> str:
 
 
 def _numbers(dots: list[Dot], name: str) -> str:
-    """Return one number of each output row, the attribute `name`, as an initialiser."""
+    """Return the attribute `name` of each output row as an initializer."""
     return f"{{{', '.join(LANGUAGE.number(getattr(op, name)) for op in dots)}}}"
 
 
 def _by_index(name: str, values: list[float]) -> str:
-    """Return a constexpr member function that gives values[c]."""
+    """Return a constexpr member function that returns values[c]."""
     texts = [LANGUAGE.number(value) for value in values]
     choice = texts[-1]
     for c in range(len(texts) - 2, -1, -1):
@@ -161,7 +159,7 @@ def _by_index(name: str, values: list[float]) -> str:
 
 
 def c_string(text: str) -> str:
-    """Return a C++ string literal of any text, where all but letters, digits and spaces are octal escapes."""
+    """Return a C++ string literal of any text: all but ASCII letters, digits and spaces are octal escapes."""
     plain = (
         chr(byte) if (chr(byte).isalnum() and byte < 128) or byte == 32 else f"\\{byte:03o}"
         for byte in text.encode(errors="backslashreplace")

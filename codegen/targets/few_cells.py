@@ -1,4 +1,4 @@
-"""A small grid of cells as text, for shaders that stand alone (glsl/skip.glsl)."""
+"""Prints a small grid of cells, for shaders without a cell texture (glsl/skip.glsl)."""
 
 import numpy as np
 
@@ -9,13 +9,13 @@ from ...ir.program import Program
 from ..printers.cstyle import Language
 
 COUNTS = (16, 8)
-"""Cells along an edge of grids that a text may hold, the best first."""
+"""Cells along an edge of the possible grids, the best first."""
 
 
 def few_cells(program: Program, language: Language, room: float) -> tuple[str, Cells | None]:
-    """Return text that defines FEW_CELLS, and its grid: "" and None where the field moves or none is short enough.
+    """Return text that defines FEW_CELLS, and its grid; "" and None where the field moves or no grid fits.
 
-    room: characters that the text may have.
+    room: most characters of the text.
     """
     if program.moving:
         return "", None
@@ -25,9 +25,9 @@ def few_cells(program: Program, language: Language, room: float) -> tuple[str, C
 
 
 def packed(cells: Cells) -> list[int]:
-    """Return a grid with few levels as numbers of 32 bits: eight cells each, the first in the lowest four bits.
+    """Pack a grid with few levels into 32-bit numbers: eight cells each, the first in the lowest four bits.
 
-    0 is an empty cell, and 1 to FEW_LEVELS are the levels of a value.
+    0 is an empty cell; 1 to FEW_LEVELS are the levels of a value.
     """
     codes = cells.grid().reshape(-1, 8).astype(np.int64)
     span = 255 - EMPTY

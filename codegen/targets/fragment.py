@@ -1,4 +1,4 @@
-"""A model's fragment shader: what all GLSL targets share. What differs between them is a Dialect."""
+"""The fragment shader of a model, for all GLSL targets. A `Dialect` holds the differences between them."""
 
 import base64
 from collections.abc import Mapping
@@ -21,42 +21,39 @@ from .shader import PASSES, Shader
 from .uniforms import TIME, UNIFORMS, Uniform
 
 FURTHER = 0.05
-"""Of the text without them, what spares rays evaluations in a file that stands alone takes so much at most."""
+"""Most that a small grid of cells may add to a shader in one file, as a share of the text."""
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """What differs between two versions of GLSL."""
+    """The differences between two versions of GLSL."""
 
     target: str
-    """Name of the target, for the header line."""
+    """Name of the target."""
     language: Language
-    """How the field's code is printed."""
     opening: tuple[str, ...]
-    """Lines that the language wants first."""
+    """First lines of the file."""
     uniform: str
-    """How a uniform is declared, a format with {type}, {name}, {default} and {meaning}."""
+    """Declaration of a uniform, a format with {type}, {name}, {default} and {meaning}."""
     advice: str
-    """What a user of the file has to know; it follows the header line, in a comment."""
+    """Advice for a user of the file, a comment after the header line."""
     helpers: str = ""
-    """Functions, as text, that `language` names and GLSL itself does not have."""
+    """Text of functions that `language` names and GLSL does not have."""
 
 
 def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main: str, passes: bool = False) -> Shader:
     """Make the fragment shader of a model.
 
-    storage: "literal", "texture", or "auto" or "mixed", which decide as printers/field.py says. digits: decimals
-    that the weights are rounded to, None for all. main: name of the file in glsl/ that follows the field, or GLSL
-    itself. passes: whether the shader is for a renderer, which draws a frame in passes and hands them a grid of
-    cells as a texture; files that stand alone have neither, and a small grid, and bands that are narrow in places, as
-    text where these are short beside the rest.
-    Raises UserError for the storage "packed", which Shadertoy alone has.
+    storage: "literal", "texture", "auto" or "mixed" (see `print_field`). digits: decimals of the weights; None for all.
+    main: a file of glsl/ that follows the field, or GLSL text. passes: for a renderer that draws a frame in passes and
+    binds a texture of cells. A shader in one file has instead a small grid of cells and narrow bands as text, where
+    these are short beside the rest. Raises UserError for the storage "packed", which only Shadertoy has.
     """
     program = lower(model, digits)
-    # A gradient from loops over texels beside values of literals would cost far more than the values that it saves.
+    # Beside literal values, a gradient in loops over texels costs more than the values that a first look saves.
     looks_first = passes and storage != "mixed" and program.composition is None
     field = print_field(program, dialect.language, storage, nested=looks_first)
-    # Literals of all that the studio evaluates compile for a minute on software GL.
+    # With the studio's gradients as literals too, software GL compiles for a minute.
     studio = print_field(program, dialect.language, "mixed") if passes and field.weights is None else field
     shader = Shader(
         text="",
@@ -104,7 +101,7 @@ def prologue(
 ) -> str:
     """Return the text before the field: opening, header line with `facts`, uniforms, output, helpers, half_width().
 
-    ground: height of the shape's lowest point, model space. narrow: of `narrow_bands`.
+    ground: height of the shape's lowest point, model space. narrow: from `narrow_bands`.
     """
     number = dialect.language.number
     arrays = {
@@ -141,7 +138,7 @@ def prologue(
 
 
 def with_weights(shader: Shader) -> str:
-    """Return the shader as one file, in which a weight texture follows as comment lines in base64."""
+    """Return the shader as one file: comment lines in base64 at its end hold a weight texture."""
     return shader.text + ("" if shader.weights is None else _weights_comment(shader.weights))
 
 

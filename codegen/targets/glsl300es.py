@@ -14,17 +14,15 @@ DIALECT = fragment.Dialect(
     advice="Set each uniform to the value that its comment begins with; draw a triangle over the image.",
     helpers="\n" + glsl.load("sine.glsl"),
 )
-"""GLSL ES has no initialisers of uniforms, so a comment gives their defaults.
+"""GLSL ES has no initializers of uniforms, so comments state their defaults.
 
-Sines are computed by glsl/sine.glsl, since the built-in ones are too coarse on some devices.
+glsl/sine.glsl computes the sines, since the built-in ones are too coarse on some devices.
 """
 
 
 def bake(model: Model, storage: str = "auto", digits: int | None = None, main: str = "main.glsl") -> Shader:
-    """Make the fragment shader of a model; see fragment.bake."""
     return fragment.bake(model, DIALECT, storage, digits, main)
 
 
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
-    """Return the shader of a model as one file; see fragment.with_weights."""
     return fragment.with_weights(bake(model, storage, digits))

@@ -22,17 +22,15 @@ DIALECT = fragment.Dialect(
 def bake(
     model: Model, storage: str = "auto", digits: int | None = None, main: str = "main.glsl", passes: bool = False
 ) -> Shader:
-    """Make the fragment shader of a model; see fragment.bake."""
     return fragment.bake(model, DIALECT, storage, digits, main, passes)
 
 
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:
-    """Return the shader of a model as one file; see fragment.with_weights."""
     return fragment.with_weights(bake(model, storage, digits))
 
 
 def read_weights(text: str) -> Array | None:
-    """Read the weight texture, (H, W, 4) float32, that follows a shader as comment lines.
+    """Read the weight texture, (H, W, 4) float32, from the comment lines at a shader's end.
 
     Returns None where there is none. Raises ValueError or IndexError where it is damaged.
     """

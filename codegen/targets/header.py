@@ -1,4 +1,4 @@
-"""The first line of every generated text: one JSON object that says what the text was made from, and by what."""
+"""The header line of every generated text: one JSON object with the text's origin."""
 
 import json
 from collections.abc import Mapping
@@ -10,14 +10,14 @@ from ...model.model import Model, level_networks, sizes
 from ...model.version import installed_version
 
 PREFIX = "// "
-"""What the header line begins with, before its JSON object."""
+"""Start of the header line, before its JSON object."""
 
 
 def header_facts(model: Model, program: Program, target: str) -> dict[str, Any]:
-    """Return what every header says of the text and its model.
+    """Return the facts of every header.
 
-    That is the version of mplicits, the target, and the model's name, the first 12 digits of its hash, the shape of
-    each level's network, and its front and credit where it has them.
+    They are the version of mplicits, the target, the model's name, the first 12 digits of its hash, the shape of each
+    level's network, and the model's front and credit, if any.
     """
     further = {"front": model.front, "credit": model.credit or None}
     return {

@@ -1,4 +1,4 @@
-"""Bands that are as narrow as each place allows, as text, for shaders that stand alone (glsl/narrow_bands.glsl)."""
+"""Prints bands whose half-width varies from place to place (glsl/narrow_bands.glsl), for shaders in one file."""
 
 import numpy as np
 
@@ -7,17 +7,17 @@ from ...field.narrow import Grid, narrow_widths
 from ...ir.program import Program
 
 COUNT = 8
-"""Cells along an edge of a grid of widths: a row of them is a number of 32 bits."""
+"""Cells along an edge of a grid of widths: a 32-bit number holds a row of them."""
 LENGTH = 900
-"""Characters that a level's widths take, about."""
+"""Approximate characters of one level's widths."""
 SHARE = 0.02
-"""Of the text without them, all levels' widths take so much at most."""
+"""Largest share of all widths in the text without them."""
 
 
 def narrow_bands(program: Program, length: int) -> tuple[Grid, ...]:
-    """Return the widths of a program's bands that its text has, a grid for each level before the last, or none.
+    """Return the widths for a program's text: a grid for each level before the last, or none where they are too long.
 
-    length: characters of the text without them. Scenes, and fields that move, have none.
+    length: characters of the text without them. Scenes and moving fields have none.
     """
     levels = len(program.bands) - 1
     if program.moving or program.composition is not None or LENGTH * levels > SHARE * length:
@@ -26,7 +26,7 @@ def narrow_bands(program: Program, length: int) -> tuple[Grid, ...]:
 
 
 def print_bands(grids: tuple[Grid, ...]) -> str:
-    """Return the function half_width() of bands with these widths, or of bands that have one width each."""
+    """Return the function half_width(): with these widths, or with one width per band."""
     if not grids:
         return glsl.load("half_width.glsl")
     numbers = [f"{row}u" for grid in grids for row in rows(grid)]
@@ -36,6 +36,6 @@ def print_bands(grids: tuple[Grid, ...]) -> str:
 
 
 def rows(grid: Grid) -> list[int]:
-    """Return the rows along x of a grid as numbers: four bits for each cell, from the lowest ones up."""
+    """Return the rows of a grid along x as numbers: four bits for each cell, from the lowest bits up."""
     cells = grid.reshape(-1, len(grid)).astype(np.int64)
     return [int(number) for number in (cells << 4 * np.arange(len(grid))).sum(axis=1)]

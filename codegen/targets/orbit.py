@@ -1,12 +1,12 @@
-"""Numbers of the orbit camera that the viewer and the web page share."""
+"""Default numbers of the orbit camera, for the viewer and the web page."""
 
 AZIMUTH = 30.0
-"""The first view's degrees around the y axis: 0 looks from +z, 90 from +x."""
+"""Initial azimuth, degrees around the y axis: 0 looks from +z, 90 from +x."""
 ELEVATION = 20.0
-"""The first view's degrees above the xz plane."""
+"""Initial elevation, degrees above the xz plane."""
 FOV = 35.0
-"""The first view's vertical field of view, degrees."""
+"""Initial vertical field of view, degrees."""
 MARGIN = 1.06
-"""The default distance shows a sphere of this radius: the unit sphere and some air."""
+"""Radius of the sphere that fits the picture at the default distance: the unit sphere and a margin."""
 ZOOM = (0.05, 100.0)
-"""The least and the largest distance from the target that zooming leads to, model units."""
+"""Smallest and largest distance from the target, model units."""

@@ -1,4 +1,4 @@
-"""Reads back what `mplicits bake --target glsl330` wrote, so that it can be rendered without the model file."""
+"""Reads the output of `mplicits bake --target glsl330`, to render it without the model file."""
 
 from ...model.errors import UserError
 from ...model.orientation import check_front
@@ -8,10 +8,10 @@ from .shader import Shader
 
 
 def read_shader(text: str) -> tuple[Shader, str, tuple[float, float] | None]:
-    """Read a baked shader from its text. Returns the shader, the model's name, and its front.
+    """Read a baked shader. Returns the shader, the model's name, and its front.
 
-    What the renderer needs to know beside the text stands in its header line, and the weight texture at its end. Raises
-    UserError where the header line or the weights are missing or damaged, or the text was baked for another target.
+    The header line has the renderer's facts, and the end of the text has the weight texture. Raises UserError where one
+    of them is missing or damaged, or where the text is of another target.
     """
     facts = read_header(text)
     if facts.get("target") != DIALECT.target:
@@ -20,9 +20,9 @@ def read_shader(text: str) -> tuple[Shader, str, tuple[float, float] | None]:
         weights = read_weights(text)
         shader = Shader.of_facts(facts, text, weights)
     except (ValueError, IndexError):
-        raise UserError("its header line or the weights at its end are damaged; bake it anew") from None
+        raise UserError("its header line or the weights at its end are damaged; bake it again") from None
     if weights is None and "uniform sampler2D weights" in text:
-        raise UserError("the weights that belong at the shader's end are missing; bake it anew")
+        raise UserError("the weights that belong at the shader's end are missing; bake it again")
     front = facts.get("front")
     if front is not None:
         check_front(front)

@@ -1,18 +1,18 @@
-"""How further samples of a pixel follow its difference from its neighbours: what the viewer and the page share."""
+"""Adaptive samples of a pixel, by its difference from its neighbors, for the viewer and the page."""
 
 SHARE = 0.15
-"""Of all samples that a pixel may have, so many are taken by a pixel of the shape, at most, in the mean."""
+"""Largest mean number of samples of a pixel of the shape, as a share of the most samples of a pixel."""
 ROUGH_SHARE = 0.25
-"""The same where nearly all pixels are at an edge: as long as few are taken for a difference of 1."""
+"""The same for a picture that is nearly all edges: while a difference of 1 gets fewer than FEW samples."""
 FEW = 6.0
-"""Further samples, for a difference of 1 between neighbouring pixels, that are few."""
+"""Number of further samples, for a difference of 1 between neighboring pixels, that counts as few."""
 POWER = 2 / 3
-"""Of a pixel's difference from its neighbours, that the number of its further samples follows.
+"""Power of a pixel's difference from its neighbors that the number of its further samples follows.
 
-The variance of a mean of k samples that are spread over a pixel falls like k^-1.7 (Lucy, 128 pixels a side): the
-error of a picture is least for the work where k^2.7 follows the variance.
+The variance of a mean of k samples in a pixel falls like k^-1.7 (Lucy, 128 pixels a side). So the error of a picture is
+smallest for the work if k^2.7 follows the variance.
 """
 STEEPEST = 40.0
-"""Further samples, for a difference of 1 between neighbouring pixels, where the shape has few edges."""
+"""Most further samples for a difference of 1 between neighboring pixels, where the shape has few edges."""
 BLOCK = 4
-"""Side of the squares of pixels that drivers on a CPU draw at once: each holds samples that lie close together."""
+"""Side of the squares of pixels that drivers on a CPU draw at once: each holds samples that are close together."""

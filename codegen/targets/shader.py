@@ -1,4 +1,4 @@
-"""What a GLSL target makes of a model: text, weight texture, and what the renderer needs to know of them."""
+"""A GLSL target's result: text, weight texture, and the facts that a renderer needs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,28 +11,28 @@ from ...field.studio import BLOCK, EVALUATIONS
 from ...ir.program import Array
 
 LOOP_LIMIT = 65_535
-"""Loop iterations after which Mesa's llvmpipe stops a fragment, silently (LP_MAX_TGSI_LOOP_ITERATIONS)."""
+"""Loop iterations after which Mesa's llvmpipe silently stops a fragment (LP_MAX_TGSI_LOOP_ITERATIONS)."""
 LEAST_STEPS = 3
-"""Sphere tracing steps per round of the last level, where LOOP_LIMIT forbids more."""
+"""Fewest sphere tracing steps per round of the last level where LOOP_LIMIT forbids more."""
 
 NumberedText = tuple[str, tuple[str, ...]]
-"""A shader's text, and the names of the files in glsl/ that its `#line` directives tell apart (glsl.load_numbered)."""
+"""A shader's text, and the files of glsl/ that its `#line` directives number (glsl.load_numbered)."""
 PASSES = {"near": False, "normals": True, "rest": False, "trace": True, "behind": False, "colour": True}
-"""The passes of a frame, and whether each evaluates the field; glsl/near.glsl, ... say what they do.
+"""The passes of a frame (glsl/near.glsl, ...), and whether each evaluates the field.
 
-They are drawn in this order, but for "rest" and "normals", which follow on "trace" again. Each one that evaluates the
-field draws only where the depth that the pass before has left lets it. Drivers see to that before a fragment shader
-begins, and software ones, which mask branches and do not skip them, draw a frame several times as fast.
+They run in this order, except that "rest" and "normals" also follow "trace". A pass that evaluates the field draws only
+where the previous pass's depth lets it. Drivers test the depth before a fragment shader begins, so software drivers,
+which mask branches and do not skip them, draw a frame several times as fast.
 """
 
 FIRST_LOOKS = 2
-"""How often "normals" looks at a ray before it is traced, at most, where the CPU draws (viewer/draw/packing.py)."""
+"""Most first looks of "normals" at a ray before it is traced, where the CPU draws (viewer/draw/packing.py)."""
 
 FLOOR_BLOCK = BLOCK
-"""Pixels along the side of the blocks at whose corners "floor" looks (glsl/floor.glsl)."""
+"""Side of the blocks, in pixels, at whose corners "floor" evaluates the light (glsl/floor.glsl)."""
 
 LISTS = {"value_loops": int, "gradient_loops": int, "iterations": int, "deltas": float}
-"""Keys of a shader's facts that are lists with a number for each level."""
+"""Facts of a shader that are lists with a number for each level, and their types."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,56 +40,54 @@ class Shader:
     """A complete fragment shader."""
 
     text: str
-    """GLSL, header line and uniforms included; a weight texture is not in it."""
+    """GLSL with header line and uniforms, without a weight texture."""
     weights: Array | None
-    """(H, W, 4) float32, for the sampler `weights`; None where every weight is in the text."""
+    """(H, W, 4) float32, for the sampler `weights`; None where all weights are literals."""
     value_loops: tuple[int, ...]
-    """Loop iterations that a fragment spends on one field(p, level), at index level - 1."""
+    """Loop iterations of one field(p, level), at index level - 1."""
     gradient_loops: tuple[int, ...]
-    """Loop iterations that a fragment spends on one field_gradient(p, level), at index level - 1."""
+    """Loop iterations of one field_gradient(p, level), at index level - 1."""
     texture_loops: int
-    """Loop iterations that a fragment spends on the colour."""
+    """Loop iterations of the color."""
     iterations: tuple[int, ...]
-    """Default of the uniform of this name: sphere tracing steps at each level, per round."""
+    """Default of the uniform `iterations`: sphere tracing steps at each level, per round."""
     deltas: tuple[float, ...]
-    """Default of the uniform `delta`: half width of each level's band, model units."""
+    """Default of the uniform `delta`: band half-width of each level, model units."""
     textured: bool = False
-    """Whether the colour is the model's own, not the one of all models without a texture."""
+    """Whether the model has a color of its own."""
     moving: bool = False
     """Whether the field moves, and the shader has the uniform `time`."""
     ground: float = -1.0
-    """Default of the uniform of this name: height of the shape's lowest point, model space."""
+    """Default of the uniform `ground`: height of the shape's lowest point, model space."""
     passes: Mapping[str, NumberedText] | None = None
-    """The same frame in passes, for a renderer that has depth buffers: the text of each one of PASSES, by name, and
-    those of "floor" and "studio", which take the place of "colour" for the shading of the latter's name: "colour" does
-    not know it."""
+    """The text of each pass in PASSES, for a renderer with depth buffers, and of "floor" and "studio". "studio"
+    replaces "colour" for the shading studio."""
     cells: Cells | None = None
-    """The grids for the sampler `cells` of skip.glsl, which passes read; None where rays skip nothing."""
+    """The grids for the sampler `cells` of skip.glsl, for passes; None where rays skip nothing."""
     few_cells: Cells | None = None
-    """The grid that the text of a file that stands alone has; None where it has none."""
+    """The grid in the text of a shader in one file; None where it has none."""
     narrow: tuple[Grid, ...] = ()
-    """The widths of bands that the text has, a grid for each level before the last; none where it has none."""
+    """The band widths in the text, a grid for each level before the last; empty where it has none."""
     looks_first: bool = False
-    """Whether the pass "normals" can give rays a first look, and is worth it: a gradient costs two values."""
+    """Whether the pass "normals" may give rays a first look: a gradient there costs at most two values."""
     files: tuple[str, ...] = ()
-    """Names of the files in glsl/ that `#line` directives in the text tell apart (glsl.load_numbered)."""
+    """Files of glsl/ that `#line` directives in the text number (glsl.load_numbered)."""
 
     @property
     def levels(self) -> int:
-        """Number of levels."""
         return len(self.value_loops)
 
     def facts(self) -> dict[str, Any]:
-        """Return what the header line keeps of this shader, so that `of_facts` can make it again from the text."""
+        """Return the facts for the header line, from which `of_facts` restores the shader."""
         lists = {key: list(getattr(self, key)) for key in LISTS}
         further = {"ground": self.ground} | ({"moving": True} if self.moving else {})
         return {**lists, "texture_loops": self.texture_loops, "textured": self.textured, **further}
 
     @classmethod
     def of_facts(cls, facts: Mapping[str, Any], text: str, weights: Array | None) -> "Shader":
-        """Make the shader of a text from the facts in its header line.
+        """Restore a shader from its text and the facts in its header line.
 
-        Raises ValueError where one is missing or is no such number.
+        Raises ValueError where a fact is missing or wrong.
         """
         lists: dict[str, Any] = {
             key: tuple(_number(value, kind) for value in _list(facts.get(key))) for key, kind in LISTS.items()
@@ -107,11 +105,11 @@ class Shader:
         )
 
     def worst_loops(self, level: int, normal_level: int, iterations: Sequence[int], rounds: int, schedule: str) -> int:
-        """Return an upper bound of the loop iterations of one fragment; LOOP_LIMIT is what llvmpipe allows.
+        """Return an upper bound of the loop iterations of one fragment; llvmpipe allows LOOP_LIMIT.
 
-        level: the level that is traced; normal_level: the level whose gradient is the normal, both counted from 1.
-        iterations: sphere tracing steps at each level, per round; of the schedule "relaxed", a round has those of the
-        last level alone, and the grid of cells is looked at LOOKS times.
+        level: the traced level. normal_level: the level whose gradient is the normal. Both count from 1. iterations:
+        steps at each level, per round. In the schedule "relaxed", a round has only the last level's steps, and a ray
+        reads the grid of cells LOOKS times.
         """
         phases, skips = list(zip(iterations[:level], self.value_loops[:level], strict=True)), 0
         if schedule == "relaxed":
@@ -123,21 +121,20 @@ class Shader:
 
 
 def _list(value: object) -> list[object]:
-    """Return a list as it is. Raises ValueError where the value is none."""
     if not isinstance(value, list):
         raise ValueError("not a list")
     return value
 
 
 def _height(value: object) -> float:
-    """Return a height in the unit ball. Raises ValueError where the value is none."""
+    """Return a height. Raises ValueError where it is not in the unit ball."""
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not -2 < value < 2:
         raise ValueError("not a height in the unit ball")
     return float(value)
 
 
 def _number(value: object, kind: type) -> Any:
-    """Return a number of 0 or more as `kind`, int or float. Raises ValueError where it is no such number."""
+    """Return a number of at least 0 as int or float. Raises ValueError for other values."""
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value < float("inf"):
         raise ValueError("not a number that counts or measures")
     if kind(value) != value:

@@ -1,4 +1,4 @@
-"""Target shadertoy: the text of Shadertoy's Image tab, and how its weights are written."""
+"""Target shadertoy: the text of Shadertoy's Image tab, with packed or literal weights."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,18 +14,18 @@ from ..printers.packed import PackedStorage
 from .shadertoy_text import shader_text
 
 WIDEST = 64
-"""Width of the widest layer that is baked: with wider ones, browsers take minutes to compile the text, or crash."""
+"""Largest width of a layer: with wider ones, browsers take minutes to compile the text, or crash."""
 
 
 def standalone(model: Model, storage: str = "auto", digits: int | None = None, shade: str | None = None) -> str:
     """Return the text of a model.
 
-    storage: "packed": weights as quantised (model/quantise.py), which is exact where training did it; "literal":
-    decimals; "auto": packed with the fewest bits that keep the surface and the colours (field/bits.py), and
-    literal where none do, where the field moves, or where `digits` says so for a model that was not quantised.
-    digits: decimals of literal weights, None for the fewest that keep the surface (field/digits.py).
-    shade: "studio", which it opens in, with a knob for Phong; "phong", without the studio; None: the studio
-    where it takes at most STUDIO_SHARE. Raises UserError where the model is too wide, or the storage is none of these.
+    storage: "packed": quantised weights (model/quantise.py), exact where training quantised them. "literal": decimals.
+    "auto": packed with the fewest bits that keep surface and colors (field/bits.py), or literal where no number of bits
+    does, where the field moves, or where `digits` is set for a model without quantised weights.
+    digits: decimals of literal weights; None for the fewest that keep the surface (field/digits.py).
+    shade: "studio" (with a setting for Phong); "phong" (without the studio); None for the studio where it adds at most
+    STUDIO_SHARE. Raises UserError for a model that is too wide, or another storage.
     """
     parts = model.shapes or (model,)
     networks = model.networks().values()
@@ -36,11 +36,11 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None, s
             "train a smaller model (--preset small), or bake --target html"
         )
     if storage not in ("auto", "packed", "literal"):
-        raise UserError(f"--storage {storage}: shadertoy has no textures of its own; there is packed, literal")
-    still = all(part.inputs == "xyz" for part in parts)
-    if storage == "packed" and not still:
-        raise UserError("--storage packed: this model moves; take literal")
-    if storage == "auto" and still and (digits is None or all(map(is_quantised, networks))):
+        raise UserError(f"--storage {storage}: shadertoy has no texture for weights; there is packed, literal")
+    without_motion = all(part.inputs == "xyz" for part in parts)
+    if storage == "packed" and not without_motion:
+        raise UserError("--storage packed: this model moves; use literal")
+    if storage == "auto" and without_motion and (digits is None or all(map(is_quantised, networks))):
         fewest = [fewest_bits(part) for part in parts]
         if None not in fewest:
             return _packed(_with_parts(model, [part for part in fewest if part]), model, shade)
@@ -53,21 +53,21 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None, s
 
 
 def exact(model: Model, digits: int | None = None, shade: str | None = None) -> str:
-    """Return what `standalone` does in little time: packed where training quantised it, else literal."""
-    still = all(part.inputs == "xyz" for part in model.shapes or (model,))
-    packed = still and all(map(is_quantised, model.networks().values()))
+    """Return a text without a search: packed where training quantised the weights, otherwise literal."""
+    without_motion = all(part.inputs == "xyz" for part in model.shapes or (model,))
+    packed = without_motion and all(map(is_quantised, model.networks().values()))
     return standalone(model, "packed" if packed else "literal", digits, shade)
 
 
 def _with_parts(model: Model, parts: Sequence[Model]) -> Model:
-    """Return a model with other weights. parts: the models of a scene with theirs, or the model itself."""
+    """Return a model with other weights. parts: a scene's models with their new weights, or the new model."""
     return parts[0] if model.scene is None else replace(model, shapes=tuple(parts))
 
 
 def _packed(packed: Model, model: Model, shade: str | None) -> str:
-    """Return the text of a model with weights of few bits, and say in its header what they cost.
+    """Return the text of a model with packed weights; its header states the error of rounding.
 
-    packed: the model with these weights; model: with its own. shade: see `standalone`.
+    packed: the model with rounded weights. model: the original. shade: see `standalone`.
     """
     paid = cost(model, packed)
     error = {"f": paid.distance, "degrees": paid.angle} | ({"colour": paid.colour} if model.coloured else {})

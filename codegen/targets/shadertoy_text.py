@@ -1,4 +1,4 @@
-"""The text of Shadertoy's Image tab: head and knobs, weights, networks, field(), and glsl/shadertoy.glsl."""
+"""Prints Shadertoy's Image tab: head, settings, weights, networks, field(), and glsl/shadertoy.glsl."""
 
 import json
 import math
@@ -26,72 +26,72 @@ from .orbit import AZIMUTH, ELEVATION
 from .uniforms import default
 
 LANGUAGE = Language(function="{type} {name}(vec4 p)")
-"""GLSL ES 3.00, in which every function of the field takes the program's input as it is."""
+"""GLSL ES 3.00 in which every function of the field takes the networks' input."""
 STEPS = 200
-"""Evaluations of the field on a ray, those for its normal included."""
+"""Evaluations of the field on a ray, including those for its normal."""
 SPEED = 0.3
-"""Of the turntable, radians a second."""
+"""Speed of the turntable, radians per second."""
 HULL_SHARE = 0.03
-"""Of the text without it, a hull takes so much at most: shorter texts have a ball around the shape."""
+"""Largest share of a hull in the text without it. Shorter texts have a ball around the shape."""
 HULL_LENGTH = 350
-"""Characters that a hull takes, about."""
+"""Approximate characters of a hull."""
 NARROW = ((8, 930, 0.03), (4, 270, 0.02))
-"""Grids of narrow bands, the best first: cells along an edge, its characters, what share of the text they may be."""
+"""Grids of narrow bands, the best first: cells along an edge, characters, largest share in the text."""
 STUDIO_SHARE = 0.05
-"""Of the text without it, the studio takes so much at most: shorter texts have Phong's shading alone."""
+"""Largest share of the studio in the text without it. Shorter texts have only Phong shading."""
 STUDIO = re.compile(r"(?ms)^#ifdef STUDIO\n(.*?)(?:^#else\n(.*?))?^#endif\n")
-"""Lines of glsl/shadertoy.glsl with the studio, and those that stand in their place without it."""
+"""Lines of glsl/shadertoy.glsl with the studio, and the lines in their place without it."""
 
 
 @dataclass(frozen=True, eq=False)
-class Spared:
-    """What of a text spares rays evaluations of the field."""
+class Savings:
+    """Parts of a text that save evaluations of the field."""
 
     planes: NDArray[np.float64] | None = None
-    """(13, 2) of a hull around the shape; None where a ball takes its place."""
+    """(13, 2), planes of a hull around the shape; None for a ball."""
     narrow: Grid | None = None
-    """Widths of level 1's band; None where it has one width alone."""
+    """Widths of level 1's band; None for one width."""
 
 
-def spared(program: Program, length: int) -> Spared:
-    """Return what a program's text of so many characters without it has: none of a scene, or of a field that moves."""
+def savings(program: Program, length: int) -> Savings:
+    """Return the savings for a text of `length` characters without them: none of a scene or of a moving field."""
     if program.moving or program.composition is not None:
-        return Spared()
+        return Savings()
     planes = hull(program) if length * HULL_SHARE >= HULL_LENGTH else None
     count = next((count for count, characters, share in NARROW if characters <= share * length), None)
     grids = () if count is None or len(program.bands) == 1 else narrow_widths(program, count)
-    return Spared(planes, grids[0] if grids else None)
+    return Savings(planes, grids[0] if grids else None)
 
 
 def shader_text(
     program: Program, model: Model, storage: type[Storage], further: dict[str, Any], shade: str | None
 ) -> str:
-    """Return the text. further: facts for the header. shade: see shadertoy.standalone."""
+    """Return the text. further: additional facts for the header. shade: see shadertoy.standalone."""
     header = header_line(header_facts(model, program, "shadertoy") | further)
     weights = _weights(program, storage)
 
-    def text(studio: bool, spares: Spared) -> str:
-        field = _field(program, studio, spares.narrow)
-        body = [*_studio_constants(program, studio), *weights, *field, _main(program, studio, spares.planes)]
-        knobs = _knobs(program, model.front, studio)
-        return "\n".join([header, *_head(model), *knobs, _squeezed("\n".join(body))])
+    def text(studio: bool, saved: Savings) -> str:
+        field = _field(program, studio, saved.narrow)
+        body = [*_studio_constants(program, studio), *weights, *field, _main(program, studio, saved.planes)]
+        settings = _settings(program, model.front, studio)
+        return "\n".join([header, *_head(model), *settings, _squeezed("\n".join(body))])
 
-    spares = spared(program, len(text(False, Spared())))
-    plain = text(False, spares)
+    saved = savings(program, len(text(False, Savings())))
+    plain = text(False, saved)
     if shade == "phong":
         return plain
-    lit = text(True, spares)
+    lit = text(True, saved)
     return lit if shade == "studio" or len(lit) <= (1 + STUDIO_SHARE) * len(plain) else plain
 
 
 def _weights(program: Program, storage: type[Storage]) -> list[str]:
     """Return the lines of the weights and the networks."""
     if program.composition is not None:
-        functions = tuple(function for part in program.composition.programs for function in _asked(part))
+        functions = tuple(function for part in program.composition.programs for function in _printed_functions(part))
     elif len(program.values) > 1:
-        functions = _asked(program)
+        functions = _printed_functions(program)
     else:
-        functions = _asked(replace(program, values=(replace(program.values[0], name="field"),)))
+        functions = _printed_functions(replace(program, values=(replace(program.values[0], name="field"),)))
     printer = storage(program, LANGUAGE, functions)
     lines = printer.declarations()
     for function in functions:
@@ -127,7 +127,7 @@ def _main(program: Program, studio: bool, planes: NDArray[np.float64] | None) ->
 
 
 def _studio_constants(program: Program, studio: bool) -> list[str]:
-    """Return what the studio declares before field(): the tap, which field() reads, the floor and level 1's band."""
+    """Return the studio's declarations before field(): the tap, the floor and level 1's band half-width."""
     if not studio:
         return []
     floor = LANGUAGE.number(round(lowest_point(program), 4))
@@ -135,43 +135,45 @@ def _studio_constants(program: Program, studio: bool) -> list[str]:
 
 
 def _head(model: Model) -> list[str]:
-    """Return comments that tell people what this is. Name and credit are JSON, which keeps them inside the line."""
+    """Return comments about the model. Name and credit are JSON, which keeps them inside the line."""
     by = f", by {json.dumps(model.credit)}" if model.credit else ""
     return [
         f"// {json.dumps(model.name)}{by}",
-        "// as a neural signed distance function, made with mplicits. Drag to orbit; change what is below.",
+        "// as a neural signed distance function, made with mplicits. Drag to orbit; edit the settings below.",
     ]
 
 
-def _knobs(program: Program, front: tuple[float, float] | None, studio: bool) -> list[str]:
-    """Return the #defines that are there to be changed."""
-    colour = (
-        "COLOUR(c) c // of the surface, sRGB; c: the model's" if program.coloured else f"COLOUR vec3({PLAIN}) // sRGB"
+def _settings(program: Program, front: tuple[float, float] | None, studio: bool) -> list[str]:
+    """Return the settings, as #defines."""
+    color = (
+        "COLOUR(c) c // color of the surface, sRGB; c: the model's"
+        if program.coloured
+        else f"COLOUR vec3({PLAIN}) // sRGB"
     )
     view = front or (AZIMUTH, ELEVATION)
-    motion = ["TIME (.5 - .5 * cos(iTime)) // of the motion, from 0 to 1, there and back"] if program.moving else []
+    motion = ["TIME (.5 - .5 * cos(iTime)) // time of the motion, from 0 to 1 and back"] if program.moving else []
     level = [f"LEVEL {len(program.bands)} // finest level, from 1"] if len(program.bands) > 1 else []
-    knobs = [
-        f"VIEW {_vector(view)} // azimuth, elevation at first, degrees",
-        f"SPEED {_short(SPEED)} // of the turntable, radians a second",
-        f"LIGHT {_vector(default('light'))} // direction to it: right, up, back",
-        colour,
-        f"BOTTOM {_vector(default('background_bottom'))} // of the background, sRGB",
+    settings = [
+        f"VIEW {_vector(view)} // initial azimuth and elevation, degrees",
+        f"SPEED {_short(SPEED)} // speed of the turntable, radians per second",
+        f"LIGHT {_vector(default('light'))} // direction to the light: right, up, back",
+        color,
+        f"BOTTOM {_vector(default('background_bottom'))} // background, sRGB",
         f"TOP {_vector(default('background_top'))}",
         *motion,
         *(["STUDIO 1 // a floor, soft shadows, sky light; 0: Phong"] if studio else []),
         *level,
-        f"STEPS {STEPS} // of a ray, at most",
-        "AA 1 // 2: 2 x 2 samples a pixel",
+        f"STEPS {STEPS} // most evaluations of the field on a ray",
+        "AA 1 // 2: 2 x 2 samples per pixel",
     ]
-    return [f"#define {knob}" for knob in knobs]
+    return [f"#define {setting}" for setting in settings]
 
 
 def _field(program: Program, studio: bool, narrow: Grid | None) -> list[str]:
-    """Return field(), which evaluates a level inside the band of the one before it (Eq. 3), up to LEVEL.
+    """Return field() up to LEVEL (Eq. 3); nothing for a single level, whose network is field() itself.
 
-    Outside the band it gives the distance to the band's offset surface; for the studio's taps, level 1. A single level
-    is field() itself. Of a scene, the function albedo() follows. narrow: of Spared.
+    Outside a band it returns the distance to the band's offset surface; for the studio's taps, level 1. A scene's
+    albedo() follows. narrow: see `Savings`.
     """
     if program.composition is not None:
         return _scene(program, studio)
@@ -199,7 +201,7 @@ def _field(program: Program, studio: bool, narrow: Grid | None) -> list[str]:
 
 
 def _widths(narrow: Grid) -> str:
-    """Return the widths of bands as numbers of four bits for a cell, a row of cells in each number."""
+    """Return the band widths: four bits for each cell, a row of cells in each number."""
     numbers = [str(np.uint32(row).view(np.int32)) for row in rows(narrow)]
     return f"const int[{len(numbers)}] Q = int[]({','.join(numbers)});"
 
@@ -221,29 +223,29 @@ def _scene(program: Program, studio: bool) -> list[str]:
     return [*lines, "vec3 albedo(vec4 p) {", *writer.lines(*color), result, "}"]
 
 
-def _asked(program: Program) -> tuple[Function, ...]:
-    """Return the functions of a model that the text has."""
+def _printed_functions(program: Program) -> tuple[Function, ...]:
+    """Return the functions of a model in the text: values and texture, no gradients."""
     return program.values + (() if program.texture is None else (program.texture,))
 
 
 def step_bound(program: Program) -> float:
-    """Return the factor on every step, of two digits: the smallest of all levels'."""
+    """Return the factor on every step, rounded down to two digits: the smallest of all levels."""
     *coarser, last = program.bands
     return math.floor(100 * min(last.step_bound, *(band.band_step_bound for band in coarser), 1.0) + 1e-6) / 100
 
 
 def _without_comments(name: str) -> str:
-    """Return a file of glsl/ without its lines that are comments."""
+    """Return a file of glsl/ without its comment lines."""
     return re.sub(r"(?m)^//.*\n", "", glsl.load(name))
 
 
 def _short(value: float) -> str:
-    """Return a number as a literal of three digits."""
+    """Return a literal with three digits."""
     return LANGUAGE.number(float(f"{value:.3g}"))
 
 
 def _vector(values: Sequence[float]) -> str:
-    """Return a vector as GLSL, with numbers of three digits."""
+    """Return a GLSL vector with three digits per number."""
     return f"vec{len(values)}({', '.join(map(_short, values))})"
 
 

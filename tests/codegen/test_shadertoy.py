@@ -13,7 +13,7 @@ import pytest
 
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.motion import PERIOD
-from mplicits.codegen.targets.shadertoy_text import spared
+from mplicits.codegen.targets.shadertoy_text import savings
 from mplicits.field import digits, interpret
 from mplicits.field.narrow import half_widths, margins
 from mplicits.ir.lower import lower
@@ -51,7 +51,7 @@ def test_the_field_equals_the_reference(osmesa: Context, storage: str) -> None:
     text = INPUTS + SHADERTOY(model, storage, digits=None if storage == "packed" else 7)
     field = draw(osmesa, text + PROBE, (64, 64), {}, points)[::-1, :, 0].ravel()
     program = lower(model)
-    narrow = spared(program, len(text)).narrow
+    narrow = savings(program, len(text)).narrow
     widths = half_widths(program, () if narrow is None else (narrow,), points)
     nested, reached = interpret.nested_field(program, points, 3, margins=margins(program, widths))
     offsets = np.choose(reached - 1, [*widths[:2], np.zeros(len(points))])

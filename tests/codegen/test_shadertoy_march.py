@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mplicits.codegen.targets.orbit import AZIMUTH, ELEVATION
-from mplicits.codegen.targets.shadertoy_text import spared, step_bound
+from mplicits.codegen.targets.shadertoy_text import savings, step_bound
 from mplicits.field.hull import NORMALS, hull, within
 from mplicits.field.interpret import field
 from mplicits.field.lowest import on_surface
@@ -48,16 +48,16 @@ def test_the_text_takes_the_steps_of_numpy(osmesa: Context, model: Model) -> Non
     eye, directions, footprint = Camera(*front, distance=3.52, fov=2 * math.degrees(math.atan(1 / 3.17))).rays(
         SIDE, SIDE
     )
-    spares = spared(program, len(text))
-    assert spares.narrow is not None
+    saved = savings(program, len(text))
+    assert saved.narrow is not None
     rays = short_march(
         program,
         eye,
         directions.reshape(-1, 3),
         footprint,
         step_bound(program),
-        planes=spares.planes,
-        narrow=spares.narrow,
+        planes=saved.planes,
+        narrow=saved.narrow,
     )
     assert (rays.hit == (drawn[:, 2] > 0.5)).mean() > 0.998
     assert (rays.steps == drawn[:, 1]).mean() > 0.97, "steps may differ where rounding moves f across a threshold"

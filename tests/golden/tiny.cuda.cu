@@ -87,30 +87,30 @@ __device__ float4 weights[27];
 
 // The uniforms of the GLSL targets, with their defaults.
 struct Uniforms {
-    vec2 resolution = vec2(512.f);  // size of the image, pixels; the one to set
+    vec2 resolution = vec2(512.f);  // size of the image, pixels; set this one
     mat4 camera = mat4(vec4(1.f, 0.f, 0.f, 0.f), vec4(0.f, 1.f, 0.f, 0.f), vec4(0.f, 0.f, 1.f, 0.f), vec4(0.f, 0.f, 3.4f, 1.f));  // camera to model space: columns right, up, back, eye
     float focal = 2.75f;  // 1 / tan(fov / 2), vertical
-    int level = LEVELS;  // level that is traced
+    int level = LEVELS;  // traced level
     int normal_level = LEVELS;  // level whose gradient is the normal
-    int rounds = 64;  // how often the levels are gone through
-    float step_scale = 1.f;  // another factor on every step; below 1: safer, slower
-    int schedule = 1;  // how rays are traced: 0 plain, 1 relaxed
+    int rounds = 64;  // most passes over the levels
+    float step_scale = 1.f;  // further factor on every step; below 1: safer, slower
+    int schedule = 1;  // sphere tracing: 0 plain, 1 over-relaxed
     int shading = 0;  // 0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 studio, 6 data: (t, steps, level, hit)
-    float ground = GROUND;  // height of the floor that shading 5 shows, model space, y up
+    float ground = GROUND;  // height of the floor of shading 5, model space, y up
     vec3 light = vec3(-.5f, .7f, .8f);  // direction to the light, camera space
     vec3 background_bottom = vec3(.13f, .14f, .17f);  // sRGB
     vec3 background_top = vec3(.33f, .36f, .41f);  // sRGB
 };
 __constant__ int iterations[LEVELS];  // sphere tracing steps at each level, per round
-__constant__ float delta[LEVELS];  // half width of each level's band, model units
-__constant__ float step_bound[LEVELS];  // factor on each level's steps where it is the one traced
-__constant__ float band_step_bound[LEVELS];  // the same where a finer level is traced
-__constant__ float time;  // moment of a model that moves, from 0 to 1
+__constant__ float delta[LEVELS];  // band half-width of each level, model units
+__constant__ float step_bound[LEVELS];  // factor on each level's steps if it is the traced level
+__constant__ float band_step_bound[LEVELS];  // factor on each level's steps if a finer level is traced
+__constant__ float time;  // time of a moving model, from 0 to 1
 constexpr float DEFAULT_TIME = 0.f;
 // Names of the shadings and of the schedules; the index is the uniform's value.
 const char *const SHADINGS[] = {"phong", "normal", "depth", "steps", "texture", "studio", "data"};
 const char *const SCHEDULES[] = {"plain", "relaxed"};
-// The camera that --camera and --fov stand for where they are not given.
+// Defaults of --camera and --fov.
 constexpr double AZIMUTH = 30.0, ELEVATION = 20.0, FOV = 35.0;  // degrees
 constexpr double MARGIN = 1.06;  // the picture shows a sphere of this radius
 

@@ -7,22 +7,22 @@ precision highp sampler2D;
 
 const int LEVELS = 2;
 const float GROUND = -.9655; // of the shape's lowest point
-uniform vec2 resolution; // vec2(512): size of the image, pixels; the one to set
-uniform vec2 origin; // vec2(0): of this tile inside the image, pixels
-uniform vec2 jitter; // vec2(0): of the sample inside its pixel, pixels, [-0.5, 0.5)
+uniform vec2 resolution; // vec2(512): size of the image, pixels; set this one
+uniform vec2 origin; // vec2(0): offset of this tile in the image, pixels
+uniform vec2 jitter; // vec2(0): offset of the sample in its pixel, pixels, [-0.5, 0.5)
 uniform mat4 camera; // mat4(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 3.4, 1): camera to model space: columns right, up, back, eye
 uniform float focal; // 2.75: 1 / tan(fov / 2), vertical
-uniform int level; // LEVELS: level that is traced
+uniform int level; // LEVELS: traced level
 uniform int normal_level; // LEVELS: level whose gradient is the normal
 uniform int iterations[LEVELS]; // int[](20, 5): sphere tracing steps at each level, per round
-uniform int rounds; // 64: how often the levels are gone through
-uniform float delta[LEVELS]; // float[](1., .5): half width of each level's band, model units
-uniform float step_bound[LEVELS]; // float[](.8, .8): factor on each level's steps where it is the one traced
-uniform float band_step_bound[LEVELS]; // float[](.8, .8): the same where a finer level is traced
-uniform float step_scale; // 1.: another factor on every step; below 1: safer, slower
-uniform int schedule; // 1: how rays are traced: 0 plain, 1 relaxed
+uniform int rounds; // 64: most passes over the levels
+uniform float delta[LEVELS]; // float[](1., .5): band half-width of each level, model units
+uniform float step_bound[LEVELS]; // float[](.8, .8): factor on each level's steps if it is the traced level
+uniform float band_step_bound[LEVELS]; // float[](.8, .8): factor on each level's steps if a finer level is traced
+uniform float step_scale; // 1.: further factor on every step; below 1: safer, slower
+uniform int schedule; // 1: sphere tracing: 0 plain, 1 over-relaxed
 uniform int shading; // 0: 0 Phong, 1 normal, 2 depth, 3 steps, 4 texture, 5 studio, 6 data: (t, steps, level, hit)
-uniform float ground; // GROUND: height of the floor that shading 5 shows, model space, y up
+uniform float ground; // GROUND: height of the floor of shading 5, model space, y up
 uniform vec3 light; // vec3(-0.5, 0.7, 0.8): direction to the light, camera space
 uniform vec3 background_bottom; // vec3(0.13, 0.14, 0.17): sRGB
 uniform vec3 background_top; // vec3(0.33, 0.36, 0.41): sRGB

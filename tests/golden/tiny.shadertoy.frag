@@ -1,15 +1,15 @@
 // {"mplicits": "VERSION", "target": "shadertoy", "name": "tiny \"/*\n</script>\\", "sha256": "e453f4b1682a", "levels": ["4x1", "8x0"]}
 // "tiny \"/*\n</script>\\"
-// as a neural signed distance function, made with mplicits. Drag to orbit; change what is below.
-#define VIEW vec2(30., 20.) // azimuth, elevation at first, degrees
-#define SPEED .3 // of the turntable, radians a second
-#define LIGHT vec3(-.5, .7, .8) // direction to it: right, up, back
-#define COLOUR(c) c // of the surface, sRGB; c: the model's
-#define BOTTOM vec3(.13, .14, .17) // of the background, sRGB
+// as a neural signed distance function, made with mplicits. Drag to orbit; edit the settings below.
+#define VIEW vec2(30., 20.) // initial azimuth and elevation, degrees
+#define SPEED .3 // speed of the turntable, radians per second
+#define LIGHT vec3(-.5, .7, .8) // direction to the light: right, up, back
+#define COLOUR(c) c // color of the surface, sRGB; c: the model's
+#define BOTTOM vec3(.13, .14, .17) // background, sRGB
 #define TOP vec3(.33, .36, .41)
 #define LEVEL 2 // finest level, from 1
-#define STEPS 200 // of a ray, at most
-#define AA 1 // 2: 2 x 2 samples a pixel
+#define STEPS 200 // most evaluations of the field on a ray
+#define AA 1 // 2: 2 x 2 samples per pixel
 #define D(v,k)vec4(v/(k)%ivec4(B)-B/2)
 #define L(b,s){const int B=b;const float S=s;
 #define M(v)mat4(D(v,1),D(v,B),D(v,B*B),D(v,B*B*B))
