@@ -7,15 +7,12 @@
     m.render(size=512)                          # a picture, (512, 512, 3) uint8
     mplicits.train("bunny.ply", seconds=60).save("bunny.safetensors")
 
-docs/python.md tells the rest. Nothing is loaded before it is used. The rooms are `model` (the model file), `glsl`
-(shaders written by hand), `codegen` (from a model to shader source), `trainer` (from a shape to a model), `scenes`
-(models placed and joined), `mesher` (from a model to a mesh) and `viewer` (from a model to a picture or a window);
-`cli` is the command line.
+docs/python.md has more, ARCHITECTURE.md has a map of the rooms. Modules load when they are first used.
 """
 
 from importlib import import_module
 
-TYPE_CHECKING = False  # As of `typing`, which takes longer to load than all else up to where Ctrl-C is seen to.
+TYPE_CHECKING = False  # `typing` would load before Ctrl-C is handled.
 
 if TYPE_CHECKING:
     from .api.field import Field as Field
@@ -41,39 +38,17 @@ _PLACES = {
     "TriangleMesh": "mesher.triangle_mesh",
     "Unprojected": "capture.unprojected",
     "UserError": "model.errors",
-    "compose": "api.functions",
-    "evaluate": "api.functions",
-    "import_checkpoints": "api.functions",
-    "load": "api.functions",
-    "morph": "api.functions",
-    "photos": "api.functions",
-    "report": "api.functions",
-    "train": "api.functions",
-    "unproject": "api.functions",
+    **dict.fromkeys(
+        ("compose", "evaluate", "import_checkpoints", "load", "morph", "photos", "report", "train", "unproject"),
+        "api.functions",
+    ),
 }
-"""Name -> the module that it is in, which is loaded when somebody asks for the name."""
-
-__all__ = [
-    "Evaluation",
-    "Field",
-    "Hits",
-    "TriangleMesh",
-    "Unprojected",
-    "UserError",
-    "compose",
-    "evaluate",
-    "import_checkpoints",
-    "load",
-    "morph",
-    "photos",
-    "report",
-    "train",
-    "unproject",
-]
+"""Name -> its module, which the first use imports."""
+__all__ = sorted(_PLACES)  # noqa: PLE0605 (the imports above are for type checkers)
 
 
 def __getattr__(name: str) -> object:
-    """Load what is asked for (PEP 562)."""
+    """Import a public name (PEP 562)."""
     if name not in _PLACES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value: object = getattr(import_module(f".{_PLACES[name]}", __name__), name)
@@ -82,5 +57,5 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    """List what there is, loaded or not."""
+    """List all public names."""
     return sorted({*globals(), *_PLACES})

@@ -6,7 +6,7 @@ from .model.interrupts import end_imports_at_once
 
 
 def main() -> int:
-    """Run the command line, and return the exit code. The front door is loaded only when Ctrl-C is seen to."""
+    """Run the command line and return the exit code. Ctrl-C is handled before cli.py is imported."""
     end_imports_at_once()
     from . import cli
 

@@ -1,4 +1,4 @@
-"""The front door: the command `mplicits`, which collects the verbs of the rooms and runs one of them."""
+"""The command `mplicits`: collects the verbs of all rooms, and runs one."""
 
 import argparse
 import errno
@@ -29,22 +29,22 @@ ABOUT = "A mesh or an oriented point cloud becomes a small multiscale neural SDF
 EXAMPLE = "example: mplicits train bunny.ply -o bunny.safetensors"
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-"""What the operating system says of a disk, or of an output, that takes no more."""
+"""Error numbers of a full disk or output."""
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser whose complaints are one line."""
+    """An argument parser whose errors are one line."""
 
     def error(self, message: str) -> NoReturn:
-        """Raise UserError with argparse's message and where to read on."""
+        """Raise UserError with argparse's message and a pointer to --help."""
         raise UserError(f"{message} (see {self.prog} --help)")
 
 
 def verbs() -> dict[str, Verb]:
-    """Collect the verbs by name, in the order of the help. Imports each room's cli.py; these import nothing heavy."""
-    of_rooms = [verb for room in ROOMS for verb in importlib.import_module(f".{room}.cli", __package__).VERBS]
+    """Return the verbs by name, in the order of the help. Imports each room's cli.py, which is light."""
+    room_verbs = [verb for room in ROOMS for verb in importlib.import_module(f".{room}.cli", __package__).VERBS]
     trainings = train_verb(describe_surface, pictures, loose_pieces), morph_verb(describe_surface, surface_of, pictures)
-    return {verb.name: verb for verb in (demo_verb(perform), *trainings, *of_rooms)}
+    return {verb.name: verb for verb in (demo_verb(perform), *trainings, *room_verbs)}
 
 
 def perform(argv: Sequence[str]) -> None:
@@ -74,8 +74,8 @@ def perform(argv: Sequence[str]) -> None:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command line and return the exit code.
 
-    It is 0, 2 for what the user can mend, 130 after Ctrl-C, 143 after SIGTERM, or 129 after SIGHUP. argv: the
-    arguments, sys.argv's by default. Other exceptions are bugs and pass through.
+    0: done. 2: an error that the user can fix. 130, 143, 129: ended by Ctrl-C, SIGTERM, SIGHUP. Other exceptions are
+    bugs and pass through. argv: the arguments (default: those of sys.argv).
     """
     argv = sys.argv[1:] if argv is None else argv
     _prepare_streams()
@@ -91,7 +91,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise
         code, line = ending
         if isinstance(error, OSError):
-            # What is still buffered has nowhere to go, and must not complain at exit.
+            # Nobody can read the rest of the buffer: it must not raise at exit.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         if line:
             return fail(line, code)
@@ -99,10 +99,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _ending(error: BaseException, argv: Sequence[str]) -> tuple[int, str] | None:
-    """Return the exit code and the line that an exception ends in; the line is empty where nothing is to be said.
-
-    None: the exception is a bug.
-    """
+    """Return the exit code and the error line (may be empty) of an exception; None if it is a bug."""
     code, line = 2, None
     match error:
         case UserError():
@@ -124,7 +121,7 @@ def _ending(error: BaseException, argv: Sequence[str]) -> tuple[int, str] | None
 
 
 def _perform(argv: Sequence[str]) -> int:
-    """Run one command line. Returns the exit code of argparse after --help, 0 otherwise."""
+    """Run one command line. Returns 0, or the exit code of argparse after --help."""
     try:
         perform(argv)
     except SystemExit as done:
@@ -133,12 +130,12 @@ def _perform(argv: Sequence[str]) -> int:
 
 
 def _prepare_streams() -> None:
-    """Make the output and error streams take any text, also where the caller has closed them."""
+    """Let stdout and stderr take any text, even if the caller has closed them."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 (it stays open)
         stream = getattr(sys, name)
-        if isinstance(stream, io.TextIOWrapper):  # A file name need not be text that the terminal can show.
+        if isinstance(stream, io.TextIOWrapper):  # File names may have characters that the terminal lacks.
             stream.reconfigure(errors="backslashreplace")
 
 

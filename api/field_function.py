@@ -1,4 +1,4 @@
-"""A model as a function: of points, which have a distance, a gradient and a colour, and of rays, which meet it."""
+"""Evaluates a model: distance, gradient and color at points, and the intersections of rays."""
 
 from functools import cached_property
 from typing import TYPE_CHECKING, overload
@@ -10,7 +10,7 @@ from ..field.evaluate import Evaluator
 from ..field.hits import Hits
 from ..model.errors import UserError
 from ..model.model import Model
-from .placement import Array, Placement, Points, as_tensor, numbers
+from .space import Array, Points, Space, as_tensor, numbers
 
 if TYPE_CHECKING:
     from ..trainer.networks.by_arrays import ArrayField
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class FieldFunction:
-    """What `Field` is to those who ask it: its class says how."""
+    """The part of `Field` that evaluates the model."""
 
     def __init__(self, model: Model) -> None:
         """model: as `mplicits.model.model_file.load` reads it."""
@@ -36,22 +36,6 @@ class FieldFunction:
         return TorchField(self.model)
 
     @overload
-    def __call__(
-        self, points: "Tensor", level: int | None = None, *, space: str = "model", time: float = 0.0
-    ) -> "Tensor": ...
-
-    @overload
-    def __call__(
-        self, points: Points, level: int | None = None, *, space: str = "model", time: float = 0.0
-    ) -> Array: ...
-
-    def __call__(
-        self, points: "Points | Tensor", level: int | None = None, *, space: str = "model", time: float = 0.0
-    ) -> "Array | Tensor":
-        """Evaluate the signed distance; see `sdf`."""
-        return self.sdf(points, level, space=space, time=time)
-
-    @overload
     def sdf(
         self, points: "Tensor", level: int | None = None, *, space: str = "model", time: float = 0.0
     ) -> "Tensor": ...
@@ -62,17 +46,20 @@ class FieldFunction:
     def sdf(
         self, points: "Points | Tensor", level: int | None = None, *, space: str = "model", time: float = 0.0
     ) -> "Array | Tensor":
-        """Evaluate the signed distance at points (..., 3): (...) float32, negative inside.
+        """Evaluate the signed distance at points (..., 3): (...) float32, negative inside; Eq. 3.
 
-        It is the finest level's that is defined at a point (Eq. 3), up to `level`. Finer levels are evaluated only
-        where their band is, in chunks, on all cores.
+        Each finer level, up to `level`, is evaluated only in its band; on all cores, in chunks of bounded memory.
         """
-        place = Placement(self.model, space)
+        frame = Space(self.model, space)
         if (tensor := as_tensor(points)) is not None:
-            return self._torch.value(place.tensor(tensor), level, time).reshape(tensor.shape[:-1]) * place.scale
-        rows, shape = place.rows(points)
+            return (
+                self._torch.value(frame.tensor_to_model(tensor), level, time).reshape(tensor.shape[:-1]) * frame.scale
+            )
+        rows, shape = frame.rows(points)
         value = self._evaluator.value(rows, level, time).reshape(shape)
-        return value if place.scale == 1 else value * np.float32(place.scale)
+        return value if frame.scale == 1 else value * np.float32(frame.scale)
+
+    __call__ = sdf
 
     @overload
     def gradient(
@@ -87,16 +74,16 @@ class FieldFunction:
     def gradient(
         self, points: "Points | Tensor", level: int | None = None, *, space: str = "model", time: float = 0.0
     ) -> "Array | Tensor":
-        """Evaluate the gradient of `sdf` at points (..., 3): (..., 3) float32, nearly of length 1.
+        """Evaluate the gradient of `sdf` at points (..., 3): (..., 3) float32, of length about 1, by back-propagation.
 
-        On the surface it is the outward normal. It comes from the networks' own adjoint pass, not from differences.
+        On the surface it is the outward normal.
         """
-        place = Placement(self.model, space)
+        frame = Space(self.model, space)
         if (tensor := as_tensor(points)) is not None:
-            slopes = self._torch.gradient(place.tensor(tensor), level, time)
-            return place.tensor_turned_back(slopes).reshape(tensor.shape)
-        rows, shape = place.rows(points)
-        return place.turned_back(self._evaluator.gradient(rows, level, time)).reshape(*shape, 3)
+            slopes = self._torch.gradient(frame.tensor_to_model(tensor), level, time)
+            return frame.tensor_from_model(slopes).reshape(tensor.shape)
+        rows, shape = frame.rows(points)
+        return frame.directions_from_model(self._evaluator.gradient(rows, level, time)).reshape(*shape, 3)
 
     @overload
     def color(self, points: "Tensor", *, space: str = "model", time: float = 0.0) -> "Tensor": ...
@@ -105,18 +92,18 @@ class FieldFunction:
     def color(self, points: Points, *, space: str = "model", time: float = 0.0) -> Array: ...
 
     def color(self, points: "Points | Tensor", *, space: str = "model", time: float = 0.0) -> "Array | Tensor":
-        """Evaluate the colour at points (..., 3), which is meant for the surface: (..., 3) float32, sRGB in [0, 1].
+        """Evaluate the color at points (..., 3) near the surface: (..., 3) float32, sRGB in [0, 1].
 
-        A model without a texture has the one colour that all pictures paint it in.
+        A model without a texture has the plain color of its pictures everywhere.
         """
-        place = Placement(self.model, space)
+        frame = Space(self.model, space)
         plain = [float(channel) for channel in PLAIN.split(",")]
         if (tensor := as_tensor(points)) is not None:
-            colours = self._torch.colour(place.tensor(tensor), time)
-            if colours is None:
+            colors = self._torch.colour(frame.tensor_to_model(tensor), time)
+            if colors is None:
                 return tensor.new_tensor(plain).expand(tensor.shape)
-            return colours.reshape(tensor.shape)
-        rows, shape = place.rows(points)
+            return colors.reshape(tensor.shape)
+        rows, shape = frame.rows(points)
         values = self._evaluator.colour(rows, time)
         values = np.tile(np.array(plain, np.float32), (len(rows), 1)) if values is None else values
         return values.reshape(*shape, 3)
@@ -130,32 +117,30 @@ class FieldFunction:
         space: str = "model",
         time: float = 0.0,
     ) -> Hits:
-        """Find where rays meet the surface first.
+        """Find the first intersections of rays with the surface, in the unit ball and a little beyond.
 
-        origins, directions: (..., 3), which are broadcast; directions of any length but 0. A ray that begins inside
-        the shape meets it at its origin. The surface is looked for in the unit ball and a little beyond.
+        origins, directions: (..., 3), broadcast against each other; directions of any length but 0. A ray that starts
+        inside the shape intersects it at its origin.
         """
         from ..field.trace import trace
 
-        place = Placement(self.model, space)
+        frame = Space(self.model, space)
         level = self._evaluator.checked(level)
-        starts, along = (
-            array.astype(np.float64) for array in np.broadcast_arrays(numbers(origins), numbers(directions))
-        )
-        shape = starts.shape[:-1]
-        starts, along = starts.reshape(-1, 3), along.reshape(-1, 3)
+        arrays = np.broadcast_arrays(numbers(origins), numbers(directions))
+        shape = arrays[0].shape[:-1]
+        starts, along = (array.astype(np.float64).reshape(-1, 3) for array in arrays)
         lengths = np.linalg.norm(along, axis=1, keepdims=True)
         if not (lengths > 0).all():
             raise UserError("directions: one is of length 0, or not a number")
-        along = along / lengths
-        placed, turned = place.into_model(starts), place.turned(along)
-        t = trace(self.model, self._evaluator, placed, turned, level, time)
+        along /= lengths
+        model_starts, model_along = frame.to_model(starts), frame.directions_to_model(along)
+        t = trace(self.model, self._evaluator, model_starts, model_along, level, time)
         hit = np.isfinite(t)
-        met, normals = np.full(starts.shape, np.nan), np.full(starts.shape, np.nan, np.float32)
-        at = placed[hit] + t[hit, None] * turned[hit]
-        gradient = self._evaluator.gradient(at, level, time).astype(np.float64)
+        points, normals = np.full(starts.shape, np.nan), np.full(starts.shape, np.nan, np.float32)
+        surface = model_starts[hit] + t[hit, None] * model_along[hit]
+        gradient = self._evaluator.gradient(surface, level, time).astype(np.float64)
         gradient /= np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), 1e-12)
-        normals[hit] = place.turned_back(gradient)
-        t *= place.scale
-        met[hit] = starts[hit] + t[hit, None] * along[hit]
-        return Hits(hit.reshape(shape), t.reshape(shape), met.reshape(*shape, 3), normals.reshape(*shape, 3))
+        normals[hit] = frame.directions_from_model(gradient)
+        t *= frame.scale
+        points[hit] = starts[hit] + t[hit, None] * along[hit]
+        return Hits(hit.reshape(shape), t.reshape(shape), points.reshape(*shape, 3), normals.reshape(*shape, 3))

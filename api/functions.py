@@ -1,4 +1,4 @@
-"""What `import mplicits` offers beside `Field`: functions for the verbs that make a model, or judge one."""
+"""Functions of `import mplicits`: a verb of the command line each, and `load`."""
 
 import tempfile
 from collections.abc import Callable, Sequence
@@ -11,7 +11,7 @@ from ..model.errors import UserError
 from ..model.gallery import model_path
 from ..model.model_file import load as load_model
 from ..model.options import takes
-from ..trainer.cli import before_torch
+from ..trainer.openmp import prepare_openmp
 from ..trainer.options import TrainingOptions, settings_from, shows_options
 from .field import Field
 from .notebook import Preview
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 def load(source: str | Path | bytes) -> Field:
     """Load a model.
 
-    source: a path, a name of the gallery ("spot"; a file of that name comes first), or the bytes of a model file.
-    Raises UserError where there is no such model, or where it is damaged.
+    source: a path, a name of the gallery such as "spot" (a file of that name takes precedence), or the bytes of a model
+    file. Raises UserError where the model does not exist or is damaged.
     """
     if not isinstance(source, bytes):
         return Field(load_model(model_path(str(source))))
@@ -69,7 +69,7 @@ def train(
     of each level in a notebook; a path: draw them into that folder. The other options are those of `mplicits train`,
     with their names and defaults (docs/training.md). Raises UserError.
     """
-    before_torch()
+    prepare_openmp()
     from ..trainer.learn import learn
     from .hooks import loose_pieces
 
@@ -113,7 +113,7 @@ def morph(
     where they are, in the one space that they share; otherwise each fits the unit sphere. The others are those of
     `train`. Raises UserError.
     """
-    before_torch()
+    prepare_openmp()
     from ..trainer.learn import morph as learn_morph
     from .hooks import surface_of
 
@@ -177,7 +177,7 @@ def photos(folder: str | Path, options: PhotoOptions) -> Field:
     folder: image/, mask/ and cameras_sphere.npz (IDR, NeuS), or a transforms.json beside pictures (nerfstudio). More in
     docs/capture.md. Raises UserError.
     """
-    before_torch()
+    prepare_openmp()
     from ..capture.photos_session import photos as reconstruct
 
     return Field(reconstruct(Path(folder), options))
@@ -200,10 +200,10 @@ def evaluate(model: Field | str | Path, shape: str | Path, options: EvalOptions)
 
 
 def report(model: Field | str | Path, shape: str | Path | None = None, log: str | Path | None = None) -> str:
-    """Make one page about a model and its training: HTML, which loads nothing.
+    """Return a page about a model and its training: HTML in one file.
 
-    model: a model, its path or its name in the gallery. shape: the path of the mesh that is the truth, for the error on
-    the surface. log: the path of what `train` wrote with `log`, for curves. Raises UserError.
+    model: a model, its path or its name in the gallery. shape: path of the ground truth, a mesh, for the error of the
+    surface. log: path of the training's log, for the curves. Raises UserError.
     """
     from ..reporting.page import report as page
 
@@ -211,9 +211,9 @@ def report(model: Field | str | Path, shape: str | Path | None = None, log: str 
 
 
 def compose(scene: str | Path) -> Field:
-    """Place and join models as one, as the file of a scene says (docs/scenes.md).
+    """Place and join models as one model. scene: path of a TOML file (docs/scenes.md).
 
-    scene: its path (TOML). Raises UserError, one line that names the file, the line and the key.
+    Raises UserError, which names the file, the line and the key.
     """
     from ..scenes.composed import compose as composed
 
@@ -231,7 +231,7 @@ def import_checkpoints(
 
     The options are those of `mplicits import`, with their names and defaults (docs/training.md). Raises UserError.
     """
-    before_torch()
+    prepare_openmp()
     from ..trainer.imported import import_checkpoints as imported
 
     files = [Path(path) for path in checkpoints]

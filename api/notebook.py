@@ -1,4 +1,4 @@
-"""A model in a notebook: a picture that stays in the file, and the live page in a frame that draws only while seen."""
+"""A model in a notebook: a picture that the file keeps, and the live page in a frame that runs only while visible."""
 
 import base64
 import html
@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from ..model.errors import UserError
-from ..web import page as webpage
-from .pictures import png
+from ..web.page import standalone
+from .pictures import file_name, png
 
 if TYPE_CHECKING:
     from .field import Field
@@ -47,15 +47,15 @@ function turn(changes) {
 }
 new IntersectionObserver(turn, {threshold: 0.3}).observe(button);
 </script>"""
-"""A page around the page: the picture, and the page itself in a frame of its own while a third of it is in sight.
+"""The document around the page: the picture, and the page in a frame while a third of it is visible.
 
-A browser holds some 16 WebGL contexts: removing the frame frees its own. No line of the script depends on the end of
-another, for hosts may fold them.
+Browsers keep some 16 WebGL contexts; removing the frame frees its context. Each line of the script ends a statement or
+opens a block, because some hosts join lines.
 """
 
 
 def mimebundle(field: "Field") -> dict[str, str]:
-    """Return what a notebook keeps of a model: a PNG in base64, for those who show no pages, the page, and a line."""
+    """Return the displays of a model: a line of text, a PNG in base64 for hosts without HTML, and the live page."""
     png = picture(field)
     return {"text/plain": repr(field), "image/png": png, "text/html": frame(field, png)}
 
@@ -66,12 +66,12 @@ def picture(field: "Field") -> str:
 
 
 def frame(field: "Field", png: str) -> str:
-    """Return HTML that shows a model live: an iframe whose document is in its attribute, escaped whole.
+    """Return HTML with an iframe that runs the page of a model; the document is in an attribute, fully escaped.
 
-    png: what is seen until then, as `picture` gives it. It lies behind the iframe, too, which hosts take out of what
-    they do not trust: notebooks by others, as JupyterLab and GitHub show them.
+    png: `picture(field)`, visible before the page runs. It is also behind the iframe: JupyterLab and GitHub remove
+    iframes from notebooks that they do not trust.
     """
-    page = json.dumps(webpage.standalone(field.model)).replace("<", "\\u003c")
+    page = json.dumps(standalone(field.model)).replace("<", "\\u003c")
     document = _FRAME.replace("PICTURE", f"data:image/png;base64,{png}").replace("PAGE", page)
     name = html.escape(repr(field))
     return (
@@ -83,17 +83,17 @@ def frame(field: "Field", png: str) -> str:
 
 
 class Preview:
-    """A picture in a notebook that is drawn anew for every further level of a training."""
+    """A picture in a notebook that each level of a training replaces."""
 
     def __init__(self) -> None:
         """Raises UserError outside of a notebook."""
         if not in_notebook():
-            raise UserError("preview: only a notebook has a place for it; `follow` receives every level elsewhere")
+            raise UserError("preview: works in notebooks only; elsewhere name a folder, or use `follow`")
         self._display = import_module("IPython.display").display
         self._handle: Handle | None = None
 
     def show(self, field: "Field") -> None:
-        """Draw what is trained so far, in the place of what was drawn before."""
+        """Replace the picture by one of this model."""
         bundle = {"text/plain": repr(field), "image/png": picture(field)}
         if self._handle is None:
             self._handle = self._display(bundle, raw=True, display_id=True)
@@ -102,29 +102,28 @@ class Preview:
 
 
 class Handle(Protocol):
-    """A display of IPython that may be shown anew."""
+    """IPython's handle of a display."""
 
     def update(self, bundle: dict[str, str], *, raw: bool) -> None:
-        """Show something else."""
+        """Replace the display."""
 
 
 def show(field: "Field") -> None:
-    """Display a model in a notebook; outside of one, open its page in the browser, from a new temporary file.
+    """Display a model in a notebook; elsewhere, open its page in the web browser, from a new temporary file.
 
-    Raises UserError where no browser can be opened; the message names the file.
+    Raises UserError, which names the file, where no browser opens.
     """
     if in_notebook():
         import_module("IPython.display").display(field)
         return
-    name = "".join(c if c.isalnum() else "-" for c in field.name)[:60]
-    path = Path(tempfile.mkdtemp(prefix="mplicits-"), f"{name}.html")
-    path.write_text(webpage.standalone(field.model), encoding="utf-8")
+    path = Path(tempfile.mkdtemp(prefix="mplicits-"), f"{file_name(field.name)}.html")
+    path.write_text(standalone(field.model), encoding="utf-8")
     if not webbrowser.open(path.as_uri()):
         raise UserError(f"no browser can be opened here; open {path} in one")
 
 
 def in_notebook() -> bool:
-    """Whether this is a notebook's kernel."""
+    """Whether this process is the kernel of a notebook."""
     ipython = sys.modules.get("IPython")
     shell = None if ipython is None else ipython.get_ipython()
     return shell is not None and hasattr(shell, "kernel")

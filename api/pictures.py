@@ -1,4 +1,4 @@
-"""Pictures of models without OpenGL: for notebooks, and of a training's levels in a folder (`train --preview`)."""
+"""Pictures of models without OpenGL, for notebooks and for `train --preview`."""
 
 from pathlib import Path
 
@@ -7,34 +7,39 @@ from ..model.files import check_writable, show, write_whole
 from ..model.image_file import png_bytes
 from ..model.kinds import PICTURE
 from ..model.model import Model
-from ..web import page as webpage
+from ..web.page import poster_pixels
 
 SIDE = 320
-"""Pixels of a picture, along each side."""
+"""Width and height of a picture, pixels."""
 
 
 def png(model: Model) -> bytes:
     """Draw a model from its front: a PNG with a transparent background."""
-    return png_bytes(webpage.poster_pixels(model, SIDE), optimize=True)
+    return png_bytes(poster_pixels(model, SIDE), optimize=True)
+
+
+def file_name(name: str) -> str:
+    """Replace characters that are not safe in file names."""
+    return "".join(c if c.isalnum() else "-" for c in name)[:60]
 
 
 class Pictures:
-    """A folder that gets a picture of every level of a training: NAME-1.png, ..., and NAME-2-colours.png at the end."""
+    """A folder with a picture of each level of a training: NAME-1.png, ..., and NAME-2-colors.png at the end."""
 
     def __init__(self, folder: Path) -> None:
-        """Make the folder where it is not there. Raises UserError where it cannot be."""
-        self._folder, self._drawn = folder, set[Path]()
+        """Make the folder if it does not exist. Raises UserError where that fails."""
+        self._folder = folder
+        self._files = set[Path]()
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise UserError(f"--preview {show(folder)}: {error.strerror}; name a folder") from None
 
     def draw(self, model: Model) -> None:
-        """Draw a model, unless it is the one that was drawn last. Raises UserError where there is no place for it."""
-        name = "".join(c if c.isalnum() else "-" for c in Path(model.name).stem)[:60]
-        coloured = "" if model.texture is None else "-colours"
-        path = self._folder / f"{name}-{len(model.levels)}{coloured}.png"
-        if path not in self._drawn:
-            self._drawn.add(path)
+        """Write the picture of a model's last level, once. Raises UserError where the file cannot be written."""
+        suffix = "" if model.texture is None else "-colors"
+        path = self._folder / f"{file_name(Path(model.name).stem)}-{len(model.levels)}{suffix}.png"
+        if path not in self._files:
+            self._files.add(path)
             check_writable(path, kind=PICTURE)
             write_whole(path, png(model))

@@ -10,7 +10,7 @@ from ..model.interrupts import begin_work, ended_by
 from ..model.kinds import MODEL
 from ..model.options import argument, option
 from ..model.verb import Verb, force_option, output_option
-from ..trainer.cli import before_torch
+from ..trainer.openmp import prepare_openmp
 from .options import PhotoOptions
 from .photo_settings import photo_settings
 
@@ -35,7 +35,7 @@ def _photos(command: PhotosCommand) -> None:
     settings = photo_settings(command)
     output = command.output or Path((command.folder.resolve().name or "photographs") + SUFFIX)
     check_writable(output, kind=MODEL, force=command.force)
-    before_torch()
+    prepare_openmp()
     from .photos_session import run
 
     begin_work()

@@ -110,6 +110,25 @@ def test_imports_run_one_way(unit: str) -> None:
     assert not wrong_imports
 
 
+def command_line_imports(source: str) -> list[str]:
+    """Return the imports of modules that only declare the command line: cli.py, *_cli.py, arguments.py."""
+    return [name for dots, name in imports(source) if dots and re.search(r"(^|\.)(\w+_)?(cli|arguments)(\.|$)", name)]
+
+
+def test_libraries_do_not_import_the_command_line() -> None:
+    for path in (path for unit in UNITS for path in sources(unit)):
+        if not re.fullmatch(r"(\w+_)?(cli|arguments)|__main__", path.stem):
+            assert not command_line_imports(path.read_text(encoding="utf-8")), path
+
+
+@pytest.mark.parametrize(
+    "source",
+    ["from .. import cli", "from .eval_cli import EVAL", "def f():\n    import_module('..trainer.cli', __package__)"],
+)
+def test_an_import_of_the_command_line_is_found(source: str) -> None:
+    assert len(command_line_imports(source)) == 1
+
+
 @pytest.mark.parametrize(
     ("unit", "source"),
     [

@@ -1,0 +1,94 @@
+"""Converts points and directions between model space and file space, and checks their shapes."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model.errors import UserError
+from ..model.model import MODEL_SPACE, Model
+from ..model.orientation import as_in_file, upright
+
+if TYPE_CHECKING:
+    from ..trainer.networks.differentiable import Tensor
+
+Array = NDArray[np.float32]
+Nested = Sequence[Union[float, "Nested"]]
+Points = NDArray[np.floating] | NDArray[np.integer] | Nested
+"""Points (..., 3): arrays, or nested lists."""
+
+SPACES = ("model", "input")
+"""Model space, in which the shape fits the unit sphere, and the coordinates of the shape's file."""
+
+
+class Space:
+    """The space of a caller's points: `scale` is the length of model space's unit in it."""
+
+    def __init__(self, model: Model, name: str) -> None:
+        """name: one of `SPACES`. Raises UserError for any other."""
+        if name not in SPACES:
+            raise UserError(f"space {name!r} is none of {', '.join(SPACES)}")
+        self._model, self._is_file = model, name == "input"
+        self.scale = model.scale if self._is_file else 1.0
+
+    def rows(self, points: object) -> tuple[NDArray[np.floating], tuple[int, ...]]:
+        """Convert points (..., 3) to model space. Returns (N, 3) and the shape (...). Raises UserError."""
+        array = numbers(points)
+        rows = array.reshape(-1, 3)
+        return self.to_model(rows) if self._is_file else rows, array.shape[:-1]
+
+    def to_model(self, points: NDArray[np.floating]) -> NDArray[np.float64]:
+        """Convert points (N, 3) to model space."""
+        doubles = points.astype(np.float64)
+        return (upright(doubles, self._model.up) - self._model.centre) / self._model.scale if self._is_file else doubles
+
+    def directions_to_model(self, directions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Rotate directions (N, 3) to model space."""
+        return upright(directions, self._model.up) if self._is_file else directions
+
+    def directions_from_model(self, directions: NDArray[np.floating]) -> Array:
+        """Rotate directions (N, 3) from model space."""
+        if not self._is_file:
+            return directions.astype(np.float32, copy=False)
+        return as_in_file(directions.astype(np.float64), self._model.up).astype(np.float32)
+
+    def tensor_to_model(self, points: "Tensor") -> "Tensor":
+        """Convert a tensor of points (..., 3) to model space: (N, 3) float32. Raises UserError."""
+        _check_last_axis(tuple(points.shape))
+        rows = points.reshape(-1, 3)
+        if self._is_file:
+            rows = rows.double() @ rows.new_tensor(upright(np.eye(3), self._model.up)).double()
+            rows = (rows - rows.new_tensor(self._model.centre)) / self._model.scale
+        return rows.float()
+
+    def tensor_from_model(self, directions: "Tensor") -> "Tensor":
+        """Rotate a tensor of directions (N, 3) from model space."""
+        if not self._is_file or self._model.up == MODEL_SPACE[2]:
+            return directions
+        return directions @ directions.new_tensor(upright(np.eye(3), self._model.up).T)
+
+
+def as_tensor(points: "Points | Tensor") -> "Tensor | None":
+    """Return a PyTorch tensor as it is, and None for any other points. Does not load PyTorch."""
+    if not type(points).__module__.startswith("torch"):
+        return None
+    from ..trainer.networks.differentiable import Tensor
+
+    return points if isinstance(points, Tensor) else None
+
+
+def numbers(points: object) -> NDArray[np.floating]:
+    """Return points (..., 3) as an array: float32 stays, all else becomes float64. Raises UserError."""
+    try:
+        array = np.asarray(points)
+        floats = array if array.dtype == np.float32 else np.asarray(array, np.float64)
+    except (TypeError, ValueError):
+        raise UserError("points: numbers of shape (..., 3) are needed") from None
+    _check_last_axis(floats.shape)
+    return floats
+
+
+def _check_last_axis(shape: tuple[int, ...]) -> None:
+    if not shape or shape[-1] != 3:
+        raise UserError(f"points of shape {shape}: the last axis must be x, y, z")
