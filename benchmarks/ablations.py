@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 
 from mplicits.field.interpret import nested_field
 from mplicits.ir.lower import lower
-from mplicits.model.model import Model
+from mplicits.model.model import DELTA_FACTOR, Model
 from mplicits.trainer import sampling, settings
-from mplicits.trainer.bands import EPSILON
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.session import TrainingBar
 from mplicits.trainer.settings import RESIDUAL, Settings
@@ -31,8 +30,6 @@ from protocol import DATA, Page, machine
 
 POINTS = 100_000
 """Points of each measurement."""
-USUAL = 1 + EPSILON
-"""Our delta / max |f|."""
 SEEDS = 3
 """Number of trainings that show the noise."""
 TABLES = {
@@ -116,7 +113,7 @@ class Study:
         """
         rng, last = np.random.default_rng(self._seed + 1), len(model.levels)
         narrow = lower(
-            replace(model, levels=tuple(replace(level, delta=level.delta / USUAL) for level in model.levels))
+            replace(model, levels=tuple(replace(level, delta=level.delta / DELTA_FACTOR) for level in model.levels))
         )
 
         def inside(points: Doubles) -> NDArray[np.bool_]:
@@ -143,7 +140,7 @@ class Study:
 def _banded(model: Model, factor: float) -> Model:
     """Give the model's last level another factor in Eq. 5."""
     last = model.levels[-1]
-    return replace(model, levels=(*model.levels[:-1], replace(last, delta=last.delta * factor / USUAL)))
+    return replace(model, levels=(*model.levels[:-1], replace(last, delta=last.delta * factor / DELTA_FACTOR)))
 
 
 def _head(title: str, first: str) -> list[str]:
@@ -215,7 +212,7 @@ def main() -> None:
         page.add(*_as_printed(table))
     page.add(*_head("Table 8: delta factor", "delta / max abs f"))
     for factor in options.factors:
-        page.add(_line(f"{factor:g}", study.usual if factor == USUAL else study.banded_row(factor)))
+        page.add(_line(f"{factor:g}", study.usual if factor == DELTA_FACTOR else study.banded_row(factor)))
     page.add(*_as_printed(8))
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from skimage.measure import find_contours
 
 import mplicits
+from mplicits.model.model import DELTA_FACTOR
 
 SLICE = 0.12
 """x of the slice, which is seen along the x axis: it cuts two legs and an ear."""
@@ -24,8 +25,6 @@ WIDTH, SCALE, TOP = 320, 155, 70
 ORANGE, BLUE, GRAY = "#e8833a", "#3b82f6", "#768390"
 EYE, TOWARDS = np.array((0.66, 0.46)), np.array((-0.9, -0.52))
 """Where the ray begins, and its direction: (z, y)."""
-OFFSET = 1.3
-"""A ray is traced towards delta / OFFSET, inside the band (Eq. 5)."""
 HEADINGS = (
     ("Level 1", "a small network f₁, trained everywhere"),
     ("Level 2", "adds a residual, only where |f₁| &lt; δ₁"),
@@ -63,7 +62,7 @@ def steps(field: Field, delta: float) -> list[tuple[NDArray[np.float64], float, 
         center = EYE + t * direction
         coarse, fine = (float(field(at(center), level=level)) for level in (1, 2))
         inside = abs(coarse) < delta
-        length = fine if inside else coarse - delta / OFFSET
+        length = fine if inside else coarse - delta / DELTA_FACTOR
         found.append((center, length, inside))
         if length < 0.002:
             break

@@ -111,7 +111,7 @@ def write_gallery(output: Path) -> None:
         page.add(
             f"| {name} | {shapes} + {shape_of(model.texture)} | {len(text):,} | {studio} "
             f"| {len(decimals):,} | {bits} | {paid.distance:.1e} | {paid.largest:.1e} "
-            f"| {paid.angle:.2f} | {paid.colour:.1f} | {psnr:.1f} | {seconds:.1f} |"
+            f"| {paid.angle:.2f} | {paid.color:.1f} | {psnr:.1f} | {seconds:.1f} |"
         )
 
 

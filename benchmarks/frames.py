@@ -23,8 +23,7 @@ from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.shader import FIRST_LOOKS
 from mplicits.codegen.targets.shadertoy import WIDEST, exact
 from mplicits.codegen.targets.shadertoy_text import savings, step_bound
-from mplicits.field.cells import Cells
-from mplicits.field.march import NEAR, NEAR_ALONE, march
+from mplicits.field.cells import NEAR, NEAR_IN_FILE, Cells
 from mplicits.field.narrow import Grid
 from mplicits.ir.lower import lower
 from mplicits.ir.program import Program
@@ -36,6 +35,7 @@ from mplicits.viewer.draw.context import open_osmesa
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from oracles.dense import dense_march
+from oracles.march import march
 from oracles.short_march import STOP as SHORT_STOP
 from oracles.short_march import short_march
 from protocol import Page, machine
@@ -100,7 +100,7 @@ def ways_of(program: Program, model: Model, cells: Cells) -> list[Way]:
     ) -> Way:
         def way(eye: NDArray[np.float64], directions: NDArray[np.float64], footprint: float) -> Any:
             rays = march(program, eye, directions, levels, footprint, 64, 1.0, schedule, skipped, narrow, looks, near)
-            return rays.hit, rays.t, rays.evaluations, rays.looks
+            return rays.hit, rays.t, rays.evaluations, rays.gradient_evaluations
 
         return way
 
@@ -111,7 +111,7 @@ def ways_of(program: Program, model: Model, cells: Cells) -> list[Way]:
         return rays.hit, rays.t, rays.evaluations, 0
 
     in_passes = marched("relaxed", cells, FIRST_LOOKS if model.scene is None else 0)
-    found = [marched("plain", None, 0), in_passes, marched("relaxed", alone.few_cells, 0, alone.narrow, NEAR_ALONE)]
+    found = [marched("plain", None, 0), in_passes, marched("relaxed", alone.few_cells, 0, alone.narrow, NEAR_IN_FILE)]
     if max(map(program.widest, program.functions())) > WIDEST:
         return found
     saved = savings(program, len(exact(model)))

@@ -1,4 +1,4 @@
-"""The fewest bits that the weights of a model need as text, found by rounding them and measuring what it costs."""
+"""Rounds the weights of a model to the fewest bits that keep its surface and its colors."""
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NoReturn
@@ -12,58 +12,58 @@ from ..model.model import Array, Level, Model, Network
 from ..model.quantise import MAX_FINE, MAX_HIDDEN, is_quantised
 from . import interpret
 from .compensated import Samples, Sizes, output, rounded
+from .surface_points import in_last_band, newton
 
 if TYPE_CHECKING:
     from tqdm import tqdm
 
 ANGLE = 0.0125
-"""Root mean square error of the gradient near the surface that rounding may make; times 57.3, degrees of normals."""
+"""Allowed root mean square error of the gradient near the surface, about radians of the normal."""
 SHARE = 0.5
-"""The same of the distance, as a share of the last level's delta."""
+"""Allowed root mean square error of the distance, as a share of the last level's delta."""
 COARSE = 0.5
-"""Share of these limits that a level before the last one may take: the next level makes up for the most of it."""
-COLOUR = 2.3 / 255
-"""Root mean square error of colours that rounding may make, of 1."""
+"""Factor on both limits for levels before the last, whose errors the next level mostly corrects."""
+COLOR = 2.3 / 255
+"""Allowed root mean square error of the colors, in [0, 1]."""
 HIDDEN = (*range(7, 18), 20, 23, 27, 31, 37, 44, 53, 64, 77, 91, 107, 161, 322, 645)
-"""Largest multiples that are tried in hidden layers."""
+"""Candidates for the largest multiple of a hidden layer's step."""
 START = (322, 31, 20)
-"""Largest multiples that are tried first: in levels before the last one, in the last one, in the texture."""
+"""First candidates: in levels before the last, in the last level, in the texture."""
 START_TRAINED = (31, 15, 15)
-"""The same in networks that training quantised."""
+"""First candidates in networks that were quantised by the training."""
 ATTEMPTS = 4
-"""How often a network is rounded at most."""
+"""Largest number of candidates for a network."""
 FIRST, LAST = 1023, 1023
-"""Largest multiples in first and last layers, but for networks that training quantised, which keep theirs."""
+"""Largest multiples in first and last layers; networks that were quantised by the training keep their own."""
 NEAR = 0.004
-"""Distance of a sample's neighbours, model units."""
+"""Distance of a sample's neighbors, model units."""
 GRADIENTS = 0.2
-"""Weight of the gradient's error against that of the distance."""
+"""Weight of the gradient's error relative to the distance's."""
 POINTS = 12_000
-"""Random points from which the samples on the surface come."""
+"""Random points that are moved onto the surface."""
 SAMPLES, WIDE_SAMPLES = 3500, 2000
-"""Samples of a level: of networks up to 48 wide, and wider."""
+"""Samples of a level for networks up to 48 wide, and for wider networks."""
 
 
 @dataclass(frozen=True)
 class Cost:
-    """What rounding the weights of a model costs near its surface."""
+    """Errors near the surface after rounding."""
 
     distance: float
     """Root mean square error of f of the last level, model units."""
     largest: float
-    """The largest error of it."""
+    """Largest error of f, model units."""
     angle: float
     """Root mean square angle between the normals, degrees."""
-    colour: float
-    """Root mean square error of the colours, in steps of 1/255; 0 where there are none."""
+    color: float
+    """Root mean square error of the colors, in steps of 1/255; 0 without colors."""
 
 
 def fewest_bits(model: Model) -> Model | None:
-    """Return the model with weights rounded to the fewest bits that keep its surface and its colours.
+    """Return the model with weights rounded to the fewest bits that keep its surface and its colors.
 
-    The levels are rounded one after the other, each so that it makes up for the error of those before. Returns None
-    where no number of bits that is tried is enough, or where no surface is found. On a terminal, a progress bar shows
-    which network is being rounded.
+    Each level also corrects the errors of the levels before it. Returns None if no candidate keeps the errors within
+    the limits, or if no surface is found. On a terminal, a progress bar names the network that is being rounded.
     """
     from tqdm import tqdm
 
@@ -73,7 +73,7 @@ def fewest_bits(model: Model) -> Model | None:
 
 
 def _all_rounded(model: Model, bar: "tqdm[NoReturn]") -> Model | None:
-    """Do the work of `fewest_bits`. bar: counts attempts."""
+    """See `fewest_bits`. bar: counts attempts."""
     program = lower(model)
     surface = _surface(program, POINTS, 1)
     if len(surface) < 500:
@@ -101,14 +101,14 @@ def _all_rounded(model: Model, bar: "tqdm[NoReturn]") -> Model | None:
     if texture is not None:
         samples, checks = (Samples(points, output(texture, points)) for points in (training, held_out))
         _announce(bar, len(levels), "texture")
-        texture = _fewest(texture, samples, checks, (COLOUR, 0.0), _start(texture, 2), bar)
+        texture = _fewest(texture, samples, checks, (COLOR, 0.0), _start(texture, 2), bar)
         if texture is None:
             return None
     return replace(model, levels=tuple(levels), texture=texture)
 
 
 def cost(model: Model, coarse: Model) -> Cost:
-    """Measure what a model with rounded weights costs, on points that the rounding did not see."""
+    """Measure the errors of a model with rounded weights, at points that the rounding did not use."""
     exact, other = lower(model), lower(coarse)
     level, points = len(model.levels), _surface(exact, 5000, 2)
     if not len(points):
@@ -119,14 +119,14 @@ def cost(model: Model, coarse: Model) -> Cost:
     error = np.abs(values - coarse_values)
     lengths = np.linalg.norm(gradients, axis=1) * np.linalg.norm(coarse_gradients, axis=1)
     cosine = np.clip((gradients * coarse_gradients).sum(axis=1) / np.maximum(lengths, 1e-9), -1, 1)
-    colour = 0.0
+    color = 0.0
     if exact.coloured:
-        colour = 255 * _rms(interpret.colour(exact, points) - interpret.colour(other, points))
-    return Cost(_rms(error), float(error.max()), float(np.degrees(_rms(np.arccos(cosine)))), colour)
+        color = 255 * _rms(interpret.colour(exact, points) - interpret.colour(other, points))
+    return Cost(_rms(error), float(error.max()), float(np.degrees(_rms(np.arccos(cosine)))), color)
 
 
 def _announce(bar: "tqdm[NoReturn]", done: int, name: str) -> None:
-    """Show that so many networks are done, which may have taken fewer attempts than they had, and which one is next."""
+    """Set the bar to `done` finished networks, and name the next network."""
     bar.update(ATTEMPTS * done - bar.n)
     bar.set_description(f"rounding weights, {name}")
 
@@ -139,11 +139,10 @@ def _fewest(
     start: int,
     bar: "tqdm[NoReturn]",
 ) -> Network | None:
-    """Return a network rounded so that its errors stay within limits; None where none of HIDDEN does.
+    """Return a network rounded with the smallest of HIDDEN that keeps its errors within limits, None if there is none.
 
-    limits: of the values, and of the differences between neighbours by their distance. start: the largest multiple that
-    is tried first. bar: moves by one at each attempt. The error goes roughly with the step, so that each attempt says
-    which one is worth the next.
+    limits: of the values, and of the differences between neighbors over their distance. start: the first candidate.
+    bar: advances by one per attempt. The error is about proportional to the step: each attempt predicts the next one.
     """
     trained = is_quantised(network)
     first, last = (MAX_FINE, MAX_FINE) if trained else (FIRST, LAST)
@@ -173,21 +172,21 @@ def _start(network: Network, kind: int) -> int:
 
 
 def _excess(network: Network, checks: Samples, limits: tuple[float, float]) -> float:
-    """Return the larger of the errors of values and of differences between neighbours, as shares of their limits."""
+    """Return the larger of the errors of values and of differences between neighbors, as shares of their limits."""
     error = output(network, checks.points) - checks.target
     rows = replace(checks, weight=1 / NEAR).rows(error)
-    points = len(rows) // (1 + checks.neighbours)
+    points = len(rows) // (1 + checks.neighbors)
     excess = _rms(rows[:points]) / limits[0]
-    if checks.neighbours:
-        excess = max(excess, float(np.sqrt(checks.neighbours)) * _rms(rows[points:]) / limits[1])
+    if checks.neighbors:
+        excess = max(excess, float(np.sqrt(checks.neighbors)) * _rms(rows[points:]) / limits[1])
     return excess
 
 
 def _level_samples(exact: list[Network], earlier: list[Network], surface: Array, reach: float, inside: bool) -> Samples:
-    """Return what a level's network is to keep: the sum of the exact networks, less that of the rounded earlier ones.
+    """Return the target of a level's network: the sum of the exact networks minus the rounded earlier networks.
 
-    surface: points (N, 3). reach: how far from them the samples are, at most some three times that, model units.
-    inside: whether there are samples in all of the unit ball as well.
+    surface: points (N, 3). reach: standard deviation of the samples from the surface, model units. inside: whether
+    further samples fill the unit ball.
     """
     rng = np.random.default_rng(3)
     points = surface + rng.normal(scale=reach, size=surface.shape) if reach else surface.astype(np.float64)
@@ -204,21 +203,16 @@ def _level_samples(exact: list[Network], earlier: list[Network], surface: Array,
 
 
 def _reach(model: Model, i: int) -> float:
-    """Return how far from the surface level i, counted from 0, has to be right, as a standard deviation."""
+    """Return the distance from the surface within which level i, from 0, must be exact, as a standard deviation."""
     deltas = [level.delta for level in model.levels]
     return 0.3 * (deltas[i - 1] if i else deltas[0] if len(deltas) > 1 else 0.15)
 
 
 def _surface(program: Program, count: int, seed: int) -> Array:
-    """Return points (N, 3) float32 on the surface: random ones in a ball, moved there by Newton's method."""
-    level = len(program.bands)
+    """Return points (N, 3) float32 on the surface, from `count` random points in a cube."""
     points = np.random.default_rng(seed).uniform(-0.9, 0.9, (count, 3)).astype(np.float32)
-    for _ in range(5):
-        gradient, value = interpret.field_gradient(program, points, level)
-        points -= (value / np.maximum(np.square(gradient).sum(axis=1), 0.25))[:, None] * gradient
-    arrived = np.abs(interpret.field(program, points, level)) < program.bands[-1].delta
-    inside: Array = points[arrived & (np.linalg.norm(points, axis=1) < 1.05)]
-    return inside
+    points = in_last_band(program, newton(program, points, 5)[0])
+    return np.asarray(points[np.linalg.norm(points, axis=1) < 1.05])
 
 
 def _rms(values: NDArray[np.float32]) -> float:

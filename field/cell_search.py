@@ -1,4 +1,4 @@
-"""Finds the cells of a grid that the surface cannot meet, and how near it is to the others (cells.py)."""
+"""Computes a grid of cells: which the surface cannot cross, and its distance from the others (cells.py)."""
 
 import itertools
 
@@ -10,19 +10,19 @@ from .cell_codes import OVERESTIMATE, REACH, all_cells, coded, cut_in_eight, int
 from .interpret import nested_field
 
 FIRST = 16
-"""Cells along an edge that the search begins with; each that may hold a part is then cut into eight, and so on."""
+"""Cells along an edge of the coarsest grid; cells that the surface may cross are cut into eight, repeatedly."""
 CHUNK = 65_536
-"""Cells whose field is evaluated at a time."""
+"""Number of cells whose field is evaluated together."""
 MISSED = 1.3
-"""What interpolation gives too much between the middles of cells is found at the cells' corners, and so many times that
-is taken off: it may be more elsewhere."""
+"""The excess of interpolation over the field is measured at the cells' corners, and this times the excess is
+subtracted, because the excess may be larger elsewhere."""
 
 
 def found_grid(program: Program, count: int, half: float, slack: float = 0.0) -> NDArray[np.uint8]:
-    """Return what Cells.grid does, of the program of a field that does not move.
+    """Return the grid of `Cells.grid` for a program that does not move.
 
-    count: cells along an edge, a power of 2. half: half the edge of the cube. slack: what is added to every cell's
-    reach, and taken off its value, in the unit of f.
+    count: cells along an edge, a power of 2. half: half the edge of the cube. slack: increase of each cell's reach and
+    decrease of its value, in the unit of f.
     """
     edge = min(FIRST, count)
     cells = all_cells(edge)
@@ -45,9 +45,9 @@ def found_grid(program: Program, count: int, half: float, slack: float = 0.0) ->
 
 
 def largest_around(first: NDArray[np.int64], excess: NDArray[np.float32], count: int) -> NDArray[np.float32]:
-    """Return for each cell [z, y, x] the largest excess, 0 or more, at places between its middle and others'.
+    """Return for each cell [z, y, x] the largest excess at the places between its middle and other middles.
 
-    first: (M, 3), the least of the eight cells whose middles are around a place, as x, y, z. excess: (M,).
+    first: (M, 3), the lowest of the eight cells whose middles surround a place, as x, y, z. excess: (M,).
     """
     found = np.zeros((count,) * 3, np.float32)
     for step in itertools.product((0, 1), repeat=3):
@@ -59,9 +59,9 @@ def largest_around(first: NDArray[np.int64], excess: NDArray[np.float32], count:
 def _excess(
     program: Program, cells: NDArray[np.int64], codes: NDArray[np.uint8], scale: float, slack: float
 ) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-    """Find where interpolation exceeds the field at corners of cells (M, 3), outside of the shape.
+    """Return the corners (K, 3) of cells (M, 3) outside the shape, and the excess of interpolation there.
 
-    Returns these corners (K, 3), inside the grid, and by how much it does, in edges of a cell (K,).
+    The excess over the field (K,), at least 0, is in edges of a cell.
     """
     count = len(codes)
     corners = (cells[:, None] + np.indices((2, 2, 2)).reshape(3, 8).T).reshape(-1, 3)
@@ -76,19 +76,19 @@ def _excess(
 
 
 def _nested(program: Program, points: NDArray[np.float32], margin: float) -> NDArray[np.float32]:
-    """Evaluate all levels at points (N, 3), each in the band of the one before, wider by `margin`."""
+    """Evaluate all levels at points (N, 3), each in the band of the previous level, widened by `margin`."""
     return _values(program, points, len(program.bands), margin)
 
 
 def _values(program: Program, points: NDArray[np.float32], level: int, margin: float = 0.0) -> NDArray[np.float32]:
-    """Evaluate levels at points (N, 3); where the last one is not defined, the value is out of the widened band."""
+    """Evaluate the nested field up to `level` at points (N, 3), with bands widened by `margin`."""
     parts = np.array_split(points, 1 + len(points) // CHUNK)
     margins = [margin] * (level - 1)
     return np.concatenate([nested_field(program, part, level, margins=margins)[0] for part in parts])
 
 
 def _sizes_around(occupied: NDArray[np.int64], count: int) -> NDArray[np.uint8]:
-    """Return the sizes of a grid in which the cells (M, 3), as x, y, z, are occupied."""
+    """Return the empty-cube sizes of a grid with occupied cells (M, 3), as x, y, z."""
     full: NDArray[np.bool_] = np.zeros((count, count, count), np.bool_)
     full[occupied[:, 2], occupied[:, 1], occupied[:, 0]] = True
     sizes: NDArray[np.uint8] = np.zeros(full.shape, np.uint8)

@@ -1,10 +1,10 @@
-"""Rounding the weights of a trained network to few bits, so that each weight makes up for the rounding of those before.
+"""Rounds the weights of a trained network to few bits; later weights compensate the errors of earlier ones.
 
-The weights of a few neurons are rounded at a time, one after the other. Each rounding moves the weights of these
-neurons that are still free to where they undo most of its effect on the network's output: with the matrix H of the
-squared error's second derivatives, as in Optimal Brain Surgeon (Hassibi and Stork 1993) and GPTQ (Frantar et al. 2022).
-Then the output is computed anew, so that the next neurons begin by making up for what is left. docs/lessons.md says
-how much this gains.
+The weights of a few neurons are rounded one after the other. After each, the remaining weights of these neurons move
+to where they undo most of its effect on the network's output, by the matrix H of the squared error's second
+derivatives, as in Optimal Brain Surgeon (Hassibi and Stork 1993) and GPTQ (Frantar et al. 2022). The output is then
+evaluated again, and the next neurons start by compensating its error.
+docs/lessons.md says how much this gains.
 """
 
 from dataclasses import dataclass
@@ -17,54 +17,54 @@ from ..model.model import Array, Layer, Network
 from ..model.quantise import are_multiples, step_of
 
 NEURONS = 4
-"""Neurons whose weights are rounded with one H."""
+"""Number of neurons whose weights share one H."""
 DAMPING = 3e-4
-"""Added to the diagonal of H, as a share of its mean: it keeps weights near where they were."""
+"""Addend to the diagonal of H, as a share of its mean; keeps weights near their values."""
 CLIP = 4.0
-"""Largest weight that a hidden layer keeps, in standard deviations of its weights, where multiples are few."""
+"""Limit of the weights of a hidden layer, in their standard deviations, if the largest multiple is at most FEW."""
 FEW = 44
-"""Largest multiple up to which larger weights are clipped: a smaller step is worth more to all the others then."""
-FREE = 10**9
-"""Largest multiple where any will do."""
+"""For so few multiples, a smaller step for all weights is worth the clipping of the largest weights."""
+UNLIMITED = 10**9
+"""Largest multiple without a limit."""
 
 Double = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """What a network is to keep: its output at points, and how the output differs between neighbours."""
+    """The target of a network: its output at points, and the differences of its output between neighbors."""
 
     points: Array
-    """(N (1 + neighbours), 3) float32: N points, then the first neighbour of each, and so on."""
+    """(N (1 + neighbors), 3) float32: N points, then the first neighbor of each, and so on."""
     target: Array
-    """(N (1 + neighbours), outputs) float32, the output that it should have there."""
-    neighbours: int = 0
-    """How many neighbours each point has."""
+    """(N (1 + neighbors), outputs) float32."""
+    neighbors: int = 0
+    """Number of neighbors of each point."""
     weight: float = 0.0
-    """Factor on differences between a point and its neighbour, compared with the value at the point."""
+    """Factor on the differences, relative to the values."""
 
     def rows(self, values: Array) -> Array:
-        """Turn values (N (1 + neighbours), ...) into values at points and weighted differences, of the same shape."""
-        points = len(values) // (1 + self.neighbours)
+        """Turn values (N (1 + neighbors), ...) into values at points and weighted differences, of the same shape."""
+        points = len(values) // (1 + self.neighbors)
         here = values[:points]
-        others = [values[k * points : (k + 1) * points] - here for k in range(1, 1 + self.neighbours)]
+        others = [values[k * points : (k + 1) * points] - here for k in range(1, 1 + self.neighbors)]
         return np.concatenate([here, *(np.float32(self.weight) * other for other in others)])
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """The largest multiples of their steps that weights may be."""
+    """The largest multiples of the steps."""
 
     first: int
-    """In the first layer; its bias has a step of its own."""
+    """In the first layer; the bias has a separate step."""
     hidden: int
-    """In the matrices of hidden layers. Their biases have the same step, and two digits."""
+    """In the matrices of hidden layers. Biases have the same step, and two digits."""
     last: int
-    """In each row of the last layer, which has a step for each row."""
+    """In each row of the last layer; each row has a separate step."""
 
 
 def rounded(network: Network, samples: Samples, sizes: Sizes) -> Network:
-    """Return the network with weights rounded to multiples of steps. Layers that are so already are kept."""
+    """Return the network with weights rounded to multiples of steps. Leading layers that fit already stay unchanged."""
     layers = [Layer(layer.weight.copy(), layer.bias.copy()) for layer in network]
     kept = True
     source = samples.points
@@ -85,7 +85,7 @@ def output(network: Network, points: Array) -> Array:
 
 
 def _is_rounded(layer: Layer, j: int, layers: int, sizes: Sizes) -> bool:
-    """Whether a layer needs no rounding: all its weights are multiples already, and no larger ones than allowed."""
+    """Whether all weights of a layer are allowed multiples of a step."""
     if j == 0:
         return all(step_of(array, sizes.first) is not None for array in (layer.weight, layer.bias))
     if j == layers - 1:
@@ -119,9 +119,9 @@ def _round_layer(layers: list[Layer], j: int, source: Array, samples: Samples, s
 def _forward_and_back(
     layers: list[Layer], j: int, angles: Array, neurons: NDArray[np.int64]
 ) -> tuple[Array, list[Array]]:
-    """Compute the output of a network from the angles of layer `j`, (N, width), and its derivatives by some of them.
+    """Return a network's output (N, outputs) from the angles of layer `j`, (N, width), and its derivatives.
 
-    Returns the output (N, outputs), and for each output the derivatives (N, neurons).
+    The derivatives are by the angles of `neurons`: (N, neurons) for each output.
     """
     later = [angles]
     for layer in layers[j + 1 :]:
@@ -130,19 +130,19 @@ def _forward_and_back(
     for c in range(later[-1].shape[1]):
         slope = np.zeros_like(later[-1])
         slope[:, c] = 1
-        for layer, (before, _) in zip(layers[:j:-1], list(pairwise(later))[::-1], strict=True):
-            slope = (slope @ layer.weight) * np.cos(before)
+        for layer, (inputs, _) in zip(layers[:j:-1], list(pairwise(later))[::-1], strict=True):
+            slope = (slope @ layer.weight) * np.cos(inputs)
         slopes.append(slope[:, neurons])
     return later[-1], slopes
 
 
 def _steps(layer: Layer, j: int, last: bool, sizes: Sizes) -> tuple[Double, Double]:
-    """Return the step of each weight of a layer and its largest multiple, (rows, columns + 1), the bias as a column."""
+    """Return the step of each weight of a layer and its largest multiple, (rows, columns + 1), bias last."""
     rows, columns = layer.weight.shape
     top = np.abs(layer.weight).max()
     if last:
         weight = np.abs(layer.weight).max(axis=1, keepdims=True) / sizes.last
-        bias, most, bias_most = np.full(1, 1e-5), sizes.last, FREE
+        bias, most, bias_most = np.full(1, 1e-5), sizes.last, UNLIMITED
     elif j == 0:
         weight, bias = np.full((1, 1), top / sizes.first), np.full(1, np.abs(layer.bias).max() / sizes.first)
         most = bias_most = sizes.first
@@ -158,15 +158,15 @@ def _steps(layer: Layer, j: int, last: bool, sizes: Sizes) -> tuple[Double, Doub
 
 
 def _three_digits(steps: Double) -> Double:
-    """Round steps to three digits, which makes their text short; a step of 0 becomes 1."""
+    """Round steps to three digits for a short text; a step of 0 becomes 1."""
     rounded_steps: Double = np.vectorize(lambda step: float(f"{step:.3g}") or 1.0, otypes=[float])(steps)
     return rounded_steps
 
 
 def _round_weights(weights: Double, hessian: Array, gradient: Array, steps: Double, largest: Double) -> Double:
-    """Return weights (n,) as multiples of their steps, near the least of a squared error.
+    """Return weights (n,) as multiples of their steps, near the minimum of a squared error.
 
-    hessian, gradient: of half the squared error at `weights`, (n, n) and (n,). largest: multiples allowed, (n,).
+    hessian, gradient: of half the squared error at `weights`, (n, n) and (n,). largest: allowed multiples (n,).
     """
     matrix = hessian.astype(np.float64)
     matrix[np.diag_indices_from(matrix)] += DAMPING * np.trace(matrix) / len(matrix) + 1e-12

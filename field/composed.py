@@ -1,4 +1,4 @@
-"""What a scene computes, in numpy: ir/composition.py as code. interpret.py calls it for programs of scenes."""
+"""Evaluates scenes in NumPy, as ir/composition.py defines them; interpret.py calls it for programs of scenes."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -7,8 +7,9 @@ from math import cos, radians, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from ..ir.composition import OFFSET, Composition, Join, Leaf
+from ..ir.composition import Composition, Join, Leaf
 from ..ir.program import Array, Program
+from ..model.model import DELTA_FACTOR
 from ..model.scene import DIFFERENCE, SMOOTH_UNION, UNION, Disc
 from .run import Margins, run
 
@@ -16,29 +17,29 @@ Values = NDArray[np.float64]
 
 
 @dataclass(eq=False)
-class _Asked:
-    """A leaf at some points."""
+class _LeafAtPoints:
+    """The values of a leaf at points."""
 
     leaf: Leaf
-    """The leaf."""
     turn: Values
-    """(3, 3): what turns directions of the leaf's space into the scene's."""
+    """(3, 3), from directions of the leaf's space to the scene's."""
     scale: float
     """Length of the leaf's unit in the scene."""
     points: Values
     """(N, 3) in the leaf's space."""
     far: Values
-    """(N,) their distances from its origin."""
+    """(N,) distances of the points from the leaf's origin."""
     inputs: Array
-    """(N, 4) what its networks are asked."""
+    """(N, 4) inputs of the leaf's networks."""
     here: NDArray[np.bool_]
-    """(N,) where the next level is defined."""
+    """(N,) whether the next level is defined."""
     f: Values
-    """(N,) the value of the finest level so far, in the leaf's unit, inside the unit sphere or at its surface."""
+    """(N,) value of the finest level so far, in the leaf's unit, at the point or at the nearest point of the unit
+    ball."""
 
     @classmethod
-    def at(cls, leaf: Leaf, points: Array, time: float) -> "_Asked":
-        """Bring points (N, 3) into the leaf's space."""
+    def at(cls, leaf: Leaf, points: Array, time: float) -> "_LeafAtPoints":
+        """Transform points (N, 3) into the leaf's space."""
         turn, scale, placed = np.eye(3), 1.0, points.astype(np.float64)
         for place in leaf.places:
             own, factor = _turn(place.axis, radians(place.angle.at(time))), place.scale.at(time)
@@ -52,7 +53,7 @@ class _Asked:
         return cls(leaf, turn, scale, placed, far, inputs, here, np.zeros(len(points)))
 
     def refine(self, level: int) -> None:
-        """Go from level - 1 to a level where that is defined."""
+        """Add the residual of a level where that level is defined."""
         if not isinstance(self.leaf.part, Program) or level > len(self.leaf.part.values):
             return
         faded = np.ones(len(self.f))
@@ -65,15 +66,13 @@ class _Asked:
         self.f[there] += faded[there] * residual[:, 0]
 
     def value(self, time: float) -> Values:
-        """Return the value (N,), in the scene's unit."""
         if isinstance(self.leaf.part, Disc):
             return self.scale * _disc(self.leaf.part, self.points)[0]
         outside = self.far - 1
-        asked = np.where(outside > 0, np.hypot(outside, np.maximum(self.f, 0)), self.f)
-        return self.scale * np.where(self.far < 1 + self.leaf.margin.at(time), asked, outside)
+        bounded = np.where(outside > 0, np.hypot(outside, np.maximum(self.f, 0)), self.f)
+        return self.scale * np.where(self.far < 1 + self.leaf.margin.at(time), bounded, outside)
 
-    def only(self, chosen: NDArray[np.intp]) -> "_Asked":
-        """Return the leaf at some of the points."""
+    def only(self, chosen: NDArray[np.intp]) -> "_LeafAtPoints":
         return replace(
             self,
             points=self.points[chosen],
@@ -88,30 +87,30 @@ class _Asked:
         if isinstance(self.leaf.part, Disc):
             return _disc(self.leaf.part, self.points)[1] @ self.turn.T
         part = self.leaf.part
-        asked = np.flatnonzero(self.here)
+        near = np.flatnonzero(self.here)
         outwards = self.points / np.maximum(self.far, 1e-12)[:, None]
         result = outwards.copy()
-        f, total, here = np.zeros(len(asked)), np.zeros((len(asked), 3)), np.ones(len(asked), np.bool_)
+        f, total, here = np.zeros(len(near)), np.zeros((len(near), 3)), np.ones(len(near), np.bool_)
         for i, function in enumerate(part.gradients[:level]):
             faded, slope = np.ones(len(f)), np.zeros(len(f))
             if i > 0:
                 delta = part.bands[i - 1].delta
                 here &= np.abs(f) < delta
                 faded = _fade(f, delta)
-                slope = np.where(faded < 1, -np.sign(f) / (delta - delta / OFFSET), 0.0)
-            gradient, residual = (value.astype(np.float64) for value in run(part, function, self.inputs[asked]))
+                slope = np.where(faded < 1, -np.sign(f) / (delta - delta / DELTA_FACTOR), 0.0)
+            gradient, residual = (value.astype(np.float64) for value in run(part, function, self.inputs[near]))
             change = (slope * residual[:, 0])[:, None] * total + faded[:, None] * gradient[:, :3]
             total = total + np.where(here[:, None], change, 0)
             f = f + np.where(here, faded * residual[:, 0], 0)
-        outside, up = self.far[asked] - 1, outwards[asked]
-        along = (total - (total * up).sum(axis=1)[:, None] * up) / self.far[asked, None].clip(1)
+        outside, up = self.far[near] - 1, outwards[near]
+        along = (total - (total * up).sum(axis=1)[:, None] * up) / self.far[near, None].clip(1)
         bounded = np.hypot(outside, np.maximum(f, 0)).clip(1e-12)[:, None]
         beyond = (outside[:, None] * up + np.maximum(f, 0)[:, None] * along) / bounded
-        result[asked] = np.where(outside[:, None] > 0, beyond, total)
+        result[near] = np.where(outside[:, None] > 0, beyond, total)
         return result @ self.turn.T
 
     def colour(self) -> Values | None:
-        """Return the colour (N, 3), sRGB in [0, 1]; None where the shape has none."""
+        """Return the color (N, 3), sRGB in [0, 1]; None for a shape without colors."""
         if isinstance(self.leaf.part, Disc):
             return np.tile(self.leaf.part.colour, (len(self.f), 1))
         if self.leaf.part.texture is None:
@@ -123,20 +122,20 @@ class _Asked:
 def nested_levels(
     program: Program, points: Array, level: int, time: float, margins: Margins | None = None
 ) -> Iterator[tuple[NDArray[np.int64], Array]]:
-    """Do what interpret.nested_levels does, for a scene."""
+    """See interpret.nested_levels."""
     for defined, _, value in _levels(program, points, level, time, margins):
         yield defined, value.astype(np.float32)
 
 
 def field(program: Program, points: Array, level: int, time: float) -> Array:
-    """Evaluate f_level, whether or not that level is defined at the points: (N,) float32."""
+    """See interpret.field."""
     everywhere = [np.inf] * len(program.bands)
     *_, (_, _, value) = _levels(program, points, level, time, everywhere)
     return value.astype(np.float32)
 
 
 def field_gradient(program: Program, points: Array, level: int, time: float) -> tuple[Array, Array]:
-    """Evaluate the gradient of the finest level that is defined, up to `level`, (N, 3) float32, and its value (N,)."""
+    """Evaluate the gradient of the nested field up to `level`, (N, 3) float32, and its value (N,)."""
     composition = _composition(program)
     gradient, value = np.zeros((len(points), 3)), np.zeros(len(points))
     reached = np.zeros(len(points), np.int64)
@@ -148,13 +147,12 @@ def field_gradient(program: Program, points: Array, level: int, time: float) -> 
         for number in range(1, level + 1):
             there = np.flatnonzero((share != 0) & (reached == number))
             if len(there):
-                asked = _Asked.at(leaf, points[there], time)
-                gradient[there] += share[there, None] * asked.gradient(number)
+                gradient[there] += share[there, None] * _LeafAtPoints.at(leaf, points[there], time).gradient(number)
     return gradient.astype(np.float32), value.astype(np.float32)
 
 
 def colour(program: Program, points: Array, time: float, plain: Sequence[float] = (0.80, 0.74, 0.66)) -> Array:
-    """Evaluate the colour at points (N, 3): (N, 3) float32, sRGB in [0, 1]. plain: of shapes without a texture."""
+    """Evaluate the color at points (N, 3): (N, 3) float32, sRGB in [0, 1]. plain: color of shapes without a texture."""
     composition = _composition(program)
     shares = np.zeros((len(composition.leaves), len(points)))
     for defined, leaves, _ in _levels(program, points, len(program.bands), time):
@@ -162,7 +160,7 @@ def colour(program: Program, points: Array, time: float, plain: Sequence[float] 
     total = np.zeros((len(points), 3))
     for leaf, share in zip(composition.leaves, np.abs(shares), strict=True):
         there = np.flatnonzero(share)
-        own = _Asked.at(leaf, points[there], time).colour()
+        own = _LeafAtPoints.at(leaf, points[there], time).colour()
         total[there] += share[there, None] * (np.array(plain) if own is None else own)
     return total.astype(np.float32)
 
@@ -174,11 +172,11 @@ def _composition(program: Program) -> Composition:
 
 def _levels(
     program: Program, points: Array, level: int, time: float, margins: Margins | None = None
-) -> Iterator[tuple[NDArray[np.int64], list[_Asked], Values]]:
-    """Yield for each level the indices (M,) of the points where it is defined, the leaves there, and f there (M,)."""
+) -> Iterator[tuple[NDArray[np.int64], list[_LeafAtPoints], Values]]:
+    """Yield for each level the indices (M,) of the points where it is defined, the leaves there, and f (M,)."""
     composition = _composition(program)
     defined = np.arange(len(points))
-    leaves = [_Asked.at(leaf, points, time) for leaf in composition.leaves]
+    leaves = [_LeafAtPoints.at(leaf, points, time) for leaf in composition.leaves]
     for number in range(1, level + 1):
         for leaf in leaves:
             leaf.refine(number)
@@ -191,7 +189,7 @@ def _levels(
 
 
 def _join(node: Join | int, values: list[Values], time: float) -> tuple[Values, Values]:
-    """Return the value (N,) of a node, and the share of each leaf in it, (leaves, N)."""
+    """Return the value (N,) of a node, and the share of each leaf in that value (leaves, N)."""
     if not isinstance(node, Join):
         shares = np.zeros((len(values), len(values[node])))
         shares[node] = 1
@@ -213,19 +211,19 @@ def _join(node: Join | int, values: list[Values], time: float) -> tuple[Values, 
 
 
 def _turn(axis: tuple[float, float, float], angle: float) -> Values:
-    """Return the matrix (3, 3) of a turn about an axis of length 1 (Rodrigues)."""
+    """Return the matrix (3, 3) of a rotation about an axis of length 1 (Rodrigues). angle: radians."""
     x, y, z = axis
     cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     return np.asarray(np.eye(3) + sin(angle) * cross + (1 - cos(angle)) * cross @ cross)
 
 
 def _fade(f: Values, delta: float) -> Values:
-    """Return the share of the residual of the level after a band |f| < delta."""
-    return np.clip((delta - np.abs(f)) / (delta - delta / OFFSET), 0, 1)
+    """Return the factor on the residual inside a band |f| < delta."""
+    return np.clip((delta - np.abs(f)) / (delta - delta / DELTA_FACTOR), 0, 1)
 
 
 def _disc(disc: Disc, points: Values) -> tuple[Values, Values]:
-    """Return the distance to a plate (N,), and its gradient (N, 3)."""
+    """Return the distance to a disc (N,), and its gradient (N, 3)."""
     around = np.hypot(points[:, 0], points[:, 2])
     half = disc.thickness / 2
     beside, above = around - disc.radius, np.abs(points[:, 1] + half) - half

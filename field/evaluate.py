@@ -1,7 +1,7 @@
-"""A model's field at many points: level after level where each is defined (Eq. 3), in chunks, on all cores.
+"""Evaluates a model's nested field (interpret.nested_levels) at many points, in chunks, on all cores.
 
-It gives what interpret.py does, up to rounding, for the same networks without padding; chunks keep a layer's values in
-a core's cache, and what it takes of memory beyond its results does not grow with the number of points.
+The values are those of interpret.py, up to rounding, from networks without padding. Chunks keep a layer's values in the
+cache of a core, and the memory beyond the results does not grow with the number of points.
 """
 
 import contextlib
@@ -29,11 +29,11 @@ Output = TypeVar("Output", bound=np.generic)
 
 Floats = NDArray[np.floating]
 CACHED = 2**17
-"""How many values of one layer stay in a core's cache."""
+"""Number of values of one layer that stay in a core's cache."""
 
 
 class Evaluator:
-    """Evaluates one model; several threads may use it at once."""
+    """Evaluates one model. Thread-safe."""
 
     def __init__(self, model: Model) -> None:
         self._scene = None if model.scene is None else lower(model)
@@ -45,16 +45,16 @@ class Evaluator:
         self._chunk = max(CACHED // (widest + 1), 256)
 
     def value(self, points: Floats, level: int | None = None, time: float = 0.0) -> Array:
-        """Evaluate the finest level that is defined at each point, up to `level`; None: up to the last.
+        """Evaluate the nested field up to `level`, None for the last, at points (N, 3), model space.
 
-        points: (N, 3), model space. time: the fourth input of a model that moves. Returns (N,) float32, model units,
-        negative inside. Raises UserError where the model has no such level.
+        time: the fourth input of a moving model. Returns (N,) float32, model units, negative inside. Raises UserError
+        if the model has no such level.
         """
         level = self.checked(level)
         return self.over(points, lambda part: self.nested(part, level, time)[0], (), np.float32)
 
     def nested(self, points: Floats, level: int, time: float = 0.0) -> tuple[Array, NDArray[np.int64]]:
-        """Evaluate as `value` does, and say which level answers: (N,) and (N,); all points at once, in this thread."""
+        """Return the value (N,) and its level (N,) at all points, in this thread."""
         if self._scene is not None:
             return interpret.nested_field(self._scene, points.astype(np.float32), level, time)
         inputs, networks = self._inputs(points, time), self._networks[:level]
@@ -69,7 +69,7 @@ class Evaluator:
         return total, reached
 
     def gradient(self, points: Floats, level: int | None = None, time: float = 0.0) -> Array:
-        """Evaluate the gradient along x, y and z of what `value` gives: (N, 3) float32. Takes what `value` takes."""
+        """Evaluate the gradient of `value` along x, y and z: (N, 3) float32. Arguments as for `value`."""
         last, scene = self.checked(level), self._scene
         networks = self._networks[:last]
 
@@ -90,11 +90,12 @@ class Evaluator:
         return self.over(points, work, (3,), np.float32)
 
     def colour(self, points: Floats, time: float = 0.0) -> Array | None:
-        """Evaluate the colour at points (N, 3): (N, 3) float32, sRGB in [0, 1]; None where there is no texture."""
+        """Evaluate the color at points (N, 3): (N, 3) float32, sRGB in [0, 1]; None without a texture."""
         texture, scene = self._texture, self._scene
         if scene is not None:
-            asked = points.astype(np.float32)
-            return self.over(asked, lambda part: interpret.colour(scene, part, time), (3,), np.float32)
+            return self.over(
+                points.astype(np.float32), lambda part: interpret.colour(scene, part, time), (3,), np.float32
+            )
         if texture is None:
             return None
         return self.over(
@@ -102,14 +103,14 @@ class Evaluator:
         )
 
     def checked(self, level: int | None) -> int:
-        """Return a level's number, the last one's for None. Raises UserError where the model has no such level."""
+        """Return the number of a level, of the last for None. Raises UserError if the model has no such level."""
         levels = len(self._networks)
         if level is not None and not 1 <= level <= levels:
             raise UserError(f"level {level}: the model has levels 1 to {levels}")
         return levels if level is None else level
 
     def _inputs(self, points: Floats, time: float) -> Array:
-        """Return what networks take of points (N, 3): x, y, z, the time of a model that moves, and 1; (4 or 5, N)."""
+        """Return the networks' inputs at points (N, 3): x, y, z, the time of a moving model, and 1; (4 or 5, N)."""
         inputs = np.ones((5 if self._moving else 4, len(points)), np.float32)
         inputs[:3] = points.T
         if self._moving:
@@ -123,30 +124,25 @@ class Evaluator:
         columns: tuple[int, ...],
         dtype: type[Output],
     ) -> NDArray[Output]:
-        """Do some work on chunks of rows (N, ...), in as many threads as there are cores. Returns (N, *columns)."""
+        """Call `work` for chunks of rows (N, ...), in one thread per core. Returns (N, *columns)."""
         results = np.empty((len(rows), *columns), dtype)
 
-        def one(start: int) -> None:
+        def compute(start: int) -> None:
             results[start : start + self._chunk] = work(rows[start : start + self._chunk])
 
         starts = range(0, len(rows), self._chunk)
         if len(starts) < 2:
             for start in starts:
-                one(start)
+                compute(start)
             return results
-        with _blas_in_one_thread as alone:
-            if not alone:  # BLAS has threads of its own; more of ours would fight with them for the cores.
-                for start in starts:
-                    one(start)
-                return results
-            with ThreadPoolExecutor(_cores()) as pool:
-                for _ in pool.map(one, starts):
-                    pass
+        # Where BLAS keeps its own threads, one thread here: more would compete with them for the cores.
+        with _blas_in_one_thread as single, ThreadPoolExecutor(_cores() if single else 1) as pool:
+            list(pool.map(compute, starts))
         return results
 
 
 Joined = list[Array]
-"""Weight and bias of each layer in one matrix (out, in + 1): inputs end in 1, so that a product adds the bias."""
+"""Weight and bias of each layer in one matrix (out, in + 1), for inputs that end in 1."""
 
 
 def _joined(network: Network) -> Joined:
@@ -154,16 +150,16 @@ def _joined(network: Network) -> Joined:
 
 
 class _Layers(threading.local):
-    """Memory for the values of layers, which each thread has for itself and uses again for the next chunk.
+    """Memory for the values of layers, one per thread, reused for each chunk.
 
-    New memory is mapped by the system page by page, which would take longer than what is computed in it.
+    The system maps new memory page by page, which would take longer than the computation.
     """
 
     def __init__(self) -> None:
         self._blocks: dict[int, Array] = {}
 
     def get(self, number: int, rows: int, columns: int) -> Array:
-        """Return an array (rows, columns) of any content, in the place of what `get` gave for that number before."""
+        """Return an uninitialized array (rows, columns), in the memory of the last array of that number."""
         size = rows * columns
         if size > CACHED:
             return np.empty((rows, columns), np.float32)
@@ -176,9 +172,9 @@ _layers = _Layers()
 
 
 def _layer(number: int, matrix: Array, inputs: Array) -> tuple[Array, Array]:
-    """Compute a layer but for its sine, in the block `number` of this thread's memory.
+    """Compute the angles of a layer, before its sine, in the block `number` of this thread's memory.
 
-    inputs: (in + 1, N). Returns the angles (out, N), and these with a row of ones, which the next layer takes.
+    inputs: (in + 1, N). Returns the angles (out, N), and the block (out + 1, N), whose last row is ones.
     """
     rows, columns = len(matrix), inputs.shape[1]
     block = _layers.get(number, rows + 1, columns)
@@ -216,14 +212,14 @@ def _cores() -> int:
 
 @cache
 def _libraries() -> "ThreadpoolController":
-    """Find NumPy's BLAS, once: looking through all that is loaded takes as long as thousands of points."""
+    """Find NumPy's BLAS, once: the search takes as long as thousands of points."""
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()
 
 
 class _SingleThreadedBlas:
-    """Keeps BLAS from starting threads while anybody is inside `with`; they may be several, in several threads."""
+    """Limits BLAS to one thread while any thread is inside `with`."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -231,7 +227,7 @@ class _SingleThreadedBlas:
         self._restore: Callable[[], None] | None = None
 
     def __enter__(self) -> bool:
-        """Return False where nothing can be told BLAS: without threadpoolctl, which the extra `mesh` brings."""
+        """Return False if BLAS cannot be limited: without threadpoolctl, a dependency of the extra `mesh`."""
         with self._lock:
             self._inside += 1
             if self._inside == 1:

@@ -1,4 +1,4 @@
-"""A grid of few cells with few levels of values, as shaders of one file have in their text (cells.py)."""
+"""A small grid of cells with few distinct values, for the text of shaders of one file (cells.py)."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,18 +9,18 @@ from .cell_search import CHUNK, MISSED, found_grid, largest_around
 from .interpret import nested_field
 
 FEW_LEVELS = 15
-"""Levels of the values of a grid with `few` of them: with that of empty cells, 4 bits hold a cell."""
+"""Number of distinct values; with the code of empty cells, 4 bits store a cell."""
 FINE = 64
-"""Cells along an edge of the grid whose middles a grid with few cells is checked at: cells as large as its own would
-miss what is thin."""
+"""Cells along an edge of the grid at whose middles the small grid is checked: its own large cells would miss thin
+parts."""
 TRUSTED = 0.5
-"""Share of a band's half width beyond which, outside of the band, no residual is asked there: it was trained within."""
+"""Distance outside a band, in delta, up to which residuals are evaluated; they were trained inside the band."""
 ROUNDS = 12
-"""How often such a grid is checked, and lowered where it gave too much."""
+"""Largest number of checks, after each of which values that are too large are lowered."""
 
 
 def few_grid(program: Program, count: int, half: float, slack: float = 0.0) -> NDArray[np.uint8]:
-    """Return what Cells.grid does with few levels: what `found_grid` finds, lowered where finer cells know better."""
+    """Return the grid of `found_grid` with few distinct values, lowered where the field at finer cells is smaller."""
     codes = found_grid(program, count, half, slack)
     fine = all_cells(FINE)
     points = middles(fine, FINE, half)
@@ -34,11 +34,11 @@ def few_grid(program: Program, count: int, half: float, slack: float = 0.0) -> N
     places, least = (fine[near] + 0.5) * (count / FINE), scale * truth[near]
     first = np.floor(places - 0.5).astype(np.int64)
     for _ in range(ROUNDS):
-        between = interpolated(codes, places)
-        wrong = (between > 0) & (between > least)
+        values = interpolated(codes, places)
+        wrong = (values > 0) & (values > least)
         if not wrong.any():
             break
-        excess = (between - least)[wrong].astype(np.float32)
+        excess = (values - least)[wrong].astype(np.float32)
         lowered = largest_around(first[wrong], excess, count)
         less = _of_few_levels(coded(value_of(codes) - MISSED * lowered))
         codes = np.where(lowered > 0, less, codes)
@@ -46,10 +46,10 @@ def few_grid(program: Program, count: int, half: float, slack: float = 0.0) -> N
 
 
 def _trusted(program: Program, points: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Evaluate all levels at points (N, 3), far from the surface, too.
+    """Evaluate all levels at points (N, 3) at any distance from the surface.
 
-    A residual is asked no farther than TRUSTED half widths beyond its band; elsewhere a positive value is that of the
-    coarser level less its half width.
+    A residual is evaluated up to TRUSTED delta outside its band; elsewhere a positive value is that of the coarser
+    level minus delta.
     """
     deltas = np.array([band.delta for band in program.bands[:-1]], np.float32)
     found = []
@@ -62,7 +62,7 @@ def _trusted(program: Program, points: NDArray[np.float32]) -> NDArray[np.float3
 
 
 def _of_few_levels(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return bytes of which those of empty cells are 0, and the others the next lower one of FEW_LEVELS."""
+    """Set the bytes of empty cells to 0, and round the others down to FEW_LEVELS values."""
     most = FEW_LEVELS - 1
     lower = (codes.astype(np.int64) - EMPTY) * most // (255 - EMPTY)
     return np.where(codes < EMPTY, 0, EMPTY + lower * (255 - EMPTY) // most).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""Where rays met a surface."""
+"""Intersections of rays with a surface."""
 
 from dataclasses import dataclass
 
@@ -8,17 +8,16 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, eq=False)
 class Hits:
-    """What became of rays; every array begins with the shape (...) that the rays have."""
+    """Intersections of rays of shape (...) with the surface."""
 
     hit: NDArray[np.bool_]
-    """(...), whether a ray met the surface."""
+    """(...), whether the ray meets the surface."""
     t: NDArray[np.float64]
-    """(...), the distance from its origin; infinity where it missed."""
+    """(...), distance from the ray's origin; infinity for a miss."""
     points: NDArray[np.float64]
-    """(..., 3), where; not a number where it missed."""
+    """(..., 3), the intersections; NaN for a miss."""
     normals: NDArray[np.float32]
-    """(..., 3), the gradient there, of length 1; not a number where it missed."""
+    """(..., 3), the gradients there, of length 1; NaN for a miss."""
 
     def __repr__(self) -> str:
-        """Say how many rays there were, and how many met the surface."""
         return f"<mplicits.Hits: {np.count_nonzero(self.hit):,} of {self.hit.size:,} rays>"

@@ -1,4 +1,4 @@
-"""Runs programs in numpy, in float32: what ir/program.py says, as code. Every target is tested against it."""
+"""The NumPy interpreter of programs (ir/program.py), in float32: the definition that every target is tested against."""
 
 from collections.abc import Iterator
 
@@ -11,10 +11,9 @@ from .run import Margins, run
 
 
 def field(program: Program, points: Array, level: int, time: float = 0.0) -> Array:
-    """Evaluate f_level, whether or not that level is defined at the points.
+    """Evaluate the sum f_level at points (N, 3) float32, model space, also outside the bands. Returns (N,) float32.
 
-    points: (N, 3) float32, model space. level: counted from 1. time: the fourth input of a model that moves. Returns
-    (N,) float32.
+    level: from 1. time: the fourth input of a moving model.
     """
     if program.composition is not None:
         return composed.field(program, points, level, time)
@@ -26,7 +25,7 @@ def field(program: Program, points: Array, level: int, time: float = 0.0) -> Arr
 
 
 def field_gradient(program: Program, points: Array, level: int, time: float = 0.0) -> tuple[Array, Array]:
-    """Evaluate the gradient of f_level, (N, 3) float32, and its value, (N,). Takes what `field` takes."""
+    """Evaluate the gradient of f_level, (N, 3) float32, and its value, (N,). Arguments as for `field`."""
     if program.composition is not None:
         return composed.field_gradient(program, points, level, time)
     inputs = _inputs(program, points, time)
@@ -37,21 +36,16 @@ def field_gradient(program: Program, points: Array, level: int, time: float = 0.
 
 
 def nested_levels(
-    program: Program,
-    points: Array,
-    level: int,
-    time: float = 0.0,
-    margins: Margins | None = None,
+    program: Program, points: Array, level: int, time: float = 0.0, margins: Margins | None = None
 ) -> Iterator[tuple[NDArray[np.int64], Array]]:
-    """Evaluate the nested levels, each at the points where it is defined (Eq. 3).
+    """Evaluate each nested level at the points where it is defined; defines Eq. 3.
 
     Level 1 is defined everywhere. Level i + 1 is defined where level i is and |f_i| < delta_i + margins[i - 1], and
     f_{i+1} = f_i + r_i.
 
-    points: (N, 3) float32, model space. level: the last one that is evaluated. time: the fourth input of a model that
-    moves. margins: how far each band is widened, in the unit of f, for every level before the last; None for not at
-    all; of a model that is no scene, one for each point, (N,), or for all. Yields for each level, the coarsest
-    first, the indices (M,) of the points where it is defined and f there (M,).
+    points: (N, 3) float32, model space. level: the last level. time: the fourth input of a moving model. margins: extra
+    half width of each band before the last, in the unit of f, None for 0; except for scenes, also an array (N,) each.
+    Yields for each level, coarsest first, the indices (M,) of the points where it is defined, and f there (M,).
     """
     if program.composition is not None:
         yield from composed.nested_levels(program, points, level, time, margins)
@@ -71,15 +65,11 @@ def nested_levels(
 
 
 def nested_field(
-    program: Program,
-    points: Array,
-    level: int,
-    time: float = 0.0,
-    margins: Margins | None = None,
+    program: Program, points: Array, level: int, time: float = 0.0, margins: Margins | None = None
 ) -> tuple[Array, NDArray[np.int64]]:
-    """Evaluate the finest level that is defined at each point, up to `level`.
+    """Evaluate the finest level that is defined at each point: its value (N,) float32, and its number (N,).
 
-    Takes what `nested_levels` takes. Returns the value (N,) float32 of that level at each point, and its number (N,).
+    Arguments as for `nested_levels`.
     """
     value, reached = np.zeros(len(points), np.float32), np.zeros(len(points), np.int64)
     for number, (defined, f) in enumerate(nested_levels(program, points, level, time, margins), start=1):
@@ -88,9 +78,9 @@ def nested_field(
 
 
 def colour(program: Program, points: Array, time: float = 0.0) -> Array:
-    """Evaluate the colour at points (N, 3) float32, model space.
+    """Evaluate the color at points (N, 3) float32, model space: (N, 3) float32, sRGB in [0, 1].
 
-    Returns (N, 3) float32, sRGB in [0, 1]. Raises ValueError where the model has no texture.
+    Raises ValueError for a model without a texture.
     """
     if program.composition is not None:
         return composed.colour(program, points, time)
@@ -100,6 +90,5 @@ def colour(program: Program, points: Array, time: float = 0.0) -> Array:
 
 
 def _inputs(program: Program, points: Array, time: float) -> Array:
-    """Return the inputs (N, 4) of the program's functions at points (N, 3)."""
     fourth = np.full((len(points), 1), time if program.moving else 1.0, np.float32)
     return np.concatenate([points.astype(np.float32), fourth], axis=1)

@@ -1,29 +1,29 @@
-"""A small picture of a model, drawn in numpy: what a page shows until its first frame."""
+"""A small picture of a model, drawn in NumPy: the page shows it until its first frame."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..ir.lower import lower
 from ..ir.program import Array, Program
+from ..model.model import Model
 from ..model.srgb import Values, to_linear, to_srgb
-from .interpret import colour, field_gradient
+from .evaluate import Evaluator
 from .lowest import lowest_point
-from .march import march
-from .studio import openness
+from .openness import openness
+from .trace import trace
 
 COSTLIEST = 40_000
-"""Most multiply-adds that a value of the level drawn costs; of dearer models a coarser level is drawn."""
-ROUNDS = 8
-"""How often rays go through the levels: enough for all but those that graze a silhouette."""
+"""Largest number of multiply-adds for one value of the drawn level; of larger models, a coarser level is drawn."""
 SKY, GROUND, KEY = np.array([[0.34, 0.38, 0.46], [0.16, 0.13, 0.12], [1.0, 0.96, 0.9]])
-"""Colours of the light in glsl/phong.glsl."""
+"""Colors of the light in glsl/phong.glsl."""
 FLOOR_LIGHT, SKY_LIGHT, KEY_LIGHT = np.array([[0.30, 0.28, 0.26], [0.40, 0.43, 0.48], [1.0, 0.97, 0.92]])
-"""Those in glsl/studio.glsl."""
+"""Colors of the light in glsl/studio.glsl."""
 
 Pixels = NDArray[np.float64]
 
 
 def poster(
-    program: Program,
+    model: Model,
     basis: Pixels,
     distance: float,
     focal: float,
@@ -32,33 +32,33 @@ def poster(
     side: int,
     shade: str = "phong",
 ) -> Pixels:
-    """Draw a model as the shaders do with their default options (glsl/main.glsl), four rays a pixel.
+    """Draw a model as the shaders do with their default options (glsl/main.glsl), at time 0, with four rays a pixel.
 
-    basis: (3, 3), columns right, up and back of a camera that looks at the origin from `distance`, model units.
-    focal: distance of the picture plane that reaches from -1 to 1. light: (3,), the direction to the light in the
-    camera's axes. plain: (3,), the sRGB colour of a model without colours. side: pixels. shade: "phong", or "studio"
-    without its floor.
-
-    Returns (side, side, 4), top row first: sRGB in [0, 1], and the share of the pixel that the shape covers.
+    basis: (3, 3), columns right, up and back of a camera that faces the
+    origin from `distance`, model units. focal: distance of a picture plane from -1 to 1. light: (3,), direction to the
+    light in the camera's axes. plain: (3,), sRGB color of a model without colors. side: pixels. shade: "phong", or
+    "studio", without its floor. Returns (side, side, 4), top row first: sRGB in [0, 1], and coverage.
     """
+    program, evaluator = lower(model), Evaluator(model)
+    level = _affordable(program)
     rays = 2 * side
     across = (2 * np.arange(rays) + 1 - rays) / rays
     x, y = np.meshgrid(across, -across)
     directions = np.stack((x, y, np.full(x.shape, -focal)), axis=-1).reshape(-1, 3) @ basis.T
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    eye = distance * basis[:, 2]
-    level = _affordable(program)
-    traced = march(program, eye, directions, level, 2 / (focal * rays), ROUNDS)
-    hit = traced.hit
-    points = (eye + traced.t[hit, None] * directions[hit]).astype(np.float32)
-    normals, _ = field_gradient(program, points, level)
+    origins = np.tile(distance * basis[:, 2], (len(directions), 1))
+    t = trace(model, evaluator, origins, directions, level)
+    hit = np.isfinite(t)
+    points = (origins[hit] + t[hit, None] * directions[hit]).astype(np.float32)
+    normals = evaluator.gradient(points, level)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    albedo = np.broadcast_to(plain, points.shape) if not program.coloured else colour(program, points)
+    colors = evaluator.colour(points)
+    albedo = to_linear(np.broadcast_to(plain, points.shape) if colors is None else colors)
     toward = light / np.linalg.norm(light)
     if shade == "studio":
-        lit = _studio(program, points, to_linear(albedo), normals, -directions[hit], _key_light(toward, basis))
+        lit = _studio(program, points, albedo, normals, -directions[hit], _key_light(toward, basis))
     else:
-        lit = _phong(to_linear(albedo), normals, -directions[hit], basis @ toward, basis[:, 1])
+        lit = _phong(albedo, normals, -directions[hit], basis @ toward, basis[:, 1])
     samples = np.zeros((len(directions), 4))
     samples[hit] = np.concatenate((np.clip(lit, 0, 1), np.ones((len(lit), 1))), axis=1)
     means = samples.reshape(side, 2, side, 2, 4).mean(axis=(1, 3))
@@ -67,13 +67,13 @@ def poster(
 
 
 def _affordable(program: Program) -> int:
-    """Choose the finest level whose values are not too dear; level 1 where all are."""
+    """Choose the finest level that costs at most COSTLIEST, or level 1."""
     costs = np.cumsum([cost.multiply_adds for cost in program.value_costs()])
     return max(1, int((costs <= COSTLIEST).sum()))
 
 
 def _phong(albedo: Values, normal: Array, view: Pixels, light: Pixels, up: Pixels) -> Pixels:
-    """Shade as glsl/phong.glsl does. albedo, and what is returned: (N, 3), linear light."""
+    """Shade as glsl/phong.glsl. albedo and result: (N, 3), linear light."""
     facing = normal @ light
     reflected = 2 * facing[:, None] * normal - light
     highlight = np.maximum((reflected * view).sum(axis=1), 0) ** 48
@@ -93,9 +93,9 @@ def _key_light(light: Pixels, basis: Pixels) -> Pixels:
 
 
 def _studio(program: Program, points: Array, albedo: Values, normal: Array, view: Pixels, light: Pixels) -> Pixels:
-    """Shade points (N, 3) as glsl/studio.glsl does. albedo, and what is returned: (N, 3), linear light."""
+    """Shade points (N, 3) as glsl/studio.glsl. albedo and result: (N, 3), linear light."""
     ground = lowest_point(program)
-    opened, _ = openness(program, points.astype(np.float64), normal.astype(np.float64), light, ground, floored=False)
+    opened = openness(program, points.astype(np.float64), normal.astype(np.float64), light, ground, floored=False)
     sky = opened[:, 0] * np.clip(1 + 0.6 * opened[:, 2] / program.bands[0].delta, 0.5, 1)
     facing = normal @ light
     key = opened[:, 1] * np.maximum(facing, 1.25 * np.clip(facing + 0.2, 0, 0.4) ** 2)
@@ -114,6 +114,6 @@ def _studio(program: Program, points: Array, albedo: Values, normal: Array, view
 
 
 def _shouldered(lit: Pixels) -> Pixels:
-    """Keep bright shades apart that would all be clipped to 1, as both shaders do."""
+    """Compress bright shades, so that they do not all clip to 1, as both shaders do."""
     over = np.maximum(lit - 0.6, 0)
     return np.asarray(lit - over + over / (1 + 2 * over))

@@ -1,4 +1,4 @@
-"""Models whose weights are rounded to decimals or to 16-bit floats, and the error of the field that this makes."""
+"""Rounds the weights of a model to decimals or to 16-bit floats, and measures the error of the field."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -10,11 +10,11 @@ from ..ir.lower import lower, output_scale
 from ..model.errors import UserError
 from ..model.model import Array, Layer, Model, Network
 from . import interpret
-from .digits import near_surface
+from .surface_points import near_surface
 
 
 def in_decimals(model: Model, digits: int) -> Model:
-    """Return the model with its weights rounded to decimals, exactly as `lower(model, digits)` rounds them."""
+    """Round the weights to decimals, exactly as `lower(model, digits)` does."""
 
     def rounded(network: Network) -> Network:
         layers = [Layer(_round(layer.weight, digits), _round(layer.bias, digits)) for layer in network[:-1]]
@@ -25,10 +25,7 @@ def in_decimals(model: Model, digits: int) -> Model:
 
 
 def in_float16(model: Model) -> Model:
-    """Return the model with every weight rounded to a 16-bit float.
-
-    Raises UserError, which names the tensor, where a weight is too large for one.
-    """
+    """Round every weight to a 16-bit float. Raises UserError for a tensor with a weight that is too large."""
     for name, tensor in model.tensors().items():
         if np.abs(tensor).max() > np.finfo(np.float16).max:
             raise UserError(f"--precision float16: {name} has values above 65,504; use --precision float32")
@@ -48,10 +45,7 @@ def is_float16(model: Model) -> bool:
 
 
 def rounding_error(model: Model, coarse: Model) -> tuple[float, float]:
-    """Return the largest and the mean |f - f_coarse| of the last level near a model's surface, model units.
-
-    model: with its exact weights; coarse: the same with rounded ones.
-    """
+    """Return the largest and the mean |f - f_coarse| of the last level near the surface of `model`, model units."""
     level = len(model.levels)
     differences = []
     for exact, rounded in zip(at_sampled_times(lower(model)), at_sampled_times(lower(coarse)), strict=True):
@@ -62,7 +56,6 @@ def rounding_error(model: Model, coarse: Model) -> tuple[float, float]:
 
 
 def _with_networks(model: Model, change: Callable[[Network], Network]) -> Model:
-    """Return the model with `change` applied to every level's network and to the texture's."""
     if model.scene is not None:
         return replace(model, shapes=tuple(_with_networks(shape, change) for shape in model.shapes))
     levels = tuple(replace(level, network=change(level.network)) for level in model.levels)

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from ..ir.program import INPUT, Affine, Array, Cosine, Dot, Function, Op, Product, Program, Scale, Sine, Transposed
 
 Margins = Sequence[float] | Sequence[NDArray[np.float64]]
-"""How far bands are widened, see interpret.nested_levels."""
+"""Extra half widths of the bands, see interpret.nested_levels."""
 
 
 def _biased(products: Array, bias: Array | None) -> Array:
-    """Add a bias (width,), where there is one, to products (N, width), in place: memory costs as much as sums here."""
+    """Add a bias (width,), if any, to products (N, width), in place: a copy would cost as much as the sum."""
     if bias is not None:
         products += bias
     return products
@@ -28,14 +28,11 @@ OPS: dict[type[Op], Callable[[Any, Callable[[str], Array]], Array]] = {
     Dot: lambda op, get: np.float32(op.scale) * (get(op.source) @ get(op.row))[:, None] + np.float32(op.bias),
     Scale: lambda op, get: np.float32(op.factor) * get(op.source),
 }
-"""Kind of op -> function of an op, and of another that gives the value (N, width) or the constant of a name.
-
-It returns the op's result, (N, width).
-"""
+"""Kind of op -> function of the op and of a lookup of values (N, width) and constants by name; returns (N, width)."""
 
 
 def run(program: Program, function: Function, inputs: Array) -> tuple[Array, ...]:
-    """Evaluate a function of a program. inputs: (N, 4) float32. Returns its outputs, each (N, width) float32."""
+    """Evaluate a function of a program at inputs (N, 4) float32. Returns its outputs, each (N, width) float32."""
     values = {INPUT: inputs}
 
     def get(name: str) -> Array:

@@ -1,4 +1,4 @@
-"""Fixes the time of a moving program: the result is a program of (x, y, z) for code that knows no time."""
+"""Converts a moving program to a program of (x, y, z) at a fixed time."""
 
 from dataclasses import replace
 
@@ -7,8 +7,7 @@ import numpy as np
 from ..model.expression import Expression, number
 from ..model.scene import Placement
 from .composition import Composition, Join, Leaf
-from .lower_scene import scene_program
-from .prefixed import prefixed
+from .lower_scene import prefixed, scene_program
 from .program import Affine, Array, Function, Program
 
 SAMPLED_TIMES = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -16,15 +15,15 @@ SAMPLED_TIMES = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 
 def at_sampled_times(program: Program) -> tuple[Program, ...]:
-    """Return a moving program at each of SAMPLED_TIMES, or a program without motion alone."""
+    """Return a moving program at each of SAMPLED_TIMES, or only the program if it does not move."""
     return tuple(at_time(program, time) for time in SAMPLED_TIMES) if program.moving else (program,)
 
 
 def at_time(program: Program, time: float) -> Program:
-    """Return a moving program at one time, or a program without motion unchanged.
+    """Return a moving program at one time. Programs without motion are returned unchanged.
 
-    Time enters a network through the last column of its first matrix only. That column times `time`, plus the bias,
-    becomes the column for the constant 1 in the input of a model without motion (see lower.py).
+    Time enters a network only through the last column of its first matrix. That column times `time`, plus the bias,
+    becomes the column for the constant 1 in the input of a model without motion (lower.py).
     """
     if not program.moving:
         return program
@@ -51,7 +50,7 @@ def at_time(program: Program, time: float) -> Program:
 
 
 def _scene_at(program: Program, composition: Composition, time: float) -> Program:
-    """Return a scene at one time; every leaf gets a program of its own."""
+    """Return a scene at one time. Every leaf gets a separate program."""
 
     def fixed(value: Expression) -> Expression:
         return number(value.at(time))

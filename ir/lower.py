@@ -1,6 +1,7 @@
-"""Lowers a model to its program: pads sizes to multiples of 4, and writes gradients as an adjoint pass.
+"""Lowers a model to a program.
 
-The first layer's bias becomes the matrix column for the input's 1.
+Sizes are padded to multiples of 4, the first layer's bias becomes the matrix column for the input's 1, and each
+network's gradient becomes an adjoint pass.
 """
 
 import math
@@ -15,9 +16,9 @@ from .program import INPUT, Affine, Array, Cosine, Dot, Function, Op, Product, P
 def lower(model: Model, digits: int | None = None, padded: bool = True) -> Program:
     """Return the program of a model.
 
-    digits: decimals of the weights; None for all. The weights of the last layer are small and would lose most to
-    rounding, so a power of ten divides each of its rows before rounding, and Dot's scale multiplies it back.
-    padded: whether to pad a scene's networks for printers/networks.py.
+    digits: decimals of the weights, None for exact weights. A row of the last layer is divided by a power of ten before
+    it is rounded, and multiplied again by Dot's scale, because its weights are small. padded: pad the widths of a
+    scene's networks, as printers/networks.py requires.
     """
     if model.scene is not None:
         shapes = map(padded_networks, model.shapes) if padded else model.shapes
@@ -50,7 +51,10 @@ def lower(model: Model, digits: int | None = None, padded: bool = True) -> Progr
 
 
 class _Lowered:
-    """One network's constants and ops. key: part of the constants' names: the level's number, or "t" (texture)."""
+    """One network's constants, and the ops that evaluate it.
+
+    key: suffix of the constants' names: the level's number, or "t" for the texture.
+    """
 
     def __init__(self, key: str, network: Network, moving: bool, digits: int | None) -> None:
         self.key = key
@@ -65,14 +69,14 @@ class _Lowered:
                 self.constants[f"b{key}_{j}"] = _rounded(_padded(bias), digits)
             self.constants[f"w{key}_{j}"] = _rounded(_padded(weight), digits)
         self.outputs: list[tuple[str, float, float]] = []
-        """For each output: the constant with its row, and the scale and bias of its Dot."""
+        """For each output: the name of its row, and the scale and bias of its Dot."""
         for c, (row, bias) in enumerate(zip(network[-1].weight, network[-1].bias.tolist(), strict=True)):
             scale = 1.0 if digits is None else output_scale(row)
             self.constants[f"o{key}_{c}"] = _rounded(_padded((row / scale).astype(np.float32)), digits)
             self.outputs.append((f"o{key}_{c}", scale, bias if digits is None else round(bias, digits + 2)))
 
     def forward(self, names: tuple[str, ...] = ("f",)) -> list[Op]:
-        """Return the ops that compute the outputs `names`: a sine after every layer but the last (Eq. 2)."""
+        """Return the ops of the network's outputs `names`: a sine after every layer but the last (Eq. 2)."""
         ops: list[Op] = []
         source = INPUT
         for j in range(self.last + 1):
@@ -86,9 +90,9 @@ class _Lowered:
         return ops
 
     def with_gradient(self) -> list[Op]:
-        """Return the ops of "f" and "gradient" by the adjoint, from the output back: g = (g * cos a_j) W_j.
+        """Return the ops of value "f" and "gradient", by the adjoint: g = (g * cos a_j) W_j, from the output back.
 
-        It multiplies by one more matrix per layer than the value does; tests/oracles/tangents.py is the alternative.
+        The gradient costs one matrix product per layer more than the value; compare tests/oracles/tangents.py.
         """
         ops = self.forward()
         row, scale, _ = self.outputs[0]
@@ -104,13 +108,13 @@ class _Lowered:
 
 
 def output_scale(row: Array) -> float:
-    """Return the power of ten that divides a row of the last layer, (n,), before rounding."""
+    """Return the power of ten that divides a row (n,) of the last layer before it is rounded."""
     largest = float(np.abs(row).max())
     return 10.0 ** math.floor(math.log10(largest)) if largest > 0 else 1.0
 
 
 def _padded(array: Array) -> Array:
-    """Pad every side with zeros to a multiple of 4."""
+    """Zero-pad every side to a multiple of 4."""
     return np.pad(array, [(0, -size % 4) for size in array.shape])
 
 

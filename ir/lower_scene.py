@@ -1,7 +1,8 @@
-"""Lowers a scene: its models' programs under different names, their placements, and how they are joined."""
+"""Lowers scenes: renames the programs of the models, and places and joins them."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -9,15 +10,14 @@ from ..model.expression import Expression, number, product
 from ..model.model import Layer, Model, Network
 from ..model.scene import SMOOTH_UNION, Disc, Group, Node, Placement
 from .composition import MARGIN, Composition, Join, Leaf
-from .prefixed import prefixed
-from .program import Band, Program
+from .program import Band, Function, Op, Program
 
 PADDED = 16
-"""Hidden layers of a scene's networks are padded with zeros to multiples of this width."""
+"""Hidden layers of a scene's networks are zero-padded to multiples of this."""
 
 
 def padded_networks(model: Model) -> Model:
-    """Pad the hidden layers of a shape's model to multiples of PADDED; the model computes the same."""
+    """Zero-pad the hidden layers of a model of one shape to multiples of PADDED."""
 
     def padded(network: Network) -> Network:
         layers = []
@@ -32,7 +32,7 @@ def padded_networks(model: Model) -> Model:
 
 
 def lower_scene(model: Model, programs: Sequence[Program]) -> Program:
-    """Return the program of a scene. programs: the programs of the scene's models."""
+    """Return the program of a scene from the programs of its models."""
     assert model.scene is not None
     named = [prefixed(program, f"shape{i}") for i, program in enumerate(programs, start=1)]
     leaves: list[Leaf] = []
@@ -43,7 +43,7 @@ def lower_scene(model: Model, programs: Sequence[Program]) -> Program:
 
 
 def scene_program(program: Program, leaves: tuple[Leaf, ...], root: Join, moving: bool) -> Program:
-    """Return a program with another composition. Leaves whose programs have the same name share the program."""
+    """Return a program with another composition; leaves with the same program share it."""
     named = {leaf.part.values[0].name: leaf.part for leaf in leaves if isinstance(leaf.part, Program)}
     programs = tuple(named.values())
     constants = {name: constant for part in programs for name, constant in part.constants.items()}
@@ -53,18 +53,44 @@ def scene_program(program: Program, leaves: tuple[Leaf, ...], root: Join, moving
     return result
 
 
+def prefixed(program: Program, name: str) -> Program:
+    """Prefix the names of a program's functions and constants with `name` and an underscore, to make them unique."""
+    names = {constant: f"{name}_{constant}" for constant in program.constants}
+
+    def op(old: Op) -> Op:
+        texts = {entry.name: getattr(old, entry.name) for entry in fields(old)}
+        renamed: dict[str, Any] = {key: names[text] for key, text in texts.items() if text in names}
+        return replace(old, **renamed)
+
+    def function(old: Function) -> Function:
+        return replace(old, name=f"{name}_{old.name}", ops=tuple(op(entry) for entry in old.ops))
+
+    composition = program.composition
+    if composition is not None:
+        parts = {id(part): prefixed(part, name) for part in composition.programs}
+        leaves = tuple(replace(leaf, part=parts.get(id(leaf.part), leaf.part)) for leaf in composition.leaves)
+        composition = replace(composition, programs=tuple(parts.values()), leaves=leaves)
+    return replace(
+        program,
+        composition=composition,
+        constants={names[key]: constant for key, constant in program.constants.items()},
+        values=tuple(map(function, program.values)),
+        gradients=tuple(map(function, program.gradients)),
+        texture=None if program.texture is None else function(program.texture),
+    )
+
+
 def bands(model: Model) -> tuple[Band, ...]:
-    """Return the parameters of sphere tracing of each level."""
     return tuple(Band(level.delta, level.iterations, level.step_bound, level.band_step_bound) for level in model.levels)
 
 
 def _joined(
     node: Node, places: tuple[Placement, ...], seam: Expression, programs: Sequence[Program], leaves: list[Leaf]
 ) -> Join | int:
-    """Convert a node; append its leaves to `leaves`.
+    """Return a node as a join of leaves, which are appended to `leaves`.
 
-    places: placements of the groups around the node, the outermost first. seam: largest radius of a smooth union around
-    the node, in the scene's units.
+    places: placements of the enclosing groups, the outermost first. seam: largest radius of an enclosing smooth union,
+    in the scene's units.
     """
     places = (*places, node.placement)
     scale = product(*(place.scale for place in places))

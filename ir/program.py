@@ -1,28 +1,31 @@
-"""The program: a model's computation in seven ops. Every target prints it, and field/interpret.py runs it in numpy.
+"""The program: what a model computes, in seven ops. Every target prints it.
 
-**Functions.** A `Function` is a list of ops without branches or loops. Its input has the name `INPUT`. Each op assigns
-one new value, and later ops refer to it by name. `outputs` lists the values that the function returns. Names of values
-are local to their function, and are identifiers in any C-like language.
+This file is the definition; a printer for another language needs nothing else. field/interpret.py is the same
+definition as NumPy code.
 
-**Values.** A value is a vector of float32 in blocks of four: block k, a vec4, holds the components 4 k to 4 k + 3. Only
-the result of a `Dot` is a scalar, and no op takes a scalar.
+**Functions.** A `Function` is a list of ops without branches or loops. Each op assigns one new value, which later ops
+refer to by name. The input of a function has the name `INPUT`; its results are the values in `outputs`. Names are local
+to their function and are identifiers in any C-like language.
 
-**Constants.** `Program.constants` holds the weights by name. All functions share them: a network's value and its
-gradient read the same matrices. A matrix is (rows, columns) with one row for each component of the product. Its block
-(o, i), rows 4 o to 4 o + 3 and columns 4 i to 4 i + 3, is a mat4 from block i of the source to block o of the result. A
-vector is (n,).
+**Values.** A value is a vector of 32-bit floats, made of n blocks of four: block k, a vec4, holds the components 4 k to
+4 k + 3. Only the result of a `Dot` is a scalar, and no op has a scalar operand. `Program.widths` returns the number of
+components of each value.
 
-**Padding.** Zeros fill rows, columns and vectors up to multiples of 4. So values have padded components: Affine and
-Sine make them 0, Cosine makes them 1. They never reach an output, since a zero multiplies each of them.
+**Constants.** `Program.constants` holds the weights by name; all functions share them. A matrix is (rows, columns), one
+row for each component of the product. Its block (o, i), rows 4 o to 4 o + 3 and columns 4 i to 4 i + 3, is a mat4 that
+multiplies block i of the source for block o of the result. A vector is (n,).
 
-**Field.** With f_level = values[0] + ... + values[level - 1], each at the same input:
+**Padding.** Sizes that are not multiples of 4 are zero-padded at the end: rows and columns of matrices, and entries of
+vectors. In the padded components of a value, Affine and Sine return 0, and Cosine returns 1. They never reach an
+output, because zeros multiply them.
 
-- Eq. 3: level 1 is defined everywhere, and level i + 1 where level i is and |f_i| < bands[i - 1].delta. The field is
-  f_i of the finest level i that is defined at the point.
+**Results.** Let f_level = values[0] + ... + values[level - 1], each at the same input.
+
+- The field is the nested field of `field/interpret.py`, `nested_levels`, with the bands of this program (Eq. 3).
 - The gradient of f_level is the sum of the first outputs of gradients[0] to gradients[level - 1].
-- The color is the output of `texture`, clamped to [0, 1], sRGB. A target chooses the color of a model without one.
+- The color is `texture`'s output, clamped to [0, 1], sRGB; targets color a model without one.
 
-A scene's program has the functions of all its models; composition.py defines how they combine.
+The program of a scene has the functions of all its models; composition.py defines its results.
 """
 
 from dataclasses import dataclass
@@ -37,90 +40,83 @@ if TYPE_CHECKING:
 Array = NDArray[np.float32]
 
 INPUT = "p"
-"""Name of every function's input, a vec4 in model space: (x, y, z, 1), or (x, y, z, t) of a moving field."""
+"""Name of every function's input, one vec4 in model space: (x, y, z, 1), or (x, y, z, t) in moving programs."""
 
 
 @dataclass(frozen=True)
-class Affine:
+class _Op:
+    """Assigns a new value to the name `result`, computed from the value `source`."""
+
+    result: str
+    source: str
+
+
+@dataclass(frozen=True)
+class Affine(_Op):
     """result = matrix source + bias: a layer of a network, before its sine."""
 
-    result: str
-    source: str
     matrix: str
-    """A constant, (width of the result, width of the source)."""
+    """A constant, (rows, columns)."""
     bias: str | None
-    """A constant; None where the matrix column for the input's 1 is the bias."""
+    """A constant, (rows,). None if a column of the matrix multiplies the input's 1 instead."""
 
 
 @dataclass(frozen=True)
-class Transposed:
+class Transposed(_Op):
     """result = transpose(matrix) source: the adjoint of Affine, with the same constant."""
 
-    result: str
-    source: str
     matrix: str
-    """A constant, (width of the source, width of the result)."""
+    """A constant, (rows, columns)."""
 
 
 @dataclass(frozen=True)
-class Sine:
-    """result = sin(source), component by component, in radians."""
-
-    result: str
-    source: str
+class Sine(_Op):
+    """result = sin(source), componentwise, radians."""
 
 
 @dataclass(frozen=True)
-class Cosine:
-    """result = cos(source), component by component, in radians."""
-
-    result: str
-    source: str
+class Cosine(_Op):
+    """result = cos(source), componentwise, radians."""
 
 
 @dataclass(frozen=True)
 class Product:
-    """result = left * right, component by component."""
+    """result = left * right, componentwise."""
 
     result: str
     left: str
-    """A value or a constant."""
+    """A value, or a constant vector."""
     right: str
     """A value."""
 
 
 @dataclass(frozen=True)
-class Dot:
+class Dot(_Op):
     """result = scale * (row . source) + bias: one output of a network, a scalar."""
 
-    result: str
-    source: str
     row: str
-    """A constant."""
+    """A constant vector, as wide as the source."""
     scale: float
-    """1 unless the row was rounded (see lower.py)."""
+    """1 unless the row was rounded (lower.py)."""
     bias: float
 
 
 @dataclass(frozen=True)
-class Scale:
-    """result = factor * source."""
+class Scale(_Op):
+    """result = factor * source, with one number for all components."""
 
-    result: str
-    source: str
     factor: float
 
 
 Op = Affine | Transposed | Sine | Cosine | Product | Dot | Scale
-"""`result` is the name of the new value, `source` the name of an earlier one."""
 
 
 @dataclass(frozen=True)
 class Function:
-    """Ops in order of execution, from one input to one or more outputs."""
+    """Ops in execution order, from one input to one or more outputs."""
 
     name: str
-    """An identifier, unique in the program."""
+    """Unique in the program, an identifier."""
     ops: tuple[Op, ...]
     outputs: tuple[str, ...]
     """Names of the returned values."""
@@ -128,7 +124,7 @@ class Function:
 
 @dataclass(frozen=True)
 class Cost:
-    """The work of one evaluation, padded components included."""
+    """The number of operations of one evaluation, padded components included."""
 
     multiply_adds: int
     sines: int
@@ -140,61 +136,62 @@ class Cost:
 
 @dataclass(frozen=True)
 class Band:
-    """One level's parameters of sphere tracing; see `Level` in model/model.py."""
+    """The parameters of one level for sphere tracing."""
 
     delta: float
-    """Band half-width delta, model units (Eq. 3)."""
+    """Half width of the band |f_i| < delta, model units."""
     iterations: int
-    """Steps at this level per round."""
+    """Steps per round."""
     step_bound: float
-    """Factor on the steps, in (0, 1], where this level is the last that is traced."""
+    """Factor on the steps if this is the last traced level, in (0, 1]."""
     band_step_bound: float
-    """Factor on the steps, in (0, 1], where a finer level is traced."""
+    """Factor on the steps if a finer level is traced, in (0, 1]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """A model, lowered to functions and constants (see the top of this file)."""
+    """A model, lowered to functions and constants; see the docstring of this file."""
 
     name: str
     """The model's name: any text, so generated code must escape it."""
     sha256: str
     """Hash of the model, hexadecimal."""
     bands: tuple[Band, ...]
-    """One for each level, the coarsest first."""
+    """One for each level, coarsest first."""
     values: tuple[Function, ...]
-    """For each level, its network: level 1's distance, or a finer level's residual. Output: f, a scalar."""
+    """The network of each level: level 1's distance, or a finer level's residual. Output: (f,), a scalar."""
     gradients: tuple[Function, ...]
-    """For each level, the network's gradient, a vec4 of which x, y and z count, and its value f, a scalar."""
+    """The gradient and value of each level's network. Outputs: (gradient, f), a vec4 and a scalar. The first three
+    components of the gradient are the derivatives along x, y and z; the fourth is unused."""
     texture: Function | None
-    """The color's network. Outputs: r, g, b, three scalars, sRGB, before the clamp."""
+    """The network of the color, or None. Outputs: (r, g, b), three scalars, sRGB, not clamped."""
     constants: dict[str, Array]
-    """Name -> float32 matrix (rows, columns) or vector (n,), padded."""
+    """Name -> float32 matrix (rows, columns) or vector (n,), zero-padded to multiples of 4."""
     moving: bool = False
-    """Whether the input's fourth component is time; otherwise it is 1, for the first layer's bias."""
+    """Whether the fourth component of the input is time, not 1."""
     composition: "Composition | None" = None
-    """Only of a scene, which has no values, gradients and texture of its own."""
+    """Set for a scene, which has no values, gradients or texture of its own."""
 
     @property
     def coloured(self) -> bool:
-        """Whether the program computes colors."""
+        """Whether the program has colors."""
         return self.texture is not None or self.composition is not None
 
     def functions(self) -> tuple[Function, ...]:
-        """Return all functions: values, then gradients, then the texture."""
+        """Return all functions: values, gradients, texture."""
         if self.composition is not None:
             return tuple(function for program in self.composition.programs for function in program.functions())
         return (*self.values, *self.gradients, *(() if self.texture is None else (self.texture,)))
 
     def widest(self, function: Function) -> int:
-        """Return the largest side of a function's matrices."""
+        """Return the largest side of the matrices of a function."""
         products = (op for op in function.ops if isinstance(op, Affine | Transposed))
         return max(int(max(self.constants[op.matrix].shape)) for op in products)
 
     def widths(self, function: Function) -> dict[str, int]:
         """Return the number of components of each value of a function, input included.
 
-        Raises ValueError where an op refers to an unknown name or to a vector of a wrong width.
+        Raises ValueError if an op refers to an unknown name, or to a vector of another width.
         """
         widths = {INPUT: 4}
         for op in function.ops:
@@ -207,7 +204,7 @@ class Program:
         return widths
 
     def check(self) -> None:
-        """Raise ValueError where the program breaks the rules of this file."""
+        """Raise ValueError if the program violates the definition in this file."""
         for name, constant in self.constants.items():
             if constant.dtype != np.float32 or any(size % 4 for size in constant.shape) or constant.ndim > 2:
                 raise ValueError(f"{name}: constants are float32, sizes multiples of 4")
@@ -230,7 +227,7 @@ class Program:
                 raise ValueError(f"{function.name}: its outputs are not {outputs} wide")
 
     def cost(self, function: Function) -> Cost:
-        """Count the work of one call of a function."""
+        """Count the operations of one call of a function."""
         widths = self.widths(function)
         multiply_adds = sines = 0
         for op in function.ops:
@@ -246,7 +243,7 @@ class Program:
         return Cost(multiply_adds, sines)
 
     def value_costs(self) -> tuple[Cost, ...]:
-        """Count the work of each level's value; of a scene, at a point where all its shapes are evaluated."""
+        """Count the operations of each level's value; for a scene, if all shapes are evaluated."""
         if self.composition is None:
             return tuple(self.cost(function) for function in self.values)
         costs = [Cost(0, 0)] * len(self.bands)
@@ -257,7 +254,7 @@ class Program:
         return tuple(costs)
 
     def _width(self, op: Op, widths: dict[str, int]) -> int:
-        """Return the width of an op's result. widths: of the earlier values. Raises ValueError like `widths`."""
+        """Return the width of an op's result. widths: of previous values. Raises ValueError as `widths`."""
 
         def value(name: str) -> int:
             if name not in widths:

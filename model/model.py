@@ -28,6 +28,8 @@ LEVEL_OUTPUTS, TEXTURE_OUTPUTS = 1, 3
 """Numbers of outputs of a level's network and of the texture's network."""
 MOST_ITERATIONS = 10_000
 """Largest value of a level's `iterations`."""
+DELTA_FACTOR = 1.3
+"""1 + epsilon of Eq. 5: delta_i is this times the largest |f_i| on the surface."""
 DEFAULT_STEP_BOUND = 0.8
 """Factor on the steps of a level without a measured bound."""
 DEFAULT_ITERATIONS = (20, 5)
@@ -68,7 +70,7 @@ class Level:
     For level i as the last traced level.
     """
     band_step_bound: float = DEFAULT_STEP_BOUND
-    """The same for steps towards the band of a finer traced level, f_i - delta_i / 1.3."""
+    """The same for steps towards the band of a finer traced level, f_i - delta_i / DELTA_FACTOR."""
 
     def numbers(self) -> dict[str, float | int]:
         """Return the level's numbers by their keys in the file: `LEVEL_KEYS`, and measured `STEP_BOUNDS`."""

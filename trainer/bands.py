@@ -2,10 +2,9 @@
 
 from torch import Tensor
 
-EPSILON = 0.3
-"""Share by which a band is wider than the surface needs."""
+from ..model.model import DELTA_FACTOR
 
 
 def delta(f: Tensor) -> float:
-    """Compute delta_i by Eq. 5, (1 + epsilon) max_j |f_i(x_j)|, from the values of f_i at points x_j of the surface."""
-    return (1 + EPSILON) * max(float(f.abs().max()), 1e-6)
+    """Compute delta_i by Eq. 5 from the values of f_i at points of the surface."""
+    return DELTA_FACTOR * max(float(f.abs().max()), 1e-6)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn.functional import normalize, pad
 
-from .bands import EPSILON
+from ..model.model import DELTA_FACTOR
 from .networks.nested import nested_field, nested_field_and_gradient
 from .networks.network import Weights
 from .shapes.shape import Doubles
@@ -130,7 +130,7 @@ def trace(field: Field, gradient: Gradient, deltas: Sequence[float], points: Ten
     deltas: as many as the field has levels. points: (P, 3), on the surface.
     """
     generator = torch.Generator().manual_seed(SEED)
-    offsets = np.array([*(delta / (1 + EPSILON) for delta in deltas[:-1]), 0.0])
+    offsets = np.array([*(delta / DELTA_FACTOR for delta in deltas[:-1]), 0.0])
     rays = _first_rays(gradient, points, generator)
     bounds, lipschitz, spread = [1.0] * len(deltas), 0.0, 1.0
     for _ in range(1 + ROUNDS):

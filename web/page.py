@@ -26,12 +26,12 @@ from ..codegen.targets.uniforms import OPENING_SHADES, SHADINGS, UNIFORMS, defau
 from ..field import interpret
 from ..field.cell_codes import EMPTY, OVERESTIMATE, REACH
 from ..field.cell_search import FIRST, MISSED
-from ..field.digits import near_surface
+from ..field.cells import LOOKUPS
 from ..field.lowest import lowest_point
+from ..field.openness import EVALUATIONS
 from ..field.poster import poster as draw_poster
 from ..field.rounding import in_decimals, is_float16
-from ..field.skip import LOOKS
-from ..field.studio import EVALUATIONS
+from ..field.surface_points import near_surface
 from ..ir.lower import lower
 from ..ir.program import Array, Program
 from ..model.checks import SHAPES, WIDEST
@@ -166,7 +166,7 @@ def facts_json(facts: dict[str, Any]) -> str:
             "reach": REACH,
             "empty": EMPTY,
             "missed": MISSED,
-            "looks": LOOKS,
+            "looks": LOOKUPS,
         },
         "samples": {
             "share": SHARE,
@@ -247,7 +247,7 @@ def poster_pixels(model: Model, side: int, program: Program | None = None, shade
     focal = 1 / math.tan(math.radians(orbit.FOV) / 2)
     light, plain = np.array(default("light")), np.array([float(c) for c in PLAIN.split(",")])
     view = basis(azimuth, elevation), fitting_distance(1.0, focal), focal
-    return np.round(255 * draw_poster(program or lower(model), *view, light, plain, side, shade)).astype(np.uint8)
+    return np.round(255 * draw_poster(model, *view, light, plain, side, shade)).astype(np.uint8)
 
 
 def _poster(model: Model, program: Program, shade: str) -> str:

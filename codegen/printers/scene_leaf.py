@@ -1,8 +1,9 @@
 """One shape of a scene at one point, as scalars: its distance level by level, its gradient and its color."""
 
-from ...ir.composition import OFFSET, Leaf
+from ...ir.composition import Leaf
 from ...ir.program import Program
 from ...model.expression import number
+from ...model.model import DELTA_FACTOR
 from ...model.scene import Disc
 from .scalars import Number, Triple, Writer
 
@@ -81,7 +82,7 @@ class LeafAtPoint:
                 continue
             coarser, delta = self.values[level - 1], part.bands[level - 1].delta
             fade = w.let(_fade(w, coarser, delta))
-            steep = w.mul(w.div(residual, delta), OFFSET / (OFFSET - 1))
+            steep = w.mul(w.div(residual, delta), DELTA_FACTOR / (DELTA_FACTOR - 1))
             falling = w.pick(w.less(coarser, 0.0), steep, w.sub(0.0, steep))
             kept = w.let(w.add(1.0, w.pick(w.less(fade, 1.0), falling, 0.0)))
             x, y, z = (w.let(w.add(w.mul(kept, a), w.mul(fade, b))) for a, b in zip(gradient, slope, strict=True))
@@ -136,7 +137,7 @@ class LeafAtPoint:
 
 def _fade(w: Writer, f: Number, delta: float) -> Number:
     """Return fade(f) of ir/composition.py: the weight of the next level's residual where the field is f."""
-    return w.clamped(w.mul(w.sub(delta, w.call("abs", f)), OFFSET / (OFFSET - 1) / delta))
+    return w.clamped(w.mul(w.sub(delta, w.call("abs", f)), DELTA_FACTOR / (DELTA_FACTOR - 1) / delta))
 
 
 def _plate(w: Writer, disc: Disc, point: Triple) -> tuple[Number, Number, Number, Number]:

@@ -4,9 +4,10 @@ from collections.abc import Iterator
 from itertools import accumulate
 
 from ... import glsl
-from ...ir.composition import OFFSET, Join, Leaf
+from ...ir.composition import Join, Leaf
 from ...ir.program import Program
 from ...model.expression import Expression, number
+from ...model.model import DELTA_FACTOR
 from ...model.scene import DIFFERENCE, SMOOTH_UNION, UNION, Disc, Placement
 from .cstyle import Language
 from .networks import Networks
@@ -29,7 +30,12 @@ class SceneLoops:
     def lines(self) -> Iterator[str]:
         """Yield all lines: networks, tables, helpers, field(), field_gradient() and albedo()."""
         yield from self._networks.lines()
-        yield from ("", f"const float FADE = {self._number(OFFSET / (OFFSET - 1))};", "", *_lines("scene.glsl"))
+        yield from (
+            "",
+            f"const float FADE = {self._number(DELTA_FACTOR / (DELTA_FACTOR - 1))};",
+            "",
+            *_lines("scene.glsl"),
+        )
         if any(isinstance(leaf.part, Disc) for leaf in self._leaves):
             yield from ("", *_lines("plate.glsl"))
         yield from self._tables()

@@ -5,8 +5,9 @@ scene_loops.py prints the same field with loops over tables, for weights in a te
 
 from collections.abc import Sequence
 
-from ...ir.composition import OFFSET, Join
+from ...ir.composition import Join
 from ...ir.program import Program
+from ...model.model import DELTA_FACTOR
 from ...model.scene import DIFFERENCE, SMOOTH_UNION, UNION
 from .scalars import Number, Triple, Writer
 from .scene_leaf import LeafAtPoint
@@ -44,7 +45,7 @@ class SceneAtPoint:
                 inside, outside = w.less(size, delta), w.less(delta, size)
                 if level:
                     inside, outside = (w.both(f"({level} > {k})", entry) for entry in (inside, outside))
-                self._outside.append((outside, w.sub(self.value, w.div(delta, OFFSET))))
+                self._outside.append((outside, w.sub(self.value, w.div(delta, DELTA_FACTOR))))
                 defined = w.let_condition(w.both(defined, inside) if defined else inside)
                 self.reached = w.add(self.reached, w.pick(defined, 1.0, 0.0))
             for leaf in self._leaves:

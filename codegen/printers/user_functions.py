@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Sequence
 
-from ...ir.prefixed import prefixed
+from ...ir.lower_scene import prefixed
 from ...ir.program import Function, Program
 from ...model.orientation import UPRIGHT
 from .field import plain_color

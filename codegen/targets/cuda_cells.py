@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...field.cell_codes import EMPTY
-from ...field.cells import COUNT, Cells
-from ...field.march import NEAR
+from ...field.cells import COUNT, NEAR, Cells
 from ...ir.program import Program
 from ..printers.cstyle import Language
 

@@ -4,10 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ...field.cells import Cells
+from ...field.cells import LOOKUPS, Cells
 from ...field.narrow import Grid
-from ...field.skip import LOOKS
-from ...field.studio import BLOCK, EVALUATIONS
+from ...field.openness import BLOCK, EVALUATIONS
 from ...ir.program import Array
 
 LOOP_LIMIT = 65_535
@@ -109,12 +108,12 @@ class Shader:
 
         level: the traced level. normal_level: the level whose gradient is the normal. Both count from 1. iterations:
         steps at each level, per round. In the schedule "relaxed", a round has only the last level's steps, and a ray
-        reads the grid of cells LOOKS times.
+        reads the grid of cells LOOKUPS times.
         """
         phases, skips = list(zip(iterations[:level], self.value_loops[:level], strict=True)), 0
         if schedule == "relaxed":
             phases = [(steps, loops + 1) for steps, loops in phases[-1:]]
-            skips = LOOKS
+            skips = LOOKUPS
         one_round = sum(1 + steps * (1 + loops) + 1 for steps, loops in phases) + 2
         studio = EVALUATIONS * (1 + self.value_loops[0]) + 1
         return rounds * one_round + skips + studio + 1 + self.gradient_loops[normal_level - 1] + self.texture_loops

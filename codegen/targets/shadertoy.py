@@ -70,6 +70,6 @@ def _packed(packed: Model, model: Model, shade: str | None) -> str:
     packed: the model with rounded weights. model: the original. shade: see `standalone`.
     """
     paid = cost(model, packed)
-    error = {"f": paid.distance, "degrees": paid.angle} | ({"colour": paid.colour} if model.coloured else {})
+    error = {"f": paid.distance, "degrees": paid.angle} | ({"colour": paid.color} if model.coloured else {})
     further = {"error": {key: float(f"{value:.2g}") for key, value in error.items()}} if paid.largest else {}
     return shader_text(lower(packed, padded=False), model, PackedStorage, further, shade)

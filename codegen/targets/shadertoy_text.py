@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from ... import glsl
 from ...field.hull import hull
 from ...field.lowest import lowest_point
-from ...field.narrow import OFFSET, SHARES, Grid, narrow_widths
+from ...field.narrow import SHARES, Grid, narrow_widths
 from ...ir.program import Function, Program
-from ...model.model import Model
+from ...model.model import DELTA_FACTOR, Model
 from ..printers.cstyle import Language, Storage
 from ..printers.field import PLAIN, plain_color
 from ..printers.scalars import Scalar, VectorNotation, Writer
@@ -183,13 +183,13 @@ def _field(program: Program, studio: bool, narrow: Grid | None) -> list[str]:
     lines += ["float field(vec4 p) {", f"    float f = {program.values[0].name}(p);"]
     lines += ["    if (k > 3) return f;"] if studio else []
     for i, (function, band) in enumerate(zip(program.values[1:], program.bands, strict=False), start=2):
-        outside = f"    if (abs(f) > {_short(band.delta)}) return f - {_short(band.delta / OFFSET)};"
+        outside = f"    if (abs(f) > {_short(band.delta)}) return f - {_short(band.delta / DELTA_FACTOR)};"
         if i == 2 and narrow is not None:
             count = len(narrow)
             outside = (
                 f"    ivec3 c = clamp(ivec3({count / 2:g}. * (p.xyz + 1.)), 0, {count - 1});\n"
                 f"    float b = float(Q[{count} * c.z + c.y] >> 4 * c.x & 15) * {_short(band.delta / SHARES)};\n"
-                f"    if (abs(f) > b) return f - {_short(1 / OFFSET)} * b;"
+                f"    if (abs(f) > b) return f - {_short(1 / DELTA_FACTOR)} * b;"
             )
         lines += [
             f"#if LEVEL >= {i}",

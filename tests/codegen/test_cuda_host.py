@@ -12,7 +12,6 @@ from PIL import Image
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.field import interpret
 from mplicits.field.cells import Cells
-from mplicits.field.march import march
 from mplicits.field.run import run as interpret_run
 from mplicits.ir.at_time import at_time
 from mplicits.ir.lower import lower
@@ -23,6 +22,7 @@ from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from oracles.dense import dense_march
+from oracles.march import march
 from support.cuda_host import build, data, evaluate, run
 from support.fitted_model import fitted_model
 from support.moving_model import PICTURED, moving_model

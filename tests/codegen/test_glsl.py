@@ -14,10 +14,10 @@ from mplicits import glsl
 from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets import glsl330
 from mplicits.field import interpret
-from mplicits.field.narrow import half_widths, margins
 from mplicits.ir.lower import lower
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context
+from oracles.march import half_widths, margins
 from support.glsl_probe import FieldProbe, assert_close, points
 from support.golden_text import check_golden
 from support.paths import GOLDEN

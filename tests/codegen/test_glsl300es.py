@@ -19,8 +19,8 @@ from mplicits.cli import main
 from mplicits.codegen.targets import glsl300es
 from mplicits.codegen.targets.glsl330 import read_weights
 from mplicits.field import interpret
-from mplicits.field.digits import near_surface
 from mplicits.field.rounding import in_decimals, in_float16, is_float16, rounding_error
+from mplicits.field.surface_points import near_surface
 from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model

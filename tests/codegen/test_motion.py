@@ -9,7 +9,7 @@ from mplicits.codegen.targets.read_shader import read_shader
 from mplicits.field import digits, interpret
 from mplicits.field.cell_codes import EMPTY
 from mplicits.field.cells import MOMENTS, Cells
-from mplicits.field.march import march
+from mplicits.field.surface_points import near_surface
 from mplicits.ir.at_time import SAMPLED_TIMES, at_sampled_times, at_time
 from mplicits.ir.lower import lower
 from mplicits.model.model import Model
@@ -18,6 +18,7 @@ from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from oracles.dense import dense_march
+from oracles.march import march
 from support.dense_views import STOP, VIEWS
 from support.moving_model import PICTURED, distance, moving_model
 from support.random_model import random_model
@@ -45,7 +46,7 @@ def data(renderer: Renderer, camera: Camera, time: float, schedule: str = "relax
 def test_the_model_is_the_ball_that_splits(model: Model) -> None:
     program = lower(model)
     for time in PICTURED:
-        points = digits.near_surface(at_time(program, time))
+        points = near_surface(at_time(program, time))
         assert len(points) > 1000
         assert np.abs(distance(np.pad(points, ((0, 0), (0, 1)), constant_values=time))).mean() < 0.03
 
@@ -110,7 +111,7 @@ def test_a_cell_in_which_the_surface_ever_is_is_not_empty(model: Model) -> None:
     program = lower(model)
     cells = Cells(program, 32, 8)
     for time in np.linspace(0, 1, 17):
-        surface = digits.near_surface(at_time(program, float(time)))
+        surface = near_surface(at_time(program, float(time)))
         value = interpret.field(at_time(program, float(time)), surface, 2)
         surface = surface[np.abs(value) < 1e-3]
         x, y, z = (np.floor((surface / cells.half + 1) / 2 * cells.count).astype(int)).T
@@ -136,6 +137,6 @@ def test_digits_are_enough_at_every_time(model: Model) -> None:
     fewest = digits.fewest_digits(model)
     allowed = digits.SHARE * model.levels[-1].delta
     for exact, rounded in zip(at_sampled_times(lower(model)), at_sampled_times(lower(model, fewest)), strict=True):
-        assert digits.error(exact, rounded, digits.near_surface(exact)) < allowed
+        assert digits.error(exact, rounded, near_surface(exact)) < allowed
     assert len(at_sampled_times(lower(model))) == len(SAMPLED_TIMES)
     assert len(at_sampled_times(lower(random_model((8, 1))))) == 1

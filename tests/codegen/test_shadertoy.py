@@ -15,7 +15,7 @@ from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.motion import PERIOD
 from mplicits.codegen.targets.shadertoy_text import savings
 from mplicits.field import digits, interpret
-from mplicits.field.narrow import half_widths, margins
+from mplicits.field.surface_points import near_surface
 from mplicits.ir.lower import lower
 from mplicits.model import quantise
 from mplicits.model.errors import UserError
@@ -24,6 +24,7 @@ from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.renderer import Renderer
+from oracles.march import half_widths, margins
 from support.golden_text import check_golden
 from support.moving_model import moving_model
 from support.paths import DEMO, GOLDEN
@@ -205,7 +206,7 @@ def test_a_motion_goes_there_and_back(osmesa: Context) -> None:
 def test_digits_are_the_fewest_that_keep_the_surface() -> None:
     model = load(DEMO)
     exact = lower(model)
-    points = digits.near_surface(exact)
+    points = near_surface(exact)
     assert np.abs(interpret.field(exact, points, 2)).mean() < 1e-3
     fewest = digits.fewest_digits(model)
     errors = [digits.error(exact, lower(model, count), points) for count in (fewest - 1, fewest)]

@@ -7,11 +7,10 @@ import pytest
 
 from mplicits.codegen.targets.orbit import AZIMUTH, ELEVATION
 from mplicits.codegen.targets.shadertoy_text import savings, step_bound
-from mplicits.field.hull import NORMALS, hull, within
+from mplicits.field.hull import NORMALS, hull
 from mplicits.field.interpret import field
-from mplicits.field.lowest import on_surface
-from mplicits.field.march import march
-from mplicits.field.narrow import half_widths, narrow_widths
+from mplicits.field.narrow import narrow_widths
+from mplicits.field.surface_points import on_surface
 from mplicits.ir.lower import lower
 from mplicits.model.model import Model
 from mplicits.model.model_file import load
@@ -19,7 +18,8 @@ from mplicits.trainer.shapes import demo
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from oracles.dense import dense_march
-from oracles.short_march import STOP, short_march
+from oracles.march import half_widths, march
+from oracles.short_march import STOP, short_march, within
 from support.dense_views import VIEWS
 from support.paths import DEMO
 from support.random_model import random_model

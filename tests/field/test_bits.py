@@ -55,8 +55,8 @@ def test_rounding_makes_up_for_itself() -> None:
         np.testing.assert_array_equal(once.weight, twice.weight)
 
 
-def test_differences_between_neighbours_are_rows() -> None:
-    samples = Samples(np.zeros((4, 3), np.float32), np.zeros((4, 1), np.float32), neighbours=1, weight=10.0)
+def test_differences_between_neighbors_are_rows() -> None:
+    samples = Samples(np.zeros((4, 3), np.float32), np.zeros((4, 1), np.float32), neighbors=1, weight=10.0)
     np.testing.assert_allclose(samples.rows(np.array([1, 2, 1.5, 1], np.float32)), [1, 2, 5, -10])
 
 
@@ -86,7 +86,7 @@ def test_the_fewest_bits_keep_surface_and_colours(demo: tuple[Model, Model]) -> 
     model, fewest = demo
     paid = bits.cost(model, fewest)
     assert 0 < paid.distance < 1.2 * bits.SHARE * model.levels[-1].delta
-    assert 0 < paid.colour < 1.2 * 255 * bits.COLOUR
+    assert 0 < paid.color < 1.2 * 255 * bits.COLOR
     for network in fewest.networks().values():
         assert all(quantise.step_of(layer.weight, bits.HIDDEN[-1]) is not None for layer in network[1:-1])
 

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from mplicits.codegen.targets.glsl330 import bake
 from mplicits.codegen.targets.shader import FIRST_LOOKS
 from mplicits.field.cell_codes import EMPTY, interpolated
-from mplicits.field.cells import Cells
+from mplicits.field.cells import NEAR, NEAR_IN_FILE, Cells
 from mplicits.field.interpret import nested_field
-from mplicits.field.march import NEAR, NEAR_ALONE, march
 from mplicits.ir.lower import lower
 from mplicits.model.gallery import model_path
 from mplicits.model.model import Model
@@ -26,6 +25,7 @@ from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from oracles.dense import dense_march
+from oracles.march import march
 from support.dense_views import STOP, VIEWS, compare
 from support.paths import DEMO
 
@@ -146,7 +146,7 @@ def test_first_looks_end_most_rays_within_a_twentieth_of_a_pixel(model: Model) -
             for looks in (0, FIRST_LOOKS)
         )
         assert np.array_equal(looked.hit, without.hit)
-        assert sum(looked.evaluations) + 2 * 2 * looked.looks < sum(without.evaluations)
+        assert sum(looked.evaluations) + 2 * 2 * looked.gradient_evaluations < sum(without.evaluations)
         ended = looked.hit & (looked.steps <= FIRST_LOOKS)
         assert ended.sum() > 0.5 * looked.hit.sum()
         points = (eye + looked.t[ended, None] * directions[ended]).astype(np.float32)
@@ -168,7 +168,7 @@ def test_a_shader_that_stands_alone_skips_cells_and_has_narrow_bands_in_its_text
     eye, directions, footprint = VIEWS[0].rays(SIDE, SIDE)
     directions, few = directions.reshape(-1, 3), shader.few_cells
     program, narrow = lower(model), shader.narrow
-    relaxed = partial(march, program, eye, directions, 2, footprint, schedule="relaxed", near=NEAR_ALONE)
+    relaxed = partial(march, program, eye, directions, 2, footprint, schedule="relaxed", near=NEAR_IN_FILE)
     rays = relaxed(cells=few, narrow=narrow)
     assert (rays.hit == (drawn[:, 3] > 0.5)).mean() > 0.999
     assert (rays.steps == drawn[:, 1]).mean() > 0.98
@@ -181,7 +181,7 @@ def test_a_shader_that_stands_alone_skips_cells_and_has_narrow_bands_in_its_text
 @pytest.mark.parametrize("where", ["in passes", "in one file"])
 def test_the_relaxed_march_costs_little_and_sees_the_same(model: Model, where: str) -> None:
     program, shader = lower(model), bake(model, passes=where == "in passes")
-    in_passes, alone = (shader.cells, 1 / 4, NEAR), (shader.few_cells, 1 / 1.6, NEAR_ALONE)
+    in_passes, alone = (shader.cells, 1 / 4, NEAR), (shader.few_cells, 1 / 1.6, NEAR_IN_FILE)
     cells, share, near = in_passes if where == "in passes" else alone
     costs = [program.cost(function).multiply_adds for function in program.values]
     for camera in VIEWS[:2]:

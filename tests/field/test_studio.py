@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mplicits.codegen.targets import glsl330
 from mplicits.codegen.targets.read_shader import read_shader
 from mplicits.field.lowest import lowest_point
-from mplicits.field.studio import BLOCK, LIGHT_SIZE, SPREAD, between, coarse, openness
+from mplicits.field.openness import BLOCK, LIGHT_SIZE, coarse, openness
 from mplicits.ir.lower import lower
 from mplicits.model.model_file import load
 from mplicits.model.srgb import to_srgb
@@ -18,6 +18,7 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
+from oracles.floor_light import SPREAD, between
 from support.fitted_model import fitted_model, radius
 from support.paths import DEMO
 
@@ -62,7 +63,7 @@ def test_the_shadow_of_a_ball_is_that_of_a_disc_of_light() -> None:
     rng, program = np.random.default_rng(2), lower(fitted_model())
     ground = lowest_point(program)
     points = np.stack([rng.uniform(-1, 2.5, 200), np.full(200, ground), rng.uniform(-3, 1, 200)], axis=1)
-    seen = openness(program, points, np.tile(UP, (200, 1)), LIGHT, ground, True)[0][:, 1]
+    seen = openness(program, points, np.tile(UP, (200, 1)), LIGHT, ground, True)[:, 1]
     across = np.cross(LIGHT, UP) / np.linalg.norm(np.cross(LIGHT, UP))
     turns, radii = rng.uniform(0, 2 * np.pi, 400), LIGHT_SIZE * np.sqrt(rng.uniform(0, 1, 400))
     toward = (
@@ -80,7 +81,7 @@ def test_the_floor_is_darkest_where_the_shape_stands() -> None:
     program = lower(fitted_model())
     ground = lowest_point(program)
     points = np.array([(x, ground, 0) for x in (0.2, 0.4, 0.6, 1.0, 1.6)])
-    sky = openness(program, points, np.tile(UP, (5, 1)), LIGHT, ground, True)[0][:, 0]
+    sky = openness(program, points, np.tile(UP, (5, 1)), LIGHT, ground, True)[:, 0]
     assert sky[0] < 0.25
     assert np.all(np.diff(sky) >= 0)
     assert sky[-1] > 0.99
@@ -95,7 +96,7 @@ def test_the_shader_s_floor_is_numpy_s(ball: Renderer, elevation: float) -> None
     along = directions[on_floor]
     ground = ball.shader.ground
     points = eye + ((ground - eye[1]) / along[:, 1])[:, None] * along
-    sky, key, _ = openness(program, points, np.tile(UP, (len(points), 1)), LIGHT, ground, True)[0].T
+    sky, key, _ = openness(program, points, np.tile(UP, (len(points), 1)), LIGHT, ground, True).T
     lit = (0.9 * LIGHT[1] * key + 0.45 * sky) / (0.9 * LIGHT[1] + 0.45)
     np.testing.assert_allclose(picture[on_floor][:, 0], to_srgb(lit), atol=0.01)
     assert lit.min() < 0.5, "some of it is in the shadow"
@@ -124,7 +125,7 @@ def test_passes_look_at_the_floor_where_the_corners_of_its_blocks_differ(osmesa:
     along = directions[::-1]
     points = eye + ((shader.ground - eye[1]) / along[..., 1:2]) * along
     up = np.tile(UP, (side**2, 1))
-    exact = openness(program, points.reshape(-1, 3), up, LIGHT, shader.ground, True)[0]
+    exact = openness(program, points.reshape(-1, 3), up, LIGHT, shader.ground, True)
     exact[along[..., 1].ravel() >= 0] = np.nan
     exact = exact.reshape(side, side, 3)
     row, column = np.nonzero((picture[..., 3] == 0) & (along[..., 1] < 0))

@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mplicits.field.interpret import nested_field
-from mplicits.field.march import ball
 from mplicits.ir.program import Array, Program
+from oracles.march import ball
 
 SMALLEST, LARGEST = 0.0006, 0.05
 """Limits of a step, model units: small against the thinnest feature, and large enough to get through the ball."""

@@ -1,51 +1,64 @@
-"""Sphere tracing in numpy, step by step as glsl/shadertoy.glsl does it: what is short in text."""
+"""Sphere tracing in NumPy, step by step as glsl/shadertoy.glsl, whose text is short."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mplicits.field.hull import BALL, within
+from mplicits.field.hull import BALL, NORMALS
 from mplicits.field.interpret import nested_field
-from mplicits.field.march import GAP, ball
-from mplicits.field.narrow import OFFSET, Grid, half_widths, margins
+from mplicits.field.narrow import Grid
 from mplicits.ir.program import Program
+from mplicits.model.model import DELTA_FACTOR
+from oracles.march import GAP, Doubles, ball, half_widths, margins
 
 NEAR = 3.0
-"""Radius of a free sphere, in gaps, above which a relaxed step is a plain one."""
+"""Radius of a free sphere, in gaps, below which a step is over-relaxed."""
 STOP = 0.06 / 0.63
-"""Pixels to the surface within which a ray stops."""
+"""Distance to the surface at which a ray stops, pixels."""
+
+
+def within(planes: Doubles, origin: Doubles, directions: Doubles) -> tuple[Doubles, Doubles]:
+    """Return the distances (N,) at which rays enter and leave a hull in the ball; enter >= leave: the ray misses.
+
+    planes: (13, 2), from `hull`; origin: (3,); directions: (N, 3) of length 1, model space.
+    """
+    speed = directions @ NORMALS.T + 1e-9
+    ends = (planes - (NORMALS @ origin)[:, None]) / speed[..., None]
+    near, far, meets = ball(origin, directions, BALL)
+    enter, leave = ends.min(axis=2).max(axis=1), ends.max(axis=2).min(axis=1)
+    return np.maximum(enter, near), np.where(meets, np.minimum(leave, far), -1)
 
 
 @dataclass(eq=False)
 class ShortRays:
-    """N rays, and what they have cost."""
+    """N rays, and the number of evaluations."""
 
-    t: NDArray[np.float64]
+    t: Doubles
     """(N,) distance from the origin."""
     hit: NDArray[np.bool_]
     """(N,) whether the ray has met the surface."""
     steps: NDArray[np.int64]
-    """(N,) evaluations of the field, without those for normals."""
+    """(N,) evaluations of the field, without normals."""
     evaluations: list[int]
-    """How often each level's network was evaluated, at index level - 1."""
+    """Evaluations of each level's network, at index level - 1."""
 
 
 def short_march(
     program: Program,
-    origin: NDArray[np.float64],
-    directions: NDArray[np.float64],
+    origin: Doubles,
+    directions: Doubles,
     footprint: float,
     bound: float,
     steps: int = 200,
-    planes: NDArray[np.float64] | None = None,
+    planes: Doubles | None = None,
     narrow: Grid | None = None,
 ) -> ShortRays:
     """Trace the last level along rays from outside of the shape.
 
-    origin: (3,), of all rays; directions: (N, 3) of length 1, model space. footprint: width of a pixel at distance 1.
-    bound: factor on every step. steps: of a ray, at most. planes: (13, 2) of a hull around the shape, or None.
-    narrow: of `narrow_widths`, that of level 1; or None.
+    origin: (3,); directions: (N, 3) of length 1, model space. footprint: width of a pixel at distance 1. bound: factor
+    on every step. steps: largest number for a ray. planes: (13, 2), from `hull`, or None. narrow: level 1's grid from
+    `narrow_widths`, or None.
     """
     levels = len(program.bands)
     if planes is None:
@@ -65,7 +78,7 @@ def short_march(
         for i in range(levels):
             rays.evaluations[i] += int(np.count_nonzero(reached > i))
         rays.steps[active] += 1
-        offsets = widths[reached - 1, np.arange(len(points))] / OFFSET
+        offsets = widths[reached - 1, np.arange(len(points))] / DELTA_FACTOR
         f = value - np.where(reached < levels, offsets, 0)
         stops = np.abs(f) < STOP * footprint * t[active]
         rays.hit[active[stops]] = True

@@ -12,7 +12,6 @@ import mplicits
 from mplicits import cli
 from mplicits.field import composed as reference
 from mplicits.field import interpret
-from mplicits.field.march import march
 from mplicits.field.run import run
 from mplicits.ir.at_time import at_time
 from mplicits.ir.lower import lower
@@ -20,6 +19,7 @@ from mplicits.model.errors import UserError
 from mplicits.model.model_file import load, save, to_bytes
 from mplicits.model.scene import Disc, shapes_of
 from mplicits.scenes.place import line_of
+from oracles.march import march
 from support.paths import ROOT
 from support.scene_models import SCENE, composed, write_balls
 

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from mplicits.codegen.targets.glsl330 import bake
-from mplicits.field.march import NEAR, NEAR_ALONE
+from mplicits.field.cells import NEAR, NEAR_IN_FILE
 from mplicits.model.model import Model
 from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
@@ -33,7 +33,7 @@ def model() -> Model:
 def both(osmesa: Context, model: Model) -> Iterator[tuple[Renderer, Renderer]]:
     """The same shader in passes, without a grid of cells, and at once, with steps as long as theirs."""
     shader = replace(bake(model, "literal", passes=True), cells=None)
-    alone, in_passes = (f"const float NEAR = {near};" for near in (NEAR_ALONE, NEAR))
+    alone, in_passes = (f"const float NEAR = {near};" for near in (NEAR_IN_FILE, NEAR))
     assert shader.text.count(alone) == 1
     at_once = replace(shader, passes=None, text=shader.text.replace(alone, in_passes))
     renderers = Renderer(osmesa, shader), Renderer(osmesa, at_once)

@@ -8,9 +8,9 @@ import pytest
 
 from mplicits.bake.registry import TARGETS
 from mplicits.field.cells import Cells
-from mplicits.field.march import march
 from mplicits.ir.lower import lower
 from mplicits.viewer.draw.camera import Camera
+from oracles.march import march
 from support.browser import visit
 from support.page_pictures import MODEL
 

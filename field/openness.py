@@ -1,7 +1,4 @@
-"""How much of the sky and of the key light points see, in numpy, step by step as glsl/openness.glsl does it.
-
-It counts what the shading "studio" costs beside tracing, and the shader's openness is compared with its own.
-"""
+"""The shares of the sky and of the key light that points see, step by step as glsl/openness.glsl."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +9,10 @@ from .interpret import field
 SKY_TAPS, LIGHT_STEPS, SKY_REACH, LIGHT_SIZE, LIFT = 5, 20, 0.7, 0.16, 0.25
 ENOUGH, CLEAR, BEHIND, AWAY = 0.85, 0.8, 0.4, 4.0
 """The constants of glsl/openness.glsl."""
-BLOCK, SPREAD = 4, 0.05
-"""The constants of glsl/floor_light.glsl."""
+BLOCK = 4
+"""Pixels along the side of a block in glsl/floor_light.glsl."""
 EVALUATIONS = 1 + SKY_TAPS + LIGHT_STEPS
-"""Most evaluations of level 1 for a point."""
+"""Largest number of evaluations of level 1 for a point."""
 
 Values = NDArray[np.float64]
 
@@ -28,54 +25,36 @@ def coarse(program: Program, points: Values) -> Array:
     return np.asarray(np.where(far > 1, np.hypot(outside, np.maximum(f, 0)), f), np.float32)
 
 
-def openness(
-    program: Program, points: Values, normals: Values, light: Values, ground: float, floored: bool
-) -> tuple[Values, int]:
-    """Find how open points are to the sky and to the key light.
+def openness(program: Program, points: Values, normals: Values, light: Values, ground: float, floored: bool) -> Values:
+    """Estimate how open points are to the sky and to the key light.
 
     points, normals: (N, 3), model space; light: (3,) of length 1, to the key light; ground: height of the floor.
     floored: whether the points are on the floor. Returns (N, 3): the shares of the sky and of the light, and level 1's
-    field; and how often level 1 was evaluated.
+    field.
     """
     count = len(points)
     squared, nearest = (points**2).sum(axis=1), -points @ light
     passed = squared - nearest**2
     shaded = (normals @ light > -LIGHT_SIZE) & (passed < (1 + LIGHT_SIZE * np.maximum(nearest, 0)) ** 2)
     shaded &= (nearest > 0) | (squared < 1)
-    evaluations, here = 0, np.zeros(count)
-    if not floored:
-        here, evaluations = coarse(program, points).astype(np.float64), count
+    here = np.zeros(count) if floored else coarse(program, points).astype(np.float64)
     occluded, weights = np.zeros(count), 0.0
-    asked: NDArray[np.bool_] = np.ones(count, np.bool_)
+    active: NDArray[np.bool_] = np.ones(count, np.bool_)
     for i in range(SKY_TAPS, 0, -1):
         share = i / SKY_TAPS
         way = SKY_REACH * share * share
         q = points + way * normals
-        asked &= not floored or np.linalg.norm(q, axis=1) < 1 + way
-        under = np.flatnonzero(asked)
+        active &= not floored or np.linalg.norm(q, axis=1) < 1 + way
+        under = np.flatnonzero(active)
         q = q[under]
         f = coarse(program, q) - here[under] * max(1 - way / LIFT, 0)
-        evaluations += len(under)
         free = f if floored else np.minimum(f, q[:, 1] - ground)
         occluded[under] += (1 - 0.6 * share) * np.clip(1 - free / way, 0, 1.5)
         weights += 1 - 0.6 * share
-        asked[under] = not floored or free < ENOUGH * way
-    cover, steps = _cover(program, points, light, here, np.flatnonzero(shaded), nearest, passed)
+        active[under] = not floored or free < ENOUGH * way
+    cover = _cover(program, points, light, here, np.flatnonzero(shaded), nearest, passed)
     seen = 0.25 * (1 + cover) ** 2 * (2 - cover)
-    return np.stack([np.clip(1 - occluded / weights, 0, 1), seen, here], axis=1), evaluations + steps
-
-
-def between(corners: Values, share: Values) -> tuple[Values, NDArray[np.bool_]]:
-    """Find how open the floor is between the corners of blocks of pixels (glsl/floor_light.glsl).
-
-    corners: (N, 4, 3), `openness` of the lower left, lower right, upper left and upper right one; NaN where a ray does
-    not meet the floor. share: (N, 2) of the way between them, from 0 to 1. Returns (N, 3), and whether the corners are
-    alike enough for it to be so (N,).
-    """
-    x, y = share.T[:, :, None]
-    lower, upper = ((1 - x) * corners[:, k] + x * corners[:, k + 1] for k in (0, 2))
-    spread = np.ptp(corners[..., :2], axis=1).max(axis=1)
-    return (1 - y) * lower + y * upper, spread < SPREAD
+    return np.stack([np.clip(1 - occluded / weights, 0, 1), seen, here], axis=1)
 
 
 def _cover(
@@ -86,12 +65,12 @@ def _cover(
     active: NDArray[np.intp],
     nearest: Values,
     passed: Values,
-) -> tuple[Values, int]:
-    """Return how far the shape is from the rays to the light (N,), in radii of the light, from -1 to 1.
+) -> Values:
+    """Return the distance of the shape from the rays to the light (N,), in radii of the light, from -1 to 1.
 
-    active: (M,) indices of the points that anything can shade. The second value counts evaluations.
+    active: (M,) indices of the points that the shape may shade.
     """
-    cover, evaluations = np.ones(len(points)), 0
+    cover = np.ones(len(points))
     t = np.maximum(0.03, nearest - np.sqrt(np.maximum(1 - passed, 0.1)))
     before = np.tile((0.0, 1.0), (len(points), 1))
     last_but_one = np.tile((-1.0, 1.0), (len(points), 1))
@@ -101,7 +80,6 @@ def _cover(
         stays = ~(away & (q @ light > 0))
         active, q = active[stays], q[stays]
         f = coarse(program, q) - here[active] * np.maximum(1 - t[active] / LIFT, 0)
-        evaluations += len(active)
         way, ratio = t[active], f / (LIGHT_SIZE * t[active])
         (way_1, ratio_1), (way_0, ratio_0) = before[active].T, last_but_one[active].T
         rise, rise_before = (ratio - ratio_1) / (way - way_1), (ratio_1 - ratio_0) / (way_1 - way_0)
@@ -116,4 +94,4 @@ def _cover(
         ends = (cover[active] < -1) | (f > CLEAR * (left + LIGHT_SIZE * (way + left)))
         ends |= (ratio > AWAY) & (rise > 0) & (way_1 > 0) & (q @ light > BEHIND)
         active = active[~ends]
-    return np.clip(cover, -1, 1), evaluations
+    return np.clip(cover, -1, 1)
