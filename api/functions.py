@@ -215,7 +215,7 @@ def compose(scene: str | Path) -> Field:
 
     Raises UserError, which names the file, the line and the key.
     """
-    from ..scenes.composed import compose as composed
+    from ..scenes.compose import compose as composed
 
     return Field(composed(scene))
 

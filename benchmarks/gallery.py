@@ -20,7 +20,7 @@ from mplicits.model.errors import UserError
 from mplicits.model.files import write_whole
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load, save, to_bytes
-from mplicits.scenes.composed import compose
+from mplicits.scenes.compose import compose
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context, open_osmesa
 from mplicits.viewer.draw.options import RenderOptions

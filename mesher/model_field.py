@@ -76,7 +76,7 @@ class ModelField:
         return clearance
 
     def on_surface(self, points: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Return the last level's unit gradient (N, 3) at points (N, 3), and whether the points are in every band (N,)."""
+        """Return the last level's unit gradient (N, 3) at points (N, 3), and whether it is in every band (N,)."""
         gradient, _ = interpret.field_gradient(self.program, points, self._levels, self._time)
         return gradient / np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), 1e-12), self.in_bands(points)
 

@@ -1,1 +1,1 @@
-"""A scene's file -> a model file: models that are placed and joined."""
+"""The file of a scene -> a model file: models placed and combined."""

@@ -24,7 +24,7 @@ def _compose(command: ComposeCommand) -> None:
     from ..model.kinds import MODEL
     from ..model.model_file import save
     from ..model.scene import shapes_of
-    from .composed import compose
+    from .compose import compose
 
     output = command.output or Path(command.scene.stem + SUFFIX)
     check_writable(output, [command.scene], kind=MODEL, force=command.force)

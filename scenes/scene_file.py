@@ -1,4 +1,4 @@
-"""Reads the file of a scene, TOML, with the models and the scenes that it names."""
+"""The file of a scene (TOML): reading it, with its models and inner scenes."""
 
 import hashlib
 import tomllib
@@ -30,72 +30,68 @@ from ..model.scene import (
     renumbered,
     shapes_of,
 )
-from .place import line_of
+from .toml_lines import line_of
 
 GROUP_KEYS = ("operation", "radius", "parts")
-"""Keys of a group, which may have `PLACEMENT_KEYS` as well."""
+"""Keys of a group, beside `PLACEMENT_KEYS`."""
 SHAPE_KEYS = ("model", "time")
-"""Keys of a shape, which may have `PLACEMENT_KEYS` as well."""
+"""Keys of a shape, beside `PLACEMENT_KEYS`."""
 GROUND_KEYS = ("height", "radius", "thickness", "color")
-"""Keys of the table `ground`, none of which has to be there."""
+"""Optional keys of the table `ground`."""
 SCENE_KEYS = ("name", "credit", "front", "ground", *GROUP_KEYS)
 """Keys at the top of a scene's file."""
 GROUND_COLOUR = (0.72, 0.70, 0.66)
-"""sRGB, of a ground that has no other."""
+"""Default color of the ground, sRGB."""
 LARGEST_FILE = 1_000_000
-"""Most bytes of a scene's file."""
+"""Largest size of the file, bytes."""
 
 
 @dataclass(frozen=True)
 class Ground:
-    """A round plate that the scene stands on; lengths in the scene's unit, None where they follow from the shapes."""
+    """A round plate under the scene. Lengths are in the scene's unit; None: from the shapes."""
 
     height: float | None
-    """Of its upper side, along y."""
+    """Height of the upper side, along y."""
     radius: float | None
-    """Above 0."""
     thickness: float | None
-    """Above 0."""
     colour: tuple[float, float, float]
     """sRGB in [0, 1]."""
 
 
 @dataclass
 class SceneFile:
-    """What a scene's file says, and what it names."""
+    """The content of a scene's file, with its models."""
 
     name: str
-    """Of the model to be: the file's own where it says none."""
+    """Name of the model; by default the name of the file."""
     root: Group
     """The tree, in the file's unit."""
     ground: Ground | None
-    """None where there is none."""
     credit: str | None
-    """None where the file says nothing."""
     front: tuple[float, float] | None
-    """As of `Model`."""
+    """`Model.front`."""
     sha256: str
-    """Of the file's bytes, hexadecimal."""
+    """Hash of the file, hexadecimal."""
     models: list[Model] = field(default_factory=list)
-    """What the tree's shapes have the numbers of, each once."""
+    """Distinct models; the shapes of the tree hold indices into this list."""
 
 
 def read_scene(path: Path) -> SceneFile:
-    """Read and check a scene. Raises UserError, one line that names the file, the line and the key."""
+    """Read and check a scene. Raises UserError, which names the file, the line and the key."""
     return _Reader().scene(path, [])
 
 
 class _Reader:
-    """Reads a scene and those inside it; models that several of them name are loaded once."""
+    """Reads a scene and its inner scenes, and loads each model once."""
 
     def __init__(self) -> None:
         self._models: list[Model] = []
         self._first: dict[Path, int] = {}
-        """Path of a model's file -> its number, or that of its first shape where it holds a scene."""
+        """Path of a model -> index of the model, or of its first shape if it is a scene."""
         self._scenes: dict[Path, Model] = {}
 
     def scene(self, path: Path, outer: list[Path]) -> SceneFile:
-        """Read one file. outer: the files that name it, resolved."""
+        """Read one file. outer: resolved paths of the outer scenes."""
         data = _bytes(path)
         try:
             text = data.decode()
@@ -123,7 +119,7 @@ class _Reader:
             raise UserError("ground: only the outermost scene has one")
         root = self._group(values, "", path, outer)
         if sum(1 for _ in shapes_of(root)) > MOST_SHAPES:
-            raise UserError(f"parts: there are more than {MOST_SHAPES} shapes")
+            raise UserError(f"parts: more than {MOST_SHAPES} shapes")
         front = (float(values["front"][0]), float(values["front"][1])) if "front" in values else None
         return SceneFile(texts["name"] or path.stem, root, ground, texts["credit"], front, sha256, self._models)
 
@@ -150,7 +146,7 @@ class _Reader:
         source = _source(path, named, f"{where}.model")
         if source.suffix.lower() == ".toml":
             if source.resolve() in outer:
-                raise UserError(f"{where}.model: {show(named)} is a scene that holds itself")
+                raise UserError(f"{where}.model: {show(named)} is a scene that contains itself")
             if len(outer) >= MOST_DEPTH:
                 raise UserError(f"{where}.model: scenes are at most {MOST_DEPTH} deep")
             try:
@@ -176,13 +172,13 @@ class _Reader:
             return Shape(first, time, placement)
         assert scene.scene is not None
         if "time" in values:
-            raise UserError(f"{where}.time: {show(named)} is a scene, which goes by the time of this one")
+            raise UserError(f"{where}.time: {show(named)} is a scene, which takes the time of the outer scene")
         start = first
         return Group(UNION, (renumbered(scene.scene, lambda number: number + start),), placement=placement)
 
 
 class _InnerError(UserError):
-    """What is wrong with a scene inside another: the line and the file are its own."""
+    """An error in an inner scene, which names its own file and line."""
 
     def __init__(self, inner: UserError) -> None:
         super().__init__(str(inner))
@@ -195,14 +191,14 @@ def _bytes(path: Path) -> bytes:
         if not path.is_file():
             raise UserError(f"{show(path)}: " + ("not a file" if path.exists() else "no such file"))
         if path.stat().st_size > LARGEST_FILE:
-            raise UserError(f"{show(path)}: more than {LARGEST_FILE:,} bytes, which no scene has")
+            raise UserError(f"{show(path)}: more than {LARGEST_FILE:,} bytes; a scene is smaller")
         return path.read_bytes()
     except (OSError, ValueError) as error:
         raise UserError(f"{show(path)}: {show(getattr(error, 'strerror', None) or str(error))}") from None
 
 
 def _source(path: Path, named: str, key: str) -> Path:
-    """Return the file that a part names: one beside the scene's, or the gallery's. Raises UserError."""
+    """Return the file of a part: beside the scene, or in the gallery. Raises UserError."""
     beside = path.parent / named
     try:
         found = beside.is_file()
@@ -212,7 +208,7 @@ def _source(path: Path, named: str, key: str) -> Path:
         return beside
     if named in names():
         return FOLDER / (named + SUFFIX)
-    raise UserError(f"{key}: {show(named)}: no such file, and none of the gallery: {', '.join(names())}")
+    raise UserError(f"{key}: {show(named)}: no such file, and not in the gallery: {', '.join(names())}")
 
 
 def _ground(values: Any) -> Ground:
@@ -229,7 +225,7 @@ def _ground(values: Any) -> Ground:
 
 
 def _check_known(values: Mapping[str, Any], known: tuple[str, ...], where: str) -> None:
-    """Check that a table has no other keys. Raises UserError."""
+    """Raise UserError for unknown keys of a table."""
     for key in values:
         if key not in known:
-            raise UserError(f"{where}.{key}: an unknown key; there is {', '.join(known)}")
+            raise UserError(f"{where}.{key}: unknown key; choose one of {', '.join(known)}")

@@ -20,7 +20,7 @@ from mplicits.field import interpret
 from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.model.model_file import load, save, to_bytes
-from mplicits.scenes.composed import compose
+from mplicits.scenes.compose import compose
 from mplicits.trainer.checkpoint import read_network
 from mplicits.trainer.part import Part
 from mplicits.trainer.shapes.load import load_shape

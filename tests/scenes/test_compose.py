@@ -18,7 +18,7 @@ from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.model.model_file import load, save, to_bytes
 from mplicits.model.scene import Disc, shapes_of
-from mplicits.scenes.place import line_of
+from mplicits.scenes.toml_lines import line_of
 from oracles.march import march
 from support.paths import ROOT
 from support.scene_models import SCENE, composed, write_balls
@@ -186,8 +186,8 @@ def test_scenes_hold_scenes(tmp_path: Path) -> None:
 PART = '[[parts]]\nmodel = "ball.safetensors"\n'
 BAD = (
     ('[[parts]]\nmodel = "none.safetensors"\n', "2: parts[1].model: none.safetensors: no such file"),
-    (PART + "size = 2\n", "3: parts[1].size: an unknown key"),
-    ("colour = 1\n" + PART, "1: colour: an unknown key"),
+    (PART + "size = 2\n", "3: parts[1].size: unknown key"),
+    ("colour = 1\n" + PART, "1: colour: unknown key"),
     (PART + "scale = 0\n", "3: parts[1].scale: must be positive"),
     (PART + 'scale = "t - 0.5"\n', "3: parts[1].scale: must be positive"),
     (PART + PART + '\nangle = "1 / (t - 0.5)"\n', "6: parts[2].angle: (t - 0.5) divides by zero at t = 0.5"),
@@ -196,7 +196,7 @@ BAD = (
     (PART + "axis = [0, 0, 0]\n", "3: parts[1].axis: its length"),
     ('operation = "xor"\n' + PART, "1: operation: choose one of union"),
     ('operation = "smooth union"\n' + PART, "1: radius: must be positive"),
-    ('[[parts]]\nmodel = "scene.toml"\n', "2: parts[1].model: scene.toml is a scene that holds itself"),
+    ('[[parts]]\nmodel = "scene.toml"\n', "2: parts[1].model: scene.toml is a scene that contains itself"),
     ("name = 3\n" + PART, "1: name: a text"),
     ("", "1: parts: a scene has [[parts]]"),
     (PART + "[ground]\nradius = -1\n", "4: ground.radius: must be positive"),
@@ -215,7 +215,7 @@ def test_a_bad_scene_is_one_line_with_file_line_and_key(tmp_path: Path, text: st
 def test_a_circle_of_scenes_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.toml").write_text('[[parts]]\nmodel = "b.toml"\n')
     (tmp_path / "b.toml").write_text('[[parts]]\nmodel = "a.toml"\n')
-    with pytest.raises(UserError, match=r"b.toml:2: parts\[1\].model: a.toml is a scene that holds itself"):
+    with pytest.raises(UserError, match=r"b.toml:2: parts\[1\].model: a.toml is a scene that contains itself"):
         mplicits.compose(tmp_path / "a.toml")
 
 

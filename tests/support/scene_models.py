@@ -5,7 +5,7 @@ from pathlib import Path
 
 from mplicits.model.model import Model
 from mplicits.model.model_file import save
-from mplicits.scenes.composed import compose
+from mplicits.scenes.compose import compose
 from support.fitted_model import fitted_model
 
 SCENE = """

@@ -1,9 +1,9 @@
-"""Where in TOML a key stands: the reader of the standard library says of syntax errors alone on which line they are."""
+"""Line numbers of keys in TOML: the parser of the standard library reports lines of syntax errors alone."""
 
 import re
 
 Path = tuple[str | int, ...]
-"""Keys, and places in arrays counted from 0, from the top of the file."""
+"""Keys, and indices of arrays from 0, from the top of the file."""
 
 _HEADER = re.compile(r"\s*(\[\[?)([^\[\]]+)\]")
 _KEY = re.compile(r"\s*([\w.\"' -]+?)\s*=")
@@ -12,8 +12,7 @@ _KEY = re.compile(r"\s*([\w.\"' -]+?)\s*=")
 def line_of(text: str, key: str) -> int:
     """Return the line, counted from 1, of a key such as `parts[2].scale`.
 
-    It is that of the longest beginning of the key that begins a line, and 1 where there is none: what stands inside
-    brackets or braces is on the line of the key before them.
+    A key inside brackets or braces has the line of the key before them. An unknown key has line 1.
     """
     wanted: Path = tuple(
         int(part) - 1 if part.isdecimal() else part for part in re.findall(r"[^.\[\]]+", key) if part != "scene"
@@ -38,7 +37,7 @@ def line_of(text: str, key: str) -> int:
 
 
 def _inside(dotted: str, counts: dict[Path, int]) -> Path:
-    """Return the path of a header's name; an array on the way to it means the array's last element so far."""
+    """Return the path of a header's name; an array in the path stands for its last element so far."""
     *before, last = _names(dotted)
     path: Path = ()
     for name in before:

@@ -1,4 +1,4 @@
-"""A scene becomes a model: its space is brought into the unit sphere, and its levels are those of its shapes."""
+"""The model of a scene: its space is scaled into the unit sphere, and its levels combine the levels of its shapes."""
 
 from pathlib import Path
 
@@ -25,21 +25,21 @@ from ..model.scene import (
 from .scene_file import Ground, SceneFile, read_scene
 
 TIMES = np.linspace(0, 1, 129)
-"""Moments at which the ball that holds a scene is looked for."""
+"""Times at which the bounding ball of a scene is computed."""
 SLACK = 1.005
-"""Factor on the radius of a scene that moves: between two moments, parts may be farther out."""
+"""Factor on the radius of a moving scene: between two times, parts may be farther out."""
 GROUND_RADIUS, GROUND_THICKNESS = 1.0, 0.05
-"""Of a ground that has no other: over the radius of the scene on it, and over its own radius."""
+"""Default radius of the ground per radius of the scene, and default thickness per radius of the ground."""
 CLOSER = 200
-"""Steps towards the centre of the smallest ball."""
+"""Iterations towards the centre of the smallest ball."""
 
 Values = NDArray[np.float64]
 Balls = list[tuple[Values, Values]]
-"""Centres (T, 3) and radii (T,) of balls at the moments TIMES."""
+"""Centres (T, 3) and radii (T,) of balls at TIMES."""
 
 
 def compose(scene: Path | str) -> Model:
-    """Read the file of a scene and return the model of it. Raises UserError."""
+    """Read the file of a scene and return its model. Raises UserError."""
     read = read_scene(Path(scene))
     root = read.root
     if read.ground is not None:
@@ -74,8 +74,8 @@ def _model(read: SceneFile, root: Group) -> Model:
 def _levels(root: Node, models: list[Model]) -> tuple[Level, ...]:
     """Return the levels of a scene, model space.
 
-    A join of values changes by no more than the value that changes most, so the band of a level is the widest of the
-    shapes' that have a finer one (Eq. 5), and steps are as long as all shapes allow.
+    An operation changes no more than its operands change. So the band of a level is the widest band among the shapes
+    with a finer level (Eq. 5), and a step is at most the smallest step among the shapes.
     """
     scaled = [(models[node.model], scale) for node, scale in _scales(root, 1.0)]
     count = max(len(model.levels) for model, _ in scaled)
@@ -97,7 +97,7 @@ def _levels(root: Node, models: list[Model]) -> tuple[Level, ...]:
 
 
 def _scales(node: Node, scale: float) -> list[tuple[Shape, float]]:
-    """Return the shapes that are models, and the largest length of each one's unit."""
+    """Return the shapes that are models, each with its largest scale over time."""
     scale *= node.placement.scale.range()[1]
     match node:
         case Group(parts=parts):
@@ -109,7 +109,7 @@ def _scales(node: Node, scale: float) -> list[tuple[Shape, float]]:
 
 
 def _balls(node: Node) -> Balls:
-    """Return balls that hold a node, in what holds the node."""
+    """Return bounding balls of a node, in its parent's space."""
     if not isinstance(node, Group):
         balls = [(np.zeros((len(TIMES), 3)), np.ones(len(TIMES)))]
     else:
@@ -133,13 +133,13 @@ def _balls(node: Node) -> Balls:
 
 
 def _at(node: Node, name: str) -> Values:
-    """Return a number of a node, or of its placement, at all moments."""
+    """Return a number of a node or of its placement at TIMES."""
     value = node.radius if name == "radius" and isinstance(node, Group) else getattr(node.placement, name)
     return np.array([value.at(time) for time in TIMES])
 
 
 def _ball(balls: Balls, slack: float) -> tuple[Values, float]:
-    """Return the centre (3,) and the radius of a small ball that holds others (Badoiu and Clarkson 2003)."""
+    """Return the centre (3,) and the radius of a small ball around others (Badoiu and Clarkson 2003)."""
     centres, radii = np.concatenate([ball[0] for ball in balls]), np.concatenate([ball[1] for ball in balls])
     middle = (centres - radii[:, None]).min(axis=0) / 2 + (centres + radii[:, None]).max(axis=0) / 2
     best, least = middle, np.inf
@@ -153,7 +153,7 @@ def _ball(balls: Balls, slack: float) -> tuple[Values, float]:
 
 
 def _plate(read: SceneFile, ground: Ground) -> Disc:
-    """Return the ground of a scene, in the file's unit; by default it lies under the lowest point at any time."""
+    """Return the ground of a scene, in the file's unit; by default under the lowest point of all times."""
     standing = _model(read, read.root)
     height = ground.height
     if height is None:
