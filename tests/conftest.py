@@ -12,9 +12,9 @@ from mplicits.bake.registry import TARGETS
 from mplicits.model.errors import UserError
 from mplicits.viewer.draw.context import Context, open_osmesa
 from support.browser import Visit, chromium, visit
-from support.desk_fixture import open_desk  # noqa: F401 (a fixture)
 from support.display import virtual_display
 from support.page_pictures import MODEL
+from support.viewer_fixture import open_viewer  # noqa: F401 (a fixture)
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser

@@ -21,9 +21,9 @@ from mplicits.viewer.window.window import Window
 stack = ExitStack()
 context, gui = stack.enter_context(greeted("m", SIZE, None))
 window = Window(context, gui, open_source(Path("m.safetensors")), Camera(), RenderOptions(samples=2), watch=WATCH)
-desk, view, handle = window.desk, window.desk.shown.view, window.handle
-report = {"greeting": desk.message}
-desk.message = ""  # it would lie over the pictures that are compared
+viewer, view, handle = window.viewer, window.viewer.view, window.handle
+report = {"greeting": viewer.message}
+viewer.message = ""  # it would lie over the pictures that are compared
 
 def screen():
     "The window's pixels (H, W, 3) in [0, 1], top row first."
@@ -39,7 +39,7 @@ def settle(seconds=40.0):
     while time.perf_counter() < end:
         window.step()
         glfw.poll_events()
-        if desk.resting and not (window.gui and window.gui.restless):
+        if viewer.idle and not (window.gui and window.gui.needs_frames):
             return
         time.sleep(0.002)
     raise SystemExit("the window never comes to rest")
@@ -47,7 +47,7 @@ def settle(seconds=40.0):
 def difference():
     "The largest difference, over all pixels and channels, between the window's picture and what render draws."
     x, y, width, height = window.area
-    rendered = desk.shown.renderer.render((width, height), view.camera, view.options)[..., :3]
+    rendered = viewer.renderer.render((width, height), view.camera, view.options)[..., :3]
     return float(np.abs(screen()[:, x:] - rendered).max())
 
 def user(*actions):

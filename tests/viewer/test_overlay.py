@@ -12,9 +12,9 @@ from mplicits.viewer.draw.mesh_program import clip_planes
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.rasterizer import Rasterizer
 from mplicits.viewer.draw.triangles import read_triangles
-from mplicits.viewer.state.desk import Desk
 from mplicits.viewer.state.overlay import MeshSource, Overlay
-from support.desk_fixture import AREA, picture_of, settle
+from mplicits.viewer.state.viewer import Viewer
+from support.viewer_fixture import AREA, picture_of, settle
 
 CUBE = """v -.5 -.5 -.5\nv .5 -.5 -.5\nv .5 .5 -.5\nv -.5 .5 -.5\nv -.5 -.5 .5\nv .5 -.5 .5\nv .5 .5 .5\nv -.5 .5 .5
 f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 4 7 3\nf 4 8 7\nf 1 5 8\nf 1 8 4\nf 2 3 7\nf 2 7 6\n"""
@@ -29,14 +29,14 @@ def cube(tmp_path: Path) -> MeshSource:
 
 
 def test_edges_are_drawn_where_the_mesh_has_them_and_only_where_they_are_seen(
-    open_desk: Callable[..., Desk], cube: MeshSource
+    open_viewer: Callable[..., Viewer], cube: MeshSource
 ) -> None:
-    desk = open_desk()
+    viewer = open_viewer()
     size, camera = (200, 200), Camera(0, 0, 3.0)
-    plain = desk.shown.renderer.render(size, camera)
-    overlay = Overlay(desk.shown.context, cube, "auto")
-    edged = overlay.over(desk.shown.renderer, desk.shown.source, "edges").render(size, camera)
-    overlay.over(desk.shown.renderer, desk.shown.source, "hidden")
+    plain = viewer.renderer.render(size, camera)
+    overlay = Overlay(viewer.context, cube, "auto")
+    edged = overlay.renderer_for(viewer.renderer, viewer.source, "edges").render(size, camera)
+    overlay.renderer_for(viewer.renderer, viewer.source, "hidden")
     np.testing.assert_array_equal(edged[..., 3], plain[..., 3])
     changed = np.abs(edged - plain).max(axis=-1) > 0.02
     rows, columns = np.nonzero(changed)
@@ -49,40 +49,40 @@ def test_edges_are_drawn_where_the_mesh_has_them_and_only_where_they_are_seen(
     assert diagonal[inside].all(), "all that is seen inside the front face is its diagonal; the back face is hidden"
     assert inside.sum() > near
     assert far < near - 10
-    np.testing.assert_array_equal(desk.shown.renderer.render(size, camera), plain)
+    np.testing.assert_array_equal(viewer.renderer.render(size, camera), plain)
     overlay.release()
 
 
-def test_faces_are_drawn_as_render_draws_a_mesh(open_desk: Callable[..., Desk], cube: MeshSource) -> None:
-    desk = open_desk()
-    desk.shown.overlay = Overlay(desk.shown.context, cube, "auto")
-    settle(desk)
-    traced = picture_of(desk)
-    desk.shown.view.key("M")
-    desk.shown.view.key("M")
-    settle(desk)
-    assert desk.shown.source.model is not None
+def test_faces_are_drawn_as_render_draws_a_mesh(open_viewer: Callable[..., Viewer], cube: MeshSource) -> None:
+    viewer = open_viewer()
+    viewer.overlay = Overlay(viewer.context, cube, "auto")
+    settle(viewer)
+    traced = picture_of(viewer)
+    viewer.view.key("M")
+    viewer.view.key("M")
+    settle(viewer)
+    assert viewer.source.model is not None
     triangles = read_triangles(cube.path, (0.0, 0.0, 0.0), 1.0)
-    rasterizer = Rasterizer(desk.shown.context, desk.shown.source.model, triangles)
-    rendered = rasterizer.render(AREA, desk.shown.view.camera, RenderOptions())[..., :3]
+    rasterizer = Rasterizer(viewer.context, viewer.source.model, triangles)
+    rendered = rasterizer.render(AREA, viewer.view.camera, RenderOptions())[..., :3]
     rasterizer.release()
     assert np.abs(rendered - traced).max() > 0.1
-    np.testing.assert_allclose(picture_of(desk), rendered, atol=2e-5)
-    desk.shown.view.split, desk.shown.view.changed = 1, True
-    settle(desk)
-    half = picture_of(desk)
+    np.testing.assert_allclose(picture_of(viewer), rendered, atol=2e-5)
+    viewer.view.split, viewer.view.changed = 1, True
+    settle(viewer)
+    half = picture_of(viewer)
     np.testing.assert_allclose(half[:, :12], rendered[:, :12], atol=2e-5)
     assert np.abs(half[:, 12:] - rendered[:, 12:]).max() > 0.05, "the right half wears the normals of level 1"
 
 
-def test_the_user_is_told_why_a_broken_mesh_is_not_shown(open_desk: Callable[..., Desk], tmp_path: Path) -> None:
+def test_the_user_is_told_why_a_broken_mesh_is_not_shown(open_viewer: Callable[..., Viewer], tmp_path: Path) -> None:
     pytest.importorskip("trimesh", reason="trimesh is not installed (extra mesh)")
     (tmp_path / "bad.ply").write_bytes(b"ply\nnothing")
-    desk = open_desk()
-    desk.shown.overlay = Overlay(desk.shown.context, MeshSource(tmp_path / "bad.ply"), "auto")
-    desk.shown.view.key("M")
-    settle(desk, lambda: "bad.ply" in desk.message)
-    assert desk.shown.view.mesh == "hidden"
+    viewer = open_viewer()
+    viewer.overlay = Overlay(viewer.context, MeshSource(tmp_path / "bad.ply"), "auto")
+    viewer.view.key("M")
+    settle(viewer, lambda: "bad.ply" in viewer.message)
+    assert viewer.view.mesh == "hidden"
 
 
 @pytest.mark.parametrize(
@@ -96,23 +96,28 @@ def test_the_user_is_told_why_a_broken_mesh_is_not_shown(open_desk: Callable[...
     ],
 )
 def test_an_error_in_the_glsl_of_a_mesh_is_told_with_its_file_and_line(
-    open_desk: Callable[..., Desk], cube: MeshSource, monkeypatch: pytest.MonkeyPatch, name: str, right: str, mode: str
+    open_viewer: Callable[..., Viewer],
+    cube: MeshSource,
+    monkeypatch: pytest.MonkeyPatch,
+    name: str,
+    right: str,
+    mode: str,
 ) -> None:
-    desk, read = open_desk(), glsl.read
-    desk.shown.overlay = Overlay(desk.shown.context, cube, "auto")
+    viewer, read = open_viewer(), glsl.read
+    viewer.overlay = Overlay(viewer.context, cube, "auto")
     lines = read(name).splitlines()
     line = next(k for k, text in enumerate(lines, start=1) if right in text)
     wrong = "\n".join([*lines[: line - 1], lines[line - 1].replace(right, right + "steeps + "), *lines[line:], ""])
     monkeypatch.setattr(glsl, "read", lambda file: wrong if file == name else read(file))
-    desk.shown.view.mesh, desk.shown.view.changed = mode, True
-    settle(desk, lambda: bool(desk.log))
-    assert f"{name}:{line}" in desk.log[0]
-    assert "steeps" in desk.log[0].partition("; ")[2], "the line itself"
-    assert desk.shown.view.mesh == "hidden"
+    viewer.view.mesh, viewer.view.changed = mode, True
+    settle(viewer, lambda: bool(viewer.log))
+    assert f"{name}:{line}" in viewer.log[0]
+    assert "steeps" in viewer.log[0].partition("; ")[2], "the line itself"
+    assert viewer.view.mesh == "hidden"
     monkeypatch.setattr(glsl, "read", read)
-    desk.shown.view.mesh, desk.shown.view.changed = mode, True
-    settle(desk)
-    assert desk.shown.view.mesh == mode, "the file is read again, the broken text is not kept"
+    viewer.view.mesh, viewer.view.changed = mode, True
+    settle(viewer)
+    assert viewer.view.mesh == mode, "the file is read again, the broken text is not kept"
 
 
 def test_the_clip_planes_enclose_the_mesh_wherever_the_camera_looks() -> None:

@@ -73,7 +73,7 @@ def test_the_turntable_goes_on_until_space_again(view: View) -> None:
 
 def test_a_model_without_a_texture_is_not_shaded_with_it(view: View) -> None:
     view.set(shade="texture", level=2)
-    view.adopt(levels=1, textured=False, moves=False)
+    view.adapt(levels=1, textured=False, moves=False)
     assert (view.options.shade, view.options.level) == ("phong", None)
     view.key("T")
     assert view.options.shade == "phong"
@@ -123,7 +123,7 @@ def test_space_plays_and_pauses_a_motion_there_and_back() -> None:
     view.changed = view.moved = False
     view.seek(0.2)
     assert (view.options.time, view.changed, view.moved) == (0.2, True, True)
-    view.adopt(levels=1, textured=False, moves=False)
+    view.adapt(levels=1, textured=False, moves=False)
     assert (view.options.time, view.moves) == (0.0, False)
     view.key("SPACE")
     assert (view.playing, view.turntable) == (False, True)

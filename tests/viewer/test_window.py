@@ -104,7 +104,7 @@ for _ in range(10):  # the display server asks for the first pictures itself
     glfw.wait_events_timeout(0.02)
 settle()
 paints, paint = [], window.paint
-window.paint = lambda swap=True: (paints.append(desk.drawing.timing), paint(swap))
+window.paint = lambda swap=True: (paints.append(viewer.drawing.timing), paint(swap))
 steps, step = [], window.step
 window.step = lambda: (steps.append(1), step())[1]
 before = time.process_time()
@@ -115,7 +115,7 @@ user(lambda: view.turn(0.1, 0.0), lambda: None, lambda: None)
 report["moved"] = paints
 window._on_drop(handle, ["nothing.safetensors"])
 settle()
-report["dropped"] = desk.message
+report["dropped"] = viewer.message
 """
 
 
@@ -165,7 +165,7 @@ report["help"] = view.help
 mouse("key", "Escape")
 report["escaped"] = [view.help, bool(glfw.window_should_close(handle))]
 mouse("key", "m")
-report["m"], desk.message = desk.message, ""
+report["m"], viewer.message = viewer.message, ""
 report["level"] = view.options.level
 mouse("mousemove", 30, 75)
 mouse("mousedown", 1)

@@ -7,48 +7,49 @@ import pytest
 from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets.glsl330 import standalone
 from mplicits.model.model_file import save
-from support.desk_fixture import TETRAHEDRON
 from support.fitted_model import fitted_model
 from support.random_model import random_model
+from support.viewer_fixture import TETRAHEDRON
 from support.window_script import run
 
 FILES = """
 from mplicits.bake.registry import TARGETS
-from mplicits.viewer.state.exports import free_path, record_video, save_picture
-from mplicits.viewer.state.jobs import Video, write_target
+from mplicits.viewer.state.exports import free_path, save_picture
+from mplicits.viewer.state.jobs import write_target, write_video
 view.options = RenderOptions()
 drop = lambda name: window._on_drop(handle, [str(Path(name).absolute())])
 settle()
-drop("other.safetensors"); settle(); report["model"] = [desk.shown.source.name, difference()]
-drop("bad.safetensors"); settle(); report["broken"] = [desk.shown.source.name, desk.message]
-drop("shader.glsl"); settle(); report["shader"] = [desk.shown.source.name, difference()]
+drop("other.safetensors"); settle(); report["model"] = [viewer.source.name, difference()]
+drop("bad.safetensors"); settle(); report["broken"] = [viewer.source.name, viewer.message]
+drop("shader.glsl"); settle(); report["shader"] = [viewer.source.name, difference()]
 before = screen()
 text = Path("shader.glsl").read_text()
 Path("shader.glsl").write_text(text.replace("vec3 toward = normalize(", "vec3 toward = normalise("))
 end = time.perf_counter() + 20
-while not desk.log and time.perf_counter() < end:
+while not viewer.log and time.perf_counter() < end:
     window.step()
     time.sleep(0.02)
 settle()
 x, y, width, height = window.area
-report["log"] = desk.log
-desk.log, desk.message = [], ""
+report["log"] = viewer.log
+viewer.log, viewer.message = [], ""
 report["kept"] = float(np.abs(screen() - before)[:, x:].max())
 Path("shader.glsl").write_text(text)
-while desk.files._watch.changed():
+while viewer.files._watch.changed():
     pass
 drop("other.safetensors"); settle()
 for name in ("model", *TARGETS):
-    desk.work.begin(write_target(name, desk.shown.source.model, free_path("export", "." + name)))
+    viewer.work.begin(write_target(name, viewer.source.model, free_path("export", "." + name)))
     settle()
-save_picture(desk, (40, 30)); settle()
-record_video(desk, window.area[2:], Video((32, 24), seconds=0.2, rate=10)); settle()
+save_picture(viewer, (40, 30)); settle()
+video = write_video(viewer.current_renderer(), free_path("fitted", ".mp4"), view.scene((24, 16)), (32, 24), 0.2, 10)
+viewer.work.begin(video, draws=True); settle()
 report["exports"] = sorted(path.name for path in Path().iterdir() if path.stem in ("export", "fitted"))
 drop("shape.obj")
 for _ in range(20):
     window.step()
     time.sleep(0.02)
-report["training"] = [desk.work.training.running, str(desk.work.training.model.parent)]
+report["training"] = [viewer.work.training.running, str(viewer.work.training.model.parent)]
 """
 
 

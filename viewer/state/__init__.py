@@ -1,1 +1,1 @@
-"""What a window shows and the work that goes on beside it, without the window."""
+"""The viewer without its window: the model on the screen, its picture, and background work."""

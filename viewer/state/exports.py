@@ -1,51 +1,47 @@
-"""What the user takes away from the window: pictures, videos and files of the model, in the working folder."""
+"""What the window saves into the working folder: pictures, videos, and files of the model."""
 
 from dataclasses import replace
 from pathlib import Path
 
 from ...bake.registry import TARGETS
-from .desk import Desk
-from .jobs import Video, write_picture, write_target
+from .jobs import write_picture, write_target, write_video
 from .picture import Scene
+from .viewer import Viewer
 
 SAVED_SAMPLES = 16
-"""Most rays per pixel of a saved picture, at least."""
+"""Least number of samples per pixel of a saved picture."""
 MAX_STEM = 100
-"""Characters of a model's name, at most, that a file's name begins with."""
+"""Largest number of characters of the model's name in a file name."""
 
 
-def save_picture(desk: Desk, size: tuple[int, int]) -> None:
-    """Begin to write the picture as it is shown, in `size` (width, height) pixels, as a PNG file."""
-    view, name = desk.shown.view, desk.shown.source.name
+def save_picture(viewer: Viewer, size: tuple[int, int]) -> None:
+    """Start to write the picture in `size` (width, height) pixels as a PNG file."""
+    view, name = viewer.view, viewer.source.name
     options = replace(view.options, samples=max(SAVED_SAMPLES, view.options.samples))
     right = None if view.right is None else replace(view.right, samples=options.samples)
     scene = Scene(size, replace(view.camera, aspect=size[0] / size[1]), options, right)
-    desk.work.begin(write_picture(desk.drawn_by(), free_path(name, ".png"), scene, name), draws=True)
+    viewer.work.begin(write_picture(viewer.current_renderer(), free_path(name, ".png"), scene, name), draws=True)
 
 
-def record_video(desk: Desk, area: tuple[int, int], video: Video) -> None:
-    """Begin to write a video of one turn, or of the model's motion.
+def record_video(viewer: Viewer, area: tuple[int, int]) -> None:
+    """Start to write a video of one turn, or of the model's motion. area: (width, height) of the picture, pixels."""
+    path = free_path(viewer.source.name, ".mp4")
+    viewer.work.begin(write_video(viewer.current_renderer(), path, viewer.view.scene(area)), draws=True)
 
-    area: (width, height) of the picture on the screen, in pixels.
+
+def save_target(viewer: Viewer, name: str) -> None:
+    """Start to write what `mplicits bake --target name` writes, or the model file for the name "model".
+
+    The source must be a model, not a shader file.
     """
-    scene = desk.shown.view.scene(area)
-    path = free_path(desk.shown.source.name, ".mp4")
-    desk.work.begin(video.write(desk.drawn_by(), path, scene), draws=True)
-
-
-def save_target(desk: Desk, name: str) -> None:
-    """Begin to write what `mplicits bake --target name` writes, or the model file if `name` is "model".
-
-    What is shown must be a model, not a shader file.
-    """
-    source = desk.shown.source
+    source = viewer.source
     assert source.model is not None
     suffix = ".safetensors" if name == "model" else TARGETS[name].suffix
-    desk.work.begin(write_target(name, source.model, free_path(source.name, suffix)))
+    viewer.work.begin(write_target(name, source.model, free_path(source.name, suffix)))
 
 
 def free_path(stem: str, suffix: str) -> Path:
-    """Return the first of STEM.suffix, STEM-2.suffix, ... in the working folder that is not there."""
+    """Return the first of STEM.suffix, STEM-2.suffix, ... that does not exist in the working folder."""
     stem = "".join(c if c.isalnum() or c in "-_." else "-" for c in stem[:MAX_STEM]).strip("-.") or "mplicits"
     path, number = Path(stem + suffix), 2
     while path.exists():

@@ -1,6 +1,6 @@
-"""Work in small bits, so that the window goes on between them: pictures, videos, exports, timings of the levels."""
+"""Jobs in small steps, between which the window goes on: pictures, videos, exports, timings of the levels."""
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,44 +18,45 @@ from ..draw.options import RenderOptions
 from ..draw.renderer import Renderer
 from ..draw.screenshot import to_png
 from ..draw.supersampling import Image
-from ..draw.tiles import Tile, check_size, tiles
+from ..draw.tiles import check_size, tiles
 from .picture import Scene
 
 Progress = tuple[float, str]
-"""The share of a job that is done, from 0 to 1, and what it does now."""
+"""The completed share of a job, from 0 to 1, and its current activity."""
 Job = Generator[Progress, None, str]
-"""Yields its progress after each bit of work, returns one line for the user, and raises UserError if it fails."""
+"""Yields its progress after each step, returns a line for the user, and raises UserError if it fails."""
 Result = TypeVar("Result")
 
 
 def write_picture(renderer: Renderer, path: Path, scene: Scene, title: str) -> Job:
-    """Draw the scene tile by tile, as `mplicits render` does, and write it as a PNG file with `title` in it."""
-    check_size(scene.size)
+    """Draw the scene tile by tile, as `mplicits render` does, and write a PNG file with this title."""
     width, height = scene.size
-    image = np.empty((height, width, 4), np.float32)
-    scene_tiles = list(_tiles(scene))
-    for k, (tile, options) in enumerate(scene_tiles):
-        yield k / len(scene_tiles), f"drawing {width}x{height}"
-        _draw(renderer, scene, tile, options, image)
-    write_whole(path, (yield from _in_thread(lambda: to_png(image[::-1], title), (1.0, "writing PNG"))))
+    image = yield from _drawn(renderer, scene, f"drawing {width}x{height}")
+    write_whole(path, (yield from _in_thread(lambda: to_png(image, title), (1.0, "writing PNG"))))
     return f"saved {show(path)}"
 
 
-def _tiles(scene: Scene) -> Iterator[tuple[Tile, RenderOptions]]:
-    """Yield the tiles that make up the scene, each with the options of the half that it lies in."""
-    for left, right, options in scene.panes(scene.size[0]):
-        for x, y, width, height in tiles((right - left, scene.size[1])):
-            yield (left + x, y, width, height), options
-
-
-def _draw(renderer: Renderer, scene: Scene, tile: Tile, options: RenderOptions, image: Image) -> None:
-    """Draw a tile into its place of `image`, whose first row is the picture's bottom row."""
-    x, y, width, height = tile
-    image[y : y + height, x : x + width] = renderer.render_tile(tile, scene.size, scene.camera, options)
+def _drawn(
+    renderer: Renderer, scene: Scene, activity: str, start: float = 0.0, share: float = 1.0
+) -> Generator[Progress, None, Image]:
+    """Draw the scene: (H, W, 4), top row first. start, share: of the whole job, for its progress."""
+    check_size(scene.size)
+    width, height = scene.size
+    image = np.empty((height, width, 4), np.float32)
+    parts = [
+        ((left + x, y, columns, rows), options)
+        for left, right, options in scene.panes(width)
+        for x, y, columns, rows in tiles((right - left, height))
+    ]
+    for k, (tile, options) in enumerate(parts):
+        yield start + share * k / len(parts), activity
+        x, y, columns, rows = tile
+        image[y : y + rows, x : x + columns] = renderer.render_tile(tile, scene.size, scene.camera, options)
+    return image[::-1]
 
 
 def write_target(name: str, model: Model, path: Path) -> Job:
-    """Write what `mplicits bake --target name` writes, or the model file if `name` is "model"."""
+    """Write what `mplicits bake --target name` writes, or the model file for the name "model"."""
     if name == "model":
         save(model, path)
     else:
@@ -64,9 +65,9 @@ def write_target(name: str, model: Model, path: Path) -> Job:
 
 
 def _in_thread(work: Callable[[], Result], progress: Progress) -> Generator[Progress, None, Result]:
-    """Call `work` in a thread, yield `progress` until it is done, and return what it returns.
+    """Call `work` in a thread, yield `progress` until it is done, and return its result.
 
-    Closing the generator before that leaves the thread to itself, so that a cancelled job does not block the window.
+    Closing the generator abandons the thread, so that canceling a job does not block the window.
     """
     pool = ThreadPoolExecutor(1)
     try:
@@ -78,46 +79,40 @@ def _in_thread(work: Callable[[], Result], progress: Progress) -> Generator[Prog
         pool.shutdown(wait=False)
 
 
-@dataclass(frozen=True)
-class Video:
-    """A video of one turn around the camera's target or, of a model that moves, of its motion there and back."""
+def write_video(
+    renderer: Renderer,
+    path: Path,
+    scene: Scene,
+    size: tuple[int, int] = (640, 480),
+    seconds: float = 6.0,
+    rate: int = 30,
+) -> Job:
+    """Write an MP4 file of one turn of the camera or, for a model that moves, of its motion there and back.
 
-    size: tuple[int, int] = (640, 480)
-    """(width, height) in pixels, both even, as H.264 demands."""
-    seconds: float = 6.0
-    """Length of the video."""
-    rate: int = 30
-    """Pictures per second."""
-
-    def write(self, renderer: Renderer, path: Path, scene: Scene) -> Job:
-        """Write an MP4 file (H.264) of the scene, one frame after the other, in the video's size, not the scene's."""
-        check_size(self.size)
-        width, height = self.size
-        camera = replace(scene.camera, aspect=width / height)
-        count, moves = max(1, round(self.seconds * self.rate)), renderer.shader.moving
-        shot = Shot(count, self.rate, turn=0.0 if moves else 360.0, moves=moves)
-        with open_movie(path, self.size, self.rate) as movie:
-            for k in range(count):
-                yield k / count, f"drawing {k + 1} of {count} pictures"
-                frame = replace(scene.at(*shot.frame(k, camera, scene.options)), size=self.size)
-                image = np.empty((height, width, 4), np.float32)
-                for tile, options in _tiles(frame):
-                    _draw(renderer, frame, tile, options, image)
-                movie.add(image[::-1])
-            write_whole(path, movie.data())
-        return f"saved {show(path)}"
+    size: (width, height) in pixels; H.264 needs even numbers. rate: frames per second.
+    """
+    camera = replace(scene.camera, aspect=size[0] / size[1])
+    count, moves = max(1, round(seconds * rate)), renderer.shader.moving
+    shot = Shot(count, rate, turn=0.0 if moves else 360.0, moves=moves)
+    with open_movie(path, size, rate) as movie:
+        for k in range(count):
+            frame = replace(scene.at(*shot.frame(k, camera, scene.options)), size=size)
+            activity = f"drawing {k + 1} of {count} pictures"
+            movie.add((yield from _drawn(renderer, frame, activity, k / count, 1 / count)))
+        write_whole(path, movie.data())
+    return f"saved {show(path)}"
 
 
 @dataclass(frozen=True)
 class LevelTiming:
-    """What tracing and shading up to one level costs."""
+    """The cost of tracing and shading up to one level."""
 
     milliseconds: float
     """Of a frame, by the GPU's clock."""
     steps: float
-    """Sphere tracing steps of a ray on average; a ray that never comes near the shape counts as 0."""
+    """Mean number of sphere tracing steps per ray; 0 for rays that never come near the shape."""
     ended: float
-    """Share of the rays that end at this level when all levels are traced; rays that pass the shape end at none."""
+    """Share of rays that end at this level when all levels are traced; rays that miss the shape end at none."""
 
 
 def time_levels(
@@ -127,7 +122,7 @@ def time_levels(
     options: RenderOptions,
     done: Callable[[list[LevelTiming]], None],
 ) -> Job:
-    """Draw pictures of `size` (width, height) pixels up to each level; give `done` the timings, level 1 first."""
+    """Draw pictures of `size` (width, height) pixels up to each level; pass the timings, level 1 first, to `done`."""
     levels = renderer.shader.levels
     ended = np.zeros(levels)
     measured = []

@@ -1,4 +1,4 @@
-"""The picture of a window: drawn coarsely at once, then with every pixel, then with more samples of each."""
+"""The picture of a window: drawn coarsely at once, then every pixel, then more samples per pixel."""
 
 import time
 from collections.abc import Iterator
@@ -19,67 +19,62 @@ from ..draw.renderer import Renderer
 from ..draw.supersampling import golden_order, jitters, to_linear
 from ..draw.tiles import TILE_SIDE, Tile
 
-SAMPLE_SHADER = "#version 330\n" + glsl.load("accumulate.glsl")
-"""Adds a sample of a tile to the fine picture."""
-PRESENT_SHADER = "#version 330\n" + glsl.load("window.glsl")
-"""Puts both pictures onto the screen."""
 FIRST_SIDE = 64
-"""Pixels per side of the tiles that are drawn first."""
+"""Side of the first tiles, pixels."""
 FAST_TILE = 0.01
-"""Seconds of a tile below which the next row's tiles are larger."""
+"""The tiles get larger after one that takes less than this, seconds."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """What a picture is to show."""
+    """What a picture shows."""
 
     size: tuple[int, int]
     """(width, height) in pixels."""
     camera: Camera
-    """Where it is seen from, in both halves."""
     options: RenderOptions
-    """Options of the whole picture, or of its left half."""
+    """Of the whole picture, or of its left half."""
     right: RenderOptions | None = None
-    """Options of the right half; None if the picture is not split."""
+    """Of the right half; None if the picture is not split."""
 
     def at(self, camera: Camera, options: RenderOptions) -> "Scene":
-        """Return the scene through another camera, and with other options at their time, in both halves."""
+        """Return the scene with another camera and options, whose time holds for both halves."""
         right = None if self.right is None else replace(self.right, time=options.time)
         return replace(self, camera=camera, options=options, right=right)
 
     def panes(self, width: int) -> list[tuple[int, int, RenderOptions]]:
-        """Return the panes of a picture that is `width` pixels wide: (first column, one past the last, options)."""
+        """Return (first column, one past the last, options) of each pane of a picture `width` pixels wide."""
         if self.right is None or width < 2:
             return [(0, width, self.options)]
         return [(0, width // 2, self.options), (width // 2, width, self.right)]
 
 
 class Picture:
-    """Draws scenes and keeps what is drawn: a coarse picture, and a fine one as sums of samples in linear light."""
+    """Draws scenes, and keeps a coarse picture and a fine one, sums of samples in linear light."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
         self._side = FIRST_SIDE
         self._refinement: Iterator[None] | None = None
         self.frame_seconds = 0.0
-        """What the first sample of every pixel has taken, of the picture that is refined."""
+        """Time of the first sample of every pixel in the refinement, seconds."""
         with context as gl:
-            self._sample, self._present = (
-                gl.program(vertex_shader=VERTEX_SHADER, fragment_shader=text)
-                for text in (SAMPLE_SHADER, PRESENT_SHADER)
+            self._add_program, self._show_program = (
+                gl.program(vertex_shader=VERTEX_SHADER, fragment_shader="#version 330\n" + glsl.load(name))
+                for name in ("accumulate.glsl", "window.glsl")
             )
-            self._sampling, self._presenting = (
-                gl.vertex_array(program, []) for program in (self._sample, self._present)
+            self._adding, self._showing = (
+                gl.vertex_array(program, []) for program in (self._add_program, self._show_program)
             )
             self._coarse, self._fine, self._tile = (_buffer(gl, (1, 1)) for _ in range(3))
 
     @property
     def refining(self) -> bool:
-        """Whether `refine` has begun what `more` has not ended yet."""
+        """Whether `more` has work left."""
         return self._refinement is not None
 
     def sketch(self, renderer: Renderer, scene: Scene, scale: float) -> None:
-        """Draw the scene at once, with fewer pixels by the factor `scale` per side, and forget what was refined."""
+        """Draw the scene at once, with 1 / `scale` of the pixels per side, and discard the refinement."""
         self._refinement = None
         size = max(1, round(scene.size[0] / scale)), max(1, round(scene.size[1] / scale))
         with self._context as gl:
@@ -91,11 +86,11 @@ class Picture:
             gl.finish()
 
     def refine(self, renderer: Renderer, scene: Scene) -> None:
-        """Begin to draw every pixel of the scene with all its samples; `more` does the work."""
+        """Begin to draw every pixel with all its samples; `more` does the work."""
         self._refinement = self._refined_tiles(renderer, scene)
 
     def more(self, seconds: float) -> None:
-        """Go on for so long with what `refine` has begun."""
+        """Continue the refinement for some seconds."""
         end = time.perf_counter() + seconds
         with self._context:
             while self._refinement is not None and time.perf_counter() < end:
@@ -105,78 +100,79 @@ class Picture:
     def show(
         self, corner: tuple[int, int], size: tuple[int, int], split: bool, onto: moderngl.Framebuffer | None = None
     ) -> None:
-        """Put what is drawn so far onto the screen, or onto another framebuffer.
+        """Draw the picture onto the screen, dithered to 8 bits, or onto another framebuffer.
 
-        corner: (x, y from the bottom) of the place there, in pixels. size: its (width, height).
-        split: a line is drawn between the halves. The screen has 8 bits, for which colours are dithered.
+        corner, size: (x, y from the bottom) and (width, height) of the place, pixels. split: draw a line between the
+        halves.
         """
+        program = self._show_program
         with self._context as gl:
             for unit, (name, buffer) in enumerate((("coarse", self._coarse), ("fine", self._fine))):
                 texture_of(buffer).use(unit)
-                self._present[name] = unit
-            self._present["corner"] = corner
-            self._present["size"] = size
-            self._present["divider"] = size[0] // 2 if split else -9.0
-            self._present["dithered"] = onto is None
+                program[name] = unit
+            program["corner"], program["size"], program["dithered"] = corner, size, onto is None
+            program["divider"] = size[0] // 2 if split else -9.0
             target = onto or gl.screen
             target.use()
             target.viewport = (*corner, *size)
-            self._presenting.render(moderngl.TRIANGLES, vertices=3)
+            self._showing.render(moderngl.TRIANGLES, vertices=3)
 
     def release(self) -> None:
         with self._context:
             for buffer in (self._coarse, self._fine, self._tile):
                 free(buffer)
-            for held in (self._sampling, self._presenting, self._sample, self._present):
-                held.release()
+            for resource in (self._adding, self._showing, self._add_program, self._show_program):
+                resource.release()
 
     def _refined_tiles(self, renderer: Renderer, scene: Scene) -> Iterator[None]:
-        """Add the samples of every pixel to the fine picture, and yield after each tile."""
+        """Add all samples to the fine picture, and yield after each tile."""
         self.frame_seconds = 0.0
-        if not renderer.adapts(scene.options):
-            offsets = jitters(scene.options.samples)
-            for k, offset in enumerate(offsets[golden_order(len(offsets))]):
-                for start, _ in self._sampled_tiles(renderer, scene, offset):
-                    self.frame_seconds += (time.perf_counter() - start) * (k == 0)
-                    yield
-            return
+        adapts = renderer.adapts(scene.options)
+        offsets = jitters(1 if adapts else scene.options.samples)
         seen = np.empty((scene.size[1], scene.size[0], 4), np.float32)
-        for start, (x, y, width, height) in self._sampled_tiles(renderer, scene, jitters(1)[0]):
-            seen[y : y + height, x : x + width] = read_pixels(self._tile, (width, height))
-            self.frame_seconds += time.perf_counter() - start
-            yield
-        yield from self._refined_pixels(renderer, scene, sample_counts(seen, scene.options.samples))
+        for k, offset in enumerate(offsets[golden_order(len(offsets))].tolist()):
+            for start, (x, y, width, height) in self._sampled_tiles(renderer, scene, (offset[0], offset[1])):
+                if adapts:
+                    seen[y : y + height, x : x + width] = read_pixels(self._tile, (width, height))
+                self.frame_seconds += (time.perf_counter() - start) * (k == 0)
+                yield
+        if adapts:
+            yield from self._refined_pixels(renderer, scene, sample_counts(seen, scene.options.samples))
 
     def _sampled_tiles(
-        self, renderer: Renderer, scene: Scene, offset: NDArray[np.float32]
+        self, renderer: Renderer, scene: Scene, offset: tuple[float, float]
     ) -> Iterator[tuple[float, Tile]]:
-        """Add one sample of every pixel to the fine picture; yield when each tile was begun, and the tile."""
+        """Add one sample of every pixel to the fine picture; yield the start time of each tile, and the tile."""
         width, height = scene.size
         y = 0
         while y < height:
             side, rows = self._side, min(self._side, height - y)
+            if side > self._tile.width:
+                self._tile = _resized(self._context.gl, self._tile, (side, side))
             for left, right, options in scene.panes(width):
                 for x in range(left, right, side):
                     tile = (x, y, min(side, right - x), rows)
                     start = time.perf_counter()
-                    self._add(renderer, scene, options, tile, (float(offset[0]), float(offset[1])))
+                    renderer.prepare(scene.size, scene.camera, options, offset)
+                    renderer.draw(self._tile, tile)
+                    self._add(tile)
                     if time.perf_counter() - start < FAST_TILE and tile[2] == rows == side:
                         self._side = min(TILE_SIDE, 2 * side)
                     yield start, tile
             y += rows
 
     def _refined_pixels(self, renderer: Renderer, scene: Scene, counts: NDArray[np.int64]) -> Iterator[None]:
-        """Add further samples, as many of each pixel as `counts` (H, W) says, to the fine picture; yield meanwhile."""
+        """Add `counts` (H, W) further samples of each pixel to the fine picture; yield after each batch."""
         sums = read_pixels(self._fine, scene.size).copy()
+        columns = np.arange(scene.size[0])
         for left, right, options in scene.panes(scene.size[0]):
-            pane = counts * ((np.arange(scene.size[0]) >= left) & (np.arange(scene.size[0]) < right))
-            places, pixels = sample_points(pane)
+            points, pixels = sample_points(counts * ((columns >= left) & (columns < right)))
             done = 0
-            while done < len(places):
+            while done < len(points):
                 part = np.s_[done : done + self._side**2]
                 start = time.perf_counter()
                 renderer.prepare(scene.size, scene.camera, options)
-                light = to_linear(renderer.samples_at(places[part]), transparent=False)
+                light = to_linear(renderer.samples_at(points[part]), transparent=False)
                 light[:, 3] = 1.0  # alpha counts the samples
                 add_samples(sums, pixels[part], light)
                 texture_of(self._fine).write(sums.tobytes())
@@ -185,29 +181,22 @@ class Picture:
                 done = part.stop
                 yield
 
-    def _add(
-        self, renderer: Renderer, scene: Scene, options: RenderOptions, tile: Tile, offset: tuple[float, float]
-    ) -> None:
-        """Draw one sample of a tile and add it to the fine picture."""
+    def _add(self, tile: Tile) -> None:
+        """Add the sample of a tile to the fine picture."""
         gl = self._context.gl
-        side = max(tile[2:])
-        if side > min(self._tile.size):
-            self._tile = _resized(gl, self._tile, (side, side))
-        renderer.prepare(scene.size, scene.camera, options, offset)
-        renderer.draw(self._tile, tile)
         texture_of(self._tile).use(0)
-        self._sample["corner"] = tile[:2]
+        self._add_program["corner"] = tile[:2]
         self._fine.use()
         self._fine.viewport = tile
         gl.enable(moderngl.BLEND)
         gl.blend_func = moderngl.ONE, moderngl.ONE
-        self._sampling.render(moderngl.TRIANGLES, vertices=3)
+        self._adding.render(moderngl.TRIANGLES, vertices=3)
         gl.disable(moderngl.BLEND)
         gl.finish()
 
 
 def _buffer(gl: moderngl.Context, size: tuple[int, int]) -> moderngl.Framebuffer:
-    """Return a new framebuffer of RGBA32F pixels with a depth buffer."""
+    """Return an RGBA32F framebuffer with a depth buffer and linear filtering."""
     texture = gl.texture(size, 4, dtype="f4")
     texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
     texture.repeat_x = texture.repeat_y = False

@@ -1,4 +1,4 @@
-"""The file behind what a window shows: a model, or a shader that `bake --target glsl330` wrote."""
+"""The file that a window shows: a model, or a shader from `bake --target glsl330`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,47 +13,43 @@ from ...model.model import Model
 from ...model.model_file import load
 
 SHADER_SUFFIXES = (".glsl", ".frag", ".fs")
-"""Endings of baked shaders; a file with any other ending is read as a model."""
+"""Suffixes of baked shaders; a file with any other suffix is read as a model."""
 TRAINED_SUFFIXES = tuple(SHAPES)
-"""Endings of shapes, from which a model is trained before it can be shown."""
+"""Suffixes of shapes that a model can be trained on."""
 CHECKPOINT_SUFFIXES = (".pth",)
-"""Endings of checkpoints, which are imported before they can be shown, all levels of one shape at once."""
+"""Suffixes of checkpoints, which are imported together, one per level."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """A file that was read, and the shader that draws it."""
+    """A file, and the shader that draws it."""
 
     path: Path
-    """Where it was read."""
     name: str
-    """The model's name, with nothing in it that a terminal would not print."""
+    """The model's name, printable."""
     shader: Shader
-    """The one in the file, or the one that was baked from the model."""
     model: Model | None
-    """None if the file is a shader."""
+    """None for a shader file."""
     textured: bool
-    """Whether the model has colours of its own."""
+    """Whether the model has its own colors."""
     front: tuple[float, float] | None
-    """Azimuth and elevation, in degrees, of the first view; None where the file names none."""
+    """Azimuth and elevation of the first view, degrees; None if the file has none."""
 
 
 def open_source(path: Path, storage: str = "auto") -> Source:
-    """Read a model file, whose shader is baked with `storage` for its weights, or a shader file.
+    """Read a shader file, or a model file, and bake its shader. storage: of the weights.
 
-    Raises UserError, one line that names the file, if it cannot be read or is neither.
+    Raises UserError, one line that names the file.
     """
     if path.suffix.lower() not in SHADER_SUFFIXES:
         model = load(path)
         shader = bake(model, storage, passes=True)
         return Source(path, show(model.name), shader, model, model.coloured, model.front)
     try:
-        text = path.read_text(encoding="utf-8")
+        shader, name, front = read_shader(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "not text"
         raise UserError(f"cannot read {show(path)}: {reason}") from None
-    try:
-        shader, name, front = read_shader(text)
     except UserError as error:
         raise UserError(f"{show(path)}: {error}") from None
     return Source(path, show(name), shader, None, shader.textured, front)

@@ -1,4 +1,4 @@
-"""A model that is made while the window stays open: `mplicits train` or `import` as a process of its own."""
+"""A training in the background of the window: `mplicits train` or `mplicits import` as a process."""
 
 import json
 import subprocess
@@ -9,48 +9,36 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ...model.files import show
-from .files import signatures
+from .files import signature
 from .source import CHECKPOINT_SUFFIXES
 
 
 class TrainingProcess:
-    """Trains a shape, or imports checkpoints, into a temporary model file that is written anew as levels finish."""
+    """Trains a shape, or imports checkpoints, into a temporary model file that is updated as levels finish."""
 
     def __init__(self, paths: list[Path], wake: Callable[[], None], more: tuple[str, ...] = ()) -> None:
         """Start the process.
 
-        paths: one shape, or the checkpoints of one model, of which the smallest file is the coarsest level.
-        wake: called, from another thread, at every line that the process prints and at its end.
-        more: further arguments of the verb.
+        paths: a shape, or the checkpoints of a model; the smallest checkpoint is the coarsest level. wake: called from
+        another thread after every line of output and at the end. more: arguments of the verb.
         """
         self.shape = paths[0]
-        """The file that is trained on, or a checkpoint."""
         self.name = show(paths[-1].name)
         self.stage, self.fraction = "reading", 0.0
-        """What the process does now, and the share of it that is done, from 0 to 1."""
+        """The current activity, and its completed share, from 0 to 1."""
         self._folder = tempfile.TemporaryDirectory(prefix="mplicits-", ignore_cleanup_errors=True)
         self.model = Path(self._folder.name) / f"{paths[-1].stem}.safetensors"
-        """The temporary model file, which is there once the first level can be shown."""
+        """The temporary model file; it does not exist before the first level."""
         self.versions = 0
-        """How often `has_new_model` has found another model file."""
-        self._seen = signatures([self.model])
+        """Number of versions of the model file that `has_new_model` has found."""
+        self._last = signature(self.model)
         self._log: list[str] = []
         self._imports = paths[0].suffix.lower() in CHECKPOINT_SUFFIXES
         verb = ("import",) if self._imports else ("train", "--live")
-        sizes = {path: path.stat().st_size if path.exists() else 0 for path in paths}
-        arguments = [
-            sys.executable,
-            "-m",
-            "mplicits",
-            *verb,
-            "-o",
-            str(self.model),
-            *more,
-            "--",
-            *(str(path.absolute()) for path in sorted(paths, key=sizes.__getitem__)),
-        ]
+        by_size = sorted(paths, key=lambda path: path.stat().st_size if path.exists() else 0)
+        inputs = [str(path.absolute()) for path in by_size]
         self._process = subprocess.Popen(
-            arguments,
+            [sys.executable, "-m", "mplicits", *verb, "-o", str(self.model), *more, "--", *inputs],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -64,26 +52,25 @@ class TrainingProcess:
 
     @property
     def running(self) -> bool:
-        """Whether the process runs, or has printed lines that are not read yet."""
+        """Whether the process runs, or has output left to read."""
         return self._reader.is_alive()
 
     def outcome(self) -> str:
-        """Wait for the end of the process; return a line that says how it ended."""
+        """Wait for the end of the process; return a line about its outcome."""
         if self._process.wait() == 0:
             return f"{self.name} is {'imported' if self._imports else 'trained'}; export the model to keep it"
         return show(self._log[-1].removeprefix("mplicits: ") if self._log else f"training {self.name} failed")
 
     def has_new_model(self) -> bool:
-        """Return whether the model file is there and has changed since the last call."""
-        now = signatures([self.model])
-        before, self._seen = self._seen, now
-        if now in (before, [None]):
+        """Return whether the model file exists and has changed since the last call."""
+        last, self._last = self._last, signature(self.model)
+        if self._last in (last, None):
             return False
         self.versions += 1
         return True
 
     def stop(self) -> None:
-        """End the process if it still runs, and remove the temporary file."""
+        """End the process, and remove the temporary file."""
         if self._process.poll() is None:
             self._process.terminate()
             try:

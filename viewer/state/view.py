@@ -1,4 +1,4 @@
-"""How the user looks at what is shown, and how keys and the pointer change that."""
+"""The camera and settings of the window, and how keys and the pointer change them."""
 
 from dataclasses import dataclass, field, replace
 
@@ -23,57 +23,54 @@ KEYS = (
     ("h", "these keys"),
     ("Esc", "close the help, or quit"),
 )
-"""(key, what it does), as the help and the terminal show them."""
+"""(key, effect), as the help and the terminal show them."""
 SHADING_KEYS = {"G": "studio", "N": "normal", "P": "phong", "D": "depth", "T": "texture", "X": "steps"}
-"""Key -> shading; `s` saves a picture, so steps have another letter."""
+"""Key -> shading; `s` saves a picture."""
 TURNS = {"LEFT": (-15.0, 0.0), "RIGHT": (15.0, 0.0), "UP": (0.0, 10.0), "DOWN": (0.0, -10.0)}
-"""Degrees of azimuth and elevation by which an arrow key turns the camera."""
+"""Arrow key -> azimuth and elevation by which the camera turns, degrees."""
 SLOW_FRAME, FAST_FRAME = 1 / 12, 1 / 50
-"""Seconds of a frame while the camera moves: after a slower frame fewer pixels are drawn, after a faster one more."""
+"""While the camera moves, a frame slower than this reduces the pixels, and a faster one adds some; seconds."""
 SCALES = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0)
-"""Factors by which the sides of a picture are smaller while the camera moves."""
+"""Factors by which the sides of a picture shrink while the camera moves."""
 TURNTABLE_SPEED = 30.0
 """Degrees per second."""
 
 
-@dataclass
+@dataclass(slots=True)
 class View:
-    """The camera, the options of the picture and the state of the panel; tells what is to be drawn."""
+    """The camera, the options of the picture and the state of the panel."""
 
     home: Camera
-    """Where the key R takes the camera."""
+    """The camera that the key R restores."""
     options: RenderOptions
-    """Options of the picture, or of its left half where it is split."""
+    """Of the picture, or of its left half."""
     levels: int
-    """Number of levels of the model that is shown."""
     textured: bool
-    """Whether the model has colours of its own."""
+    """Whether the model has its own colors."""
     moves: bool = False
-    """Whether the model moves, and the options' time is one of its motion."""
+    """Whether the model depends on the options' time."""
     split: int | None = None
-    """Level that the right half shows; None if the picture is not split."""
+    """Level of the right half; None if the picture is not split."""
     resolution: float = 1.0
-    """Pixels that are drawn per side, as a share of the window's; while the camera moves, `scale` makes them fewer."""
+    """Pixels per side at rest, as a share of the window's."""
     mesh: str = MESH_MODES[0]
-    """What is shown of the mesh over the model, one of MESH_MODES."""
     turntable: bool = False
     """Whether the camera turns by itself."""
     playing: bool = False
     """Whether the model moves by itself."""
     phase: float = 0.0
-    """Share of the motion's way there and back at which the options' time is reached."""
+    """Position in the motion there and back, in [0, 1)."""
     panel: bool = True
-    """Whether the panel is open."""
     help: bool = False
-    """Whether the help on the keys is shown."""
+    """Whether the list of keys is open."""
     changed: bool = True
-    """Whether the picture has to be drawn again; who draws it resets this."""
+    """Whether the picture must be drawn again; Drawing resets it."""
     moved: bool = False
-    """Whether the camera has moved since the picture was last drawn."""
+    """Whether the camera has moved since the last drawing."""
     coarse: int = len(SCALES) // 2
-    """Index into SCALES of the factor that the last frames suggest."""
+    """Index into SCALES."""
     camera: Camera = field(init=False)
-    """Where the user looks from now; `home` at first."""
+    """The current camera; `home` at first."""
 
     def __post_init__(self) -> None:
         self.camera = self.home
@@ -81,12 +78,11 @@ class View:
 
     @property
     def animated(self) -> bool:
-        """Whether something moves by itself."""
         return self.turntable or self.playing
 
     @property
     def scale(self) -> float:
-        """The factor by which the picture's sides are smaller while the camera moves."""
+        """Factor by which the picture's sides shrink while the camera moves."""
         return SCALES[self.coarse]
 
     @property
@@ -95,18 +91,18 @@ class View:
         return None if self.split is None else replace(self.options, level=self.split, normal_level=self.split)
 
     def scene(self, area: tuple[int, int]) -> Scene:
-        """Return what is to be drawn. area: (width, height) of the picture on the screen, in pixels."""
+        """Return the scene to draw. area: (width, height) of the picture on the screen, pixels."""
         width, height = (max(1, round(self.resolution * side)) for side in area)
         return Scene((width, height), self.camera, self.options, self.right)
 
     def resize(self, area: tuple[int, int]) -> None:
-        """Adapt to a picture of `area` (width, height) pixels; a camera that is to fit the shape fits it again."""
-        aspect = max(0.01, max(1, area[0]) / max(1, area[1]))  # A thinner window shows only a part of the shape.
+        """Adapt to a picture of `area` (width, height) pixels; a camera at the default distance moves."""
+        aspect = max(0.01, max(1, area[0]) / max(1, area[1]))  # a thinner window shows only a part of the shape
         self.home, self.camera = replace(self.home, aspect=aspect), replace(self.camera, aspect=aspect)
         self.changed = True
 
     def fitting(self, levels: int, textured: bool) -> RenderOptions:
-        """Return the options without those that a model of so many levels, with or without a texture, lacks."""
+        """Return the options, with defaults for those that do not fit a model with these levels and this texture."""
         options = self.options
         level, normal_level = (
             None if number is None or number > levels else number for number in (options.level, options.normal_level)
@@ -115,8 +111,7 @@ class View:
         iterations = options.iterations if levels == self.levels else None
         return replace(options, level=level, normal_level=normal_level, shade=shade, iterations=iterations)
 
-    def adopt(self, levels: int, textured: bool, moves: bool) -> None:
-        """Look at another model: what it lacks is no longer asked for."""
+    def adapt(self, levels: int, textured: bool, moves: bool) -> None:
         self.options = self.fitting(levels, textured)
         self.moves = moves
         if not moves:
@@ -126,7 +121,7 @@ class View:
         self.levels, self.textured, self.changed = levels, textured, True
 
     def look_from(self, front: tuple[float, float]) -> None:
-        """Look at the whole shape from (azimuth, elevation), degrees, and come back there by the key R."""
+        """Look at the whole shape from (azimuth, elevation), degrees, and make this the home camera."""
         self.home = replace(self.home, azimuth=front[0], elevation=front[1], distance=None, target=(0.0, 0.0, 0.0))
         self.move(self.home)
 
@@ -134,44 +129,43 @@ class View:
         """Change some of the RenderOptions."""
         self.options, self.changed = replace(self.options, **options), True  # type: ignore[arg-type]
 
+    def change(self, **values: object) -> None:
+        """Set attributes of the view, after which the picture must be drawn again."""
+        for name, value in values.items():
+            setattr(self, name, value)
+        self.changed = True
+
     def move(self, camera: Camera) -> None:
-        """Look through another camera."""
         self.camera, self.changed, self.moved = camera, True, True
 
     def turn(self, right: float, up: float) -> None:
-        """Turn the camera by a drag, given in shares of the window's height: half a turn from edge to edge."""
+        """Turn the camera by a drag in window heights: half a turn from edge to edge."""
         self.move(self.camera.orbited(-180.0 * right, -180.0 * up))
 
     def pan(self, right: float, up: float) -> None:
-        """Move the camera by a drag, given in shares of the window's height: the target's plane follows the pointer."""
+        """Move the camera by a drag in window heights: the target follows the pointer."""
         height = 2.0 * self.camera.away / self.camera.focal
         self.move(self.camera.panned(-height * right, -height * up))
 
     def zoom(self, notches: float) -> None:
-        """Go nearer by so many notches of the wheel; farther if they are negative."""
+        """Move nearer by notches of the wheel, or farther if they are negative."""
         self.move(self.camera.zoomed(0.9**notches))
 
     def spin(self, seconds: float) -> None:
-        """Turn the camera by what the turntable turns in so many seconds."""
         self.move(self.camera.orbited(TURNTABLE_SPEED * seconds, 0.0))
 
     def seek(self, time: float) -> None:
-        """Show a time, from 0 to 1, of the motion; coarse pixels will do while it is looked for."""
+        """Show the time, from 0 to 1, of a motion, coarsely while it changes."""
         self.set(time=time)
         self.phase, self.moved = phase_at_time(time), True
 
     def play(self, seconds: float) -> None:
-        """Go on with the motion, there and back, by so many seconds."""
         self.phase = (self.phase + seconds / PERIOD) % 1.0
         self.set(time=time_at_phase(self.phase))
         self.moved = True
 
     def key(self, key: str) -> None:
-        """Do what a key does, given its name.
-
-        The name is a shading's letter, a level's digit, R, B, M, H, SPACE, TAB, LEFT, RIGHT, UP, DOWN, + or -; other
-        names do nothing.
-        """
+        """Handle a key: a key of SHADING_KEYS or TURNS, a level's digit, R, B, M, H, SPACE, TAB, + or -."""
         if key == "R":
             self.move(self.home)
         elif key in TURNS:
@@ -183,27 +177,22 @@ class View:
         elif key.isdecimal() and 1 <= int(key) <= self.levels:
             self.set(level=int(key), normal_level=int(key))
         elif key == "B":
-            self.split, self.changed = None if self.split else self.levels, True
+            self.change(split=None if self.split else self.levels)
         elif key == "M":
-            self.mesh, self.changed = MESH_MODES[(MESH_MODES.index(self.mesh) + 1) % len(MESH_MODES)], True
+            self.change(mesh=MESH_MODES[(MESH_MODES.index(self.mesh) + 1) % len(MESH_MODES)])
         elif key == "SPACE" and self.moves:
-            self.playing, self.changed = not self.playing, True
+            self.change(playing=not self.playing)
         elif key == "SPACE":
-            self.turntable, self.changed = not self.turntable, True
+            self.change(turntable=not self.turntable)
         elif key == "TAB":
-            self.panel, self.changed = not self.panel, True
+            self.change(panel=not self.panel)
         elif key == "H":
             self.help = not self.help
 
     def timed(self, seconds: float) -> None:
-        """Choose the pixels of the next frame of a move by the seconds that the last one took."""
+        """Choose the scale of the next frame by the time of the last one."""
         if seconds > SLOW_FRAME:
             target = self.scale * (seconds / SLOW_FRAME) ** 0.5
             self.coarse = next((i for i, scale in enumerate(SCALES) if scale >= target), len(SCALES) - 1)
         elif seconds < FAST_FRAME:
             self.coarse = max(0, self.coarse - 1)
-
-
-def keys() -> str:
-    """Return the help on the keys, one line for each."""
-    return "\n".join(f"{key}: {effect}" for key, effect in KEYS)

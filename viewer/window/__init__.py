@@ -1,1 +1,1 @@
-"""The desktop window: its events, its panel, and what can be dropped on it."""
+"""The desktop window: its events, its panel, and files dropped on it."""

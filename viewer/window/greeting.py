@@ -1,7 +1,4 @@
-"""What a window shows before its first picture.
-
-It comes before numpy, the model and all that draws it are imported: that takes longer than to open a window.
-"""
+"""The window before its first picture. It opens before slow imports (numpy, the model, the renderer)."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,26 +7,29 @@ import glfw
 
 from ...codegen.targets.uniforms import default
 from ..draw.context import Context, open_window
-from .gui import Gui, open_gui
+from .gui import Gui
 
-Colour = tuple[float, ...]
+Color = tuple[float, ...]
 """sRGB, red, green and blue in [0, 1]."""
 
 
 @contextmanager
-def greeted(name: str, size: tuple[int, int], background: Colour | None) -> Iterator[tuple[Context, Gui | None]]:
-    """Open a window which says that the shader of `name` is being compiled, which may take half a minute.
+def greeted(name: str, size: tuple[int, int], background: Color | None) -> Iterator[tuple[Context, Gui | None]]:
+    """Open a window that says that the shader of `name` is being compiled.
 
-    size: (width, height), as the system counts it. background: behind these words; None: the default one's bottom.
-    Gives the window's context, and its GUI if imgui-bundle is installed; both are freed at the end. Raises UserError
-    where there is no display.
+    size: (width, height) in screen coordinates. background: behind the text; None: the bottom of the default one.
+    Yields the window's context and, if imgui-bundle is installed, its GUI. Raises UserError if there is no display.
     """
     context, gui = open_window(size, f"{name}   compiling", visible=True), None
+    color = background or default("background_bottom")
     try:
-        _paint(context, background or default("background_bottom"))
-        gui = open_gui(context)
-        if gui is not None:
-            _paint(context, background or default("background_bottom"), gui, f"{name}: compiling the shader")
+        _paint(context, color)
+        try:
+            gui = Gui(context)
+        except ImportError:  # imgui-bundle, of the extra `view`, is not installed
+            pass
+        else:
+            _paint(context, color, gui, f"{name}: compiling the shader")
         yield context, gui
     finally:
         if gui is not None:
@@ -37,8 +37,8 @@ def greeted(name: str, size: tuple[int, int], background: Colour | None) -> Iter
         context.release()
 
 
-def _paint(context: Context, background: Colour, gui: Gui | None = None, notice: str = "") -> None:
-    """Fill the window with its background and, where there is a GUI, a notice in its middle."""
+def _paint(context: Context, background: Color, gui: Gui | None = None, notice: str = "") -> None:
+    """Fill the window with its background and a notice in its middle."""
     red, green, blue = background
     with context as gl:
         gl.screen.use()

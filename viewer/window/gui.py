@@ -1,4 +1,4 @@
-"""Dear ImGui over the window's picture: its setup, its input and its look. What it shows is in panel.py."""
+"""Dear ImGui over the window's picture: set-up, input and style. panel.py has the content."""
 
 import time
 from pathlib import Path
@@ -7,51 +7,64 @@ from typing import TYPE_CHECKING, Any
 import glfw
 
 from ..draw.context import Context
-from .parts import WIDTH, Place, show_line
 
-if TYPE_CHECKING:  # They import all that draws a model, and a window says what it waits for before that.
-    from ..state.desk import Desk
+if TYPE_CHECKING:  # slow imports, for which the greeting does not wait
     from .panel import Panel
 
-SETTLING_FRAMES = 3
-"""Frames that ImGui takes until it shows what an event did."""
+WIDTH = 300
+"""Of the panel, in window coordinates at scale 1."""
 NARROW = 500
-"""Width of a window, in window coordinates before the display's scale, below which the panel folds."""
+"""In a window narrower than this, in window coordinates at scale 1, the panel folds."""
 FONT_SIZE = 15.0
-"""In window coordinates, before the display's scale."""
-CONTROLS = glfw.KEY_LEFT_CONTROL, glfw.KEY_RIGHT_CONTROL
-SHIFTS = glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT
-"""Each is asked for whether it is held, because an event on X11 comes with the modifiers from before it."""
+"""In window coordinates at scale 1."""
+SETTLING_FRAMES = 3
+"""Number of frames until ImGui shows the effect of an event."""
+BUTTONS = range(3)
+"""The mouse buttons that ImGui knows."""
 ACCENT, DARK, FRAME, TEXT = (0.36, 0.56, 0.86), (0.105, 0.11, 0.125), (0.19, 0.20, 0.225), (0.88, 0.89, 0.91)
-"""RGB of the panel's parts."""
+"""RGB."""
+EDITING_KEYS = {
+    glfw.KEY_TAB: "tab",
+    glfw.KEY_LEFT: "left_arrow",
+    glfw.KEY_RIGHT: "right_arrow",
+    glfw.KEY_HOME: "home",
+    glfw.KEY_END: "end",
+    glfw.KEY_DELETE: "delete",
+    glfw.KEY_BACKSPACE: "backspace",
+    glfw.KEY_ENTER: "enter",
+    glfw.KEY_KP_ENTER: "keypad_enter",
+    glfw.KEY_ESCAPE: "escape",
+    glfw.KEY_A: "a",
+    glfw.KEY_C: "c",
+    glfw.KEY_V: "v",
+    glfw.KEY_X: "x",
+}
+"""GLFW's key code -> ImGui's name, of the keys that edit a number."""
 
-
-def open_gui(context: Context) -> "Gui | None":
-    """Return the GUI of a window's context, or None if imgui-bundle, of the extra `view`, is not installed."""
-    try:
-        return Gui(context)
-    except ImportError:
-        return None
+Place = tuple[float, float, float, float]
+"""Rectangle of an ImGui window: (left, top, right, bottom), window coordinates."""
 
 
 class Gui:
-    """The panel of a window, which passes its events on: each method for one returns whether it was for the panel."""
+    """Dear ImGui in a window; the event methods return whether the panel takes the event.
+
+    Raises ImportError if imgui-bundle is not installed.
+    """
 
     def __init__(self, context: Context) -> None:
-        """Begin in the context of a window. Raises ImportError if imgui-bundle is not installed."""
         import imgui_bundle
         from imgui_bundle import imgui
 
-        self._context, self._imgui = context, imgui
+        self.imgui: Any = imgui
+        self._context = context
         self._window: Any = context.handle
-        self._keys = _keys(imgui)
         self._frames_left = SETTLING_FRAMES
         self._owned = False
-        """Whether the mouse button that is held went down on the panel."""
+        """Whether the held mouse button went down on the panel."""
         self._popup = False
-        """Whether a list of choices is open, to which every click belongs."""
+        """Whether a list of choices is open, which takes every click."""
         self._covered: list[Place] = []
-        """What the panel and its like cover."""
+        """Places of the ImGui windows."""
         self._pointer = (-1.0, -1.0)
         self._last = time.perf_counter()
         self._gui = imgui.create_context()
@@ -60,57 +73,54 @@ class Gui:
         if font.exists():
             imgui.get_io().fonts.add_font_from_file_ttf(str(font), FONT_SIZE)
         self._scale = 1.0
-        _dress(imgui)
+        _set_style(imgui)
         with context:
             imgui.backends.opengl3_init("#version 330")
 
     @property
-    def restless(self) -> bool:
-        """Whether more frames are due until everything is seen that has happened."""
+    def needs_frames(self) -> bool:
+        """Whether more frames are due until the last event has its full effect."""
         return self._frames_left > 0
 
-    def stir(self) -> None:
-        """Draw some frames more, because something has happened that the panel may show."""
+    def redraw(self) -> None:
+        """Draw some more frames."""
         self._frames_left = SETTLING_FRAMES
 
     def panel_width(self) -> int:
-        """Return how many framebuffer pixels an open panel takes from the picture.
+        """Return the width of an open panel beside the picture, framebuffer pixels; 0 if it lies over the picture."""
+        return round(WIDTH * self._ui_scale() * self._ratio()) if self.is_wide() else 0
 
-        In a narrow window it takes none and lies over the picture.
-        """
-        return round(WIDTH * self._ui_scale() * self._ratio()) if self.roomy() else 0
-
-    def narrow(self) -> bool:
+    def is_narrow(self) -> bool:
         """Return whether an open panel would hide most of the picture."""
         return bool(glfw.get_window_size(self._window)[0] < NARROW * self._ui_scale())
 
-    def roomy(self) -> bool:
-        """Return whether the window is wide enough for a panel beside the picture."""
+    def is_wide(self) -> bool:
+        """Return whether the window has room for a panel beside the picture."""
         return bool(glfw.get_window_size(self._window)[0] >= 2 * WIDTH * self._ui_scale())
 
-    def build(self, panel: "Panel", desk: "Desk", area: tuple[int, int]) -> None:
-        """Make the next frame, and let the desk do what the user has asked for; the context must be current.
+    def build(self, panel: "Panel", area: tuple[int, int]) -> None:
+        """Make the next frame, and apply the user's input; the context must be current.
 
-        area: (width, height) of the picture on the screen, in framebuffer pixels.
+        area: (width, height) of the picture, framebuffer pixels.
         """
-        imgui, scale = self._imgui, self._begin()
-        self._covered = panel.draw(imgui, desk, area, scale)
-        self._popup = imgui.is_popup_open("", imgui.PopupFlags_.any_popup)
-        imgui.render()
+        self._covered = panel.draw(area, self._begin())
+        self._popup = self.imgui.is_popup_open("", self.imgui.PopupFlags_.any_popup)
+        self.imgui.render()
         self._frames_left = max(0, self._frames_left - 1)
 
     def build_notice(self, line: str) -> None:
-        """Make a frame that shows a line of text in the middle of the window; the context must be current."""
-        for _ in range(2):  # In the first, ImGui measures the line and hides it.
+        """Make a frame with a line of text in the middle of the window; the context must be current."""
+        for _ in range(2):  # in the first, ImGui measures the line and hides it
             self._begin()
-            show_line(self._imgui, line)
-            self._imgui.render()
+            size = self.imgui.get_io().display_size
+            begin_bare(self.imgui, "line", (size.x / 2, size.y / 2), (0.5, 0.5))
+            self.imgui.text_unformatted(line)
+            self.imgui.end()
+            self.imgui.render()
 
     def _begin(self) -> float:
-        """Begin a frame of the window's present size. Returns the panel's scale."""
-        imgui = self._imgui
-        io = imgui.get_io()
-        now = time.perf_counter()
+        """Begin a frame of the window's current size, and return the panel's scale."""
+        imgui, io, now = self.imgui, self.imgui.get_io(), time.perf_counter()
         io.delta_time, self._last = max(1e-4, now - self._last), now
         width, height = glfw.get_window_size(self._window)
         io.display_size = imgui.ImVec2(max(1, width), max(1, height))
@@ -125,96 +135,88 @@ class Gui:
 
     def draw(self) -> None:
         """Draw the frame onto the screen; the context must be current."""
-        self._imgui.backends.opengl3_render_draw_data(self._imgui.get_draw_data())
+        self.imgui.backends.opengl3_render_draw_data(self.imgui.get_draw_data())
 
-    def moved(self, x: float, y: float) -> bool:
-        """The pointer has moved to (x, y), window coordinates."""
+    def on_pointer(self, x: float, y: float) -> bool:
+        """Handle a move of the pointer to (x, y), window coordinates."""
         before, self._pointer = self._over(), (x, y)
-        self._imgui.get_io().add_mouse_pos_event(x, y)
-        held = any(glfw.get_mouse_button(self._window, button) for button in range(3))
+        self.imgui.get_io().add_mouse_pos_event(x, y)
+        held = self._is_held()
         if self._owned or (not held and (before or self._over())):
-            self.stir()
+            self.redraw()
         return self._owned if held else self._over()
 
-    def pressed(self, button: int, down: bool) -> bool:
-        """A mouse button has gone down or up."""
-        if button < 3:
-            self._imgui.get_io().add_mouse_button_event(button, down)
-        self._owned = (
-            self._over()
-            if down
-            else self._owned and any(glfw.get_mouse_button(self._window, other) for other in range(3))
-        )
-        self.stir()
+    def on_button(self, button: int, down: bool) -> bool:
+        """Handle a press or release of a mouse button."""
+        if button in BUTTONS:
+            self.imgui.get_io().add_mouse_button_event(button, down)
+        self._owned = self._over() if down else self._owned and self._is_held()
+        self.redraw()
         return self._owned
 
-    def scrolled(self, x: float, y: float) -> bool:
-        """The wheel has been turned by so many notches, sideways and up."""
+    def on_wheel(self, x: float, y: float) -> bool:
+        """Handle notches of the wheel, sideways and up."""
         over = self._over()
         if over:
-            self._imgui.get_io().add_mouse_wheel_event(x, y)
-            self.stir()
+            self.imgui.get_io().add_mouse_wheel_event(x, y)
+            self.redraw()
         return over
 
-    def key(self, code: int, down: bool) -> bool:
-        """A key, given by GLFW's code, has gone down or up."""
-        imgui = self._imgui
-        io = imgui.get_io()
-        for keys, modifier in ((CONTROLS, imgui.Key.mod_ctrl), (SHIFTS, imgui.Key.mod_shift)):
+    def on_key(self, code: int, down: bool) -> bool:
+        """Handle a press or release of a key, GLFW's code."""
+        imgui, io = self.imgui, self.imgui.get_io()
+        # GLFW is asked for the modifiers: on X11, an event comes with the modifiers before it.
+        for keys, modifier in (
+            ((glfw.KEY_LEFT_CONTROL, glfw.KEY_RIGHT_CONTROL), imgui.Key.mod_ctrl),
+            ((glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT), imgui.Key.mod_shift),
+        ):
             io.add_key_event(modifier, any(glfw.get_key(self._window, key) == glfw.PRESS for key in keys))
-        if code in self._keys:
-            io.add_key_event(self._keys[code], down)
-        self.stir()
+        if code in EDITING_KEYS:
+            io.add_key_event(getattr(imgui.Key, EDITING_KEYS[code]), down)
+        self.redraw()
         return bool(io.want_text_input)
 
-    def typed(self, code: int) -> None:
-        """A character, given by its Unicode code point, has been typed."""
-        self._imgui.get_io().add_input_character(code)
+    def on_character(self, code: int) -> None:
+        """Handle a typed character, a Unicode code point."""
+        self.imgui.get_io().add_input_character(code)
 
     def release(self) -> None:
         with self._context:
-            self._imgui.backends.opengl3_shutdown()
-        self._imgui.destroy_context(self._gui)
+            self.imgui.backends.opengl3_shutdown()
+        self.imgui.destroy_context(self._gui)
+
+    def _is_held(self) -> bool:
+        return any(glfw.get_mouse_button(self._window, button) for button in BUTTONS)
 
     def _over(self) -> bool:
-        """Return whether the pointer is on something that the panel drew last."""
+        """Return whether the pointer is over an ImGui window."""
         x, y = self._pointer
         covered = (left <= x < right and top <= y < bottom for left, top, right, bottom in self._covered)
         return self._popup or any(covered)
 
     def _ratio(self) -> float:
-        """Return how many framebuffer pixels make one window coordinate."""
+        """Return the number of framebuffer pixels per window coordinate."""
         width = glfw.get_window_size(self._window)[0]
         return float(glfw.get_framebuffer_size(self._window)[0] / width) if width else 1.0
 
     def _ui_scale(self) -> float:
-        """Return the panel's scale in window coordinates: the display's, less what the system scales itself."""
+        """Return the panel's scale in window coordinates: the display's, unless the system scales itself."""
         return max(1.0, float(glfw.get_window_content_scale(self._window)[0]) / max(1e-3, self._ratio()))
 
 
-def _keys(imgui: Any) -> dict[int, Any]:
-    """Return the keys that editing a number needs: GLFW's code and ImGui's."""
-    key = imgui.Key
-    return {
-        glfw.KEY_TAB: key.tab,
-        glfw.KEY_LEFT: key.left_arrow,
-        glfw.KEY_RIGHT: key.right_arrow,
-        glfw.KEY_HOME: key.home,
-        glfw.KEY_END: key.end,
-        glfw.KEY_DELETE: key.delete,
-        glfw.KEY_BACKSPACE: key.backspace,
-        glfw.KEY_ENTER: key.enter,
-        glfw.KEY_KP_ENTER: key.keypad_enter,
-        glfw.KEY_ESCAPE: key.escape,
-        glfw.KEY_A: key.a,
-        glfw.KEY_C: key.c,
-        glfw.KEY_V: key.v,
-        glfw.KEY_X: key.x,
-    }
+def begin_bare(imgui: Any, name: str, position: tuple[float, float], pivot: tuple[float, float]) -> None:
+    """Begin an ImGui window that fits its content, undecorated. pivot: its point at `position`, in [0, 1]^2."""
+    imgui.set_next_window_pos(position, imgui.Cond_.always, pivot)
+    imgui.begin(name, None, bare_flags(imgui) | imgui.WindowFlags_.always_auto_resize)
 
 
-def _dress(imgui: Any) -> None:
-    """Set quiet colours and rounded corners."""
+def bare_flags(imgui: Any) -> int:
+    """Return the flags of an ImGui window without decoration."""
+    names = "no_title_bar no_resize no_move no_collapse no_saved_settings no_bring_to_front_on_focus"
+    return sum(int(getattr(imgui.WindowFlags_, name)) for name in names.split())
+
+
+def _set_style(imgui: Any) -> None:
     imgui.style_colors_dark()
     style, col = imgui.get_style(), imgui.Col_
     style.window_padding, style.frame_padding = imgui.ImVec2(14, 12), imgui.ImVec2(8, 4)
@@ -222,7 +224,7 @@ def _dress(imgui: Any) -> None:
     style.frame_rounding = style.grab_rounding = style.popup_rounding = 4.0
     style.window_rounding, style.window_border_size, style.scrollbar_size, style.grab_min_size = 0.0, 0.0, 10.0, 12.0
     hovered = tuple(0.75 * f + 0.25 * a for f, a in zip(FRAME, ACCENT, strict=True))
-    for colour, names in (
+    for color, names in (
         ((*DARK, 0.97), (col.window_bg, col.popup_bg)),
         ((*FRAME, 1.0), (col.frame_bg, col.button, col.header)),
         ((*hovered, 1.0), (col.frame_bg_hovered, col.button_hovered, col.header_hovered)),
@@ -233,4 +235,4 @@ def _dress(imgui: Any) -> None:
         ((0.0, 0.0, 0.0, 0.0), (col.scrollbar_bg,)),
     ):
         for name in names:
-            style.set_color_(name, imgui.ImVec4(*colour))
+            style.set_color_(name, imgui.ImVec4(*color))

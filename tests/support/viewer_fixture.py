@@ -1,4 +1,4 @@
-"""Desks that draw under OSMesa, and what the tests of the desk do with them."""
+"""Desks that draw under OSMesa, and what the tests of the viewer do with them."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -13,9 +13,9 @@ from mplicits.model.model_file import save
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
-from mplicits.viewer.state.desk import Desk
 from mplicits.viewer.state.source import open_source
 from mplicits.viewer.state.view import View
+from mplicits.viewer.state.viewer import Viewer
 from support.fitted_model import fitted_model
 
 AREA = (24, 16)
@@ -27,46 +27,46 @@ TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 
 
 
 @pytest.fixture
-def open_desk(osmesa: Context, tmp_path: Path) -> Iterator[Callable[..., Desk]]:
-    """Give a function that opens a desk with a textured model of two levels, named "two"."""
-    desks = []
+def open_viewer(osmesa: Context, tmp_path: Path) -> Iterator[Callable[..., Viewer]]:
+    """Give a function that opens a viewer with a textured model of two levels, named "two"."""
+    viewers = []
 
-    def opened(watch: bool = False, **options: object) -> Desk:
+    def opened(watch: bool = False, **options: object) -> Viewer:
         path = tmp_path / "two.safetensors"
         save(TWO, path)
         source = open_source(path)
         view = View(Camera(), RenderOptions(**options), source.shader.levels, source.textured)  # type: ignore[arg-type]
         view.resize(AREA)
-        desks.append(Desk(osmesa, source, view, watch=watch))
-        return desks[-1]
+        viewers.append(Viewer(osmesa, source, view, watch=watch))
+        return viewers[-1]
 
     yield opened
-    for desk in desks:
-        desk.close()
+    for viewer in viewers:
+        viewer.close()
 
 
-def settle(desk: Desk, until: Callable[[], bool] = lambda: True, seconds: float = 60.0) -> None:
-    """Call tick until the condition holds and the desk rests; fail after so many seconds."""
+def settle(viewer: Viewer, until: Callable[[], bool] = lambda: True, seconds: float = 60.0) -> None:
+    """Call tick until the condition holds and the viewer rests; fail after so many seconds."""
     end = time.perf_counter() + seconds
     while time.perf_counter() < end:
-        due = desk.tick(AREA)
-        if until() and desk.resting:
+        due = viewer.tick(AREA)
+        if until() and viewer.idle:
             return
         time.sleep(min(0.02, due or 0.0))
-    pytest.fail("the desk never comes to rest")
+    pytest.fail("the viewer never comes to rest")
 
 
-def is_open(desk: Desk, path: Path) -> bool:
-    """Return whether the desk shows this file."""
-    return desk.shown.source.path == path
+def is_open(viewer: Viewer, path: Path) -> bool:
+    """Return whether the viewer shows this file."""
+    return viewer.source.path == path
 
 
-def picture_of(desk: Desk) -> NDArray[np.float32]:
-    """Return what the desk would put onto the screen: (H, W, 3) float32 in [0, 1], top row first."""
+def picture_of(viewer: Viewer) -> NDArray[np.float32]:
+    """Return what the viewer would put onto the screen: (H, W, 3) float32 in [0, 1], top row first."""
     width, height = AREA
-    with desk.shown.context as gl:
+    with viewer.context as gl:
         screen = gl.framebuffer([gl.texture(AREA, 4, dtype="f4")])
-        desk.drawing.picture.show((0, 0), AREA, split=False, onto=screen)
+        viewer.drawing.picture.show((0, 0), AREA, split=False, onto=screen)
         data = np.frombuffer(screen.read(components=3, dtype="f4"), np.float32)
         screen.color_attachments[0].release()
         screen.release()
