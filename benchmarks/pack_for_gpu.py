@@ -22,7 +22,19 @@ from protocol import DATA
 from table2 import MODELS_OF, train
 
 PACK = Path(__file__).parents[1] / "out" / "gpu"
-WHEELS = ("moderngl", "glcontext", "glfw", "trimesh", "libigl", "safetensors", "tqdm", "wgpu", "cffi", "pycparser")
+WHEELS = (
+    "moderngl",
+    "glcontext",
+    "glfw",
+    "trimesh",
+    "libigl",
+    "safetensors",
+    "tqdm",
+    "wgpu",
+    "cffi",
+    "pycparser",
+    "sniffio",
+)
 """numpy, scipy, pillow and threadpoolctl are larger, and where PyTorch is installed they are as a rule, too."""
 GLIBC = (28, 27, 17, 5)
 """Minor versions of glibc 2 whose wheels are taken."""
@@ -30,7 +42,7 @@ LIBRARIES = ("libEGL.so.1", "libGLdispatch.so.0", "libvulkan.so.1")
 SHAPES = ("meshes/armadillo.ply", "meshes/lucy.ply", "dtu_scan24")
 STEPS = {"64x2": 800, "128x2": 600, "256x2": 400, "256x4": 400}
 """Optimiser steps of a level."""
-PICTURED = ("three", "spot", "spot-large")
+CHECKED = ("spot", "three", "spot-large")
 """Models whose CUDA programs are compared with a reference picture."""
 SIDES = (256, 40)
 """Pixels a side of the reference pictures; the small ones are for the rehearsal without a GPU."""
@@ -67,9 +79,9 @@ def copy_files() -> None:
 
 
 def draw_references() -> None:
-    """Draw every model of PICTURED at every size, one ray a pixel, as a PPM."""
+    """Draw every model of CHECKED at every size, one ray a pixel, as a PPM."""
     (PACK / "pictures").mkdir(exist_ok=True)
-    for name in PICTURED:
+    for name in CHECKED:
         path = PACK / "models" / f"{name}.safetensors"
         for side in SIDES:
             png = PACK / "pictures" / f"{name}-{side}.png"
