@@ -21,7 +21,7 @@ class OnGpu(torch.Tensor):
     """A tensor on the pretended GPU; `held` is its data."""
 
     held: torch.Tensor
-    is_cuda = property(lambda _: True)  # type: ignore[assignment]
+    is_cuda = property(lambda _: True)
 
     @staticmethod
     def __new__(cls, held: torch.Tensor) -> "OnGpu":
