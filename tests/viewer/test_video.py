@@ -136,9 +136,9 @@ def test_time_chooses_the_moment_of_a_picture(folder: Path, renderer: Renderer, 
 @pytest.mark.parametrize(
     ("name", "words", "message"),
     [
-        ("still", "--time 0", "fitted does not move"),
-        ("moving", "--time 1.5", "time 1.5: a moment from 0 to 1"),
-        ("moving", "--time nan", "a moment from 0 to 1"),
+        ("still", "--time 0.5", "fitted does not move"),
+        ("moving", "--time 1.5", "--time 1.5: a number from 0 to 1"),
+        ("moving", "--time nan", "a number from 0 to 1"),
         ("moving", "--frames 4 --time 0.5", "--frames shows all of them"),
         ("moving", "--frames 0", "--frames 0: a whole number"),
         ("moving", "--frames 4 --fps 0", "--fps 0: a whole number from 1 to 60"),
