@@ -1,4 +1,4 @@
-"""The front door: which packages it loads, what it prints, how it exits."""
+"""The command line: the packages it loads, its output, its exit codes."""
 
 import json
 import os
@@ -26,7 +26,7 @@ print(json.dumps([cli.main(sys.argv[1:]), *sys.modules]))
 
 
 def loaded(*argv: str) -> set[str]:
-    """The packages of HEAVY that a process has loaded after it ran `mplicits ARGV` with success."""
+    """Return the packages of HEAVY that `mplicits ARGV` loads in a process of its own."""
     done = subprocess.run([sys.executable, "-c", LOADED, *argv], capture_output=True, text=True, cwd=ROOT, check=True)
     code, *modules = json.loads(done.stdout.splitlines()[-1])
     assert code == 0, done.stderr
@@ -78,7 +78,7 @@ def test_the_help_lists_every_verb_and_an_example(capsys: pytest.CaptureFixture[
         ("import", "{model}", "-o", "{model}"),
     ],
 )
-def test_what_is_read_is_not_written_over(
+def test_inputs_are_not_overwritten(
     argv: tuple[str, ...], model: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = Path(model).read_bytes()
@@ -99,10 +99,10 @@ def test_what_is_read_is_not_written_over(
         (("render", "{model}"), "picture.png"),
     ],
 )
-def test_a_file_of_another_kind_is_written_over_only_by_force(
+def test_only_force_overwrites_a_file_of_another_kind(
     argv: tuple[str, ...], output: str, model: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """With --force all but `bake` still end with an error of their own, since what they read is made up."""
+    """With --force all but `bake` still fail, since their inputs do not exist."""
     path = tmp_path / output.format(model=Path(model).name)
     path.write_text("something else\n")
     command = [*(part.format(model=model) for part in argv), "-o", str(path)]
@@ -119,7 +119,7 @@ def test_a_file_of_another_kind_is_written_over_only_by_force(
         assert cli.main([*command, "--force"]) == cli.main(command) == 0, "an earlier output may be written over"
 
 
-def test_images_that_a_mesh_names_are_not_written_over(
+def test_images_that_a_mesh_names_are_not_overwritten(
     model: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "m.obj").write_text("mtllib a b.mtl\nv 0 0 0\n")
@@ -132,7 +132,7 @@ def test_images_that_a_mesh_names_are_not_written_over(
 
 
 @pytest.mark.parametrize("name", cli.verbs())
-def test_the_help_of_a_verb_ends_with_an_example_that_it_takes(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_help_of_a_verb_ends_with_a_valid_example(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     verb = cli.verbs()[name]
     assert cli.main([name, "--help"]) == 0
     assert capsys.readouterr().out.endswith(f"example: mplicits {verb.example}\n")
@@ -166,7 +166,7 @@ def test_it_runs_as_a_module() -> None:
         (["demo", "--out-dir", "/dev/null/a\nb"], "/dev/null/a\\nb: Not a directory"),
     ],
 )
-def test_what_the_user_can_mend_is_one_line(argv: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_user_errors_are_one_line(argv: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(argv) == 2
     out, err = capsys.readouterr()
     assert out == ""
@@ -177,7 +177,7 @@ def test_what_the_user_can_mend_is_one_line(argv: list[str], said: str, capsys: 
 
 @pytest.fixture
 def failing(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
-    """A function that replaces all verbs by one, `fail`, which raises an exception."""
+    """Return a function that replaces all verbs by `fail`, which raises an exception."""
 
     def prepare(error: BaseException, extra: str = "train") -> None:
         def run(_: Namespace) -> None:
@@ -277,7 +277,7 @@ def test_a_bug_keeps_its_traceback(error: Exception, failing: Callable[[BaseExce
     assert caught.value is error
 
 
-def test_a_reader_that_leaves_is_no_error(model: str) -> None:
+def test_a_closed_pipe_is_no_error(model: str) -> None:
     command = [sys.executable, "-m", "mplicits", "info", model]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT) as process:
         assert process.stdout
@@ -295,13 +295,13 @@ def test_a_reader_that_leaves_is_no_error(model: str) -> None:
         ("2>&-", 0, ""),
     ],
 )
-def test_output_that_nobody_takes(redirection: str, code: int, said: str) -> None:
+def test_closed_and_full_outputs(redirection: str, code: int, said: str) -> None:
     command = ["bash", "-c", f"{sys.executable} -m mplicits --version {redirection}"]
     done = subprocess.run(command, stderr=subprocess.PIPE, text=True, cwd=ROOT, check=False)
     assert (done.returncode, done.stderr) == (code, said)
 
 
-def test_a_text_written_to_a_reader_that_leaves_is_no_error(model: str) -> None:
+def test_baking_into_a_closed_pipe_is_no_error(model: str) -> None:
     script = f"{sys.executable} -m mplicits bake {model} --target html -o /dev/stdout | head -c 1 > /dev/null"
     done = subprocess.run(
         ["bash", "-c", f"set -o pipefail; {script}"], stderr=subprocess.PIPE, text=True, cwd=ROOT, check=False

@@ -1,9 +1,8 @@
-"""The verb `demo`, which is made of the other verbs."""
+"""The verb `demo`, which runs other verbs."""
 
-import dataclasses
 import subprocess
 import sys
-from argparse import ArgumentParser, Namespace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,47 +11,54 @@ from PIL import Image
 
 from mplicits import cli
 from mplicits.demo import demo_verb
-from mplicits.model import gallery
 from mplicits.model.errors import UserError
 from mplicits.model.model_file import save
+from mplicits.model.options import Options, argument, option
 from mplicits.model.verb import Verb
 from support.random_model import random_model
 
 FILES = ["render", "bake", "bake"]
 
 
+@dataclass(frozen=True)
+class Command(Options):
+    """The options that the demo passes to other verbs."""
+
+    input: str = argument("INPUT", "model or shape")
+    output: Path | None = option(None, "file", flags=("-o",))
+    target: str | None = option(None, "target")
+    levels: str | None = option(None, "levels")
+    seconds: str | None = option(None, "seconds")
+    shade: str | None = option(None, "shade")
+
+
 class Verbs:
     """Stand-ins for the verbs that the demo runs; `train` writes a real model file."""
 
     def __init__(self) -> None:
-        self.called: list[str] = []
-        """Names of the verbs that have run, in their order."""
+        self.calls: list[str] = []
+        """Names of the verbs that have run, in order."""
         self.inputs: set[str] = set()
-        """Models and shapes that the verbs were given."""
-        self.refusing = ""
+        """Models and shapes of the calls."""
+        self.failing = ""
         """Name of the verb that raises UserError."""
         self.seconds: str | None = None
-        """What --seconds of `train` was."""
+        """--seconds of `train`."""
         self.interrupted = False
-        """Whether the model that `train` writes says that its training was cut short."""
-
-    def add_arguments(self, parser: ArgumentParser) -> None:
-        parser.add_argument("input")
-        for option in ("-o", "--target", "--levels", "--seconds", "--shade"):
-            parser.add_argument(option)
+        """Whether the model that `train` writes comes from an interrupted training."""
 
     def make(self, name: str) -> Verb:
-        def run(args: Namespace) -> None:
-            self.called.append(name)
-            self.inputs.add(args.input)
-            if name == self.refusing:
+        def work(command: Command) -> None:
+            self.calls.append(name)
+            self.inputs.add(command.input)
+            if name == self.failing:
                 raise UserError("refused")
             if name == "train":
-                self.seconds = args.seconds
-                model = dataclasses.replace(random_model((4, 0)), provenance={"interrupted": self.interrupted})
-                save(model, Path(args.o))
+                assert command.output is not None
+                self.seconds = command.seconds
+                save(replace(random_model((4, 0)), provenance={"interrupted": self.interrupted}), command.output)
 
-        return Verb(name, "", self.add_arguments, "", run)
+        return Verb(name, "", Command, "", work)
 
     def all(self) -> dict[str, Verb]:
         return {"demo": demo_verb(cli.perform)} | {
@@ -62,40 +68,33 @@ class Verbs:
 
 @pytest.fixture
 def demo(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> tuple[Verbs, list[str]]:
-    """The stand-ins for the other verbs, and a command line of the demo without a display."""
-    stand_ins = Verbs()
-    monkeypatch.setattr("mplicits.cli.verbs", stand_ins.all)
+    """The stand-ins, and a command line of the demo without a display."""
+    verbs = Verbs()
+    monkeypatch.setattr("mplicits.cli.verbs", verbs.all)
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    return stand_ins, ["demo", "--out-dir", str(tmp_path / "a b" / "out")]
+    return verbs, ["demo", "--out-dir", str(tmp_path / "a b" / "out")]
 
 
-def test_the_demo_writes_spot_s_picture_and_what_is_baked(
-    demo: tuple[Verbs, list[str]], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_demo_renders_and_bakes_spot(demo: tuple[Verbs, list[str]], capsys: pytest.CaptureFixture[str]) -> None:
     verbs, argv = demo
     assert cli.main(argv) == 0
-    assert (verbs.called, verbs.inputs) == (FILES, {"spot"})
-    assert "spot" in gallery.names()
+    assert (verbs.calls, verbs.inputs) == (FILES, {"spot"})
     out = capsys.readouterr().out
     assert all(f"a b/out/demo.{suffix}" in out for suffix in ("png", "glsl", "html"))
 
 
-def test_the_demo_trains_once(demo: tuple[Verbs, list[str]]) -> None:
-    verbs, argv = demo
-    for more, trained in ((["--train"], True), (["--train"], False), (["--retrain"], True), (["--seconds", "9"], True)):
-        verbs.called.clear()
-        assert cli.main([*argv, *more]) == 0
-        assert verbs.called == ["train"] * trained + FILES
-    assert verbs.seconds == "9"
-    assert verbs.inputs == {"demo", f"{argv[-1]}/demo.safetensors"}
-
-
-def test_the_demo_trains_anew_where_training_was_cut_short(demo: tuple[Verbs, list[str]]) -> None:
+def test_the_demo_trains_if_necessary(demo: tuple[Verbs, list[str]]) -> None:
     verbs, argv = demo
     verbs.interrupted = True
-    assert cli.main([*argv, "--train"]) == cli.main([*argv, "--train"]) == 0
-    assert verbs.called == ["train", *FILES] * 2
+    assert cli.main([*argv, "--train"]) == 0
+    verbs.interrupted = False
+    for more, trains in ((["--train"], True), (["--train"], False), (["--retrain"], True), (["--seconds", "9"], True)):
+        verbs.calls.clear()
+        assert cli.main([*argv, *more]) == 0
+        assert verbs.calls == ["train"] * trains + FILES
+    assert verbs.seconds == "9"
+    assert verbs.inputs == {"demo", f"{argv[-1]}/demo.safetensors"}
 
 
 @pytest.mark.parametrize("variable", ["DISPLAY", "WAYLAND_DISPLAY"])
@@ -105,27 +104,27 @@ def test_the_demo_opens_a_window_where_there_is_a_display(
     verbs, argv = demo
     monkeypatch.setenv(variable, ":0")
     assert cli.main(argv) == 0
-    assert (verbs.called, verbs.inputs) == (["view"], {"spot"})
+    assert (verbs.calls, verbs.inputs) == (["view"], {"spot"})
     assert not Path(argv[-1]).exists(), "a window writes no files"
-    verbs.called.clear()
+    verbs.calls.clear()
     assert cli.main([*argv, "--no-window"]) == cli.main([*argv, "--train"]) == 0
-    assert verbs.called == [*FILES, "train", "view"]
-    verbs.called.clear()
-    verbs.refusing = "view"
+    assert verbs.calls == [*FILES, "train", "view"]
+    verbs.calls.clear()
+    verbs.failing = "view"
     assert cli.main(argv) == 0
-    assert verbs.called == ["view", *FILES]
+    assert verbs.calls == ["view", *FILES]
     assert "no window: refused" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("verb", ["train", "bake", "render"])
 def test_the_demo_stops_where_a_verb_fails(verb: str, demo: tuple[Verbs, list[str]]) -> None:
     verbs, argv = demo
-    verbs.refusing = verb
+    verbs.failing = verb
     assert cli.main([*argv, "--train"]) == 2
-    assert verbs.called[-1] == verb
+    assert verbs.calls[-1] == verb
 
 
-def test_seconds_that_are_no_duration_make_no_folder(demo: tuple[Verbs, list[str]]) -> None:
+def test_wrong_seconds_make_no_folder(demo: tuple[Verbs, list[str]]) -> None:
     _, argv = demo
     for seconds in ("nan", "0", "-1", "1e9", "many"):
         assert cli.main([*argv, "--train", f"--seconds={seconds}"]) == 2

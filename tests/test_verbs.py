@@ -1,4 +1,4 @@
-"""Each verb of the command line is a thin skin over a function of `import mplicits`: same names, defaults, results."""
+"""Each verb of the command line and its Python function have the same options and results."""
 
 import argparse
 import inspect
@@ -34,7 +34,7 @@ FUNCTIONS: dict[str, Callable[..., object]] = {
     "import": mplicits.import_checkpoints,
 }
 """Verb -> its Python function."""
-COMMAND_LINE_ALONE = {
+COMMAND_LINE_ONLY = {
     "render": {"benchmark", "frames", "fps", "once", "turn"},
     "train": {"live", "jobs", "cluster"},
     "morph": {"live"},
@@ -63,7 +63,7 @@ def defaults(name: str) -> dict[str, object]:
 
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_verbs_and_functions_have_the_same_options(name: str) -> None:
-    apart = {"output", "force", "json", *COMMAND_LINE_ALONE.get(name, ())}
+    apart = {"output", "force", "json", *COMMAND_LINE_ONLY.get(name, ())}
     parameters = inspect.signature(FUNCTIONS[name]).parameters
     for option, default in defaults(name).items():
         if option not in apart and not (option == "model" and "self" in parameters):
@@ -84,7 +84,7 @@ def test_every_verb_has_a_function() -> None:
     assert set(cli.verbs()) == {*FUNCTIONS, "demo", "view", "info"}
 
 
-def test_render_draws_what_the_verb_writes(tmp_path: Path) -> None:
+def test_render_equals_the_verb(tmp_path: Path) -> None:
     path = tmp_path / "p.png"
     argv = f"-o {path} --size 40x32 --camera 10,20 --background ffffff --context osmesa --level 1 --storage texture"
     assert cli.main(["render", str(DEMO), *argv.split()]) == 0
@@ -99,7 +99,7 @@ def test_render_draws_what_the_verb_writes(tmp_path: Path) -> None:
         field.render(16, background="red")
 
 
-def test_mesh_makes_what_the_verb_writes(tmp_path: Path) -> None:
+def test_mesh_equals_the_verb(tmp_path: Path) -> None:
     assert cli.main(["mesh", str(DEMO), "-o", str(tmp_path / "verb.ply"), "--resolution", "32", "--quiet"]) == 0
     made = mplicits.load(DEMO).mesh(32, quiet=True)
     made.save(tmp_path / "ours.ply")
@@ -114,7 +114,7 @@ def test_mesh_makes_what_the_verb_writes(tmp_path: Path) -> None:
         made.save(tmp_path / "mesh.txt")
 
 
-def test_bake_gives_what_the_verb_writes(tmp_path: Path) -> None:
+def test_bake_equals_the_verb(tmp_path: Path) -> None:
     options = ["--target", "glsl300es", "--digits", "4"]
     assert cli.main(["bake", str(DEMO), "-o", str(tmp_path / "verb.glsl"), *options]) == 0
     text = mplicits.load(DEMO).bake("glsl300es", tmp_path / "ours.glsl", digits=4)
@@ -123,7 +123,7 @@ def test_bake_gives_what_the_verb_writes(tmp_path: Path) -> None:
         mplicits.load(DEMO).bake(precision="float16", digits=3)
 
 
-def test_info_and_eval_say_what_the_verbs_print(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_info_and_evaluate_equal_the_verbs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     field = mplicits.load(DEMO)
     assert cli.main(["info", str(DEMO), "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(field.info()))
@@ -138,7 +138,7 @@ def test_info_and_eval_say_what_the_verbs_print(tmp_path: Path, capsys: pytest.C
     assert printed["field"]["band_error"] == evaluation.field.band_error
 
 
-def test_train_learns_what_the_verb_learns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_train_equals_the_verb(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("mplicits.mesher.survey.RESOLUTION", 16)
     trimesh.creation.icosphere(2, 2.0).export(tmp_path / "ball.ply", vertex_normal=False)
     output = tmp_path / "verb.safetensors"
@@ -159,7 +159,7 @@ def test_train_learns_what_the_verb_learns(tmp_path: Path, monkeypatch: pytest.M
 
 
 @pytest.mark.slow
-def test_morph_and_moments_learn_what_the_verbs_learn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_morph_and_motion_equal_the_verbs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("mplicits.mesher.survey.RESOLUTION", 16)
     for name, stretch in (("0.ply", 1.0), ("1.ply", 1.5)):
         trimesh.creation.icosphere(1).apply_scale((stretch, 1, 1)).export(tmp_path / name)
@@ -179,7 +179,7 @@ def test_morph_and_moments_learn_what_the_verbs_learn(tmp_path: Path, monkeypatc
         mplicits.train((np.eye(3), np.array([[0, 1, 2]])), "8x0", time=True)
 
 
-def test_unproject_gives_what_the_verb_writes(tmp_path: Path) -> None:
+def test_unproject_equals_the_verb(tmp_path: Path) -> None:
     y, x = np.mgrid[-1:1:64j, -1:1:64j]
     np.save(tmp_path / "depth.npy", np.where(x**2 + y**2 < 0.5, 3 - 0.5 * np.sqrt(1 - x**2 / 2 - y**2 / 2), 0))
     argv = ["unproject", str(tmp_path / "depth.npy"), "-o", str(tmp_path / "verb.ply"), "--fov", "40"]
@@ -218,7 +218,7 @@ def test_a_callback_may_end_a_training() -> None:
     assert field.model.provenance["interrupted"]
 
 
-def test_what_cannot_be_trained_is_refused() -> None:
+def test_wrong_arguments_of_train_are_refused() -> None:
     vertices = trimesh.creation.icosphere(1).vertices
     for shape, said in (
         ((vertices, np.array([[0, 1, 99]])), "faces refer to missing vertices"),

@@ -1,4 +1,4 @@
-"""A model in a notebook: its picture, and its page, which a frame starts where it is seen and frees where it is not."""
+"""A model in a notebook: its picture, and its page in a frame that runs only while it is visible."""
 
 import base64
 import html
@@ -29,7 +29,7 @@ HOSTILE = '"></iframe><script>alert(1)</script>'
 TAGS = r'<div [^<>]*><img [^<>]*><iframe [^<>]*srcdoc="[^"<>]*"></iframe></div>'
 """The HTML of a model: no other tag, and no attribute that ends early."""
 COUNT = 20
-"""Models on one page: more than the WebGL contexts that a browser keeps."""
+"""Models on one page: more than a browser's WebGL contexts."""
 
 
 @pytest.fixture(scope="module")
@@ -38,19 +38,19 @@ def bundle() -> dict[str, str]:
 
 
 def document(frame: str) -> str:
-    """The document in the attribute of an iframe."""
+    """Return the document in the attribute of an iframe."""
     (found,) = re.findall(r'srcdoc="([^"]*)"', frame)
     return html.unescape(found)
 
 
-def test_the_picture_is_of_the_model(bundle: dict[str, str]) -> None:
+def test_the_picture_shows_the_model(bundle: dict[str, str]) -> None:
     assert bundle["text/plain"] == repr(mplicits.load(DEMO))
     image = np.asarray(Image.open(io.BytesIO(base64.b64decode(bundle["image/png"]))))
     assert image.shape == (SIDE, SIDE, 4)
     assert 0.1 < (image[..., 3] > 0).mean() < 0.8
 
 
-def test_the_frame_survives_folding(bundle: dict[str, str]) -> None:
+def test_joined_lines_of_the_script_stay_valid(bundle: dict[str, str]) -> None:
     frame = bundle["text/html"]
     assert re.fullmatch(TAGS, frame)
     (script,) = re.findall(r"</script><script>(.*)</script>", document(frame), re.DOTALL)
@@ -92,28 +92,28 @@ def test_show_opens_a_page_in_the_browser(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_show_displays_a_model_in_a_notebook(monkeypatch: pytest.MonkeyPatch) -> None:
-    shown: list[object] = []
+    displayed: list[object] = []
     monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=None)))
-    monkeypatch.setitem(sys.modules, "IPython.display", SimpleNamespace(display=shown.append))
+    monkeypatch.setitem(sys.modules, "IPython.display", SimpleNamespace(display=displayed.append))
     field = mplicits.Field(random_model((4, 0)))
     field.show()
-    assert shown == [field]
+    assert displayed == [field]
 
 
 @pytest.mark.slow
 def test_twenty_models_share_a_page(browser: "Browser", tmp_path: Path) -> None:
-    """Those in sight live, the others have no frame; each lives again when it is scrolled back to."""
+    """Only visible models run, and each runs again when it is scrolled back into view."""
     frame = notebook.frame(mplicits.Field(random_model((4, 0))), "")
     cells = "".join(f'<div style="width:480px;height:440px">{frame}</div>' for _ in range(COUNT))
     (tmp_path / "notebook.html").write_text(f"<!doctype html><body>{cells}", encoding="utf-8")
     context = browser.new_context(offline=True, device_scale_factor=0.1, viewport={"width": 600, "height": 480})
-    page, said = context.new_page(), list[str]()
-    page.on("console", lambda message: said.append(message.text))
-    page.on("pageerror", lambda error: said.append(str(error)))
+    page, messages = context.new_page(), list[str]()
+    page.on("console", lambda message: messages.append(message.text))
+    page.on("pageerror", lambda error: messages.append(str(error)))
     page.goto((tmp_path / "notebook.html").as_uri())
 
-    def living() -> list[int]:
-        """The cells whose page is there."""
+    def running() -> list[int]:
+        """Return the cells whose page runs."""
         outer = page.query_selector_all("iframe")
         frames = [element.content_frame() for element in outer]
         return [i for i, entry in enumerate(frames) if entry is not None and entry.child_frames]
@@ -122,13 +122,13 @@ def test_twenty_models_share_a_page(browser: "Browser", tmp_path: Path) -> None:
         page.evaluate("y => scrollTo(0, y)", 440 * cell)
         for _ in range(600):
             page.wait_for_timeout(100)
-            if living() == [cell]:
+            if running() == [cell]:
                 break
-        assert living() == [cell]
+        assert running() == [cell]
         frame_of_cell = page.query_selector_all("iframe")[cell].content_frame()
         assert frame_of_cell is not None
         frame_of_cell.child_frames[0].wait_for_function(
             "() => 'drawn' in document.documentElement.dataset", timeout=PATIENCE
         )
     context.close()
-    assert said == []
+    assert messages == []

@@ -1,4 +1,4 @@
-"""`mplicits render` as its user meets it: the picture, the line that it prints, and what it refuses."""
+"""`mplicits render`: the picture, the printed line, and errors."""
 
 import argparse
 import json
@@ -121,13 +121,13 @@ def test_options_change_the_picture_where_they_should(model: Path, tmp_path: Pat
         ("literal", 1, 21_893, True, "literal"),
     ],
 )
-def test_software_compiles_literals_where_many_rays_pay_for_them(
+def test_software_gl_compiles_literals_for_many_rays(
     storage: str, rays: int, parameters: int, software: bool, chosen: str
 ) -> None:
     assert storage_for(storage, rays, parameters, software) == chosen
 
 
-def test_mesa_is_told_to_compile_quickly_where_the_user_has_not_said_how(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mesa_compiles_quickly_unless_the_user_sets_its_variable(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GALLIVM_PERF", "no_quad_lod")
     compile_quickly()
     assert os.environ["GALLIVM_PERF"] == "no_quad_lod"
