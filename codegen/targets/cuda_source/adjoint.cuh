@@ -1,9 +1,9 @@
 #include "tile.cuh"
 // adjoint.cuh: a network's gradient at 32 points by one warp: g = (g * cos a_j) W_j, from the output row back to the
-// first layer. g is kept in halves, multiplied by Packed::lift; the first layer's part is in float32.
+// first layer. g is in halves, multiplied by Packed::lift; the first layer is in float32.
 
-// What follows the sums d of g, at columns 16 n .. 16 n + 15: they are multiplied by the layer's cosines, and go to
-// scratch or, from the first layer, times its rows, to the gradient's sums.
+// Multiplies the sums d of g, at columns 16 n .. 16 n + 15, by the layer's cosines. The products go to scratch or, from
+// the first layer, times its rows, to the gradient's sums.
 template <class Net, bool FIRST, int T>
 __device__ inline void descend(const Packed &net, int n, float (&d)[T][2][4], const uint4 *slopes,
                                float (&sums)[3][T][2]) {
@@ -39,7 +39,7 @@ __device__ inline void descend(const Packed &net, int n, float (&d)[T][2][4], co
     }
 }
 
-// Begins with g at the last layer's sines, which is the output row.
+// Starts with g at the last layer's sines: the output row.
 template <class Net, int T>
 __device__ inline void output_row(const Packed &net, const uint4 *slopes, float (&sums)[3][T][2]) {
 #pragma unroll 1
@@ -55,7 +55,7 @@ __device__ inline void output_row(const Packed &net, const uint4 *slopes, float 
     }
 }
 
-// Goes from g at layer `layer` to g at the layer before it, to which slopes belong.
+// Computes g at the previous layer, to which slopes belong, from g at layer `layer`.
 template <class Net, bool FIRST, int T>
 __device__ inline void layer_back(const Packed &net, int layer, const uint4 *slopes, float (&sums)[3][T][2]) {
     constexpr int K = Tile<Net>::K;
@@ -71,7 +71,7 @@ __device__ inline void layer_back(const Packed &net, int layer, const uint4 *slo
     }
 }
 
-// Gradient of the network's one output at p, this lane's point.
+// Gradient of the network's only output at p, this lane's point.
 template <class Net> __device__ inline vec3 evaluate_gradient(const Packed &net, vec4 p) {
     constexpr int T = Tile<Net>::T, SIZE = T * Tile<Net>::K, LAST = Net::LAYERS - 1;
     vec3 gradient(0.0f);

@@ -1,18 +1,18 @@
 #include "shade.glsl"
-// arguments.cuh: the command line; names and meanings are those of `mplicits render`.
+// arguments.cuh: the command line, with names and meanings of `mplicits render`.
 struct Arguments {
     Settings settings;
     std::vector<int> steps;     // at each level, per round
-    std::vector<float> deltas;  // half widths of the levels' bands, model units
+    std::vector<float> deltas;  // band half-width of each level, model units
     float time = DEFAULT_TIME;
     std::string output = "model.ppm", variant, reference;
     bool benchmark = false;
-    bool sized = false, named = false;  // whether --size and -o are given
+    bool sized = false, named = false;  // whether the options have --size and -o
     int frames = 200;
     double least_psnr = 40.0;
 };
 
-// Names of the shadings, "data" excepted, which is the last.
+// Names of the shadings without "data", the last one.
 inline std::string shadings() {
     std::string names = SHADINGS[0];
     for (int i = 1; i < SHADE_DATA; ++i) names += std::string(", ") + SHADINGS[i];
@@ -31,21 +31,21 @@ inline void print_usage() {
     printf(
         "usage: model [-o FILE.ppm] [--variant simple|fused|layered] [--benchmark | --check REFERENCE.ppm]\n"
         "  --size WxH            pixels, WxH or N (default %d; --benchmark: 512 and 1024)\n"
-        "  --camera AZ,EL[,DIST] degrees around, degrees above, distance in radii of the shape (default %g,%g; it "
-        "fits)\n"
+        "  --camera AZ,EL[,DIST] azimuth, elevation, degrees; distance in radii of the shape (default %g,%g; "
+        "the shape fits)\n"
         "  --fov F               vertical field of view, degrees (default %g)\n"
-        "  --level L             last level traced (default: all)\n"
+        "  --level L             last traced level (default: all)\n"
         "  --normal-level L      level of the normals (default: that of --level)\n"
         "  --shade S             %s; %s: raw float32 (t, steps, level, hit)\n"
         "  --iterations 20,5,5   steps at each level;  --rounds N  passes through the levels (default %d)\n"
-        "  --schedule S          how rays are traced: %s (default %s; layered: plain)\n"
-        "  --delta-scale X       factor on the bands' widths;  --step-scale X  factor on the steps (default %g)\n"
+        "  --schedule S          sphere tracing: %s (default %s; layered: plain)\n"
+        "  --delta-scale X       factor on the band half-widths;  --step-scale X  factor on the steps (default %g)\n"
         "  --light X,Y,Z         direction towards the light: right, up, towards the viewer\n"
-        "  --background C[,C]    #RRGGBB: one colour, or top,bottom\n"
-        "  --time T              moment, from 0 to 1, of a model that moves\n"
-        "  --benchmark           JSON: frames per second of every variant, or of the one given; --frames N (default "
+        "  --background C[,C]    #RRGGBB: one color, or top,bottom\n"
+        "  --time T              time of a moving model, from 0 to 1\n"
+        "  --benchmark           JSON: frames per second of every variant, or of --variant; --frames N (default "
         "%d)\n"
-        "  --check REFERENCE     exit 1 where the picture is not that of the PPM; --psnr DB: least agreement (default "
+        "  --check REFERENCE     exit 1 where the picture differs from the PPM; --psnr DB: least agreement (default "
         "%g)\n"
         "One ray per pixel. The default variant is fused where the GPU has the instructions, else simple.\n",
         s.width(), AZIMUTH, ELEVATION, FOV, shadings().c_str(), SHADINGS[SHADE_DATA], s.rounds,
@@ -103,7 +103,7 @@ inline mat4 orbit(double azimuth, double elevation, double distance) {
                 vec4(vector(distance * ce * sa, distance * se, distance * ce * ca), 1.0f));
 }
 
-// The value of the uniform `shading` that a name stands for.
+// The uniform `shading` for a name.
 inline int shading_named(const std::string &text) {
     const auto *end = std::end(SHADINGS), *place = std::find(std::begin(SHADINGS), end, text);
     if (place == end)
@@ -113,7 +113,7 @@ inline int shading_named(const std::string &text) {
     return shading;
 }
 
-// The value of the uniform `schedule` that a name stands for.
+// The uniform `schedule` for a name.
 inline int schedule_named(const std::string &text) {
     const auto *end = std::end(SCHEDULES), *place = std::find(std::begin(SCHEDULES), end, text);
     if (place == end) refuse("--schedule %s: %s", text.c_str(), schedules().c_str());
@@ -122,7 +122,7 @@ inline int schedule_named(const std::string &text) {
 
 inline Arguments read_arguments(int count, char **values) {
     Arguments a;
-    std::map<std::string, std::string> given;
+    std::map<std::string, std::string> options;
     const std::set<std::string> known = {
         "-o",      "--variant",    "--size",   "--camera",      "--fov",        "--level", "--normal-level",
         "--shade", "--iterations", "--rounds", "--delta-scale", "--step-scale", "--light", "--background",
@@ -140,60 +140,60 @@ inline Arguments read_arguments(int count, char **values) {
         } else if (++i == count) {
             refuse("%s: a value is missing", option.c_str());
         } else {
-            given[option] = values[i];
+            options[option] = values[i];
         }
     }
-    auto has = [&](const char *name) { return given.count(name) != 0; };
+    auto has = [&](const char *name) { return options.count(name) != 0; };
     Settings &s = a.settings;
     a.named = has("-o");
-    if (a.named) a.output = given["-o"];
-    a.variant = given["--variant"];
+    if (a.named) a.output = options["-o"];
+    a.variant = options["--variant"];
     if (!a.variant.empty() && a.variant != "simple" && a.variant != "fused" && a.variant != "layered") {
         refuse("--variant %s: simple, fused or layered", a.variant.c_str());
     }
-    a.reference = given["--check"];
-    if (has("--frames")) a.frames = whole("--frames", given["--frames"], 1, 100000);
-    if (has("--psnr")) a.least_psnr = number("--psnr", given["--psnr"]);
+    a.reference = options["--check"];
+    if (has("--frames")) a.frames = whole("--frames", options["--frames"], 1, 100000);
+    if (has("--psnr")) a.least_psnr = number("--psnr", options["--psnr"]);
     a.sized = has("--size");
     if (a.sized) {
-        std::vector<std::string> sides = parts(given["--size"], 'x');
+        std::vector<std::string> sides = parts(options["--size"], 'x');
         if (sides.empty() || sides.size() > 2)
             refuse("--size: WxH in pixels, for example 640x480, or one number for a square");
         s.resolution = vec2(static_cast<float>(whole("--size", sides.front(), 1, 16384)),
                             static_cast<float>(whole("--size", sides.back(), 1, 16384)));
     }
     const double degree = std::acos(-1.0) / 180.0;
-    double fov = has("--fov") ? within("--fov", given["--fov"], 1.0, 150.0) : FOV;
+    double fov = has("--fov") ? within("--fov", options["--fov"], 1.0, 150.0) : FOV;
     double focal = 1.0 / std::tan(fov * degree / 2.0);
     s.focal = static_cast<float>(focal);
     double azimuth = AZIMUTH, elevation = ELEVATION;
     double aspect = static_cast<double>(s.width()) / s.height();
     double distance = MARGIN / std::sin(std::atan(std::fmin(1.0, aspect) / focal));
     if (has("--camera")) {
-        std::vector<std::string> camera = parts(given["--camera"], ',');
+        std::vector<std::string> camera = parts(options["--camera"], ',');
         if (camera.size() != 2 && camera.size() != 3) refuse("--camera: AZ,EL or AZ,EL,DIST");
         if (camera.size() == 3) distance = within("--camera", camera[2], 1e-6, 1000.0);
         azimuth = number("--camera", camera[0]);
         elevation = number("--camera", camera[1]);
     }
     s.camera = orbit(azimuth, elevation, distance);
-    if (has("--level")) s.level = whole("--level", given["--level"], 1, LEVELS);
-    s.normal_level = has("--normal-level") ? whole("--normal-level", given["--normal-level"], 1, LEVELS) : s.level;
-    if (has("--shade")) s.shading = shading_named(given["--shade"]);
-    if (has("--rounds")) s.rounds = whole("--rounds", given["--rounds"], 1, 1000);
-    if (has("--schedule")) s.schedule = schedule_named(given["--schedule"]);
+    if (has("--level")) s.level = whole("--level", options["--level"], 1, LEVELS);
+    s.normal_level = has("--normal-level") ? whole("--normal-level", options["--normal-level"], 1, LEVELS) : s.level;
+    if (has("--shade")) s.shading = shading_named(options["--shade"]);
+    if (has("--rounds")) s.rounds = whole("--rounds", options["--rounds"], 1, 1000);
+    if (has("--schedule")) s.schedule = schedule_named(options["--schedule"]);
     if (has("--step-scale"))
-        s.step_scale = static_cast<float>(within("--step-scale", given["--step-scale"], 1e-6, 100.0));
-    std::vector<std::string> steps = parts(given["--iterations"], ',');
+        s.step_scale = static_cast<float>(within("--step-scale", options["--step-scale"], 1e-6, 100.0));
+    std::vector<std::string> steps = parts(options["--iterations"], ',');
     if (steps.size() > LEVELS) refuse("--iterations: more numbers than the model has levels (%d)", LEVELS);
-    double scale = has("--delta-scale") ? within("--delta-scale", given["--delta-scale"], 1e-6, 100.0) : 1.0;
+    double scale = has("--delta-scale") ? within("--delta-scale", options["--delta-scale"], 1e-6, 100.0) : 1.0;
     for (size_t i = 0; i < LEVELS; ++i) {
         a.steps.push_back(steps.empty() ? ITERATIONS[i]
                                         : whole("--iterations", steps[std::min(i, steps.size() - 1)], 1, 10000));
         a.deltas.push_back(static_cast<float>(DELTAS[i] * scale));
     }
     if (has("--light")) {
-        std::vector<std::string> light = parts(given["--light"], ',');
+        std::vector<std::string> light = parts(options["--light"], ',');
         if (light.size() != 3) refuse("--light: three numbers joined by commas");
         float xyz[3];
         for (size_t i = 0; i < 3; ++i) xyz[i] = static_cast<float>(number("--light", light[i]));
@@ -201,12 +201,12 @@ inline Arguments read_arguments(int count, char **values) {
         if (xyz[0] == 0.0f && xyz[1] == 0.0f && xyz[2] == 0.0f) refuse("--light: a direction is needed");
     }
     if (has("--background")) {
-        std::vector<std::string> colours = parts(given["--background"], ',');
+        std::vector<std::string> colours = parts(options["--background"], ',');
         if (colours.empty() || colours.size() > 2) refuse("--background: RRGGBB, or RRGGBB,RRGGBB for top,bottom");
         s.background_top = colour(colours.front());
         s.background_bottom = colour(colours.back());
     }
     if (has("--time") && !MOVING) refuse("--time: the model does not move");
-    if (has("--time")) a.time = static_cast<float>(within("--time", given["--time"], 0.0, 1.0));
+    if (has("--time")) a.time = static_cast<float>(within("--time", options["--time"], 0.0, 1.0));
     return a;
 }

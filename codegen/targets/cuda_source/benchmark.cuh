@@ -1,8 +1,8 @@
 #include "timer.cuh"
 #include "peak.cuh"
 // benchmark.cuh: --benchmark, which prints one JSON object and writes the last frame of each variant and size as PPM.
-// useful_tflops is the rate of the networks' products that the march needs, as fused counts them: of the weights
-// without padding, and of lanes with a ray. executed_tflops, of layered, is the rate of all products that are made.
+// useful_tflops counts the products that the march needs, as `fused` counts them: weights without padding, and lanes
+// with a ray. executed_tflops, of `layered`, counts all products.
 struct Peaks {
     double mma, cublas;
     double best() const { return std::fmax(mma, cublas); }
@@ -26,7 +26,7 @@ inline void print_rate(const char *name, double operations, double milliseconds,
     printf(", \"%s_tflops\": %.4g, \"%s_share\": %.4g", name, 1e-12 * rate, name, rate / peak);
 }
 
-// Prints the rays at each level, round by round, and how full the warps were.
+// Prints the rays at each level in each round, and the share of lanes with a ray.
 inline void print_statistics(const Statistics &counted) {
     printf(", \"hits\": %d, \"rays_per_round\": [", counted.hits);
     for (size_t round = 0; round < counted.waiting.size(); ++round) {
@@ -39,8 +39,8 @@ inline void print_statistics(const Statistics &counted) {
     for (int i = 0; i < LEVELS; ++i) printf("%s%llu", i ? ", " : "", counted.evaluated[i]);
     printf("], \"lanes_in_use\": [");
     for (int i = 0; i < LEVELS; ++i) {
-        double evaluated = static_cast<double>(counted.evaluated[i]), asked = static_cast<double>(counted.asked[i]);
-        printf("%s%.4g", i ? ", " : "", asked > 0.0 ? evaluated / asked : 0.0);
+        double evaluated = static_cast<double>(counted.evaluated[i]), lanes_used = static_cast<double>(counted.lanes_used[i]);
+        printf("%s%.4g", i ? ", " : "", lanes_used > 0.0 ? evaluated / lanes_used : 0.0);
     }
     printf("]");
 }
@@ -86,7 +86,7 @@ inline void run_variant(const char *label, const std::string &variant, const Arg
     fflush(stdout);
 }
 
-// Draws one frame by `fused` to count the operations that it needs; 0 where that variant cannot run.
+// Draws one frame by `fused` to count its operations; 0 where that variant cannot run.
 inline double count_useful(const Arguments &a, const cudaDeviceProp &device) {
     if (device.major < 8 || !weights_fit_halves()) return 0.0;
     Frame frame("fused", a, device);

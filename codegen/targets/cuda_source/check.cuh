@@ -1,4 +1,4 @@
-// check.cuh: errors, which are one line and exit code 2; memory on the device; launches of kernels.
+// check.cuh: errors (one line, exit code 2), device memory, and launches of kernels.
 [[noreturn]] __attribute__((format(printf, 1, 2))) inline void refuse(const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
@@ -21,7 +21,7 @@ inline void check(cudaError_t error, const char *what) {
     }
 }
 
-// An array on the device, which is freed with the object.
+// An array on the device; its destructor frees it.
 template <class T> class Buffer {
 public:
     explicit Buffer(size_t count) : count_(count) {
@@ -53,7 +53,7 @@ struct Grid {
     Grid(int blocks, int shared = 0) : blocks(blocks), shared(shared) {}
 };
 
-// Starts kernel(values...) in stream 0.
+// Launches kernel(values...) in stream 0.
 template <class... Parameters, class... Values>
 void launch(void (*kernel)(Parameters...), Grid grid, Values &&...values) {
     cudaLaunchConfig_t config = {};

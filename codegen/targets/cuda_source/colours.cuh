@@ -9,9 +9,9 @@
 #include "openness.glsl"
 #include "studio.glsl"
 #include "floor_colour.glsl"
-// colours.cuh: what main.glsl writes for a pixel, in two parts: without and with the gradient at the ray's end.
+// colours.cuh: the color of a pixel in main.glsl, in two parts: without and with the gradient at the ray's end.
 
-// The studio's floor in a pixel whose ray met no surface; the background where the ray does not meet the floor either.
+// The studio's floor in a pixel whose ray missed the surface, or the background where the ray misses the floor too.
 __device__ inline vec3 floor_or_background(const Settings &s, int pixel) {
     vec3 background_colour = background(s.centre(pixel), s.resolution, s.background_bottom, s.background_top);
     vec3 eye = s.eye(), direction = s.direction(pixel);
@@ -22,7 +22,7 @@ __device__ inline vec3 floor_or_background(const Settings &s, int pixel) {
     return srgb(floor_colour(linear(background_colour), p, toward, open, eye.y - s.ground));
 }
 
-// A pixel whose colour does not need the gradient: the background, the steps, or the data (t, steps, level, hit).
+// A pixel whose color needs no gradient: the background, the steps, or the data (t, steps, level, hit).
 __device__ inline vec4 plain(const Settings &s, int pixel, const Hit &ray) {
     float steps = static_cast<float>(ray.steps), hit = static_cast<float>(ray.hit);
     if (s.shading == SHADE_STEPS) return vec4(heat(steps / 32.0f), hit);
@@ -30,15 +30,15 @@ __device__ inline vec4 plain(const Settings &s, int pixel, const Hit &ray) {
     return vec4(ray.hit ? vec3(0.0f) : floor_or_background(s, pixel), 0.0f);
 }
 
-// Whether pixels on the surface get a colour other than plain()'s.
+// Whether pixels on the surface have a color other than plain()'s.
 __host__ __device__ inline bool shades_hits(const Settings &s) {
     return s.shading != SHADE_STEPS && s.shading != SHADE_DATA;
 }
 
-// sRGB, and alpha 1, of a pixel whose ray met the surface. t: distance along the ray; gradient: of the normal level,
-// any length; albedo: sRGB.
+// sRGB and alpha 1 of a pixel whose ray hit the surface. t: distance along the ray; gradient: of the normal level, any
+// length; albedo: sRGB.
 __device__ inline vec4 surface_colour(const Settings &s, vec3 direction, float t, vec3 gradient, vec3 albedo) {
-    const int steps = 0;  // shown by plain() alone
+    const int steps = 0;  // only plain() shows steps
     vec3 normal = normalize(gradient);
     if (s.shading == SHADE_STUDIO) {
         vec3 p = s.eye() + t * direction, key = key_light(s.light, s.camera);

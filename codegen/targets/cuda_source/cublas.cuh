@@ -1,5 +1,5 @@
-// cublas.cuh: the function of cuBLAS that `layered` and --benchmark call. The library is part of the toolkit. It is
-// opened at run time, so that this file compiles and links without it.
+// cublas.cuh: the cuBLAS function of `layered` and --benchmark. It opens the library, a part of the toolkit, at run
+// time, so that this file compiles and links without it.
 class Cublas {
 public:
     // Opens the library; null where it is not installed.
@@ -14,8 +14,8 @@ public:
     Cublas(const Cublas &) = delete;
     Cublas &operator=(const Cublas &) = delete;
 
-    // c = op(a) b, where op transposes a if `transposed` is set. c: m x n, float32; a, b: both of halves or both of
-    // float32; all are column-major, and a column of a has `rows` entries.
+    // c = op(a) b; op transposes a if `transposed`. c: m x n, float32; a, b: both halves or both float32. All are
+    // column-major, and a column of a has `rows` entries.
     void product(bool halves, bool transposed, int m, int n, int k, const void *a, int rows, const void *b,
                  float *c) const {
         const float one = 1.0f, zero = 0.0f;

@@ -1,9 +1,9 @@
 #include "simple.cuh"
 #include "fused_frame.cuh"
 #include "layered_frame.cuh"
-// frames.cuh: a variant as one object that draws, whichever it is.
+// frames.cuh: one object for any variant, which draws frames.
 
-// Whether no weight of a hidden layer is beyond float16's range.
+// Whether all weights of hidden layers are in float16's range.
 inline bool weights_fit_halves() {
     for (int i = TEXTURED ? 0 : 1; i <= LEVELS; ++i) {
         const Network &network = NETWORKS[i];
@@ -43,7 +43,7 @@ public:
         image_ = std::make_unique<Buffer<vec4>>(static_cast<size_t>(settings_.pixels()));
     }
 
-    // Draws a frame. mark(name) is called after each stage.
+    // Draws a frame, and calls mark(name) after each stage.
     template <class Mark> void draw(Mark mark) {
         if (fused_) {
             fused_->draw(settings_, image_->get(), mark);

@@ -2,11 +2,10 @@
 #include "colours.cuh"
 #include "adjoint.cuh"
 #include "queues.cuh"
-// fused.cuh: variant `fused`. Its rays march as those of `simple`, but a team holds 32 of them and evaluates them
-// together on the tensor cores. The kernels in order: enter; then trace, for each level of the first rounds; finish;
-// paint; shade_hits.
+// fused.cuh: variant `fused`. Its rays march like those of `simple`, but a team evaluates 32 of them together on the
+// tensor cores. The kernels in order: enter; trace, for each level of the first rounds; finish; paint; shade_hits.
 
-constexpr int REFILL = 8;  // a team takes new rays when so many of its lanes have none
+constexpr int REFILL = 8;  // a team takes new rays when this many of its lanes have none
 
 // The fourth input of the networks.
 __device__ inline float fourth() { return MOVING ? time : 1.0f; }
@@ -27,26 +26,26 @@ __global__ void enter(Settings s, Rays rays) {
     append(inside && ray.level > 0, pixel, rays.list(0, phase), rays.length(0, phase));
 }
 
-// Counts the points that each network was evaluated at, and the lanes that took part, with or without a ray.
+// Counts the points at which each network was evaluated, and the lanes that took part, with or without a ray.
 struct Work {
-    unsigned evaluated[LEVELS] = {}, asked[LEVELS] = {};
+    unsigned evaluated[LEVELS] = {}, lanes_used[LEVELS] = {};
 
     __device__ void count(int level, unsigned lanes) {
         evaluated[level - 1] += static_cast<unsigned>(__popc(lanes));
-        asked[level - 1] += 32;
+        lanes_used[level - 1] += 32;
     }
     __device__ void write(unsigned long long *work) const {
 #pragma unroll
         for (int i = 0; i < LEVELS; ++i) {
-            if (asked[i] == 0) continue;
+            if (lanes_used[i] == 0) continue;
             atomicAdd(work + i, static_cast<unsigned long long>(evaluated[i]));
-            atomicAdd(work + LEVELS + i, static_cast<unsigned long long>(asked[i]));
+            atomicAdd(work + LEVELS + i, static_cast<unsigned long long>(lanes_used[i]));
         }
     }
 };
 
-// Adds the residuals of levels LEVEL up to LAST to f, for lanes whose point lies in the bands (Eq. 3), up to each
-// lane's own level.
+// Adds the residuals of levels LEVEL to LAST to f in lanes whose point is in the bands (Eq. 3), up to each lane's own
+// level.
 template <int LEVEL, int LAST, class Team>
 __device__ inline void finer(const PackedNetworks &networks, int own, vec4 p, float &f, int &reached, Work &work) {
     if constexpr (LEVEL <= LAST) {
@@ -64,8 +63,8 @@ __device__ inline void finer(const PackedNetworks &networks, int own, vec4 p, fl
     }
 }
 
-// The field at p for rays of levels up to LAST. own: the level of this lane's ray, 0 where it has none.
-// Away from the surface, where level 1 only says how far its band is, it need not be exact.
+// The field at p for rays of levels up to LAST. own: the level of this lane's ray; 0 without a ray. Away from the
+// surface, where level 1 only gives the distance to its band, it may be inexact.
 template <int LAST, class Team>
 __device__ inline float value_of(const PackedNetworks &networks, const Settings &s, int own, vec4 p, int &reached,
                                  Work &work) {
@@ -81,7 +80,7 @@ __device__ inline float value_of(const PackedNetworks &networks, const Settings 
     return value[0];
 }
 
-// Makes up to iterations[PHASE - 1] steps of each ray that waits for this phase. Teams fill their lanes from the queue.
+// Takes up to iterations[PHASE - 1] steps of each ray that waits for this phase. Teams fill their lanes from the queue.
 template <int PHASE, class Team>
 __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks networks, Rays rays, int round) {
     const int count = *rays.length(round, PHASE);
@@ -135,11 +134,11 @@ __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks netw
     if (Team::leads() && lane() == 0) work.write(rays.work);
 }
 
-// Makes all steps of the rays that wait for `round`, whatever their level, each as march() goes through the rounds. Few
-// rays are left then, and every kernel of a phase would take as long as its slowest ray.
+// Takes all steps of the rays that wait for `round`, at any level, in march()'s order. For the few rays that are left,
+// every kernel of a phase would take as long as its slowest ray.
 __global__ void __launch_bounds__(THREADS) finish(Settings s, PackedNetworks networks, Rays rays, int round) {
     const int count = rays.waiting_in(round), blocks = static_cast<int>(gridDim.x);
-    const int each = min(32, (count + blocks - 1) / blocks);  // few to a tile, so that few wait for one another
+    const int each = min(32, (count + blocks - 1) / blocks);  // few per tile, so that few rays wait for one another
     Work work;
     vec3 eye = s.eye();
     for (int first = each * static_cast<int>(blockIdx.x); first < count; first += each * blocks) {
@@ -174,7 +173,7 @@ __global__ void __launch_bounds__(THREADS) finish(Settings s, PackedNetworks net
     if (Together::leads() && lane() == 0) work.write(rays.work);
 }
 
-// Colours every pixel as if no surface were there.
+// Colors every pixel as if no surface were there.
 __global__ void paint(Settings s, const Hit *state, vec4 *image) {
     int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
     if (pixel < s.pixels()) image[pixel] = plain(s, pixel, state[pixel]);
@@ -189,7 +188,7 @@ template <int LEVEL> __device__ inline vec3 gradient_to(const PackedNetworks &ne
     return gradient;
 }
 
-// Colour, sRGB, of the surface at p, this lane's point.
+// Color, sRGB, of the surface at p, this lane's point.
 __device__ inline vec3 tile_albedo(const PackedNetworks &networks, vec4 p) {
 #if TEXTURED
     float c[3];
@@ -201,7 +200,7 @@ __device__ inline vec3 tile_albedo(const PackedNetworks &networks, vec4 p) {
 #endif
 }
 
-// Colours the pixels on the surface, 32 to a warp.
+// Colors the pixels on the surface, 32 per warp.
 __global__ void __launch_bounds__(THREADS) shade_hits(Settings s, PackedNetworks networks, Rays rays, vec4 *image) {
     const int count = *rays.hit_count;
     const int warps = static_cast<int>(gridDim.x * blockDim.x / 32u);

@@ -1,10 +1,10 @@
 #include "fused.cuh"
-// fused_frame.cuh: the host's side of `fused`.
-constexpr int ROUNDS_ALONE = 1, ROUNDS_TOGETHER = 3;  // traced by warps, then by blocks; finish() does the rest
+// fused_frame.cuh: the host side of `fused`.
+constexpr int ROUNDS_ALONE = 1, ROUNDS_TOGETHER = 3;  // rounds by single warps, then by blocks; finish() does the others
 
 struct Statistics {
-    std::vector<std::vector<int>> waiting;  // [round][level] rays that were traced; the last row is finish()'s
-    unsigned long long evaluated[LEVELS] = {}, asked[LEVELS] = {};  // as in Work
+    std::vector<std::vector<int>> waiting;  // [round][level] traced rays; the last row is finish()'s
+    unsigned long long evaluated[LEVELS] = {}, lanes_used[LEVELS] = {};  // as in Work
     int hits = 0;  // pixels on the surface
 };
 
@@ -22,7 +22,7 @@ public:
         shade_grid_ = resident<Alone>(shade_hits);
     }
 
-    // Draws a frame. mark(name) is called after each stage.
+    // Draws a frame, and calls mark(name) after each stage.
     template <class Mark> void draw(const Settings &s, vec4 *image, Mark mark) {
         Rays rays = {state_.get(), past_.get(), {even_.get(), odd_.get()}, hits_.get(), waiting_.get(), taken_.get(),
                      hit_count_.get(), work_.get(), s.pixels()};
@@ -55,7 +55,7 @@ public:
         }
         std::vector<unsigned long long> work = work_.read();
         std::copy(work.begin(), work.begin() + LEVELS, counted.evaluated);
-        std::copy(work.begin() + LEVELS, work.end(), counted.asked);
+        std::copy(work.begin() + LEVELS, work.end(), counted.lanes_used);
         counted.hits = hit_count_.read()[0];
         return counted;
     }
@@ -64,7 +64,7 @@ private:
     static size_t pixels(const Settings &s) { return static_cast<size_t>(s.pixels()); }
     static size_t counters(const Settings &s) { return static_cast<size_t>(s.rounds + 1) * LEVELS; }
 
-    // As many blocks as the device holds at once: the kernels take work until there is no more.
+    // As many blocks as the device runs at once: the kernels take work until none is left.
     template <class Team, class Kernel> Grid resident(Kernel kernel) const {
         int each = 0;
         check(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, Team::SHARED), "shared memory");
@@ -73,22 +73,22 @@ private:
     }
 
     template <int PHASE> void set_grids(std::integral_constant<int, PHASE>) {
-        alone_.push_back(resident<Alone>(trace<PHASE, Alone>));
-        together_.push_back(resident<Together>(trace<PHASE, Together>));
+        by_warps_.push_back(resident<Alone>(trace<PHASE, Alone>));
+        by_blocks_.push_back(resident<Together>(trace<PHASE, Together>));
         if constexpr (PHASE < LEVELS) set_grids(std::integral_constant<int, PHASE + 1>());
     }
 
     template <class Team, int PHASE>
     void phase(std::integral_constant<int, PHASE>, const Settings &s, const Rays &rays) {
         if (PHASE > s.level) return;
-        const std::vector<Grid> &grids = Team::WARPS == 1 ? alone_ : together_;
+        const std::vector<Grid> &grids = Team::WARPS == 1 ? by_warps_ : by_blocks_;
         if (PHASE == s.level || s.schedule == SCHEDULE_PLAIN)
             launch(trace<PHASE, Team>, grids[PHASE - 1], s, networks_, rays, round_);
         if constexpr (PHASE < LEVELS) phase<Team>(std::integral_constant<int, PHASE + 1>(), s, rays);
     }
 
     int processors_, round_ = 0;
-    std::vector<Grid> alone_, together_;  // of the kernel trace, at index level - 1
+    std::vector<Grid> by_warps_, by_blocks_;  // of the kernel trace, at index level - 1
     Grid finish_grid_ = 1, shade_grid_ = 1;
     Buffer<Hit> state_;
     Buffer<Past> past_;

@@ -1,6 +1,6 @@
-// grid.cuh: the grid of cells that rays skip, which is a texture in GLSL (skip.glsl).
+// grid.cuh: the grid of cells that rays skip; in GLSL it is a texture (skip.glsl).
 __constant__ const unsigned char *cells;  // [cell_count][cell_count][cell_count] bytes, z y x
-__constant__ int cell_count;  // along an edge; 0: no grid, nothing is skipped
+__constant__ int cell_count;  // along an edge; 0: no grid
 __constant__ float cells_half;  // half the edge of the cube, model units
 
 __device__ inline bool cells_hold() { return cell_count > 0; }

@@ -2,12 +2,12 @@
 #include "stepping.cuh"
 #include "colours.cuh"
 #include "packed.cuh"
-// layered.cuh: variant `layered`, the comparator, which works as the paper's renderer does. At every step, every layer
-// of every network is one matrix product by cuBLAS over all pixels, whether their rays are done or not. The inputs of
-// the products are halves, except in the first and last layer. Its schedule is the plain one.
+// layered.cuh: variant `layered`, for comparison, which works like the paper's renderer. In every step, every layer of
+// every network is one matrix product by cuBLAS over all pixels, including finished rays. The inputs of the products
+// are halves, except in the first and last layer. Its schedule is plain.
 
-// Sines of sums [pixels][width] + bias, as halves or, where floats is given, of the last layer, as floats; and their
-// cosines as halves where slopes is given. A thread works on two columns. floats may be the array sums.
+// Sines of sums [pixels][width] + bias, as halves or, with `floats` (the last layer), as floats; with `slopes` also
+// their cosines as halves. A thread works on two columns. floats may be the array sums.
 __global__ void activate_layered(const float *sums, const float *bias, int width, long long count, unsigned *halves,
                                  float *floats, unsigned *slopes) {
     long long i = 2 * (static_cast<long long>(blockIdx.x) * blockDim.x + threadIdx.x);
@@ -23,8 +23,8 @@ __global__ void activate_layered(const float *sums, const float *bias, int width
     if (slopes != nullptr) slopes[i / 2] = pack(__cosf(a0), __cosf(a1));
 }
 
-// g = lift * adjoint * slope, as halves or, where floats is given, as floats. adjoint: [pixels][width], or one row for
-// all pixels.
+// g = lift * adjoint * slope, as halves or, with `floats`, as floats. adjoint: [pixels][width], or one row for all
+// pixels.
 __global__ void scale_adjoint(const float *adjoint, bool row, float lift, const unsigned *slopes, int width,
                               long long count, unsigned *halves, float *floats) {
     long long i = 2 * (static_cast<long long>(blockIdx.x) * blockDim.x + threadIdx.x);
@@ -53,13 +53,13 @@ __global__ void place(Settings s, const Hit *state, float4 *points) {
     points[pixel] = float4{p.x, p.y, p.z, MOVING ? time : 1.0f};
 }
 
-// What makes the networks' outputs of the sums of their output rows, at index level.
+// Scale and offset of the networks' outputs, by level.
 struct Affines {
     float scale[LEVELS + 1][3], offset[LEVELS + 1][3];
 };
 
-// One step of the rays at level `phase`. values: [LEVELS][pixels][8] sums of the output rows; active: a counter of the
-// rays that are not done, or null.
+// One step of the rays at level `phase`. values: [LEVELS][pixels][8] sums of the output rows; active: counter of the
+// unfinished rays, or null.
 __global__ void step_layered(Settings s, int phase, const float *values, Affines affine, Hit *state, int *active) {
     int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
     if (pixel >= s.pixels()) return;

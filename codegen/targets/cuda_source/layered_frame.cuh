@@ -1,5 +1,5 @@
 #include "layered.cuh"
-// layered_frame.cuh: the host's side of `layered`.
+// layered_frame.cuh: the host side of `layered`.
 class Layered {
 public:
     Layered(const Settings &s, const Cublas &cublas)
@@ -26,7 +26,7 @@ public:
         }
     }
 
-    // Draws a frame. mark(name) is called after each stage.
+    // Draws a frame, and calls mark(name) after each stage.
     template <class Mark> void draw(const Settings &s, vec4 *image, Mark mark) {
         executed_ = 0;
         launch(enter_layered, blocks(), s, state_.get());
@@ -63,7 +63,7 @@ private:
         return static_cast<size_t>(layers);
     }
 
-    // One step of the rays at level `phase`. last: whether it ends a round; then the rays that are left are counted.
+    // One step of the rays at level `phase`. last: whether it ends a round; it then counts the unfinished rays.
     void step(const Settings &s, int phase, bool last) {
         launch(place, blocks(), s, static_cast<const Hit *>(state_.get()), points_.get());
         for (int level = 1; level <= phase; ++level) {
@@ -93,7 +93,7 @@ private:
         product(false, true, 8, width, packed.rows, sums_.get(), outputs);
     }
 
-    // Evaluates the normal level's gradient and the colours where the rays ended.
+    // Evaluates the normal level's gradient and the colors at the rays' ends.
     void surface(const Settings &s) {
         launch(place, blocks(), s, static_cast<const Hit *>(state_.get()), points_.get());
         for (int level = 1; level <= s.normal_level; ++level) {
@@ -105,7 +105,7 @@ private:
         if (TEXTURED) forward(0, colours_.get(), false);
     }
 
-    // The gradient of network i, from the slopes that forward() left.
+    // The gradient of network i, from the slopes of forward().
     void backward(int i) {
         const Network &network = NETWORKS[i];
         const Packed &packed = networks_.of[i];
@@ -125,7 +125,7 @@ private:
                 reinterpret_cast<float *>(level_gradient_.get()));
     }
 
-    // c [pixels][m] = b [pixels][k] times a, which is [m][k] where `transposed` is set, row by row, and [k][m] else.
+    // c [pixels][m] = b [pixels][k] times a, in row order: [m][k] if `transposed`, else [k][m].
     void product(bool halves, bool transposed, int m, int k, const void *a, const void *b, float *c) {
         executed_ += 2.0 * m * k * pixels_;
         cublas_.product(halves, transposed, m, pixels_, k, a, transposed ? k : m, b, c);

@@ -17,7 +17,7 @@ inline cudaDeviceProp the_device() {
     return device;
 }
 
-// grid: on the device, or of no cells.
+// grid: on the device, or without cells.
 inline void set_constants(const Arguments &a, const unsigned char *grid, int count) {
     check(cudaMemcpyToSymbol(weights, WEIGHTS, sizeof WEIGHTS), "cudaMemcpyToSymbol");
     check(cudaMemcpyToSymbol(iterations, a.steps.data(), LEVELS * sizeof(int)), "cudaMemcpyToSymbol");

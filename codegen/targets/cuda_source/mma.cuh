@@ -1,10 +1,10 @@
-// mma.cuh: the three instructions that the tensor cores are used by, how their operands lie in a warp, and a block's
-// shared memory. The tests' host build brings its own.
-// mma.sync.m16n8k16 (PTX ISA, "Matrix Fragments for mma.m16n8k16"); lane = 4 q + r, and a register holds two halves:
+// mma.cuh: the three instructions of the tensor cores, the layout of their operands in a warp, and a block's shared
+// memory. The tests' host build has its own version. mma.sync.m16n8k16 (PTX ISA, "Matrix Fragments for mma.m16n8k16");
+// lane = 4 q + r, and a register holds two halves:
 //   A, 16 x 16: register 0 rows q, columns 2 r + {0, 1}; 1 rows q + 8; 2 and 3 the same at columns + 8;
 //   B, 16 x 8:  register 0 rows 2 r + {0, 1}, column q; register 1 rows + 8;
 //   D, 16 x 8:  0 and 1 row q, columns 2 r + {0, 1}; 2 and 3 row q + 8.
-// So two neighbouring D of one layer lie as an A of the next, and no activation ever moves to another lane.
+// So two neighboring D of one layer are an A of the next, and no activation ever moves to another lane.
 constexpr unsigned WARP = 0xffffffffu;
 
 #ifndef MPLICITS_HOST
@@ -15,7 +15,7 @@ __device__ inline uint4 *shared_memory() {
     return words;
 }
 
-// d += a b, of float16 inputs, in float32 sums.
+// d += a b, float16 inputs, float32 sums.
 __device__ inline void mma(float (&d)[4], const unsigned (&a)[4], unsigned b0, unsigned b1) {
 #if __CUDA_ARCH__ >= 800
     asm volatile("mma.sync.aligned.m16n8k16.row.col.f32.f16.f16.f32 {%0, %1, %2, %3}, {%4, %5, %6, %7}, {%8, %9}, "
@@ -25,7 +25,7 @@ __device__ inline void mma(float (&d)[4], const unsigned (&a)[4], unsigned b0, u
 #endif
 }
 
-// Two floats rounded to halves, of which the first is in the low bits.
+// Two floats rounded to halves; the first is in the low bits.
 __device__ inline unsigned pack(float low, float high) {
     unsigned both;
     asm("{.reg .f16 a, b;\n cvt.rn.f16.f32 a, %1;\n cvt.rn.f16.f32 b, %2;\n mov.b32 %0, {a, b};}\n"

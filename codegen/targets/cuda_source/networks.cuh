@@ -1,9 +1,9 @@
-// networks.cuh: where each network's weights lie in WEIGHTS, for the variants that arrange them in their own way.
+// networks.cuh: the place of each network's weights in WEIGHTS, for the variants that rearrange them.
 struct Layer {
     int rows, columns;  // multiples of 4
-    int matrix, bias;   // index of the first texel of each; bias is -1 where it is folded into the matrix
-    // Entry of the matrix at row o, column i, and 0 outside it. The matrix lies there as blocks of 4 x 4, one row of
-    // blocks after the other, and each block column by column.
+    int matrix, bias;   // index of the first texel of each; a bias of -1 is a column of the matrix
+    // Entry of the matrix at row o, column i; 0 outside. The matrix is stored in blocks of 4 x 4, row by row of blocks,
+    // and each block column by column.
     float at(int o, int i) const {
         if (o >= rows || i >= columns) return 0.0f;
         return WEIGHTS[matrix + 4 * (o / 4 * (columns / 4) + i / 4) + i % 4][o % 4];

@@ -1,23 +1,23 @@
 #include "mma.cuh"
-// packed.cuh: the weights as the tensor cores read them, made from WEIGHTS once, at the start.
-// A network here is its first layer (4 to WIDTH, float32), LAYERS - 1 matrices (WIDTH to WIDTH, float16) and its output
-// rows (float32). Narrower layers are padded with zeros, which change nothing. WIDTH is a multiple of 16.
+// packed.cuh: the weights in the tensor cores' layout, from WEIGHTS, once at the start. A network has its first layer
+// (4 to WIDTH, float32), LAYERS - 1 matrices (WIDTH to WIDTH, float16) and its output rows (float32). Zeros pad
+// narrower layers. WIDTH is a multiple of 16.
 struct Packed {
     const float4 *first;   // [WIDTH] rows of the first matrix
     const float *bias;     // [LAYERS][WIDTH]
     const float *rows;     // [8][WIDTH] output rows, zero after the first OUTPUTS
-    const uint4 *forward;  // [LAYERS - 1][WIDTH / 16 outputs][WIDTH / 16 inputs][32 lanes] B of two neighbours
-    const uint4 *forward_rest;  // the same of what the matrices lose when they are rounded to halves
+    const uint4 *forward;  // [LAYERS - 1][WIDTH / 16 outputs][WIDTH / 16 inputs][32 lanes] B of two neighbors
+    const uint4 *forward_rest;  // the same of the matrices' rounding errors
     const uint4 *backward;      // the same of the transposed matrices
     const unsigned *whole;      // [LAYERS - 1][WIDTH][WIDTH] halves, row by row, for cuBLAS
-    float lift;                 // power of two that brings the largest entry of the rows into [1, 2)
+    float lift;                 // power of two that scales the largest entry of the rows into [1, 2)
 };
 
 struct PackedNetworks {
     Packed of[LEVELS + 1];  // index: level; 0: the texture
 };
 
-// The bits of a float as a half: rounded to nearest even, as on the GPU, subnormal and too large numbers included.
+// The bits of a float as a half, rounded to nearest even like the GPU, including subnormal and too large numbers.
 inline unsigned half_of(float value) {
     unsigned bits;
     memcpy(&bits, &value, sizeof bits);
@@ -38,7 +38,7 @@ inline float float_of(unsigned half) {
 
 inline unsigned halves_of(float low, float high) { return half_of(low) | half_of(high) << 16; }
 
-// One network's weights on the host and, after upload(), on the device, where they are freed with this object.
+// One network's weights on the host and, after upload(), on the device. The destructor frees both.
 class Packing {
 public:
     explicit Packing(const Network &network) : width_(network.width) {
@@ -78,8 +78,8 @@ public:
     }
 
 private:
-    // Appends the B operands of a matrix, entry(input, output), lane by lane: of two neighbouring mma, whose columns
-    // are outputs 16 n .. 16 n + 15 and whose rows are inputs 16 k .. 16 k + 15.
+    // Appends the B operands of a matrix, entry(input, output), lane by lane: of two neighboring mma with the outputs
+    // 16 n .. 16 n + 15 as columns and the inputs 16 k .. 16 k + 15 as rows.
     template <class Entry> void fragments(Entry entry, std::vector<uint4> &out) {
         for (int n = 0; n < width_ / 16; ++n) {
             for (int k = 0; k < width_ / 16; ++k) {

@@ -1,6 +1,6 @@
-// peak.cuh: measures what the card's matrix units do at most, in floating-point operations per second.
+// peak.cuh: measures the peak rate of the card's matrix units, in floating-point operations per second.
 
-// Eight independent chains of mma in each warp, whose operands stay in registers.
+// Eight independent chains of mma in each warp, with operands in registers.
 __global__ void mma_peak(float *sink) {
     unsigned a[4] = {threadIdx.x, 1u, 2u, 3u};
     float d[8][4] = {};
@@ -35,7 +35,7 @@ inline double measured_mma_peak(int processors) {
     return 2.0 * 16 * 8 * 16 * 8 * PEAK_ROUNDS * (THREADS / 32) * blocks / (1e-3 * milliseconds);
 }
 
-// The same by cuBLAS, multiplying two matrices of halves of size PEAK_SIZE; 0 where the library is missing.
+// The same by cuBLAS, with two matrices of halves of size PEAK_SIZE; 0 without the library.
 inline double measured_cublas_peak() {
     std::unique_ptr<Cublas> cublas = Cublas::open();
     if (!cublas) return 0.0;

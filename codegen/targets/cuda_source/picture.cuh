@@ -1,7 +1,7 @@
 // picture.cuh: pictures as binary PPM files (P6, top row first), raw data as float32 files, and their comparison.
 using Bytes = std::vector<unsigned char>;
 
-// Rounds an image, bottom row first, to eight bits a channel, as a GL framebuffer does, with the top row first.
+// Rounds an image, bottom row first, to eight bits per channel like a GL framebuffer, top row first.
 inline Bytes to_bytes(const std::vector<vec4> &image, int width, int height) {
     Bytes bytes;
     bytes.reserve(image.size() * 3);
@@ -55,7 +55,7 @@ inline Bytes read_ppm(const std::string &name, int width, int height) {
     return bytes;
 }
 
-// Peak signal-to-noise ratio of two pictures of one size, dB; infinite where they are the same.
+// Peak signal-to-noise ratio of two pictures of the same size, dB; infinite for equal pictures.
 inline double psnr(const Bytes &a, const Bytes &b) {
     double sum = 0.0;
     for (size_t i = 0; i < a.size(); ++i)

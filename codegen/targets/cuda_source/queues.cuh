@@ -1,22 +1,22 @@
-// queues.cuh: the rays of `fused` that wait to be traced, by the level that they are at.
-// A ray that is not done (Hit::level above 0) waits in the queue of its next phase, that of its level where steps are
-// plain: this round's where that phase is still to come, else the next round's. There are counters for each round and
-// level, so that they are the statistics in the end.
+// queues.cuh: the waiting rays of `fused`, by level. An unfinished ray (Hit::level above 0) waits in the queue of its
+// next phase, which in the plain schedule is its level's: this round's queue where that phase is still to come, else
+// the next round's. Each round and level has counters, which become the statistics.
 struct Rays {
     Hit *state;                // [pixels]
     Past *past;                // [pixels]
     int *queue[2];             // [LEVELS][pixels] each: pixels, in even and in odd rounds
-    int *hits;                 // [pixels] the pixels whose rays are done on the surface
+    int *hits;                 // [pixels] pixels whose rays ended on the surface
     int *waiting;              // [rounds + 1][LEVELS] lengths of the queues
-    int *taken;                // [rounds + 1][LEVELS] how many of these rays teams have taken
+    int *taken;                // [rounds + 1][LEVELS] rays that teams have taken
     int *hit_count;            // [1] length of hits
-    unsigned long long *work;  // [LEVELS] points that each network was evaluated at, then [LEVELS] lanes that did it
+    unsigned long long *work;  // [LEVELS] evaluations of each network, then [LEVELS] lanes that took part
     int pixels;
 
     __device__ int *list(int round, int level) const { return queue[round % 2] + (level - 1) * pixels; }
     __device__ int *length(int round, int level) const { return waiting + round * LEVELS + level - 1; }
 
-    // How many rays wait for a round; and the pixel of one of them, counted level after level, or -1 beyond the last.
+    // Number of rays that wait for a round; and the pixel of one of them, counted level by level, or -1 beyond the
+    // last.
     __device__ int waiting_in(int round) const {
         int all = 0;
         for (int level = 1; level <= LEVELS; ++level) all += *length(round, level);
@@ -32,7 +32,7 @@ struct Rays {
     }
 };
 
-// Appends the pixels of the lanes that want it to a list. The warp makes one atomicAdd and shares the places by ballot.
+// Appends the pixels of the wanted lanes to a list. The warp makes one atomicAdd and shares the places by ballot.
 __device__ inline void append(bool wanted, int pixel, int *list, int *length) {
     unsigned voters = __ballot_sync(WARP, wanted);
     if (voters == 0) return;
@@ -42,8 +42,8 @@ __device__ inline void append(bool wanted, int pixel, int *list, int *length) {
     if (wanted) list[first + __popc(voters & ((1u << lane()) - 1u))] = pixel;
 }
 
-// Hands over rays that leave a phase: to the hits where they are done on the surface, and to the queue of their next
-// phase where they are not done. last: whether no round comes after this one.
+// Moves rays that leave a phase: to the hits if they end on the surface, to the queue of their next phase if
+// unfinished. last: whether this is the last round.
 __device__ inline void hand_over(const Rays &rays, bool leaves, const Hit &ray, int next, int pixel, int round,
                                  int phase, bool last) {
     bool done = next <= 0 || (last && next <= phase);

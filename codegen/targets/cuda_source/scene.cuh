@@ -2,8 +2,8 @@
 #include "simple.cuh"
 #include "picture.cuh"
 #include "timer.cuh"
-// scene.cuh: what frames.cuh and benchmark.cuh are for one shape. A scene has the variant simple alone: the others
-// evaluate one shape's networks for many rays at once.
+// scene.cuh: replaces frames.cuh and benchmark.cuh for a scene, which has only the variant simple: the others evaluate
+// one shape's networks for many rays at once.
 inline bool weights_fit_halves() { return false; }
 
 class Frame {

@@ -3,7 +3,7 @@
 #include "half_width.glsl"
 #include "march.glsl"
 #include "colours.cuh"
-// simple.cuh: variant `simple`, one thread for each ray and all in float32. It is what main.glsl does, as a kernel.
+// simple.cuh: variant `simple`, one thread for each ray, in float32: main.glsl as a kernel.
 __global__ void render_simple(Settings s, vec4 *image) {
     int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
     if (pixel >= s.pixels()) return;

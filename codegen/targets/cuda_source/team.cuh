@@ -1,12 +1,11 @@
 #include "packed.cuh"
-// team.cuh: who evaluates a network at 32 points, of which each lane has one. That is a warp alone, or the warps of a
-// block together, where all warps hold the same rays and each works on every fourth group of 16 columns. Warps work
-// alone where there are many rays. Together, one evaluation takes a fourth of the time, which counts where few are
-// left.
+// team.cuh: a team evaluates a network at 32 points, one per lane. A team is one warp, or all warps of a block, which
+// hold the same rays and each work on every fourth group of 16 columns. Single warps are for many rays. A block takes a
+// fourth of the time per evaluation, which counts for few rays.
 template <class Net> struct Tile {
     static constexpr int K = Net::WIDTH / 16;
     static constexpr int T = Net::WIDTH <= 256 ? 2 : 1;
-    static constexpr int WORDS = (Net::SPLIT ? 2 : 1) * T * K;  // uint4 of shared memory that a lane needs
+    static constexpr int WORDS = (Net::SPLIT ? 2 : 1) * T * K;  // uint4 of shared memory per lane
 };
 
 template <int LEVEL> constexpr int most_words() {
@@ -21,16 +20,16 @@ __device__ inline int lane() { return static_cast<int>(threadIdx.x % 32u); }
 
 template <int SIZE> struct TeamOf {
     static constexpr int WARPS = SIZE;
-    static constexpr int TEAMS = THREADS / 32 / WARPS;  // of a block
-    // Bytes of a block's shared memory: the words of the teams' lanes, then what the warps of a team tell one another,
-    // which is up to 3 floats a lane.
+    static constexpr int TEAMS = THREADS / 32 / WARPS;  // per block
+    // Bytes of a block's shared memory: the words of the teams' lanes, then up to 3 floats per lane that the warps of a
+    // team exchange.
     static constexpr int TOLD = WARPS > 1 ? 3 * THREADS * static_cast<int>(sizeof(float)) : 0;
     static constexpr int SHARED = TEAMS * 32 * WORDS * static_cast<int>(sizeof(uint4)) + TOLD;
 
     __device__ static int first() { return WARPS == 1 ? 0 : static_cast<int>(threadIdx.x / 32u); }
     __device__ static bool leads() { return first() == 0; }
 
-    // This lane's words of shared memory, which are those at 0, 32, 64, ... from here.
+    // This lane's words of shared memory, at 0, 32, 64, ... from here.
     __device__ static uint4 *scratch() {
         return shared_memory() + (WARPS == 1 ? static_cast<int>(threadIdx.x / 32u) * 32 * WORDS : 0) + lane();
     }
@@ -39,7 +38,7 @@ template <int SIZE> struct TeamOf {
         if constexpr (WARPS > 1) __syncthreads();
     }
 
-    // Sums values over the warps, in the warps' order, so that all get the same sums.
+    // Sums values over the warps, in the same order for all, so that all have the same sums.
     template <int COUNT> __device__ static void add(float (&values)[COUNT]) {
         if constexpr (WARPS > 1) {
             float *told = told_floats();
@@ -55,7 +54,7 @@ template <int SIZE> struct TeamOf {
         }
     }
 
-    // atomicAdd() once for the team, of which all lanes get the old value.
+    // One atomicAdd() for the team; all lanes get the old value.
     __device__ static int take(int *counter, int count) {
         int old = 0;
         if constexpr (WARPS == 1) {

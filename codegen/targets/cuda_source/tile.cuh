@@ -1,16 +1,16 @@
 #include "team.cuh"
-// tile.cuh: a network at 32 points, one for each lane, evaluated by one team: products of its matrices by the tensor
-// cores, everything else in float32. T tiles of 16 points are worked on at a time. There a lane holds points q and
-// q + 8 of each tile, at columns 2 r + {0, 1} of each 8 (mma.cuh). A layer's inputs are in registers; its outputs go to
-// the lane's own words of shared memory, so that the loop over them need not be unrolled. A lane only reads words of
-// its own number, so that a warp alone needs no barrier.
+// tile.cuh: one team evaluates a network at 32 points, one per lane: products on the tensor cores, everything else in
+// float32. It works on T tiles of 16 points at a time. A lane holds points q and q + 8 of each tile, at columns 2 r +
+// {0, 1} of each 8 (mma.cuh). A layer's inputs are in registers. Its outputs go to the lane's own words of shared
+// memory, so that the loop over them need not be unrolled. A lane reads only its own words, so that a single warp needs
+// no barrier.
 
-// A network without the split into halves, for points where the rounding of halves is far below the band's width.
+// A network without the split into halves, for points where the rounding error is far below the band half-width.
 template <class Net> struct Rough : Net {
     static constexpr bool SPLIT = false;
 };
 
-// The points of T tiles, from lane `base` on, that this lane works on. p: this lane's own point.
+// The points of T tiles, from lane `base` on, for this lane. p: this lane's own point.
 template <int T> __device__ inline void spread(vec4 p, int base, vec4 (&points)[T][2]) {
 #pragma unroll
     for (int m = 0; m < T; ++m) {
@@ -23,7 +23,7 @@ template <int T> __device__ inline void spread(vec4 p, int base, vec4 (&points)[
     }
 }
 
-// Adds up the sums of the four lanes that work on a point, and brings those of point base + 16 m + 8 r + q to its own
+// Adds the sums of the four lanes that work on a point, and moves those of point base + 16 m + 8 r + q to that point's
 // lane, as `mine`.
 template <int T> __device__ inline void gather(float (&sums)[T][2], int base, float &mine) {
 #pragma unroll
@@ -39,12 +39,12 @@ template <int T> __device__ inline void gather(float (&sums)[T][2], int base, fl
     }
 }
 
-// Rounds 16 columns of a lane's points, which are the D fragments of two mma, to halves: an A fragment.
+// Rounds 16 columns of a lane's points (the D fragments of two mma) to halves: an A fragment.
 __device__ inline uint4 as_input(const float (&d)[2][4]) {
     return uint4{pack(d[0][0], d[0][1]), pack(d[0][2], d[0][3]), pack(d[1][0], d[1][1]), pack(d[1][2], d[1][3])};
 }
 
-// Leaves in d what as_input() loses of it.
+// Leaves the rounding error of as_input() in d.
 __device__ inline void subtract_rounded(float (&d)[2][4]) {
 #pragma unroll
     for (int i = 0; i < 8; i += 2) {
@@ -69,7 +69,7 @@ template <class Team, int T, int K> __device__ inline void load_inputs(int from,
     }
 }
 
-// d += columns 16 k .. 16 k + 15 of h, times a block of 16 x 16 of a matrix, whose B operands are b.
+// d += columns 16 k .. 16 k + 15 of h, times a 16 x 16 block of a matrix with the B operands b.
 template <int T, int K>
 __device__ inline void multiply(uint4 b, const unsigned (&h)[T][K][4], int k, float (&d)[T][2][4]) {
 #pragma unroll
@@ -79,9 +79,8 @@ __device__ inline void multiply(uint4 b, const unsigned (&h)[T][K][4], int k, fl
     }
 }
 
-// What follows the sums d of a layer, at columns 16 n .. 16 n + 15: their sines go to scratch or, of the last layer,
-// times the output rows, to `sums`. Their cosines go to slopes [T][K], unless that is null, where no gradient is
-// needed.
+// Processes the sums d of a layer, at columns 16 n .. 16 n + 15: their sines go to scratch or, in the last layer, times
+// the output rows, to `sums`. Their cosines go to slopes [T][K], unless null (no gradient).
 template <class Net, class Team, bool LAST, int T>
 __device__ inline void activate(const Packed &net, int n, float (&d)[T][2][4], uint4 *slopes,
                                 float (&sums)[Net::OUTPUTS][T][2]) {
@@ -180,8 +179,8 @@ __device__ inline void hidden_layer(const Packed &net, int layer, uint4 *slopes,
     }
 }
 
-// Evaluates the network at T tiles: `sums` are those of its output rows over this warp's columns, slopes
-// [LAYERS][T][K] what a gradient needs, or null.
+// Evaluates the network at T tiles. sums: of its output rows over this warp's columns. slopes: [LAYERS][T][K] for a
+// gradient, or null.
 template <class Net, class Team, int T>
 __device__ inline void forward(const Packed &net, const vec4 (&points)[T][2], uint4 *slopes,
                                float (&sums)[Net::OUTPUTS][T][2]) {
@@ -193,7 +192,7 @@ __device__ inline void forward(const Packed &net, const vec4 (&points)[T][2], ui
     if constexpr (LAST > 0) hidden_layer<Net, Team, true>(net, LAST, of_layer(LAST), sums);
 }
 
-// Outputs of the network at p, this lane's point; they are the same in all warps of the team.
+// Outputs of the network at p, this lane's point; the same in all warps of the team.
 template <class Net, class Team>
 __device__ inline void evaluate(const Packed &net, vec4 p, float (&outputs)[Net::OUTPUTS]) {
     constexpr int T = Tile<Net>::T;

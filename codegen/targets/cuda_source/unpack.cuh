@@ -1,16 +1,16 @@
 #include "arguments.cuh"
 #include "grid.cuh"
-// unpack.cuh: the grid of cells on its way from the text to the GPU.
+// unpack.cuh: unpacks the grid of cells and copies it to the GPU.
 
-// The place in a grid, z y x, of a cell whose number in Morton order is given: its bits are those of z, y and x in turn.
+// The place in a grid, z y x, of a cell with a given Morton number, whose bits alternate between z, y and x.
 inline size_t place_of(size_t number) {
     size_t xyz[3] = {};
     for (int bit = 0; number >> bit; ++bit) xyz[bit % 3] |= (number >> bit & 1u) << bit / 3;
     return xyz[0] + CELL_COUNT * (xyz[1] + CELL_COUNT * xyz[2]);
 }
 
-// The grid as grid.cuh reads it. CELLS has it in Morton order, in which the cells of an empty cube follow one another: a
-// byte that stands for one is there once for the whole cube.
+// The grid in the layout of grid.cuh. CELLS is in Morton order, in which the cells of an empty cube are consecutive:
+// one byte stores the whole cube.
 inline std::vector<unsigned char> unpacked_cells() {
     std::vector<unsigned char> grid(static_cast<size_t>(CELL_COUNT) * CELL_COUNT * CELL_COUNT);
     size_t number = 0;
@@ -22,7 +22,7 @@ inline std::vector<unsigned char> unpacked_cells() {
     return grid;
 }
 
-// The grid, of the last level in its own bands, where rays are to skip it; else an empty one.
+// The grid, if rays may skip cells (last level, its own bands); else an empty one.
 inline std::vector<unsigned char> cells_for(const Arguments &a) {
     bool wanted = a.settings.schedule == SCHEDULE_RELAXED && a.settings.level == LEVELS;
     for (int i = 0; i < LEVELS; ++i) wanted = wanted && a.deltas[static_cast<size_t>(i)] == DELTAS[i];

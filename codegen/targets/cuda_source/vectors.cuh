@@ -1,4 +1,4 @@
-// vectors.cuh: the types and functions of GLSL that the field, the files of glsl/ and the kernels use.
+// vectors.cuh: GLSL's types and functions in the field, the files of glsl/ and the kernels.
 using uint = unsigned;
 
 struct vec2 {
@@ -39,7 +39,7 @@ struct vec4 {
 __host__ __device__ constexpr vec3::vec3(ivec3 v)
     : x(static_cast<float>(v.x)), y(static_cast<float>(v.y)), z(static_cast<float>(v.z)) {}
 
-// Matrices hold their columns. Columns are members, not an array: a chosen one stays in registers.
+// A matrix has its columns as members, not as an array, so that a selected column stays in registers.
 struct mat4 {
     vec4 a, b, c, d;
     mat4() = default;

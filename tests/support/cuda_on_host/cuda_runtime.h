@@ -1,8 +1,8 @@
-// CUDA on the host, for tests. Every CUDA thread is a fiber. The lanes of a warp run in lockstep from one collective
-// operation to the next, and two blocks run at once. Some warps, by lot, sit out up to 255 collectives of the others,
-// so that a missing barrier shows. The program aborts where the lanes of a warp do not all reach the same collective.
-// Device memory is filled with NaN and ends at a page that cannot be touched.
-// g++ -std=c++17 -DMPLICITS_HOST -I tests/support/cuda_on_host -x c++ model.cu
+// CUDA on the host, for tests. Every CUDA thread is a fiber. The lanes of a warp run in lockstep between collective
+// operations, and two blocks run at once. Random warps pause for up to 255 collectives of the others, so that a missing
+// barrier shows. The program aborts where the lanes of a warp do not all reach the same collective. Device memory is
+// filled with NaN and ends at a protected page.
+// Build: g++ -std=c++17 -DMPLICITS_HOST -I tests/support/cuda_on_host -x c++ model.cu
 #pragma once
 #include <setjmp.h>
 #include <sys/mman.h>
@@ -51,7 +51,7 @@ struct Deposit {
 struct Warp {
     Deposit deposits[2][32];
     bool ended = true;
-    int asleep = 0;  // how many passes of the others it still sits out
+    int asleep = 0;  // passes of the others that it still skips
 };
 
 struct Barrier {
@@ -80,7 +80,7 @@ inline std::vector<uint4> shared_words;
     abort();
 }
 
-// Leaves a lane's words for the others of its warp, and returns the words of all lanes when all have left theirs.
+// Publishes a lane's words to its warp, and returns the words of all lanes when all have published theirs.
 inline const Deposit *meet(Operation operation, std::initializer_list<unsigned> words) {
     Fiber *self = now;
     Deposit *row = self->warp->deposits[self->generation % 2];
@@ -269,7 +269,7 @@ inline void unpack(unsigned both, float &low, float &high) {
     high = host::halves()[both >> 16];
 }
 
-// One lane puts the 16 x 16 and the 16 x 8 matrix together from what all lanes hold; each lane makes its own four sums.
+// One lane assembles the 16 x 16 and the 16 x 8 matrix from all lanes; each lane computes its own four sums.
 inline void mma(float (&d)[4], const unsigned (&a)[4], unsigned b0, unsigned b1) {
     const host::Deposit *all = host::meet(host::MMA, {a[0], a[1], a[2], a[3], b0, b1});
     static float left[16][16], right[16][8];
@@ -316,8 +316,8 @@ struct cudaDeviceProp {
 struct cudaFuncAttributes {};
 using cudaEvent_t = int *;
 
-// The variables of the environment that say what the GPU is like: MPLICITS_HOST_DEVICES, number of devices;
-// MPLICITS_HOST_MAJOR, major compute capability; MPLICITS_HOST_MEMORY, bytes of memory.
+// Environment variables that describe the GPU: MPLICITS_HOST_DEVICES, number of devices; MPLICITS_HOST_MAJOR, major
+// compute capability; MPLICITS_HOST_MEMORY, bytes of memory.
 inline long host_setting(const char *name, long otherwise) {
     const char *text = getenv(name);
     return text == nullptr ? otherwise : atol(text);

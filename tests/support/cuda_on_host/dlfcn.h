@@ -1,5 +1,5 @@
-// cuBLAS on the host, for tests: the three functions that the program looks up. The library is missing where
-// MPLICITS_HOST_NO_CUBLAS is set.
+// cuBLAS on the host, for tests: the three functions that the program looks up. With MPLICITS_HOST_NO_CUBLAS, the
+// library is missing.
 #pragma once
 #include <cstring>
 

@@ -1,5 +1,5 @@
-// Evaluates a baked model's networks at points, and prints rows of one float4 for each point. Points (float4) come from
-// stdin, rows go to stdout, all float32. The texture's rows come before those of the levels, where there is a texture.
+// Evaluates a baked model's networks at points (float4, float32, from stdin), and writes rows of one float4 per point
+// to stdout. The texture's rows, if any, precede those of the levels.
 //   for each network, as `fused` evaluates it by a warp alone: (gradient, value), or (colour, 0) of the texture;
 //   for each network, by the warps of a block together: its outputs in xyz, and in w its first one without the split;
 //   for each level, field_gradient(), and then (albedo(), 0), as `simple` calls them.
@@ -10,7 +10,7 @@
 namespace mplicits {
 constexpr int FIRST = 1 - TEXTURED, ROWS = LEVELS + TEXTURED;
 
-// The warps of a block that work together hold the same points, so they take the points of each warp in turn.
+// The warps of a block in a team hold the same points, so they take the points of each warp in turn.
 template <class Net> vec4 together(const Packed &net, const vec4 *points) {
     vec4 mine(0.0f);
     __syncthreads();
