@@ -1,4 +1,4 @@
-"""The CUDA file's text, and nvcc's opinion of it."""
+"""The text of the CUDA file; nvcc compiles it, and a GPU draws with it."""
 
 import json
 import shutil
@@ -21,8 +21,8 @@ GOLDEN_TEXT = GOLDEN / "tiny.cuda.cu"
 NAME = 'tiny "*/??/\n\\u000a</script>\\'
 
 
-def compile_for(architecture: str, source: Path) -> None:
-    """Compile a CUDA file with all warnings as errors; the program lies beside it, named without the suffix.
+def compile_for(architecture: str, source: Path) -> Path:
+    """Compile a CUDA file with all warnings as errors. Returns the program, beside the file.
 
     Skips the test where nvcc is missing or does not know the architecture.
     """
@@ -35,34 +35,35 @@ def compile_for(architecture: str, source: Path) -> None:
     command = ["nvcc", *flags, "-o", str(source.with_suffix("")), str(source)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
+    return source.with_suffix("")
 
 
-def test_generated_text_is_golden(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The golden text leaves out the hand-written files of codegen/targets/cuda_source/ and glsl/."""
+def test_the_text_equals_the_golden_file(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The golden text has no hand-written files (codegen/targets/cuda_source/, glsl/)."""
     monkeypatch.setattr(cuda, "_load", lambda name, _seen: f"// {name}\n")
     monkeypatch.setattr(cuda_cells, "COUNT", 4)
     text = standalone(random_model((4, 1), (8, 0), texture=(4, 0), name=NAME), digits=3)
     check_golden(text, GOLDEN_TEXT, request)
 
 
-def test_a_cube_of_empty_cells_is_one_byte_and_the_others_follow_by_their_bits() -> None:
+def test_cells_are_packed_in_morton_order_and_an_empty_cube_is_one_byte() -> None:
     grid = np.full((4, 4, 4), 1, np.uint8)
     grid[:2, :2, :2] = [[[0, 9], [0, 0]], [[0, 0], [200, 0]]]
     numbers = cuda_cells.packed(grid)
     codes = b"".join(number.to_bytes(4, "little") for number in numbers)
     assert list(codes[:8]) == [0, 9, 0, 0, 0, 0, 200, 0], "x first, then y, then z"
-    assert list(codes[8:]) == [1] * 7 + [0], "seven cubes, and what fills the last number"
+    assert list(codes[8:]) == [1] * 7 + [0], "seven cubes, and padding"
     assert cuda_cells.packed(np.full((4, 4, 4), 2, np.uint8)) == [2]
 
 
-def test_what_moves_has_no_cells() -> None:
+def test_a_moving_model_has_no_cells() -> None:
     assert "CELL_COUNT = 0;" in standalone(random_model((4, 0), inputs="xyzt"))
     assert "CELL_COUNT = 128;" in standalone(random_model((4, 0)))
 
 
 @pytest.mark.parametrize("name", [NAME, "\x00\x7f\ud800é漢", "%s%n"])
-def test_a_name_stays_in_its_comment_and_its_string(name: str) -> None:
-    texts = [standalone(random_model((4, 0), name=given)).splitlines() for given in (name, "plain")]
+def test_a_model_name_stays_in_its_comment_and_its_string(name: str) -> None:
+    texts = [standalone(random_model((4, 0), name=title)).splitlines() for title in (name, "plain")]
     different = [pair for pair in zip(*texts, strict=True) if pair[0] != pair[1]]
     assert len(different) == 2
     assert json.dumps(name) in different[0][0]
@@ -73,12 +74,12 @@ def test_a_string_is_escaped_byte_by_byte() -> None:
     assert c_string('a"1\\\n?é') == r'"a\0421\134\012\077\303\251"'
 
 
-def test_a_storage_that_is_not_there_is_refused() -> None:
+def test_an_unknown_storage_is_refused() -> None:
     with pytest.raises(UserError, match="one array"):
         standalone(random_model((4, 0)), storage="literal")
 
 
-def test_every_hand_written_file_is_used() -> None:
+def test_the_text_includes_every_hand_written_file() -> None:
     folder = Path(cuda.__file__).parent / "cuda_source"
     text = standalone(random_model((4, 0)))
     for path in folder.glob("*.cuh"):
@@ -87,7 +88,7 @@ def test_every_hand_written_file_is_used() -> None:
     assert '#include "' not in text
 
 
-def test_the_head_lists_the_files_in_their_order(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_head_lists_the_files_in_order(monkeypatch: pytest.MonkeyPatch) -> None:
     load, loaded = cuda._load, list[str]()
 
     def recorded(name: str, seen: set[str]) -> str:
@@ -103,17 +104,28 @@ def test_the_head_lists_the_files_in_their_order(monkeypatch: pytest.MonkeyPatch
     ]
 
 
+@pytest.fixture(scope="module", params=["shape", "scene"])
+def tiny_program(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A program that nvcc compiled from a tiny model."""
+    folder = tmp_path_factory.mktemp(request.param)
+    shape = request.param == "shape"
+    model = random_model((4, 0), name=NAME) if shape else composed(folder, SCENE, widths=(4, 4))
+    (folder / "model.cu").write_text(standalone(model), encoding="utf-8")
+    return compile_for("sm_90", folder / "model.cu")
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["shape", "scene"])
-def test_nvcc_compiles_a_tiny_model(kind: str, tmp_path: Path) -> None:
-    source = tmp_path / "model.cu"
-    model = random_model((4, 0), name=NAME) if kind == "shape" else composed(tmp_path, SCENE, widths=(4, 4))
-    source.write_text(standalone(model), encoding="utf-8")
-    compile_for("sm_90", source)
-    if Path("/dev/nvidia0").exists():
-        return
-    done = subprocess.run([source.with_suffix("")], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1), "no device: one line"
+def test_nvcc_compiles_a_tiny_model(tiny_program: Path) -> None:
+    done = subprocess.run([tiny_program, "--help"], capture_output=True, text=True, check=True)
+    assert "--variant simple|fused|layered" in done.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(Path("/dev/nvidia0").exists(), reason="this machine has a GPU")
+def test_without_a_gpu_the_program_prints_one_line(tiny_program: Path) -> None:
+    done = subprocess.run([tiny_program], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "no CUDA device" in done.stderr or "no NVIDIA driver" in done.stderr
 
 
 @pytest.mark.slow
@@ -127,10 +139,9 @@ def test_nvcc_compiles_every_variant(architecture: str, tmp_path: Path) -> None:
 
 @pytest.mark.gpu
 @pytest.mark.parametrize("variant", ["fused", "layered"])
-def test_a_gpu_draws_what_simple_draws(variant: str, tmp_path: Path) -> None:
+def test_variants_agree_on_a_gpu(variant: str, tmp_path: Path) -> None:
     source = tmp_path / "model.cu"
     source.write_text(standalone(random_model((32, 0), (64, 0), texture=(16, 0))), encoding="utf-8")
-    compile_for("native", source)
-    program = str(source.with_suffix(""))
+    program = str(compile_for("native", source))
     subprocess.run([program, "--variant", "simple", "-o", "want.ppm"], cwd=tmp_path, check=True)
     subprocess.run([program, "--variant", variant, "--check", "want.ppm"], cwd=tmp_path, check=True)

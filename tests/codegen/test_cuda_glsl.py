@@ -1,4 +1,4 @@
-"""GLSL functions printed as CUDA: what is printed, what is refused, and the vectors that the printed text needs."""
+"""GLSL functions printed as CUDA: output, refusals, and the vector types that the output needs."""
 
 import re
 from pathlib import Path
@@ -16,7 +16,7 @@ PRINTED = ("camera_ray.glsl", "cells.glsl", "march.glsl", "background.glsl", "sh
 """Files of glsl/ that the kernels include."""
 
 
-def test_a_function_gets_cuda_s_qualifiers_and_keeps_its_comments() -> None:
+def test_a_function_has_cuda_qualifiers_and_its_comments() -> None:
     source = """// twice(): what it says.
 vec3 twice(vec3 a, inout float sum, out int count, in bool all) {
     /* once */ count = 2;
@@ -36,7 +36,7 @@ __device__ inline vec3 twice(vec3 a, float &sum, int &count, bool all) {
     )
 
 
-def test_a_struct_gets_the_constructor_that_glsl_gives_it() -> None:
+def test_a_struct_has_the_constructor_of_glsl() -> None:
     source = "struct Two {\n    bool first;\n    vec2 second; // the last\n};\nTwo two() { return Two(true, vec2(1)); }"
     assert (
         glsl_as_cuda(source)
@@ -50,7 +50,7 @@ __device__ inline Two two() { return Two(true, vec2(1)); }"""
     )
 
 
-def test_a_global_constant_is_constexpr_and_a_local_one_stays() -> None:
+def test_a_global_constant_becomes_constexpr() -> None:
     source = "const int A = 3;\nvoid f() { const float b = 0.5 * float(A); }\nvoid g();"
     assert (
         glsl_as_cuda(source)
@@ -59,7 +59,7 @@ def test_a_global_constant_is_constexpr_and_a_local_one_stays() -> None:
     )
 
 
-def test_names_from_outside_are_known_where_they_are_given() -> None:
+def test_undeclared_names_are_refused_unless_listed() -> None:
     source = "float f(int i) { return delta[i]; }"
     assert glsl_as_cuda(source, {"delta"}) == "__device__ inline " + source
     with pytest.raises(UnknownGlslError, match="delta"):
@@ -97,7 +97,7 @@ def test_names_from_outside_are_known_where_they_are_given() -> None:
         ("void f() { /* }", "/*"),
     ],
 )
-def test_what_cuda_lacks_or_reads_otherwise_is_refused(source: str, refused: str) -> None:
+def test_glsl_without_a_cuda_equivalent_is_refused(source: str, refused: str) -> None:
     with pytest.raises(UnknownGlslError) as caught:
         glsl_as_cuda("// one\n" + source)
     assert f"'{refused}" in str(caught.value)
@@ -105,7 +105,7 @@ def test_what_cuda_lacks_or_reads_otherwise_is_refused(source: str, refused: str
 
 
 @pytest.mark.parametrize("name", PRINTED)
-def test_a_file_keeps_its_comments_and_every_number(name: str) -> None:
+def test_a_printed_file_has_all_comments_and_numbers(name: str) -> None:
     source = glsl.load(name)
     printed = glsl_as_cuda(source, cuda.READ_BY_GLSL)
     comment, number = re.compile(r"//.*"), re.compile(r"\b\d+\.\d*|\b\d+\b")
@@ -114,7 +114,7 @@ def test_a_file_keeps_its_comments_and_every_number(name: str) -> None:
     assert printed in cuda.standalone(random_model((4, 0)))
 
 
-def test_the_vectors_have_all_that_the_printer_lets_through_and_it_is_used() -> None:
+def test_vectors_cuh_defines_what_the_printer_accepts() -> None:
     vectors = (SOURCES / "vectors.cuh").read_text(encoding="utf-8")
     words = set(re.findall(r"\w+", " ".join(re.sub("//.*", "", glsl.load(name)) for name in PRINTED)))
     for name in BUILT_INS:
@@ -126,6 +126,6 @@ def test_the_vectors_have_all_that_the_printer_lets_through_and_it_is_used() -> 
     assert {name for names in declared for name in names.split(", ")} - {"a", "b", "c"} == MEMBERS
 
 
-def test_shadings_have_the_values_that_glsl_gives_them() -> None:
+def test_shadings_have_the_same_values_in_glsl() -> None:
     values = dict(re.findall(r"const int SHADE_(\w+) = (\d+);", glsl.load("shade.glsl")))
     assert values == {name.upper(): str(value) for value, name in enumerate(SHADINGS)}

@@ -1,4 +1,4 @@
-"""The CUDA file compiled for the host: fields, march, queues, tiles, errors (tests/support/cuda_on_host/)."""
+"""The CUDA file compiled for the host (tests/support/cuda_on_host/): field, march, queues, tiles, errors."""
 
 import json
 from dataclasses import replace
@@ -25,7 +25,7 @@ from oracles.dense import dense_march
 from oracles.march import march
 from support.cuda_host import build, data, evaluate, run
 from support.fitted_model import fitted_model
-from support.moving_model import PICTURED, moving_model
+from support.moving_model import COMPARED_TIMES, moving_model
 from support.paths import DEMO
 from support.random_model import random_model
 from support.scene_models import SCENE, composed
@@ -37,13 +37,13 @@ SIDE = 40
 
 @pytest.fixture(scope="module")
 def fitted(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The program of a model with bands and a texture, whose networks have one hidden layer: it is fast to draw."""
+    """The program of a model with bands and a texture, and with small networks."""
     return build(fitted_model(), tmp_path_factory.mktemp("fitted"))
 
 
 @pytest.fixture(scope="module")
 def demo(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The program of a trained model: two levels of several hidden layers, a texture."""
+    """The program of a trained model with several hidden layers and a texture."""
     return build(load(DEMO), tmp_path_factory.mktemp("demo"))
 
 
@@ -70,11 +70,8 @@ def drawn(program: Path, *arguments: str) -> NDArray[np.float64]:
     ],
     ids=["wide", "first level not split", "moving"],
 )
-def test_networks_are_those_of_the_reference(model: Model, tmp_path: Path) -> None:
-    """The models' layers are padded and narrow, worked on in one or two tiles, and split into halves or not.
-
-    A wrong index of any fragment of a matrix shows here.
-    """
+def test_networks_equal_the_reference(model: Model, tmp_path: Path) -> None:
+    """Layers with padding and of many widths, in one or two tiles, with and without the split into halves."""
     program, rng = lower(model), np.random.default_rng(3)
     points = rng.uniform(-1, 1, (256, 4)).astype(np.float32)
     points[:, 3] = points[0, 3] if program.moving else 1.0
@@ -102,11 +99,11 @@ def test_networks_are_those_of_the_reference(model: Model, tmp_path: Path) -> No
         assert (np.abs(simple[level] - total).max(axis=0) < 1e-4 * np.abs(total).max(axis=0)).all()
 
 
-def test_simple_draws_each_moment_of_a_motion(tmp_path: Path) -> None:
+def test_simple_draws_a_moving_model(tmp_path: Path) -> None:
     model = moving_model()
     program = build(model, tmp_path)
     eye, directions, footprint = Camera().rays(SIDE, SIDE)
-    for time in PICTURED:
+    for time in COMPARED_TIMES:
         drawn = data(program, "simple", SIDE, "--time", str(time)).reshape(-1, 4)
         there = at_time(lower(model), time)
         rays = march(there, eye, directions.reshape(-1, 3), 2, footprint, schedule="relaxed")
@@ -120,7 +117,7 @@ def test_simple_draws_each_moment_of_a_motion(tmp_path: Path) -> None:
     assert "--time 1.5: from 0 to 1" in refused.stderr
 
 
-def test_a_scene_is_drawn_at_each_moment(tmp_path: Path) -> None:
+def test_simple_draws_a_moving_scene(tmp_path: Path) -> None:
     model = composed(tmp_path, SCENE, widths=(8, 12))
     program = build(model, tmp_path)
     eye, directions, footprint = Camera().rays(SIDE, SIDE)
@@ -135,10 +132,10 @@ def test_a_scene_is_drawn_at_each_moment(tmp_path: Path) -> None:
         assert set(drawn[both, 2]) == {2.0}
     refused = run(program, "--variant", "fused")
     assert refused.returncode == 2
-    assert "a scene has simple alone" in refused.stderr
+    assert "a scene has only the variant simple" in refused.stderr
 
 
-def test_time_is_refused_for_a_model_that_does_not_move(fitted: Path) -> None:
+def test_time_is_refused_for_a_model_without_motion(fitted: Path) -> None:
     refused = run(fitted, "--time", "0")
     assert (refused.returncode, "does not move" in refused.stderr) == (2, True)
 
@@ -157,20 +154,20 @@ def test_time_is_refused_for_a_model_that_does_not_move(fitted: Path) -> None:
     ],
     ids=["plain", "normal mapping", "camera", "studio", "steps", "depth", "normal", "light"],
 )
-def test_simple_draws_what_glsl_draws(fitted: Path, fitted_shader: Renderer, arguments: tuple[str, ...]) -> None:
-    given = dict(zip(arguments[::2], arguments[1::2], strict=True))
-    azimuth, elevation, *distance = map(float, given.get("--camera", "30,20").split(","))
-    camera = Camera(azimuth, elevation, distance[0] if distance else None, fov=float(given.get("--fov", "35")))
+def test_simple_draws_the_picture_of_glsl(fitted: Path, fitted_shader: Renderer, arguments: tuple[str, ...]) -> None:
+    options_of = dict(zip(arguments[::2], arguments[1::2], strict=True))
+    azimuth, elevation, *distance = map(float, options_of.get("--camera", "30,20").split(","))
+    camera = Camera(azimuth, elevation, distance[0] if distance else None, fov=float(options_of.get("--fov", "35")))
     top, bottom = (tuple(int(c[i : i + 2], 16) / 255 for i in (0, 2, 4)) for c in ("ff8000", "203040"))
     options = RenderOptions(
         schedule="plain",
-        level=int(given["--level"]) if "--level" in given else None,
-        normal_level=int(given["--normal-level"]) if "--normal-level" in given else None,
-        shade=given.get("--shade", "phong"),
-        delta_scale=float(given.get("--delta-scale", "1")),
-        step_scale=float(given["--step-scale"]) if "--step-scale" in given else None,
-        light=(1, 0, 0.2) if "--light" in given else None,
-        background=(top, bottom) if "--background" in given else None,  # type: ignore[arg-type]
+        level=int(options_of["--level"]) if "--level" in options_of else None,
+        normal_level=int(options_of["--normal-level"]) if "--normal-level" in options_of else None,
+        shade=options_of.get("--shade", "phong"),
+        delta_scale=float(options_of.get("--delta-scale", "1")),
+        step_scale=float(options_of["--step-scale"]) if "--step-scale" in options_of else None,
+        light=(1, 0, 0.2) if "--light" in options_of else None,
+        background=(top, bottom) if "--background" in options_of else None,  # type: ignore[arg-type]
     )
     theirs = 255 * fitted_shader.render((SIDE, SIDE), camera, options)[..., :3].clip(0, 1)
     assert psnr(drawn(fitted, "--variant", "simple", "--schedule", "plain", *arguments), theirs) > 50
@@ -178,7 +175,7 @@ def test_simple_draws_what_glsl_draws(fitted: Path, fitted_shader: Renderer, arg
 
 @pytest.fixture(scope="module")
 def fitted_shader(osmesa: Context) -> Renderer:
-    """Without first looks, which the kernels do not take."""
+    """The kernels take no first looks."""
     return Renderer(osmesa, replace(bake(fitted_model(), passes=True), looks_first=False))
 
 
@@ -193,10 +190,10 @@ def fitted_shader(osmesa: Context) -> Renderer:
         ("layered", 20, "plain"),
     ],
 )
-def test_data_is_that_of_glsl(
+def test_data_equals_glsl(
     fitted: Path, fitted_shader: Renderer, variant: str, side: int, schedule: str, rounds: int
 ) -> None:
-    """The level that a ray ended in included, which is 0 only where the ray never came near the ball."""
+    """The level is 0 only where the ray missed the ball."""
     ours = data(fitted, variant, side, "--rounds", str(rounds), "--schedule", schedule)
     theirs = fitted_shader.render(
         (side, side), Camera(30, 20), RenderOptions(shade="data", rounds=rounds, schedule=schedule)
@@ -212,7 +209,7 @@ def test_data_is_that_of_glsl(
 @pytest.mark.parametrize("variant", ["simple", "fused"])
 @pytest.mark.parametrize("schedule", ["plain", "relaxed"])
 def test_rays_take_the_steps_of_the_reference(demo: Path, schedule: str, variant: str) -> None:
-    """With the grid of cells. Fused computes in halves, which moves the field across a threshold now and then."""
+    """With the grid of cells. Fused rounds to halves, which sometimes moves the field across a threshold."""
     program = lower(load(DEMO))
     eye, directions, footprint = Camera(30, 20).rays(SIDE, SIDE)
     rays = march(program, eye, directions.reshape(-1, 3), 2, footprint, schedule=schedule, cells=Cells(program))
@@ -225,13 +222,13 @@ def test_rays_take_the_steps_of_the_reference(demo: Path, schedule: str, variant
 @pytest.mark.parametrize(
     "arguments", [("--level", "1"), ("--delta-scale", "0.9")], ids=["before the last level", "narrow"]
 )
-def test_what_the_grid_is_not_of_is_traced_without(demo: Path, arguments: tuple[str, str]) -> None:
-    """A ray that skips asks the field where it comes near the shape alone, not where it enters the ball."""
-    first = [data(demo, "simple", SIDE, *given)[..., 1].sum() for given in (arguments, ())]
+def test_rays_skip_no_cells_at_other_levels_and_bands(demo: Path, arguments: tuple[str, str]) -> None:
+    """Rays that skip cells evaluate the field only near the shape, so they take fewer steps."""
+    first = [data(demo, "simple", SIDE, *options)[..., 1].sum() for options in (arguments, ())]
     assert first[0] > 1.5 * first[1]
 
 
-def test_simple_hits_what_dense_marching_of_the_reference_hits(demo: Path) -> None:
+def test_simple_hits_where_dense_marching_hits(demo: Path) -> None:
     program = lower(load(DEMO))
     eye, directions, footprint = Camera(30, 20).rays(SIDE, SIDE)
     drawn_data = data(demo, "simple", SIDE)
@@ -243,7 +240,7 @@ def test_simple_hits_what_dense_marching_of_the_reference_hits(demo: Path) -> No
     assert np.abs(interpret.field(program, points, 2)).max() < 0.5 * footprint * drawn_data[..., 0].max()
 
 
-def test_fused_and_layered_draw_what_simple_draws(demo: Path) -> None:
+def test_variants_draw_the_same_picture(demo: Path) -> None:
     simple = drawn(demo, "--variant", "simple")
     assert psnr(drawn(demo, "--variant", "fused"), simple) > 45
     small = run(demo, "--variant", "simple", "--size", "20", "-o", "small.ppm")
@@ -253,10 +250,7 @@ def test_fused_and_layered_draw_what_simple_draws(demo: Path) -> None:
 
 @pytest.mark.parametrize(("schedule", "first"), [("plain", 0), ("relaxed", 1)])
 def test_no_ray_is_lost_or_counted_twice(fitted: Path, schedule: str, first: int) -> None:
-    """There are as many evaluations as steps, as many first rays as make some, and as many hits as pixels.
-
-    first: index of the phase that rays begin with.
-    """
+    """The statistics equal the sums of steps and of hit pixels. first: index of the first phase."""
     for rounds in ("32", "1"):
         settings = ("--rounds", rounds, "--iterations", "3,2", "--schedule", schedule)
         raw, simple = (data(fitted, variant, SIDE, *settings) for variant in ("fused", "simple"))
@@ -280,7 +274,7 @@ def test_benchmark_is_json_of_every_variant(fitted: Path) -> None:
     assert {"fps", "milliseconds", "stages", "memory_mib", "useful_tflops", "useful_share"} <= set(size["variants"][1])
 
 
-def test_check_says_yes_and_no(fitted: Path) -> None:
+def test_check_accepts_the_same_picture_only(fitted: Path) -> None:
     run(fitted, "--variant", "simple", "--size", "16", "-o", "want.ppm")
     good = run(fitted, "--variant", "fused", "--size", "16", "--check", "want.ppm")
     assert (good.returncode, good.stdout[:6]) == (0, "agrees")
@@ -289,7 +283,7 @@ def test_check_says_yes_and_no(fitted: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "environment", "said"),
+    ("arguments", "environment", "message"),
     [
         ((), {"DEVICES": "0"}, "no CUDA device"),
         (("--variant", "fused"), {"MAJOR": "7"}, "compute capability 8.0"),
@@ -304,10 +298,12 @@ def test_check_says_yes_and_no(fitted: Path) -> None:
     ],
     ids=["device", "old", "memory", "cublas", "level", "size", "schedule", "reference", "output", "option"],
 )
-def test_errors_are_one_line(fitted: Path, arguments: tuple[str, ...], environment: dict[str, str], said: str) -> None:
+def test_errors_are_one_line(
+    fitted: Path, arguments: tuple[str, ...], environment: dict[str, str], message: str
+) -> None:
     done = run(fitted, *arguments, **environment)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
-    assert said in done.stderr
+    assert message in done.stderr
 
 
 def test_an_old_gpu_draws_by_simple(fitted: Path) -> None:

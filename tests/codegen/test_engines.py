@@ -1,4 +1,4 @@
-"""The texts of docs/engines.md in the engines themselves, those that run here, against the numpy reference."""
+"""The texts of docs/engines.md, run in the engines, equal the numpy reference."""
 
 import base64
 import json
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import mplicits
+from support.compilers import check_hlsl, need
 from support.engine_pictures import DISTANCE, FOV, SIDE, assert_shows, documented
 from support.paths import DEMO
 
@@ -26,7 +27,7 @@ OLDER_GODOT = {
     "MODEL_MATRIX": "WORLD_MATRIX",
     "CAMERA_POSITION_WORLD": "CAMERA_MATRIX[3].xyz",
 }
-"""What Godot 4 names -> how Godot 3 has it."""
+"""Name in Godot 4 -> name in Godot 3."""
 SCENE = f"""extends SceneTree
 func _init():
     var view = Viewport.new()
@@ -68,15 +69,9 @@ renderer.render(scene, camera);
 </script>"""
 
 
-def shown(path: Path) -> NDArray[np.uint8]:
-    """The pixels of a PNG, (H, W, 3)."""
+def pixels(path: Path) -> NDArray[np.uint8]:
+    """Read a PNG, (H, W, 3)."""
     return np.asarray(Image.open(path).convert("RGB"))
-
-
-def need(program: str, package: str) -> None:
-    """Skip the test where a program is not installed."""
-    if shutil.which(program) is None:
-        pytest.skip(f"{program} is not installed (Debian: {package})")
 
 
 @pytest.mark.slow
@@ -93,7 +88,7 @@ def test_godot_draws_the_model(xvfb: dict[str, str], tmp_path: Path) -> None:
     command = ["godot3", "--path", str(tmp_path), "-s", "show.gd", "--audio-driver", "Dummy"]
     done = subprocess.run(command, env=xvfb, capture_output=True, text=True, timeout=600, check=True)
     assert "SHADER ERROR" not in done.stdout + done.stderr
-    assert_shows(shown(tmp_path / "shown.png"), FIELD)
+    assert_shows(pixels(tmp_path / "shown.png"), FIELD)
 
 
 @pytest.mark.slow
@@ -104,19 +99,19 @@ def test_three_js_draws_the_model(browser: "Browser", tmp_path: Path) -> None:
     (tmp_path / "text.js").write_text(f"const spotGlsl = {json.dumps(FIELD.bake('glsl', name='spot'))};\n")
     (tmp_path / "page.html").write_text(PAGE.replace("SNIPPET", documented("three.js")))
     context = browser.new_context(offline=True)
-    page, said = context.new_page(), list[str]()
-    page.on("console", lambda message: said.append(message.text))
-    page.on("pageerror", lambda error: said.append(str(error)))
+    page, messages = context.new_page(), list[str]()
+    page.on("console", lambda message: messages.append(message.text))
+    page.on("pageerror", lambda error: messages.append(str(error)))
     page.goto((tmp_path / "page.html").as_uri())
     url = page.evaluate("() => canvas.toDataURL()")
     context.close()
-    assert said == []
+    assert messages == []
     (tmp_path / "shown.png").write_bytes(base64.b64decode(url.partition(",")[2]))
-    assert_shows(shown(tmp_path / "shown.png"), FIELD)
+    assert_shows(pixels(tmp_path / "shown.png"), FIELD)
 
 
 @pytest.mark.slow
-def test_blender_wraps_a_mesh_onto_the_surface(tmp_path: Path) -> None:
+def test_blender_moves_a_mesh_to_the_surface(tmp_path: Path) -> None:
     need("blender", "blender and python3-numpy")
     FIELD.bake("python", tmp_path / "spot.py", name="spot")
     (tmp_path / "text.py").write_text(documented("Blender"))
@@ -139,23 +134,19 @@ np.save({str(tmp_path / "vertices.npy")!r}, [v.co for v in bpy.context.object.da
 
 
 @pytest.mark.parametrize("engine", ["Unity", "Unreal"])
-def test_the_text_for_an_engine_of_hlsl_compiles(engine: str, tmp_path: Path) -> None:
-    need("glslangValidator", "glslang-tools")
+def test_the_text_for_an_hlsl_engine_compiles(engine: str, tmp_path: Path) -> None:
     text, field = documented(engine), FIELD.bake("hlsl", name="spot")
     if engine == "Unity":
         text = text.replace('#include "Spot.hlsl"', field)
         used = "float d; float3 n; SpotField_float(float3(at.xy, 0.), d, n); return float4(n, d);"
     else:
-        # Unreal puts the node's text into a function of its own.
+        # Unreal wraps the node's text in a function.
         text = f"{field}float CustomExpression0(float3 p)\n{{\n{text}}}\n"
         used = "return CustomExpression0(float3(at.xy, 0.));"
-    (tmp_path / "f.hlsl").write_text(f"{text}float4 main(float4 at : SV_Position) : SV_Target {{ {used} }}\n")
-    command = ["glslangValidator", "-D", "-V", "-e", "main", "-S", "frag", "f.hlsl", "-o", "f.spv"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout
+    check_hlsl(f"{text}float4 main(float4 at : SV_Position) : SV_Target {{ {used} }}\n", tmp_path)
 
 
-def test_a_program_in_cpp_links_the_c(tmp_path: Path) -> None:
+def test_a_cpp_program_links_the_c_text(tmp_path: Path) -> None:
     need("g++", "g++")
     lines = documented("C, C++, Rust, Zig, ...").splitlines()
     compiles = [line.partition("&& ")[2] for line in lines if "&&" in line]

@@ -1,4 +1,4 @@
-"""A scene in GLSL is the scene in numpy, and its pictures have no holes."""
+"""A scene in GLSL equals the numpy reference, and its pictures have no holes."""
 
 from pathlib import Path
 
@@ -32,12 +32,12 @@ def test_glsl_equals_the_reference(osmesa: Context, tmp_path: Path) -> None:
     assert (colours > 1e-4).mean() < 1e-3
 
 
-def test_weights_of_scenes_are_in_a_texture(tmp_path: Path) -> None:
+def test_a_scene_refuses_literal_weights(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="keeps its weights in a texture"):
         glsl330.bake(composed(tmp_path), "literal")
 
 
-def test_expressions_are_printed_in_time(tmp_path: Path) -> None:
+def test_expressions_are_printed_with_the_time(tmp_path: Path) -> None:
     text = glsl330.bake(composed(tmp_path)).text
     assert "uniform float time" in text
     assert "(.3 * time)" in text

@@ -1,4 +1,4 @@
-"""The header line of generated texts says what a text was made from, and a damaged one is refused."""
+"""The header line of generated texts states their origin, and a damaged header line is refused."""
 
 import json
 from collections.abc import Callable
@@ -20,7 +20,7 @@ NAME = 'a "name" */??/\n\u2028</script>\\'
 
 
 @pytest.mark.parametrize("target", ["glsl330", "glsl300es", "shadertoy", "cuda"])
-def test_every_text_opens_with_the_model_it_was_made_from(target: str) -> None:
+def test_every_text_begins_with_the_facts_of_its_model(target: str) -> None:
     text = TARGETS[target](random_model((16, 1), (12, 2), name=NAME))
     facts = read_header(text)
     assert (facts["target"], facts["name"], facts["levels"]) == (target, NAME, ["16x1", "12x2"])
@@ -32,7 +32,7 @@ def test_every_text_opens_with_the_model_it_was_made_from(target: str) -> None:
 
 @pytest.mark.parametrize("storage", ["literal", "texture"])
 @pytest.mark.parametrize("textured", [False, True])
-def test_a_baked_shader_is_read_back_as_it_was_made(storage: str, textured: bool) -> None:
+def test_a_baked_shader_is_read_back_unchanged(storage: str, textured: bool) -> None:
     model = random_model((16, 1), (24, 2), texture=(8, 1) if textured else None, name=NAME)
     shader, text = glsl330.bake(model, storage), glsl330.standalone(model, storage)
     read_back, name, _ = read_shader(text)
@@ -46,7 +46,7 @@ def test_a_baked_shader_is_read_back_as_it_was_made(storage: str, textured: bool
 
 
 def changed(change: Callable[[dict[str, Any]], object]) -> str:
-    """Return a baked shader in whose header the facts went through `change`."""
+    """Bake a shader and change the facts in its header."""
     text = glsl330.standalone(random_model((4, 1), (4, 0)))
     line = next(line for line in text.splitlines() if line.startswith("// {"))
     facts = json.loads(line[3:])
@@ -55,7 +55,7 @@ def changed(change: Callable[[dict[str, Any]], object]) -> str:
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         (lambda facts: facts.pop("mplicits"), "no header line"),
         (lambda facts: facts.update(target="glsl300es"), "another target"),
@@ -70,18 +70,18 @@ def changed(change: Callable[[dict[str, Any]], object]) -> str:
         (lambda facts: facts.update(texture_loops=None), "damaged"),
     ],
 )
-def test_a_damaged_header_is_refused(change: Callable[[dict[str, Any]], object], said: str) -> None:
-    with pytest.raises(UserError, match=said):
+def test_a_damaged_header_is_refused(change: Callable[[dict[str, Any]], object], message: str) -> None:
+    with pytest.raises(UserError, match=message):
         read_shader(changed(change))
 
 
 @pytest.mark.parametrize("text", ["", "#version 330\nvoid main() {}\n", "// {not json\n", "// [1]\n", "// {}\n"])
-def test_a_shader_that_mplicits_did_not_write_is_refused(text: str) -> None:
+def test_a_foreign_shader_is_refused(text: str) -> None:
     with pytest.raises(UserError, match="no header line"):
         read_shader(text)
 
 
-def test_weights_that_are_missing_or_damaged_are_refused() -> None:
+def test_missing_or_damaged_weights_are_refused() -> None:
     text = glsl330.standalone(random_model((4, 1)), "texture")
     with pytest.raises(UserError, match="missing"):
         read_shader(text[: text.index("\n// weights: ")])
@@ -89,7 +89,7 @@ def test_weights_that_are_missing_or_damaged_are_refused() -> None:
         read_shader(text[:-20])
 
 
-def test_glsl_declares_the_table_of_uniforms_and_names_its_shadings() -> None:
+def test_glsl_declares_all_uniforms_and_shadings() -> None:
     text = glsl330.standalone(random_model((4, 1), (4, 0)))
     for uniform in UNIFORMS:
         assert f"uniform {uniform.type} {uniform.declared} = " in text, uniform.name

@@ -1,4 +1,4 @@
-"""Software OpenGL (llvmpipe) limits the loop iterations of a fragment, and pictures keep within that limit."""
+"""Software OpenGL (llvmpipe) limits the loop iterations of a fragment, and the renderer respects the limit."""
 
 import numpy as np
 import pytest
@@ -37,11 +37,11 @@ def test_llvmpipe_stops_at_the_loop_limit(osmesa: Context) -> None:
 
 
 def wide(loops: int) -> Shader:
-    """Return a shader whose second level takes `loops` loop iterations for a value, and twice that for a gradient."""
+    """Return a shader whose second level takes `loops` loop iterations per value, and twice as many per gradient."""
     return Shader("", None, (0, loops), (0, 2 * loops), 0, (20, 5), (0.1, 0.01))
 
 
-def test_the_last_level_s_steps_and_then_the_rounds_are_lowered_to_what_fits() -> None:
+def test_the_last_level_s_steps_and_then_the_rounds_are_reduced_to_fit() -> None:
     shader = wide(2000)
     steps, rounds = schedule_that_fits(shader, 2, 2, (20, 5), 32, "plain")
     assert steps == (20, LEAST_STEPS)
@@ -54,7 +54,7 @@ def test_the_last_level_s_steps_and_then_the_rounds_are_lowered_to_what_fits() -
         schedule_that_fits(wide(30_000), 2, 2, (20, 5), 8, "plain")
 
 
-def test_the_renderer_keeps_software_within_the_limit(osmesa: Context) -> None:
+def test_the_renderer_respects_the_limit(osmesa: Context) -> None:
     renderer = Renderer(osmesa, bake(random_model((16, 1), (16, 1)), "texture"))
     many = RenderOptions(rounds=1000)
     assert 1 < renderer.schedule(many)[1] < renderer.wanted_rounds(many) == 1000

@@ -1,4 +1,4 @@
-"""A model that moves: its field and pictures at several times, in numpy and in GLSL, and the cells that rays skip."""
+"""A moving model: field and pictures at several times, in numpy and in GLSL, and the cells that rays skip."""
 
 import numpy as np
 import pytest
@@ -20,12 +20,12 @@ from mplicits.viewer.draw.renderer import Renderer
 from oracles.dense import dense_march
 from oracles.march import march
 from support.dense_views import STOP, VIEWS
-from support.moving_model import PICTURED, distance, moving_model
+from support.moving_model import COMPARED_TIMES, distance, moving_model
 from support.random_model import random_model
 
 SIDE = 64
 STEP = 1 / (MOMENTS - 1)
-"""Of time, from one grid of cells to the next."""
+"""Time between two grids of cells."""
 
 
 @pytest.fixture(scope="module")
@@ -43,16 +43,16 @@ def data(renderer: Renderer, camera: Camera, time: float, schedule: str = "relax
     return renderer.render((SIDE, SIDE), camera, RenderOptions(shade="data", time=time, schedule=schedule))
 
 
-def test_the_model_is_the_ball_that_splits(model: Model) -> None:
+def test_the_fitted_model_is_the_splitting_ball(model: Model) -> None:
     program = lower(model)
-    for time in PICTURED:
+    for time in COMPARED_TIMES:
         points = near_surface(at_time(program, time))
         assert len(points) > 1000
         assert np.abs(distance(np.pad(points, ((0, 0), (0, 1)), constant_values=time))).mean() < 0.03
 
 
 @pytest.mark.parametrize("time", [0.0, 0.3, 1.0])
-def test_a_still_program_computes_what_the_moving_one_does_at_its_time(time: float) -> None:
+def test_a_program_at_a_time_equals_the_moving_program(time: float) -> None:
     moving = lower(random_model((12, 2), (8, 0), texture=(5, 1), inputs="xyzt"), digits=4)
     there = at_time(moving, time)
     there.check()
@@ -69,8 +69,8 @@ def test_a_still_program_computes_what_the_moving_one_does_at_its_time(time: flo
     assert at_time(there, 0.7) is there
 
 
-@pytest.mark.parametrize("time", PICTURED)
-def test_glsl_draws_the_reference_at_each_time(renderer: Renderer, model: Model, time: float) -> None:
+@pytest.mark.parametrize("time", COMPARED_TIMES)
+def test_glsl_equals_the_reference_at_each_time(renderer: Renderer, model: Model, time: float) -> None:
     drawn = data(renderer, VIEWS[0], time, "plain").reshape(-1, 4)
     eye, directions, footprint = VIEWS[0].rays(SIDE, SIDE)
     program = at_time(lower(model), time)
@@ -88,7 +88,7 @@ def test_glsl_draws_the_reference_at_each_time(renderer: Renderer, model: Model,
 
 
 def test_the_grids_of_cells_lose_no_pixel_at_any_time(renderer: Renderer, model: Model) -> None:
-    """Times are at the moments of the grids, and between, where the surface is farthest from where they were found."""
+    """The times are those of the grids, and in between, where the surface is farthest from its place in a grid."""
     cells = renderer.shader.cells
     assert cells is not None
     assert cells.moments == MOMENTS
@@ -107,7 +107,7 @@ def test_the_grids_of_cells_lose_no_pixel_at_any_time(renderer: Renderer, model:
         assert relaxed[..., 1].mean() < 0.5 * plain[..., 1].mean()
 
 
-def test_a_cell_in_which_the_surface_ever_is_is_not_empty(model: Model) -> None:
+def test_no_cell_with_the_surface_is_empty_at_any_time(model: Model) -> None:
     program = lower(model)
     cells = Cells(program, 32, 8)
     for time in np.linspace(0, 1, 17):
@@ -121,7 +121,7 @@ def test_a_cell_in_which_the_surface_ever_is_is_not_empty(model: Model) -> None:
     assert [cells.holds(time) for time in (-0.1, 0.0, 0.5, 1.0, 1.1)] == [False, True, True, True, False]
 
 
-def test_without_cells_a_shader_draws_the_same_and_is_read_back_as_one_that_moves(
+def test_a_moving_shader_is_read_back_and_draws_the_same_without_cells(
     osmesa: Context, renderer: Renderer, model: Model
 ) -> None:
     read, _, _ = read_shader(standalone(model))
@@ -133,7 +133,7 @@ def test_without_cells_a_shader_draws_the_same_and_is_read_back_as_one_that_move
     assert not np.array_equal(theirs[..., 3], data(renderer, VIEWS[1], 0.0)[..., 3])
 
 
-def test_digits_are_enough_at_every_time(model: Model) -> None:
+def test_fewest_digits_suffice_at_every_time(model: Model) -> None:
     fewest = digits.fewest_digits(model)
     allowed = digits.SHARE * model.levels[-1].delta
     for exact, rounded in zip(at_sampled_times(lower(model)), at_sampled_times(lower(model, fewest)), strict=True):

@@ -1,4 +1,4 @@
-"""A model of the paper's sizes, (64, 2) > (128, 2) > (256, 2), is trained briefly and drawn on software GL."""
+"""A briefly trained model of the paper's sizes, (64, 2) > (128, 2) > (256, 2), on software GL."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ SIDE = 64
 
 
 @pytest.mark.slow
-def test_it_draws_what_dense_marching_finds_within_the_loop_limit(osmesa: Context, tmp_path: Path) -> None:
+def test_the_picture_equals_dense_marching_within_the_loop_limit(osmesa: Context, tmp_path: Path) -> None:
     path = tmp_path / "paper.safetensors"
     train = ["train", "demo", "-o", str(path), "--preset", "paper", "--steps", "800,300,150", "--texture", "none"]
     assert cli.main([*train, "--quiet"]) == 0

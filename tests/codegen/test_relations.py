@@ -1,4 +1,4 @@
-"""What must not change a model's field: its file, how points are batched, the order and the signs of its neurons."""
+"""Changes that leave a field alone: saving, the batching of points, the order and signs of neurons, a rotation."""
 
 import itertools
 import math
@@ -39,7 +39,7 @@ def points(count: int, seed: int = 0) -> np.ndarray:
 
 
 def shuffled(network: Network, rng: np.random.Generator) -> Network:
-    """Permute the neurons of every hidden layer, and flip the signs of some: of their weights and of their output."""
+    """Permute the neurons of every hidden layer, and flip the signs of some."""
     layers = list(network)
     for j, (layer, after) in enumerate(itertools.pairwise(network)):
         count = len(layer.bias)
@@ -83,7 +83,7 @@ def test_splitting_a_batch_changes_nothing(model: Model, first: int, second: int
 @given(MODELS, st.integers(0, 2**32 - 1))
 def test_the_order_and_the_signs_of_neurons_change_nothing(model: Model, seed: int) -> None:
     other, levels, at = with_shuffled_neurons(model, seed), len(model.levels), points(100)
-    # Sums of as many terms of size one have errors of some units in the last place of the largest.
+    # The rounding error of a sum grows with its terms.
     allowed = 1e-6 * max(1.0, *(float(np.abs(layer.weight).sum(1).max()) for layer in _output_layers(model)))
     f, same = (interpret.field(lower(either), at, levels) for either in (model, other))
     np.testing.assert_allclose(same, f, rtol=0, atol=allowed * 10 * levels)
@@ -94,7 +94,7 @@ def _output_layers(model: Model) -> list[Layer]:
 
 
 @pytest.mark.parametrize("storage", ["literal", "texture"])
-def test_nor_do_they_in_glsl(osmesa: Context, storage: str) -> None:
+def test_the_order_and_the_signs_of_neurons_change_no_picture(osmesa: Context, storage: str) -> None:
     model = random_model((8, 1), (8, 1), texture=(4, 0))
     pictures = []
     for either in (model, with_shuffled_neurons(model, 1)):
@@ -108,8 +108,8 @@ def test_nor_do_they_in_glsl(osmesa: Context, storage: str) -> None:
     assert np.median(np.abs(t - same)[hit]) < 1e-5
 
 
-def turned(model: Model, degrees: float) -> Model:
-    """Turn a model around the y axis, from +z towards +x, as the camera's azimuth goes."""
+def rotated(model: Model, degrees: float) -> Model:
+    """Rotate a model around the y axis, from +z towards +x, like the camera's azimuth."""
     cos, sin = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
     back = np.array([[cos, 0, -sin], [0, 1, 0], [sin, 0, cos]])
 
@@ -124,19 +124,18 @@ def turned(model: Model, degrees: float) -> Model:
 @given(st.floats(-180, 180), st.floats(-180, 180), st.floats(-80, 80), st.sampled_from(["plain", "relaxed"]))
 @example(90.0, 20.0, 15.0, "plain")
 @example(1.0, 0.0, 0.0, "relaxed")
-def test_model_and_camera_turned_together_change_no_pixel(
+def test_model_and_camera_rotated_together_change_no_pixel(
     osmesa: Context, degrees: float, azimuth: float, elevation: float, schedule: str
 ) -> None:
-    """Not by a step of eight bits where rays ask the field alone.
+    """In the plain schedule, no pixel changes by a step of eight bits.
 
-    The relaxed schedule's grid does not turn with the model: rays that pass the silhouette within 1/20 pixel, which may
-    count as hits or not, may end otherwise.
+    The relaxed schedule's grid does not rotate with the model, so rays within 1/20 pixel of the silhouette may differ.
     """
     model, camera = fitted_model(), Camera(azimuth, elevation)
     options, pictures = RenderOptions(shade="texture", schedule=schedule), []
-    for shown, seen in ((model, camera), (turned(model, degrees), camera.orbited(degrees, 0.0))):
-        renderer = Renderer(osmesa, glsl330.bake(shown, "texture"))
-        pictures.append(renderer.render((32, 24), seen, options))
+    for model_, camera_ in ((model, camera), (rotated(model, degrees), camera.orbited(degrees, 0.0))):
+        renderer = Renderer(osmesa, glsl330.bake(model_, "texture"))
+        pictures.append(renderer.render((32, 24), camera_, options))
         renderer.release()
     here, there = pictures
     assert 20 < (here[..., 3] == 1).sum() < here[..., 3].size

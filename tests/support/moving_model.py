@@ -12,7 +12,7 @@ RADIUS = 0.42
 """Of each ball, model units."""
 BLEND = 0.12
 """Distance over which the two balls melt together, model units."""
-PICTURED = (0.0, 0.35, 0.6, 1.0)
+COMPARED_TIMES = (0.0, 0.35, 0.6, 1.0)
 """Times at which pictures are compared: one ball, a waist, two balls that touch no longer, two that are far apart."""
 
 

@@ -46,7 +46,7 @@ inline Bytes read_ppm(const std::string &name, int width, int height) {
         fscanf(file, "P6 %d %d %d", &file_width, &file_height, &most) == 3 && most == 255 && fgetc(file) != EOF;
     Bytes bytes(static_cast<size_t>(width) * static_cast<size_t>(height) * 3);
     if (good && (file_width != width || file_height != height)) {
-        refuse("%s is %d x %d, the picture %d x %d; give its --size", name.c_str(), file_width, file_height, width,
+        refuse("%s is %d x %d, the picture %d x %d; use its --size", name.c_str(), file_width, file_height, width,
                height);
     }
     good = good && fread(bytes.data(), 1, bytes.size(), file) == bytes.size();

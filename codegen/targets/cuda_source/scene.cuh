@@ -10,7 +10,7 @@ class Frame {
 public:
     Frame(const std::string &variant, const Arguments &a, const cudaDeviceProp &)
         : settings_(a.settings), image_(static_cast<size_t>(a.settings.pixels())) {
-        if (variant != "simple") refuse("--variant %s: a scene has simple alone", variant.c_str());
+        if (variant != "simple") refuse("--variant %s: a scene has only the variant simple", variant.c_str());
     }
     template <class Mark> void draw(Mark mark) {
         launch(render_simple, blocks_for(settings_.pixels()), settings_, image_.get());
