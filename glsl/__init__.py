@@ -1,34 +1,26 @@
-"""GLSL written by hand, which every GLSL target shares, and the loader that joins its files."""
+"""Handwritten GLSL, shared by every GLSL target, and the loader that resolves its includes."""
 
 import re
 from importlib.resources import files
 
 INCLUDE = re.compile(r'^#include "([\w.]+)"\n', re.MULTILINE)
-"""A line that the file which it names takes the place of; the name is its one group."""
+"""An include line; group 1 is the file's name."""
+FILE = 1_000_000
+"""Distance between the line numbers of two files in `load_numbered`: some drivers report only the line number."""
 
 
 def read(name: str) -> str:
-    """Return the text of the file `name` in this folder."""
+    """Return the text of a file in this folder."""
     return files(__name__).joinpath(name).read_text(encoding="utf-8")
 
 
 def load(name: str) -> str:
-    """Return the text of the file `name` in this folder with its includes replaced by the files that they name.
-
-    An include is a line `#include "other.glsl"`. A file that is included twice stands where it is first.
-    """
+    """Return a file with its includes, `#include "other.glsl"`, replaced by their text, each file only once."""
     return _load(name, [], numbered=False)
 
 
-FILE = 1_000_000
-"""How far apart the line numbers of two files are in `load_numbered`.
-
-Not every driver's log says which source a line is of, so the line number itself has to.
-"""
-
-
 def load_numbered(name: str) -> tuple[str, tuple[str, ...]]:
-    """Return what `load` does, with `#line` directives, and the names of the files that it is made of.
+    """Return the text of `load` with `#line` directives, and the names of its files.
 
     Line n of the k-th file, both counted from 1, has the number FILE * k + n.
     """
@@ -37,7 +29,7 @@ def load_numbered(name: str) -> tuple[str, tuple[str, ...]]:
 
 
 def _load(name: str, seen: list[str], *, numbered: bool) -> str:
-    """Join a file and what it includes, without the files of `seen`, to which it adds those that it takes."""
+    """Load a file and its includes, without those in `seen`, and add their names to `seen`."""
     if name in seen:
         return ""
     seen.append(name)

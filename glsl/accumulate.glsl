@@ -1,5 +1,5 @@
 #include "linear.glsl"
-// One sample of a tile, sRGB, on its way into the picture, which is linear light; the mean is the blending's.
+// Decodes one sample of a tile, sRGB, to linear light; blending adds it to the picture.
 uniform sampler2D tile;
 uniform ivec2 corner;
 uniform bool covered; // alpha is the sample's coverage, not 1

@@ -8,7 +8,7 @@
 #else
 #include "fragment.glsl"
 #endif
-// What main.glsl draws, of any pixels, and with FIRST_LOOK by traced().
+// main.glsl for scattered pixels, too. FIRST_LOOK: trace by traced().
 void main() {
     vec2 pixel = place();
 #ifdef FIRST_LOOK

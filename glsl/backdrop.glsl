@@ -7,7 +7,7 @@
 #include "floor_colour.glsl"
 #include "linear.glsl"
 #include "srgb.glsl"
-// The fragment behind a mesh: main.glsl's background and floor. color.a is 0. SHADE_DATA writes (0, 0, 0, 0) instead.
+// The fragment behind a mesh: the background and floor of main.glsl, alpha 0. SHADE_DATA writes (0, 0, 0, 0).
 void main() {
     vec2 pixel = gl_FragCoord.xy + origin + jitter;
     color = vec4(background(pixel, resolution, background_bottom, background_top), 0.0);

@@ -1,4 +1,4 @@
-// background(): soft vertical gradient, sRGB. A dark one is darker towards the corners, a light one stays clean.
+// background(): vertical gradient, sRGB. A dark gradient gets darker toward the corners.
 // pixel, resolution: pixels, origin bottom left; bottom, top: sRGB.
 vec3 background(vec2 pixel, vec2 resolution, vec3 bottom, vec3 top) {
     vec2 plane = pixel / resolution;

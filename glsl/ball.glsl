@@ -1,6 +1,6 @@
-// ball(): where a ray meets the ball of a radius around the origin.
+// ball(): intersection of a ray with a ball around the origin.
 // origin, direction: model space, direction of length 1; radius: model units.
-// Returns (entry, exit) along the ray, entry > exit where it misses.
+// Returns the distances (entry, exit) along the ray; entry > exit if it misses.
 vec2 ball(vec3 origin, vec3 direction, float radius) {
     float b = dot(origin, direction);
     float h = b * b - dot(origin, origin) + radius * radius;

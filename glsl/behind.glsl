@@ -4,11 +4,11 @@
 #include "heat.glsl"
 #include "shadings.glsl"
 #include "to_floor.glsl"
-uniform sampler2D rays; // what near.glsl and trace.glsl wrote, pixel by pixel
-uniform sampler2D normals; // what normals.glsl wrote
+uniform sampler2D rays; // output of near.glsl and trace.glsl
+uniform sampler2D normals; // output of normals.glsl
 
-// A pass of a frame: what main.glsl draws without the field: the background, and all of SHADE_STEPS and SHADE_DATA.
-// The depth is 1 where the last pass, colour.glsl, has to draw over it, and 0 elsewhere.
+// Pass of a frame: everything that needs no field: the background, SHADE_STEPS and SHADE_DATA.
+// Writes depth 1 where the last pass, colour.glsl, draws, and 0 elsewhere.
 void main() {
     vec4 ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
     float end = texelFetch(normals, ivec2(gl_FragCoord.xy), 0).a;

@@ -1,9 +1,9 @@
-// The vertices of a pass that draws where one before it says so, for drivers that run a fragment shader first and test the
-// depth afterwards: a point for each block of 2 x 2 pixels of a tile, which is what they run it for at once. It is left out
-// where no pixel of the block is wanted.
-uniform sampler2D gate; // what that pass wrote
-uniform float wanted; // pixels are, whose alpha there has this sign
-uniform bool everywhere; // all blocks are drawn
+// Vertices of a pass that draws only where an earlier pass has set the mask, for drivers that test the depth after the
+// fragment shader: one point for each block of 2 x 2 pixels, which such drivers shade at once. Blocks without a wanted
+// pixel are dropped.
+uniform sampler2D gate; // output of the earlier pass
+uniform float wanted; // a pixel is wanted if its alpha in `gate` has this sign
+uniform bool everywhere; // draw all blocks
 uniform ivec4 viewport; // x, y, width, height of the tile in the target, pixels
 const int SIDE = 2;
 

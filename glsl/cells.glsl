@@ -1,7 +1,7 @@
-// cells.glsl: how rays skip the grid that cell_code() reads; see skip.glsl. Reads cell_count, cells_half, cells_hold().
+// skip() by the grid of cells; skip.glsl explains it. Reads cell_code(), cell_count, cells_half, cells_hold().
 const int CELL_LOOKS = 512;
 const uint CELL_EMPTY = 8u;
-const float CELL_REACH = 1.1258330; // largest value, of an empty cell, too
+const float CELL_REACH = 1.1258330; // largest value, also of an empty cell
 const float CELL_CLOSE = 0.2; // pixels
 
 float cell_value(ivec3 cell) {
@@ -9,14 +9,14 @@ float cell_value(ivec3 cell) {
     return code < CELL_EMPTY ? CELL_REACH : (float(code) / 123.5 - 131.5 / 123.5) * CELL_REACH;
 }
 
-// Values between four cells of a layer: share of the way from `low` to the next ones in x and y.
+// Interpolates between four cells of a layer. share: position between `low` and the next cells in x and y.
 float cell_layer(ivec3 low, vec3 share) {
     float nearer = mix(cell_value(low), cell_value(low + ivec3(1, 0, 0)), share.x);
     float farther = mix(cell_value(low + ivec3(0, 1, 0)), cell_value(low + ivec3(1, 1, 0)), share.x);
     return mix(nearer, farther, share.y);
 }
 
-// What may be divided by.
+// A number that is safe to divide by.
 float slanted(float along) { return along == 0.0 ? 0.000001 : along; }
 
 float skip(vec3 origin, vec3 direction, float t, float far, float footprint, float step_scale, inout vec2 before,

@@ -1,6 +1,6 @@
-// coarse(): level 1's field at any point p, model space. The network knows the unit ball, which holds the shape. Since the
-// ball is convex, a point outside is at least as far from the shape as the hypotenuse of the way to the ball and the
-// distance from there.
+// coarse(): level 1's field at any point p, model space. The network is trained in the unit ball, which contains the shape.
+// Outside, the distance is at least the hypotenuse of the distance to the ball and the field at the ball's nearest point,
+// because the ball is convex.
 float coarse(vec3 p) {
     float far = sqrt(dot(p, p));
     int reached;

@@ -4,15 +4,15 @@
 #include "to_floor.glsl"
 #include "floor_light.glsl"
 #include "surface.glsl"
-uniform sampler2D rays; // what near.glsl and trace.glsl wrote, pixel by pixel
-uniform sampler2D normals; // what normals.glsl wrote
+uniform sampler2D rays; // output of near.glsl and trace.glsl
+uniform sampler2D normals; // output of normals.glsl
 #ifdef BLOCKS
-uniform sampler2D later; // what it wrote for rays that have hit after a first look
+uniform sampler2D later; // output of its second pass, for rays that hit after a first look
 #endif
 
-// Last pass of a frame, where behind.glsl lets a ray through: the surface that it has met, or the studio's floor.
+// Last pass of a frame, where behind.glsl sets the mask: colors of the surface and of the studio's floor.
 // color.rgb is sRGB, color.a is 1 on the surface and 0 on the floor.
-// With BLOCKS it is blocks.vert.glsl that lets it draw, where other pixels of the block may have met nothing.
+// BLOCKS: blocks.vert.glsl sets the mask, per block; some pixels of a block may have hit nothing.
 void main() {
     vec4 ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
     vec2 pixel = place();

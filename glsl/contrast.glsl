@@ -1,6 +1,6 @@
 #include "srgb.glsl"
-// By how much a pixel differs from its eight neighbours (r): the largest difference of a channel, sRGB, or of coverage (a).
-uniform sampler2D picture; // linear light and coverage, one sample of each pixel
+// r: contrast of a pixel with its eight neighbors, the largest difference of an sRGB channel or of coverage; a: coverage.
+uniform sampler2D picture; // linear light and coverage, one sample per pixel
 out vec4 contrast;
 void main() {
     ivec2 here = ivec2(gl_FragCoord.xy), last = textureSize(picture, 0) - 1;

@@ -1,5 +1,5 @@
-// After enter_ball.glsl: where the ray is between thirteen pairs of planes, too. H: their places, two for each of the
-// directions with whole numbers that field/hull.py counts. See shadertoy.glsl.
+// After enter_ball.glsl: clips the ray by thirteen pairs of planes. H: their offsets, two for each of the whole-number
+// directions that field/hull.py counts. See shadertoy.glsl.
 for (int i = 14; i < 27; i++) {
     e = vec3(i % 3, i / 3 % 3, i / 9) - 1.;
     u = (vec2(H[2 * i - 28], H[2 * i - 27]) - 3.52 * dot(m[2], e)) / (dot(v, e) + 1e-9);

@@ -1,7 +1,7 @@
-// floor_colour(): the floor of the studio, linear light: it is the backdrop itself, in the light of the key and the sky
-// as far as it sees them, so that neither has an end. On a dark backdrop the key light leaves a pool of light.
+// floor_colour(): the studio's floor, linear light: the backdrop's color times the visible key light and sky, so that floor
+// and backdrop blend. On a dark backdrop, the key light makes a bright pool.
 // backdrop: linear; p: on the floor, model space; light: to the key light, length 1; open: openness(); above: height of
-// the eye above the floor, model units; from below there is no floor.
+// the eye above the floor, model units; the floor is invisible from below.
 vec3 floor_colour(vec3 backdrop, vec3 p, vec3 light, vec3 open, float above) {
     float key = 0.9 * light.y;
     float sky = 0.45;

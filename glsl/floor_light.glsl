@@ -1,11 +1,10 @@
 #define FLOOR_LIGHT
-uniform sampler2D floor_light; // what floor.glsl wrote
-uniform vec2 floor_corner; // of the tile's first block of pixels, counted in blocks from the picture's lower left corner
+uniform sampler2D floor_light; // output of floor.glsl
+uniform vec2 floor_corner; // the tile's first block, counted in blocks from the picture's lower left corner
 const float FLOOR_BLOCK = 4.0; // pixels along a block's side
-const float FLOOR_SPREAD = 0.05; // of what corners of a block see: so little may lie anywhere between them
+const float FLOOR_SPREAD = 0.05; // largest difference between a block's corners that allows interpolation
 
-// floor_openness(): whether the floor in this fragment sees of the sky and of the light what lies between its block's
-// corners, linearly; open: that, in place of openness().
+// floor_openness(): whether this fragment's openness() is interpolated from its block's corners, which then is `open`.
 bool floor_openness(out vec3 open) {
     vec2 place = floor(gl_FragCoord.xy + origin) / FLOOR_BLOCK - floor_corner;
     ivec2 low = ivec2(place);

@@ -3,7 +3,7 @@
 #include "seen.glsl"
 #include "normal.glsl"
 
-// fragment(): what the ray through a point of the image sees, see seen(). pixel: pixels, origin bottom left.
+// fragment(): traces the ray through a point of the image, and returns seen(). pixel: pixels, origin bottom left.
 vec4 fragment(vec2 pixel) {
     vec3 direction = camera_ray(pixel, resolution, camera, focal);
     Hit ray = march(camera[3].xyz, direction, 2.0 / (focal * resolution.y), level, rounds, step_scale, schedule);

@@ -1,3 +1,3 @@
-// half_width(): half the width of a level's band at a point p, model space. Reads delta[]. Texts whose bands are narrower in
-// places have narrow_bands.glsl in place of this.
+// half_width(): half-width of a level's band at a point p, model space. Reads delta[]. narrow_bands.glsl replaces this file
+// if the half-width depends on p.
 float half_width(vec3 p, int level) { return delta[level - 1]; }

@@ -1,4 +1,4 @@
-// heat(): colour, sRGB, of a share in [0, 1]: black, violet, red, orange, pale yellow.
+// heat(): color map of [0, 1], sRGB: black, violet, red, orange, pale yellow.
 vec3 heat(float share) {
     float x = 4.0 * clamp(share, 0.0, 1.0);
     vec3 colour = mix(vec3(0.01, 0.01, 0.05), vec3(0.32, 0.07, 0.45), clamp(x, 0.0, 1.0));

@@ -1,5 +1,5 @@
-// key_light(): direction to the key light of the studio, length 1, model space. It turns with the camera around the y axis
-// alone, so that a look from above or below leaves shadows where they are, and it stays above the floor.
+// key_light(): direction to the studio's key light, length 1, model space. The light follows the camera only around the y
+// axis, so that shadows stay when the camera tilts, and stays above the floor.
 // light: the uniform; camera: columns right, up, back, eye.
 vec3 key_light(vec3 light, mat4 camera) {
     vec3 toward = normalize(light);

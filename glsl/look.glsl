@@ -1,8 +1,8 @@
-// look(): one relaxed step of a ray at whose place the gradient is known: Newton's, which ends the ray, where that leads to
-// the surface, else that of stride() in march.glsl. direction: of the ray, length 1, model space; the others: see there.
-const float STEEP = 0.4; // least slope of f along a ray for that last step
-const float LAST = 0.5; // pixels: its greatest length
-const float ROUND = 0.008; // model units: where the shape is rounder than that, the last step ends within 1/20 pixel
+// look(): one step of a ray whose gradient is known: Newton's step, which ends the ray, if it reaches the surface, else
+// stride() of march.glsl. direction: of the ray, length 1, model space; march.glsl explains the other arguments.
+const float STEEP = 0.4; // least slope of f along the ray for Newton's step
+const float LAST = 0.5; // largest length of Newton's step, pixels
+const float ROUND = 0.008; // radius of curvature, model units, above which Newton's step ends within 1/20 pixel
 
 void look(inout Hit ray, inout vec2 before, vec3 gradient, float f, float width, int reached, int level, vec3 direction,
           float footprint, float far, float step_scale) {

@@ -3,14 +3,14 @@
 #include "openness.glsl"
 #include "studio.glsl"
 #include "base_colour.glsl"
-uniform float split; // share of the width, from the left, that wears the mesh's own normals
+uniform float split; // share of the width, from the left, with the mesh's own normals
 in vec3 point; // model space
 in vec3 own; // the mesh's normal, of any length
 
-// The fragment of a mesh: neural normal mapping (Section 3.2, Appendix D), the gradient of a level where the triangle
-// is. color.rgb is sRGB, color.a is 1. SHADE_DATA writes (t, 0, 0, 1) instead.
+// The fragment of a mesh: neural normal mapping (Section 3.2, Appendix D), a level's gradient at a point of the triangle.
+// color.rgb is sRGB, color.a is 1. SHADE_DATA writes (t, 0, 0, 1) instead.
 void main() {
-    // Not in the else of the split: on software GL an `if` is masked, not skipped.
+    // Outside of the `if`: software GL masks branches instead of skipping them.
     vec3 normal = field_gradient(point, normal_level).xyz;
     if (gl_FragCoord.x + origin.x + jitter.x < split * resolution.x) normal = own;
     vec3 eye = camera[3].xyz;

@@ -4,9 +4,9 @@
 #include "schedules.glsl"
 #include "skip.glsl"
 
-// First pass of a frame: which rays come near the shape, by the ball and the grid of empty cells, without the field. The
-// depth and color.a are 1 where one does and 0 elsewhere. color is what trace.glsl would write where the ray misses, or hits
-// after one step.
+// First pass of a frame: finds the rays that come near the shape, by the ball and the grid of empty cells, without the
+// field. Depth and color.a are 1 for these rays and 0 for others. color: as of trace.glsl, for a miss or a hit after one
+// step.
 void main() {
     vec3 eye = camera[3].xyz;
     vec3 direction = camera_ray(place(), resolution, camera, focal);

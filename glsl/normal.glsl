@@ -1,5 +1,5 @@
 #include "worn_level.glsl"
-// normal_at(): the surface's normal at a point p, model space, which the ray of a pixel has met; length 1.
+// normal_at(): the surface's normal, length 1, at p, model space, where the ray of a pixel hits.
 // pixel: pixels, origin bottom left.
 vec3 normal_at(vec3 p, vec2 pixel) {
     return normalize(field_gradient(p, worn_level(pixel)).xyz);

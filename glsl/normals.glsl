@@ -4,18 +4,17 @@
 #include "march.glsl"
 #include "look.glsl"
 #include "worn_level.glsl"
-uniform sampler2D rays; // what near.glsl and trace.glsl wrote, pixel by pixel; or what a first look left
+uniform sampler2D rays; // output of near.glsl and trace.glsl, or of a first look
 #ifdef FIRST_LOOK
-uniform bool first; // whether this is a look at rays that the grid has brought close to the surface
+uniform bool first; // whether this is a first look
 #else
 const bool first = false;
 #endif
 
-// Passes of a frame that evaluate the gradient. The last one gives normals to the rays that trace.glsl says have hit. The
-// first one, before trace.glsl, gives them to rays that the grid of cells has brought close enough to the surface for the
-// gradient to take the last step (Newton's), which are most of them, and makes the first step of march() for the others.
-// It may be drawn a second time, for the next step of these.
-// color: (normal, t) of a ray that has hit; (t, before of march.glsl, minus the level that it is at) of one that goes on.
+// Passes of a frame that evaluate the gradient. The pass after trace.glsl computes the normals of its hits. The pass before
+// trace.glsl is a first look: the grid of cells has brought most rays so close to the surface that the gradient gives the
+// last step (Newton's) and the normal; the others take the first step of march(). A second first look takes their next step.
+// color: (normal, t) of a hit; (t, before of march.glsl, minus the level) of a ray that continues.
 void main() {
     vec3 eye = camera[3].xyz;
     vec2 image = place();
@@ -23,7 +22,7 @@ void main() {
     float footprint = 2.0 / (focal * resolution.y);
     vec2 span = ball(eye, direction, 1.0 + delta[level - 1]);
     vec4 given = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
-    if (given.a == 0.0) { // it comes nowhere near, and draws because others of its block do
+    if (given.a == 0.0) { // not near the shape; drawn because of other pixels of its block
         color = vec4(0.0);
         return;
     }

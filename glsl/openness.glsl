@@ -1,30 +1,30 @@
 #include "coarse.glsl"
-// openness(): how much of the sky (x) and of the key light (y) a point sees, each in [0, 1], traced through level 1 alone;
-// z: how far the point is outside of level 1's surface.
-// p: of the surface, or of the floor where `floored`, model space; normal, light (to the light): length 1; ground: height
-// of the floor.
+// openness(): visible shares of the sky (x) and of the key light (y), each in [0, 1], from level 1 only; z: field of level 1
+// at p.
+// p: on the surface, or on the floor if `floored`, model space; normal, light (to the light): length 1; ground: height of
+// the floor.
 //
-// The sky: the field at SKY_TAPS points on the normal, the farthest first; what it falls short of their distance from p is
-// occluded (Evans, Fast approximations for global illumination on dynamic scenes, 2006). Where a point above the floor
-// has next to nothing around it as far as that, the nearer ones have not, either.
-// The light is a disc. Along a ray to its middle, the field over the way so far tells how far the shape is from that ray,
-// in radii of the disc: from -1, where it hides the disc, to 1. Its least value is that of a parabola through three
-// samples: the least sample itself would show the steps as stripes. The ray ends where all that is left of it in the unit
-// ball, as wide as the disc, is free, and where it has left the shape behind and is far from it.
-// Where the unit ball, which holds the shape, is too far to matter, the network is not asked.
+// Sky: the field at SKY_TAPS points on the normal, farthest first. A field below the point's distance from p means
+// occlusion (Evans, Fast approximations for global illumination on dynamic scenes, 2006). If a point above the floor has
+// almost no occlusion, neither have the nearer points.
+// Light: a disk. Along a ray to its center, the ratio of the field to the traveled distance is the distance between ray and
+// shape in radii of the disk, from -1, where the shape hides the disk, to 1. The minimum comes from a parabola through
+// three samples: the least sample itself would show stripes. The ray ends where its remaining cone in the unit ball is
+// free, or where it is past the shape and far from it.
+// The network is not evaluated where the unit ball, which contains the shape, is too far to matter.
 const int SKY_TAPS = 5;
 const int LIGHT_STEPS = 20;
-const float SKY_REACH = 0.7; // of the last tap, model units
-const float SKY_WEIGHTS = 3.2; // of all taps together
-const float ENOUGH = 0.85; // of a point's distance from the floor: so much around it is next to nothing
-const float LIGHT_SIZE = 0.16; // radius of the disc over its distance
-const float CLEAR = 0.8; // of what is left of a ray in the ball, and of the disc's radius there: this is free
-const float BEHIND = 0.4; // model units beyond the middle of the ball, toward the light, from which on a ray may end
-const float AWAY = 4.0; // radii of the disc from the shape at which it does
-const float LIFT = 0.25; // way from p, model units, after which level 1 counts as it is: p may be off its surface
+const float SKY_REACH = 0.7; // distance of the farthest tap, model units
+const float SKY_WEIGHTS = 3.2; // sum of the weights of all taps
+const float ENOUGH = 0.85; // field over a tap's distance above which occlusion counts as none
+const float LIGHT_SIZE = 0.16; // radius of the disk over its distance
+const float CLEAR = 0.8; // field over the rest of the ray in the ball plus the cone's end radius, above which it is free
+const float BEHIND = 0.4; // model units past the ball's center, toward the light, after which a ray may end
+const float AWAY = 4.0; // distance from the shape at which it ends, radii of the disk
+const float LIFT = 0.25; // distance from p over which the field at p is subtracted, model units: level 1 may not be 0 at p
 
 vec3 openness(vec3 p, vec3 normal, vec3 light, float ground, bool floored) {
-    float nearest = -dot(p, light); // where the ray to the light is nearest to the ball
+    float nearest = -dot(p, light); // distance along the light's ray to its point nearest to the origin
     float passed = dot(p, p) - nearest * nearest;
     float beside = 1.0 + LIGHT_SIZE * max(nearest, 0.0);
     bool shaded = dot(normal, light) > -LIGHT_SIZE && passed < beside * beside && (nearest > 0.0 || dot(p, p) < 1.0);
@@ -33,7 +33,7 @@ vec3 openness(vec3 p, vec3 normal, vec3 light, float ground, bool floored) {
     float occluded = 0.0;
     float cover = 1.0;
     float t = max(0.03, nearest - sqrt(max(1.0 - passed, 0.1)));
-    vec2 before = vec2(0.0, 1.0); // (way, field over it) of the sample before
+    vec2 before = vec2(0.0, 1.0); // (distance, field over distance) of the previous sample
     vec2 last_but_one = vec2(-1.0, 1.0);
     for (int i = floored ? 1 : 0; i <= last; ++i) {
         bool tap = i <= SKY_TAPS;

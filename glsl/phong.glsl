@@ -1,5 +1,5 @@
 // phong(): Phong shading with one key light, a sky above and a warm ground below, linear light.
-// Above 0.6, where white is lit, a shoulder keeps shades apart that would all be clipped to 1.
+// Above 0.6, a shoulder compresses values that would be clipped to 1.
 // albedo: linear; normal, view (to the eye), light (to the light), up: length 1, one space for all.
 vec3 phong(vec3 albedo, vec3 normal, vec3 view, vec3 light, vec3 up) {
     float key = max(dot(normal, light), 0.0);

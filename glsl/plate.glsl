@@ -1,4 +1,4 @@
-// A round plate under y = 0: the gradient of the distance, and the distance.
+// plate(): gradient and value of the distance to a round plate below y = 0.
 vec4 plate(vec3 q, float radius, float half_thickness) {
     float around = length(q.xz), y = q.y + half_thickness;
     float beside = around - radius, above = abs(y) - half_thickness;

@@ -1,6 +1,6 @@
 #include "dither.glsl"
 #include "srgb.glsl"
-// The picture, linear light, at the size of what it is drawn to: the canvas, or (encoded false) a larger picture.
+// Scales the picture, linear light, to the canvas or, if `encoded` is false, to a larger picture.
 uniform sampler2D picture;
 uniform vec2 size;
 uniform bool encoded;

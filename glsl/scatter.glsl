@@ -1,5 +1,5 @@
 #include "linear.glsl"
-// A sample at any place, sRGB, on its way into the picture, as accumulate.glsl brings those of a tile.
+// Decodes a scattered sample, sRGB, to linear light, as accumulate.glsl does for the samples of a tile.
 uniform sampler2D tile;
 flat in ivec2 from;
 out vec4 light;

@@ -1,5 +1,5 @@
-// The vertices of samples that were drawn close together, on their way into the picture: a point for each, in its pixel.
-uniform sampler2D places; // of the samples (place.glsl)
+// Vertices that add packed samples to the picture: one point for each, in its pixel.
+uniform sampler2D places; // points of the samples (place.glsl)
 uniform int across; // samples in a row
 uniform vec2 size; // of the picture, pixels
 flat out ivec2 from; // the sample

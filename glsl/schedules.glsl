@@ -1,3 +1,3 @@
-// The schedules of sphere tracing, values of the uniform `schedule`: march.glsl says what they are.
+// Values of the uniform `schedule`; march.glsl explains them.
 const int SCHEDULE_PLAIN = 0;
 const int SCHEDULE_RELAXED = 1;

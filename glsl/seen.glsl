@@ -3,12 +3,12 @@
 #include "to_floor.glsl"
 #include "surface.glsl"
 
-// seen(): what a ray that was traced sees. rgb is sRGB, a is 1 on the surface and 0 on the background.
-// SHADE_DATA gives (t, steps, level that the ray ended in, hit) instead; level 0: it never came near the shape.
-// normal: of the surface that it has hit, and direction: of the ray, length 1, model space; pixel: the point of the image
-// that it goes through, pixels, origin bottom left.
+// seen(): color of a traced ray. rgb is sRGB, a is 1 on the surface and 0 on the background.
+// SHADE_DATA returns (t, steps, last level, hit) instead; level 0: the ray never came near the shape.
+// normal: of the surface; direction: of the ray; both length 1, model space. pixel: point of the image, pixels, origin
+// bottom left.
 vec4 seen(Hit ray, vec3 normal, vec3 direction, vec2 pixel) {
-    // Never true; a shader that may discard compiles in half the time on llvmpipe (one variant instead of two).
+    // Never true. With a discard, llvmpipe compiles one variant of the shader instead of two.
     if (resolution.x < 0.0) discard;
     vec4 colour = vec4(background(pixel, resolution, background_bottom, background_top), float(ray.hit));
     float t = ray.hit || shading != SHADE_STUDIO ? ray.t : to_floor(camera[3].xyz, direction, ground);

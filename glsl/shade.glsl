@@ -3,7 +3,7 @@
 #include "phong.glsl"
 #include "shadings.glsl"
 #include "srgb.glsl"
-// shade(): colour, sRGB, of the surface at p under one of the shading modes.
+// shade(): color of the surface, sRGB, in a shading mode.
 // normal: length 1; direction: of the ray, length 1; t: distance along it; steps: taken by march().
 // albedo: sRGB; light (to the light), up: length 1. All in model space. eye: distance of the eye from the origin.
 vec3 shade(int shading, vec3 normal, vec3 direction, float t, float eye, int steps, vec3 albedo, vec3 light, vec3 up) {

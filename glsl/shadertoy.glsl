@@ -1,20 +1,19 @@
 // mainImage(): main.glsl in few characters, for Shadertoy's Image tab: the same camera and light, a slow turntable, and
-// dragging orbits. Shadertoy tells where the button went down and where the mouse is, or was when it went up, and nothing
-// of drags before: a drag adds to the turn, which goes on, and the next one begins without the last one's share.
-// The field's text must stand here once and be called at one place: the loop traces the ray (tap -1), then takes four
-// samples around the surface for the normal (tap 0 to 3). Loops that begin at min(iFrame, 0) are not unrolled.
-// o: colour; q: pixel; r: resolution; z: the smaller side; a: azimuth, elevation; m: camera, columns right, up, back;
-// j: sample; u: a point of the image, in it; v, l: directions of the ray and to the light; n: normal; e: offset of a
-// tap, later what of the colour is over .6; w: colour of a sample, linear light; t: along the ray; h: where it leaves the
-// ball or the hull that the shape is in, which stands in place of ENTER.
-// Steps are as in march.glsl: p: radius of the last free sphere, 0: none; d: how far behind its middle is; s: how fast the
-// surface comes near; g: gap that is allowed; b: the step (tests/oracles/short_march.py).
-// Texts that are long enough have the studio, too, studio.glsl and floor_colour.glsl in few characters, and without STUDIO
-// its lines are left out. A ray that misses goes on to the floor (h is 0 then). Then come openness.glsl's samples, of level
-// 1, from where the ray ended: tap 4 on that point, 5 to 9 for the sky, from 10 on toward the light. Their way from there
-// is W, their place x, its distance from the origin g. A: what of the sky is hidden, later what is seen; C: cover, later what
-// of the light is seen; F: `here`; p and S: the last step and the one before; d, s: ratio and rise of the sample before.
-// G: height of the floor; Y: half width of level 1's band.
+// orbiting by drags. Shadertoy reports only the current drag (button down position, last position): a drag adds to the
+// turn, and the next drag starts without it.
+// The field's text must appear once and be called at one place: the loop traces the ray (tap -1), then takes four samples
+// around the surface for the normal (taps 0 to 3). Loops that begin at min(iFrame, 0) are not unrolled.
+// o: color; q: pixel; r: resolution; z: the smaller side; a: azimuth, elevation; m: camera, columns right, up, back;
+// j: sample; u: its point of the image; v, l: directions of the ray and to the light; n: normal; e: offset of a tap, later
+// the color's excess over .6; w: color of a sample, linear light; t: distance along the ray; h: distance at which it leaves
+// the shape's ball or hull, whose text replaces ENTER.
+// Steps are as in march.glsl: p: radius of the last free sphere, 0: none; d: distance from its center; s: slope; g: allowed
+// gap; b: the step (tests/oracles/short_march.py).
+// STUDIO: studio.glsl and floor_colour.glsl in few characters; short texts omit them. A ray that misses continues to the
+// floor (h is 0 then). Then follow openness.glsl's samples of level 1 from the ray's end point: tap 4 at the point, 5 to 9
+// for the sky, from 10 on toward the light. W: their distance from the point; x: their position; g: its distance from the
+// origin. A: occlusion of the sky, later its visible share; C: cover, later the light's visible share; F: `here`; p and S:
+// the last two steps; d, s: ratio and rise of the previous sample. G: height of the floor; Y: half-width of level 1's band.
 void mainImage(out vec4 o, vec2 q) {
     vec2 r = iResolution.xy, u;
     float z = min(r.x, r.y);

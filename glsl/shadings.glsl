@@ -1,4 +1,4 @@
-// The shading modes, values of the uniform `shading`: shade.glsl says what they show.
+// Values of the uniform `shading`; shade.glsl defines them.
 const int SHADE_PHONG = 0;
 const int SHADE_NORMAL = 1;
 const int SHADE_DEPTH = 2;

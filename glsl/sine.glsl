@@ -1,6 +1,6 @@
-// sine(), cosine(): of each component, within 6e-7 for |x| < 1e4, where sin() may be coarse (2e-4 on SwiftShader at any
-// argument; GLSL ES and D3D promise little). x: radians. The argument is reduced to [-pi, pi] first: 2 pi is taken off in
-// two parts, of which the first, 6.28125, times a whole number below 2^16 is exact. Minimax polynomials.
+// sine(), cosine(): of each component, radians, within 6e-7 for |x| < 1e4. sin() may be less accurate (2e-4 on SwiftShader;
+// GLSL ES and D3D guarantee little). The argument is reduced to [-pi, pi] by subtracting 2 pi in two parts; the first,
+// 6.28125, is exact when multiplied by a whole number below 2^16. Minimax polynomials.
 vec4 reduced(vec4 x) {
     vec4 turns = round(x * 0.159154943);
     return (x - turns * 6.28125) - turns * 0.00193530718;

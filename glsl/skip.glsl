@@ -1,21 +1,20 @@
-// skip(): how far along a ray the surface may be, by a grid that is looked at in place of the field; t itself at least.
-// origin, direction: model space; t, far: distances along the ray, at which it is and at which it leaves the ball.
-// footprint, step_scale: see march.glsl. before: where the last free sphere is along the ray, and its radius; 0: none.
+// skip(): advances a ray by a grid of cells instead of the field; returns the new distance, at least t.
+// origin, direction: model space; t, far: current distance along the ray, and distance at which it leaves the ball.
+// footprint, step_scale: see march.glsl. before: distance of the last free sphere, and its radius; radius 0: none.
 // The grid (field/cells.py) fills a cube around the origin. The texel of an empty cell, below CELL_EMPTY, is
-// the binary logarithm of the edge, in cells, of the largest empty cube that holds it, of those whose edges and corners are
-// multiples of a power of 2. The others stand for values in the cells' middles, in edges of a cell. Between these, they
-// are no more than the distance to the surface: rays are sphere traced in them up to CELL_CLOSE pixels.
-// A ray looks at the grid CELL_LOOKS times at most (cells.glsl); looks: how often it has.
-// NEAR: gaps: radius of a free sphere above which a relaxed step is a plain one (march.glsl). With a fine grid rays take so
-// few steps that plain ones cost little, and past spheres of over a pixel a few rays miss a fold.
-// CELLS: the grid is a texture, and fine. FEW_CELLS: the text before has it, of 4 bits for a cell, from the lowest ones up,
-// 0 for an empty one; it is of the last level with the bands as they were. Without both there is none, and nothing is
-// skipped.
+// log2 of the edge, in cells, of the largest aligned empty cube (power-of-2 edge and corners) that contains the cell. Other
+// texels encode values at the cells' centers, in cell edges. Interpolated, they never exceed the distance to the surface:
+// rays are sphere traced in them up to CELL_CLOSE pixels.
+// A ray reads the grid at most CELL_LOOKS times (cells.glsl); looks: number of reads so far.
+// NEAR: radius of a free sphere, in gaps, above which an over-relaxed step becomes plain (march.glsl). With a fine grid rays
+// take few steps, so plain steps cost little, and over-relaxation past spheres of over a pixel misses a few folds.
+// CELLS: the grid is a fine texture. FEW_CELLS: the grid is in the text above, 4 bits per cell, lowest bits first, 0 for an
+// empty cell, valid for the last level and the original bands. Without either, nothing is skipped.
 #ifdef CELLS
 const float NEAR = 1.0;
 uniform highp usampler3D cells;
-uniform int cell_count; // along an edge; 0: no grid, nothing is skipped
-uniform float cells_half; // half the edge of the cube, model units
+uniform int cell_count; // along an edge; 0: no grid
+uniform float cells_half; // half of the cube's edge, model units
 
 uint cell_code(ivec3 cell) { return texelFetch(cells, clamp(cell, 0, cell_count - 1), 0).r; }
 

@@ -1,11 +1,11 @@
-// studio(): the surface under a large key light and a sky, above a floor that throws light back; linear light.
-// Above 0.6, where white is lit, a shoulder keeps shades apart that would all be clipped to 1 (phong.glsl).
+// studio(): the surface under a large key light and a sky, above a floor that reflects light; linear light.
+// Above 0.6, a shoulder compresses values that would be clipped to 1 (phong.glsl).
 // albedo: linear; normal, view (to the eye), light (to the key light): length 1, model space; open: openness(); delta:
-// half width of level 1's band; height: above the floor, model units.
+// half-width of level 1's band; height: above the floor, model units.
 vec3 studio(vec3 albedo, vec3 normal, vec3 view, vec3 light, vec3 open, float delta, float height) {
-    // Where the surface lies within level 1's, it is in a crease that level 1 does not have.
+    // A surface inside level 1's is in a crease that level 1 lacks.
     float sky = open.x * clamp(1.0 + 0.6 * open.z / delta, 0.5, 1.0);
-    // A light as large as a fifth of its distance is seen from a little behind the horizon, too.
+    // A light as large as a fifth of its distance is still visible slightly below the horizon.
     float facing = dot(normal, light);
     float rising = clamp(facing + 0.2, 0.0, 0.4);
     float key = open.y * max(facing, 1.25 * rising * rising);

@@ -6,11 +6,11 @@
 #include "floor_colour.glsl"
 #endif
 #include "base_colour.glsl"
-// surface(): colour, sRGB, of a pixel whose ray has met the surface, under the mode `shading`, or the studio's floor.
-// normal: of the surface, and direction: of the ray, length 1, model space; t: distance along it; steps: taken by march();
-// hit: whether it is the surface that the ray has met; behind: sRGB, of the background in this pixel.
-// With WITHOUT_STUDIO the mode is not SHADE_STUDIO, which compiles longer than all others together. With FLOOR_LIGHT,
-// floor_light.glsl knows how open some of the floor is.
+// surface(): color, sRGB, of a pixel whose ray meets the surface or the studio's floor, in the mode `shading`.
+// normal: of the surface; direction: of the ray; both length 1, model space. t: distance along the ray; steps: of march();
+// hit: whether the ray meets the surface, not the floor; behind: the background's color in this pixel, sRGB.
+// WITHOUT_STUDIO: the mode is not SHADE_STUDIO, which compiles longer than all others together. FLOOR_LIGHT:
+// floor_light.glsl has the openness of parts of the floor.
 vec3 surface(vec3 normal, vec3 direction, float t, int steps, bool hit, vec3 behind) {
     vec3 eye = camera[3].xyz;
     vec3 p = eye + t * direction, albedo = vec3(0.0);

@@ -2,17 +2,17 @@
 #include "place.glsl"
 #include "skip.glsl"
 #include "march.glsl"
-uniform sampler2D normals; // what normals.glsl wrote, pixel by pixel
+uniform sampler2D normals; // output of normals.glsl
 
-// A pass of a frame, where near.glsl, or rest.glsl, lets a ray through: traces it, from where normals.glsl has left it, if
-// that has had a first look.
-// color: (t, steps, level that the ray ended in, or minus the level that it was at when it was out of rounds, hit).
+// Pass of a frame, where near.glsl or rest.glsl sets the mask: traces rays, from the state in which a first look
+// (normals.glsl) has left them, if there was one.
+// color: (t, steps, last level, or minus the level of a ray that has used all its rounds, hit).
 void main() {
     vec3 eye = camera[3].xyz;
     vec3 direction = camera_ray(place(), resolution, camera, focal);
     float footprint = 2.0 / (focal * resolution.y);
     vec4 left = texelFetch(normals, ivec2(gl_FragCoord.xy), 0);
-    if (left.a > 0.0) { // it has hit, and draws because others of its block do
+    if (left.a > 0.0) { // a hit already; drawn because of other pixels of its block
         color = vec4(left.a, 1.0, float(level), 1.0);
         return;
     }

@@ -2,11 +2,11 @@
 #include "march.glsl"
 #include "look.glsl"
 #include "worn_level.glsl"
-uniform bool first; // whether rays have a first look, which is of the level that is traced
-// traced(): march(), and the normal, of length 1, where the ray meets the surface, for shaders whose loops CPUs leave.
-// With a first look a ray takes one step from where the grid of cells has left it, and the gradient there most often ends
-// it; the others go on. The field and its gradient are called in one place each, since drivers copy them into each.
-// pixel: the point of the image that the ray goes through, pixels, origin bottom left; the others: see march().
+uniform bool first; // whether rays take a first look
+// traced(): march(), and the surface's normal, length 1, in one program.
+// In a first look, a ray takes one step from the end of the empty cells, and the gradient there usually ends it; the other
+// rays continue. The field and its gradient are each called at one place, since drivers inline them at every call.
+// pixel: point of the image, pixels, origin bottom left; march() explains the other arguments.
 Hit traced(vec3 origin, vec3 direction, float footprint, vec2 pixel, out vec3 normal) {
     vec2 span = ball(origin, direction, 1.0 + delta[level - 1]);
     Hit ray = entering(span);

@@ -1,8 +1,8 @@
 #include "dither.glsl"
 #include "srgb.glsl"
-// The window's picture onto the screen: the refined samples where there are any, elsewhere the coarse picture.
+// Draws the window's picture onto the screen: the fine picture where it has samples, elsewhere the coarse one.
 uniform sampler2D coarse; // sRGB
-uniform sampler2D fine; // sums of linear light; alpha: how many samples they have
+uniform sampler2D fine; // sums of linear light; alpha: number of samples
 uniform vec2 corner; // of the picture on the screen, pixels
 uniform vec2 size; // of the picture on the screen, pixels
 uniform float divider; // column with a line between the halves of a split picture; below -1: none

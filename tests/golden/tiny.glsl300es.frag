@@ -28,9 +28,9 @@ uniform vec3 background_bottom; // vec3(0.13, 0.14, 0.17): sRGB
 uniform vec3 background_top; // vec3(0.33, 0.36, 0.41): sRGB
 out vec4 color;
 
-// sine(), cosine(): of each component, within 6e-7 for |x| < 1e4, where sin() may be coarse (2e-4 on SwiftShader at any
-// argument; GLSL ES and D3D promise little). x: radians. The argument is reduced to [-pi, pi] first: 2 pi is taken off in
-// two parts, of which the first, 6.28125, times a whole number below 2^16 is exact. Minimax polynomials.
+// sine(), cosine(): of each component, radians, within 6e-7 for |x| < 1e4. sin() may be less accurate (2e-4 on SwiftShader;
+// GLSL ES and D3D guarantee little). The argument is reduced to [-pi, pi] by subtracting 2 pi in two parts; the first,
+// 6.28125, is exact when multiplied by a whole number below 2^16. Minimax polynomials.
 vec4 reduced(vec4 x) {
     vec4 turns = round(x * 0.159154943);
     return (x - turns * 6.28125) - turns * 0.00193530718;
@@ -49,8 +49,8 @@ vec4 cosine(vec4 x) {
     vec4 p = s * (s * (s * 1.724760890e-9 - 2.707977564e-7) + 2.476996628e-5) - 1.388780784e-3;
     return s * (s * (s * p + 4.166649020e-2) - 0.4999998919) + 0.9999999892;
 }
-// half_width(): half the width of a level's band at a point p, model space. Reads delta[]. Texts whose bands are narrower in
-// places have narrow_bands.glsl in place of this.
+// half_width(): half-width of a level's band at a point p, model space. Reads delta[]. narrow_bands.glsl replaces this file
+// if the half-width depends on p.
 float half_width(vec3 p, int level) { return delta[level - 1]; }
 
 const mat4 w1_0_0_0 = mat4(.913, -3.223, .711, 2.9, -1.535, 2.088, 1.53, 2.106, -3.06, 2.752, .291, -3.315, .715, -.933, .459, -.649);
@@ -171,30 +171,29 @@ const uint few_cells[64] = uint[](
 286332833u,286331345u,345051585u,293671185u,286351633u,286352145u,286331340u,286331153u,
 286331153u,1997607185u,3926988561u,3574665489u,286335256u,286662936u,286333559u,353443089u
 );
-// camera_ray(): direction, length 1, model space, of the ray through a point of the image.
+// camera_ray(): direction of the ray through a point of the image; length 1, model space.
 // pixel, resolution: pixels, origin bottom left; camera: columns right, up, back, eye; focal: 1 / tan(fov / 2), vertical.
 vec3 camera_ray(vec2 pixel, vec2 resolution, mat4 camera, float focal) {
     vec2 plane = (2.0 * pixel - resolution) / resolution.y;
     return normalize(mat3(camera) * vec3(plane, -focal));
 }
-// skip(): how far along a ray the surface may be, by a grid that is looked at in place of the field; t itself at least.
-// origin, direction: model space; t, far: distances along the ray, at which it is and at which it leaves the ball.
-// footprint, step_scale: see march.glsl. before: where the last free sphere is along the ray, and its radius; 0: none.
+// skip(): advances a ray by a grid of cells instead of the field; returns the new distance, at least t.
+// origin, direction: model space; t, far: current distance along the ray, and distance at which it leaves the ball.
+// footprint, step_scale: see march.glsl. before: distance of the last free sphere, and its radius; radius 0: none.
 // The grid (field/cells.py) fills a cube around the origin. The texel of an empty cell, below CELL_EMPTY, is
-// the binary logarithm of the edge, in cells, of the largest empty cube that holds it, of those whose edges and corners are
-// multiples of a power of 2. The others stand for values in the cells' middles, in edges of a cell. Between these, they
-// are no more than the distance to the surface: rays are sphere traced in them up to CELL_CLOSE pixels.
-// A ray looks at the grid CELL_LOOKS times at most (cells.glsl); looks: how often it has.
-// NEAR: gaps: radius of a free sphere above which a relaxed step is a plain one (march.glsl). With a fine grid rays take so
-// few steps that plain ones cost little, and past spheres of over a pixel a few rays miss a fold.
-// CELLS: the grid is a texture, and fine. FEW_CELLS: the text before has it, of 4 bits for a cell, from the lowest ones up,
-// 0 for an empty one; it is of the last level with the bands as they were. Without both there is none, and nothing is
-// skipped.
+// log2 of the edge, in cells, of the largest aligned empty cube (power-of-2 edge and corners) that contains the cell. Other
+// texels encode values at the cells' centers, in cell edges. Interpolated, they never exceed the distance to the surface:
+// rays are sphere traced in them up to CELL_CLOSE pixels.
+// A ray reads the grid at most CELL_LOOKS times (cells.glsl); looks: number of reads so far.
+// NEAR: radius of a free sphere, in gaps, above which an over-relaxed step becomes plain (march.glsl). With a fine grid rays
+// take few steps, so plain steps cost little, and over-relaxation past spheres of over a pixel misses a few folds.
+// CELLS: the grid is a fine texture. FEW_CELLS: the grid is in the text above, 4 bits per cell, lowest bits first, 0 for an
+// empty cell, valid for the last level and the original bands. Without either, nothing is skipped.
 #ifdef CELLS
 const float NEAR = 1.0;
 uniform highp usampler3D cells;
-uniform int cell_count; // along an edge; 0: no grid, nothing is skipped
-uniform float cells_half; // half the edge of the cube, model units
+uniform int cell_count; // along an edge; 0: no grid
+uniform float cells_half; // half of the cube's edge, model units
 
 uint cell_code(ivec3 cell) { return texelFetch(cells, clamp(cell, 0, cell_count - 1), 0).r; }
 
@@ -214,10 +213,10 @@ bool cells_hold() { return level == LEVELS && delta[0] == CELLS_DELTA; }
 #define CELLS
 #endif
 #ifdef CELLS
-// cells.glsl: how rays skip the grid that cell_code() reads; see skip.glsl. Reads cell_count, cells_half, cells_hold().
+// skip() by the grid of cells; skip.glsl explains it. Reads cell_code(), cell_count, cells_half, cells_hold().
 const int CELL_LOOKS = 512;
 const uint CELL_EMPTY = 8u;
-const float CELL_REACH = 1.1258330; // largest value, of an empty cell, too
+const float CELL_REACH = 1.1258330; // largest value, also of an empty cell
 const float CELL_CLOSE = 0.2; // pixels
 
 float cell_value(ivec3 cell) {
@@ -225,14 +224,14 @@ float cell_value(ivec3 cell) {
     return code < CELL_EMPTY ? CELL_REACH : (float(code) / 123.5 - 131.5 / 123.5) * CELL_REACH;
 }
 
-// Values between four cells of a layer: share of the way from `low` to the next ones in x and y.
+// Interpolates between four cells of a layer. share: position between `low` and the next cells in x and y.
 float cell_layer(ivec3 low, vec3 share) {
     float nearer = mix(cell_value(low), cell_value(low + ivec3(1, 0, 0)), share.x);
     float farther = mix(cell_value(low + ivec3(0, 1, 0)), cell_value(low + ivec3(1, 1, 0)), share.x);
     return mix(nearer, farther, share.y);
 }
 
-// What may be divided by.
+// A number that is safe to divide by.
 float slanted(float along) { return along == 0.0 ? 0.000001 : along; }
 
 float skip(vec3 origin, vec3 direction, float t, float far, float footprint, float step_scale, inout vec2 before,
@@ -271,7 +270,7 @@ float skip(vec3 origin, vec3 direction, float t, float far, float footprint, flo
     return t;
 }
 #endif
-// background(): soft vertical gradient, sRGB. A dark one is darker towards the corners, a light one stays clean.
+// background(): vertical gradient, sRGB. A dark gradient gets darker toward the corners.
 // pixel, resolution: pixels, origin bottom left; bottom, top: sRGB.
 vec3 background(vec2 pixel, vec2 resolution, vec3 bottom, vec3 top) {
     vec2 plane = pixel / resolution;
@@ -279,54 +278,52 @@ vec3 background(vec2 pixel, vec2 resolution, vec3 bottom, vec3 top) {
     float dark = 1.0 - smoothstep(0.45, 0.75, dot(bottom + top, vec3(1.0 / 6.0)));
     return mix(bottom, top, smoothstep(0.0, 1.0, plane.y)) * (1.0 - 0.35 * dark * dot(corner, corner));
 }
-// ball(): where a ray meets the ball of a radius around the origin.
+// ball(): intersection of a ray with a ball around the origin.
 // origin, direction: model space, direction of length 1; radius: model units.
-// Returns (entry, exit) along the ray, entry > exit where it misses.
+// Returns the distances (entry, exit) along the ray; entry > exit if it misses.
 vec2 ball(vec3 origin, vec3 direction, float radius) {
     float b = dot(origin, direction);
     float h = b * b - dot(origin, origin) + radius * radius;
     return h < 0.0 ? vec2(1.0, -1.0) : vec2(-sqrt(h), sqrt(h)) - b;
 }
-// The schedules of sphere tracing, values of the uniform `schedule`: march.glsl says what they are.
+// Values of the uniform `schedule`; march.glsl explains them.
 const int SCHEDULE_PLAIN = 0;
 const int SCHEDULE_RELAXED = 1;
 // march(): multiscale sphere tracing (Section 3.2, Appendix C): f_1 - delta_1, then f_2 - delta_2, ..., then f_level.
 // origin, direction: model space, direction of length 1; footprint: width of a pixel at distance 1.
-// rounds: how often the sequence of levels is gone through; step_scale: factor on every step; schedule: see below.
+// rounds: largest number of passes through the levels; step_scale: factor on every step; schedule: see below.
 // Reads delta[], iterations[], step_bound[], band_step_bound[] (one per level), field(), half_width(), skip() and NEAR. The
-// bounds are factors on a level's steps: 1 where whole ones pass through no part of the shape, less where f exceeds the
-// distance by too much.
+// bounds are factors on a level's steps: 1 if full steps never cross the surface, less if f exceeds the distance.
 //
-// Two things are added to the paper's scheme, against holes (benchmarks/holes.py). A ray that leaves a band without
-// having met the surface goes back to the coarser level, and the levels are gone through again: hence rounds. And a
-// band's offset surface is traced at its half width / 1.3, where delta / 1.3 = max |f_i(x_j)| (Eq. 5), so that a ray
-// crosses the band's border in finitely many steps. A ray that begins inside the shape, or goes back behind the eye, is
-// done. A ray stops within 1/20 pixel of the surface; one that is out of rounds hits within 1/2 pixel.
+// Two additions to the paper's scheme prevent holes (benchmarks/holes.py). A ray that leaves a band without a hit returns
+// to the coarser level, and passes through the levels again: hence rounds. And a band's offset surface is traced at
+// half-width / 1.3, where delta / 1.3 = max |f_i(x_j)| (Eq. 5), so that a ray crosses the band's border in finitely many
+// steps. A ray ends if it starts inside the shape or moves behind the eye. A ray stops within 1/20 pixel of the surface;
+// a ray that has used all its rounds hits within 1/2 pixel.
 //
-// SCHEDULE_PLAIN: a step is as long as the free sphere's radius, and all rays go through the levels together: on a GPU
-// the branches on the level are uniform.
-// SCHEDULE_RELAXED: skip() leaves out empty space, each step is taken by the finest level defined where it begins, and
-// it goes where the surface is expected, but only so far that its sphere and the next one overlap (stride()). Large
-// spheres may be none: far from the shape, the field may exceed the distance by a third. Steps are plain there.
-const float STEEPEST = 4.0; // slope between a free sphere and a point inside above which the sphere is taken to be none
-const float GAP = 0.005; // model units, of pixels that are wider: largest gap between two free spheres
+// SCHEDULE_PLAIN: a step is the free sphere's radius, and all rays pass through the levels together, so that branches on
+// the level are uniform on a GPU.
+// SCHEDULE_RELAXED: over-relaxed. skip() jumps over empty space, the finest level defined at a point takes the step, and
+// the step goes to where the surface is expected, but no farther than consecutive spheres overlap (stride()). Far from the
+// shape, the field may exceed the distance by a third and spheres may not be free: steps are plain there.
+const float STEEPEST = 4.0; // slope between a free sphere and a point inside, above which the sphere was not free
+const float GAP = 0.005; // largest gap between two free spheres, model units, if a pixel is wider
 
 struct Hit {
     bool hit;
     float t;
-    int level; // where it is; minus that where it is done
+    int level; // current level; negative once the ray has ended
     int steps;
 };
 
-// The radius of the sphere around a ray that is free of the shape by f, the field of level `reached`, whose band has the
-// half width `width` there.
+// Radius of the free sphere around a ray's point. f: field of the level `reached` there; width: half-width of its band.
 float free_radius(float f, float width, int reached, int level, float step_scale) {
     bool last = reached == level;
     float bound = last ? step_bound[reached - 1] : band_step_bound[reached - 1];
     return step_scale * bound * (last ? f : f - width / 1.3);
 }
 
-// Moves a ray by a step, and tells whether it hits there or is done.
+// Moves a ray by a step, and sets whether it hits or ends.
 void move(inout Hit ray, float change, float f, int reached, int level, float pixel, float far) {
     bool last = reached == level;
     ray.t += change;
@@ -334,8 +331,8 @@ void move(inout Hit ray, float change, float f, int reached, int level, float pi
     ray.level = last && abs(f) < 0.05 * pixel || ray.t > far || ray.t < 0.0 ? -reached : reached;
 }
 
-// One plain step of a ray that is at ray.level, where the field is f, of the finest level `reached` that is defined, and
-// the half width of its band is `width`.
+// One plain step of a ray at ray.level. f: field of `reached`, the finest level defined there; width: half-width of its
+// band.
 void advance(inout Hit ray, float f, float width, int reached, int level, float footprint, float far,
              float step_scale) {
     ++ray.steps;
@@ -346,13 +343,13 @@ void advance(inout Hit ray, float f, float width, int reached, int level, float 
     move(ray, free_radius(f, width, reached, level, step_scale), f, reached, level, footprint * ray.t, far);
 }
 
-// One relaxed step. before: where the last free sphere is along the ray, and its radius; 0: there is none.
+// One over-relaxed step. before: distance of the last free sphere along the ray, and its radius; radius 0: none.
 //
-// The radii of this sphere and the last one say how fast the surface comes near. The step goes where it would be met, but
-// no farther than nine tenths of the way to where the next sphere, if they go on like that, is a pixel away from this one;
-// and where that turns out wrong, with a gap of over a pixel, back to the end of the last sphere (Keinert et al., Enhanced
-// sphere tracing, 2014; Balint and Valasek, Accelerating sphere tracing, 2018). Past the surface, false position between
-// the two, on to before the last sphere where the slope says that this one was not free: the grid may be wrong.
+// The radii of the last two spheres predict the surface. The step goes there, but no farther than 0.9 of the step after
+// which the predicted next sphere would be a pixel from this one. If the prediction fails, with a gap of over a pixel, the
+// ray returns to the end of the last sphere (Keinert et al., Enhanced sphere tracing, 2014; Balint and Valasek,
+// Accelerating sphere tracing, 2018). Past the surface: false position between the last two points, even back beyond the
+// last sphere if the slope shows that it was not free, since the grid may be wrong.
 void stride(inout Hit ray, inout vec2 before, float f, float width, int reached, int level, float footprint,
             float far, float step_scale) {
     ++ray.steps;
@@ -384,17 +381,17 @@ void stride(inout Hit ray, inout vec2 before, float f, float width, int reached,
     move(ray, change, f, reached, level, pixel, far);
 }
 
-// Takes a ray, between two relaxed steps, past what the grid says is empty; it is done where that is all that is left.
-// looks: how often it has looked at the grid.
+// Moves a ray, between two over-relaxed steps, past empty cells of the grid; ends it if only those are left.
+// looks: number of reads of the grid so far.
 void leave_out(inout Hit ray, inout vec2 before, inout int looks, vec3 origin, vec3 direction, float footprint,
                float far, float step_scale) {
-    if (ray.level == 1 && ray.t > 0.0) { // an eye inside the shape is found out first
+    if (ray.level == 1 && ray.t > 0.0) { // first check for an eye inside the shape
         ray.t = skip(origin, direction, ray.t, far, footprint, step_scale, before, looks);
         if (ray.t > far) ray.level = ray.steps > 0 ? -1 : 0;
     }
 }
 
-// Traces a ray that is somewhere on its way; far: where it leaves the ball; before: see stride(); once: by one step.
+// Traces a ray from its current point. far: where it leaves the ball; before: see stride(); once: take only one step.
 void march_on(inout Hit ray, inout vec2 before, vec3 origin, vec3 direction, float footprint, int level, int rounds,
               float step_scale, int schedule, float far, bool once) {
     int looks = 0;
@@ -418,7 +415,7 @@ void march_on(inout Hit ray, inout vec2 before, vec3 origin, vec3 direction, flo
     }
 }
 
-// A ray where it enters the ball, which it is in between the distances of `span`; it is done where it misses.
+// Returns a ray at its entry into the ball; it has ended if it misses. span: distances (entry, exit).
 Hit entering(vec2 span) {
     return Hit(false, max(span.x, 0.0), span.x < span.y && span.y > 0.0 ? 1 : 0, 0);
 }
@@ -430,12 +427,12 @@ Hit march(vec3 origin, vec3 direction, float footprint, int level, int rounds, f
     march_on(ray, before, origin, direction, footprint, level, rounds, step_scale, schedule, span.y, false);
     return ray;
 }
-// to_floor(): distance along a ray to the floor of the studio; -1 where it does not meet the floor from above.
+// to_floor(): distance along a ray to the studio's floor; -1 if the ray does not meet it from above.
 // origin, direction: model space, direction of length 1; ground: height of the floor.
 float to_floor(vec3 origin, vec3 direction, float ground) {
     return direction.y < 0.0 && origin.y > ground ? (ground - origin.y) / direction.y : -1.0;
 }
-// heat(): colour, sRGB, of a share in [0, 1]: black, violet, red, orange, pale yellow.
+// heat(): color map of [0, 1], sRGB: black, violet, red, orange, pale yellow.
 vec3 heat(float share) {
     float x = 4.0 * clamp(share, 0.0, 1.0);
     vec3 colour = mix(vec3(0.01, 0.01, 0.05), vec3(0.32, 0.07, 0.45), clamp(x, 0.0, 1.0));
@@ -449,7 +446,7 @@ vec3 linear(vec3 srgb) {
     return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(vec3(0.04045), c));
 }
 // phong(): Phong shading with one key light, a sky above and a warm ground below, linear light.
-// Above 0.6, where white is lit, a shoulder keeps shades apart that would all be clipped to 1.
+// Above 0.6, a shoulder compresses values that would be clipped to 1.
 // albedo: linear; normal, view (to the eye), light (to the light), up: length 1, one space for all.
 vec3 phong(vec3 albedo, vec3 normal, vec3 view, vec3 light, vec3 up) {
     float key = max(dot(normal, light), 0.0);
@@ -460,7 +457,7 @@ vec3 phong(vec3 albedo, vec3 normal, vec3 view, vec3 light, vec3 up) {
     vec3 over = max(lit - 0.6, vec3(0.0));
     return lit - over + over / (1.0 + 2.0 * over);
 }
-// The shading modes, values of the uniform `shading`: shade.glsl says what they show.
+// Values of the uniform `shading`; shade.glsl defines them.
 const int SHADE_PHONG = 0;
 const int SHADE_NORMAL = 1;
 const int SHADE_DEPTH = 2;
@@ -473,7 +470,7 @@ vec3 srgb(vec3 linear) {
     vec3 c = clamp(linear, 0.0, 1.0);
     return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(vec3(0.0031308), c));
 }
-// shade(): colour, sRGB, of the surface at p under one of the shading modes.
+// shade(): color of the surface, sRGB, in a shading mode.
 // normal: length 1; direction: of the ray, length 1; t: distance along it; steps: taken by march().
 // albedo: sRGB; light (to the light), up: length 1. All in model space. eye: distance of the eye from the origin.
 vec3 shade(int shading, vec3 normal, vec3 direction, float t, float eye, int steps, vec3 albedo, vec3 light, vec3 up) {
@@ -484,17 +481,17 @@ vec3 shade(int shading, vec3 normal, vec3 direction, float t, float eye, int ste
     return srgb(phong(linear(albedo), normal, -direction, light, up));
 }
 #ifndef WITHOUT_STUDIO
-// key_light(): direction to the key light of the studio, length 1, model space. It turns with the camera around the y axis
-// alone, so that a look from above or below leaves shadows where they are, and it stays above the floor.
+// key_light(): direction to the studio's key light, length 1, model space. The light follows the camera only around the y
+// axis, so that shadows stay when the camera tilts, and stays above the floor.
 // light: the uniform; camera: columns right, up, back, eye.
 vec3 key_light(vec3 light, mat4 camera) {
     vec3 toward = normalize(light);
     vec3 right = camera[0].xyz;
     return normalize(toward.x * right + vec3(0.0, max(toward.y, 0.35), 0.0) + toward.z * vec3(-right.z, 0.0, right.x));
 }
-// coarse(): level 1's field at any point p, model space. The network knows the unit ball, which holds the shape. Since the
-// ball is convex, a point outside is at least as far from the shape as the hypotenuse of the way to the ball and the
-// distance from there.
+// coarse(): level 1's field at any point p, model space. The network is trained in the unit ball, which contains the shape.
+// Outside, the distance is at least the hypotenuse of the distance to the ball and the field at the ball's nearest point,
+// because the ball is convex.
 float coarse(vec3 p) {
     float far = sqrt(dot(p, p));
     int reached;
@@ -503,32 +500,32 @@ float coarse(vec3 p) {
     float inside = max(f, 0.0);
     return outside > 0.0 ? sqrt(outside * outside + inside * inside) : f;
 }
-// openness(): how much of the sky (x) and of the key light (y) a point sees, each in [0, 1], traced through level 1 alone;
-// z: how far the point is outside of level 1's surface.
-// p: of the surface, or of the floor where `floored`, model space; normal, light (to the light): length 1; ground: height
-// of the floor.
+// openness(): visible shares of the sky (x) and of the key light (y), each in [0, 1], from level 1 only; z: field of level 1
+// at p.
+// p: on the surface, or on the floor if `floored`, model space; normal, light (to the light): length 1; ground: height of
+// the floor.
 //
-// The sky: the field at SKY_TAPS points on the normal, the farthest first; what it falls short of their distance from p is
-// occluded (Evans, Fast approximations for global illumination on dynamic scenes, 2006). Where a point above the floor
-// has next to nothing around it as far as that, the nearer ones have not, either.
-// The light is a disc. Along a ray to its middle, the field over the way so far tells how far the shape is from that ray,
-// in radii of the disc: from -1, where it hides the disc, to 1. Its least value is that of a parabola through three
-// samples: the least sample itself would show the steps as stripes. The ray ends where all that is left of it in the unit
-// ball, as wide as the disc, is free, and where it has left the shape behind and is far from it.
-// Where the unit ball, which holds the shape, is too far to matter, the network is not asked.
+// Sky: the field at SKY_TAPS points on the normal, farthest first. A field below the point's distance from p means
+// occlusion (Evans, Fast approximations for global illumination on dynamic scenes, 2006). If a point above the floor has
+// almost no occlusion, neither have the nearer points.
+// Light: a disk. Along a ray to its center, the ratio of the field to the traveled distance is the distance between ray and
+// shape in radii of the disk, from -1, where the shape hides the disk, to 1. The minimum comes from a parabola through
+// three samples: the least sample itself would show stripes. The ray ends where its remaining cone in the unit ball is
+// free, or where it is past the shape and far from it.
+// The network is not evaluated where the unit ball, which contains the shape, is too far to matter.
 const int SKY_TAPS = 5;
 const int LIGHT_STEPS = 20;
-const float SKY_REACH = 0.7; // of the last tap, model units
-const float SKY_WEIGHTS = 3.2; // of all taps together
-const float ENOUGH = 0.85; // of a point's distance from the floor: so much around it is next to nothing
-const float LIGHT_SIZE = 0.16; // radius of the disc over its distance
-const float CLEAR = 0.8; // of what is left of a ray in the ball, and of the disc's radius there: this is free
-const float BEHIND = 0.4; // model units beyond the middle of the ball, toward the light, from which on a ray may end
-const float AWAY = 4.0; // radii of the disc from the shape at which it does
-const float LIFT = 0.25; // way from p, model units, after which level 1 counts as it is: p may be off its surface
+const float SKY_REACH = 0.7; // distance of the farthest tap, model units
+const float SKY_WEIGHTS = 3.2; // sum of the weights of all taps
+const float ENOUGH = 0.85; // field over a tap's distance above which occlusion counts as none
+const float LIGHT_SIZE = 0.16; // radius of the disk over its distance
+const float CLEAR = 0.8; // field over the rest of the ray in the ball plus the cone's end radius, above which it is free
+const float BEHIND = 0.4; // model units past the ball's center, toward the light, after which a ray may end
+const float AWAY = 4.0; // distance from the shape at which it ends, radii of the disk
+const float LIFT = 0.25; // distance from p over which the field at p is subtracted, model units: level 1 may not be 0 at p
 
 vec3 openness(vec3 p, vec3 normal, vec3 light, float ground, bool floored) {
-    float nearest = -dot(p, light); // where the ray to the light is nearest to the ball
+    float nearest = -dot(p, light); // distance along the light's ray to its point nearest to the origin
     float passed = dot(p, p) - nearest * nearest;
     float beside = 1.0 + LIGHT_SIZE * max(nearest, 0.0);
     bool shaded = dot(normal, light) > -LIGHT_SIZE && passed < beside * beside && (nearest > 0.0 || dot(p, p) < 1.0);
@@ -537,7 +534,7 @@ vec3 openness(vec3 p, vec3 normal, vec3 light, float ground, bool floored) {
     float occluded = 0.0;
     float cover = 1.0;
     float t = max(0.03, nearest - sqrt(max(1.0 - passed, 0.1)));
-    vec2 before = vec2(0.0, 1.0); // (way, field over it) of the sample before
+    vec2 before = vec2(0.0, 1.0); // (distance, field over distance) of the previous sample
     vec2 last_but_one = vec2(-1.0, 1.0);
     for (int i = floored ? 1 : 0; i <= last; ++i) {
         bool tap = i <= SKY_TAPS;
@@ -581,14 +578,14 @@ vec3 openness(vec3 p, vec3 normal, vec3 light, float ground, bool floored) {
     float sky = clamp(1.0 - occluded / SKY_WEIGHTS, 0.0, 1.0);
     return vec3(sky, 0.25 * (1.0 + cover) * (1.0 + cover) * (2.0 - cover), here);
 }
-// studio(): the surface under a large key light and a sky, above a floor that throws light back; linear light.
-// Above 0.6, where white is lit, a shoulder keeps shades apart that would all be clipped to 1 (phong.glsl).
+// studio(): the surface under a large key light and a sky, above a floor that reflects light; linear light.
+// Above 0.6, a shoulder compresses values that would be clipped to 1 (phong.glsl).
 // albedo: linear; normal, view (to the eye), light (to the key light): length 1, model space; open: openness(); delta:
-// half width of level 1's band; height: above the floor, model units.
+// half-width of level 1's band; height: above the floor, model units.
 vec3 studio(vec3 albedo, vec3 normal, vec3 view, vec3 light, vec3 open, float delta, float height) {
-    // Where the surface lies within level 1's, it is in a crease that level 1 does not have.
+    // A surface inside level 1's is in a crease that level 1 lacks.
     float sky = open.x * clamp(1.0 + 0.6 * open.z / delta, 0.5, 1.0);
-    // A light as large as a fifth of its distance is seen from a little behind the horizon, too.
+    // A light as large as a fifth of its distance is still visible slightly below the horizon.
     float facing = dot(normal, light);
     float rising = clamp(facing + 0.2, 0.0, 0.4);
     float key = open.y * max(facing, 1.25 * rising * rising);
@@ -603,10 +600,10 @@ vec3 studio(vec3 albedo, vec3 normal, vec3 view, vec3 light, vec3 open, float de
     vec3 over = max(lit - 0.6, vec3(0.0));
     return lit - over + over / (1.0 + 2.0 * over);
 }
-// floor_colour(): the floor of the studio, linear light: it is the backdrop itself, in the light of the key and the sky
-// as far as it sees them, so that neither has an end. On a dark backdrop the key light leaves a pool of light.
+// floor_colour(): the studio's floor, linear light: the backdrop's color times the visible key light and sky, so that floor
+// and backdrop blend. On a dark backdrop, the key light makes a bright pool.
 // backdrop: linear; p: on the floor, model space; light: to the key light, length 1; open: openness(); above: height of
-// the eye above the floor, model units; from below there is no floor.
+// the eye above the floor, model units; the floor is invisible from below.
 vec3 floor_colour(vec3 backdrop, vec3 p, vec3 light, vec3 open, float above) {
     float key = 0.9 * light.y;
     float sky = 0.45;
@@ -617,16 +614,16 @@ vec3 floor_colour(vec3 backdrop, vec3 p, vec3 light, vec3 open, float above) {
     return backdrop * mix(1.0, lit * pool, smoothstep(0.0, 0.3, above));
 }
 #endif
-uniform bool plain; // leaves the model's colours out
-// base_colour(): sRGB, of the surface at p, model space.
+uniform bool plain; // omits the model's colors
+// base_colour(): color of the surface at p, model space; sRGB.
 vec3 base_colour(vec3 p) {
     return plain ? vec3(0.80, 0.74, 0.66) : albedo(p);
 }
-// surface(): colour, sRGB, of a pixel whose ray has met the surface, under the mode `shading`, or the studio's floor.
-// normal: of the surface, and direction: of the ray, length 1, model space; t: distance along it; steps: taken by march();
-// hit: whether it is the surface that the ray has met; behind: sRGB, of the background in this pixel.
-// With WITHOUT_STUDIO the mode is not SHADE_STUDIO, which compiles longer than all others together. With FLOOR_LIGHT,
-// floor_light.glsl knows how open some of the floor is.
+// surface(): color, sRGB, of a pixel whose ray meets the surface or the studio's floor, in the mode `shading`.
+// normal: of the surface; direction: of the ray; both length 1, model space. t: distance along the ray; steps: of march();
+// hit: whether the ray meets the surface, not the floor; behind: the background's color in this pixel, sRGB.
+// WITHOUT_STUDIO: the mode is not SHADE_STUDIO, which compiles longer than all others together. FLOOR_LIGHT:
+// floor_light.glsl has the openness of parts of the floor.
 vec3 surface(vec3 normal, vec3 direction, float t, int steps, bool hit, vec3 behind) {
     vec3 eye = camera[3].xyz;
     vec3 p = eye + t * direction, albedo = vec3(0.0);
@@ -646,12 +643,12 @@ vec3 surface(vec3 normal, vec3 direction, float t, int steps, bool hit, vec3 beh
     return shade(shading, normal, direction, t, length(eye), steps, albedo, normalize(mat3(camera) * light), camera[1].xyz);
 }
 
-// seen(): what a ray that was traced sees. rgb is sRGB, a is 1 on the surface and 0 on the background.
-// SHADE_DATA gives (t, steps, level that the ray ended in, hit) instead; level 0: it never came near the shape.
-// normal: of the surface that it has hit, and direction: of the ray, length 1, model space; pixel: the point of the image
-// that it goes through, pixels, origin bottom left.
+// seen(): color of a traced ray. rgb is sRGB, a is 1 on the surface and 0 on the background.
+// SHADE_DATA returns (t, steps, last level, hit) instead; level 0: the ray never came near the shape.
+// normal: of the surface; direction: of the ray; both length 1, model space. pixel: point of the image, pixels, origin
+// bottom left.
 vec4 seen(Hit ray, vec3 normal, vec3 direction, vec2 pixel) {
-    // Never true; a shader that may discard compiles in half the time on llvmpipe (one variant instead of two).
+    // Never true. With a discard, llvmpipe compiles one variant of the shader instead of two.
     if (resolution.x < 0.0) discard;
     vec4 colour = vec4(background(pixel, resolution, background_bottom, background_top), float(ray.hit));
     float t = ray.hit || shading != SHADE_STUDIO ? ray.t : to_floor(camera[3].xyz, direction, ground);
@@ -661,18 +658,18 @@ vec4 seen(Hit ray, vec3 normal, vec3 direction, vec2 pixel) {
     if (shading == SHADE_DATA) colour = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));
     return colour;
 }
-uniform float split; // share of the width, from the left, that wears the traced level's own normals
-// worn_level(): the level whose gradient is the normal of a pixel; pixel: pixels, origin bottom left.
+uniform float split; // share of the width, from the left, with the traced level's own normals
+// worn_level(): level whose gradient is the normal of a pixel; pixel: pixels, origin bottom left.
 int worn_level(vec2 pixel) {
     return pixel.x < split * resolution.x ? level : normal_level;
 }
-// normal_at(): the surface's normal at a point p, model space, which the ray of a pixel has met; length 1.
+// normal_at(): the surface's normal, length 1, at p, model space, where the ray of a pixel hits.
 // pixel: pixels, origin bottom left.
 vec3 normal_at(vec3 p, vec2 pixel) {
     return normalize(field_gradient(p, worn_level(pixel)).xyz);
 }
 
-// fragment(): what the ray through a point of the image sees, see seen(). pixel: pixels, origin bottom left.
+// fragment(): traces the ray through a point of the image, and returns seen(). pixel: pixels, origin bottom left.
 vec4 fragment(vec2 pixel) {
     vec3 direction = camera_ray(pixel, resolution, camera, focal);
     Hit ray = march(camera[3].xyz, direction, 2.0 / (focal * resolution.y), level, rounds, step_scale, schedule);
