@@ -12,7 +12,6 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -40,24 +39,19 @@ HELD_OUT, CAMERA_SIZE = 8, (1600, 1200)
 
 
 def run(*command: object, timeout: float | None = None, check: bool = False) -> subprocess.CompletedProcess[str]:
-    """Run a command; print what it prints, and return it with both streams in stdout."""
-    print("$", *command, flush=True)
-    done = subprocess.run(
-        [str(word) for word in command],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        encoding="utf-8",
-        errors="replace",
-        timeout=timeout,
-        check=False,
-    )
-    print(done.stdout[-4000:], flush=True)
-    if check and done.returncode:
-        raise SystemExit(f"{command[0]} failed with {done.returncode}: {done.stdout[-300:]}")
-    return done
-
-
-MPLICITS = (sys.executable, "-m", "mplicits")
+    """Run a command; print its output, and return it with both streams in stdout; 124 is the code after a timeout."""
+    words = [str(word) for word in command]
+    print("$", *words, flush=True)
+    try:
+        done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=timeout, check=False)
+        code, output = done.returncode, done.stdout
+    except subprocess.TimeoutExpired as late:
+        code, output = 124, (late.stdout or b"") + f"\nstopped after {timeout} s".encode()
+    text = output.decode("utf-8", "replace")
+    print(text[-4000:], flush=True)
+    if check and code:
+        raise SystemExit(f"{words[0]} failed with {code}: {text[-300:]}")
+    return subprocess.CompletedProcess(words, code, text)
 
 
 def model_of(name: str) -> str:
@@ -144,10 +138,9 @@ def sanitizer(results: Results) -> None:
         return
     draw = (build("spot"), "--variant", "fused", "--size", 128, "-o", results.folder / "sanitized.ppm")
     for tool in ("memcheck", "racecheck", "synccheck", "initcheck"):
-        with suppress(subprocess.TimeoutExpired):
-            done = run("compute-sanitizer", "--tool", tool, "--error-exitcode", 9, *draw, timeout=25)
-            said = (done.stdout.strip().splitlines() or [""])[-1]
-            results.add("tools", {"tool": tool, "exit": done.returncode, "said": said})
+        done = run("compute-sanitizer", "--tool", tool, "--error-exitcode", 9, *draw, timeout=25)
+        said = (done.stdout.strip().splitlines() or [""])[-1]
+        results.add("tools", {"tool": tool, "exit": done.returncode, "said": said})
 
 
 def table2(results: Results) -> None:
@@ -211,8 +204,9 @@ def glsl(results: Results) -> None:
         raise SystemExit(f"{context.renderer} is software: the driver's EGL was not found")
     sizes = [(64, 64)] if REHEARSAL else [(512, 512), (1920, 1080), (3840, 2160)]
     gallery = [(name, "auto", shade) for name in ("spot", "spot-large", "spot-small") for shade in ("studio", "phong")]
-    wide = ("spot-small", "spot", "spot-large", "three", "siren")
-    stored = [(name, storage, "phong") for name in wide for storage in ("texture", "literal")]
+    narrow, wide = ("spot-small", "spot", "two-128"), ("two-256", "siren")  # literals 256 wide compile for minutes
+    stored = [(name, storage, "phong") for name in narrow for storage in ("literal", "texture")]
+    stored += [(name, "texture", "phong") for name in wide]
     for name, storage, shade in gallery[-1:] if REHEARSAL else [*gallery, *stored]:
         renderer = Renderer(context, bake(load(model_path(model_of(name))), storage, passes=True))
         for width, height in sizes if storage == "auto" else sizes[:1]:
@@ -250,7 +244,8 @@ def train(shape: str, results: Results) -> None:
             name = results.folder / f"{shape}-{preset}-{device}"
             options = (f"--preset={preset}", f"--device={device}", f"--seconds={TRAIN_SECONDS}", "--texture=none")
             files = (f"--log={name}.jsonl", f"--output={name}.safetensors")
-            command = ("taskset", "-c", half, *MPLICITS, "train", str(mesh), *options, *files, "--quiet")
+            cores_alone = ("taskset", "-c", half) if shutil.which("taskset") else ()
+            command = (*cores_alone, *MPLICITS, "train", str(mesh), *options, *files, "--quiet")
             running[device] = subprocess.Popen(command)
         for device, process in running.items():
             entry = {"shape": shape, "preset": preset, "device": device, "exit": process.wait()}

@@ -25,6 +25,11 @@ from stages import Results, Stage, run_stages
 
 DRIVER = ("/usr/local/nvidia/share", "/usr/share", "/etc")
 """Folders in which the driver's manifests for the loaders of OpenGL and Vulkan may be."""
+MANIFESTS = (
+    ("__EGL_VENDOR_LIBRARY_FILENAMES", "glvnd/egl_vendor.d/*nvidia*.json", "libEGL_nvidia.so.0"),
+    ("VK_DRIVER_FILES", "vulkan/icd.d/*nvidia*.json", "libGLX_nvidia.so.0"),
+)
+"""The loader's variable, where the manifest is, and the driver's library, for which one is written where none is."""
 REHEARSAL_FACTOR = 4
 """Factor on all time limits of a rehearsal."""
 
@@ -38,20 +43,21 @@ def prepare(scratch: Path) -> dict[str, str]:
         name = wheel.name.split("-")[0]
         if importlib.util.find_spec({"libigl": "igl"}.get(name, name)) is None:
             zipfile.ZipFile(wheel).extractall(site)
-    paths = [str(site), str(ROOT / "benchmarks"), str(ROOT / "tests"), os.environ.get("PYTHONPATH", "")]
-    environment["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
+    environment["PYTHONPATH"] = os.pathsep.join(filter(None, [str(site), os.environ.get("PYTHONPATH", "")]))
     environment["MPLICITS_DATA"], environment["MPLICITS_PROGRAMS"] = str(PACK / "data"), str(scratch / "programs")
     libraries = [] if loads("libEGL.so.1") and loads("libvulkan.so.1") else [str(PACK / "lib")]
     packages = [path for folder in sys.path for path in Path(folder).glob("nvidia/*/lib/libcublas.so.*")]
     toolkit = [path for path in Path("/usr/local").glob("cuda*/lib64/libcublas.so.*") if path.exists()]
     libraries += [str(path.parent) for path in (packages + toolkit)[:1]]
     environment["LD_LIBRARY_PATH"] = os.pathsep.join(filter(None, [*libraries, os.environ.get("LD_LIBRARY_PATH", "")]))
-    for variable, pattern in (
-        ("__EGL_VENDOR_LIBRARY_FILENAMES", "glvnd/egl_vendor.d/*nvidia*.json"),
-        ("VK_DRIVER_FILES", "vulkan/icd.d/*nvidia*.json"),
-    ):
-        if found := [str(path) for folder in DRIVER for path in Path(folder).glob(pattern)]:
-            environment.setdefault(variable, found[0])
+    for variable, pattern, library in MANIFESTS:
+        found = [path for folder in DRIVER for path in Path(folder).glob(pattern)]
+        if not found and loads(library):
+            found = [scratch / f"{library}.json"]
+            content = {"file_format_version": "1.0.0", "ICD": {"library_path": library, "api_version": "1.3.0"}}
+            found[0].write_text(json.dumps(content), encoding="utf-8")
+        if found:
+            environment.setdefault(variable, str(found[0]))
     return environment
 
 
