@@ -28,6 +28,8 @@ DEVICE = "cpu" if REHEARSAL else "cuda"
 MPLICITS = (sys.executable, "-m", "mplicits")
 CHECKED = ("spot", "three", "spot-large")
 """Models whose CUDA programs are compared with a reference picture."""
+CAMERA = "30,20"
+"""Its view: `mplicits render` begins with the model's own front, a CUDA program with this."""
 VARIANTS = (("relaxed", "simple"), ("relaxed", "fused"), ("plain", "simple"), ("plain", "fused"), ("plain", "layered"))
 """Schedule, variant."""
 FRAMES = {"simple": 100, "fused": 200, "layered": 5}
@@ -123,7 +125,7 @@ def check(results: Results) -> None:
         reference = PACK / "pictures" / f"{name}-{side}.ppm"
         for schedule, variant in VARIANTS:
             picture = results.folder / f"{name}-{variant}-{schedule}.ppm"
-            options = ("--schedule", schedule, "--variant", variant, "--size", side, "-o", picture)
+            options = ("--schedule", schedule, "--variant", variant, "--size", side, "--camera", CAMERA, "-o", picture)
             done = run(build(name), *options, "--check", reference, "--psnr", 30)
             found = re.search(r"PSNR ([-\d.]+) dB", done.stdout)
             decibels = float(found[1]) if found else None

@@ -14,14 +14,13 @@ import json
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 from PIL import Image
 
+from gpu_stages import CAMERA, CHECKED, PACK, ROOT
 from protocol import DATA
 from table2 import MODELS_OF, train
 
-PACK = Path(__file__).parents[1] / "out" / "gpu"
 WHEELS = (
     "moderngl",
     "glcontext",
@@ -42,15 +41,13 @@ LIBRARIES = ("libEGL.so.1", "libGLdispatch.so.0", "libvulkan.so.1")
 SHAPES = ("meshes/armadillo.ply", "meshes/lucy.ply", "dtu_scan24")
 STEPS = {"64x2": 800, "128x2": 600, "256x2": 400, "256x4": 400}
 """Optimiser steps of a level."""
-CHECKED = ("spot", "three", "spot-large")
-"""Models whose CUDA programs are compared with a reference picture."""
 SIDES = (256, 40)
 """Pixels a side of the reference pictures; the small ones are for the rehearsal without a GPU."""
 
 
 def pin(name: str) -> str:
     """Return the package with the version of constraints.txt."""
-    lines = (PACK.parents[1] / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     return next((line for line in lines if line.partition("==")[0] == name), name)
 
 
@@ -86,7 +83,8 @@ def draw_references() -> None:
         for side in SIDES:
             png = PACK / "pictures" / f"{name}-{side}.png"
             command = [sys.executable, "-m", "mplicits", "render", str(path if path.exists() else name)]
-            subprocess.run([*command, f"--size={side}", "--samples=1", "-o", str(png), "--force"], check=True)
+            options = (f"--size={side}", f"--camera={CAMERA}", "--samples=1", "--force", "-o", str(png))
+            subprocess.run([*command, *options], check=True)
             Image.open(png).convert("RGB").save(png.with_suffix(".ppm"))
             png.unlink()
 
