@@ -81,7 +81,9 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path(os.environ.get("OUT", PACK / "results")))
     options = parser.parse_args()
     if options.stage:
-        STAGES[options.stage][1](Results(options.output))
+        results = Results(options.output)
+        STAGES[options.stage][1](results)
+        results.check()
         return
     names = options.stages or list(STAGES)
     if options.rest:

@@ -117,9 +117,6 @@ def training_rows(runs: list[dict[str, Any]]) -> Iterable[Sequence[object]]:
     """Yield the rows of the training table."""
     of_cpu = {run["preset"]: run for run in runs if run["device"] == "cpu" and run.get("levels")}
     for run in runs:
-        if not run.get("levels"):
-            yield run["shape"], run["preset"], run["device"], f"failed with {run['exit']}", None, None, None
-            continue
         last, cpu = run["levels"][-1], of_cpu.get(run["preset"])
         steps = " + ".join(str(level["steps"]) for level in run["levels"])
         reached = (
@@ -146,10 +143,10 @@ def gpu_page(stages: Stages) -> list[str]:
     checks = of.get("check", {}).get("checks", [])
     lines += table(
         ("model", "schedule", "variant", "PSNR, dB"),
-        ((c["model"], c["schedule"], c["variant"], c["psnr"] if c["psnr"] is not None else c["error"]) for c in checks),
+        ((c["model"], c["schedule"], c["variant"], c["psnr"]) for c in checks),
     )
     builds = of.get("check", {}).get("builds", [])
-    lines += table(("model", "nvcc, s"), ((b["model"], b.get("seconds", b.get("error"))) for b in builds))
+    lines += table(("model", "nvcc, s"), ((b["model"], b["seconds"]) for b in builds))
     sanitized = of.get("sanitizer", {})
     if isinstance(tools := sanitized.get("tools", sanitized.get("missing")), str):
         lines += [tools, ""]
@@ -183,7 +180,10 @@ def gpu_page(stages: Stages) -> list[str]:
     lines += table(("scan 24 at half size", "steps", "held-out PSNR, dB", "seconds"), rows)
     lines += [
         "## Stages",
-        *table(("stage", "status", "seconds"), ((n, s["status"], s["seconds"]) for n, s in stages.items())),
+        *table(
+            ("stage", "status", "seconds", "errors"),
+            ((n, s["status"], s["seconds"], len(s["results"].get("errors", []))) for n, s in stages.items()),
+        ),
     ]
     return lines
 
@@ -204,7 +204,7 @@ def main() -> None:
     if stages.get("table2", {}).get("results", {}).get("rows"):
         machine = describe(stages.get("machine", {}).get("results", {}))
         pages["table2.md"] = "\n".join(table2_page(stages["table2"]["results"], machine))
-    pages |= stages.get("step", {}).get("results", {})
+    pages |= {name: text for name, text in stages.get("step", {}).get("results", {}).items() if name.endswith(".md")}
     for name, text in pages.items():
         (options.pages / name).write_text(text.rstrip() + "\n", encoding="utf-8")
         print(options.pages / name)

@@ -47,6 +47,11 @@ class Results:
         """Append a value to a list."""
         self.set(name, [*self._values.get(name, []), value])
 
+    def check(self) -> None:
+        """End the process with code 1 where the list "errors" has entries: the stage went on without their results."""
+        if self._values.get("errors"):
+            raise SystemExit(1)
+
 
 def run_stages(
     stages: Sequence[Stage], seconds: float, scratch: Path, output: Path, environment: Mapping[str, str]
