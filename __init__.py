@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from .api.functions import report as report
     from .api.functions import train as train
     from .api.functions import unproject as unproject
-    from .capture.unprojected import Unprojected as Unprojected
+    from .capture.unprojection import Unprojected as Unprojected
     from .field.hits import Hits as Hits
     from .mesher.evaluation import Evaluation as Evaluation
     from .mesher.triangle_mesh import TriangleMesh as TriangleMesh
@@ -36,7 +36,7 @@ _PLACES = {
     "Field": "api.field",
     "Hits": "field.hits",
     "TriangleMesh": "mesher.triangle_mesh",
-    "Unprojected": "capture.unprojected",
+    "Unprojected": "capture.unprojection",
     "UserError": "model.errors",
     **dict.fromkeys(
         ("compose", "evaluate", "import_checkpoints", "load", "morph", "photos", "report", "train", "unproject"),

@@ -18,7 +18,7 @@ from .notebook import Preview
 from .pictures import Pictures
 
 if TYPE_CHECKING:
-    from ..capture.unprojected import Unprojected
+    from ..capture.unprojection import Unprojected
     from ..mesher.evaluation import Evaluation
     from ..model.model import Model
     from ..trainer.learn import Callback
@@ -165,7 +165,7 @@ def unproject(options: UnprojectOptions) -> "Unprojected":
 
     More in docs/capture.md. Raises UserError.
     """
-    from ..capture.unprojected import unprojected
+    from ..capture.unprojection import unprojected
 
     return unprojected(options)
 
@@ -178,7 +178,7 @@ def photos(folder: str | Path, options: PhotoOptions) -> Field:
     docs/capture.md. Raises UserError.
     """
     prepare_openmp()
-    from ..capture.photos_session import photos as reconstruct
+    from ..capture.session import photos as reconstruct
 
     return Field(reconstruct(Path(folder), options))
 

@@ -351,10 +351,10 @@ def photos(results: Results) -> None:
         results.add("errors", {"photos": done.stdout[-300:]})
     import torch
 
-    from mplicits.capture.bundle import rays_of
+    from mplicits.capture.evaluation import mean_psnr
     from mplicits.capture.folder import read_photographs
-    from mplicits.capture.pictured import mean_psnr
-    from mplicits.capture.posed import split
+    from mplicits.capture.photographs import split
+    from mplicits.capture.rays import rays_of
     from mplicits.capture.rendering import Effort
     from photo_contenders import NEUS_RATE, NeusLearner, learn
 

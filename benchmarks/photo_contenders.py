@@ -13,8 +13,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from mplicits.capture.bundle import RayBatches, Rays
 from mplicits.capture.learner import Learner
+from mplicits.capture.rays import RayBatches, Rays
 from mplicits.capture.rendering import Effort, Factors, Shade, loss_of, render
 from mplicits.capture.scene import MultiscaleScene
 from mplicits.mesher.surface import Array

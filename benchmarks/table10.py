@@ -20,14 +20,14 @@ import torch
 from numpy.typing import NDArray
 from PIL import Image
 
-from mplicits.capture.bundle import rays_of
-from mplicits.capture.finish import unfinished_model
+from mplicits.capture.evaluation import render_view
+from mplicits.capture.finish import model_of, unfinished_levels
 from mplicits.capture.folder import read_photographs
 from mplicits.capture.learner import Learner
-from mplicits.capture.pictured import picture
-from mplicits.capture.posed import Photographs, Posed, split
+from mplicits.capture.photographs import Photograph, Photographs, split
+from mplicits.capture.rays import rays_of
 from mplicits.capture.rendering import Effort, Scene
-from mplicits.capture.scene import MultiscaleScene, Sizes
+from mplicits.capture.scene import MultiscaleScene
 from mplicits.mesher.extract import extract
 from mplicits.mesher.grid import Grid
 from mplicits.mesher.metrics import SampledSurface, chamfer
@@ -57,6 +57,8 @@ CPU = torch.device("cpu")
 LEVELS = ((128, 4), (256, 5))
 """The paper's."""
 OMEGAS = (15.0, 30.0)
+LAST_DELTA = 0.02
+"""Band half-width of the last level, where the mesh is culled."""
 FACTOR = 4.0
 """On NeuS's rate, in its second row."""
 SCAN_SIZE = (1600, 1200)
@@ -93,17 +95,17 @@ class Set:
     """Points of the true surface, model space."""
 
 
-def judged(scene: Scene, views: list[Posed], effort: Effort) -> tuple[float, NDArray[np.uint8]]:
+def judged(scene: Scene, views: list[Photograph], effort: Effort) -> tuple[float, NDArray[np.uint8]]:
     """Return the mean PSNR of held-out views, and the first picture (H, W, 3)."""
-    found = [picture(scene, view, effort, 0.0, CPU) for view in views]
-    shown = (255 * np.clip(found[0].colours, 0, 1)).astype(np.uint8)
-    return float(np.mean([one.psnr for one in found])), shown
+    found = [render_view(scene, view, effort, 0.0, CPU) for view in views]
+    first = (255 * np.clip(found[0][0], 0, 1)).astype(np.uint8)
+    return float(np.mean([psnr for _, psnr in found])), first
 
 
-def write_beside(view: Posed, shown: list[NDArray[np.uint8]], path: Path) -> None:
+def write_beside(view: Photograph, shown: list[NDArray[np.uint8]], path: Path) -> None:
     """Write a photograph, black where its mask is, and pictures of the same view, side by side."""
     assert view.mask is not None
-    row = Image.fromarray(np.concatenate([view.colours * view.mask[..., None].astype(np.uint8), *shown], axis=1))
+    row = Image.fromarray(np.concatenate([view.colors * view.mask[..., None].astype(np.uint8), *shown], axis=1))
     factor = -(-PICTURE // row.height)
     row.resize((factor * row.width, factor * row.height), Image.Resampling.NEAREST).save(path, optimize=True)
 
@@ -158,11 +160,11 @@ def main() -> None:
 
     effort, width = Effort(), WIDTH // args.shrink
     levels = tuple((w // args.shrink, depth) for w, depth in LEVELS)
-    sizes = Sizes(levels, OMEGAS, DELTAS, width)
-    ours = sum(w.numel() for weights in MultiscaleScene(sizes, CPU, SEED).levels for w in weights)
+    sizes = levels, OMEGAS, DELTAS, width
+    ours = sum(w.numel() for weights in MultiscaleScene(*sizes, CPU, SEED).levels for w in weights)
     rays, _ = rays_of(spots.views, CPU)
     twice, by_hand = (
-        cost_of_a_step(kind(sizes, CPU, SEED), rays, args.rays) for kind in (TwiceDifferentiated, MultiscaleScene)
+        cost_of_a_step(kind(*sizes, CPU, SEED), rays, args.rays) for kind in (TwiceDifferentiated, MultiscaleScene)
     )
     page = Page(
         args.output,
@@ -190,14 +192,15 @@ def main() -> None:
         rays, _ = rays_of(learnt, CPU)
         label = f"{case.name}, {len(learnt)} + {len(held)} of {held[0].size[0]} x {held[0].size[1]}"
         held = held[: args.judged]
-        scene = MultiscaleScene(sizes, CPU, SEED)
+        scene = MultiscaleScene(*sizes, CPU, SEED)
         began = time.process_time()
         scene.become_sphere(SEED)
         learner = Learner(scene, rays, args.rays, 0.0, SEED)
         steps = learn(learner, args.seconds - (time.process_time() - began))
         gained, one = judged(scene, held, effort)
         shown = [one]
-        model = unfinished_model(case.photographs, scene.weights(), DELTAS, {"settings": {"credit": ""}})
+        measured = unfinished_levels(scene.weights(), [*DELTAS, LAST_DELTA])
+        model = model_of(case.photographs, measured, None, {"settings": {"credit": ""}})
         distance = distance_to(case.truth, ModelField(model, Grid(RESOLUTION).diagonal), cull=True)
         page.add(f"| {label} | ours | {steps:,} | {gained:.2f} dB | | {distance} |")
         for name, factor in ((f"NeuS, {FACTOR:g} times the rate", FACTOR), ("NeuS", 1.0)):

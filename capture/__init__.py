@@ -1,1 +1,1 @@
-"""Pictures become shapes: a depth map an oriented, coloured point cloud, photographs with cameras a model."""
+"""Turns pictures into something to train on (a depth map), or into a model (photographs with cameras)."""

@@ -1,35 +1,32 @@
-"""A plausible unseen side: the seen one, mirrored behind the outline and smoothed."""
+"""Invents a plausible back side: the front, mirrored behind the outline and smoothed."""
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage, sparse
 from scipy.sparse.linalg import spsolve
 
-from .depth_map import Doubles
+from .cloud import Doubles
 from .planes import fit_planes
 
-SIDE = 128
-"""Pixels of the longer side of the grid that the outline's depths are continued on."""
-SMOOTH = 0.03
-"""Standard deviation of what smooths the unseen side, as a share of the longer side of the picture."""
-THINNEST = 0.25
-"""Where the seen surface lies behind the unseen one, as in a bowl: the thickness there, as a share of `_round`."""
-OUTLINE = 1.5
-"""Standard deviation of what smooths the outline for its normals, pixels."""
+Mask = NDArray[np.bool_]
+
+SIDE = 128  # longer side, pixels, of the grid on which the outline's depths are interpolated
+SMOOTH = 0.03  # standard deviation of the filter that smooths the back side, as a share of the picture's longer side
+THINNEST = 0.25  # thickness where the front lies behind the back, as in a bowl, as a share of `_round`
+OUTLINE = 1.5  # standard deviation of the filter that smooths the outline for its normals, pixels
 MOST_CUT = 4.0
-"""Pixels between a point and the outline, at most, for the rim to be at the outline: farther in is a depth edge."""
-THICKEST = 256
-"""Points at most from the one side to the other."""
+"""Largest distance, pixels, of a point from the outline for the rim to reach the outline; depth edges are farther."""
+THICKEST = 256  # most points from front to back at one pixel
 
 
 def backside(depth: Doubles, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
-    """Invent what is behind a surface that is seen from one side.
+    """Invent the back of a surface.
 
-    The outline's depths, continued inside by a harmonic function, cut the shape in two; the unseen part mirrors the
-    seen one, smoothed, and meets it at the outline as a ball does.
+    The outline's depths, interpolated by a harmonic function, cut the shape in two; the back mirrors the front,
+    smoothed, and meets it at the outline as a ball does.
 
-    depth: (H, W), of the seen surface along the axis, NaN outside. x (W,), y (H,): where the pixels' rays meet the
-    plane at distance 1. Returns the unseen surface's depths (H, W) and its normals (H, W, 3), away from the camera.
+    depth: (H, W), of the front along the axis, NaN outside. x (W,), y (H,): coordinates of the pixels' rays in the
+    plane at distance 1. Returns the back's depths (H, W) and its normals (H, W, 3), away from the camera.
     """
     filled = ndimage.binary_fill_holes(~np.isnan(depth))
     cut = _cut(_extended(depth), filled)
@@ -46,26 +43,26 @@ def backside(depth: Doubles, x: Doubles, y: Doubles) -> tuple[Doubles, Doubles]:
 
 
 def rim(
-    front: Doubles, behind: Doubles, seen: NDArray[np.bool_], x: Doubles, y: Doubles
+    front: Doubles, behind: Doubles, seen: Mask, x: Doubles, y: Doubles
 ) -> tuple[Doubles, Doubles, tuple[NDArray[np.int64], NDArray[np.int64]]]:
-    """Join the seen surface to the unseen one along the outline, where both would go on beyond it otherwise.
+    """Join front and back along the outline; without the rim, both would continue beyond it.
 
-    front, behind: depths (H, W) of both, NaN where there is none. seen: (H, W), where the picture has the shape; pixels
-    along its outline that were cut lie within the rim. x (W,), y (H,): where the pixels' rays meet the plane at
-    distance 1. Returns points (N, 3) from the one to the other, a pixel apart, their normals, which are those of the
-    outline, and the rows and columns (N,) of their pixels.
+    front, behind: depths (H, W), NaN where missing. seen: (H, W), the picture's pixels of the shape; the rim also
+    covers pixels near the outline that were cut. x (W,), y (H,): coordinates of the pixels' rays in the plane at
+    distance 1. Returns points (N, 3) from front to back, a pixel apart, the outline's normals (N, 3), and the rows and
+    columns (N,) of the points' pixels.
     """
     filled = ndimage.binary_fill_holes(~np.isnan(front))
     smooth = ndimage.gaussian_filter(filled.astype(np.float64), OUTLINE)
     right, down = -np.gradient(smooth, axis=1), -np.gradient(smooth, axis=0)
-    there = filled & ~ndimage.binary_erosion(filled) & (front < behind) & (np.hypot(down, right) > 0)
-    rows, columns = np.nonzero(there)
-    near, far = front[there], behind[there]
-    outward = np.stack([right[there] * np.sign(x[1] - x[0]), down[there] * np.sign(y[1] - y[0])], axis=1)
+    edge = filled & ~ndimage.binary_erosion(filled) & (front < behind) & (np.hypot(down, right) > 0)
+    rows, columns = np.nonzero(edge)
+    near, far = front[edge], behind[edge]
+    outward = np.stack([right[edge] * np.sign(x[1] - x[0]), down[edge] * np.sign(y[1] - y[0])], axis=1)
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
     pitch = abs(x[1] - x[0])
     rays = np.column_stack((x[columns], y[rows], np.ones(len(rows))))
-    cut = ndimage.distance_transform_edt(np.pad(seen, 1))[1:-1, 1:-1][there] - 1
+    cut = ndimage.distance_transform_edt(np.pad(seen, 1))[1:-1, 1:-1][edge] - 1
     rays[:, :2] += pitch * (0.5 + np.where(cut <= MOST_CUT, cut, 0))[:, None] * outward
     count = np.clip(np.ceil((far - near) / (pitch * near)), 1, THICKEST).astype(np.int64)
     pixel = np.repeat(np.arange(len(rows)), count)
@@ -77,19 +74,19 @@ def rim(
 
 
 def _round(inward: Doubles) -> Doubles:
-    """Return the height of the largest ball inside the outline at a distance from the outline, in the same unit."""
+    """Return the height of the largest ball inside the outline, at a distance `inward` from the outline."""
     radius = inward.max()
     return np.asarray(np.sqrt(np.maximum(inward * (2 * radius - inward), 0)))
 
 
 def _extended(depth: Doubles) -> Doubles:
-    """Give each pixel without a depth that of the nearest one with a depth."""
+    """Copy the nearest depth to each pixel without one."""
     nearest = ndimage.distance_transform_edt(np.isnan(depth), return_distances=False, return_indices=True)
     return np.asarray(depth[tuple(nearest)])
 
 
-def _cut(depth: Doubles, filled: NDArray[np.bool_]) -> Doubles:
-    """Continue the depths of an outline inside it by a harmonic function, on a coarse grid. Returns (H, W)."""
+def _cut(depth: Doubles, filled: Mask) -> Doubles:
+    """Interpolate the depths of an outline inside it by a harmonic function, on a coarse grid. Returns (H, W)."""
     stride = max(1, round(max(depth.shape) / SIDE))
     coarse, values = filled[::stride, ::stride], depth[::stride, ::stride]
     inner = ndimage.binary_erosion(coarse)

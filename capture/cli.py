@@ -1,55 +1,87 @@
-"""The verb `unproject`, and the list of this room's verbs."""
+"""The verbs `unproject` and `photos`."""
 
 import sys
+import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from ..model.options import option
+from ..model.files import check_writable, show, write_whole
+from ..model.gallery import SUFFIX
+from ..model.interrupts import begin_work, ended_by
+from ..model.kinds import MESH, MODEL
+from ..model.options import argument, option
 from ..model.verb import Verb, force_option, output_option
-from .options import UnprojectOptions
-from .photos_cli import PHOTOS
+from ..trainer.openmp import prepare_openmp
+from .options import PhotoOptions, UnprojectOptions
 
 
 @dataclass(frozen=True)
 class UnprojectCommand(UnprojectOptions):
     """Command line of `unproject`."""
 
-    output: Path | None = output_option("CLOUD.ply", "the point cloud (default: the input's name, in this folder)")
+    output: Path | None = output_option("CLOUD.ply", "point cloud (default: the input's name, .ply)")
     force: bool = force_option()
     json: bool = option(False, "print one JSON object")
 
 
 def _unproject(command: UnprojectCommand) -> None:
-    """Turn a depth map into a point cloud, and write it. Raises UserError."""
+    """Write a depth map as a point cloud. Raises UserError."""
     import json
 
-    from ..model.files import check_writable, show, write_whole
-    from ..model.kinds import MESH
-    from .unprojected import check_cloud_name, unprojected
+    from .cloud import check_name
+    from .unprojection import unprojected
 
-    files = (command.depth, command.estimate, command.image, command.mask, command.intrinsics)
-    reads = [Path(path) for path in files if path is not None]
-    output = command.output or Path(reads[0].stem + ".ply")
-    check_cloud_name(output)
-    check_writable(output, reads, kind=MESH, force=command.force)
+    output = command.output or Path(command.inputs()[0].stem + ".ply")
+    check_name(output)
+    check_writable(output, command.inputs(), kind=MESH, force=command.force)
     cloud = unprojected(command)
     if cloud.warning:
         print(f"warning: {cloud.warning}", file=sys.stderr)
-    write_whole(output, cloud.text())
+    write_whole(output, cloud.to_ply())
+    colored, cut = cloud.colors is not None, cloud.cut
     if command.json:
         facts = {
             "output": str(output),
             "points": len(cloud.points),
-            "colours": cloud.colours is not None,
+            "colors": colored,
             "size": list(cloud.size),
             "noise": cloud.noise,
-            "cut": asdict(cloud.cut),
+            "cut": asdict(cut),
         }
         print(json.dumps(facts))
         return
-    colours, cut = "with colours" if cloud.colours is not None else "without colours", cloud.cut
-    print(f"{show(output)}: {len(cloud.points):,} points with normals, {colours}; noise {cloud.noise:.2%} of the depth")
+    colors = "with colors" if colored else "without colors"
+    print(f"{show(output)}: {len(cloud.points):,} points with normals, {colors}; noise {cloud.noise:.2%} of the depth")
     print(f"left out: {cut.grazing:,} grazing pixels, {cut.edges:,} at depth edges, {cut.outliers:,} outliers")
+
+
+@dataclass(frozen=True)
+class PhotosCommand(PhotoOptions):
+    """Command line of `photos`."""
+
+    folder: Path = argument(
+        "DIR",
+        "photographs with cameras: image/, mask/ and cameras_sphere.npz (IDR, NeuS), or a transforms.json "
+        "(nerfstudio, COLMAP's exports)",
+        Path,
+    )
+    output: Path | None = output_option("M.safetensors", "model file (default: the folder's name)")
+    force: bool = force_option()
+    resume: bool = option(False, "continue an interrupted run from NAME.part.safetensors")
+
+
+def _photos(command: PhotosCommand) -> None:
+    """Reconstruct photographs as a model file. Raises UserError."""
+    began = time.perf_counter()
+    output = command.output or Path((command.folder.resolve().name or "photographs") + SUFFIX)
+    check_writable(output, kind=MODEL, force=command.force)
+    prepare_openmp()
+    from .session import run
+
+    begin_work()
+    run(command.folder, output, command, resume=command.resume, began=began)
+    if by := ended_by():
+        raise SystemExit(128 + by)
 
 
 VERBS = (
@@ -61,5 +93,11 @@ VERBS = (
         _unproject,
         "capture",
     ),
-    PHOTOS,
+    Verb(
+        "photos",
+        "photographs with known cameras become a model file",
+        PhotosCommand,
+        "photos dtu_scan24 --camera-size 1600x1200",
+        _photos,
+    ),
 )

@@ -1,4 +1,4 @@
-"""Reading a depth map: how far away what each pixel shows is."""
+"""Reads depth maps."""
 
 from pathlib import Path
 from typing import Any
@@ -9,29 +9,25 @@ from PIL import Image
 
 from ..model.errors import UserError
 from ..model.files import show
+from .cloud import Doubles
 
-Doubles = NDArray[np.float64]
-
-SUFFIXES = (".png", ".exr", ".npy", ".tif", ".tiff")
-SMALLEST, LARGEST = 8, 1 << 15
-"""Pixels that a side of a depth map has, at least and at most."""
+SMALLEST, LARGEST = 8, 1 << 15  # bounds of the sides of a depth map, pixels
 DEPTH_CHANNELS = ("z", "depth", "v", "y", "r")
-"""Last parts of the names that programs give to the depth in an EXR file, in the order in which they are looked for."""
-FEW_LEVELS = 4096
-"""A map with at most so many different values is rounded to them: 8 bits give 255."""
+"""Last parts of the names of depth channels in EXR files, in the order of preference."""
+FEW_LEVELS = 4096  # A map with at most this number of different values is treated as rounded; 8 bits give 255
 
 
 def read_depth(path: Path) -> tuple[Doubles, bool]:
-    """Read a depth map: 16-bit or 8-bit PNG, TIFF of whole numbers or floats, EXR, NPY.
+    """Read a depth map: 16-bit or 8-bit PNG, TIFF of integers or floats, EXR, NPY.
 
-    Returns the numbers of the file (H, W), NaN where there is nothing (0, negative, infinite or NaN in the file), and
-    whether they are whole numbers. Raises UserError, one line that names the file.
+    Returns the numbers of the file (H, W), NaN for missing depths (0, negative, infinite or NaN in the file), and
+    whether they are integers. Raises UserError with the file's name.
     """
     name, suffix = show(path), path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise UserError(f"{name}: no format of depth maps by that ending; PNG, EXR, NPY and TIFF are read")
+    if suffix not in READERS:
+        raise UserError(f"{name}: unknown format of depth maps; this program reads PNG, EXR, NPY and TIFF")
     try:
-        values = {".npy": _read_npy, ".exr": _read_exr}.get(suffix, _read_image)(path)
+        values = READERS[suffix](path)
     except UserError as error:
         raise UserError(f"{name}: {error}") from None
     except ModuleNotFoundError:
@@ -61,11 +57,11 @@ def _read_image(path: Path) -> NDArray[Any]:
     with Image.open(path) as opened:
         values = np.asarray(opened)
     if values.dtype == np.bool_:
-        raise UserError("a picture of black and white; a depth map has many depths")
-    if values.ndim == 3:  # grey with alpha, or grey saved as colours
-        colours = values[..., : 3 if values.shape[2] > 2 else 1]
-        if (colours != colours[..., :1]).any():
-            raise UserError("a picture in colours; a depth map has one number for each pixel")
+        raise UserError("a black and white picture; a depth map has many depths")
+    if values.ndim == 3:  # gray with alpha, or gray saved as RGB
+        colors = values[..., : 3 if values.shape[2] > 2 else 1]
+        if (colors != colors[..., :1]).any():
+            raise UserError("a color picture; a depth map has one number per pixel")
         values = np.where(values[..., -1] > 0, values[..., 0], 0) if values.shape[2] in (2, 4) else values[..., 0]
     return values
 
@@ -79,15 +75,18 @@ def _read_exr(path: Path) -> NDArray[Any]:
         channels = {name.rpartition(".")[2].lower(): channel for name, channel in file.channels().items()}
         found = next((name for name in DEPTH_CHANNELS if name in channels), None)
         if found is None:
-            raise UserError(f"no channel of depths in it; its channels are {', '.join(map(show, file.channels()))}")
+            raise UserError(f"no depth channel; its channels are {', '.join(map(show, file.channels()))}")
         return np.array(channels[found].pixels)
 
 
-def from_inverse(values: Doubles, near: float, far: float) -> Doubles:
-    """Turn relative inverse depths, of which larger ones are nearer, into depths from `near` to `far`.
+READERS = {".png": _read_image, ".exr": _read_exr, ".npy": _read_npy, ".tif": _read_image, ".tiff": _read_image}
 
-    Neither the unit nor the zero of such numbers is known (Depth Anything V2 and MiDaS give them so). values: (H, W),
-    NaN where there is nothing. Returns (H, W). Raises UserError where all are the same.
+
+def from_inverse(values: Doubles, near: float, far: float) -> Doubles:
+    """Turn relative inverse depths (larger is nearer) into depths from `near` to `far`.
+
+    Depth Anything V2 and MiDaS return such numbers, whose unit and zero are unknown. values: (H, W), NaN where missing.
+    Returns (H, W). Raises UserError if all are equal.
     """
     lowest, highest = np.nanmin(values), np.nanmax(values)
     if lowest == highest:
@@ -97,6 +96,6 @@ def from_inverse(values: Doubles, near: float, far: float) -> Doubles:
 
 
 def step_of(values: Doubles) -> float:
-    """Return the distance between neighbouring values of a map that holds few different ones, 0 where it holds many."""
+    """Return the rounding step of a map with few different values; 0 for a map with many."""
     levels = np.unique(values[~np.isnan(values)])
     return float(np.median(np.diff(levels))) if 1 < len(levels) <= FEW_LEVELS else 0.0

@@ -1,4 +1,4 @@
-"""Depth from one photograph, by a network of others (Depth Anything V2) through the library transformers."""
+"""Estimates depth from one photograph, by a pretrained network of the library transformers."""
 
 from pathlib import Path
 from typing import Any
@@ -8,25 +8,25 @@ from PIL import Image
 
 from ..model.errors import UserError
 from ..model.files import show
-from .depth_map import Doubles
+from .cloud import Doubles
 
 
 def estimate_depth(photograph: Image.Image, estimator: str) -> tuple[Doubles, bool]:
-    """Estimate how far away each pixel of a photograph is.
+    """Estimate the depth of each pixel of an RGB photograph.
 
-    photograph: RGB. estimator: a folder, or a name on the hub, of any model of transformers' pipeline
-    "depth-estimation". Returns the numbers (H, W), NaN where the estimator says 0, and whether
-    they are relative inverse depths (True) or metres (False), which a model's configuration tells.
-    Raises UserError where the estimator cannot be loaded, and ModuleNotFoundError where transformers is missing.
+    estimator: a folder, or a name on the hub, of a model for transformers' pipeline "depth-estimation". Returns the
+    numbers (H, W), NaN where the network says 0, and whether they are relative inverse depths (True) or meters (False),
+    which the model's configuration says. Raises UserError if the network cannot be loaded, and ModuleNotFoundError
+    without transformers.
     """
     import torch
     from transformers import pipeline, utils
 
-    speech: Any = utils.logging
-    speech.set_verbosity_error()
-    speech.disable_progress_bar()
+    logging: Any = utils.logging
+    logging.set_verbosity_error()
+    logging.disable_progress_bar()
     try:
-        # Weights only as .safetensors: those of other formats are pickles, which run code.
+        # Only .safetensors: other formats of weights are pickles, which run code.
         run: Any = pipeline("depth-estimation", model=estimator, model_kwargs={"use_safetensors": True})
     except (OSError, ValueError, KeyError, RuntimeError) as error:
         reason = show(str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__)[:200]
@@ -36,8 +36,8 @@ def estimate_depth(photograph: Image.Image, estimator: str) -> tuple[Doubles, bo
         predicted = run(photograph)["predicted_depth"]
     values = np.squeeze(np.asarray(predicted.cpu().float().numpy(), np.float64))
     if values.shape != (photograph.height, photograph.width):
-        resized = Image.fromarray(values.astype(np.float32)).resize(photograph.size, Image.Resampling.BILINEAR)
-        values = np.asarray(resized, np.float64)
+        scaled = Image.fromarray(values.astype(np.float32)).resize(photograph.size, Image.Resampling.BILINEAR)
+        values = np.asarray(scaled, np.float64)
     values = np.where(np.isfinite(values) & (values > 0), values, np.nan)
     if np.isnan(values).all():
         raise UserError(f"--estimator {show(estimator)}: it finds no depth in this picture")

@@ -1,4 +1,4 @@
-"""What was learnt from photographs becomes a model: its bands and bounds are measured, its colours distilled."""
+"""Turns a trained scene into a model: measures its levels, and distills its colors into a texture network."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -11,64 +11,37 @@ from torch.nn.functional import normalize
 from ..model.errors import UserError
 from ..model.model import DEFAULT_ITERATIONS, Level, Model, Network
 from ..trainer import texture
-from ..trainer.measured import measured_levels, zero_set
+from ..trainer.measured import zero_set
 from ..trainer.networks.fit import Budget, Task, TrainingProgress, fit
 from ..trainer.networks.nested import field_and_gradient, in_band
 from ..trainer.networks.network import Weights, to_model
 from ..trainer.pools import Pool
 from ..trainer.settings import TEXTURE_DEEPEST, TEXTURE_OMEGA, TEXTURE_STEPS, TEXTURE_WIDEST
-from .posed import Photographs, Posed
+from .photographs import Photograph, Photographs
 from .radiance import Radiance
 
-LAST_BAND = 0.02
-"""Half width of the last level's band in a file of a training that is not over, where nothing is measured."""
-FACING = 0.2
-"""Cosine of the angle to the normal from which on a camera counts for the colour of a point."""
-CAMERAS = 24
-"""Most cameras that do."""
+FACING = 0.2  # least cosine between the normal and the direction to a camera that contributes to a point's color
+CAMERAS = 24  # most cameras that contribute
 CHUNK = 16_384
 
 
-def unfinished_model(
-    photographs: Photographs, levels: Sequence[Weights], deltas: Sequence[float], provenance: dict[str, Any]
-) -> Model:
-    """Put together what is learnt so far; nothing is measured."""
+def unfinished_levels(levels: Sequence[Weights], deltas: Sequence[float]) -> tuple[Level, ...]:
+    """Convert levels without measuring them, for an interrupted run. deltas: band half-widths of all levels."""
     first, finer = DEFAULT_ITERATIONS
-    widths = [*deltas[: len(levels) - 1], LAST_BAND]
-    return _model(
-        photographs,
-        tuple(Level(to_model(w), widths[i], finer if i else first) for i, w in enumerate(levels)),
-        None,
-        provenance,
-    )
-
-
-def finished_model(
-    photographs: Photographs,
-    levels: Sequence[Weights],
-    deltas: Sequence[float],
-    colour: Network | None,
-    surface: Tensor,
-    provenance: dict[str, Any],
-) -> Model:
-    """Measure the levels and put the model together.
-
-    deltas: half widths of all bands. colour: the texture. surface: (N, 3), of `surface_of`.
-    """
-    measured = measured_levels([to_model(w) for w in levels], surface, surface, deltas)
-    return _model(photographs, measured, colour, provenance)
+    return tuple(Level(to_model(w), deltas[i], finer if i else first) for i, w in enumerate(levels))
 
 
 def surface_of(levels: Sequence[Weights], deltas: Sequence[float]) -> Tensor:
-    """Find points (N, 3) where the last level is zero, and is the answer. Raises UserError where there are too few."""
+    """Find points (N, 3) on the last level's zero set inside its band. Raises UserError if there are too few."""
     try:
         points = zero_set(levels)
         points = points[in_band(levels[:-1], deltas[: len(levels) - 1], points)]
-        if len(points):
-            return points
-    except UserError:
-        pass
-    raise UserError("no surface was found in the photographs; are the cameras right? Give more --steps, or --sphere")
+        reason = f"the zero set of level {len(levels)} lies outside the bands"
+    except UserError as error:
+        points, reason = torch.empty(0, 3), str(error)
+    if not len(points):
+        raise UserError(f"no surface in the photographs ({reason}); check the cameras, or set --steps or --sphere")
+    return points
 
 
 def distilled(
@@ -77,20 +50,20 @@ def distilled(
     surface: Tensor,
     features: Tensor,
     radiance: Radiance,
-    views: Sequence[Posed],
+    views: Sequence[Photograph],
     progress: TrainingProgress,
     seed: int,
 ) -> Network:
-    """Train the texture network on what the cameras see of the surface; its colours do not depend on the view.
+    """Train the texture network on the surface's colors, averaged over the cameras.
 
-    delta: half width of the band in which colours are kept constant along normals. surface: (N, 3). features: (N, F),
-    of the surface's points, which `radiance` takes. Everything is on the CPU.
+    delta: half-width of the band in which colors are constant along normals. surface: (N, 3). features: (N, F), of the
+    surface, for `radiance`. All tensors are on the CPU.
     """
     width, depth = levels[-1][0].shape[0], len(levels[-1]) // 2 - 2
     size = min(width, TEXTURE_WIDEST), min(depth, TEXTURE_DEEPEST)
     progress.begin(f"texture ({size[0]}x{size[1]})")
     _, gradient = field_and_gradient(levels, surface)
-    on = _pool(surface, gradient, colours_of_surface(surface, gradient, features, radiance, views))
+    on = _pool(surface, gradient, colors_of_surface(surface, gradient, features, radiance, views))
     generator = torch.Generator().manual_seed(seed)
     shift = delta * (2 * torch.rand(len(surface), 1, generator=generator) - 1)
     beside = surface + shift * normalize(gradient, dim=1)
@@ -108,12 +81,12 @@ def distilled(
 
 
 @torch.no_grad()
-def colours_of_surface(
-    points: Tensor, gradient: Tensor, features: Tensor, radiance: Radiance, views: Sequence[Posed]
+def colors_of_surface(
+    points: Tensor, gradient: Tensor, features: Tensor, radiance: Radiance, views: Sequence[Photograph]
 ) -> Tensor:
     """Average the radiance along the normal and towards the cameras that face a point.
 
-    points: of the surface, (N, 3). gradient (N, 3), features (N, F): of the field. Returns sRGB (N, 3), in [0, 1].
+    points: (N, 3), on the surface. gradient (N, 3), features (N, F): of the field. Returns sRGB (N, 3), in [0, 1].
     """
     stride = max(1, len(views) // CAMERAS)
     eyes = torch.from_numpy(np.stack([view.eye for view in views[::stride]])).float()
@@ -126,25 +99,25 @@ def colours_of_surface(
             sight = normalize(at - eye, dim=1)
             facing = torch.nonzero((sight * normals).sum(dim=1) < -FACING)[:, 0]
             if len(facing):
-                seen = radiance(at[facing], sight[facing], slope[facing], known[facing])
-                total[facing] += seen
+                total[facing] += radiance(at[facing], sight[facing], slope[facing], known[facing])
                 count[facing] += 1
         parts.append(total / count)
     return torch.cat(parts)
 
 
-def _pool(points: Tensor, gradient: Tensor, colours: Tensor | None = None) -> Pool:
-    return Pool(points, None, None, points.new_zeros(len(points)), gradient, colours)
+def _pool(points: Tensor, gradient: Tensor, colors: Tensor | None = None) -> Pool:
+    return Pool(points, None, None, points.new_zeros(len(points)), gradient, colors)
 
 
-def _model(
-    photographs: Photographs, levels: tuple[Level, ...], colour: Network | None, provenance: dict[str, Any]
+def model_of(
+    photographs: Photographs, levels: tuple[Level, ...], color: Network | None, provenance: dict[str, Any]
 ) -> Model:
+    """Assemble the model. color: the texture network."""
     return Model(
         name=photographs.name,
         levels=levels,
-        texture=colour,
-        centre=photographs.centre,
+        texture=color,
+        centre=photographs.center,
         scale=photographs.scale,
         up=photographs.up,
         front=photographs.front(),

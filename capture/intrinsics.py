@@ -1,86 +1,82 @@
-"""The pinhole camera that took a picture, from a field of view, from a file, or from the picture's own notes."""
+"""Pinhole cameras: from a field of view, from a file, or from a photograph's EXIF."""
 
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 
 from ..model.errors import UserError
 from ..model.files import show
+from .cloud import Doubles
 
-FOCAL_LENGTH_35MM = 0xA405
-"""EXIF's FocalLengthIn35mmFilm."""
-EXIF_IFD = 0x8769
-"""Where EXIF keeps it."""
+EXIF_IFD, FOCAL_LENGTH_35MM = 0x8769, 0xA405  # EXIF's directory of camera settings, and its tag FocalLengthIn35mmFilm
 FILM_DIAGONAL = math.hypot(36, 24)
-"""Of 35 mm film, in millimetres: the focal length is given for a picture of the same diagonal."""
+"""Diagonal of 35 mm film, millimeters; the focal length refers to a picture of the same diagonal."""
 SAME_ASPECT = 0.02
-"""By this share the aspects of two pictures of one view may differ: sizes are rounded to whole pixels."""
+"""Largest relative difference of the aspects of two pictures of one view: sizes are rounded to whole pixels."""
 
 
 @dataclass(frozen=True)
 class Intrinsics:
-    """A pinhole camera without distortion; lengths are in pixels, from the picture's upper left corner."""
+    """A pinhole camera without distortion; lengths are in pixels from the picture's upper left corner."""
 
     fx: float
-    """Focal length across."""
+    """Horizontal focal length."""
     fy: float
-    """Focal length down."""
+    """Vertical focal length."""
     cx: float
-    """Where the optical axis meets the picture: from the left."""
+    """Horizontal position of the optical axis."""
     cy: float
-    """The same from the top."""
+    """Vertical position of the optical axis."""
 
-    def plane(self, height: int, width: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return where the rays through the pixels' centres meet the plane at distance 1: x (width,), y (height,).
+    def plane(self, height: int, width: int) -> tuple[Doubles, Doubles]:
+        """Return the coordinates x (width,), y (height,) of the pixels' rays in the plane at distance 1.
 
-        x points right and y down.
+        x points right, y down.
         """
         x = (np.arange(width, dtype=np.float64) + 0.5 - self.cx) / self.fx
         return x, (np.arange(height, dtype=np.float64) + 0.5 - self.cy) / self.fy
 
+    def scaled(self, across: float, down: float) -> "Intrinsics":
+        """Return the camera of the resized picture."""
+        return Intrinsics(self.fx * across, self.fy * down, self.cx * across, self.cy * down)
 
-def of_one_shape(size: tuple[float, float], other: tuple[float, float]) -> bool:
-    """Whether two sizes (width, height) are those of pictures of one view."""
+
+def same_shape(size: tuple[float, float], other: tuple[float, float]) -> bool:
+    """Whether two sizes (width, height) have the same aspect."""
     return abs(size[0] / size[1] * other[1] / other[0] - 1) <= SAME_ASPECT
 
 
 def of_view(fov: float, height: int, width: int) -> Intrinsics:
-    """Return the camera with a vertical field of view, in degrees, whose axis meets the middle of the picture.
-
-    Raises UserError where the angle is not between 1 and 150 degrees, which are the viewer's bounds.
-    """
-    if not 1 <= fov <= 150:
-        raise UserError(f"--fov {fov:g}: between 1 and 150 degrees")
+    """Return the camera with a vertical field of view, degrees, whose axis meets the center of the picture."""
     focal = height / 2 / math.tan(math.radians(fov) / 2)
     return Intrinsics(focal, focal, width / 2, height / 2)
 
 
 def of_photograph(image: Path, height: int, width: int) -> Intrinsics | None:
-    """Return the camera by the focal length that a photograph notes in its EXIF; None where it notes none."""
+    """Return the camera for the focal length in a photograph's EXIF; None without one."""
     try:
         with Image.open(image) as opened:
-            millimetres = opened.getexif().get_ifd(EXIF_IFD).get(FOCAL_LENGTH_35MM)
+            millimeters = opened.getexif().get_ifd(EXIF_IFD).get(FOCAL_LENGTH_35MM)
     except (OSError, ValueError, SyntaxError):
         return None
-    if not isinstance(millimetres, int | float) or not 1 <= millimetres <= 5000:
+    if not isinstance(millimeters, int | float) or not 1 <= millimeters <= 5000:
         return None
-    focal = float(millimetres) / FILM_DIAGONAL * math.hypot(width, height)
+    focal = float(millimeters) / FILM_DIAGONAL * math.hypot(width, height)
     return Intrinsics(focal, focal, width / 2, height / 2)
 
 
 def of_file(path: Path, height: int, width: int) -> Intrinsics:
-    """Read a camera from a JSON file.
+    """Read a camera from a JSON file, and scale it to a depth map's size if the file has the picture's own size.
 
-    It holds one of: numbers fx, fy, cx, cy; numbers fl_x, fl_y, cx, cy (nerfstudio); a matrix K, three rows of three;
-    intrinsic_matrix, nine numbers column by column (Open3D). Where it tells the picture's own size, as width and
-    height or w and h, the camera is scaled to that of the depth map. Raises UserError, one line that names the file.
+    The file has one of: fx, fy, cx, cy; fl_x, fl_y, cx, cy (nerfstudio); K, three rows of three numbers;
+    intrinsic_matrix, nine numbers column by column (Open3D). Its size is width and height, or w and h. Raises UserError
+    with the file's name.
     """
     name = show(path)
     try:
@@ -88,7 +84,7 @@ def of_file(path: Path, height: int, width: int) -> Intrinsics:
     except OSError as error:
         raise UserError(f"{name}: {error.strerror or error}") from None
     except (ValueError, RecursionError):
-        raise UserError(f"{name}: no JSON; it should hold fx, fy, cx, cy") from None
+        raise UserError(f"{name}: not JSON; fx, fy, cx, cy are needed") from None
     if not isinstance(content, dict):
         raise UserError(f"{name}: a JSON object with fx, fy, cx, cy is needed")
     try:
@@ -97,24 +93,20 @@ def of_file(path: Path, height: int, width: int) -> Intrinsics:
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         key = f" ({error.args[0]} is missing)" if isinstance(error, KeyError) else ""
         raise UserError(f"{name}: numbers fx, fy, cx, cy, or a 3 x 3 matrix K, are needed{key}") from None
-    if (
-        not all(map(math.isfinite, (camera.fx, camera.fy, camera.cx, camera.cy, *size)))
-        or min(camera.fx, camera.fy) <= 0
-    ):
+    if not all(map(math.isfinite, (*astuple(camera), *size))) or min(camera.fx, camera.fy) <= 0:
         raise UserError(f"{name}: the focal lengths must be above 0, and all numbers finite")
     if not size:
         return camera
-    if min(size) <= 0 or not of_one_shape((size[0], size[1]), (width, height)):
+    if min(size) <= 0 or not same_shape((size[0], size[1]), (width, height)):
         raise UserError(
             f"{name}: the camera's picture is {size[0]:g} x {size[1]:g}, the depth map {width} x {height}; "
-            "these are not of one shape"
+            "the aspects differ"
         )
-    across, down = width / size[0], height / size[1]
-    return replace(camera, fx=camera.fx * across, cx=camera.cx * across, fy=camera.fy * down, cy=camera.cy * down)
+    return camera.scaled(width / size[0], height / size[1])
 
 
 def _of_json(content: Mapping[str, Any]) -> Intrinsics:
-    """Read the four numbers. Raises KeyError, TypeError or ValueError where they are not there."""
+    """Read the four numbers. Raises KeyError, TypeError or ValueError if they are missing."""
     if "K" in content or "intrinsic_matrix" in content:
         matrix = np.array(content["K"] if "K" in content else content["intrinsic_matrix"], np.float64)
         if matrix.shape == (9,):

@@ -1,9 +1,8 @@
-"""The multiscale field while it is learnt from photographs: its value and gradient, and the way back to its weights.
+"""The multiscale field during reconstruction: values, gradients, and the derivatives by its weights.
 
-A loss on volume rendering depends on f, on grad f, and, by the colours, on the last hidden layers, which tell the
-radiance network where it is. All come without a graph from the trainer's adjoint pass and are the leaves of a graph
-that ends in the loss. What that leaves in their .grad goes on to the weights by the derivative of the adjoint pass,
-which is written out by hand. Nothing is differentiated twice.
+The loss depends on f, on grad f and, through the colors, on the last hidden layers, which are the radiance network's
+features. The trainer's adjoint pass computes all three without a graph; they are the leaves of the loss's graph. The
+hand-written derivative of the adjoint pass then propagates their .grad to the weights. Nothing is differentiated twice.
 """
 
 from collections.abc import Sequence
@@ -18,36 +17,36 @@ from ..trainer.networks.network import Adjoint, Weights, add_derivative, adjoint
 
 @dataclass(frozen=True, eq=False)
 class Evaluated:
-    """The field at N points."""
+    """The field at N points. The tensors are leaves that require gradients."""
 
     f: Tensor
-    """(N,), a leaf that wants a gradient."""
+    """(N,)."""
     gradient: Tensor
-    """(N, 3), a leaf likewise."""
+    """(N, 3)."""
     features: Tensor
-    """(N, F), a leaf likewise: the last hidden layers of all levels side by side, 0 where a level is not evaluated."""
+    """(N, F): the last hidden layers of all levels side by side, 0 where a level is not evaluated."""
     passes: list[tuple[Adjoint, Tensor]]
-    """Of each level: what `add_derivative` needs, and the indices (M,) of the points where the level is defined."""
+    """For each level: its adjoint pass, and the indices (M,) of the points where the level is defined."""
 
 
 class MultiscaleField:
-    """Nested levels (Eq. 3) whose weights are learnt all at once."""
+    """Nested levels (Eq. 3) whose weights are trained together."""
 
     def __init__(self, levels: Sequence[Weights], deltas: Sequence[float]) -> None:
-        """levels: networks, coarse to fine. deltas: half widths of the bands of all levels but the last."""
+        """levels: networks, coarse to fine. deltas: band half-widths of all levels but the last."""
         self.levels, self.deltas = list(levels), list(deltas)
         self.widths = [len(weights[-3]) for weights in levels]
-        """Of the last hidden layers."""
+        """Widths of the last hidden layers."""
         self.active = len(levels)
-        """Levels that are used; finer ones are not evaluated and learn nothing."""
+        """Number of levels in use; finer levels are neither evaluated nor trained."""
 
     def values(self, points: Tensor, active: int | None = None) -> Tensor:
-        """Evaluate the field at points (N, 3), with `active` levels; None: with those in use. Returns (N,)."""
+        """Evaluate `active` levels (None: those in use) at points (N, 3). Returns (N,)."""
         count = active or self.active
         return nested_field(self.levels[:count], self.deltas[: count - 1], points)[0]
 
     def evaluate(self, points: Tensor) -> Evaluated:
-        """Evaluate the field and its gradient at points (N, 3). A residual is evaluated in its band alone."""
+        """Evaluate the field and its gradient at points (N, 3), each residual only in its band."""
         first = adjoint_pass(self.levels[0], points)
         f, gradient = first.f.clone(), first.gradient.clone()
         inside = torch.arange(len(points), device=points.device)
@@ -59,8 +58,8 @@ class MultiscaleField:
             gradient[inside] += residual.gradient
             passes.append((residual, inside))
         features = points.new_zeros(len(points), sum(self.widths))
-        for (forward, where), part in zip(passes, torch.split(features, self.widths, dim=1), strict=False):
-            part[where] = forward.hidden[-1]
+        for (forward, index), part in zip(passes, torch.split(features, self.widths, dim=1), strict=False):
+            part[index] = forward.hidden[-1]
         return Evaluated(f.requires_grad_(), gradient.requires_grad_(), features.requires_grad_(), passes)
 
     def features(self, points: Tensor) -> Tensor:
@@ -69,7 +68,7 @@ class MultiscaleField:
         return torch.cat(parts)
 
     def backward(self, evaluated: Evaluated) -> None:
-        """Add the derivative of a loss, which is in the leaves' .grad, to that of the weights."""
+        """Propagate the leaves' .grad to the weights' .grad."""
         d_f, d_gradient, d_features = (
             torch.zeros_like(leaf) if leaf.grad is None else leaf.grad
             for leaf in (evaluated.f, evaluated.gradient, evaluated.features)

@@ -1,52 +1,46 @@
-"""Planes through the neighbourhood of each pixel of a depth map: normals, and depths with less noise.
+"""Fits a plane to the neighborhood of each pixel of a depth map: normals, and depths with less noise.
 
-A plane of space is an affine function of the pixel in inverse depth, whatever the perspective: where n.X = 1 on it,
-1 / z = n.(x, y, 1) for the pixel whose ray meets the plane at distance 1 in (x, y). So a plane is three sums of a
+Under perspective, a plane is an affine function of the pixel in inverse depth: where n.X = 1 on the plane,
+1 / z = n.(x, y, 1) for the pixel whose ray meets the plane at distance 1 in (x, y). So a plane follows from sums over a
 window's pixels, and its coefficients are its normal.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Doubles = NDArray[np.float64]
+from .cloud import Doubles
 
-STEEP = 6.0
-"""A neighbour is of the same surface where the slope to it, depth over width, is at most this: 80 degrees."""
-SURE = 4.0
-"""Standard deviations of the noise by which a neighbour may differ besides."""
-STEADY = 0.05
-"""Standard deviation of a plane's slope that its window is made large enough for."""
-WIDEST = 12
-"""Largest radius of a window, in pixels."""
-ROUNDS = 2
-"""How often a plane is fitted again without the pixels that it does not fit."""
+STEEP = 6.0  # A neighbor belongs to the same surface if the slope to it, depth over width, is at most this: 80 degrees
+SURE = 4.0  # standard deviations of the noise by which a neighbor may differ in addition
+STEADY = 0.05  # the window is made large enough that the standard deviation of a plane's slope is at most this
+WIDEST = 12  # largest radius of a window, pixels
+ROUNDS = 2  # number of times a plane is fitted again, without the pixels that are off it
 
 
 @dataclass(frozen=True, eq=False)
 class Planes:
-    """What was found at each pixel of a depth map; NaN where there was too little to find it by."""
+    """The planes of a depth map's pixels; NaN where there were too few pixels."""
 
     depth: Doubles
     """(H, W), of the plane, along the axis."""
     normals: Doubles
-    """(H, W, 3), of length 1, toward the camera; x points right, y down, z away from the camera."""
+    """(H, W, 3), unit vectors towards the camera; x points right, y down, z away from the camera."""
     facing: Doubles
-    """(H, W), cosine of the angle between the normal and the way to the camera."""
+    """(H, W), cosine of the angle between the normal and the direction to the camera."""
     support: Doubles
     """(H, W), share of the window's pixels that lie on the plane."""
     residual: Doubles
-    """(H, W), by how much the pixel's own depth differs from the plane's, as a share of it."""
+    """(H, W), relative difference between the pixel's own depth and the plane's."""
     noise: float
-    """Standard deviation of the depths, as a share of them, as it was measured."""
+    """Measured standard deviation of the depths, relative."""
 
 
 def fit_planes(depth: Doubles, x: Doubles, y: Doubles, step: Doubles | float = 0.0) -> Planes:
-    """Fit a plane to the neighbourhood of each pixel.
+    """Fit a plane to the neighborhood of each pixel.
 
-    depth: (H, W), along the axis, NaN where there is nothing. x (W,), y (H,): where the pixels' rays meet the plane at
-    distance 1. step: to which the depths are rounded, as a share of them.
+    depth: (H, W), along the axis, NaN where missing. x (W,), y (H,): coordinates of the pixels' rays in the plane at
+    distance 1. step: rounding step of the depths, relative.
     """
     inverse = 1 / depth
     pitch = float(np.sqrt(abs((x[1] - x[0]) * (y[1] - y[0]))))
@@ -54,7 +48,7 @@ def fit_planes(depth: Doubles, x: Doubles, y: Doubles, step: Doubles | float = 0
     radius = _radius(noise / pitch)
     coefficients, support = _fit(inverse, pitch, noise, radius)
     smooth = coefficients[..., 2]
-    # The coefficients are of steps in pixels; those of x, y and 1 follow.
+    # Convert coefficients of pixel steps to coefficients of x, y and 1.
     across, down = coefficients[..., 0] / (x[1] - x[0]), coefficients[..., 1] / (y[1] - y[0])
     normals = np.stack([across, down, smooth - across * x - down * y[:, None]], axis=-1)
     lengths = np.linalg.norm(normals, axis=-1)
@@ -68,16 +62,16 @@ def fit_planes(depth: Doubles, x: Doubles, y: Doubles, step: Doubles | float = 0
 
 
 def _noise(inverse: Doubles) -> float:
-    """Measure the noise by second differences, which a plane does not have: standard deviation over the value."""
+    """Measure the relative noise by second differences, which vanish on a plane."""
     second = [np.diff(inverse, 2, axis=axis) / np.delete(inverse, [0, -1], axis=axis) for axis in (0, 1)]
     values = np.abs(np.concatenate([part[~np.isnan(part)] for part in second]))
     return 1.4826 * float(np.median(values)) / np.sqrt(6) if len(values) else 0.0
 
 
 def _radius(noise: float) -> int:
-    """Choose a window's radius by the noise over a pixel's width.
+    """Choose a window's radius. noise: divided by a pixel's width.
 
-    The slope by a square window of side s has the standard deviation noise * sqrt(12) / s^2.
+    The slope in a square window of side s has the standard deviation noise * sqrt(12) / s^2.
     """
     side = np.sqrt(noise * np.sqrt(12) / STEADY)
     return int(np.clip(np.ceil((side - 1) / 2), 1, WIDEST))
@@ -86,7 +80,7 @@ def _radius(noise: float) -> int:
 def _fit(inverse: Doubles, pitch: float, noise: float, radius: int) -> tuple[Doubles, Doubles]:
     """Fit inverse depths by a * dx + b * dy + c around each pixel, dx and dy in pixels.
 
-    Returns a, b, c, (H, W, 3), and the share of the window's pixels that the last fit was made by, (H, W).
+    Returns a, b, c, (H, W, 3), and the share (H, W) of the window's pixels in the last fit.
     """
     coefficients = np.zeros((*inverse.shape, 3))
     coefficients[..., 2] = inverse
@@ -97,25 +91,22 @@ def _fit(inverse: Doubles, pitch: float, noise: float, radius: int) -> tuple[Dou
     for round_ in range(ROUNDS + 1):
         sums = np.zeros((9, *inverse.shape))
         support[:] = 0
-        bend = steep if round_ == 0 else steep / 4  # a fitted plane leaves only the curvature
+        bend = steep if round_ == 0 else steep / 4  # off a fitted plane, only curvature remains
         for dy, dx in offsets:
-            there = padded[radius + dy : radius + dy + height, radius + dx : radius + dx + width]
+            neighbor = padded[radius + dy : radius + dy + height, radius + dx : radius + dx + width]
             plane = coefficients[..., 0] * dx + coefficients[..., 1] * dy + coefficients[..., 2]
             allowed = (bend * max(abs(dx), abs(dy), 1) + SURE * noise) * plane
+            # 1 in the center, a quarter at the window's side
+            share = float(1 / (1 + 3 * max(abs(dx), abs(dy)) ** 2 / max(radius, 1) ** 2))
             with np.errstate(invalid="ignore"):
-                weight = np.where(np.abs(there - plane) <= allowed, _window(dx, dy, radius), 0.0)
-            value = np.where(weight > 0, there, 0.0)
+                weight = np.where(np.abs(neighbor - plane) <= allowed, share, 0.0)
+            value = np.where(weight > 0, neighbor, 0.0)
             support += weight > 0
             factors = (1, dx, dy, dx * dx, dx * dy, dy * dy, value, dx * value, dy * value)
             for index, factor in enumerate(factors):
                 sums[index] += weight * factor
         coefficients = _solve(sums)
     return coefficients, support / len(offsets)
-
-
-def _window(dx: int, dy: int, radius: int) -> float:
-    """Return the weight of a neighbour: 1 in the middle, a quarter at the window's side."""
-    return float(1 / (1 + 3 * max(abs(dx), abs(dy)) ** 2 / max(radius, 1) ** 2))
 
 
 def _solve(sums: Doubles) -> Doubles:

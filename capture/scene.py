@@ -1,6 +1,6 @@
-"""The scene that `photos` learns: a multiscale signed distance, a radiance network, and the surface's sharpness."""
+"""The scene of `photos`: a multiscale signed distance, a radiance network, and the sharpness of the surface."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import torch
 from torch import Tensor
@@ -13,43 +13,38 @@ from .multiscale import Evaluated, MultiscaleField
 from .radiance import Radiance
 from .rendering import Shade
 
-SPHERE = 0.5
-"""Radius of the sphere that a field begins as."""
+SPHERE = 0.5  # radius of the initial sphere
 SPHERE_STEPS, SPHERE_POINTS, SPHERE_RATE = 300, 1024, 5e-3
-"""Steps in which it becomes that sphere, samples of each, and the peak rate."""
+"""Steps, samples per step and peak rate of the fit to the sphere."""
 SPHERE_EIKONAL = 0.02
-SHARPNESS = 0.3
-"""Logarithm of s at the beginning, over `SHARPNESS_UNIT` (NeuS)."""
-SHARPNESS_UNIT = 10.0
-
-
-@dataclass(frozen=True)
-class Sizes:
-    """The sizes of the networks."""
-
-    levels: tuple[tuple[int, int], ...]
-    """(width, depth) of each level, coarse to fine."""
-    omegas: tuple[float, ...]
-    """omega_0 of each level."""
-    deltas: tuple[float, ...]
-    """Half widths of the bands of all levels but the last, model units."""
-    radiance: int
-    """Width of the radiance network."""
+SHARPNESS, SHARPNESS_UNIT = 0.3, 10.0  # initial logarithm of s, divided by SHARPNESS_UNIT (NeuS)
 
 
 class MultiscaleScene:
-    """A `Scene` whose distance is a sum of nested levels."""
+    """A `Scene` of nested levels."""
 
-    def __init__(self, sizes: Sizes, device: torch.device, seed: int) -> None:
-        """Begin with a sphere, residuals near zero, and a radiance network of random weights."""
+    def __init__(
+        self,
+        sizes: Sequence[tuple[int, int]],
+        omegas: Sequence[float],
+        deltas: Sequence[float],
+        radiance: int,
+        device: torch.device,
+        seed: int,
+    ) -> None:
+        """Initialize the networks, residuals near zero.
+
+        sizes, omegas: (width, depth) and omega_0 of each level, coarse to fine. deltas: band half-widths of all levels
+        but the last, model units. radiance: width of the radiance network.
+        """
         self.levels = []
-        for i, (size, omega) in enumerate(zip(sizes.levels, sizes.omegas, strict=True)):
+        for i, (size, omega) in enumerate(zip(sizes, omegas, strict=True)):
             self.levels.append(level.start(size, omega, first=i == 0, seed=seed + i, device=device)())
-        self.field = MultiscaleField(self.levels, sizes.deltas)
-        self.radiance = Radiance(sizes.radiance, sum(self.field.widths), torch.Generator().manual_seed(seed)).to(device)
+        self.field = MultiscaleField(self.levels, deltas)
+        self.radiance = Radiance(radiance, sum(self.field.widths), torch.Generator().manual_seed(seed)).to(device)
         self.logarithm = torch.tensor(SHARPNESS, device=device, requires_grad=True)
         self.least_sharpness = 0.0
-        """s is at least this."""
+        """Lower bound of s."""
         self._evaluated: Evaluated | None = None
 
     def become_sphere(self, seed: int) -> None:
@@ -66,16 +61,16 @@ class MultiscaleScene:
             optimiser.step(1 - step / SPHERE_STEPS)
 
     def guide(self, points: Tensor) -> Tensor:
-        """Evaluate level 1 alone, (N,)."""
+        """Evaluate level 1 only, (N,)."""
         return self.field.values(points, 1)
 
     def evaluate(self, points: Tensor) -> tuple[Tensor, Tensor, Shade]:
-        """Evaluate the levels in use; their graph ends at the values and gradients (see multiscale.py)."""
+        """Evaluate the levels in use; the graph ends at the values and gradients (multiscale.py)."""
         evaluated = self._evaluated = self.field.evaluate(points)
 
         def shade(index: Tensor, directions: Tensor, gradient: Tensor) -> Tensor:
-            colours: Tensor = self.radiance(points[index], directions, gradient, evaluated.features[index])
-            return colours
+            colors: Tensor = self.radiance(points[index], directions, gradient, evaluated.features[index])
+            return colors
 
         return evaluated.f, evaluated.gradient, shade
 
@@ -84,27 +79,27 @@ class MultiscaleScene:
         return torch.exp(SHARPNESS_UNIT * self.logarithm).clamp_min(self.least_sharpness)
 
     def backward(self, loss: Tensor) -> None:
-        """Differentiate as far as the field's values by autograd, and from there by hand."""
+        """Differentiate by autograd to the field's values, and from there by hand."""
         loss.backward()  # type: ignore[no-untyped-call]
         assert self._evaluated is not None
         self.field.backward(self._evaluated)
         self._evaluated = None
 
     def optimisers(self, rate: float, radiance: float, sharpness: float) -> list[tuple[list[Tensor], Optimiser]]:
-        """Make an optimiser for each network, and for log s, and return each with its parameters.
+        """Create an optimizer for each network and for log s. Returns each with its parameters.
 
-        rate, radiance: peak rates of the levels' and of the radiance's hidden layers up to 64 wide; those of wider ones
-        are lower. sharpness: of log s.
+        rate, radiance: peak rates of the levels and of the radiance network, for layers up to 64 wide; wider layers
+        have lower rates. sharpness: rate of log s.
         """
-        made: list[tuple[list[Tensor], Optimiser]] = []
+        pairs: list[tuple[list[Tensor], Optimiser]] = []
         for i, weights in enumerate(self.levels):
             relative, factor = level.rates(len(weights[0]), self.field.deltas[i - 1] if i else None)
-            made.append((weights, Optimiser(weights, rate * relative / level.RATE, factor)))
+            pairs.append((weights, Optimiser(weights, rate * relative / level.RATE, factor)))
         parameters: list[Tensor] = list(self.radiance.parameters())
         slower = min(1, level.RATE_WIDTH / self.radiance.width)
-        made.append((parameters, Optimiser(parameters, radiance * slower, 1.0)))
-        return [*made, ([self.logarithm], Optimiser([self.logarithm], sharpness, 1.0))]
+        pairs.append((parameters, Optimiser(parameters, radiance * slower, 1.0)))
+        return [*pairs, ([self.logarithm], Optimiser([self.logarithm], sharpness, 1.0))]
 
     def weights(self) -> list[Weights]:
-        """Return the levels in use, as weights that share nothing with the training."""
+        """Return copies of the levels in use."""
         return [[w.detach().clone() for w in weights] for weights in self.levels[: self.field.active]]

@@ -1,34 +1,24 @@
-"""Volume rendering of a signed distance (NeuS, Wang et al. 2021): unbiased, and aware of what hides what."""
+"""Volume rendering of a signed distance (NeuS, Wang et al. 2021): unbiased, and aware of occlusion."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
-from .bundle import Rays
+from .rays import Rays
 
-SEEN = 1e-4
-"""A section with a smaller weight adds no colour: its radiance is not evaluated."""
-TINY = 1e-5
-"""Keeps quotients of small densities finite."""
+SEEN = 1e-4  # sections with a smaller weight get no color: their radiance is not evaluated
+TINY = 1e-5  # keeps quotients of small densities finite
 
 
-@dataclass(frozen=True, eq=False)
-class Sections:
-    """The sections of R rays."""
+def sections(rays: Rays, depths: Tensor) -> tuple[Tensor, Tensor]:
+    """Cut rays at depths (R, S), ascending distances from the eyes; the last section ends where the ray ends.
 
-    points: Tensor
-    """(R, S, 3), their middles."""
-    lengths: Tensor
-    """(R, S)."""
-
-
-def sections(rays: Rays, depths: Tensor) -> Sections:
-    """Cut rays at depths (R, S), ascending distances from the eyes; the last section ends where the ray does."""
+    Returns the sections' centers (R, S, 3) and lengths (R, S).
+    """
     lengths = torch.diff(depths, dim=1, append=rays.far[:, None])
     middles = depths + lengths / 2
-    return Sections(rays.eyes[:, None] + middles[..., None] * rays.directions[:, None], lengths)
+    return rays.eyes[:, None] + middles[..., None] * rays.directions[:, None], lengths
 
 
 def opacities(
@@ -36,20 +26,24 @@ def opacities(
 ) -> Tensor:
     """Compute the opacity alpha of sections, max(0, (Phi(f_a) - Phi(f_b)) / Phi(f_a)) (NeuS, Eq. 13).
 
-    Phi is the logistic distribution function of the given sharpness s. f: (R, S) and gradient: (R, S, 3) in the middle
-    of each section, from which the values f_a and f_b at its ends follow by its slope along the ray. directions:
-    (R, 3). lengths: (R, S). anneal: in [0, 1]; below 1, sections that the ray leaves through count a little, too, which
-    helps a field that knows nothing yet. Returns (R, S).
+    Phi is the logistic distribution function of sharpness s. f: (R, S) and gradient: (R, S, 3), at the centers; the
+    values f_a and f_b at the ends of a section follow from the slope along the ray. directions: (R, 3). lengths:
+    (R, S). anneal: in [0, 1]; below 1, sections in which the ray leaves the shape count a little, too, which helps an
+    untrained field. Returns (R, S).
     """
     slope = (gradient * directions[:, None]).sum(dim=-1)
     falling = -(torch.relu(0.5 - 0.5 * slope) * (1 - anneal) + torch.relu(-slope) * anneal)
-    half = falling * lengths / 2
-    before, after = torch.sigmoid((f - half) * sharpness), torch.sigmoid((f + half) * sharpness)
-    return ((before - after + TINY) / (before + TINY)).clamp(0, 1)
+    return _alpha(f, falling * lengths / 2, sharpness)
+
+
+def _alpha(f: Tensor, half: Tensor, sharpness: Tensor | float) -> Tensor:
+    """Compute the opacity of sections from the value f at their centers, which changes by 2 `half` along them."""
+    start, end = torch.sigmoid((f - half) * sharpness), torch.sigmoid((f + half) * sharpness)
+    return ((start - end + TINY) / (start + TINY)).clamp(0, 1)
 
 
 def weights_of(alpha: Tensor) -> Tensor:
-    """Return the share of each section in what its ray sees, T_i alpha_i. alpha: (R, S). Returns (R, S)."""
+    """Return the weight T_i alpha_i of each section in its ray's color. alpha: (R, S). Returns (R, S)."""
     through = torch.cumprod(torch.cat((torch.ones_like(alpha[:, :1]), 1 - alpha + 1e-7), dim=1), dim=1)
     return alpha * through[:, :-1]
 
@@ -63,11 +57,11 @@ def sample(
     sharpest: float,
     generator: torch.Generator | None,
 ) -> Tensor:
-    """Choose depths along rays: even ones first, then more where a coarse field says that the surface is.
+    """Choose depths along rays: evenly first, then more of them near the surface of a coarse field.
 
-    values: the coarse field at points (N, 3). counts: of even depths, and of those that are added in all. rounds: in
-    how many steps they are added; the field is taken as four times sharper in each, and as `sharpest` in the last.
-    generator: shifts the even depths of each ray by chance; None: they are not shifted. Returns (R, S), ascending.
+    values: the coarse field at points (N, 3). counts: of even depths, and of all added depths. rounds: number of rounds
+    that add depths; the sharpness of the field grows fourfold in each round, up to `sharpest`. generator: shifts the
+    even depths of each ray randomly; None: no shift. Returns (R, S), ascending.
     """
     even, more = counts
     count, device = len(rays), rays.eyes.device
@@ -78,7 +72,7 @@ def sample(
     f = _along(rays, values, depths)
     for k in range(rounds):
         sharpness = sharpest / 4.0 ** (rounds - 1 - k)
-        added = _where(depths, _guide(depths, f, sharpness), more // rounds, generator)
+        added = _inverse(depths, _guide(depths, f, sharpness), more // rounds, generator)
         depths, order = torch.sort(torch.cat((depths, added), dim=1), dim=1)
         if k + 1 < rounds:
             f = torch.gather(torch.cat((f, _along(rays, values, added)), dim=1), 1, order)
@@ -91,18 +85,16 @@ def _along(rays: Rays, values: Callable[[Tensor], Tensor], depths: Tensor) -> Te
 
 
 def _guide(depths: Tensor, f: Tensor, sharpness: float) -> Tensor:
-    """Compute the weights (R, S - 1) of the stretches between depths from the field at these depths (R, S)."""
+    """Compute the weights (R, S - 1) of the intervals between depths (R, S) from the field at these depths (R, S)."""
     lengths = torch.diff(depths, dim=1)
     slope = torch.diff(f, dim=1) / (lengths + TINY)
     earlier = torch.cat((torch.zeros_like(slope[:, :1]), slope[:, :-1]), dim=1)
     slope = torch.minimum(slope, earlier).clamp(-1e3, 0)
-    middle, half = (f[:, 1:] + f[:, :-1]) / 2, slope * lengths / 2
-    before, after = torch.sigmoid((middle - half) * sharpness), torch.sigmoid((middle + half) * sharpness)
-    return weights_of(((before - after + TINY) / (before + TINY)).clamp(0, 1))
+    return weights_of(_alpha((f[:, 1:] + f[:, :-1]) / 2, slope * lengths / 2, sharpness))
 
 
-def _where(depths: Tensor, weights: Tensor, count: int, generator: torch.Generator | None) -> Tensor:
-    """Draw `count` depths a ray from the stretches' weights (R, S - 1), evenly by their distribution function."""
+def _inverse(depths: Tensor, weights: Tensor, count: int, generator: torch.Generator | None) -> Tensor:
+    """Draw `count` depths a ray by inverting the distribution function of the intervals' weights (R, S - 1)."""
     density = weights + TINY
     below = torch.cumsum(density / density.sum(dim=1, keepdim=True), dim=1)
     below = torch.cat((torch.zeros_like(below[:, :1]), below), dim=1)

@@ -187,7 +187,7 @@ def test_unproject_equals_the_verb(tmp_path: Path) -> None:
     cloud = mplicits.unproject(tmp_path / "depth.npy", fov=40, range=(1, 5))
     cloud.save(tmp_path / "ours.ply")
     assert (tmp_path / "verb.ply").read_bytes() == (tmp_path / "ours.ply").read_bytes()
-    assert repr(cloud) == f"<mplicits.Unprojected: {len(cloud.points):,} points with normals, without colours>"
+    assert repr(cloud) == f"<mplicits.Unprojected: {len(cloud.points):,} points with normals, without colors>"
     shape, _ = load_shape(cloud.arrays(), up="y", noise=0)
     assert not shape.colored
     with pytest.raises(mplicits.UserError, match="clouds are PLY"):

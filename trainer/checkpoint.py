@@ -114,7 +114,8 @@ def to_model(paths: Sequence[Path], omegas: Sequence[float | None], shape: str |
     try:
         points = zero_set(levels)
     except UserError as error:
-        raise UserError(f"{names}: {error}") from None
+        advice = "are these checkpoints of one shape, coarse to fine, and is --omega right?"
+        raise UserError(f"{names}: {error}; {advice}") from None
     loaded = None if shape is None else load_shape(shape)[0]
     surface = points if loaded is None else torch.from_numpy(loaded.inputs().astype(np.float32))
     return _model(

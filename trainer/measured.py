@@ -76,10 +76,7 @@ def zero_set(levels: Sequence[Weights]) -> Tensor:
         f, _ = field_and_gradient(levels[: i + 1], points)
         points = points[(f.abs() < NEAR) & (torch.linalg.vector_norm(points, dim=1) < LARGEST_NORM)]
         if len(points) < FEWEST:
-            raise UserError(
-                f"level {i + 1} has no surface near that of the level before: are the checkpoints of one "
-                "shape, coarse to fine, and is --omega right?"
-            )
+            raise UserError(f"level {i + 1} has no surface" + " near that of the level before" * (i > 0))
     return points
 
 

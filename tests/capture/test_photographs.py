@@ -1,4 +1,4 @@
-"""Photographs with cameras: both layouts give the same rays, and what is wrong with a folder is one line."""
+"""Loading photographs with cameras in both layouts, and errors for bad folders."""
 
 import json
 import shutil
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from mplicits.capture.folder import read_photographs
-from mplicits.capture.posed import split
+from mplicits.capture.photographs import split
 from mplicits.model.errors import UserError
 from mplicits.model.orientation import as_in_file
 from support.ball_photographs import RADIUS, poses, write_sphere_layout, write_transforms_layout
@@ -32,7 +32,7 @@ def test_both_layouts_have_the_same_rays(sphere_layout: Path, tmp_path: Path) ->
     other, _ = read_photographs(tmp_path / "transforms", sphere=SPHERE, up="y")
     assert one.masked
     assert other.masked
-    assert one.centre == pytest.approx((5, 6, 7))
+    assert one.center == pytest.approx((5, 6, 7))
     assert one.scale == pytest.approx(2)
     for a, b, pose in zip(one.views, other.views, poses(5), strict=True):
         np.testing.assert_allclose(a.eye, pose[:3, 3], atol=1e-9)
@@ -44,17 +44,17 @@ def test_both_layouts_have_the_same_rays(sphere_layout: Path, tmp_path: Path) ->
         np.testing.assert_array_equal(a.mask, nearest < RADIUS)
 
 
-def test_a_transforms_file_finds_what_the_cameras_look_at(tmp_path: Path) -> None:
+def test_transforms_without_a_sphere_use_the_ball_that_all_cameras_see(tmp_path: Path) -> None:
     write_transforms_layout(tmp_path / "t", 5, SIZE)
     found, _ = read_photographs(tmp_path / "t", up="z")
-    assert found.centre == pytest.approx((0, 0, 0), abs=1e-9)
+    assert found.center == pytest.approx((0, 0, 0), abs=1e-9)
     assert RADIUS < found.scale < 1
     turned = np.array([view.eye for view in found.views]) * found.scale
     np.testing.assert_allclose(turned[:, 1], [pose[2, 3] for pose in poses(5)], atol=1e-9)
 
 
 @pytest.mark.parametrize("up", ["y", "-y", "z", "-x"])
-def test_up_is_as_in_the_pictures(up: str, tmp_path: Path) -> None:
+def test_up_comes_from_the_photographs(up: str, tmp_path: Path) -> None:
     write_transforms_layout(tmp_path / "t", 5, SIZE)
     as_it_was, _ = read_photographs(tmp_path / "t")
     assert as_it_was.up == "y"
@@ -70,7 +70,7 @@ def test_up_is_as_in_the_pictures(up: str, tmp_path: Path) -> None:
         np.testing.assert_allclose(after.eye, before.eye, atol=1e-9)
 
 
-def test_pictures_held_every_way_tell_no_up(tmp_path: Path) -> None:
+def test_up_directions_that_cancel_fall_back_to_z(tmp_path: Path) -> None:
     write_transforms_layout(tmp_path / "t", 4, SIZE)
     content = json.loads((tmp_path / "t" / "transforms.json").read_text())
     for frame, upside_down in zip(content["frames"], (False, True, False, True), strict=True):
@@ -80,7 +80,7 @@ def test_pictures_held_every_way_tell_no_up(tmp_path: Path) -> None:
     assert read_photographs(tmp_path / "t")[0].up == "z"
 
 
-def test_smaller_pictures_have_the_same_camera(sphere_layout: Path) -> None:
+def test_shrunk_photographs_have_the_same_camera(sphere_layout: Path) -> None:
     whole, _ = read_photographs(sphere_layout)
     half, _ = read_photographs(sphere_layout, 0.5)
     directions = whole.views[0].directions()
@@ -88,7 +88,7 @@ def test_smaller_pictures_have_the_same_camera(sphere_layout: Path) -> None:
     np.testing.assert_allclose(half.views[0].directions(), mean, atol=1e-3)
 
 
-def test_cameras_for_larger_pictures_need_their_size(sphere_layout: Path) -> None:
+def test_cameras_of_larger_photographs_need_camera_size(sphere_layout: Path) -> None:
     before, _ = read_photographs(sphere_layout, 0.5)
     for path in (*(sphere_layout / "image").iterdir(), *(sphere_layout / "mask").iterdir()):
         Image.open(path).reduce(2).save(path)
@@ -96,11 +96,11 @@ def test_cameras_for_larger_pictures_need_their_size(sphere_layout: Path) -> Non
         read_photographs(sphere_layout)
     after, _ = read_photographs(sphere_layout, camera_size=(SIZE, SIZE))
     np.testing.assert_allclose(after.views[1].directions(), before.views[1].directions(), atol=1e-9)
-    with pytest.raises(UserError, match="of another shape"):
+    with pytest.raises(UserError, match="of another aspect"):
         read_photographs(sphere_layout, camera_size=(2 * SIZE, SIZE))
 
 
-def test_every_so_many_views_are_kept_out(sphere_layout: Path) -> None:
+def test_every_third_view_is_held_out(sphere_layout: Path) -> None:
     photographs, _ = read_photographs(sphere_layout)
     learnt, held = split(photographs, 3)
     assert [view.name for view in held] == ["001.png", "004.png"]
@@ -109,14 +109,14 @@ def test_every_so_many_views_are_kept_out(sphere_layout: Path) -> None:
 
 
 def change(folder: Path, key: str, matrix: NDArray[np.float64] | None) -> None:
-    """Set a matrix of the cameras' file; None: remove it."""
+    """Set or remove (None) a matrix of cameras_sphere.npz."""
     with np.load(folder / "cameras_sphere.npz") as file:
         matrices: dict[str, Any] = {name: file[name] for name in file.files if name != key}
     matrices |= {} if matrix is None else {key: matrix}
     np.savez(folder / "cameras_sphere.npz", **matrices)
 
 
-def test_what_is_wrong_is_one_line(sphere_layout: Path) -> None:
+def test_a_bad_folder_is_one_line(sphere_layout: Path) -> None:
     def refused(match: str) -> None:
         with pytest.raises(UserError, match=match) as raised:
             read_photographs(sphere_layout)
@@ -145,7 +145,7 @@ def test_what_is_wrong_is_one_line(sphere_layout: Path) -> None:
     (sphere_layout / "cameras_sphere.npz").write_bytes(b"PK")
     refused("not a readable NPZ file")
     (sphere_layout / "cameras_sphere.npz").unlink()
-    refused("no cameras in it")
+    refused("no cameras; ")
 
 
 @pytest.mark.parametrize(
@@ -155,14 +155,12 @@ def test_what_is_wrong_is_one_line(sphere_layout: Path) -> None:
         ({"fl_x": "wide"}, "frame 0: no camera; fl_x"),
         ({"fl_x": -1.0}, "must be above 0"),
         ({"w": 2 * SIZE}, f"its camera is for a picture of {2 * SIZE} x {SIZE}, this is {SIZE} x {SIZE}"),
-        ({"frames": [{"file_path": "000.png"}] * 3}, "frame 0: no camera; it has no transform_matrix"),
+        ({"frames": [{"file_path": "000.png"}] * 3}, "frame 0: no camera; transform_matrix is missing"),
         ({"frames": [{"file_path": "000.png", "transform_matrix": [[0.0] * 4] * 4}] * 3}, "singular"),
         ({"frames": [{"file_path": "9.png", "transform_matrix": np.eye(4).tolist()}] * 3}, "9.png: no such file"),
     ],
 )
-def test_what_is_wrong_with_a_transforms_file_is_one_line(
-    tmp_path: Path, changed: dict[str, object], match: str
-) -> None:
+def test_a_bad_transforms_file_is_one_line(tmp_path: Path, changed: dict[str, object], match: str) -> None:
     write_transforms_layout(tmp_path / "t", 3, SIZE)
     path = tmp_path / "t" / "transforms.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | changed))
@@ -170,7 +168,7 @@ def test_what_is_wrong_with_a_transforms_file_is_one_line(
         read_photographs(tmp_path / "t")
 
 
-def test_a_bent_lens_is_warned_of(tmp_path: Path) -> None:
+def test_lens_distortion_causes_a_warning(tmp_path: Path) -> None:
     write_transforms_layout(tmp_path / "t", 3, SIZE)
     path = tmp_path / "t" / "transforms.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | {"k1": 0.1}))

@@ -1,7 +1,5 @@
-"""`mplicits photos`: the surface that photographs of a ball give, interruptions, and bad options."""
+"""`mplicits photos`: reconstruction of a ball, interruption, and bad options."""
 
-import json
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +10,13 @@ import torch
 import mplicits
 from mplicits import cli
 from mplicits.capture import learner
-from mplicits.capture.bundle import rays_of
-from mplicits.capture.finish import FACING, colours_of_surface
+from mplicits.capture.finish import FACING, colors_of_surface, surface_of
 from mplicits.capture.folder import read_photographs
 from mplicits.capture.learner import Learner
 from mplicits.capture.options import PhotoOptions
-from mplicits.capture.photo_settings import photo_settings
+from mplicits.capture.rays import rays_of
 from mplicits.capture.reconstruct import Reconstruction
-from mplicits.capture.scene import MultiscaleScene, Sizes
+from mplicits.capture.scene import MultiscaleScene
 from mplicits.model.errors import UserError
 from mplicits.model.model_file import load
 from mplicits.trainer.session import TrainingBar
@@ -36,7 +33,7 @@ def few_texture_steps(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("few_texture_steps")
-def test_photographs_become_a_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_photos_writes_a_model_and_prints_figures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write_sphere_layout(tmp_path / "ball", 9, 24)
     output = tmp_path / "ball.safetensors"
     argv = ["photos", str(tmp_path / "ball"), "-o", str(output), *TINY, "--steps", "40", "--credit", "me, CC0"]
@@ -54,8 +51,8 @@ def test_photographs_become_a_model(tmp_path: Path, capsys: pytest.CaptureFixtur
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("few_texture_steps")
-def test_photographs_of_a_ball_become_a_ball(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It begins as a smaller sphere, and ends near the ball all around, in its colours."""
+def test_photographs_of_a_ball_reconstruct_the_ball(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The reconstruction starts as a smaller sphere."""
     monkeypatch.setattr("mplicits.capture.finish.TEXTURE_STEPS", 600)
     write_sphere_layout(tmp_path / "ball", 9, 24)
     output = tmp_path / "ball.safetensors"
@@ -69,15 +66,15 @@ def test_photographs_of_a_ball_become_a_ball(tmp_path: Path, monkeypatch: pytest
     found = inside.sum(axis=0) * (radii[1] - radii[0]) + radii[0]
     assert abs(np.median(found) - RADIUS) < 0.06
     assert np.quantile(abs(found - RADIUS), 0.9) < 0.11
-    colours = field.color(found[:, None] * directions)
-    assert abs(colours - (0.5 + 0.4 * directions)).mean() < 0.1
+    colors = field.color(found[:, None] * directions)
+    assert abs(colors - (0.5 + 0.4 * directions)).mean() < 0.1
 
 
-def test_every_network_learns(tmp_path: Path) -> None:
-    """The sphere that level 1 begins as is fitted by an optimiser of its own, which must not stand in another's way."""
+def test_the_first_step_changes_every_network(tmp_path: Path) -> None:
+    """The fit to the sphere has its own optimizer, which must not disturb the scene's optimizer."""
     write_sphere_layout(tmp_path / "ball", 4, 12)
     rays, _ = rays_of(read_photographs(tmp_path / "ball")[0].views, CPU)
-    scene = MultiscaleScene(Sizes(((8, 1), (8, 1)), (8.0, 12.0), (0.1,), 8), CPU, 0)
+    scene = MultiscaleScene(((8, 1), (8, 1)), (8.0, 12.0), (0.1,), 8, CPU, 0)
     learner = Learner(scene, rays, 32, 0.0, 0)
     scene.become_sphere(0)
     before = [weight.clone() for weight in scene.levels[0]]
@@ -85,13 +82,13 @@ def test_every_network_learns(tmp_path: Path) -> None:
     assert all(not torch.equal(old, new) for old, new in zip(before, scene.levels[0], strict=True))
 
 
-def test_a_wide_radiance_network_learns_more_slowly(tmp_path: Path) -> None:
-    """Adam's first step is as long as its rate."""
+def test_a_wide_radiance_network_has_a_lower_rate(tmp_path: Path) -> None:
+    """The length of Adam's first step is its rate."""
     write_sphere_layout(tmp_path / "ball", 4, 12)
     rays, _ = rays_of(read_photographs(tmp_path / "ball")[0].views, CPU)
     moved = []
     for width in (32, 64, 128):
-        scene = MultiscaleScene(Sizes(((8, 1),), (8.0,), (), width), CPU, 0)
+        scene = MultiscaleScene(((8, 1),), (8.0,), (), width, CPU, 0)
         before = torch.cat([weight.detach().clone().ravel() for weight in scene.radiance.parameters()])
         Learner(scene, rays, 32, 0.0, 0).step(0.1)
         after = torch.cat([weight.detach().ravel() for weight in scene.radiance.parameters()])
@@ -100,11 +97,11 @@ def test_a_wide_radiance_network_learns_more_slowly(tmp_path: Path) -> None:
     assert moved[2] == pytest.approx(moved[1] / 2, rel=1e-3)
 
 
-def test_finishing_asks_for_the_colours_that_were_learnt(tmp_path: Path) -> None:
-    """A camera that faces a point counts as much as the look along its normal, and the features are the point's."""
+def test_surface_colors_average_the_facing_cameras(tmp_path: Path) -> None:
+    """A facing camera and the view along the normal have equal weights."""
     write_sphere_layout(tmp_path / "ball", 4, 12)
     views = read_photographs(tmp_path / "ball")[0].views[:1]
-    scene = MultiscaleScene(Sizes(((8, 1), (8, 1)), (8.0, 12.0), (0.02,), 8), CPU, 0)
+    scene = MultiscaleScene(((8, 1), (8, 1)), (8.0, 12.0), (0.02,), 8, CPU, 0)
     points = torch.nn.functional.normalize(torch.randn(50, 3, generator=torch.Generator().manual_seed(0)), dim=1) * 0.5
     f, gradient, shade = scene.evaluate(points)
     assert 0 < int((f.abs() < 0.02).sum()) < 50
@@ -114,20 +111,24 @@ def test_finishing_asks_for_the_colours_that_were_learnt(tmp_path: Path) -> None
     assert 0 < int(facing.sum()) < 50
     everything = torch.arange(50)
     along, seen = (shade(everything, way, gradient).detach() for way in (-normals, sight))
-    found = colours_of_surface(points, gradient.detach(), scene.field.features(points), scene.radiance, views)
+    found = colors_of_surface(points, gradient.detach(), scene.field.features(points), scene.radiance, views)
     torch.testing.assert_close(found, torch.where(facing[:, None], (along + seen) / 2, along))
 
 
-def test_what_was_cut_short_goes_on_as_if_it_had_not_been(tmp_path: Path) -> None:
+def test_a_field_without_a_surface_says_which_level_lacks_it() -> None:
+    flat = [[torch.zeros(4, 3), torch.zeros(4), torch.zeros(1, 4), torch.ones(1)]]
+    with pytest.raises(UserError, match=r"no surface in the photographs \(level 1 has no surface\); check the cameras"):
+        surface_of(flat, [0.1])
+
+
+def test_a_restored_learner_continues_identically(tmp_path: Path) -> None:
     write_sphere_layout(tmp_path / "ball", 4, 12)
     rays, _ = rays_of(read_photographs(tmp_path / "ball")[0].views, CPU)
-    sizes = Sizes(((8, 1), (8, 1)), (8.0, 12.0), (0.1,), 8)
 
-    def begun() -> Learner:
-        scene = MultiscaleScene(sizes, CPU, 0)
-        return Learner(scene, rays, 32, 0.0, 0)
+    def start(width: int = 8) -> Learner:
+        return Learner(MultiscaleScene(((8, 1), (width, 1)), (8.0, 12.0), (0.1,), 8, CPU, 0), rays, 32, 0.0, 0)
 
-    whole, first, second = begun(), begun(), begun()
+    whole, first, second = start(), start(), start()
     for k in range(6):
         whole.step(0.1 * k)
     for k in range(3):
@@ -137,14 +138,12 @@ def test_what_was_cut_short_goes_on_as_if_it_had_not_been(tmp_path: Path) -> Non
         second.step(0.1 * k)
     for a, b in zip(whole.snapshot().tensors.values(), second.snapshot().tensors.values(), strict=True):
         torch.testing.assert_close(a, b, rtol=0, atol=0)
-    wider = Sizes(((8, 1), (9, 1)), (8.0, 12.0), (0.1,), 8)
-    other = Learner(MultiscaleScene(wider, CPU, 0), rays, 32, 0.0, 0)
     with pytest.raises(UserError, match="another shape"):
-        other.restore(first.snapshot())
+        start(width=9).restore(first.snapshot())
 
 
 @pytest.mark.usefixtures("few_texture_steps")
-def test_ctrl_c_saves_and_resume_goes_on(
+def test_ctrl_c_saves_a_model_that_resume_continues(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write_sphere_layout(tmp_path / "ball", 4, 16)
@@ -161,21 +160,21 @@ def test_ctrl_c_saves_and_resume_goes_on(
 
     monkeypatch.setattr(learner.Learner, "step", interrupted)
     assert cli.main(argv) == 0
-    assert "stopped by Ctrl-C; what is learnt so far is saved" in capsys.readouterr().err
+    assert "stopped by Ctrl-C; the model so far is saved" in capsys.readouterr().err
     assert load(output).provenance["interrupted"]
     assert load(part).provenance["steps"] == 40
     monkeypatch.setattr(learner.Learner, "step", step)
     assert cli.main([*argv, "--resume", "--rays", "65"]) == 2
-    assert "begun with other options" in capsys.readouterr().err
+    assert "the interrupted run had other options" in capsys.readouterr().err
     assert cli.main([*argv, "--resume"]) == 0
     done = load(output).provenance
     assert (done["steps"], done["interrupted"]) == (60, False)
     assert not part.exists()
     assert cli.main([*argv, "--resume"]) == 2
-    assert "to go on with" in capsys.readouterr().err
+    assert "to continue" in capsys.readouterr().err
 
 
-def test_photographs_of_nothing_are_refused(tmp_path: Path) -> None:
+def test_photographs_that_miss_the_ball_are_refused(tmp_path: Path) -> None:
     write_sphere_layout(tmp_path / "ball", 3, 12, masks=False)
     with np.load(tmp_path / "ball" / "cameras_sphere.npz") as file:
         matrices: dict[str, Any] = {name: file[name] for name in file.files}
@@ -184,7 +183,7 @@ def test_photographs_of_nothing_are_refused(tmp_path: Path) -> None:
     np.savez(tmp_path / "ball" / "cameras_sphere.npz", **matrices | {"scale_mat_0": far})
     photographs, _ = read_photographs(tmp_path / "ball")
     with pytest.raises(UserError, match="no photograph shows the ball"):
-        Reconstruction(photographs, photo_settings(PhotoOptions(levels="8x1")), TrainingBar(quiet=True))
+        Reconstruction(photographs, PhotoOptions(levels="8x1"), TrainingBar(quiet=True))
 
 
 @pytest.mark.parametrize(
@@ -203,10 +202,11 @@ def test_photographs_of_nothing_are_refused(tmp_path: Path) -> None:
 )
 def test_bad_options_are_refused(options: dict[str, object], match: str) -> None:
     with pytest.raises(UserError, match=match):
-        photo_settings(PhotoOptions(**options))  # type: ignore[arg-type]
+        PhotoOptions(**options)  # type: ignore[arg-type]
 
 
-def test_settings_are_written_as_json() -> None:
-    chosen = photo_settings(PhotoOptions(sphere=(1, 2, 3, 4), camera_size=(1600, 1200)))
-    assert (chosen.sphere, chosen.camera_size) == ((1, 2, 3, 4), (1600, 1200))
-    assert json.loads(json.dumps(asdict(chosen)))["steps"] == 6000
+def test_the_record_of_options_is_json() -> None:
+    record = PhotoOptions(sphere="1,2,3,4", camera_size="1600x1200").record()
+    assert (record["sphere"], record["camera_size"], record["steps"]) == ([1, 2, 3, 4], [1600, 1200], 6000)
+    assert (record["levels"], record["omegas"], record["deltas"]) == ([[64, 2], [128, 2]], [15, 30], [0.08])
+    assert PhotoOptions(seconds=9).record()["steps"] is None

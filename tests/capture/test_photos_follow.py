@@ -1,4 +1,4 @@
-"""What follows from a model of photographs, and how `mplicits photos` ends: by a signal, and by bad input."""
+"""Mesh, page and shader of a model of photographs; `mplicits photos` after a signal and bad input."""
 
 import json
 import os
@@ -26,7 +26,7 @@ SIZE = 24
 
 @pytest.fixture(scope="module")
 def ball(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a model file of nine photographs of the coloured ball."""
+    """Reconstruct nine photographs of the colored ball."""
     folder = tmp_path_factory.mktemp("photos")
     write_sphere_layout(folder / "ball", 9, SIZE)
     output = folder / "ball.safetensors"
@@ -43,22 +43,22 @@ def ball(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-def test_its_mesh_has_the_photographs_colours(ball: Path, tmp_path: Path) -> None:
-    """The ball's colour is 0.5 + 0.4 n; the scale is 2 and the centre (5, 6, 7) of the cameras' space."""
+def test_the_mesh_of_the_model_has_the_photographs_colors(ball: Path, tmp_path: Path) -> None:
+    """The ball has color 0.5 + 0.4 n, scale 2 and center (5, 6, 7) in the cameras' space."""
     written = tmp_path / "ball.ply"
     assert cli.main(["mesh", str(ball), "-o", str(written), "--resolution", "48", "--quiet"]) == 0
     mesh: Any = trimesh.load_mesh(written)
     normals = (np.asarray(mesh.vertices) - (5, 6, 7)) / 2
     radius = np.linalg.norm(normals, axis=1, keepdims=True)
     assert np.median(radius) == pytest.approx(RADIUS, abs=0.12)
-    colours = np.asarray(mesh.visual.vertex_colors)[:, :3] / 255
+    colors = np.asarray(mesh.visual.vertex_colors)[:, :3] / 255
     for channel in range(3):
-        assert np.corrcoef(colours[:, channel], (normals / radius)[:, channel])[0, 1] > 0.7
+        assert np.corrcoef(colors[:, channel], (normals / radius)[:, channel])[0, 1] > 0.7
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("target", "ending"), [("html", "html"), ("shadertoy", "glsl")])
-def test_a_page_and_a_shader_have_its_weights(ball: Path, tmp_path: Path, target: str, ending: str) -> None:
+def test_page_and_shader_contain_the_weights(ball: Path, tmp_path: Path, target: str, ending: str) -> None:
     written = tmp_path / f"ball.{ending}"
     assert cli.main(["bake", str(ball), "--target", target, "-o", str(written)]) == 0
     text = written.read_text(encoding="utf-8")
@@ -67,7 +67,7 @@ def test_a_page_and_a_shader_have_its_weights(ball: Path, tmp_path: Path, target
 
 
 @pytest.mark.slow
-def test_a_termination_saves_a_model_that_resume_goes_on_with(tmp_path: Path) -> None:
+def test_sigterm_saves_a_model_that_resume_continues(tmp_path: Path) -> None:
     """The exit code is 128 + SIGTERM's 15."""
     write_sphere_layout(tmp_path / "ball", 9, SIZE)
     output, part = tmp_path / "m.safetensors", tmp_path / "m.part.safetensors"
@@ -92,7 +92,7 @@ def test_a_termination_saves_a_model_that_resume_goes_on_with(tmp_path: Path) ->
     working.send_signal(signal.SIGTERM)
     _, said = working.communicate(timeout=120)
     assert working.returncode == 128 + signal.SIGTERM
-    assert "stopped by SIGTERM; what is learnt so far is saved; go on with --resume" in said
+    assert "stopped by SIGTERM; the model so far is saved; --resume continues it" in said
     stopped = load(output).provenance
     assert stopped["interrupted"]
     assert stopped["steps"] < 600
@@ -106,7 +106,7 @@ def test_a_termination_saves_a_model_that_resume_goes_on_with(tmp_path: Path) ->
 
 
 def without_a_camera(folder: Path) -> None:
-    """Take the camera of the third picture away."""
+    """Remove the third camera."""
     path = folder / "transforms.json"
     content = json.loads(path.read_text())
     del content["frames"][2]["transform_matrix"]
@@ -120,7 +120,7 @@ def of_another_size(folder: Path) -> None:
 
 
 def singular(folder: Path) -> None:
-    """Make the second camera's matrix one of rank 1."""
+    """Replace the second camera's matrix by one of rank 1."""
     path = folder / "transforms.json"
     content = json.loads(path.read_text())
     content["frames"][1]["transform_matrix"] = [[1.0] * 4] * 4
@@ -136,7 +136,7 @@ def all_black(folder: Path) -> None:
 
 
 def two_pictures(folder: Path) -> None:
-    """Leave the first two."""
+    """Keep the first two pictures."""
     path = folder / "transforms.json"
     content = json.loads(path.read_text())
     path.write_text(json.dumps(content | {"frames": content["frames"][:2]}))
@@ -145,12 +145,12 @@ def two_pictures(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("spoil", "says"),
     [
-        (without_a_camera, "frame 2: no camera; it has no transform_matrix"),
+        (without_a_camera, "frame 2: no camera; transform_matrix is missing"),
         (of_another_size, f"its camera is for a picture of {SIZE} x {SIZE}, this is {SIZE} x {SIZE // 2}"),
-        (singular, "the camera's matrix is singular: no rays follow from it"),
+        (singular, "the camera's matrix is singular"),
         (all_black, "all masks are black"),
         (two_pictures, "2 photographs with cameras; at least 3"),
-        (lambda folder: (folder / "transforms.json").unlink(), "no cameras in it"),
+        (lambda folder: (folder / "transforms.json").unlink(), "no cameras; "),
         (shutil.rmtree, "no such folder"),
     ],
 )

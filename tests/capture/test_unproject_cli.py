@@ -1,4 +1,4 @@
-"""`mplicits unproject`: from files to a cloud that `train` reads."""
+"""`mplicits unproject`: files, options and errors."""
 
 import json
 from pathlib import Path
@@ -15,26 +15,26 @@ SIDE = 64
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with a depth map of a bump before a wall, in millimetres, and its picture; it is the current one."""
+    """The current folder, with a depth map (millimeters) of a bump before a wall, and its picture."""
     x = np.linspace(-1, 1, SIDE)
     square = x**2 + x[:, None] ** 2
     depth = np.where(square < 0.5, 1.5 - 0.4 * np.sqrt(np.maximum(0.5 - square, 0)), 2.5)
     Image.fromarray(np.rint(depth * 1000).astype(np.uint16)).save(tmp_path / "depth.png")
-    colours = np.zeros((2 * SIDE, 2 * SIDE, 4), np.uint8)
-    colours[..., 0], colours[..., 3] = 200, np.repeat(np.repeat(255 * (square < 0.5), 2, 0), 2, 1)
-    Image.fromarray(colours).save(tmp_path / "photo.png")
-    Image.fromarray(colours[..., 3]).save(tmp_path / "mask.png")
+    colors = np.zeros((2 * SIDE, 2 * SIDE, 4), np.uint8)
+    colors[..., 0], colors[..., 3] = 200, np.repeat(np.repeat(255 * (square < 0.5), 2, 0), 2, 1)
+    Image.fromarray(colors).save(tmp_path / "photo.png")
+    Image.fromarray(colors[..., 3]).save(tmp_path / "mask.png")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
-def test_a_cloud_that_train_reads(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The wall is transparent in the picture."""
+def test_train_loads_the_cloud_of_unproject(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The picture's wall is transparent."""
     argv = ["unproject", "depth.png", "--image", "photo.png", "--fov", "40", "-o", "c.ply", "--json"]
     assert cli.main(argv) == 0
     facts = json.loads(capsys.readouterr().out)
     assert facts["points"] > 1000
-    assert facts["colours"] is True
+    assert facts["colors"] is True
     assert facts["size"] == [SIDE, SIDE]
     shape, warnings = load_shape("c.ply")
     assert warnings == []
@@ -57,9 +57,7 @@ def test_a_cloud_that_train_reads(folder: Path, capsys: pytest.CaptureFixture[st
         ("--mask", "mask.png", "--close"),
     ],
 )
-def test_options_keep_the_bump_alone(
-    options: tuple[str, ...], folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_options_select_the_bump(options: tuple[str, ...], folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["unproject", "depth.png", "--fov", "40", "--json", *options]) == 0
     facts = json.loads(capsys.readouterr().out)
     bump = (np.asarray(Image.open(folder / "mask.png").resize((SIDE, SIDE))) > 0).sum()
@@ -67,11 +65,11 @@ def test_options_keep_the_bump_alone(
     assert facts["output"] == "depth.ply"
 
 
-def test_without_a_camera_a_warning_says_what_is_assumed(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_camera_causes_a_warning(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["unproject", "depth.png"]) == 0
     out, err = capsys.readouterr()
-    assert err == "warning: camera unknown; 50 degrees from top to bottom are assumed (--fov, --intrinsics)\n"
-    assert "points with normals, without colours; noise 0." in out
+    assert err == "warning: camera unknown; assuming 50 degrees from top to bottom (--fov, --intrinsics)\n"
+    assert "points with normals, without colors; noise 0." in out
     assert "at depth edges" in out
 
 
@@ -92,11 +90,13 @@ def test_without_a_camera_a_warning_says_what_is_assumed(folder: Path, capsys: p
         (("depth.png", "--fov", "200"), "--fov 200"),
         (("depth.png", "--fov", "40", "--intrinsics", "k.json"), "not allowed with"),
         (("depth.png", "--intrinsics", "k.json"), "k.json: No such file"),
-        (("depth.png", "--mask", "wide.png"), "these are not of one view"),
+        (("depth.png", "--mask", "wide.png"), "the views differ"),
         (("depth.png", "--mask", "black.png"), "no pixel with a depth is left"),
     ],
 )
-def test_one_line_for_what_cannot_be(argv: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_input_is_one_line(
+    argv: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     Image.new("L", (2 * SIDE, SIDE), 255).save("wide.png")
     Image.new("L", (SIDE, SIDE), 0).save("black.png")
     assert cli.main(["unproject", *argv]) == 2
@@ -108,8 +108,8 @@ def test_one_line_for_what_cannot_be(argv: tuple[str, ...], said: str, capsys: p
 
 
 @pytest.mark.slow
-def test_depth_of_a_photograph_by_a_network(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A tiny Depth Anything with random weights, saved as the real ones are: it loads, and what it says is used."""
+def test_a_network_estimates_the_depth_of_a_photograph(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A tiny Depth Anything with random weights, saved like the real ones."""
     transformers = pytest.importorskip("transformers")
     torch = pytest.importorskip("torch")
     torch.manual_seed(0)
@@ -141,7 +141,7 @@ def test_depth_of_a_photograph_by_a_network(folder: Path, capsys: pytest.Capture
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("folder")
-def test_an_estimator_that_cannot_be_loaded(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_bad_estimator_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("transformers")
     Path("empty").mkdir()
     assert cli.main(["unproject", "--estimate", "photo.png", "--estimator", "empty", "-o", "c.ply"]) == 2

@@ -1,15 +1,15 @@
-"""Volume rendering by NeuS's formula, and the way back through the field, against closed forms and autograd."""
+"""NeuS's volume rendering and the field's backward pass against closed forms and autograd."""
 
 import math
 
 import pytest
 import torch
 
-from mplicits.capture.bundle import RayBatches, Rays
 from mplicits.capture.learner import SHARP, Learner
 from mplicits.capture.multiscale import MultiscaleField
+from mplicits.capture.rays import RayBatches, Rays
 from mplicits.capture.rendering import Effort, Factors, loss_of, render
-from mplicits.capture.scene import MultiscaleScene, Sizes
+from mplicits.capture.scene import MultiscaleScene
 from mplicits.capture.volume import opacities, sample, sections, weights_of
 from mplicits.trainer.networks.network import initial, value
 
@@ -17,7 +17,7 @@ RADIUS = 0.5
 
 
 def rays_at(heights: list[float], inside: list[float] | None = None) -> Rays:
-    """Rays along z through the unit ball at heights y."""
+    """Return rays along z through the unit ball at heights y."""
     y = torch.tensor(heights)
     eyes = torch.stack([torch.zeros_like(y), y, torch.full_like(y, -3.0)], dim=1)
     directions = torch.tensor([[0.0, 0.0, 1.0]]).expand(len(y), 3)
@@ -31,7 +31,7 @@ def ball(points: torch.Tensor) -> torch.Tensor:
     return distance
 
 
-def test_samples_gather_at_the_surface() -> None:
+def test_samples_concentrate_at_the_surface() -> None:
     rays = rays_at([0.0, 0.3, 0.45])
     depths = sample(rays, ball, (16, 24), 2, 128.0, torch.Generator().manual_seed(0))
     assert depths.shape == (3, 40)
@@ -42,24 +42,24 @@ def test_samples_gather_at_the_surface() -> None:
     assert (((depths - entry[:, None]).abs() < 0.1).sum(dim=1) > 12).all()
 
 
-def test_the_weights_peak_where_the_ray_enters() -> None:
-    """NeuS, section 3.1: unbiased (a maximum at the surface), and the first of two surfaces hides the second."""
+def test_weights_peak_where_the_ray_enters() -> None:
+    """NeuS, section 3.1: the maximum is at the surface, and the first surface occludes the second."""
     rays = rays_at([0.0, 0.2, 0.9])
     depths = torch.linspace(0, 1, 801)[:-1] * (rays.far - rays.near)[:, None] + rays.near[:, None]
-    cut = sections(rays, depths)
-    points = cut.points.reshape(-1, 3)
+    centers, lengths = sections(rays, depths)
+    points = centers.reshape(-1, 3)
     gradient = torch.nn.functional.normalize(points, dim=1)
     alpha = opacities(
         ball(points).reshape(depths.shape),
         gradient.reshape(*depths.shape, 3),
         rays.directions,
-        cut.lengths,
+        lengths,
         torch.tensor(300.0),
         1.0,
     )
     weights = weights_of(alpha)
     torch.testing.assert_close(weights.sum(dim=1), torch.tensor([1.0, 1.0, 0.0]), atol=0.02, rtol=0)
-    middles = depths + cut.lengths / 2
+    middles = depths + lengths / 2
     for row, y in enumerate((0.0, 0.2)):
         assert float(middles[row, weights[row].argmax()]) == pytest.approx(3 - math.sqrt(RADIUS**2 - y**2), abs=0.005)
     assert float(weights[0, middles[0] > 3.0].sum()) < 1e-3
@@ -70,7 +70,7 @@ def tiny_levels() -> list[list[torch.Tensor]]:
     return [[w.double() for w in initial(size, 6.0, 1, generator)] for size in ((8, 1), (12, 2))]
 
 
-def test_the_way_back_is_autograd_s() -> None:
+def test_the_backward_pass_matches_autograd() -> None:
     levels, delta = tiny_levels(), 0.1
     for weights in levels:
         for weight in weights:
@@ -106,7 +106,7 @@ def test_the_way_back_is_autograd_s() -> None:
 
 
 def value_of(weights: list[torch.Tensor], points: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-    """A SIREN and its last hidden layer in operations that can be differentiated twice."""
+    """Evaluate a SIREN and its last hidden layer in twice differentiable operations."""
     hidden = points
     for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
         hidden = torch.sin(hidden @ weight.t() + bias)
@@ -115,8 +115,8 @@ def value_of(weights: list[torch.Tensor], points: torch.Tensor) -> tuple[torch.T
     return result, hidden
 
 
-def test_a_mask_and_a_background_count() -> None:
-    scene = MultiscaleScene(Sizes(((8, 1),), (8.0,), (), 8), torch.device("cpu"), 0)
+def test_masks_and_background_change_the_loss() -> None:
+    scene = MultiscaleScene(((8, 1),), (8.0,), (), 8, torch.device("cpu"), 0)
     scene.become_sphere(0)
     rays = rays_at([0.0, 0.9])
     rendered = render(scene, rays, Effort())
@@ -128,11 +128,11 @@ def test_a_mask_and_a_background_count() -> None:
         for inside in ([1.0, 0.0], [0.0, 1.0])
     )
     assert right < wrong
-    black, white = (float(loss_of(rendered, rays, Factors(), grey).detach()) for grey in (0.0, 1.0))
+    black, white = (float(loss_of(rendered, rays, Factors(), gray).detach()) for gray in (0.0, 1.0))
     assert black != white
 
 
-def test_half_of_the_rays_show_the_object_and_weigh_no_more_for_it() -> None:
+def test_half_of_the_rays_hit_the_object_with_corrected_weights() -> None:
     rays = rays_at([0.01 * k for k in range(60)], [1.0] * 6 + [0.0] * 54)
     batches = RayBatches(rays, 4000, torch.Generator().manual_seed(0))
     inside = next(batches).inside
@@ -142,9 +142,9 @@ def test_half_of_the_rays_show_the_object_and_weigh_no_more_for_it() -> None:
     assert batches.inside * count / 6 == pytest.approx((4000 - count) / 54, rel=0.1)
 
 
-def test_the_surface_is_sharpened_where_there_are_masks() -> None:
+def test_masks_raise_the_lower_bound_of_the_sharpness() -> None:
     for inside, least in (([1.0, 0.0], SHARP), (None, 0.0)):
-        scene = MultiscaleScene(Sizes(((8, 1),), (8.0,), (), 8), torch.device("cpu"), 0)
+        scene = MultiscaleScene(((8, 1),), (8.0,), (), 8, torch.device("cpu"), 0)
         scene.become_sphere(0)
         learner = Learner(scene, rays_at([0.0, 0.9], inside), 16, 0.0, 0)
         learner.step(0.0)

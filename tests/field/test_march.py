@@ -239,7 +239,7 @@ def test_depth_is_the_analytic_shape_s(renderer: Renderer) -> None:
         traced = data(renderer, camera)
         hit = traced[..., 3] > 0.5
         points = eye + traced[hit][:, :1] * directions[hit]
-        distance = np.abs(demo.signed_distance(points))
+        distance = np.abs(demo.DemoShape().distance(points))
         assert distance.mean() < 2e-3
         assert np.quantile(distance, 0.99) < 0.012
 
@@ -259,7 +259,7 @@ def test_a_camera_inside_the_ball_sees_the_shape_and_one_that_looks_away_sees_no
 def test_rays_that_begin_inside_the_shape_are_done_at_once(renderer: Renderer, model: Model) -> None:
     surface = demo.DemoShape().surface(100, np.random.default_rng(0))
     eye = surface.points[0] - 0.05 * surface.normals[0]
-    assert demo.signed_distance(eye[None])[0] < -0.03
+    assert demo.DemoShape().distance(eye[None])[0] < -0.03
     camera = Camera(0, 0, distance=1e-3, target=(float(eye[0]), float(eye[1]), float(eye[2])))
     drawn = data(renderer, camera)
     assert not drawn[..., 3].any()

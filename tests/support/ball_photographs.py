@@ -1,4 +1,4 @@
-"""Photographs of a coloured ball, computed by its formula, as folders in both layouts."""
+"""Photographs of a colored ball, computed by its formula, as folders in both layouts."""
 
 import json
 from pathlib import Path
@@ -14,7 +14,7 @@ FOCAL = 1.6
 """Focal length, in sides of a picture."""
 RADIUS = 0.6
 DISTANCE = 3.0
-"""Of the cameras from the ball's centre."""
+"""Of the cameras from the ball's center."""
 
 
 def poses(count: int) -> list[Doubles]:
@@ -32,7 +32,7 @@ def poses(count: int) -> list[Doubles]:
 
 
 def seen(pose: Doubles, size: int) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-    """Compute the picture (size, size, 3) and the mask of the ball; its colour is that of its points."""
+    """Compute the picture (size, size, 3) and the mask of the ball; its color is that of its points."""
     x, y = np.meshgrid(np.arange(size) + 0.5 - size / 2, size / 2 - np.arange(size) - 0.5)
     plane = np.stack([x, y, np.full(x.shape, -FOCAL * size)], axis=-1)
     directions = plane @ pose[:3, :3].T
@@ -42,19 +42,19 @@ def seen(pose: Doubles, size: int) -> tuple[NDArray[np.uint8], NDArray[np.bool_]
     root = along**2 - eye @ eye + RADIUS**2
     hit = root > 0
     points = eye + (-along - np.sqrt(np.maximum(root, 0)))[..., None] * directions
-    colours = np.where(hit[..., None], 0.5 + 0.4 * points / RADIUS, 0.0)
-    return np.round(255 * colours).astype(np.uint8), hit
+    colors = np.where(hit[..., None], 0.5 + 0.4 * points / RADIUS, 0.0)
+    return np.round(255 * colors).astype(np.uint8), hit
 
 
 def write_sphere_layout(folder: Path, count: int, size: int, *, masks: bool = True) -> None:
-    """Write image/, mask/ and cameras_sphere.npz; pixels' centres are whole numbers there."""
+    """Write image/, mask/ and cameras_sphere.npz; pixels' centers are whole numbers there."""
     (folder / "image").mkdir(parents=True)
     matrices: dict[str, Any] = {}
     middle = (size - 1) / 2
     intrinsics = np.array([[FOCAL * size, 0, middle, 0], [0, FOCAL * size, middle, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
     for i, pose in enumerate(poses(count)):
-        colours, hit = seen(pose, size)
-        Image.fromarray(colours).save(folder / "image" / f"{i:03}.png")
+        colors, hit = seen(pose, size)
+        Image.fromarray(colors).save(folder / "image" / f"{i:03}.png")
         if masks:
             (folder / "mask").mkdir(exist_ok=True)
             Image.fromarray((255 * hit).astype(np.uint8)).save(folder / "mask" / f"{i:03}.png")
@@ -71,8 +71,8 @@ def write_transforms_layout(folder: Path, count: int, size: int) -> None:
     folder.mkdir(parents=True)
     frames = []
     for i, pose in enumerate(poses(count)):
-        colours, hit = seen(pose, size)
-        Image.fromarray(np.dstack([colours, (255 * hit).astype(np.uint8)])).save(folder / f"{i:03}.png")
+        colors, hit = seen(pose, size)
+        Image.fromarray(np.dstack([colors, (255 * hit).astype(np.uint8)])).save(folder / f"{i:03}.png")
         frames.append({"file_path": f"./{i:03}", "transform_matrix": pose.tolist()})
     shared = {"fl_x": FOCAL * size, "fl_y": FOCAL * size, "cx": size / 2, "cy": size / 2, "w": size, "h": size}
     (folder / "transforms.json").write_text(json.dumps(shared | {"frames": frames}))

@@ -111,7 +111,7 @@ def header(width: int, height: int) -> bytes:
         ("ball.obj", "float.tiff", "8 bits a channel"),
         ("plain.stl", "right.png", "no texture coordinates"),
         ("points.npz", "right.png", "a point cloud has no texture coordinates"),
-        ("demo", "right.png", "has its own colours"),
+        ("demo", "right.png", "has its own colors"),
     ],
 )
 def test_an_unusable_image_is_one_line(

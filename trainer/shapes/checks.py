@@ -10,8 +10,7 @@ from .shape import Doubles
 
 LARGEST, SMALLEST = 1e100, 1e-100
 """Largest coordinate and smallest extent: squares and cubes beyond them overflow or vanish."""
-FEWEST = 100
-"""Fewest points of a cloud."""
+FEWEST = 100  # fewest points of a cloud
 
 
 def check_coordinates(points: Doubles) -> None:

@@ -11,8 +11,7 @@ from .duplicates import merge
 from .outliers import outliers
 from .shape import SurfacePoints, as_triple, normalize, unit
 
-FEWEST_LEFT = 50
-"""Fewest points that the removal of noise must leave for training."""
+FEWEST_LEFT = 50  # fewest points that the removal of noise must leave for training
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,10 +12,8 @@ from .duplicates import merge
 from .planes import LocalPlanes, NearestPoint
 from .shape import Doubles, SurfacePoints, in_cell_order, unit
 
-HELD_OUT = 0.05
-"""Share of the points that is held out for evaluation."""
-NEIGHBORS = 12
-"""Nearest neighbors from which the area of a point is estimated."""
+HELD_OUT = 0.05  # share of the points that is held out for evaluation
+NEIGHBORS = 12  # nearest neighbors from which the area of a point is estimated
 COARSE = 1e-4
 """The winding number merges points closer than this share of the shape's size.
 
@@ -26,8 +24,7 @@ EVEN, EVEN_NEIGHBORS = 1.5, 64
 
 Without the limit, a stray point would leave a large region around it without a distance.
 """
-OPEN = 0.3
-"""If the winding number differs from 1/2 by less, the cloud has a hole there, and the distance is unknown."""
+OPEN = 0.3  # if the winding number differs from 1/2 by less, the cloud has a hole there, and the distance is unknown
 
 
 class CloudShape:

@@ -14,8 +14,7 @@ from .shape import Doubles
 
 CONSTANT_HARMONIC = 0.28209479177387814
 """Value of the constant spherical harmonic, 1 / (2 sqrt(pi)): a splat's f_dc is a coefficient of it."""
-FAINT = 0.3
-"""Splats of lower opacity are left out."""
+FAINT = 0.3  # splats of lower opacity are left out
 EMPTY = "the mesh is empty; a shape needs triangles or points"
 
 

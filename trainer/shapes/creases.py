@@ -13,12 +13,9 @@ from .shape import Doubles, unit
 
 Integers = NDArray[np.int64]
 
-CHUNK = 1_000_000
-"""Faces or edges per block, which bounds the memory."""
-SHARPER = 2.5
-"""A crease bends this many times as much as the edges beside it."""
-SHARP = 60.0
-"""An edge that bends by more degrees is a crease whatever its neighbors are: a cube, a nut."""
+CHUNK = 1_000_000  # faces or edges per block, which bounds the memory
+SHARPER = 2.5  # A crease bends this many times as much as the edges beside it
+SHARP = 60.0  # an edge that bends by more degrees is a crease whatever its neighbors are: a cube, a nut
 LEAST_COSINE = 0.2
 """A normal of a file is used if the cosine to its face's normal is larger: it may be damaged, or point inwards."""
 

@@ -12,14 +12,10 @@ import numpy as np
 from .creases import CornerNormals, Integers, corner_angles, edge_pairs, face_normals
 from .shape import Doubles, unit
 
-MOST_CUTS = 5
-"""Most facets along an edge; they reduce the chord error of a triangle to a 25th."""
-MOST_FACETS = 300_000
-"""Meshes are subdivided up to this number of facets; finer scans are not subdivided."""
-DECIMALS = 7
-"""Positions and normals that agree to this number of decimals, in model space, are equal."""
-CREASED = 0.03
-"""An edge is a crease if the squared sine between the normals of both sides is larger: 10 degrees."""
+MOST_CUTS = 5  # most facets along an edge; they reduce the chord error of a triangle to a 25th
+MOST_FACETS = 300_000  # meshes are subdivided up to this number of facets; finer scans are not subdivided
+DECIMALS = 7  # positions and normals that agree to this number of decimals, in model space, are equal
+CREASED = 0.03  # an edge is a crease if the squared sine between the normals of both sides is larger: 10 degrees
 ALONG = 0.5
 """Least cosine between a crease and the intersection of both sides' planes for its curve to follow that line."""
 

@@ -15,18 +15,12 @@ from scipy.spatial import cKDTree
 
 from .shape import Doubles, SurfacePoints, unit
 
-SAMPLES = 8192
-"""Samples of a center curve; between them, its third-order Taylor polynomial is exact to 1e-9."""
-RING, SECTION = 1.0, 0.5
-"""Radii of the torus that the knot lies on."""
-SPREAD, TWIST = 0.185, 9
-"""Distance of the strands from the rope's axis, and their number of turns around it."""
-STRAND = 0.147
-"""Radius of a strand."""
-BEADS, BEAD = 59, 0.147
-"""Number and radius of the beads."""
-NEWTON = 3
-"""Newton steps towards the nearest point of a curve."""
+SAMPLES = 8192  # samples of a center curve; between them, its third-order Taylor polynomial is exact to 1e-9
+RING, SECTION = 1.0, 0.5  # radii of the torus that the knot lies on
+SPREAD, TWIST = 0.185, 9  # distance of the strands from the rope's axis, and their number of turns around it
+STRAND = 0.147  # radius of a strand
+BEADS, BEAD = 59, 0.147  # number and radius of the beads
+NEWTON = 3  # newton steps towards the nearest point of a curve
 
 INK, GOLD, CORAL, CREAM = (np.array(c) / 255 for c in ((16, 74, 104), (238, 182, 62), (214, 69, 65), (250, 236, 214)))
 

@@ -8,10 +8,8 @@ from scipy.spatial import cKDTree
 
 from .shape import Doubles, SurfacePoints, unit
 
-APART = 1e-6
-"""Points closer than this share of half the bounding box's diagonal, ten float32 steps, are duplicates."""
-CANCELED = 0.1
-"""Length of a mean normal below which the normals at one place contradict one another."""
+APART = 1e-6  # points closer than this share of half the bounding box's diagonal, ten float32 steps, are duplicates
+CANCELED = 0.1  # length of a mean normal below which the normals at one place contradict one another
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,18 +13,12 @@ from scipy.spatial import cKDTree
 
 from .shape import Doubles
 
-MANY = 250_000
-"""Meshes with more faces use samples of the surface for points farther than NEAR."""
-NEAR = 0.1
-"""Distance, model units, up to which the result is exact."""
-MARGIN = 0.1
-"""Largest relative error of the coarse distance at NEAR."""
-SAMPLES, COARSE = 500_000, 20_000
-"""Samples of the surface, and how many of them the first, coarse search visits."""
-ROUNDS, NEIGHBORS = 3, 24
-"""Each round moves a point's nearest sample to the best of this number of samples around it."""
-CHUNK = 16_384
-"""Points per block, which bounds the memory."""
+MANY = 250_000  # meshes with more faces use samples of the surface for points farther than NEAR
+NEAR = 0.1  # distance, model units, up to which the result is exact
+MARGIN = 0.1  # largest relative error of the coarse distance at NEAR
+SAMPLES, COARSE = 500_000, 20_000  # samples of the surface, and how many of them the first, coarse search visits
+ROUNDS, NEIGHBORS = 3, 24  # each round moves a point's nearest sample to the best of this number of samples around it
+CHUNK = 16_384  # points per block, which bounds the memory
 
 
 class MeshDistance:

@@ -17,24 +17,15 @@ from scipy import ndimage
 
 from .shape import Doubles, Surface, unit
 
-CELLS = 72
-"""Cells along each side of the grid."""
-EXTENT = 1.06
-"""Half the side of the grid's cube, model units."""
-SEEDS = 200_000
-"""Surface samples; grid vertices near them have exact distances."""
-SOURCE = 1.5
-"""Within this distance of the common part, in cells, arrival times are those of the blend."""
-FASTEST = 2.5
-"""Largest speed of the surface: this multiple of the longest path, while t goes from 0 to 1."""
-LOOSE = 0.6
-"""Share of the time in which a part appears or vanishes that does not touch the other shape."""
-NEVER = 1e6
-"""Arrival time of vertices that no front reaches."""
-SETTLED = 1e-5
-"""The solver stops if no time changes by more."""
-SHELL = 2
-"""Cells beyond a part at which its arrival times are known, so that the surface can be interpolated."""
+CELLS = 72  # cells along each side of the grid
+EXTENT = 1.06  # half the side of the grid's cube, model units
+SEEDS = 200_000  # surface samples; grid vertices near them have exact distances
+SOURCE = 1.5  # within this distance of the common part, in cells, arrival times are those of the blend
+FASTEST = 2.5  # largest speed of the surface: this multiple of the longest path, while t goes from 0 to 1
+LOOSE = 0.6  # share of the time in which a part appears or vanishes that does not touch the other shape
+NEVER = 1e6  # arrival time of vertices that no front reaches
+SETTLED = 1e-5  # the solver stops if no time changes by more
+SHELL = 2  # cells beyond a part at which its arrival times are known, so that the surface can be interpolated
 
 Grid = NDArray[np.float32]
 """Values at the vertices of a grid, (cells + 1,) * 3, index [x, y, z]."""

@@ -11,16 +11,11 @@ import numpy as np
 from .morph import CELLS, Grid, distances, interpolated, morph, triangles
 from .shape import Doubles, Shape, SurfacePoints, as_triple, joined, unit
 
-SURFACES = 32
-"""Least number of steps in time; fewer moments get morphed surfaces between them."""
-MOMENT_WEIGHT = 6
-"""Samples of a moment for each sample of a morphed surface: the user supplied the moments."""
-MORPHED_INPUTS = 2000
-"""Points of each morphed surface in `MovingShape.inputs`."""
-COLORED = 3000
-"""Most points of a morphed surface whose colors are looked up; more points repeat them."""
-NEGLIGIBLE = 1e-5
-"""Surfaces with a smaller weight at a time are skipped."""
+SURFACES = 32  # least number of steps in time; fewer moments get morphed surfaces between them
+MOMENT_WEIGHT = 6  # samples of a moment for each sample of a morphed surface: the user supplied the moments
+MORPHED_INPUTS = 2000  # points of each morphed surface in `MovingShape.inputs`
+COLORED = 3000  # most points of a morphed surface whose colors are looked up; more points repeat them
+NEGLIGIBLE = 1e-5  # surfaces with a smaller weight at a time are skipped
 
 
 class ColoredShape(Shape, Protocol):

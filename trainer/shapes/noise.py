@@ -13,31 +13,24 @@ from scipy.spatial import cKDTree
 
 from .shape import Doubles, SurfacePoints, unit
 
-SAMPLE = 3000
-"""Number of points at which the noise is measured."""
+SAMPLE = 3000  # number of points at which the noise is measured
 FEWEST_NEIGHBORS, MOST_NEIGHBORS = 8, 512
 """Bounds of the number of neighbors of each; it grows until the farthest one is REACH standard deviations away."""
 REACH = 4.0
-MEDIAN = 0.6745
-"""Median of |x| for a standard normal variable x."""
-AGREE = 0.5
-"""Least cosine of the normals of two points on one side of a thin part."""
-EXACT = 0.2
-"""Noise below this share of the points' spacing is indistinguishable from curvature."""
+MEDIAN = 0.6745  # median of |x| for a standard normal variable x
+AGREE = 0.5  # least cosine of the normals of two points on one side of a thin part
+EXACT = 0.2  # noise below this share of the points' spacing is indistinguishable from curvature
 WIDTH = 0.5
 """Standard deviation of the first pass's weights, model units, if noise times spacing is one.
 
 The variance of a mean falls with the square of the width, and its bias grows with it: the best width grows with the
 cube root of noise times spacing. The second pass is half as wide, but not narrower than the noise.
 """
-SPACINGS = 1.5
-"""Smallest width of both passes, in spacings of the points."""
+SPACINGS = 1.5  # smallest width of both passes, in spacings of the points
 ROUGH_NEIGHBORS, WIDE_NEIGHBORS, NARROW_NEIGHBORS = 32, 64, 48
 """Neighbors that move a point: at the start of the first pass, in its second half, and in the second pass."""
-CREASE = 0.5
-"""Length of the difference of two normals that reduces a neighbor's weight by exp(-1/2)."""
-CHUNK = 8192
-"""Points per block, which bounds the memory."""
+CREASE = 0.5  # length of the difference of two normals that reduces a neighbor's weight by exp(-1/2)
+CHUNK = 8192  # points per block, which bounds the memory
 SUPPORT, LEAST_WEIGHT, FARTHEST = 0.15, 1.5, 5.0
 """A moved point is discarded if the sum of its neighbors' weights is below this share of the median or below this
 number (an isolated point weighs 1), or if it moved by more than this many standard deviations."""

@@ -13,18 +13,12 @@ from scipy.spatial import cKDTree
 from .outliers import outliers
 from .shape import Doubles
 
-NEIGHBORS = 12
-"""Neighbors of a point in the graph, and the fewest from which its normal is estimated."""
-WIDER = (24, 48, 96, 192)
-"""Larger neighborhoods for noisy clouds; the first one that is FLAT is used."""
-FLAT = 0.35
-"""A neighborhood is flat if its smallest spread is at most this share of the next one, in the median."""
-SAMPLE = 2000
-"""Points at which flatness is measured."""
-LEAST_COST = 1e-6
-"""Cost of an edge between equal normals: a sparse graph drops edges of cost zero."""
-CHUNK = 16_384
-"""Points per block, which bounds the memory."""
+NEIGHBORS = 12  # neighbors of a point in the graph, and the fewest from which its normal is estimated
+WIDER = (24, 48, 96, 192)  # larger neighborhoods for noisy clouds; the first one that is FLAT is used
+FLAT = 0.35  # A neighborhood is flat if its smallest spread is at most this share of the next one, in the median
+SAMPLE = 2000  # points at which flatness is measured
+LEAST_COST = 1e-6  # cost of an edge between equal normals: a sparse graph drops edges of cost zero
+CHUNK = 16_384  # points per block, which bounds the memory
 
 
 def estimated_normals(points: Doubles) -> tuple[Doubles, int]:

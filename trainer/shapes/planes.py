@@ -10,21 +10,16 @@ from scipy.spatial import cKDTree
 
 from .shape import Doubles, unit
 
-NEIGHBORS = 12
-"""Nearest points whose planes are averaged."""
-WIDTH = 0.8
-"""Width of the Gaussian weights, in spacings."""
-SPREAD = 0.4
-"""Largest standard deviation of the distances to the planes, in spacings, at which their mean is used."""
-SIDEWAYS = 1.6
-"""Largest distance along the surface between the nearest point and the foot of a query, in spacings."""
+NEIGHBORS = 12  # nearest points whose planes are averaged
+WIDTH = 0.8  # width of the Gaussian weights, in spacings
+SPREAD = 0.4  # largest standard deviation of the distances to the planes, in spacings, at which their mean is used
+SIDEWAYS = 1.6  # largest distance along the surface between the nearest point and the foot of a query, in spacings
 TRUSTED, NOISY_TRUSTED = 8.0, 3.0
 """Least distance, in spacings, at which the distance to the nearest point is used; of a cloud that was noisy.
 
 The relative error is half the inverse square of this number: 1 % at 8 spacings.
 """
-CHUNK = 65_536
-"""Queries per block, which bounds the memory."""
+CHUNK = 65_536  # queries per block, which bounds the memory
 
 
 class LocalPlanes:

@@ -9,10 +9,8 @@ from numpy.typing import NDArray
 
 Doubles = NDArray[np.float64]
 
-SHORTEST = 1e-300
-"""`unit` divides shorter vectors by this length."""
-CELLS = 32
-"""Grid cells per model unit in `in_cell_order`."""
+SHORTEST = 1e-300  # `unit` divides shorter vectors by this length
+CELLS = 32  # grid cells per model unit in `in_cell_order`
 
 
 @dataclass(frozen=True, eq=False)

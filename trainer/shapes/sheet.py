@@ -19,10 +19,8 @@ For its area, the rim (half a tube) receives half as many samples as the sides; 
 """
 SHORT = 1e-3
 """A projected point is rejected if its distance to the sheet is smaller than the thickness by a larger share."""
-ROUNDS = 100
-"""Most rounds of sampling."""
-INPUTS = 20_000
-"""Samples that `inputs` returns, since the mesh's own vertices are inside the solid."""
+ROUNDS = 100  # most rounds of sampling
+INPUTS = 20_000  # samples that `inputs` returns, since the mesh's own vertices are inside the solid
 
 
 class SheetShape(MeshShape):

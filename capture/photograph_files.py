@@ -1,0 +1,131 @@
+"""The files and cameras of photographs, and how they are loaded."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from ..model.errors import UserError
+from ..model.files import show
+from ..model.image_file import open_image
+from ..model.orientation import upright
+from .cloud import Doubles
+from .image_pixels import colors_of, mask_of, opaque
+from .photographs import Photograph
+
+SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
+SMALLEST = 8  # shortest side of a photograph, pixels
+AGREED = 0.2
+"""Least component, along an axis, of the mean of the photographs' up directions; otherwise the mean is useless."""
+SINGULAR = 1e-9  # least determinant of a camera matrix with unit rows
+
+
+@dataclass(frozen=True, eq=False)
+class PhotographFile:
+    """The files and the camera of one photograph."""
+
+    image: Path
+    mask: Path | None
+    """None: use the image's transparency, if it has some."""
+    size: tuple[int, int]
+    """Width and height of the image, pixels."""
+    projection: Doubles
+    """(3, 4), from the cameras' space to pixels of the image, from its upper left corner."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """The content of a folder of photographs, and a ball around the object."""
+
+    files: list[PhotographFile]
+    ball: Doubles
+    """(3,), center of the ball, cameras' space."""
+    radius: float
+    """Radius of the ball."""
+    up: str
+    """Axis of the cameras' space that points up."""
+    warnings: list[str] = field(default_factory=list)
+
+    @property
+    def center(self) -> Doubles:
+        """(3,), center of the ball in the cameras' space turned upright."""
+        return upright(self.ball, self.up)
+
+    @property
+    def to_model(self) -> Doubles:
+        """(4, 4), from model space to the cameras' space."""
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = self.radius * upright(np.eye(3), self.up), self.ball
+        return matrix
+
+
+def up_of(files: Sequence[PhotographFile], default: str) -> str:
+    """Return the axis of the cameras' space nearest to the photographs' mean up direction.
+
+    default: returned if the up directions cancel, for cameras in all orientations.
+    """
+    up = np.zeros(3)
+    for file in files:
+        rays = np.linalg.inv(file.projection[:, :3])
+        in_picture = -rays[:, 1] * np.sign(np.linalg.det(rays))
+        up += in_picture / np.linalg.norm(in_picture)
+    axis = int(np.abs(up).argmax())
+    if abs(up[axis]) < AGREED * len(files):
+        return default
+    return ("-" if up[axis] < 0 else "") + "xyz"[axis]
+
+
+def size_of(path: Path) -> tuple[int, int]:
+    """Return the width and height of an image. Raises UserError."""
+    try:
+        with Image.open(path) as opened:
+            return opened.size
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        reason = "no such file" if isinstance(error, FileNotFoundError) else "not a readable image"
+        raise UserError(f"{show(path)}: {reason}") from None
+
+
+def check_projection(matrix: Doubles, name: str) -> Doubles:
+    """Return a camera's projection (3, 4), its sign such that depths are positive. Raises UserError."""
+    rows = matrix[:3, :4]
+    if rows.shape != (3, 4) or not np.isfinite(rows).all():
+        raise UserError(f"{name}: a camera is a matrix of 4 x 4 finite numbers")
+    lengths = np.linalg.norm(rows[:, :3], axis=1)
+    determinant = np.linalg.det(rows[:, :3] / np.maximum(lengths, 1e-300)[:, None])
+    if abs(determinant) < SINGULAR:
+        raise UserError(f"{name}: the camera's matrix is singular")
+    return np.asarray(rows * np.sign(determinant))
+
+
+def load_photograph(file: PhotographFile, scale: float, to_model: Doubles) -> Photograph:
+    """Load a photograph, shrink it, and convert its camera to model space. Raises UserError."""
+    picture = open_image(file.image, "photograph")
+    width, height = (max(1, round(side * scale)) for side in file.size)
+    if min(width, height) < SMALLEST:
+        raise UserError(
+            f"{show(file.image)}: {width} x {height} pixels after --scale; at least {SMALLEST} a side are needed"
+        )
+    mask = opaque(picture)
+    if file.mask is not None:
+        image = open_image(file.mask, "mask")
+        if image.size != picture.size:
+            raise UserError(
+                f"{show(file.mask)}: {image.width} x {image.height}, its photograph {picture.width} x {picture.height}"
+            )
+        mask = mask_of(image)
+    shrunk = picture.convert("RGB")
+    if (width, height) != picture.size:
+        shrunk = shrunk.resize((width, height), Image.Resampling.BOX)
+        mask = None if mask is None else _shrunk(mask, (width, height))
+    matrix = file.projection @ to_model
+    inverse: Doubles = np.linalg.inv(matrix[:, :3]).astype(np.float64)
+    pixels = np.diag([file.size[0] / width, file.size[1] / height, 1.0])
+    return Photograph(file.image.name, colors_of(shrunk), mask, -inverse @ matrix[:, 3], np.asarray(inverse @ pixels))
+
+
+def _shrunk(mask: NDArray[np.bool_], size: tuple[int, int]) -> NDArray[np.bool_]:
+    picture = Image.fromarray(np.uint8(255) * mask.astype(np.uint8))
+    return np.asarray(picture.resize(size, Image.Resampling.BOX)) >= 128
