@@ -94,9 +94,7 @@ def test_an_unknown_camera_causes_a_warning(folder: Path, capsys: pytest.Capture
         (("depth.png", "--mask", "black.png"), "no pixel with a depth is left"),
     ],
 )
-def test_bad_input_is_one_line(
-    argv: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bad_input_is_one_line(argv: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
     Image.new("L", (2 * SIDE, SIDE), 255).save("wide.png")
     Image.new("L", (SIDE, SIDE), 0).save("black.png")
     assert cli.main(["unproject", *argv]) == 2
