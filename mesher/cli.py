@@ -1,13 +1,18 @@
-"""The verb `mesh`, and the list of this room's verbs; `eval` is in eval_cli.py."""
+"""The verbs `mesh` and `eval`."""
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..model.gallery import model_help, model_path
 from ..model.options import argument, option
 from ..model.verb import Verb, force_option, output_option
-from .eval_cli import EVAL
-from .options import MeshOptions
+from .options import EvalOptions, MeshOptions
+
+if TYPE_CHECKING:
+    from ..model.field_figures import FieldFigures
+    from .compare import Figures
 
 
 @dataclass(frozen=True)
@@ -22,7 +27,6 @@ class MeshCommand(MeshOptions):
 
 def _mesh(command: MeshCommand) -> None:
     """Write the surface of a model as a triangle mesh. Raises UserError."""
-    import json
     from time import perf_counter
 
     from ..model.files import check_writable, show, write_whole
@@ -65,7 +69,76 @@ def _mesh(command: MeshCommand) -> None:
         print(f"{mesh.specks} speck{'s' * (mesh.specks != 1)} at the surface: removed (--keep-specks keeps them)")
 
 
+@dataclass(frozen=True)
+class EvalCommand(EvalOptions):
+    """Command line of `eval`."""
+
+    model: Path = argument("M", "model file (.safetensors), a name of the gallery, or a mesh to compare", model_path)
+    shape: Path = argument("SHAPE", "ground truth: a mesh, PLY OBJ STL GLB")
+    json: bool = option(False, "print one JSON object")
+
+
+def _eval(command: EvalCommand) -> None:
+    """Compare a model, or a mesh, with its ground truth. Raises UserError."""
+    from dataclasses import asdict
+
+    from ..model.files import show
+    from ..model.mesh_file import SUFFIXES
+    from ..model.model_file import load
+    from .evaluation import evaluate
+
+    path = command.model
+    evaluation = evaluate(path if path.suffix.lower() in SUFFIXES else load(path), command.shape, command)
+    figures, field = evaluation.figures, evaluation.field
+    if command.json:
+        of_field = {} if field is None else {"field": asdict(field)}
+        named = {"model": str(path), "shape": str(command.shape)}
+        print(json.dumps(named | evaluation.extraction | asdict(figures) | of_field, indent=2))
+        return
+    print(f"{show(path)} against {show(command.shape)}; lengths in radii of the unit sphere")
+    print("\n".join([*_lines(figures), *_field_lines(field)]))
+
+
+def _lines(figures: "Figures") -> list[str]:
+    """Format the figures as lines of text."""
+    ratio = figures.chamfer / figures.floor
+    closed = "watertight" if figures.watertight else "not watertight"
+    return [
+        f"Chamfer, squared L2      {figures.chamfer:.3e}   {ratio:.2f} times the floor, {figures.floor:.3e}",
+        f"Hausdorff                {figures.hausdorff:.3e}",
+        f"distance to the truth    {figures.distance_mean:.3e} mean, {figures.distance_99:.3e} 99th percentile",
+        f"distance of the truth    {figures.missing_mean:.3e} mean, {figures.missing_99:.3e} 99th percentile",
+        f"normal angle             {figures.normal_angle:.2f} degrees, mean",
+        f"IoU of 0.01 shells       {figures.iou:.4f}",
+        f"components               {figures.components}, the truth has {figures.truth_components}; {closed}",
+        f"mesh                     {figures.vertices:,} vertices, {figures.faces:,} faces",
+        f"{figures.samples:,} samples on each side, seed {figures.seed}",
+    ]
+
+
+def _field_lines(field: "FieldFigures | None") -> list[str]:
+    """Format how close the field is to a distance as lines of text; none for a mesh, which has no field."""
+    if field is None:
+        return []
+    from ..model.field_figures import written
+
+    low, middle, high = field.gradient
+    error, excess = written(field.domain_error, ".3e"), written(field.domain_excess, ".2%")
+    return [
+        f"field, in the ball       {error} mean error, too large at {excess}",
+        f"field, in the last band  {written(field.band_error, '.3e')} mean error",
+        f"|grad f| on the surface  {low:.2f}, {middle:.2f}, {high:.2f}: 10th, 50th and 90th percentile",
+    ]
+
+
 VERBS = (
     Verb("mesh", "a model file becomes a triangle mesh", MeshCommand, "mesh spot -o spot.glb", _mesh, "mesh"),
-    EVAL,
+    Verb(
+        "eval",
+        "how far a model, or a mesh, is from its ground truth",
+        EvalCommand,
+        "eval bunny.safetensors bunny.ply",
+        _eval,
+        "mesh",
+    ),
 )

@@ -123,7 +123,11 @@ def test_libraries_do_not_import_the_command_line() -> None:
 
 @pytest.mark.parametrize(
     "source",
-    ["from .. import cli", "from .eval_cli import EVAL", "def f():\n    import_module('..trainer.cli', __package__)"],
+    [
+        "from .. import cli",
+        "from .photos_cli import PHOTOS",
+        "def f():\n    import_module('..trainer.cli', __package__)",
+    ],
 )
 def test_an_import_of_the_command_line_is_found(source: str) -> None:
     assert len(command_line_imports(source)) == 1

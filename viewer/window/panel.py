@@ -156,7 +156,7 @@ class Panel:
 
             self._slider("light, around", around, (-180.0, 180.0), "%.0f\u00b0", lambda angle: aim(angle, above))
             self._slider("light, above", above, (-90.0, 90.0), "%.0f\u00b0", lambda angle: aim(around, angle))
-        top, bottom = view.options.background or (
+        top, bottom = view.options.colors or (
             renderer.default("background_top"),
             renderer.default("background_bottom"),
         )
