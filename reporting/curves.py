@@ -11,7 +11,7 @@ from ..model.errors import UserError
 from ..model.files import show
 
 WIDTH, HEIGHT, LEFT, RIGHT, BOTTOM = 640, 260, 56, 24, 28
-"""Of a diagram, and of the margins for its numbers, in units of the SVG."""
+"""Size of a diagram, and its margins for numbers, in units of the SVG."""
 NAMES = {
     "mean_f": "mean |f|, held out",
     "loss": "loss",
@@ -19,38 +19,35 @@ NAMES = {
     "normal": "normal term",
     "distance": "distance term",
     "eikonal": "Eikonal term",
-    "colour": "colour term",
+    "colour": "color term",
     "along": "term along normals",
 }
-"""Key in the log -> what the page calls it, in the order of the legend."""
+"""Key in the log -> its name in the legend, in order."""
 MOST = 400
-"""Points of a curve: more are not seen."""
+"""Largest number of points of a curve."""
 LEAST = 1e-12
-"""A value below it is drawn as it: the axis is logarithmic."""
+"""Smallest drawn value, because the axis is logarithmic."""
 
 Line = dict[str, Any]
 
 
 def read_log(path: Path) -> list[list[Line]]:
-    """Read a log: the lines of each network, in the order of their training.
-
-    A network that was restarted, or gone on with, has the lines of all its runs. Raises UserError.
-    """
+    """Read the lines of each network from a log, in training order, its runs joined. Raises UserError."""
     stages: dict[tuple[object, str], list[Line]] = {}
     try:
         texts = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"{show(path)}: {getattr(error, 'strerror', None) or 'not a text'}") from None
+        raise UserError(f"{show(path)}: {getattr(error, 'strerror', None) or 'not a text file'}") from None
     for number, text in enumerate(texts, start=1):
         try:
             line = json.loads(text)
-            level, network, step = line["level"], str(line["network"]), float(line["step"])
+            level, network = line["level"], str(line["network"])
+            if not math.isfinite(float(line["step"])):
+                raise ValueError
         except (ValueError, KeyError, TypeError):
             if number == len(texts) and number > 1:
-                break  # a training that was killed leaves half a line
-            raise UserError(f"{show(path)}:{number}: no line of `train --log`") from None
-        if not math.isfinite(step):
-            raise UserError(f"{show(path)}:{number}: no line of `train --log`")
+                break  # a killed training may leave half a line
+            raise UserError(f"{show(path)}:{number}: not a line of `train --log`") from None
         stages.setdefault((str(level), network), []).append(line)
     if not stages:
         raise UserError(f"{show(path)}: the log is empty")
@@ -58,16 +55,16 @@ def read_log(path: Path) -> list[list[Line]]:
 
 
 def title_of(stage: Sequence[Line]) -> str:
-    """Name a network of the log: `level 2 (64x2)`, or `texture (64x2)`."""
+    """Return the title of a network: `level 2 (64x2)`, or `texture (64x2)`."""
     level, network = stage[0]["level"], stage[0]["network"]
     return f"texture ({network})" if level is None else f"level {level} ({network})"
 
 
 def diagram(stage: Sequence[Line]) -> str:
-    """Draw the curves of one network's training over its steps, the values on a logarithmic axis: SVG and a legend."""
+    """Draw the curves of a network over its steps, on a logarithmic axis, as SVG with a legend."""
     curves = {key: points for key in NAMES if (points := list(_points(stage, key)))}
     if not curves:
-        return "<p>Nothing was logged of it.</p>"
+        return "<p>The log has no values for this network.</p>"
     values = [y for points in curves.values() for _, y in points]
     low, high = math.floor(math.log10(min(values))), math.ceil(math.log10(max(values)))
     high = max(high, low + 1)
@@ -94,12 +91,12 @@ def diagram(stage: Sequence[Line]) -> str:
 
 
 def _points(stage: Sequence[Line], key: str) -> Iterator[tuple[float, float]]:
-    """Yield (step, value) of a curve, every k-th where there are many. Steps count on where a network began anew."""
-    before, offset, every = 0.0, 0.0, max(1, len(stage) // MOST)
+    """Yield (step, value) of a curve, at most about MOST. Steps of a further run continue those of the previous run."""
+    last, offset, every = 0.0, 0.0, max(1, len(stage) // MOST)
     for i, line in enumerate(stage):
         step, value = float(line["step"]), line.get(key)
-        if step <= before:
-            offset += before
-        before = step
+        if step <= last:
+            offset += last
+        last = step
         if isinstance(value, int | float) and math.isfinite(value) and (i % every == 0 or i == len(stage) - 1):
             yield offset + step, max(float(value), LEAST)

@@ -1,4 +1,4 @@
-"""`mplicits report`: one page that loads nothing, escapes everything, and tells what the model and its log say."""
+"""`mplicits report`: a page that loads nothing, escapes all texts, and shows the model and its log."""
 
 import base64
 import io
@@ -15,8 +15,9 @@ from PIL import Image
 
 import mplicits
 from mplicits import cli
+from mplicits.bake import facts
 from mplicits.model.model_file import save
-from mplicits.reporting import drawn
+from mplicits.reporting import pictures
 from mplicits.reporting.curves import diagram, read_log
 from mplicits.reporting.page import report
 from support.paths import DEMO
@@ -30,8 +31,10 @@ HOSTILE = '<script>alert(1)</script>"&'
 
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(drawn, "SIDE", 24)
-    monkeypatch.setattr(drawn, "SLICE", 48)
+    """Small pictures, and the sizes of two quick targets; tests/bake measures all of them."""
+    monkeypatch.setattr(pictures, "SIDE", 24)
+    monkeypatch.setattr(pictures, "SLICE", 48)
+    monkeypatch.setattr(facts, "TARGETS", {name: facts.TARGETS[name] for name in ("wgsl", "c")})
 
 
 @pytest.fixture
@@ -63,9 +66,9 @@ def picture(url: str | None) -> np.ndarray:
     return np.asarray(Image.open(io.BytesIO(base64.b64decode(url.partition(",")[2]))))
 
 
-def test_the_page_tells_all_and_loads_nothing(log: Path, tmp_path: Path) -> None:
+def test_the_page_shows_all_parts_and_loads_nothing(log: Path, tmp_path: Path) -> None:
     truth = tmp_path / "truth.ply"
-    mplicits.load(DEMO).mesh(48, quiet=True).save(truth)
+    mplicits.load(DEMO).mesh(24, quiet=True).save(truth)
     text = mplicits.report(DEMO, truth, log)
     tags = Tags(text).tags
     assert not {"script", "link", "iframe", "object"} & {tag for tag, _ in tags}
@@ -76,8 +79,8 @@ def test_the_page_tells_all_and_loads_nothing(log: Path, tmp_path: Path) -> None
     assert {"from the front", "from behind", "slice"} <= set(titles)
     assert all(picture(source).size for source in sources)
     assert len([tag for tag, _ in tags if tag == "svg"]) == 2
-    for said in ("Error on the surface", "shadertoy", "multiply-adds", "omegas", "mean |f|, held out"):
-        assert said in text
+    for text_part in ("Error on the surface", "wgsl", "multiply-adds", "omegas", "mean |f|, held out"):
+        assert text_part in text
 
 
 def test_names_and_settings_are_escaped(log: Path) -> None:
@@ -88,38 +91,38 @@ def test_names_and_settings_are_escaped(log: Path) -> None:
     assert text.count("&lt;script&gt;") >= 6
 
 
-def test_curves_are_where_the_log_says(log: Path) -> None:
+def test_curves_match_the_log(log: Path) -> None:
     first, texture = read_log(log)
-    assert [line["step"] for line in first] == [10, 20, 30, 40, 50], "half a line at the end is left out"
+    assert [line["step"] for line in first] == [10, 20, 30, 40, 50], "half a line at the end is ignored"
     (points,) = re.findall(r'class="mean_f" points="([^"]*)"', diagram(first))
     x, y = np.array([pair.split(",") for pair in points.split()], float).T
     np.testing.assert_allclose(np.diff(x), np.diff(x)[0], atol=0.15)
     expected = np.log10([0.1 / k for k in range(1, 6)])
     np.testing.assert_allclose((y - y[0]) / (y[-1] - y[0]), (expected - expected[0]) / np.ptp(expected) * -1, atol=0.01)
-    assert "value" not in re.findall(r'polyline class="(\w+)"', diagram(first)), "null is no point"
-    assert "colour term" in diagram(texture)
+    assert "value" not in re.findall(r'polyline class="(\w+)"', diagram(first)), "null is not a point"
+    assert "color term" in diagram(texture)
 
 
-def test_colours_are_of_the_distance() -> None:
+def test_colors_match_the_distance() -> None:
     field = mplicits.load(DEMO)
-    pictures, distances = drawn.errors(field.model, lambda points: np.full(len(points), 1e-5))
+    images, distances = pictures.errors(field.model, lambda points: np.full(len(points), 1e-5))
     assert (distances == 1e-5).all()
-    for image in pictures:
-        shown = image[image[..., 3] > 0].astype(float)
-        assert 0.1 < len(shown) / 24**2 < 0.9
-        ratio = shown[:, :3] / shown[:, 2:3]
-        np.testing.assert_allclose(ratio, np.tile(drawn.RAMP[0] / drawn.RAMP[0, 2], (len(ratio), 1)), atol=0.05)
-    np.testing.assert_allclose(drawn.coloured(np.array([1e-9, 1e-2, 5.0])), drawn.RAMP[[0, -1, -1]])
+    for image in images:
+        pixels = image[image[..., 3] > 0].astype(float)
+        assert 0.1 < len(pixels) / 24**2 < 0.9
+        ratio = pixels[:, :3] / pixels[:, 2:3]
+        np.testing.assert_allclose(ratio, np.tile(pictures.RAMP[0] / pictures.RAMP[0, 2], (len(ratio), 1)), atol=0.05)
+    np.testing.assert_allclose(pictures.colors_of(np.array([1e-9, 1e-2, 5.0])), pictures.RAMP[[0, -1, -1]])
 
 
 def test_the_slice_shows_sign_and_bands() -> None:
     field = mplicits.load(DEMO)
-    image = drawn.slice_of(field.model).astype(float)
+    image = pictures.slice_of(field.model).astype(float)
     axis = (np.arange(48) + 0.5) / 24 - 1
     z, y = np.meshgrid(axis, -axis)
     coarse = field(np.stack((np.zeros_like(z), y, z), axis=-1), 1)
     band = np.abs(coarse) < field.model.levels[0].delta
-    plain = (image == drawn.OUTSIDE).all(axis=-1)
+    plain = (image == pictures.OUTSIDE).all(axis=-1)
     assert plain.sum() > 300
     assert (coarse[plain] > 0).all()
     assert not (plain & band).any()
@@ -131,13 +134,13 @@ def test_the_verb_writes_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[
     page = tmp_path / "page.html"
     assert cli.main(["report", str(path), "-o", str(page)]) == 0
     assert page.read_text() == mplicits.report(path)
-    assert cli.main(["report", str(path), "-o", str(page)]) == 0, "a report may be written over"
+    assert cli.main(["report", str(path), "-o", str(page)]) == 0, "a report may be overwritten"
     (tmp_path / "mine.html").write_text("mine")
     (tmp_path / "bad.jsonl").write_text("[1]\n")
     capsys.readouterr()
     for argv, said in (
         (["-o", str(tmp_path / "mine.html")], "not a report"),
-        (["-o", str(page), "--log", str(tmp_path / "bad.jsonl")], "bad.jsonl:1: no line of"),
+        (["-o", str(page), "--log", str(tmp_path / "bad.jsonl")], "bad.jsonl:1: not a line of"),
         (["-o", str(page), "--log", str(tmp_path / "none")], "No such file"),
         (["-o", str(page), "--shape", str(tmp_path / "none.ply")], "none.ply"),
     ):
@@ -155,6 +158,8 @@ def test_the_page_in_a_browser(browser: "Browser", log: Path, tmp_path: Path) ->
     page.on("console", lambda message: said.append(message.text))
     page.goto((tmp_path / "page.html").as_uri())
     assert page.evaluate("() => [...document.images].every(image => image.naturalWidth > 0)")
-    assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth"), "nothing is wider than a phone"
+    assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth"), (
+        "the page is not wider than a phone"
+    )
     context.close()
     assert said == []
