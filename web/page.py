@@ -1,4 +1,4 @@
-"""Target html: one page that shows the model from a file, without a network. Its source is the folder web/."""
+"""Target html: one page that shows the model offline. Its scripts, style and HTML are in web/app/."""
 
 import base64
 import io
@@ -41,54 +41,36 @@ from ..model.model_file import FORMAT, TRAINING, VERSION, to_bytes
 from .scene import scene_facts, texel_bytes
 
 PRINTER = ("facts.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js", "field.js")
-"""Modules in web/ that read a model and print its field; a scene's is printed here (webpage_scene.py)."""
+"""Modules in web/app/ that read a model and print its field; scenes are printed by scene.py."""
 SCRIPTS = (
     *PRINTER,
-    "reference.js",
-    "baked.js",
-    "cells.js",
-    "lowest.js",
-    "camera.js",
-    "embedding.js",
-    "uniforms.js",
-    "device.js",
-    "samples.js",
-    "passes.js",
-    "painter.js",
-    "variants.js",
-    "renderer.js",
-    "memory.js",
-    "messages.js",
-    "gestures.js",
-    "controls.js",
-    "view.js",
-    "recovery.js",
-    "shown.js",
-    "page.js",
+    *("reference.js", "baked.js", "cells.js", "lowest.js", "camera.js", "embedding.js", "uniforms.js", "device.js"),
+    *("samples.js", "passes.js", "painter.js", "variants.js", "renderer.js", "memory.js", "messages.js", "gestures.js"),
+    *("controls.js", "view.js", "recovery.js", "current_model.js", "page.js"),
 )
-"""All modules in web/, in the order in which the page's one script holds them."""
+"""All modules in web/app/, in the order in which the page's script holds them."""
 POSTER_SIDE = 160
-"""Pixels of the picture that is seen until the page has drawn its own."""
+"""Pixels along each side of the picture that the page shows before its first frame."""
 POSTER_QUALITY = 85
-"""Of its WebP, from 0 to 100."""
+"""Quality of its WebP, from 0 to 100."""
 CELLS = {"first": 32, "dear": 64, "most": 128}
-"""Cells along an edge of the grids that the page finds: first, and, where the model does not move, then."""
+"""Cells along an edge of the grids that the page computes: first, and then for models without motion."""
 DEAR, DEAREST = 100_000, 250_000
-"""Weights of a model above which one of the second size is found before the last, and above which it is the last one:
-at 175,000 they take 5 and 21 seconds, in the background."""
+"""Numbers of weights above which the second size comes before the last size, and above which it is the last. At 175,000
+weights, the sizes take 5 and 21 seconds, in the background."""
 CELL_MOMENTS = 17
-"""Grids that it finds for a model that moves, evenly spaced in time."""
+"""Number of grids for a moving model, evenly spaced in time."""
 PAGE_PASSES = ("near", "normals", "trace", "behind", "floor", "colour")
-"""Passes of a frame, in the order in which they are compiled."""
+"""Passes of a frame, in the order of their compilation."""
 SHADERS = ("anywhere", *PAGE_PASSES, "accumulate", "present", "blocks.vert", "contrast", "scatter", "scatter.vert")
-"""Files in glsl/ with the shaders that the page compiles."""
+"""Files in glsl/ with the shaders of the page."""
 PROBES = 32
-"""Most points at which the page compares its field with the reference's."""
+"""Largest number of points at which the page checks its field."""
 
 _MODULE_LINE = re.compile(r"^import [^;]*;\n|^export (?=\w)", re.MULTILINE)
-"""What of a module's text the joined script has no use for."""
+"""The imports and exports of a module, which the joined script drops."""
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
-"""A place in page.html that a part of the page is put into, by name."""
+"""A placeholder in page.html."""
 
 
 def standalone(
@@ -96,22 +78,18 @@ def standalone(
 ) -> str:
     """Return the text of the page.
 
-    storage: the page draws from a texture at once. With "auto" it also compiles literals (for networks up to 64 wide)
-    and keeps what is faster there; "literal" does so for wider networks too; "texture" does without literals.
-    digits: decimals to which the weights are rounded first, None for none. Weights that 16-bit floats hold exactly
-    travel in those.
-    poster: whether the page opens with a small picture of the model, which takes seconds to draw.
-    shade: the shading that it opens in, one of OPENING_SHADES.
-    Raises UserError where the weights cannot be stored so.
+    storage: "texture" stores the weights in a texture. "auto" also compiles them as literals, for networks up to 64
+    wide, and keeps the faster variant; "literal" does so for wider networks too. digits: decimals of the weights, None
+    for exact weights. poster: include a small picture of the model, which takes seconds to draw. shade: initial
+    shading, one of OPENING_SHADES. The page stores 16-bit weights if they are exact. Raises UserError for another storage.
     """
     weights = model if digits is None else in_decimals(model, digits)
     if storage == "packed":
         raise UserError("--storage packed: only shadertoy has it; there is literal, texture, auto")
     program = lower(weights)
-    # A scene refuses literals.
     field = print_field(program, DIALECT.language, "texture" if model.scene is None else storage)
     header = header_facts(model, program, "html")
-    # A model that is dropped on the page may move, even if this one does not.
+    # moving: a model dropped on the page may move.
     ground = round(lowest_point(program), 4)
     prologue = fragment.prologue(header, replace(program, moving=True), DIALECT, field.weights, ground)
     facts = header | {"ground": ground, "shade": shade} | _facts(model, program, storage, digits)
@@ -119,7 +97,7 @@ def standalone(
         facts["scene"] = scene_facts(model, program, field)
     parts = {
         "css": _read("page.css"),
-        "poster": _poster(model, program, shade) if poster else "data:,",
+        "poster": _poster(model, shade) if poster else "data:,",
         "js": script(),
         "facts": facts_json(facts),
         "weights": _wrapped(base64.b64encode(_bytes(weights) if model.scene is None else texel_bytes(field)).decode()),
@@ -130,14 +108,14 @@ def standalone(
 
 
 def script(names: tuple[str, ...] = SCRIPTS) -> str:
-    """Join modules of web/ into one script, without their imports and exports."""
+    """Join modules of web/app/ into one script, without their imports and exports."""
     return "".join(_MODULE_LINE.sub("", _read(name)) for name in names)
 
 
 def facts_json(facts: dict[str, Any]) -> str:
-    """Write the JSON that web/facts.js reads: `facts`, and as `shared` the constants that Python and the page share.
+    """Write the JSON for web/app/facts.js: `facts`, and as `shared` the constants that Python and the page share.
 
-    It may stand in a script element, for nothing in it opens or closes a tag or a comment.
+    It is safe in a script element: nothing in it opens or closes a tag or a comment.
     """
     shared = {
         "format": {
@@ -194,7 +172,7 @@ def facts_json(facts: dict[str, Any]) -> str:
 
 
 def _facts(model: Model, program: Program, storage: str, digits: int | None) -> dict[str, Any]:
-    """Say what the page knows of its own model beyond the header's facts, of which it gives `sha256` in full."""
+    """Return the facts about the page's own model beyond the header's, with `sha256` in full."""
     points = _probes(program)
     widest = [program.widest(function) for function in program.functions()]
     literal = program.composition is None and (storage == "literal" or min(widest) <= STORAGES[0][0])
@@ -208,10 +186,7 @@ def _facts(model: Model, program: Program, storage: str, digits: int | None) -> 
 
 
 def _probes(program: Program) -> Array:
-    """Return points (N, 3) float32 near the surface, within every level's band and the ball that rays are traced in.
-
-    The surface is that of time 0, where the field moves.
-    """
+    """Return points (N, 3) float32 near the surface at time 0, in every level's band and in the unit ball."""
     points = near_surface(program)
     points = points[np.linalg.norm(points, axis=1) < 1]
     _, reached = interpret.nested_field(program, points, len(program.bands))
@@ -220,9 +195,9 @@ def _probes(program: Program) -> Array:
 
 
 def _shadertoy(model: Model, digits: int | None) -> str | None:
-    """Return what the button "Copy as Shadertoy" copies; None, and no button, where that target refuses the model.
+    """Return the text for the button "Copy as Shadertoy"; None if that target refuses the model.
 
-    Nor has a scene one: its text, with all decimals, would be larger than the rest of the page.
+    None for a scene, too, whose text would be larger than the rest of the page.
     """
     if model.scene is not None:
         return None
@@ -233,15 +208,14 @@ def _shadertoy(model: Model, digits: int | None) -> str | None:
 
 
 def _bytes(model: Model) -> bytes:
-    """Return a model file without its provenance, in 16-bit floats where they hold every weight."""
-    kind = np.float16 if is_float16(model) else np.float32
-    return to_bytes(replace(model, provenance={}), kind)
+    """Return a model file without its provenance, in 16-bit floats if they are exact."""
+    return to_bytes(replace(model, provenance={}), np.float16 if is_float16(model) else np.float32)
 
 
-def poster_pixels(model: Model, side: int, program: Program | None = None, shade: str = "phong") -> NDArray[np.uint8]:
-    """Draw a model as the page first shows it, at time 0: (side, side, 4) uint8, sRGB and coverage, top row first.
+def poster_pixels(model: Model, side: int, shade: str = "phong") -> NDArray[np.uint8]:
+    """Draw the first view of the page at time 0: (side, side, 4) uint8, sRGB and coverage, top row first.
 
-    program: the model's, where it is there already. shade: one of OPENING_SHADES; of the studio without its floor.
+    shade: one of OPENING_SHADES; the studio has no floor here.
     """
     azimuth, elevation = model.front or (orbit.AZIMUTH, orbit.ELEVATION)
     focal = 1 / math.tan(math.radians(orbit.FOV) / 2)
@@ -250,28 +224,28 @@ def poster_pixels(model: Model, side: int, program: Program | None = None, shade
     return np.round(255 * draw_poster(model, *view, light, plain, side, shade)).astype(np.uint8)
 
 
-def _poster(model: Model, program: Program, shade: str) -> str:
-    """Return a picture of the model, as the page first shows it, as the URL of a WebP of some 3 kB."""
+def _poster(model: Model, shade: str) -> str:
+    """Return the first view of the page as the data URL of a WebP of some 3 kB."""
     from PIL import Image
 
     data = io.BytesIO()
-    pixels = poster_pixels(model, POSTER_SIDE, program, shade)
+    pixels = poster_pixels(model, POSTER_SIDE, shade)
     Image.fromarray(pixels).save(data, "WEBP", quality=POSTER_QUALITY, method=6)
     return "data:image/webp;base64," + base64.b64encode(data.getvalue()).decode()
 
 
 def _numbers(values: np.ndarray) -> list[float]:
-    """Return all values in one list, each as the shortest number that reads back as the same float32."""
+    """Return all values in one list, each as the shortest number of the same float32."""
     return [float(str(value)) for value in np.asarray(values, np.float32).ravel()]
 
 
 def _shader(text: str) -> str:
-    """Write GLSL so that it may stand in a script element: only the name, in the header's JSON, can hold a tag."""
+    """Escape GLSL for a script element: only the model's name, in the header's JSON, can hold a tag."""
     return re.sub(r"<(?=[/!s])", r"\\u003c", text)
 
 
 def _glsl() -> str:
-    """Return the files in glsl/ that SHADERS are made of, each in a script element with the file's name as its id."""
+    """Return the files in glsl/ of SHADERS, each in a script element with the file's name as its id."""
     names = dict.fromkeys(name for shader in SHADERS for name in glsl.load_numbered(f"{shader}.glsl")[1])
     scripts = [f'<script type="x-shader/x-fragment" id="{name}">{_shader(glsl.read(name))}</script>' for name in names]
     return "\n".join(scripts)

@@ -1,4 +1,4 @@
-"""What a page holds of a scene: its field's text and weights, as Python prints them, in place of a model's file."""
+"""The parts of a scene's page: the text and the weights of its field, printed by Python, instead of a model file."""
 
 from typing import Any
 
@@ -11,12 +11,15 @@ from ..model.scene import shapes_of
 
 
 def scene_facts(model: Model, program: Program, field: FieldText) -> dict[str, Any]:
-    """Return what web/baked.js reads, beside the texels: parseModel's keys, and what is drawn with them."""
+    """Return the facts for web/app/baked.js: the keys of parseModel, and the printed field without its texels."""
     assert model.scene is not None
-    bounds = [{"step_bound": band.step_bound, "band_step_bound": band.band_step_bound} for band in program.bands]
     levels = [
-        {"delta": band.delta, "iterations": band.iterations, "bounds": bound}
-        for band, bound in zip(program.bands, bounds, strict=True)
+        {
+            "delta": band.delta,
+            "iterations": band.iterations,
+            "bounds": {"step_bound": band.step_bound, "band_step_bound": band.band_step_bound},
+        }
+        for band in program.bands
     ]
     loops = {"value": field.value_loops, "gradient": field.gradient_loops, "texture": field.texture_loops}
     return {
@@ -33,7 +36,7 @@ def scene_facts(model: Model, program: Program, field: FieldText) -> dict[str, A
 
 
 def texel_bytes(field: FieldText) -> bytes:
-    """Return the weights, texel after texel, in 16-bit floats where they hold every one, else in 32-bit ones."""
+    """Return the weights, texel after texel, in 16-bit floats if they are exact, else in 32-bit floats."""
     return field.layout.texels.astype(_kind(field)).tobytes()
 
 

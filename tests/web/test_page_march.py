@@ -1,4 +1,4 @@
-"""How the page's rays march by the grid of cells that it finds: step by step as field/march.py has it."""
+"""The page's rays take the steps of oracles/march.py, with the grid of cells that the page computes."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -24,18 +24,18 @@ TRACE = """
 window.grid = cells.count;
 window.trace = async () => {
     const {painter, scene, current} = this, {gl} = painter.device, seen = new Float32Array(4 * SIDE * SIDE);
-    painter.draw(current, uniforms(asked(scene, {shading: "data"}), null, [SIDE, SIDE]), [0, 0], [SIDE, SIDE]);
+    painter.draw(current, uniforms(withOptions(scene, {shading: "data"}), null, [SIDE, SIDE]), [0, 0], [SIDE, SIDE]);
     await painter.device.done();
     gl.bindFramebuffer(gl.FRAMEBUFFER, painter.tile.framebuffer);
     gl.readPixels(0, 0, SIDE, SIDE, gl.RGBA, gl.FLOAT, seen);
     return [...seen];
 };""".replace("SIDE", str(SIDE))
-"""What lets a page say, once it has found a grid, how its rays end."""
+"""Lets a page with a grid return the ends of its rays."""
 
 
 @pytest.mark.parametrize(("storage", "late"), [("texture", True), ("literal", False)])
 def test_rays_take_the_steps_of_the_reference(storage: str, late: bool, browser: "Browser", tmp_path: Path) -> None:
-    """In one draw, from a texture, they make a step before their first look; in passes they have that look at once."""
+    """In one draw, from a texture, a step precedes the first look; in passes, the first look comes first."""
     text = TARGETS["html"](MODEL, shade="phong")
     assert text.count(FOUND) == 1
     (tmp_path / "page.html").write_text(text.replace(FOUND, FOUND + TRACE))

@@ -1,13 +1,13 @@
 import {shared} from "./facts.js";
 
-// The orbit camera around the unit sphere of model space, as viewer/draw/camera.py has it, and its text in the URL's
-// hash. A camera is {azimuth, elevation: degrees; distance: model units, null for one from which the unit sphere fits;
-// target: [x, y, z]}; none of these functions changes the one that it is given.
+// The orbit camera around the unit sphere of model space, as in viewer/draw/camera.py, and its text in the URL's hash.
+// A camera is {azimuth, elevation: degrees; distance: model units, null to fit the unit sphere; target: [x, y, z]}. The
+// functions return new cameras.
 const ORBIT = shared.camera;
-const NEAREST = ORBIT.zoom[0], FARTHEST = ORBIT.zoom[1];
+const [NEAREST, FARTHEST] = ORBIT.zoom;
 export const FOCAL = 1 / Math.tan(ORBIT.fov * Math.PI / 360); // 1 / tan(fov / 2), vertical
 
-// Returns the camera that sees a model first. front: the azimuth and elevation that the model names, if it does.
+// Returns the initial camera. front: azimuth and elevation of the model, or null.
 export function homeOf(front) {
     const [azimuth, elevation] = front ?? [ORBIT.azimuth, ORBIT.elevation];
     return Object.freeze({azimuth, elevation, distance: null, target: Object.freeze([0, 0, 0])});
@@ -17,8 +17,8 @@ function away(camera, aspect) {
     return camera.distance ?? ORBIT.margin / Math.sin(Math.atan(Math.min(1, aspect) / FOCAL));
 }
 
-// Returns the 16 numbers of the camera as GL reads a mat4: columns right, up, back, eye.
-// aspect: width over height of the picture that the unit sphere must fit.
+// Returns the camera as 16 numbers of a GL mat4: columns right, up, back, eye. aspect: width over height of the
+// picture.
 export function matrix(camera, aspect) {
     const a = camera.azimuth * Math.PI / 180, e = camera.elevation * Math.PI / 180;
     const right = [Math.cos(a), 0, -Math.sin(a)];
@@ -29,18 +29,18 @@ export function matrix(camera, aspect) {
     return [...right, 0, ...up, 0, ...back, 0, ...eye, 1];
 }
 
-// Returns the camera turned by so many degrees; its elevation stays between the poles.
+// Returns the camera after a rotation in degrees; the elevation stays between the poles.
 export function orbited(camera, azimuth, elevation) {
     const turned = ((camera.azimuth + azimuth) % 360 + 360) % 360;
     return {...camera, azimuth: turned, elevation: Math.min(90, Math.max(-90, camera.elevation + elevation))};
 }
 
-// Returns the camera `factor` times as far away.
+// Returns the camera at `factor` times the distance.
 export function zoomed(camera, factor, aspect) {
     return {...camera, distance: Math.min(FARTHEST, Math.max(NEAREST, away(camera, aspect) * factor))};
 }
 
-// Returns the camera with its target moved along the picture's axes by shares of the picture's height.
+// Returns the camera with its target moved along the picture's axes, in shares of the picture's height.
 export function panned(camera, right, up, aspect) {
     const m = matrix(camera, aspect), height = 2 * away(camera, aspect) / FOCAL;
     return {...camera, target: camera.target.map((c, i) => c + height * (right * m[i] + up * m[4 + i]))};
@@ -54,14 +54,14 @@ export function toHash(camera) {
     return `#${parts.join("&")}`;
 }
 
-// Returns the camera that a hash describes; what is missing or out of range is as at `home`.
+// Returns the camera in a hash; missing or invalid values are those of `home`.
 export function fromHash(hash, home) {
-    const given = new URLSearchParams(hash.replace(/^#/, ""));
+    const parameters = new URLSearchParams(hash.replace(/^#/, ""));
     const read = (key, least, most) => {
-        const value = Number(given.get(key) || NaN);
+        const value = Number(parameters.get(key) || NaN);
         return value >= least && value <= most ? value : null;
     };
-    const target = (given.get("at") ?? "").split(",").map(Number);
+    const target = (parameters.get("at") ?? "").split(",").map(Number);
     return {
         azimuth: read("az", -360, 360) ?? home.azimuth, elevation: read("el", -90, 90) ?? home.elevation,
         distance: read("d", NEAREST, FARTHEST),

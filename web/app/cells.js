@@ -1,14 +1,13 @@
 import {shared} from "./facts.js";
 import {widenedValues} from "./reference.js";
 
-// Finds the cells of a grid that the surface cannot meet, and how near it is to the others, for rays to skip, as
-// field/cells.py does.
-const SLICE = 12; // milliseconds of work after which the page may do something else
-const AT_ONCE = 16; // points whose field is evaluated at once
-const EIGHT = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => [k & 1, k >> 1 & 1, k >> 2]); // steps to a block of eight
+// Computes the grid of cells by which rays skip empty space, as field/cells.py.
+const SLICE = 12; // milliseconds of work between pauses
+const AT_ONCE = 16; // points that are evaluated together
+const EIGHT = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => [k & 1, k >> 1 & 1, k >> 2]); // offsets of a block of eight
 
-// Returns how many cells an edge of each grid has that is found for a model, one after the other; none for a scene, whose
-// rays skip what is outside its shapes' balls. The first one takes a fraction of a second, the last one seconds.
+// Returns the resolutions of a model's successive grids: fast and coarse ones first. A scene has none; its rays skip by
+// the bounding balls of its shapes.
 export function countsOf(model) {
     if (model.field) return [];
     const {first, dear, most} = shared.cells.counts;
@@ -17,14 +16,14 @@ export function countsOf(model) {
     return [first, ...(isOver(shared.cells.dear) ? [dear] : []), ...(isOver(shared.cells.dearest) ? [] : [most])];
 }
 
-// Resolves to {count, half, grids}, as Cells in cells.py describes them; null where isWanted() has become false. rest()
-// resolves when the next slice of the work may begin.
+// Resolves to {count, half, grids}, as Cells in cells.py, or null once isWanted() is false. rest(): resolves when the
+// next slice of work may begin.
 export async function emptyCells(model, count, isWanted, rest) {
     const {moments, overestimate} = shared.cells, moves = model.inputs === "xyzt", half = 1 + model.levels[0].delta;
     let began = performance.now();
     const pace = {
         isDue: () => performance.now() - began >= SLICE,
-        goOn: async () => { // whether the work is to
+        goOn: async () => {
             await rest();
             began = performance.now();
             return isWanted();
@@ -41,7 +40,7 @@ export async function emptyCells(model, count, isWanted, rest) {
     return {count, half, grids};
 }
 
-// Returns the grid for a time from 0 to 1: the only one, or as between() in cell_codes.py has it.
+// Returns the grid for a time from 0 to 1, interpolated as by mixed() in cell_codes.py.
 export function gridOf({grids}, time) {
     if (grids.length === 1) return grids[0];
     const place = time * (grids.length - 1), first = Math.min(Math.floor(place), grids.length - 2), share = place - first;
@@ -60,8 +59,8 @@ const placeOf = (cell, edge) => [cell % edge, Math.floor(cell / edge) % edge, Ma
 const middle = (cell, edge, half) => placeOf(cell, edge).map((i) => at(i + 0.5, edge, half));
 const everyCell = (edge) => Array.from({length: edge ** 3}, (_, cell) => cell);
 
-// Resolves to what level 1 makes values from each of the times to the next too large by, as Cells._slack in cells.py finds
-// it; null where that was unwanted.
+// Resolves to the excess of level 1's linear interpolation between successive times, as Cells._slack in cells.py, or
+// null.
 async function excessesBetween(model, times, half, pace) {
     const {first} = shared.cells, excesses = times.slice(1).fill(0), step = times[1], [{delta}] = model.levels;
     for (const cell of everyCell(first)) {
@@ -78,8 +77,7 @@ async function excessesBetween(model, times, half, pace) {
     return excesses;
 }
 
-// Resolves to the values of the first `depth` levels at the places of some items, see widenedValues(); null where that was
-// unwanted.
+// Resolves to the values of the first `depth` levels at the places of items, see widenedValues(), or null.
 async function valuesOf(model, items, placeOf, {time, margin, depth}, pace) {
     const values = new Float64Array(items.length);
     for (let start = 0; start < items.length; start += AT_ONCE) {
@@ -90,7 +88,7 @@ async function valuesOf(model, items, placeOf, {time, margin, depth}, pace) {
     return values;
 }
 
-// Resolves to the grid for a time; null where it was unwanted.
+// Resolves to the grid for a time, or null.
 async function gridAt(model, time, {count, half, slack}, pace) {
     const {first, overestimate, reach} = shared.cells, {levels} = model, scale = 0.5 * count / half;
     let cells = everyCell(first);
@@ -136,19 +134,19 @@ async function gridAt(model, time, {count, half, slack}, pace) {
     return grid;
 }
 
-// Returns the value, in edges of a cell, that a byte stands for.
+// Returns the value of a byte, in edges of a cell.
 function valueOf(code) {
     const {empty, reach} = shared.cells, levels = (255 - empty) / 2;
     return code < empty ? reach : (code - empty - levels) / levels * reach;
 }
 
-// Returns the byte of a value of a cell that is not empty; it stands for no more.
+// Returns the byte of a value of an occupied cell, rounded down.
 function coded(value) {
     const {empty, reach} = shared.cells, levels = (255 - empty) / 2;
     return Math.min(Math.max(Math.floor(empty + levels + value / reach * levels + 1e-4), empty), 255);
 }
 
-// Returns the sizes of a grid in which some cells are occupied.
+// Returns the empty-cube sizes of a grid with some occupied cells.
 function sizesOf(occupied, count) {
     const powers = Array.from({length: Math.log2(count) + 1}, (_, power) => power), of = (k, power) => k >> power;
     const full = powers.map((power) => new Uint8Array(of(count, power) ** 3));

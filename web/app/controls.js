@@ -1,7 +1,6 @@
-// The panel's parts. Each shows what it is given and calls back with what the visitor chose.
+// Controls of the panel. Each calls back when the visitor changes it.
 
-// Fills a fieldset with one button for each choice {value, label, paint}; paint: a CSS background that is shown instead
-// of the label, if any.
+// Fills a fieldset with a button for each choice {value, label, paint}; paint: CSS background instead of the label.
 export function fillChoices(fieldset, choices, chosen, onChoose) {
     fieldset.querySelectorAll("label").forEach((label) => label.remove());
     for (const {value, label, paint} of choices) {
@@ -20,14 +19,14 @@ export function fillChoices(fieldset, choices, chosen, onChoose) {
     }
 }
 
-// Marks a choice as chosen, without a call back.
+// Checks a choice without a callback.
 export function choose(fieldset, value) {
     const input = [...fieldset.querySelectorAll("input")].find((button) => button.value === String(value));
     if (input) input.checked = true;
 }
 
-// Shows a ball that is lit as the shape is, and calls back with the light's direction where it is touched.
-// light: [x, y, z] of length 1, towards the light, camera space, z >= 0.
+// A ball with the light of the shape; a touch sets the direction of the light. light: unit vector [x, y, z], camera
+// space, z >= 0.
 export function lightBall(ball, light, onMove) {
     const put = (x, y) => {
         const length = Math.hypot(x, y), shrink = length > 0.98 ? 0.98 / length : 1;
@@ -61,7 +60,7 @@ export function lightBall(ball, light, onMove) {
     put(light[0], light[1]);
 }
 
-// Calls back with a file that is dropped anywhere on the page; `cover` is shown while one is dragged over it.
+// Calls back with a file dropped on the page; shows `cover` while a file is dragged over the page.
 export function listenToDrops(cover, onFile) {
     const hasFiles = (event) => event.dataTransfer?.types.includes("Files");
     addEventListener("dragover", (event) => {
@@ -80,7 +79,7 @@ export function listenToDrops(cover, onFile) {
     });
 }
 
-// Puts text on the clipboard, also where the browser has no asynchronous one.
+// Copies text, also in browsers without an asynchronous clipboard.
 export async function copyText(text) {
     try {
         await navigator.clipboard.writeText(text);

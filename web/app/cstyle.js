@@ -1,17 +1,17 @@
-// Prints what both ways of storing the weights have in common, as codegen/printers/cstyle.py does.
+// Shared by both storages of weights, as codegen/printers/cstyle.py.
 
-// Returns the names of the constants that functions use, each once, in the order of their first use.
+// Returns the names of the functions' constants in order of their first use.
 export function constantsOf(functions) {
     const names = functions.flatMap(({ops}) => ops.flatMap(({matrix, bias, row}) => [matrix, bias, row]));
     return new Set(names.filter(Boolean));
 }
 
-// Returns the right-hand side of an elementwise op, whose operands `at` prints.
+// Returns the right-hand side of an elementwise op; at: prints an operand.
 export function elementwise(op, at) {
     return op.kind === "product" ? `${at(op.left)} * ${at(op.right)}` : `${op.kind}(${at(op.source)})`;
 }
 
-// Returns the shortest literal that reads back as the same 32-bit float.
+// Returns the shortest literal of a 32-bit float.
 export function number(value) {
     const x = Math.fround(value);
     let digits = 1;
@@ -23,8 +23,8 @@ export function number(value) {
     return text.includes(".") ? text.replace(/^(-?)0\./, "$1.") : `${text}.`;
 }
 
-// Returns x with so many digits. Of two decimals that are equally near, toPrecision takes the larger one, and NumPy the
-// one whose last digit is even, provided that it reads back as the same 32-bit float.
+// Rounds x to `digits` digits. Between two equally near decimals, toPrecision takes the larger one; NumPy takes the
+// even one if it reads back as the same 32-bit float.
 function roundedToEven(x, digits) {
     const [larger, exact] = [digits, digits + 1].map((count) => x.toExponential(count - 1).split("e"));
     const isTie = exact[0].endsWith("5") && Number(exact.join("e")) === x;

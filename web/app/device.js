@@ -1,7 +1,7 @@
 import {shared} from "./facts.js";
 import {TEXTURE_WIDTH} from "./texels.js";
 
-// WebGL2 as the renderer uses it. What a device cannot do is a DeviceError, whose message is one line for the visitor.
+// A WebGL2 context. A DeviceError is a limit of the device, with a one-line message for the visitor.
 export class DeviceError extends Error {}
 class ContextLost extends Error {}
 
@@ -21,7 +21,7 @@ export class Device {
         this.float = Boolean(gl.getExtension("EXT_color_buffer_float"));
         this.half = this.float || Boolean(gl.getExtension("EXT_color_buffer_half_float"));
         this.parallel = gl.getExtension("KHR_parallel_shader_compile");
-        // Samples have one format in every draw, because software GL compiles the shader again for each new one.
+        // One format of samples, because software GL compiles the shader again for each format.
         this.sampleFormat = this.float ? gl.RGBA32F : gl.RGBA8;
         this.pictureFormat = this.half ? gl.RGBA16F : gl.SRGB8_ALPHA8;
         gl.bindVertexArray(gl.createVertexArray());
@@ -31,7 +31,7 @@ export class Device {
         return this.gl.isContextLost();
     }
 
-    // The driver's own name, where the browser tells it; else what the browser says instead.
+    // The name of the driver, if the browser reveals it.
     get name() {
         const gl = this.gl, plain = String(gl.getParameter(gl.RENDERER));
         if (plain !== "WebKit WebGL") return plain;
@@ -39,28 +39,28 @@ export class Device {
         return info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : plain;
     }
 
-    // Whether the driver stops a fragment after a number of loop iterations, for which uniforms.js chooses fewer.
+    // Whether the driver limits the loop iterations of a fragment (uniforms.js).
     get limitsLoops() {
         return /llvmpipe/i.test(this.name);
     }
 
-    // SwiftShader has 512 KiB of stack for all that a fragment keeps. Each term of a sum in the text takes some, and where
-    // they do not suffice, its process dies at the first draw.
-    get isShort() {
+    // SwiftShader has 512 KiB of stack for a fragment. Each term of a sum in the text takes some; where the stack is
+    // too small, the process dies at the first draw.
+    get hasSmallStack() {
         return /swiftshader/i.test(this.name);
     }
 
-    // Most products of a 4 x 4 block in one iteration of a loop.
+    // Largest number of 4 x 4 products in one loop iteration.
     get unroll() {
-        return this.isShort ? 2 : shared.unroll;
+        return this.hasSmallStack ? 2 : shared.unroll;
     }
 
-    // Whether the device survives a text of literals: 3,105 terms took 90 % of the stack, 4,466 killed the process.
+    // Whether the stack suffices for literals: 3,105 terms took 90 % of it, 4,466 killed the process.
     survives(text) {
-        return !this.isShort || text.split("+=").length < 3300;
+        return !this.hasSmallStack || text.split("+=").length < 3300;
     }
 
-    // Throws DeviceError where a weight texture of so many rows, or the uniforms of so many levels, do not fit.
+    // Throws DeviceError if the device cannot hold `height` rows of weights, or the uniforms of `levels` levels.
     check(height, levels) {
         if (this.lost) return;
         const gl = this.gl, side = gl.getParameter(gl.MAX_TEXTURE_SIZE);
@@ -73,8 +73,8 @@ export class Device {
             throw new DeviceError(`The shader needs ${needed} uniform vectors; this device has ${vectors}.`);
     }
 
-    // Begins to compile a fragment shader with a vertex shader, by default a triangle that covers all, beside everything else where the browser can, and returns
-    // {program, shaders, sync}, which isReady and finish take.
+    // Starts to compile a fragment shader, in the background where the browser supports it. vertex: by default a
+    // triangle that covers all. Returns {program, shaders, sync} for isReady and finish.
     begin(fragment, vertex = VERTEX) {
         const gl = this.gl, program = gl.createProgram();
         const shaders = [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]].map(([kind, text]) => {
@@ -85,13 +85,13 @@ export class Device {
             return shader;
         });
         gl.linkProgram(program);
-        // Without the extension, asking about the program would wait for its compiler; a fence behind it does not.
+        // Without the extension, a query would wait for the compiler; a fence does not.
         const sync = this.parallel ? null : gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
         gl.flush();
         return {program, shaders, sync};
     }
 
-    // Whether the compiler is done, or the context is lost.
+    // Whether the compiler has finished, or the context is lost.
     isReady({program, sync}) {
         const {gl} = this;
         if (this.lost) return true;
@@ -99,13 +99,13 @@ export class Device {
             : gl.getProgramParameter(program, this.parallel.COMPLETION_STATUS_KHR);
     }
 
-    // Whether a program that compiles for minutes would hold up nothing else: Direct3D's compiler is the slow one.
+    // Whether a slow compilation blocks nothing else; only Direct3D's compiler is slow.
     get patient() {
         return Boolean(this.parallel) || !/direct3d|d3d/i.test(this.name);
     }
 
-    // Returns {program, names} of what `begin` began, where `names` maps each uniform to its location.
-    // Throws DeviceError with the first line that the compiler said.
+    // Returns {program, names} of a compilation, where `names` maps uniforms to locations. Throws DeviceError with the
+    // first line of the compiler's log.
     finish({program, shaders}) {
         const gl = this.gl;
         if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !this.lost) {
@@ -123,7 +123,7 @@ export class Device {
         return {program, names};
     }
 
-    // Returns a texture of width x height texels; values: a Float32Array with four numbers for each, or null.
+    // Returns a texture of width x height texels. values: a Float32Array with four numbers per texel, or null.
     texture(format, width, height, filter, values = null) {
         const gl = this.gl, texture = gl.createTexture();
         gl.bindTexture(gl.TEXTURE_2D, texture);
@@ -145,14 +145,14 @@ export class Device {
         return texture;
     }
 
-    // Writes a grid into its texture.
+    // Uploads a grid.
     fill(texture, count, values) {
         const gl = this.gl;
         gl.bindTexture(gl.TEXTURE_3D, texture);
         gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, count, count, count, gl.RED_INTEGER, gl.UNSIGNED_BYTE, values);
     }
 
-    // Returns {texture, framebuffer, width, height}, which can be drawn to and read as a texture.
+    // Returns {texture, framebuffer, width, height}, a texture that can be a render target.
     target(format, width, height, filter) {
         const gl = this.gl, texture = this.texture(format, width, height, filter), framebuffer = gl.createFramebuffer();
         gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
@@ -165,7 +165,7 @@ export class Device {
         this.gl.deleteTexture(texture);
     }
 
-    // Resolves when everything drawn so far is done, without blocking the page. Throws ContextLost.
+    // Resolves when all draws have finished, without blocking the page. Throws ContextLost.
     async done() {
         const gl = this.gl, sync = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
         gl.flush();
@@ -174,8 +174,7 @@ export class Device {
         if (this.lost) throw new ContextLost();
     }
 
-    // Returns what the promise `work` gives. An error of a lost context is left out: recovery.js tells the visitor of
-    // it.
+    // Returns the result of the promise `work`, and ignores errors of a lost context, which recovery.js reports.
     async unlessLost(work) {
         try {
             return await work;

@@ -1,4 +1,4 @@
-// What webpage.py knew when it wrote this page, as one JSON object in it. `facts` begins as the header line of every
-// generated text does; `shared` holds the constants that Python and these scripts have in common.
+// The facts from web/page.py, as one JSON object in the page: the header of every generated text, and in `shared` the
+// constants shared by Python and JavaScript.
 export const facts = JSON.parse(document.getElementById("facts").textContent);
 export const {shared} = facts;

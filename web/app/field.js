@@ -3,13 +3,11 @@ import {declareLiterals, straight} from "./literal.js";
 import {lowered, widest} from "./lower.js";
 import {READERS, countLoops, layOut, looped} from "./texels.js";
 
-// Prints the field's GLSL of any model: what codegen/printers/field.py prints, to the byte, which
-// tests/codegen/test_page_printer.py compares.
+// Prints the field's GLSL of any model, byte for byte as codegen/printers/field.py (tests/web/test_page_printer.py).
 // Returns {text, texels, height, loops}: the text of field(), field_gradient() and albedo(); the weight texture,
-// TEXTURE_WIDTH texels wide and of height 0 where there is none; and the loop iterations that a call costs at each
-// level, as llvmpipe counts them.
-// storage: "texture", "literal", or "auto", which takes for each function the first storage that holds its width.
-// unroll: products of a 4 x 4 block in one iteration of a loop, at most. A scene has its field with it (baked.js).
+// TEXTURE_WIDTH texels wide, of height 0 if there is none; and the loop iterations of a call at each level, as llvmpipe
+// counts them. storage: "texture", "literal", or "auto": for each function the first storage that holds its width.
+// unroll: largest number of 4 x 4 products in one loop iteration. A scene comes with its field (baked.js).
 export function printField(model, storage, unroll = shared.unroll) {
     if (model.field) return model.field;
     const {constants, values, gradients, texture} = lowered(model);
@@ -64,6 +62,6 @@ function printGradient([first, ...others], input) {
 }
 
 function printAlbedo(texture, input) {
-    const colour = texture ? `clamp(${texture.name}(${input}), 0., 1.)` : `vec3(${shared.plain})`;
-    return ["vec3 albedo(vec3 p) {", `    return ${colour};`, "}"];
+    const color = texture ? `clamp(${texture.name}(${input}), 0., 1.)` : `vec3(${shared.plain})`;
+    return ["vec3 albedo(vec3 p) {", `    return ${color};`, "}"];
 }

@@ -1,9 +1,8 @@
-// Calls turn(right, up), pan(right, up), zoom(factor) and reset() as the visitor moves mouse or fingers on the canvas.
-// `right` and `up` are shares of its height. Dragging turns; dragging with the right or middle button, or with shift,
-// pans; the wheel zooms. One finger turns, two pan and pinch.
-export function listenToHands(canvas, {turn, pan, zoom, reset}) {
+// Calls turn, pan, zoom and reset for mouse and touch. `right` and `up` are shares of the canvas's height. Drag: turn.
+// Drag with the right or middle button, or with shift: pan. Wheel: zoom. One finger turns, two pan and pinch.
+export function listenToPointers(canvas, {turn, pan, zoom, reset}) {
     const fingers = new Map();
-    const centre = () => {
+    const center = () => {
         const all = [...fingers.values()];
         const mean = (axis) => all.reduce((total, finger) => total + finger[axis], 0) / all.length;
         const spread = all.length > 1 ? Math.hypot(all[0].x - all[1].x, all[0].y - all[1].y) : 0;
@@ -16,9 +15,9 @@ export function listenToHands(canvas, {turn, pan, zoom, reset}) {
     });
     canvas.addEventListener("pointermove", (event) => {
         if (!fingers.has(event.pointerId)) return;
-        const before = centre();
+        const before = center();
         fingers.set(event.pointerId, {x: event.clientX, y: event.clientY});
-        const after = centre(), height = canvas.clientHeight;
+        const after = center(), height = canvas.clientHeight;
         const right = (after.x - before.x) / height, up = (before.y - after.y) / height;
         if (fingers.size > 1 || event.shiftKey || event.buttons & 6) pan(right, up);
         else turn(right, up);
@@ -35,7 +34,7 @@ export function listenToHands(canvas, {turn, pan, zoom, reset}) {
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
 }
 
-// Calls actions, an object from keys to functions, unless a control needs the key for itself.
+// Calls actions, an object from keys to functions, except for keys that the focused control uses.
 export function listenToKeys(actions) {
     addEventListener("keydown", (event) => {
         if (event.ctrlKey || event.metaKey || event.altKey) return;

@@ -1,8 +1,8 @@
 import {constantsOf, elementwise, number} from "./cstyle.js";
 
-// Prints weights as named constants in straight-line code, as codegen/printers/literal.py does.
+// Prints weights as named constants in straight-line code, as codegen/printers/literal.py.
 
-// Returns the declarations of one constant for each vec4 or 4 x 4 block, in the order of their first use.
+// Returns one declaration for each vec4 or 4 x 4 block, in order of first use.
 export function declareLiterals(functions, constants) {
     const lines = [], literals = (values) => Array.from(values, number).join(", ");
     for (const name of constantsOf(functions)) {
@@ -18,7 +18,7 @@ export function declareLiterals(functions, constants) {
     return lines;
 }
 
-// Returns a function's statements: there are no loops, and each term of a sum is a `+=` of its own.
+// Returns a function's statements, without loops; each term of a sum is a separate `+=`.
 export function straight({ops, blocks}) {
     const lines = [], at = (value, k) => (blocks.get(value) === 1 ? value : `${value}_${k}`);
     for (const op of ops) {

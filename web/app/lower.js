@@ -1,14 +1,12 @@
-// Turns a model into functions of a handful of ops on vectors packed in vec4, as ir/lower.py does.
+// Lowers a model to functions of a few ops on vectors packed in vec4, as ir/lower.py.
 //
-// lowered(model) returns {constants, values, gradients, texture}.
-// constants: a Map from names to {rows, columns, values}. The values are a Float32Array, row after row, whose sizes are
-// padded with zeros to multiples of 4; a vector has 0 columns.
-// values, gradients: lists with one function for each level. texture: a function, or null.
-// A function is {name, ops, outputs, blocks}, where `blocks` maps each value's name to its number of vec4.
+// lowered(model) returns {constants, values, gradients, texture}. constants: a Map from names to {rows, columns,
+// values}; values: a Float32Array in row order, zero-padded to multiples of 4; a vector has 0 columns. values,
+// gradients: one function per level. texture: a function, or null. A function is {name, ops, outputs, blocks}; `blocks`
+// maps each value to its number of vec4.
 //
-// affine      result = matrix source + bias          sine, cosine   result = sin or cos(source)
-// transposed  result = transpose(matrix) source      product        result = left * right
-// dot         result = dot(row, source) + offset, a scalar
+// affine: result = matrix source + bias. transposed: result = transpose(matrix) source. sine, cosine: result = sin or
+// cos(source). product: result = left * right. dot: result = dot(row, source) + offset, a scalar.
 export function lowered(model) {
     const moving = model.inputs === "xyzt", constants = new Map(), values = [], gradients = [];
     const define = (name, ops, outputs) => ({name, ops, outputs, blocks: blocksOf(ops, constants)});
@@ -21,14 +19,14 @@ export function lowered(model) {
         values.push(define(`network${key}`, ops, ["f"]));
         gradients.push(define(`network${key}_gradient`, [...ops, ...adjoint(key, network)], ["gradient", "f"]));
     });
-    const colour = ["r", "g", "b"];
-    const texture = model.texture && define("network_texture", forward("t", model.texture, colour), colour);
+    const color = ["r", "g", "b"];
+    const texture = model.texture && define("network_texture", forward("t", model.texture, color), color);
     return {constants, values, gradients, texture};
 }
 
 export const isProduct = (op) => op.kind === "affine" || op.kind === "transposed";
 
-// Returns the largest side of the matrices that a function multiplies by.
+// Returns the largest side of a function's matrices.
 export function widest({ops, blocks}) {
     const sides = ops.filter(isProduct).flatMap(({source, result}) => [blocks.get(source), blocks.get(result)]);
     return 4 * Math.max(...sides);
@@ -42,8 +40,8 @@ function vector(values) {
     return {rows: result.length, columns: 0, values: result};
 }
 
-// Adds a network's weights to the constants. Unless the field moves, the first bias becomes a column of its matrix,
-// which multiplies the 1 that the input holds for it.
+// Adds a network's weights to the constants. Unless the field moves, the first bias becomes the matrix column for the
+// input's 1.
 function store(key, network, moving, constants) {
     network.slice(0, -1).forEach(({rows, columns, weight, bias}, j) => {
         const folded = j === 0 && !moving;
@@ -61,7 +59,7 @@ function store(key, network, moving, constants) {
         constants.set(`o${key}_${c}`, vector(weight.subarray(c * columns, (c + 1) * columns)));
 }
 
-// Returns the ops that evaluate a network: a sine follows every layer but the last (Eq. 2).
+// Returns the ops of a network: a sine after every layer but the last (Eq. 2).
 function evaluation(key, network, outputs, constants) {
     const ops = [], known = (name) => (constants.has(name) ? name : null), {bias} = network.at(-1);
     let source = "p";
@@ -74,7 +72,7 @@ function evaluation(key, network, outputs, constants) {
     return ops;
 }
 
-// Returns the ops that the gradient needs beyond those of the value: g = (g * cos a_j) W_j, from the output back.
+// Returns the further ops of the gradient: g = (g * cos a_j) W_j, from the output back.
 function adjoint(key, network) {
     const ops = [];
     let left = `o${key}_0`;

@@ -1,12 +1,13 @@
+import {shared} from "./facts.js";
 import {fieldValue, widenedValues} from "./reference.js";
 
-// Finds the height of the lowest point of a model's surface, at time 0, on which the studio's floor lies, as
-// field/lowest.py does, on a coarser grid: its layers from the bottom up. Without a surface it is -1.
-const LAYERS = 32; // of the grid
-const MORE = 2; // layers that are looked at above the first that meets the surface
+// Finds the height of a model's lowest point at time 0, for the studio's floor, as field/lowest.py on a coarser grid,
+// layer by layer from the bottom. Without a surface, it is -1.
+const LAYERS = 32;
+const MORE = 2; // layers searched above the first layer with the surface
 
 export function lowestPoint(model) {
-    const reach = Math.sqrt(3) * 1.3 / LAYERS, at = (i) => (2 * i + 1) / LAYERS - 1;
+    const reach = Math.sqrt(3) * shared.cells.overestimate / LAYERS, at = (i) => (2 * i + 1) / LAYERS - 1;
     let lowest = Infinity;
     for (let layer = 0, left = MORE; layer < LAYERS && left >= 0; ++layer) {
         const points = Array.from({length: LAYERS ** 2}, (_, k) => [at(k % LAYERS), at(layer), at(Math.floor(k / LAYERS))])
@@ -19,7 +20,7 @@ export function lowestPoint(model) {
     return lowest < Infinity ? lowest : -1;
 }
 
-// Returns the height at which a point, moved by Newton's method, lands on the surface; Infinity where it does not.
+// Returns the height at which Newton's method moves a point onto the surface; Infinity if it does not.
 function landed(model, point) {
     const step = 1e-3, value = (p) => fieldValue(model, p)[0];
     for (let i = 0; i < 5; ++i) {

@@ -1,38 +1,30 @@
-// Remembers which variant of a model was the faster one in an earlier visit: "literal" or "texture"; "trying" where the
-// trial was never finished; null where there was none. And, while the tab is open, how many of the model's levels the
-// driver may be able to draw, Infinity for all. hash: the model's, a part of the key; empty: it is not to be kept.
+// Remembers, for the model with a hash, the faster variant of an earlier visit: "literal" or "texture"; "trying" after an
+// unfinished trial; null without one. And, while the tab is open, the number of levels that the driver can draw, Infinity
+// for all. With an empty hash, nothing outlives the page.
 export function memoryOf(hash) {
     const key = `mplicits ${hash}`;
     let last = null, levels = Infinity;
+    const attempt = (access, fallback) => {
+        try {
+            return access();
+        } catch { // a browser without storage
+            return fallback;
+        }
+    };
     return {
         get levels() {
-            try {
-                return Number(hash && sessionStorage.getItem(`${key} levels`)) || levels;
-            } catch {
-                return levels;
-            }
+            return attempt(() => Number(hash && sessionStorage.getItem(`${key} levels`)), 0) || levels;
         },
         set levels(count) {
             levels = count;
-            try {
-                if (hash) sessionStorage.setItem(`${key} levels`, count);
-            } catch { /* a browser that keeps nothing */ }
+            if (hash) attempt(() => sessionStorage.setItem(`${key} levels`, count));
         },
-        read() {
-            try {
-                return localStorage.getItem(key);
-            } catch {
-                return last;
-            }
-        },
+        read: () => attempt(() => localStorage.getItem(key), last),
         write(storage) {
             last = storage;
-            try {
-                if (storage) localStorage.setItem(key, storage);
-                else localStorage.removeItem(key);
-            } catch { /* a browser that keeps nothing */ }
+            attempt(() => (storage ? localStorage.setItem(key, storage) : localStorage.removeItem(key)));
         },
-        // Writes what is to be remembered of a trial that something else ended.
+        // Writes the result of a trial that something else ended.
         interrupted(storage) {
             if (this.read() === "trying") this.write(storage);
         },

@@ -1,11 +1,11 @@
 import {DeviceError} from "./device.js";
 import {ModelError} from "./safetensors.js";
 
-// What the page tells: a message, the status line and the bar, and its state, as data attributes of the root element.
+// Messages, the status line with its bar, and the state of the page, as data attributes of the root element.
 export const element = (id) => document.getElementById(id);
 export const root = document.documentElement;
 
-// Shows a message, or hides it where the text is empty.
+// Shows a message; hides it for an empty text.
 export function say(text, closable = true) {
     const box = element("message");
     box.querySelector("p").textContent = text;
@@ -13,27 +13,27 @@ export function say(text, closable = true) {
     box.hidden = !text;
 }
 
-// Whether an error's message is written for the visitor.
+// Whether the visitor can understand an error's message.
 export const isExpected = (error) => error instanceof DeviceError || error instanceof ModelError;
 
 export function fail(error) {
     const expected = isExpected(error), text = expected ? error.message
-        : `This page came upon something it does not know: ${error.message}`;
+        : `Unexpected error in this page: ${error.message}`;
     say(text, expected && "drawn" in root.dataset);
-    enter("failed", "");
+    setState("failed", "");
     if (!expected) throw error;
 }
 
-let line = "", field = "", trial = ""; // the status line's parts
-let isAwaited = true; // whether the picture that is being drawn will be spoken of
-let isOther = false; // whether the visitor asked for another picture than the poster's
+let line = "", field = "", trial = ""; // parts of the status line
+let isAwaited = true; // whether to announce the next finished picture
+let isOther = false; // whether the view differs from the poster's
 
-// Changes the state: "compiling", "drawing", "still", "lost" or "failed". text: the status line's first half. share: of
-// the work that is done, for the bar; NaN: unknown, null: no bar.
-export function enter(state, text, share = null) {
+// Sets the state: "compiling", "drawing", "still", "lost" or "failed". text: first half of the status line. share:
+// progress for the bar; NaN: unknown, null: no bar.
+export function setState(state, text, share = null) {
     root.dataset.state = state;
     line = text;
-    tell();
+    updateStatus();
     const bar = element("progress");
     bar.hidden = share === null;
     bar.setAttribute("aria-label", text.split(" · ")[0]);
@@ -42,36 +42,36 @@ export function enter(state, text, share = null) {
     bar.style.setProperty("--share", String(share || 0));
 }
 
-function tell() {
+function updateStatus() {
     element("status").textContent = [line, field && [field, trial].filter(Boolean).join(" · ")].filter(Boolean).join("\n");
 }
 
-// What a screen reader says: not each step of the status line, only that a model's first picture begins and is there.
-function speak(text) {
+// The text for screen readers: only that a model's first picture begins, and that it is complete.
+function announce(text) {
     element("spoken").textContent = text;
 }
 
-// Begins the time in which a model's shader is compiled; listener.stored ends it.
+// Reports that a model's shader compiles, until listener.stored.
 export function compiling() {
     isAwaited = true;
     field = trial = "";
-    enter("compiling", "Compiling the shader", NaN);
-    speak("Compiling the shader");
+    setState("compiling", "Compiling the shader", NaN);
+    announce("Compiling the shader");
 }
 
-// Has the next frame take the poster's place, however coarse it is.
+// Lets the next frame replace the poster, at any resolution.
 export function uncover() {
     isOther = true;
 }
 
-// Begins a picture, unless the state says that none can be drawn yet.
+// Reports the start of a picture, if one can be drawn.
 export function drawing() {
-    if (root.dataset.state === "still") enter("drawing", "Drawing");
+    if (root.dataset.state === "still") setState("drawing", "Drawing");
 }
 
 const dimensions = ([width, height]) => `${width} × ${height}`;
 
-// What the renderer calls.
+// Callbacks of the renderer.
 export const listener = {
     frame({milliseconds, size, samples, settled}) {
         const poster = element("poster"), isFiner = size[1] >= poster.naturalHeight || samples > 1 || settled;
@@ -80,30 +80,30 @@ export const listener = {
         const time = milliseconds < 10 ? `${milliseconds.toFixed(1)} ms`
             : milliseconds < 1000 ? `${Math.round(milliseconds)} ms` : `${(milliseconds / 1000).toFixed(1)} s`;
         const sampled = samples > 1 ? ` · ${samples} samples` : "";
-        enter(settled ? "still" : "drawing", `${time} · ${dimensions(size)}${sampled}`);
+        setState(settled ? "still" : "drawing", `${time} · ${dimensions(size)}${sampled}`);
         if (settled && isAwaited) {
-            speak("The picture is drawn");
+            announce("The picture is drawn");
             isAwaited = false;
         }
     },
-    // A share of the first sample of every pixel is drawn.
+    // Part of the first sample of every pixel is drawn.
     progress(size, share) {
         if (share > 0.5) root.dataset.drawn = "";
         if (root.dataset.state === "compiling") return;
-        enter("drawing", `Drawing ${dimensions(size)} · ${Math.floor(100 * share)} %`, share);
+        setState("drawing", `Drawing ${dimensions(size)} · ${Math.floor(100 * share)} %`, share);
     },
     stored(storage, error) {
         root.dataset.storage = storage;
         const off = error === null ? "field error not measurable here" : `field error ${error.toExponential(1)}`;
         field = `${off} · weights as ${storage === "literal" ? "literals" : "a texture"}`;
         if (error !== null) root.dataset.error = String(error);
-        if (root.dataset.state === "compiling") enter("drawing", "Drawing", NaN);
-        else tell();
+        if (root.dataset.state === "compiling") setState("drawing", "Drawing", NaN);
+        else updateStatus();
     },
-    // A second variant is compiled and compared, or no longer.
+    // Whether a second variant is being compiled and compared.
     trying(isTried) {
         trial = isTried ? "trying literals" : "";
-        tell();
+        updateStatus();
     },
     failed: fail,
 };

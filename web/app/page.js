@@ -1,16 +1,16 @@
 import {fillChoices, lightBall, listenToDrops} from "./controls.js";
-import {askedBackground, namesView, plainBackground, turnTime} from "./embedding.js";
+import {backgroundName, hasView, plainBackground, turnTime} from "./embedding.js";
 import {shared} from "./facts.js";
-import {listenToHands, listenToKeys} from "./gestures.js";
+import {listenToKeys, listenToPointers} from "./gestures.js";
 import {element, fail, root, say, uncover} from "./messages.js";
 import {
-    contextLost, contextRestored, copy, embedded, entitle, goToLevel, leave, save, shade, showSteps, start, take,
-} from "./shown.js";
+    contextLost, contextRestored, copy, embedded, goToLevel, leave, openFile, save, setTitle, shade, showSteps, start,
+} from "./current_model.js";
 import {
     canvas, css, followHash, openRenderer, options, pan, play, reset, resize, seek, set, turn, turntable, zoom,
 } from "./view.js";
 
-// Connects the page's parts to what they do.
+// Connects the controls to the view.
 const BACKGROUNDS = {
     slate: {tone: "dark", bottom: shared.defaults.background_bottom, top: shared.defaults.background_top},
     night: {tone: "dark", bottom: [0.02, 0.02, 0.03], top: [0.07, 0.08, 0.11]},
@@ -38,8 +38,8 @@ function wirePanel() {
     const swatches = Object.entries(BACKGROUNDS).map(([value, {bottom, top}]) => (
         {value, label: value, paint: `linear-gradient(${css(top)}, ${css(bottom)})`}));
     const usual = root.dataset.tone === "light" ? "paper" : "slate";
-    const isKnown = Object.hasOwn(BACKGROUNDS, askedBackground) || plainBackground(askedBackground);
-    const first = isKnown ? askedBackground : usual;
+    const isKnown = Object.hasOwn(BACKGROUNDS, backgroundName) || plainBackground(backgroundName);
+    const first = isKnown ? backgroundName : usual;
     fillChoices(element("background"), swatches, first, setBackground);
     setBackground(first);
     const scales = [["auto", "Auto"], [1, "1"], [0.5, "½"], [0.25, "¼"]].map(([value, label]) => ({value, label}));
@@ -62,14 +62,14 @@ function wireButtons() {
     for (const [id, action] of Object.entries(buttons)) element(id).addEventListener("click", action);
     element("message").querySelector("button").addEventListener("click", () => say(""));
     element("file").addEventListener("change", ({target}) => {
-        take(target.files[0]);
+        openFile(target.files[0]);
         target.value = "";
     });
-    listenToDrops(element("drop"), take);
+    listenToDrops(element("drop"), openFile);
 }
 
-function wireHands() {
-    listenToHands(canvas, {turn, pan, zoom, reset});
+function wireGestures() {
+    listenToPointers(canvas, {turn, pan, zoom, reset});
     const arrow = (right, up) => ({shiftKey}) => (
         shiftKey ? pan(-0.05 * right, -0.05 * up) : turn(-right / 36, -up / 36));
     const levels = Array.from({length: 9}, (_, i) => [i + 1, () => goToLevel(i + 1)]);
@@ -92,11 +92,11 @@ function wireWindow() {
 
 async function main() {
     const own = embedded();
-    entitle(own.model);
-    element("poster").hidden = namesView; // it shows the first view
+    setTitle(own.model);
+    element("poster").hidden = hasView; // it shows the first view
     openRenderer();
     resize();
-    for (const wire of [wirePanel, wireButtons, wireHands, wireWindow]) wire();
+    for (const wire of [wirePanel, wireButtons, wireGestures, wireWindow]) wire();
     fold(!root.classList.contains("unfolded"));
     root.dataset.ready = "";
     if (turnTime) turntable(turnTime);

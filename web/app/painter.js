@@ -2,12 +2,11 @@ import {Device} from "./device.js";
 import {PLACES_UNIT, Passes} from "./passes.js";
 import {packed, wanted} from "./samples.js";
 
-// Draws pictures tile by tile. The model's shaders draw one sample of each pixel into a small target, which is then
-// added to the picture, the mean of its samples in linear light.
-// variants.js says what a variant is. A pass is one sample of every pixel, or of some: {tiles, values}, the tiles, or packs
-// of pixels (samples.js), that are yet to be drawn and the values of the uniforms.
+// Draws pictures tile by tile. The model's shaders draw one sample of each pixel to a small target, which is added to
+// the picture, the mean of its samples in linear light. A variant is described in variants.js. A pass {tiles, values}
+// is one sample of all or some pixels: the remaining tiles, or packs of pixels (samples.js), and the uniforms.
 const TILE = 512; // pixels along the side of the small target
-const BATCH = 20; // milliseconds of drawing that are asked for at once
+const BATCH = 20; // milliseconds of drawing in one batch
 
 export class Painter {
     constructor(canvas, source) {
@@ -15,14 +14,14 @@ export class Painter {
         this.open();
     }
 
-    // Returns a file of GLSL with its includes replaced by the files that they name, each where it is first.
+    // Returns a GLSL file with its includes inserted, each once.
     shader(name, seen = new Set()) {
         if (seen.has(name)) return "";
         seen.add(name);
         return this.source(name).replace(/^#include "(.*)"\n/gm, (_, other) => this.shader(other, seen));
     }
 
-    // Creates everything that a context holds; to be called again after a lost one.
+    // Creates all objects of the context; call again after a lost context.
     open() {
         const device = new Device(this.canvas);
         const opening = "#version 300 es\nprecision highp float;\n";
@@ -36,27 +35,27 @@ export class Painter {
         });
     }
 
-    // Calls `work` when whatever was given before is done, so that two pieces of work never mix; returns its promise.
+    // Calls `work` after all previous work; returns its promise.
     exclusively(work) {
         const turn = this.queue.then(work);
         this.queue = turn.catch(() => {});
         return turn;
     }
 
-    // Returns `picture` if it has the size; else releases it and returns a new one.
+    // Returns `picture` if it has the size; else replaces it.
     sized(picture, [width, height]) {
         if (picture && picture.width === width && picture.height === height) return picture;
         if (picture) this.device.release(picture);
         return this.device.target(this.device.pictureFormat, width, height, this.device.gl.LINEAR);
     }
 
-    // Returns the side of a tile. cost: milliseconds that a pixel takes, 0 where unknown.
+    // Returns the side of a tile. cost: milliseconds per pixel, 0 if unknown.
     side(cost) {
         const pixels = cost ? BATCH / cost : 4096;
         return Math.min(TILE, Math.max(32, 2 ** Math.floor(Math.log2(Math.sqrt(pixels)))));
     }
 
-    // Returns the tiles [x, y, width, height] of a picture, from the middle out. cost: as of side().
+    // Returns the tiles [x, y, width, height] of a picture, from the center outwards. cost: see side().
     tiles([width, height], cost) {
         const side = this.side(cost), tiles = [];
         for (let y = 0; y < height; y += side)
@@ -66,7 +65,7 @@ export class Painter {
         return tiles.sort((a, b) => far(a) - far(b));
     }
 
-    // Returns {pixels, counts}, as wanted() does, of a picture that holds one sample of every pixel.
+    // Returns wanted() of a picture with one sample of every pixel.
     async wanted(picture, samples) {
         const {gl} = this.device, {width, height} = picture, {program} = this.contrast;
         const target = this.device.target(gl.RGBA8, width, height, gl.NEAREST), seen = new Uint8Array(4 * width * height);
@@ -82,13 +81,13 @@ export class Painter {
         return wanted(seen, samples);
     }
 
-    // Returns the packs of one further sample of some pixels of a picture. offset, cost: as of packed() and side().
+    // Returns the packs of one further sample of some pixels. offset, cost: see packed() and side().
     packs(pixels, {width}, offset, cost) {
         return packed(pixels, width, offset, this.side(cost));
     }
 
-    // Draws tiles of a pass, and takes them off it, until the time of a batch is likely used up. Returns the
-    // milliseconds that this took. share: this sample's weight in the picture's mean.
+    // Draws and removes tiles of a pass for about the time of a batch. Returns the milliseconds. share: weight of this
+    // sample in the picture's mean.
     async batch(variant, {tiles, values}, picture, share) {
         const start = performance.now();
         let pixels = 0;
@@ -103,7 +102,7 @@ export class Painter {
         return milliseconds;
     }
 
-    // Draws a tile, or a pack, and adds it to the picture; returns the number of its pixels.
+    // Draws a tile or a pack, adds it to the picture, and returns its number of pixels.
     drawTile(variant, values, [x, y, width, height], picture, share) {
         this.draw(variant, values, [x, y], [width, height]);
         this.add(picture, [x, y], [width, height], share);
@@ -119,18 +118,17 @@ export class Painter {
         return width * height;
     }
 
-    // Draws a rectangle of the picture's sample into the small target, at [column, row] of it.
+    // Draws a rectangle of the picture's sample to [column, row] of the small target.
     draw(variant, values, [x, y], size, [column, row] = [0, 0]) {
-        const told = {scattered: 0, ...values, origin: [x - column, y - row]};
-        this.passes.draw(variant, told, [column, row, ...size], this);
+        const uniforms = {scattered: 0, ...values, origin: [x - column, y - row]};
+        this.passes.draw(variant, uniforms, [column, row, ...size], this);
     }
 
-    // Returns the text of a vertex shader.
     vertexShader(name) {
         return `#version 300 es\nprecision highp sampler2D;\n${this.shader(`${name}.vert.glsl`)}`;
     }
 
-    // Adds what `draw` drew to the picture's mean; the first sample brings its coverage, too.
+    // Adds the small target to the picture's mean; the first sample also sets the coverage.
     add(picture, [x, y], [width, height], share) {
         const {gl} = this.device, {program, names} = this.accumulate;
         gl.useProgram(program);
@@ -140,7 +138,7 @@ export class Painter {
         this.blend(picture, share, () => gl.drawArrays(gl.TRIANGLES, 0, 3));
     }
 
-    // Adds the samples of a pack, each in its pixel.
+    // Adds the samples of a pack, each to its pixel.
     spread(picture, [width, height], share) {
         const {gl} = this.device, {program, names} = this.scatter;
         gl.useProgram(program);
@@ -151,7 +149,7 @@ export class Painter {
         this.blend(picture, share, () => gl.drawArrays(gl.POINTS, 0, width * height));
     }
 
-    // Draws into a picture's mean. share: the weight there of what is drawn from the small target.
+    // Draws to a picture's mean with a weight.
     blend(picture, share, draw) {
         const {gl} = this.device;
         gl.bindFramebuffer(gl.FRAMEBUFFER, picture.framebuffer);
@@ -165,7 +163,7 @@ export class Painter {
         gl.disable(gl.BLEND);
     }
 
-    // Draws a picture onto the canvas, or, as linear light, onto another picture.
+    // Draws a picture to the canvas, or, as linear light, to another picture.
     put(picture, onto = null) {
         const {gl} = this.device, {program, names} = this.present, {width, height} = onto ?? this.canvas;
         gl.useProgram(program);

@@ -1,49 +1,49 @@
 import {gridOf} from "./cells.js";
 import {shared} from "./facts.js";
 
-// Draws one sample of a rectangle of pixels by a variant's programs, pass after pass; glsl/near.glsl, ... say what they do.
-const CELL_UNIT = 1; // texture unit of the grid of cells; unit 0 is that of everything that has none here
-export const PLACES_UNIT = 2; // texture unit of the places of packed samples
-// Texture units of what passes leave to one another. rays: of near.glsl and trace.glsl; normals: of normals.glsl, or of
-// its first look; later: of it for the rays that this has left; gate: where a pass in blocks draws; floor_light: of floor.glsl.
+// Draws one sample of a rectangle of pixels with a variant's programs, pass after pass (glsl/near.glsl, ...).
+const CELL_UNIT = 1; // texture unit of the grid of cells; unit 0 is the default
+export const PLACES_UNIT = 2; // texture unit of the positions of packed samples
+// Texture units of the passes' targets. rays: of near.glsl and trace.glsl; normals: of the first run of normals.glsl;
+// later: of its run for the remaining rays; gate: the mask of a pass in blocks; floor_light: of floor.glsl.
 const READ_UNITS = {rays: 3, normals: 4, later: 5, gate: 6, floor_light: 7};
 const BLOCK = 2; // pixels along the side of a block (blocks.vert.glsl)
-const IN_BLOCKS = ["normals", "trace", "colour"]; // passes that draw only where one before them says so
+const IN_BLOCKS = ["normals", "trace", "colour"]; // passes that draw only where an earlier pass set the mask
 const PER_LEVEL = ["delta", "step_bound", "band_step_bound"]; // uniforms that are arrays of floats
 
 export class Passes {
-    // target(): returns a new target of the size of the largest rectangle.
+    // target(): creates a target of the size of the largest rectangle.
     constructor(device, target) {
-        const made = () => (device.float ? target() : null);
-        Object.assign(this, {device, cells: null, rays: made(), normals: made(), later: made(), floor: made()});
+        const create = () => (device.float ? target() : null);
+        Object.assign(this, {device, cells: null, rays: create(), normals: create(), later: create(), floor: create()});
     }
 
-    // Returns the names of those that a variant draws a frame in. Literals are text without loops, which a CPU
-    // computes for every pixel: passes leave out the pixels that need none of it. A loop over texels leaves itself out, and
-    // glsl/traced.glsl gives rays their first look within one draw.
+    // Returns the names of a variant's passes. Literals are text without loops, which a CPU evaluates for every pixel:
+    // passes skip pixels that need no evaluation. A loop over texels skips itself; with a texture, glsl/traced.glsl
+    // does all in one draw.
     names(storage) {
         return this.rays && storage === "literal" ? shared.passes : ["anywhere"];
     }
 
-    // Whether a pass draws blocks of pixels, by the vertex shader blocks.vert.glsl, and only where one before says so.
+    // Whether a pass draws blocks of pixels with blocks.vert.glsl, only where an earlier pass set the mask.
     inBlocks(name) {
         return IN_BLOCKS.includes(name);
     }
 
-    // Returns what the passes of a model are compiled with. A scene has no grid of cells, and its rays have no first look.
+    // Returns the macros of a model's passes. A scene has no grid of cells and no first look.
     defines({field}) {
         return ["CELLS", "BLOCKS", ...(field ? [] : ["FIRST_LOOK"])].map((macro) => `#define ${macro}\n`).join("");
     }
 
-    // Takes the grids of empty cells that rays of the model skip, or null.
-    hold(cells) {
+    // Sets the grids of cells by which the model's rays skip, or null.
+    setCells(cells) {
         this.device.gl.deleteTexture(this.cells?.texture ?? null);
         this.cells = cells && {...cells, time: 0, texture: this.device.grid(cells.count)};
         if (cells) this.device.fill(this.cells.texture, cells.count, cells.grids[0]);
     }
 
-    // Has the texture of the grid hold that of a time.
-    holdTime(time) {
+    // Uploads the grid of a time.
+    setTime(time) {
         const {cells} = this;
         if (!cells || cells.grids.length === 1 || time === cells.time) return;
         this.device.fill(cells.texture, cells.count, gridOf(cells, time));
@@ -53,17 +53,17 @@ export class Passes {
     // Draws a rectangle [column, row, width, height] of the target `tile`. values: of the uniforms; places: a texture.
     draw({programs, weights}, values, rectangle, {tile, places}) {
         const {gl} = this.device, {rays, normals, later, cells} = this;
-        // The grid is that of now: a finer one may be there since the values of the picture were made.
+        // The current grid: a finer one may exist since `values` was computed.
         const grid = cells && values.skips ? {cell_count: cells.count, cells_half: [cells.half]} : {cell_count: 0};
         const pass = (name, target, read = {}, more = {}) =>
             this.pass(programs[name], {...values, ...grid, ...more}, target, rectangle, read);
-        this.holdTime(values.time[0]);
+        this.setTime(values.time[0]);
         gl.activeTexture(gl.TEXTURE0 + CELL_UNIT);
         gl.bindTexture(gl.TEXTURE_3D, cells?.texture ?? null);
         this.bind(PLACES_UNIT, places);
         this.bind(0, weights);
         if (programs.anywhere) return pass("anywhere", tile);
-        const looks = values.first; // after which the normals' alpha is negative where rays are left
+        const looks = values.first; // then the normals' alpha is negative for remaining rays
         const left = {wanted: [looks ? -1 : 1]}, near = looks ? rays : tile;
         this.clear([rays, normals], rectangle);
         pass("near", near);
@@ -78,8 +78,8 @@ export class Passes {
         pass("colour", tile, {rays, normals, later, gate: rays, floor_light: this.floor}, more);
     }
 
-    // Has the studio's floor looked at, at the corners of a rectangle's blocks of pixels; returns the first of these,
-    // counted in blocks from the picture's lower left corner.
+    // Evaluates the studio's floor at the corners of a rectangle's blocks. Returns the first corner, in blocks from the
+    // picture's lower left corner.
     drawFloor(program, values, [column, row, width, height]) {
         const block = (pixel) => Math.floor(pixel / shared.floor_block);
         const [x, y] = [values.origin[0] + column, values.origin[1] + row], corner = [block(x), block(y)];
@@ -88,7 +88,6 @@ export class Passes {
         return corner;
     }
 
-    // Clears a rectangle of targets.
     clear(targets, rectangle) {
         const {gl} = this.device;
         gl.enable(gl.SCISSOR_TEST);
@@ -100,7 +99,7 @@ export class Passes {
         gl.disable(gl.SCISSOR_TEST);
     }
 
-    // Binds a texture, or none, to a unit, and leaves unit 0 as the one that others are bound to.
+    // Binds a texture, or none, to a unit, and selects unit 0 again.
     bind(unit, texture) {
         const {gl} = this.device;
         gl.activeTexture(gl.TEXTURE0 + unit);
@@ -108,7 +107,7 @@ export class Passes {
         gl.activeTexture(gl.TEXTURE0);
     }
 
-    // Draws one program into a rectangle of a target. read: the targets that it reads, by what glsl/ calls them.
+    // Draws one program to a rectangle of a target. read: the targets that it reads, by their names in glsl/.
     pass({program, names, inBlocks}, values, {framebuffer}, rectangle, read) {
         const {gl} = this.device, [column, row, width, height] = rectangle;
         gl.useProgram(program);

@@ -1,14 +1,14 @@
-import {element, enter, root, say} from "./messages.js";
+import {element, setState, root, say} from "./messages.js";
 import {probes} from "./reference.js";
 
-// What becomes of the picture when the driver loses the WebGL context, and with it all that was drawn. A model whose
-// picture was whole before comes back as it was. One that the driver failed at comes back with half of its levels, and
-// half of these, down to level 1; after that, of a scene, and where no context comes back, the page's poster stays.
-const WAIT = 12000; // milliseconds after which a context that is not back will hardly come
+// After a lost WebGL context. A model with a finished picture comes back unchanged. A model that made the driver fail
+// comes back with half of its levels, repeatedly, down to level 1. After that, for a scene, and if no context comes
+// back, the poster stays.
+const WAIT = 12000; // milliseconds after which a context will hardly come back
 let waiting = 0;
 
-// Returns what to show when the context is back; null where nothing is left to be tried. shown: as shown.js describes
-// it. variant: what was drawn with, as variants.js describes it; null before there was one.
+// Returns what to show after the context is restored, or null. shown: see current_model.js. variant: the last variant,
+// or null.
 export function afterLoss(shown, variant) {
     const {model: {levels}, memory} = shown, isTrial = memory.read() === "trying";
     memory.interrupted("texture");
@@ -22,7 +22,7 @@ export function afterLoss(shown, variant) {
     return reduced(shown);
 }
 
-// Returns what is shown with as many levels as its memory holds possible.
+// Limits a shown model to the number of levels in its memory.
 export function reduced(shown) {
     const whole = shown.whole ?? shown, {levels} = whole.model, count = shown.memory.levels;
     if (count >= levels.length) return shown;
@@ -32,25 +32,25 @@ export function reduced(shown) {
     return {...whole, whole, model, probes: probes(model), storage: "texture"};
 }
 
-// Tells the visitor that the context is lost, and later whether it stays so. next: what afterLoss gave.
-export function tellLost(next) {
+// Reports the lost context, and after a while that it stays lost. next: from afterLoss.
+export function reportLoss(next) {
     const poster = element("poster"), hasPoster = poster && !poster.hidden;
     const picture = "you see the picture that travels in the page";
     const giveUp = (text) => {
-        enter("failed", "");
+        setState("failed", "");
         say(`${text} ${hasPoster ? `Now ${picture}. ` : ""}Reload the page to try again.`, false);
     };
     delete root.dataset.drawn;
     clearTimeout(waiting);
     if (!next) return giveUp("The graphics driver fails at this model, even at its first level alone.");
-    enter("lost", "The graphics driver was reset");
+    setState("lost", "The graphics driver was reset");
     const meanwhile = hasPoster ? `; until then ${picture}` : "";
     say(`The graphics driver was reset. The model comes back when the driver does${meanwhile}.`, false);
     waiting = setTimeout(() => giveUp("The graphics driver was reset and did not come back."), WAIT);
 }
 
-// Tells the visitor that the context is back, or, where levels are left out, that they are.
-export function tellBack({model, whole}) {
+// Reports levels that were removed, or hides the message.
+export function reportRestored({model, whole}) {
     clearTimeout(waiting);
     const count = model.levels.length;
     say(whole ? `The graphics driver failed at the ${whole.model.levels.length} levels of this model. `

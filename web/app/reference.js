@@ -1,8 +1,8 @@
-// Evaluates the field in double precision on the CPU. The shader of a model that was dropped is compared with this.
-const TOGETHER = 4; // points whose sums are added up in turn: the processor does not wait for one to add to it
+// Evaluates the field in double precision on the CPU. The page compares the shader of a dropped model with it.
+const TOGETHER = 4; // points with interleaved sums, so that no addition waits for the previous one
 
-// Returns a network's values at points, whose coordinates h holds: all first ones, all second ones, and so on. count: of
-// the points, a multiple of TOGETHER.
+// Returns a network's values at `count` points, a multiple of TOGETHER. h: all first coordinates, then all second ones,
+// ...
 function networkValues(network, h, count) {
     network.forEach(({rows, columns, weight, bias}, j) => {
         const next = new Float64Array(rows * count), bend = j < network.length - 1 ? Math.sin : Number;
@@ -28,7 +28,7 @@ function networkValues(network, h, count) {
     return h;
 }
 
-// Returns the values of a network of a model at some points [x, y, z] and a time.
+// Returns the values of a model's network at points [x, y, z] and a time.
 function valuesAt({inputs}, network, points, time) {
     const count = TOGETHER * Math.ceil(points.length / TOGETHER), moves = inputs === "xyzt";
     const h = new Float64Array((moves ? 4 : 3) * count);
@@ -37,7 +37,7 @@ function valuesAt({inputs}, network, points, time) {
     return networkValues(network, h, count);
 }
 
-// Returns [value, level] of the finest level that is defined at a point [x, y, z] (Eq. 3), at time 0.
+// Returns [value, level] of the nested field (field/interpret.py) at a point [x, y, z] and time 0.
 export function fieldValue(model, point) {
     let value = 0, level = 0;
     do value += valuesAt(model, model.levels[level++].network, [point], 0)[0];
@@ -45,8 +45,7 @@ export function fieldValue(model, point) {
     return [value, level];
 }
 
-// Returns the values of the finest of the first `depth` levels that are defined at points [x, y, z] at a time, where
-// each band is wider by `margin`.
+// Returns the nested field of the first `depth` levels at points [x, y, z] and a time, with bands widened by `margin`.
 export function widenedValues(model, points, time, margin, depth = model.levels.length) {
     const values = new Float64Array(points.length);
     let inside = points.map((_, k) => k);
@@ -59,8 +58,8 @@ export function widenedValues(model, points, time, margin, depth = model.levels.
     return values;
 }
 
-// Returns {points, values}: the coordinates, one after another, of up to `count` points near the surface, which are
-// found by walking inwards from the unit sphere, and the field's value at each, at time 0.
+// Returns {points, values}: coordinates of up to `count` points near the surface, and the field there, at time 0. The
+// search walks inwards from the unit sphere.
 export function probes(model, count = 16) {
     const points = [], values = [];
     for (let k = 0; k < 2 * count && values.length < count; ++k) {

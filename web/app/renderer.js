@@ -1,18 +1,18 @@
 import {nextFrame, pause} from "./device.js";
 import {Painter} from "./painter.js";
-import {asked, jitter, uniforms} from "./uniforms.js";
+import {withOptions, jitter, uniforms} from "./uniforms.js";
 import {Variants} from "./variants.js";
 
-// Decides what is drawn when, a few milliseconds at a time, so that the page never freezes: coarse pixels while
-// something moves, then all of them, then more samples where they show. Nothing is drawn unless something changed.
-const SMOOTH = 33; // milliseconds that a frame may take while something moves
-const COARSEST = 1 / 16; // least pixels drawn per pixel of the canvas, along each axis
-const REST = 160; // milliseconds without a change after which the picture is refined
-const SAMPLES = 16; // of a pixel of a refined picture, at most
-const PATIENCE = 15000; // milliseconds of refining after which no further sample is begun
+// Schedules the drawing in slices of some milliseconds, so that the page never freezes: coarse pixels during motion,
+// then all pixels, then further samples where they matter. It draws only after changes.
+const SMOOTH = 33; // milliseconds of a frame during motion
+const COARSEST = 1 / 16; // smallest resolution relative to the canvas, along each axis
+const REST = 160; // milliseconds without a change before refinement
+const SAMPLES = 16; // largest number of samples per pixel
+const PATIENCE = 15000; // milliseconds of refinement before the last sample
 
 export class Renderer {
-    // source(name): the text of a file of GLSL in the page. listener: {frame({milliseconds, size, samples, settled}),
+    // source(name): the text of a GLSL file in the page. listener: {frame({milliseconds, size, samples, settled}),
     // progress(size, share), stored(storage, error), trying(isTried), failed(error)}.
     constructor(canvas, source, listener) {
         const loaded = () => {
@@ -31,18 +31,18 @@ export class Renderer {
         return this.painter.device;
     }
 
-    // Begins anew after a lost context; a load is to follow.
+    // Restarts after a lost context; call load() next.
     open() {
         this.painter.open();
         this.still = this.quick = this.variants.current = null;
     }
 
-    // Does what Variants.load does; a lost context is no error.
+    // See Variants.load; ignores a lost context.
     load(model, field, literal, probes, memory) {
         return this.device.unlessLost(this.variants.load(model, field, literal, probes, memory));
     }
 
-    // Sets what is to be seen from now on. moving: coarse pixels will do until it rests.
+    // Sets camera and options. moving: coarse pixels suffice for now.
     show(camera, options, moving) {
         Object.assign(this.scene, {camera, options});
         this.change(moving);
@@ -90,18 +90,18 @@ export class Renderer {
         return this.device.half ? SAMPLES : 4;
     }
 
-    // Whether pixels have further samples as they differ from their neighbours; else all have all.
+    // Whether the number of samples depends on contrast.
     get adapts() {
         return this.device.half;
     }
 
-    // Returns the pass, as painter.js describes it, of one sample of every pixel of a picture of `size`.
+    // Returns the pass (painter.js) of one sample of every pixel of a picture of `size`.
     pass(scene, size, sample) {
         const {loops, cost} = this.variants.current;
         return {tiles: this.painter.tiles(size, cost), values: uniforms(scene, loops, size, sample)};
     }
 
-    // Returns the pass of one more sample of the pixels that want it, or of all.
+    // Returns the pass of one further sample of all pixels, or of those that want it.
     further(size, sample) {
         const {refining: {wanted}, still} = this, all = this.pass(this.scene, size, sample);
         if (!wanted || !sample) return all;
@@ -109,7 +109,7 @@ export class Renderer {
         return {...all, tiles: this.painter.packs(pixels, still, jitter(sample), this.variants.current.cost)};
     }
 
-    // Draws a whole frame, with as many pixels as the last frames' times suggest. A model's first frame shows level 1.
+    // Draws a frame at a resolution that fits the last frames' times. A model's first frame shows level 1.
     async drawQuick() {
         if (!this.variants.current) return;
         const {painter, scene, version, fresh} = this, scale = scene.options.resolution === "auto" ? this.scale : 1;
@@ -118,7 +118,7 @@ export class Renderer {
         if (whole) this.still = painter.sized(this.still, size);
         this.quick = whole ? null : painter.sized(this.quick, size);
         const picture = this.quick ?? this.still;
-        const pass = this.pass(fresh ? asked(scene, {level: 1, normalLevel: 1}) : scene, size, 0);
+        const pass = this.pass(fresh ? withOptions(scene, {level: 1, normalLevel: 1}) : scene, size, 0);
         let spent = 0;
         while (pass.tiles.length) spent += await painter.batch(this.variants.current, pass, picture, 1);
         painter.put(picture);
@@ -132,7 +132,7 @@ export class Renderer {
         this.fresh = false;
     }
 
-    // Draws the next few tiles of the next sample of the picture at rest.
+    // Draws the next tiles of the refined picture.
     async refine() {
         const {painter, variants, refining, version, size} = this;
         if (this.quicked !== version) return;
@@ -167,13 +167,13 @@ export class Renderer {
         this.listener.frame({milliseconds: refining.frame, size, samples: refining.samples, settled});
     }
 
-    // Fills a canvas whose size has changed, which makes it blank, with the last picture until a new one is drawn.
+    // Draws the last picture to a resized, hence blank, canvas.
     resized() {
         const picture = this.quick ?? this.still;
         if (picture) this.painter.put(picture);
     }
 
-    // Resolves to the refined picture as a PNG. Its samples may take longer here than while one only looks.
+    // Resolves to the refined picture as a PNG, with more time for its samples.
     async png() {
         this.patience = 10 * PATIENCE;
         if (this.settled && this.refining.samples < this.samples) {

@@ -1,16 +1,15 @@
 import {shared} from "./facts.js";
 
-// Reads a model file, which docs/format.md describes, from its bytes.
-// What breaks that format is a ModelError, whose message is one line that names what is wrong.
+// Reads a model file (docs/format.md). A ModelError has a one-line message.
 export class ModelError extends Error {}
 
 const FORMAT = shared.format, STEP_BOUNDS = FORMAT.step_bounds;
 const LARGEST = 3.4028234663852886e38, SMALLEST = 1.1754943508222875e-38; // of the normal 32-bit floats
 
-// Returns {name, inputs, front, credit, levels: [{network, delta, iterations, bounds}], texture, parameters}.
-// front: [azimuth, elevation] in degrees, or null; credit: a text, which may be empty. A network is a list
-// of layers {rows, columns, weight, bias}; `texture` is a network or null; `parameters` counts all weights and biases.
-// buffer: the file's ArrayBuffer; half: whether tensors of 16-bit floats are accepted too. Throws ModelError.
+// Returns {name, inputs, front, credit, levels: [{network, delta, iterations, bounds}], texture, parameters}. front:
+// [azimuth, elevation] in degrees, or null; a network is a list of layers {rows, columns, weight, bias}; texture: a
+// network or null; parameters: number of weights and biases. half: whether 16-bit tensors are allowed. Throws
+// ModelError.
 export function parseModel(buffer, half = false) {
     const header = readHeader(buffer);
     const metadata = header.entries.__metadata__ ?? {};
@@ -19,11 +18,11 @@ export function parseModel(buffer, half = false) {
         throw new ModelError("metadata key 'version' is not a version number");
     if (Number(metadata.version) > FORMAT.version) {
         throw new ModelError(`format version ${metadata.version} is newer than this page reads (${FORMAT.version}); `
-            + "bake the page anew");
+            + "bake a new page");
     }
     const description = describe(metadata.model);
     if (description.scene) {
-        throw new ModelError("a scene of several shapes, which needs a page of its own; "
+        throw new ModelError("a scene of several shapes needs a separate page; "
             + "make it with: mplicits bake SCENE.safetensors --target html");
     }
     const tensors = new Map();
@@ -48,7 +47,7 @@ export function parseModel(buffer, half = false) {
     return {name, inputs: description.inputs, front, credit, levels, texture, parameters};
 }
 
-// Returns the header's entries by tensor name, and the offset in the file at which the tensors' bytes begin.
+// Returns the header's entries by tensor name, and the file offset of the tensors' bytes.
 function readHeader(buffer) {
     const damaged = () => new ModelError("not a model file (.safetensors), or a damaged one");
     if (buffer.byteLength < 10) throw damaged();
@@ -64,7 +63,7 @@ function readHeader(buffer) {
     return {entries, end: 8 + length};
 }
 
-// Returns the object that the metadata key `model` holds as JSON, with the values that the page needs checked.
+// Returns the object in the metadata key `model`, with checked values.
 function describe(text) {
     if (typeof text !== "string") throw new ModelError("metadata key 'model' is missing");
     let description;
@@ -98,7 +97,7 @@ function describe(text) {
     return {...description, front, credit};
 }
 
-// Returns {shape, values: Float32Array} of one tensor, whose bytes are `start` and its own offsets into the file.
+// Returns {shape, values: Float32Array} of a tensor at an offset from `start`.
 function readTensor(name, entry, buffer, start, half) {
     const size = {F32: 4, ...(half ? {F16: 2} : {})}[entry?.dtype];
     if (!size) throw new ModelError(`${name}: must be float32`);
@@ -115,7 +114,7 @@ function readTensor(name, entry, buffer, start, half) {
     return {shape, values};
 }
 
-// Returns the numbers at the beginning of a DataView, each of `size` bytes, 2 or 4.
+// Returns the first numbers of a DataView, of `size` bytes, 2 or 4.
 export function readFloats(view, count, size) {
     const values = new Float32Array(count);
     for (let i = 0; i < count; ++i)
@@ -123,14 +122,14 @@ export function readFloats(view, count, size) {
     return values;
 }
 
-// Returns the number that 16 bits stand for as an IEEE 754 half.
+// Returns the value of an IEEE 754 half.
 function float16(bits) {
     const exponent = (bits >> 10) & 31, mantissa = bits & 1023, sign = bits & 0x8000 ? -1 : 1;
     if (exponent === 31) return mantissa ? NaN : sign * Infinity;
     return sign * (exponent ? 2 ** (exponent - 25) * (1024 + mantissa) : 2 ** -24 * mantissa);
 }
 
-// Takes the layers of one network out of `tensors` and checks that their shapes lead from `inputs` to `outputs`.
+// Removes the layers of a network from `tensors`, and checks that their shapes lead from `inputs` to `outputs`.
 function takeNetwork(tensors, prefix, inputs, outputs) {
     const layers = [];
     let columns = inputs;

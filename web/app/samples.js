@@ -1,11 +1,11 @@
 import {shared} from "./facts.js";
 
-// Which pixels of a picture at rest want further samples, and how many, as viewer/draw/adaptive.py decides it; and how the
-// samples of any pixels are drawn close together.
+// Selects the pixels that want further samples, and how many, as viewer/draw/adaptive.py; and packs the samples of
+// scattered pixels.
 const SQUARE = shared.samples.block; // texels along a side
 
-// Returns {pixels, counts} of those that want some: their numbers, row by row, and how many samples each wants after its
-// first. seen: four bytes for each pixel, as contrast.glsl draws them. samples: the most that a pixel has in all.
+// Returns {pixels, counts}: the numbers of these pixels in row order, and their further samples. seen: four bytes per
+// pixel from contrast.glsl. samples: largest number per pixel.
 export function wanted(seen, samples) {
     const bins = new Float64Array(256);
     let covered = 0;
@@ -36,9 +36,9 @@ export function wanted(seen, samples) {
     return {pixels, counts: pixels.map((pixel) => table[seen[4 * pixel]])};
 }
 
-// Returns packs {width, height, places} of one further sample of pixels, in squares of SQUARE texels a side of a target
-// that has room for `side` of them. places: of each texel the point of the picture, pixels; what is left lies outside.
-// across: pixels in a row of the picture; offset: of the sample from its pixel's centre, pixels.
+// Returns packs {width, height, places} of one further sample of pixels, in squares of SQUARE texels of a target with
+// room for `side` of them. places: for each texel a point of the picture, pixels; unused texels lie outside. across:
+// pixels per row; offset: of the sample from the pixel's center, pixels.
 export function packed(pixels, across, [right, up], side) {
     const packs = [], room = SQUARE * SQUARE;
     for (let start = 0; start < pixels.length; start += side * side) {

@@ -2,20 +2,20 @@ import {constantsOf, elementwise, number} from "./cstyle.js";
 import {shared} from "./facts.js";
 import {isProduct} from "./lower.js";
 
-// Prints weights in a texture of four floats a texel, read in loops, as codegen/printers/texels.py does.
+// Prints weights in a texture of four floats per texel, read in loops, as codegen/printers/texels.py.
 export const TEXTURE_WIDTH = shared.texture_width;
 
 const COLUMN = `(k) & ${TEXTURE_WIDTH - 1}`, ROW = `(k) >> ${Math.log2(TEXTURE_WIDTH)}`;
 
-// The functions that read one texel and one 4 x 4 block.
+// Functions that read one texel and one 4 x 4 block.
 export const READERS = [
     `vec4 texel(int k) { return texelFetch(weights, ivec2(${COLUMN}, ${ROW}), 0); }`,
     "mat4 block(int k) { return mat4(texel(k), texel(k + 1), texel(k + 2), texel(k + 3)); }",
 ];
 
-// Puts the constants of functions into one texture: each is a run of texels that begins at its offset, and a block of a
-// matrix is four of them, its columns. Returns {offsets, texels, height}: a Map from names to offsets, the texture as a
-// Float32Array, and how many rows of TEXTURE_WIDTH texels it has.
+// Lays out the constants of functions in one texture: consecutive texels from an offset; a block of a matrix is four
+// texels, its columns. Returns {offsets, texels, height}: a Map from names to offsets, a Float32Array, and the number
+// of rows of TEXTURE_WIDTH texels.
 export function layOut(functions, constants) {
     const offsets = new Map(), texels = [];
     for (const name of constantsOf(functions)) {
@@ -32,8 +32,8 @@ export function layOut(functions, constants) {
     return {offsets, texels: image, height};
 }
 
-// Returns a function's statements: one loop for each run of ops over the same blocks. A value that only its own run
-// reads is a vec4 inside the loop, not an array. most: products of a 4 x 4 block in one iteration, at most.
+// Returns a function's statements: one loop for each run of ops over the same blocks. Values that only their own run
+// reads are vec4 in the loop, not arrays. most: largest number of 4 x 4 products per iteration.
 export function looped({ops, blocks, outputs}, offsets, most) {
     const runs = fused(ops, blocks), lines = [];
     runs.forEach((run, i) => {
@@ -60,8 +60,7 @@ export function looped({ops, blocks, outputs}, offsets, most) {
     return lines;
 }
 
-// Returns the loop iterations that one call of what `looped` gives costs. As llvmpipe counts them, the test that ends a
-// loop is an iteration too.
+// Returns the loop iterations of one call. llvmpipe also counts the test that ends a loop.
 export function countLoops({ops, blocks}, most) {
     let total = 0;
     for (const group of fused(ops, blocks)) {
@@ -72,7 +71,7 @@ export function countLoops({ops, blocks}, most) {
     return total;
 }
 
-// Returns the lines that compute s, block k, of n, of a product: the matrix at texel `base` times a source of m blocks.
+// Returns the lines that compute s, block k of n, of a product of the matrix at texel `base` and a source of m blocks.
 function product(op, n, m, base, at, most) {
     const term = (j) => op.kind === "transposed"
         ? `s += ${at(op.source, j)} * block(${base} + 4 * k + ${4 * n} * (${j}));`
@@ -82,11 +81,11 @@ function product(op, n, m, base, at, most) {
         ...(m === 1 ? [term("0")] : loop("j", m, terms, step))];
 }
 
-// Returns the names that an op reads, apart from constants that have a place of their own in it.
+// Returns the names of an op's operands, without matrix, bias and row.
 const sources = ({source, left, right}) => [source, left, right].filter(Boolean);
 const span = (op, blocks) => blocks.get(op.kind === "dot" ? op.source : op.result);
 
-// Returns runs of ops over equally many blocks, in which no op needs a whole vector that its own run computes.
+// Returns runs of ops over equally many blocks, in which no op needs a whole vector of its own run.
 function fused(ops, blocks) {
     const groups = [];
     for (const op of ops) {
@@ -96,7 +95,7 @@ function fused(ops, blocks) {
     return groups;
 }
 
-// Returns how many products one iteration computes: the largest divisor of their count, but never all of them at once.
+// Returns the products per iteration: the largest proper divisor up to `most`.
 function unroll(count, most) {
     for (let u = Math.min(most, count - 1); u > 1; --u) if (count % u === 0) return u;
     return 1;

@@ -1,17 +1,15 @@
 import {FOCAL, matrix} from "./camera.js";
 import {shared} from "./facts.js";
 
-// What the model's shader is told before a draw.
-// A scene is {model, camera, options}: what is to be seen of which model.
+// The uniforms of the model's shader. A scene is {model, camera, options, cells}.
 
-// Returns an object from each uniform's name to its number or list of numbers, for sample k of every pixel of a picture
-// of [width, height] pixels. loops: the loop iterations of the field's functions (field.js), where the driver limits
-// them; else null.
+// Returns an object from uniforms to numbers or lists, for sample k of every pixel of a [width, height] picture. loops:
+// the field's loop iterations (field.js) where the driver limits them; else null.
 export function uniforms({model, camera, options, cells}, loops, [width, height], k = 0) {
     const {defaults, shadings} = shared;
     const [level, normalLevel] = [options.level, options.normalLevel ?? options.level]
         .map((wanted) => Math.min(wanted, model.levels.length));
-    const skips = Boolean(cells) && level === model.levels.length; // the cells are empty of that surface
+    const skips = Boolean(cells) && level === model.levels.length; // the grid is of the last level
     const first = skips && level === normalLevel;
     const {steps, rounds} = fitting(loops, level, normalLevel, stepsOf(model, options), defaults.rounds[0], first);
     return {
@@ -22,16 +20,15 @@ export function uniforms({model, camera, options, cells}, loops, [width, height]
         shading: shadings.indexOf(options.shading), light: options.light, ground: [model.ground],
         background_bottom: options.background[0], background_top: options.background[1], time: [options.time],
         schedule: defaults.schedule[0], skips: Number(skips), // the grid of cells (passes.js)
-        first: Number(first), // whether rays have a first look (normals.glsl, traced.glsl)
+        first: Number(first), // first look (normals.glsl, traced.glsl)
     };
 }
 
-// Returns a scene with some options changed.
-export function asked(scene, options) {
+export function withOptions(scene, options) {
     return {...scene, options: {...scene.options, ...options}};
 }
 
-// Returns the steps that a ray makes at each level in one round.
+// Returns the steps per round at each level.
 export function stepsOf(model, options) {
     return model.levels.map(({iterations}) => Math.max(1, Math.round(iterations * options.iterations)));
 }
@@ -52,8 +49,7 @@ function fitting(loops, level, normalLevel, steps, rounds, first = false) {
     return {steps, rounds};
 }
 
-// Returns the offset, in pixels, of sample k of a pixel: the first is at its centre, and the others follow a sequence
-// of low discrepancy.
+// Returns the offset of sample k, pixels: 0, and then a low-discrepancy sequence.
 export function jitter(k) {
     return k ? [(0.5 + k * 0.7548776662) % 1 - 0.5, (0.5 + k * 0.5698402910) % 1 - 0.5] : [0, 0];
 }

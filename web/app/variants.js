@@ -1,27 +1,26 @@
 import {countsOf, emptyCells} from "./cells.js";
 import {pause} from "./device.js";
 import {TEXTURE_WIDTH} from "./texels.js";
-import {asked, uniforms} from "./uniforms.js";
+import {withOptions, uniforms} from "./uniforms.js";
 
-// The model's shader has two variants. The one with its weights in a texture is there at once; the one with literals is
-// compiled while that one draws, and is kept where it proves the faster one.
-// A variant is {storage, programs, weights, loops, cost, start, proven}. storage: "texture" or "literal"; programs: for
-// each of the painter's passes, by name, {program, names, inBlocks}: names: each uniform's location; inBlocks: whether
-// it draws blocks of pixels; weights: a texture, or null; loops: the loop iterations of the field's functions (field.js)
-// where the driver limits them, else null; cost: milliseconds that a pixel takes, 0 while unknown; start: when its
-// compiler was called, by performance.now(); proven: whether it has drawn a whole picture.
-const LITERAL_LIMIT = 60000; // milliseconds that compiling the literals may take
+// The model's shader has two variants. The one with weights in a texture is ready at once; the one with literals
+// compiles meanwhile, and stays if it is faster.
+// A variant is {storage, programs, weights, loops, cost, start, proven}. storage: "texture" or "literal"; programs:
+// {program, names, inBlocks} by pass, with uniform locations in `names`; weights: a texture, or null; loops: the
+// field's loop iterations (field.js) where the driver limits them, else null; cost: milliseconds per pixel, 0 if
+// unknown; start: start of the compilation, performance.now(); proven: whether it has drawn a whole picture.
+const LITERAL_LIMIT = 60000; // longest compilation of literals, milliseconds
 
 export class Variants {
-    // scene: as uniforms.js describes it; its model is set here. listener: {loaded(), stored(storage, error),
-    // trying(isTried), failed(error)}. The variant to draw with is `current`, which is null before there is one.
+    // scene: see uniforms.js; load() sets its model. listener: {loaded(), stored(storage, error), trying(isTried),
+    // failed(error)}. `current` is the active variant, or null.
     constructor(painter, scene, listener) {
         Object.assign(this, {painter, scene, listener, current: null, generation: 0});
     }
 
-    // Shows a model, and resolves when its texture variant is there. field, literal: what printField gives for the two
-    // variants, null where literals are not to be tried. probes: {points, values} of the field. memory: what an earlier
-    // visit noted (memory.js). A later call, or a lost context, ends this one.
+    // Loads a model, and resolves when its texture variant is ready. field, literal: from printField for the two
+    // variants; literal: null to skip it. probes: {points, values} of the field. memory: see memory.js. A later call,
+    // or a lost context, cancels this one.
     async load(model, field, literal, probes, memory) {
         const {device} = this.painter, generation = ++this.generation;
         const isWanted = () => generation === this.generation && !device.lost;
@@ -31,7 +30,7 @@ export class Variants {
             if (!isWanted()) return this.drop(variant);
             this.drop(this.current);
             Object.assign(this.scene, {model, cells: null});
-            this.painter.passes.hold(null);
+            this.painter.passes.setCells(null);
             this.probes = probes;
             await this.warm(variant);
             await this.keep(variant);
@@ -43,20 +42,20 @@ export class Variants {
             device.unlessLost(this.race(literal, isWanted, memory)).catch(this.listener.failed);
     }
 
-    // Finds the cells that rays of a model skip from then on, larger ones and then smaller ones, while the page draws without.
+    // Computes the grids of cells, coarse ones first, while the page draws without.
     async findCells(model, isWanted) {
         for (const count of countsOf(model)) {
             const cells = await emptyCells(model, count, isWanted, () => pause(0));
             if (!cells) return;
             await this.painter.exclusively(() => {
                 if (!isWanted()) return;
-                this.painter.passes.hold(cells);
+                this.painter.passes.setCells(cells);
                 this.scene.cells = cells;
             });
         }
     }
 
-    // Compiles the literals while the other variant draws, times both on what is seen, and keeps the faster.
+    // Compiles the literals while the other variant draws, times both on the current view, and keeps the faster.
     async race(literal, isWanted, memory) {
         const {painter, scene} = this, remembered = memory.read();
         memory.write("trying");
@@ -75,8 +74,7 @@ export class Variants {
         }).finally(() => isWanted() && this.listener.trying(false));
     }
 
-    // Returns a variant of what printField gave; null where it is no longer wanted, or takes longer than `limit`
-    // milliseconds.
+    // Returns a variant of a printed field; null if it is no longer wanted, or takes longer than `limit` milliseconds.
     async compile(storage, {text, texels, height, loops}, model, isWanted, limit = Infinity) {
         const {painter} = this, {device, passes} = painter, {gl} = device, start = performance.now();
         const levels = `const int LEVELS = ${model.levels.length};`;
@@ -103,24 +101,23 @@ export class Variants {
         gl.deleteTexture(variant?.weights ?? null);
     }
 
-    // Draws with a variant from now on.
     async keep(variant) {
         this.current = variant;
         this.listener.stored(variant.storage, await this.error(variant));
     }
 
-    // Draws a first pixel, where drivers do most of their compiling, and records how long the variant took until then
-    // as a measure of the browser's performance timeline.
+    // Draws a first pixel, where drivers do most of their compilation, and records the elapsed time as a measure of the
+    // browser.
     async warm(variant) {
         const {painter, scene} = this;
-        const coarse = asked(scene, {level: 1, normalLevel: 1, shading: "studio"}); // which has all passes
+        const coarse = withOptions(scene, {level: 1, normalLevel: 1, shading: "studio"}); // uses all passes
         for (const first of [0, 1])
             painter.draw(variant, {...uniforms(coarse, variant.loops, [1, 1]), first}, [0, 0], [1, 1]);
         await painter.device.done();
         performance.measure(`${variant.storage}: compiled and first drawn`, {start: variant.start});
     }
 
-    // Returns the milliseconds in which a variant draws the middle of a picture of 256 x 256 pixels.
+    // Returns the milliseconds to draw the center of a 256 x 256 picture.
     async time(variant, values) {
         for (let count = 1; ; count *= 4) {
             const start = performance.now();
@@ -131,13 +128,13 @@ export class Variants {
         }
     }
 
-    // Returns the largest difference between the shader's field and the probes' values; null where the device cannot
-    // tell. The field f at a point is where a ray that begins there ends, t = f, after one step of scale 1.
+    // Returns the largest difference between the shader's field and the probes' values; null if the device cannot
+    // measure it. The field f at a point is the end t = f of a ray from there after one step of scale 1.
     async error(variant) {
         const {painter, scene, probes: {points, values: expected}} = this, levels = scene.model.levels.length;
         if (!painter.device.float || !expected.length) return null;
         const values = {
-            ...uniforms(asked(scene, {level: levels, normalLevel: levels, shading: "data", time: 0}), null, [1, 1]),
+            ...uniforms(withOptions(scene, {level: levels, normalLevel: levels, shading: "data", time: 0}), null, [1, 1]),
             schedule: 0, first: 0, rounds: 1, iterations: Array(levels).fill(1), step_scale: [1],
             step_bound: Array(levels).fill(1), band_step_bound: Array(levels).fill(1),
         };

@@ -5,11 +5,11 @@ import {nextFrame} from "./device.js";
 import {drawing, element, listener, root, uncover} from "./messages.js";
 import {Renderer} from "./renderer.js";
 
-// What is seen: a camera and options. The renderer is told whenever one changes. The camera, and the time of a motion, are
-// kept in the URL's hash.
-// options: level, normalLevel (null: the same), shading (a name), iterations (a factor on the model's own), resolution
-// ("auto", or pixels drawn per pixel of the canvas along each axis), time, light (camera space), and background, which
-// is [bottom, top].
+// The view: camera and options, which the renderer gets after every change. The URL's hash stores the camera and the
+// time of a motion.
+// options: level, normalLevel (null: the same), shading (a name), iterations (factor on the model's own), resolution
+// ("auto", or pixels per pixel of the canvas along each axis), time, light (camera space), and background [bottom,
+// top].
 export const canvas = element("view");
 const NO_STEPS = [0.01, 0.01, 0.05]; // heat(0) in glsl/heat.glsl
 const {light} = shared.defaults;
@@ -19,36 +19,35 @@ export const options = {
 };
 export let renderer = null;
 
-// Returns the time of a motion that a hash names; 0 where it names none.
+// Returns the time in a hash, or 0.
 function timeFrom(hash) {
     const time = Number(new URLSearchParams(hash.slice(1)).get("t"));
     return time >= 0 && time <= 1 ? time : 0;
 }
 
-let home = homeOf(facts.front), camera = fromHash(location.hash, home), naming = 0;
-let phase = 0, isPlaying = false; // the share of the motion's way there and back
+let home = homeOf(facts.front), camera = fromHash(location.hash, home), hashTimer = 0;
+let phase = 0, isPlaying = false; // of the motion, from 0 to 1
 let isTurning = false;
 
 export function openRenderer() {
     renderer = new Renderer(canvas, (id) => element(id).textContent, listener);
 }
 
-// Has the renderer draw. moving: coarse pixels will do until it rests.
+// Draws. moving: coarse pixels suffice for now.
 export function draw(moving) {
     drawing();
     renderer.show(camera, {...options}, moving);
 }
 
-// Changes options, and draws.
 export function set(change, moving = false) {
     Object.assign(options, change);
     paintStage();
     draw(moving);
 }
 
-export const css = (colour) => `rgb(${colour.map((c) => Math.round(255 * c)).join(" ")})`;
+export const css = (color) => `rgb(${color.map((c) => Math.round(255 * c)).join(" ")})`;
 
-// Paints what is behind the canvas, until the first draw, and under the text as the shader paints the background.
+// Paints the background behind the canvas and the text, as the shader does.
 function paintStage() {
     const stage = element("stage"), isHeat = options.shading === "steps";
     const [bottom, top] = (isHeat ? [NO_STEPS, NO_STEPS] : options.background).map(css);
@@ -62,35 +61,34 @@ function move(next) {
     camera = next;
     uncover();
     draw(true);
-    nameView();
+    writeHash();
 }
 
-// Writes camera and time into the URL's hash, soon.
-function nameView() {
-    clearTimeout(naming);
+// Writes camera and time to the URL's hash, after a delay.
+function writeHash() {
+    clearTimeout(hashTimer);
     const time = () => (options.time ? `&t=${Number(options.time.toFixed(3))}` : "");
-    naming = setTimeout(() => history.replaceState(null, "", toHash(camera) + time() + keptInHash), 250);
+    hashTimer = setTimeout(() => history.replaceState(null, "", toHash(camera) + time() + keptInHash), 250);
 }
 
-// Shows a time from 0 to 1 of the motion.
 function showTime(time) {
     element("time").value = String(time);
     element("instant").textContent = time.toFixed(2);
     set({time}, true);
 }
 
-// Shows a time, and stays there.
+// Stops at a time from 0 to 1.
 export function goTo(time) {
     halt();
     phase = Math.acos(1 - 2 * time) / (2 * Math.PI);
     showTime(time);
 }
 
-// Does so for the visitor.
+// The visitor sets the time.
 export function seek(time) {
     uncover();
     goTo(time);
-    nameView();
+    writeHash();
 }
 
 export function halt() {
@@ -99,12 +97,11 @@ export function halt() {
     element("play").querySelector("span").textContent = "Play";
 }
 
-// Moves the shape there and back, slower at both ends, until halt(); halts where it moves. Motion is drawn as
-// coarsely as it has to be, as while one turns the shape, and refined where it stops.
+// Plays the motion back and forth until halt(); halts if it already plays.
 export async function play() {
     if (isPlaying) {
         halt();
-        return nameView();
+        return writeHash();
     }
     isPlaying = true;
     root.dataset.playing = "";
@@ -120,7 +117,7 @@ export async function play() {
     }
 }
 
-// Turns the shape as on a turntable, once in so many seconds, until somebody moves it.
+// Turns the shape on a turntable until the visitor moves it.
 export async function turntable(seconds) {
     isTurning = true;
     for (let last = performance.now(); ;) {
@@ -135,15 +132,15 @@ export async function turntable(seconds) {
     }
 }
 
-// What hands do, in shares of the canvas's height to the right and up, as gestures.js counts them.
+// Gestures, in shares of the canvas's height to the right and up.
 const aspect = () => canvas.width / canvas.height;
 export const turn = (right, up) => move(orbited(camera, -180 * right, -180 * up));
 export const pan = (right, up) => move(panned(camera, -right, -up, aspect()));
 export const zoom = (factor) => move(zoomed(camera, factor, aspect()));
 export const reset = () => move(home);
 
-// Puts another shape into the middle, whole: seen from the front that its model names, or else turned as this one is.
-export function centre(front) {
+// Centers another model: from its front, or from the current direction.
+export function center(front) {
     home = homeOf(front);
     move(front ? home : {...camera, distance: home.distance, target: home.target});
 }

@@ -4,16 +4,16 @@ import {facts, shared} from "./facts.js";
 import {printField} from "./field.js";
 import {lowestPoint} from "./lowest.js";
 import {memoryOf} from "./memory.js";
-import {compiling, element, enter, fail, isExpected, root, say, uncover} from "./messages.js";
-import {afterLoss, reduced, tellBack, tellLost} from "./recovery.js";
+import {compiling, element, setState, fail, isExpected, root, say, uncover} from "./messages.js";
+import {afterLoss, reduced, reportRestored, reportLoss} from "./recovery.js";
 import {probes} from "./reference.js";
 import {ModelError, parseModel} from "./safetensors.js";
 import {stepsOf} from "./uniforms.js";
-import {centre, draw, goTo, halt, options, renderer, set} from "./view.js";
+import {center, draw, goTo, halt, options, renderer, set} from "./view.js";
 
-// The model that is shown, the page's own or one that was dropped: {model, probes, storage, shadertoy, memory}.
-// storage: how its second variant stores weights; "texture": it has none. shadertoy: the text to copy, or null.
-// whole: the same with all levels, where the driver failed at them. next: what to show when a lost context is back.
+// The model on the page, its own or a dropped one: {model, probes, storage, shadertoy, memory}. storage: of its second
+// variant; "texture": it has none. shadertoy: the text to copy, or null. whole: the same with all levels, if the driver
+// failed at them. next: what to show after a lost context is restored.
 let shown = null, next = null;
 const SHADING_LABELS = {phong: "Phong", studio: "Studio", normal: "Normals", depth: "Depth", steps: "Steps", texture: "Texture"};
 
@@ -27,12 +27,12 @@ export function embedded() {
     });
 }
 
-// Shows a model: fills the page with what it has, and hands it to the renderer.
+// Shows a model: fills the page, and hands the model to the renderer.
 export async function start(chosen) {
     shown = next = chosen;
     const {model} = chosen, levels = model.levels.length;
     const networks = () => model.levels.map(({network}) => `${network[0].rows}x${network.length - 2}`);
-    entitle(model);
+    setTitle(model);
     const size = `${model.field ? `${model.shapes} shapes` : networks().join(" > ")} · ${model.parameters.toLocaleString("en")} parameters`;
     element("shapes").textContent = model.credit ? `${size} · ${model.credit}` : size;
     element("copy").hidden = !chosen.shadertoy;
@@ -49,12 +49,12 @@ export async function start(chosen) {
     const choices = possible.map((value) => ({value, label: SHADING_LABELS[value]}));
     fillChoices(element("shading"), choices, shading, (value) => set({shading: value}));
     showSteps();
-    if (renderer.device.lost) return tellLost(next);
-    tellBack(shown);
+    if (renderer.device.lost) return reportLoss(next);
+    reportRestored(shown);
     await load();
 }
 
-export function entitle({name}) {
+export function setTitle({name}) {
     document.title = element("name").textContent = name;
 }
 
@@ -66,9 +66,8 @@ function load() {
     return renderer.load(model, printField(model, "texture", unroll), literal, points, memory);
 }
 
-// Shows the model in a file, whole and in the middle. Where something is wrong with it, a message says so and the old
-// model stays.
-export async function take(file) {
+// Shows the model in a file. For an invalid file, shows a message and keeps the old model.
+export async function openFile(file) {
     if (!file) return;
     try {
         refuseShape(file.name);
@@ -77,7 +76,7 @@ export async function take(file) {
         say("");
         leave();
         goTo(0);
-        centre(model.front);
+        center(model.front);
         element("poster").hidden = true;
         const grounded = {...model, ground: lowestPoint(model)};
         await start({model: grounded, probes: probes(model), storage: "texture", shadertoy: null, memory: memoryOf("")});
@@ -85,21 +84,21 @@ export async function take(file) {
         if (!isExpected(error)) fail(error);
         say(`${printable(file.name)}: ${error.message}`);
         if (root.dataset.state !== "compiling") return;
-        enter("drawing", "Drawing");
+        setState("drawing", "Drawing");
         draw(true);
     }
 }
 
-// Throws a ModelError for a file from which a model is trained first.
+// Throws a ModelError for a file that is the input of a training.
 function refuseShape(name) {
     const kind = shared.shapes[name.toLowerCase().match(/\.\w+$/)?.[0]];
     if (kind) throw new ModelError(`${kind}; train it with: mplicits train ${quoted(printable(name))}`);
 }
 
-// Returns a file's name without characters that do not print.
+// Returns a file's name with unprintable characters escaped.
 const printable = (name) => name.replace(/[\p{C}\p{Zl}\p{Zp}]/gu, (c) => `\\u{${c.codePointAt(0).toString(16)}}`);
 
-// Returns a file's name as a shell reads it as one argument that is no option, as shape_hint in model/checks.py does.
+// Quotes a file's name for a shell, as shape_hint in model/checks.py.
 function quoted(name) {
     const path = name.startsWith("-") ? `./${name}` : name;
     return /^[\w@%+=:,./-]+$/.test(path) ? path : `'${path.replaceAll("'", `'"'"'`)}'`;
@@ -142,8 +141,7 @@ export async function copy() {
     say("Copied. On shadertoy.com: New, paste over the text in the Image tab, press play.");
 }
 
-// Forgets a trial of literals that the visitor ended by going elsewhere: the literals have not failed. Where the
-// context was lost meanwhile, they have.
+// Forgets a trial of literals that the visitor ended by leaving: the literals have not failed.
 export function leave() {
     shown.memory.interrupted(null);
 }
@@ -151,16 +149,16 @@ export function leave() {
 export function contextLost(event) {
     event.preventDefault();
     next = afterLoss(shown, renderer.variants.current);
-    tellLost(next);
+    reportLoss(next);
 }
 
 export function contextRestored() {
-    if (next) comeBack().catch(fail);
+    if (next) restore().catch(fail);
 }
 
-async function comeBack() {
+async function restore() {
     renderer.open();
     if (next !== shown) return start(next);
-    tellBack(shown);
+    reportRestored(shown);
     return load();
 }
