@@ -62,16 +62,16 @@ def browser() -> Iterator["Browser"]:
 
 @pytest.fixture(scope="session")
 def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The file of a web page that shows MODEL, in Phong."""
+    """A web page of MODEL in Phong."""
     path = tmp_path_factory.mktemp("page") / "ball.html"
     path.write_text(TARGETS["html"](MODEL, shade="phong"))
     return path
 
 
 @pytest.fixture(scope="module")
-def shown(browser: "Browser", page_file: Path) -> Iterator[Visit]:
-    """One visit to the page that the tests of a file share; each leaves it without a message."""
+def opened(browser: "Browser", page_file: Path) -> Iterator[Visit]:
+    """The page of MODEL, which the tests of a file share; each test closes its messages."""
     with visit(browser, page_file, has_touch=True) as visited:
         visited.still()
         yield visited
-        assert visited.said == []
+        assert visited.console == []

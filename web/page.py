@@ -81,7 +81,8 @@ def standalone(
     storage: "texture" stores the weights in a texture. "auto" also compiles them as literals, for networks up to 64
     wide, and keeps the faster variant; "literal" does so for wider networks too. digits: decimals of the weights, None
     for exact weights. poster: include a small picture of the model, which takes seconds to draw. shade: initial
-    shading, one of OPENING_SHADES. The page stores 16-bit weights if they are exact. Raises UserError for another storage.
+    shading, one of OPENING_SHADES. The page stores 16-bit weights if they are exact. Raises UserError for another
+    storage.
     """
     weights = model if digits is None else in_decimals(model, digits)
     if storage == "packed":

@@ -94,7 +94,7 @@ def test_chromium_draws_the_same(osmesa: Context, browser: "Browser", tmp_path: 
     (tmp_path / "player.html").write_text(WEBGL.replace("THE_TEXT", json.dumps(fragment)))
     with visit(browser, tmp_path / "player.html", SIZE, share=1) as visited:
         visited.until("window.done")
-        assert not visited.said
+        assert not visited.console
         theirs = np.asarray(Image.open(io.BytesIO(visited.page.screenshot())).convert("RGB"), np.int16)
     difference = np.abs(picture(osmesa, text) - theirs).max(-1)
     assert (difference > 8).mean() < 0.01

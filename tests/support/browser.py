@@ -1,4 +1,4 @@
-"""Chromium as the page's tests and measurements use it: WebGL2 on the CPU, files only, the console overheard."""
+"""Chromium for tests and measurements of the page: WebGL2 on the CPU, no network, a record of the console."""
 
 import io
 import os
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 DRIVERS = {"SwiftShader": "swiftshader", "llvmpipe": "gl-egl"}
 """Name of a software GL -> ANGLE's name for the back end that reaches it."""
 PATIENCE = 300_000
-"""Most milliseconds that a picture may take."""
+"""Timeout of a picture, milliseconds."""
 _DROP = """([bytes, name]) => {
     const transfer = new DataTransfer();
     transfer.items.add(new File([new Uint8Array(bytes)], name));
@@ -52,14 +52,13 @@ def chromium(driver: str = "SwiftShader") -> Iterator["Browser"]:
 
 @dataclass
 class Visit:
-    """A page that is open."""
+    """An open page."""
 
     page: "Page"
-    """Playwright's handle of it."""
-    said: list[str] = field(default_factory=list)
-    """Lines that the page wrote on the console, uncaught errors included."""
+    console: list[str] = field(default_factory=list)
+    """Lines on the console, uncaught errors included."""
     patience: int = PATIENCE
-    """Most milliseconds that it is waited for."""
+    """Timeout of `until`, milliseconds."""
 
     def until(self, condition: str) -> None:
         """Wait until a JavaScript expression is true."""
@@ -71,41 +70,41 @@ class Visit:
         self.until("document.documentElement.dataset.state === 'still'")
 
     def root(self, key: str) -> str | None:
-        """Return what the page says of itself under a key: state, storage, error or tone; None where it does not."""
+        """Return a data attribute of the root element: state, storage, error or tone; None if it is missing."""
         value = self.page.evaluate("key => document.documentElement.dataset[key] ?? null", key)
         assert value is None or isinstance(value, str)
         return value
 
     def unfold(self) -> None:
-        """Show the panel where it is folded."""
+        """Unfold the panel."""
         if not self.page.is_visible("#panel"):
             self.page.click("#fold")
 
     def fold(self) -> None:
-        """Fold the panel where it is shown, so that the canvas fills the window."""
+        """Fold the panel, so that the canvas fills the window."""
         if self.page.is_visible("#panel"):
             self.page.click("#fold")
 
     def drop(self, data: bytes, name: str) -> None:
-        """Drop a file on the page, as a person would with the mouse."""
+        """Drop a file on the page."""
         self.page.evaluate(_DROP, [list(data), name])
 
     def message(self) -> str:
-        """Return the message that is shown, or an empty text."""
+        """Return the visible message, or an empty text."""
         return self.page.inner_text("#message p") if self.page.is_visible("#message") else ""
 
     def saved(self) -> NDArray[np.uint8]:
-        """Return the picture as "Save PNG" saves it, (H, W, 3)."""
+        """Return the picture from "Save PNG", (H, W, 3)."""
         with self.page.expect_download(timeout=PATIENCE) as download:
             self.page.keyboard.press("s")
         return np.asarray(Image.open(io.BytesIO(Path(download.value.path()).read_bytes())).convert("RGB"))
 
     def follow(self, hash_: str) -> None:
-        """Change the URL's hash, from `#` on, and wait until the page knows of it: a key may come sooner."""
+        """Set the URL's hash, including `#`, and wait for the event."""
         self.page.evaluate(_FOLLOW, hash_)
 
     def camera(self) -> dict[str, str]:
-        """Return the keys and values of the camera in the URL's hash."""
+        """Return the keys and values in the URL's hash."""
         pairs = self.page.evaluate("() => location.hash.slice(1)").split("&")
         return dict(pair.split("=") for pair in pairs if pair)
 
@@ -120,17 +119,17 @@ def visit(
     hash_: str = "",
     **options: Any,
 ) -> Iterator[Visit]:
-    """Open the file `path` without a network, and close it afterwards.
+    """Open the file `path` without a network.
 
-    size: of the window, CSS pixels; share: pixels of the canvas per CSS pixel, along each axis; script: JavaScript that
-    runs before the page's own; hash_: the end of the URL, from `#` on; options: others of Playwright's new_context.
+    size: of the window, CSS pixels; share: device pixels per CSS pixel; script: JavaScript that runs before the page's
+    own; hash_: of the URL, including `#`; options: further options of Playwright's new_context.
     """
     window: dict[str, Any] = {"viewport": {"width": size[0], "height": size[1]}, "color_scheme": "dark"}
     context = browser.new_context(offline=True, device_scale_factor=share, **window | options)
     page = context.new_page()
     visited = Visit(page)
-    page.on("console", lambda message: visited.said.append(message.text))
-    page.on("pageerror", lambda error: visited.said.append(str(error)))
+    page.on("console", lambda message: visited.console.append(message.text))
+    page.on("pageerror", lambda error: visited.console.append(str(error)))
     if script:
         page.add_init_script(script)
     page.goto(path.absolute().as_uri() + hash_)

@@ -1,4 +1,4 @@
-"""The model of the page's tests, and the comparison of the page's pictures with those of the desktop's renderer."""
+"""The model of the page's tests, and the comparison of the page's pictures with the desktop renderer's."""
 
 from dataclasses import replace
 
@@ -11,18 +11,17 @@ from mplicits.viewer.draw.renderer import Renderer
 from support.fitted_model import fitted_model
 
 MODEL = fitted_model((20, 32))
-"""The model that most of these tests show."""
 SIDE = 128
 """Pixels along each side of the page's canvas, in a window of 640 x 640 CSS pixels (browser.visit)."""
 
-# Two pictures with 16 samples a pixel are equal within these. The samples of page and desktop lie at different places
-# of a pixel, which shows on silhouettes, and the page dithers its 8 bits.
+# Tolerances for two pictures with 16 samples a pixel. Page and desktop place samples differently inside a pixel, which
+# matters on silhouettes, and the page dithers its 8 bits.
 CHANNEL_TOLERANCE = 24
-"""Difference, of 255, beyond which a pixel counts as different."""
+"""Largest difference, of 255, of an equal pixel."""
 MOST_DIFFERENT = 0.005
-"""Share of the pixels that may be different."""
+"""Largest share of different pixels."""
 MEAN_TOLERANCE = 0.6
-"""Mean difference that is allowed, of 255."""
+"""Largest mean difference, of 255."""
 
 
 def desktop(renderer: Renderer, camera: Camera, options: RenderOptions, side: int = SIDE) -> NDArray[np.uint8]:
@@ -33,7 +32,7 @@ def desktop(renderer: Renderer, camera: Camera, options: RenderOptions, side: in
 
 
 def differ(ours: NDArray[np.uint8], theirs: NDArray[np.uint8], mean: float = MEAN_TOLERANCE) -> bool:
-    """Say whether two pictures (H, W, 3) differ beyond the tolerances. mean: difference that is allowed, of 255."""
+    """Whether two pictures (H, W, 3) differ beyond the tolerances. mean: largest mean difference, of 255."""
     assert ours.shape == theirs.shape
     difference = np.abs(ours.astype(int) - theirs)
     different = (difference.max(axis=-1) > CHANNEL_TOLERANCE).mean()

@@ -1,4 +1,4 @@
-"""The html page of every size of model in Chromium, whose software GL is the pickiest, and of one in Firefox."""
+"""Pages of all sizes of models in Chromium, whose software GL is the strictest, and of one model in Firefox."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,12 +19,11 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.slow
 
 MODELS = [*gallery.names(), "paper"]
-"""The gallery's models, and the sizes of the preset of that name, with a texture."""
+"""The gallery's models, and a model with the sizes of the preset "paper"."""
 STATE = "document.documentElement.dataset"
 
 
 def model_of(name: str) -> Model:
-    """Return the gallery's model of that name, or one with random weights of the sizes of the preset "paper"."""
     if name != "paper":
         return load(gallery.FOLDER / f"{name}{gallery.SUFFIX}")
     return random_model((64, 2), (128, 2), (256, 2), texture=(64, 2), name=name)
@@ -38,10 +37,10 @@ def test_chromium_draws_every_size_of_model(name: str, browser: "Browser", tmp_p
         visited.until(f"{STATE}.drawn === '' && {STATE}.error")
         assert float(visited.root("error") or "nan") < 5e-6
         assert visited.root("state") in ("drawing", "still")
-        assert (visited.message(), visited.said) == ("", [])
+        assert (visited.message(), visited.console) == ("", [])
 
 
-def test_literals_that_swiftshader_would_die_of_are_not_tried(browser: "Browser", tmp_path: Path) -> None:
+def test_the_page_does_not_try_literals_that_overflow_swiftshader_s_stack(browser: "Browser", tmp_path: Path) -> None:
     file = tmp_path / "page.html"
     for shapes, tried in ((((64, 1), (64, 2), (64, 2)), False), (((4, 0), (8, 0)), True)):
         model = random_model(*shapes)
@@ -50,7 +49,7 @@ def test_literals_that_swiftshader_would_die_of_are_not_tried(browser: "Browser"
             visited.until(f"{STATE}.drawn === '' && {STATE}.error")
             remembered = visited.page.evaluate("key => localStorage.getItem(key)", f"mplicits {model.sha256()}")
             assert (remembered is not None) == tried
-            assert (visited.message(), visited.said) == ("", [])
+            assert (visited.message(), visited.console) == ("", [])
 
 
 def test_firefox_draws_a_model_of_the_gallery(xvfb: dict[str, str], tmp_path: Path) -> None:

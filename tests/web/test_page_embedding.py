@@ -1,4 +1,4 @@
-"""The html page as a part of another one: what the URL's hash leaves out, turns and colours."""
+"""The page embedded in another page: the URL's hash hides the panel, turns the shape and sets the background."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,18 +16,18 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 MODEL: Model = random_model((4, 0))
-ASKED = "panel=0&turntable=20&background=cfe0f0"
+HASH = "panel=0&turntable=20&background=cfe0f0"
 
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("embedding") / "page.html"
-    path.write_text(webpage.standalone(MODEL), encoding="utf-8")
+    path.write_text(webpage.standalone(MODEL, poster=False), encoding="utf-8")
     return path
 
 
-def test_the_hash_leaves_out_turns_and_colours(browser: "Browser", page: Path) -> None:
-    with visit(browser, page, size=(1000, 400), share=0.1, hash_="#" + ASKED) as visited:
+def test_the_hash_hides_the_panel_turns_the_shape_and_sets_the_background(browser: "Browser", page: Path) -> None:
+    with visit(browser, page, size=(1000, 400), share=0.1, hash_="#" + HASH) as visited:
         visited.until("'drawn' in document.documentElement.dataset")
         for part in ("#panel", "#fold", "#status", "#name"):
             assert not visited.page.is_visible(part), part
@@ -44,12 +44,12 @@ def test_the_hash_leaves_out_turns_and_colours(browser: "Browser", page: Path) -
         assert 1 < (float(camera["az"]) - AZIMUTH) % 360 < 350, "it has turned"
         visited.still()
         picture = visited.saved()
-        assert picture.shape[1] == 100, "the canvas has the panel's place"
+        assert picture.shape[1] == 100, "the canvas fills the window"
         np.testing.assert_allclose(picture[0, 0], [0xCF, 0xE0, 0xF0], atol=2)
-        assert visited.said == []
+        assert visited.console == []
 
 
-def test_what_the_hash_does_not_mean_changes_nothing(browser: "Browser", page: Path) -> None:
+def test_invalid_values_in_the_hash_change_nothing(browser: "Browser", page: Path) -> None:
     with visit(browser, page, size=(1000, 400), share=0.1, hash_="#turntable=x&background=toString") as visited:
         visited.still()
         assert visited.page.is_visible("#panel")
@@ -57,4 +57,4 @@ def test_what_the_hash_does_not_mean_changes_nothing(browser: "Browser", page: P
         visited.page.keyboard.press("ArrowUp")
         visited.until("location.hash.includes('az=')")
         assert float(visited.camera()["az"]) == pytest.approx(AZIMUTH)
-        assert visited.said == []
+        assert visited.console == []

@@ -17,7 +17,7 @@ from support.page_pictures import MODEL
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-SIDE = 96
+SIDE = 64
 CAMERA = Camera(30, 20, 3)
 FOUND = "this.scene.cells = cells;"
 TRACE = """
@@ -45,7 +45,7 @@ def test_rays_take_the_steps_of_the_reference(storage: str, late: bool, browser:
         visited.until(f"window.grid === 128 && document.documentElement.dataset.storage === '{storage}'")
         visited.still()
         seen = visited.page.evaluate("() => window.trace()")
-        assert visited.said == []
+        assert visited.console == []
     drawn = np.reshape(seen, (SIDE, SIDE, 4))[::-1].reshape(-1, 4)
     program = lower(MODEL)
     eye, directions, footprint = CAMERA.rays(SIDE, SIDE)

@@ -1,4 +1,4 @@
-"""The html page with other models than its usual one: dropped on it, whole and broken, or with a name that is code."""
+"""The page with other models: dropped ones, valid and broken, and one whose name is code."""
 
 import json
 import struct
@@ -41,7 +41,7 @@ def model_bytes(tmp_path: Path, model: Model) -> bytes:
 
 
 def changed(data: bytes, change: Callable[[dict[str, Any]], None]) -> bytes:
-    """Return the bytes of a model file with a header that `change` changed."""
+    """Return the bytes of a model file after a change of its header."""
     (length,) = struct.unpack("<Q", data[:8])
     header = json.loads(data[8 : 8 + length])
     change(header)
@@ -50,7 +50,7 @@ def changed(data: bytes, change: Callable[[dict[str, Any]], None]) -> bytes:
 
 
 def describe(change: Callable[[dict[str, Any]], None]) -> Callable[[dict[str, Any]], None]:
-    """Return a change of the header that changes the description inside it, which is JSON in a text."""
+    """Return a change of the header that changes the JSON description inside it."""
 
     def inside(header: dict[str, Any]) -> None:
         description = json.loads(header["__metadata__"]["model"])
@@ -61,7 +61,7 @@ def describe(change: Callable[[dict[str, Any]], None]) -> Callable[[dict[str, An
 
 
 BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
-    # What is wrong -> how it comes about, and what the page says of it.
+    # Defect -> change of the file, and part of the message.
     "empty": (lambda _: b"", "not a model file (.safetensors), or a damaged one"),
     "a picture": (lambda _: b"\x89PNG\r\n\x1a\n" * 40, "not a model file (.safetensors), or a damaged one"),
     "cut short": (lambda data: data[:-100], "the file is cut short or damaged"),
@@ -102,23 +102,23 @@ BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_a_broken_model_dropped_is_refused_in_one_line_and_the_old_one_stays(
-    name: str, shown: Visit, tmp_path: Path
+def test_a_broken_dropped_model_gets_a_one_line_message_and_the_old_model_stays(
+    name: str, opened: Visit, tmp_path: Path
 ) -> None:
-    spoil, said = BROKEN[name]
+    spoil, expected = BROKEN[name]
     data = spoil(model_bytes(tmp_path, fitted_model((4, 4))))
-    shown.drop(data, "other.safetensors")
-    shown.page.wait_for_selector("#message:not([hidden])")
-    line = shown.message()
+    opened.drop(data, "other.safetensors")
+    opened.page.wait_for_selector("#message:not([hidden])")
+    line = opened.message()
     assert line.startswith("other.safetensors: ")
-    assert said in line
+    assert expected in line
     assert "\n" not in line
-    assert shown.page.inner_text("h1") == "fitted"
-    shown.page.click("#message button")
-    assert shown.message() == ""
+    assert opened.page.inner_text("h1") == "fitted"
+    opened.page.click("#message button")
+    assert opened.message() == ""
 
 
-def test_a_model_that_is_dropped_or_opened_is_shown(
+def test_the_page_shows_a_dropped_or_opened_model(
     browser: "Browser", page_file: Path, osmesa: Context, tmp_path: Path
 ) -> None:
     model = fitted_model((20, 24))
@@ -144,10 +144,10 @@ def test_a_model_that_is_dropped_or_opened_is_shown(
         visited.page.set_input_files("#file", tmp_path / "chosen.safetensors")
         visited.until("document.title === 'fitted'")
         visited.still()
-        assert visited.said == []
+        assert visited.console == []
 
 
-def test_a_name_that_is_html_is_shown_as_text(browser: "Browser", tmp_path: Path) -> None:
+def test_a_name_with_html_appears_as_text(browser: "Browser", tmp_path: Path) -> None:
     file = tmp_path / "hostile.html"
     file.write_text(TARGETS["html"](replace(random_model((4, 0), name=HOSTILE), credit=HOSTILE, front=(-60, 5))))
     with visit(browser, file) as visited:
@@ -158,7 +158,7 @@ def test_a_name_that_is_html_is_shown_as_text(browser: "Browser", tmp_path: Path
         visited.until("location.hash === '#az=-60&el=5'")
         files = len({name for shader in SHADERS for name in glsl.load_numbered(f"{shader}.glsl")[1]})
         assert visited.page.locator("script").count() == file.read_text().count("<script") == 5 + files
-        assert visited.said == []
+        assert visited.console == []
 
 
 def test_float16_weights_arrive_exactly(browser: "Browser", tmp_path: Path) -> None:
@@ -167,4 +167,4 @@ def test_float16_weights_arrive_exactly(browser: "Browser", tmp_path: Path) -> N
     with visit(browser, file) as visited:
         visited.until("document.documentElement.dataset.error")
         assert float(visited.root("error") or "nan") < 5e-6
-        assert visited.said == []
+        assert visited.console == []

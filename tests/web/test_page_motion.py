@@ -18,29 +18,29 @@ from support.page_pictures import desktop, differ
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-MODEL = moving_model()
+MODEL = moving_model((16, 24))
 TEXTURE = f'localStorage.setItem("mplicits {MODEL.sha256()}", "texture");'
-"""Has the page know from an earlier visit that literals are not worth while."""
+"""Stores the choice of a texture, as an earlier visit would."""
 
 
 @pytest.fixture(scope="module")
 def moving(browser: "Browser", tmp_path_factory: pytest.TempPathFactory) -> Iterator[Visit]:
-    """A visit to the page of MODEL, at a time that its address names."""
+    """The page of MODEL, at the time in its hash."""
     path = tmp_path_factory.mktemp("page") / "moving.html"
     path.write_text(TARGETS["html"](MODEL, shade="phong"))
     with visit(browser, path, script=TEXTURE, hash_="#t=0.6") as visited:
         visited.still()
         yield visited
-        assert visited.said == []
+        assert visited.console == []
 
 
-def shown_time(moving: Visit) -> float:
+def time_of(moving: Visit) -> float:
     return float(moving.page.input_value("#time"))
 
 
 def test_the_page_draws_a_time_as_osmesa_does(moving: Visit, osmesa: Context) -> None:
     renderer = Renderer(osmesa, bake(MODEL))
-    assert shown_time(moving) == pytest.approx(0.6)
+    assert time_of(moving) == pytest.approx(0.6)
     assert float(moving.root("error") or "nan") < 5e-6, "probes are of time 0"
     theirs = {time: desktop(renderer, Camera(), RenderOptions(time=time)) for time in (0.6, 1.0)}
     renderer.release()
@@ -58,27 +58,27 @@ def test_space_and_the_button_play_and_pause(moving: Visit) -> None:
     moving.page.focus("#view")
     moving.page.keyboard.press(" ")
     assert moving.page.inner_text("#play") == "Pause"
-    before = shown_time(moving)
+    before = time_of(moving)
     moving.until(f"Math.abs(document.getElementById('time').value - {before}) > 0.05")
     assert moving.root("state") != "still"
     moving.page.click("#play")
     assert moving.page.inner_text("#play") == "Play"
-    stopped = shown_time(moving)
+    stopped = time_of(moving)
     moving.still()
-    assert shown_time(moving) == stopped
+    assert time_of(moving) == stopped
     assert float(moving.camera()["t"]) == pytest.approx(stopped, abs=1e-3)
     moving.page.focus("#play")
     moving.page.keyboard.press(" ")
-    assert moving.root("playing") == "", "the button's own key is not taken twice"
+    assert moving.root("playing") == "", "the button handles its own key only once"
     moving.page.fill("#time", "0.25")
-    assert moving.root("playing") is None, "who looks for a time stays there"
+    assert moving.root("playing") is None, "setting a time stops the motion"
     moving.still()
 
 
 @pytest.mark.slow
-def test_the_bar_is_large_enough_for_fingers_and_gone_for_what_does_not_move(moving: Visit, shown: Visit) -> None:
+def test_the_time_bar_is_large_enough_for_fingers_and_hidden_without_motion(moving: Visit, opened: Visit) -> None:
     box = moving.page.locator("#play").bounding_box()
     assert box is not None
     assert min(box["width"], box["height"]) >= 44
     assert moving.page.is_visible("#time")
-    assert not shown.page.is_visible("#moment")
+    assert not opened.page.is_visible("#moment")

@@ -1,4 +1,4 @@
-"""Further samples of the page's picture: pixels get them as the desktop decides it, and how good the picture is."""
+"""Further samples of the page's picture: their choice is the desktop's, and the picture is good."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -32,7 +32,7 @@ context.drawArrays = function (mode, first, count) {
     if (this.isEnabled(this.BLEND)) window.accumulated += mode === this.POINTS ? count : area;
     return drawArrays.call(this, mode, first, count);
 };"""
-"""Counts the samples that are added to pictures."""
+"""Counts the samples that the page adds to pictures."""
 
 
 @pytest.mark.parametrize(("contrast", "samples"), [(20, 16), (200, 16), (90, 8)])
@@ -49,18 +49,18 @@ def test_the_page_wants_what_the_desktop_wants(contrast: int, samples: int, brow
     page = browser.new_page()
     page.set_content(f'<!doctype html><script type="application/json" id="facts">{facts_json({})}</script>')
     page.evaluate(script(("facts.js", "samples.js")) + f"window.ask = {ASK}; null;")
-    told = page.evaluate("given => window.ask(given)", [seen.ravel().tolist(), samples, 8, 40])
+    answer = page.evaluate("question => window.ask(question)", [seen.ravel().tolist(), samples, 8, 40])
     page.close()
     counts = adaptive.sample_counts(picture, samples)
     assert counts.any()
-    assert told["pixels"] == np.flatnonzero(counts).tolist()
-    assert told["counts"] == counts[counts > 0].tolist()
-    packs = told["packs"]
+    assert answer["pixels"] == np.flatnonzero(counts).tolist()
+    assert answer["counts"] == counts[counts > 0].tolist()
+    packs = answer["packs"]
     assert all(pack["width"] <= 8 and pack["height"] <= 8 for pack in packs)
     images = [np.array(pack["places"], np.float32).reshape(pack["height"], pack["width"], 2) for pack in packs]
     places = np.concatenate([adaptive.from_blocks(image, image.shape[0] * image.shape[1]) for image in images])
     inside = places[places[:, 0] >= 0]
-    rows, columns = np.divmod(told["pixels"], 40)
+    rows, columns = np.divmod(answer["pixels"], 40)
     np.testing.assert_allclose(inside, np.stack([columns + 0.75, rows], axis=1))
 
 
@@ -74,9 +74,10 @@ MIDWAY = [
     ),
     ("performance.now() < this.restAt", "performance.now() < this.restAt || window.midway && window.grid === 32"),
 ]
-"""What lets a page find its second grid while it draws a picture by the first."""
+"""Makes a page find its second grid while it draws a picture with the first."""
 
 
+@pytest.mark.slow
 def test_a_grid_that_is_found_midway_in_a_picture_does_not_show(browser: "Browser", tmp_path: Path) -> None:
     text = TARGETS["html"](MODEL, shade="phong").replace("const PATIENCE = 15000", "const PATIENCE = 300000")
     pictures = []
@@ -86,7 +87,9 @@ def test_a_grid_that_is_found_midway_in_a_picture_does_not_show(browser: "Browse
             assert ours.count(old) == 1
             ours = ours.replace(old, new)
         file.write_text(ours)
-        remember = f"localStorage.setItem('mplicits {MODEL.sha256()}', 'texture')"  # draws nothing anew for literals
+        remember = (
+            f"localStorage.setItem('mplicits {MODEL.sha256()}', 'texture')"  # without literals, no further redraw
+        )
         with visit(browser, file, (256, 256), 1, script=remember, hash_="#panel=0") as visited:
             visited.until(f"window.grid === {grid}")
             visited.still()
@@ -95,7 +98,7 @@ def test_a_grid_that_is_found_midway_in_a_picture_does_not_show(browser: "Browse
             visited.until("window.grid === 128")
             visited.still()
             pictures.append(visited.saved())
-            assert visited.said == []
+            assert visited.console == []
     assert not differ(pictures[0], pictures[1])
 
 
@@ -106,12 +109,12 @@ def test_further_samples_are_drawn_where_they_show(browser: "Browser", tmp_path:
         assert text.count("get adapts() {") == 1
         file = tmp_path / "page.html"
         file.write_text(text.replace("get adapts() {", adapts))
-        with visit(browser, file, (256, 256), 1, script=COUNT, hash_="#panel=0") as visited:
+        with visit(browser, file, (144, 144), 1, script=COUNT, hash_="#panel=0") as visited:
             visited.still()
             pictures[way] = visited.saved() / 255.0
             drawn[way] = visited.page.evaluate("window.accumulated")
             assert visited.page.inner_text("#status").splitlines()[0].endswith("16 samples")
-            assert visited.said == []
+            assert visited.console == []
     error = float(((pictures["along the edges"] - pictures["everywhere"]) ** 2).mean())
-    assert -10 * np.log10(error) > 42
-    assert drawn["along the edges"] < drawn["everywhere"] / 4
+    assert -10 * np.log10(error) > 40
+    assert drawn["along the edges"] < drawn["everywhere"] / 3

@@ -1,4 +1,4 @@
-"""The page of a scene: its field travels as text and texels, and it draws and plays what the desktop does."""
+"""The page of a scene holds its field as text and texels, and draws and plays as the desktop does."""
 
 import base64
 import json
@@ -52,9 +52,9 @@ def test_the_page_of_a_scene_draws_a_time_as_osmesa_does(browser: "Browser", osm
         assert float(visited.root("error") or "nan") < 5e-6
         assert visited.page.inner_text("#shapes").startswith("2 shapes · ")
         ours = visited.saved()
-        # Half as many pixels along a side as in other tests of pages: twice the share of them lies on silhouettes.
+        # A small picture: a larger share of the pixels lies on silhouettes.
         assert not differ(ours, theirs[0.3], mean=1.2)
         assert differ(ours, theirs[1.0], mean=1.2)
         visited.page.click("#play")
         visited.until("Number(document.getElementById('time').value) > 0.35")
-        assert visited.said == []
+        assert visited.console == []

@@ -1,4 +1,4 @@
-"""The html page where the device fails it, and what it remembers of a device from visit to visit."""
+"""The page on failing devices, and its memory of a device between visits."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -32,12 +32,10 @@ def test_the_picture_comes_back_with_a_lost_context(browser: "Browser", page_fil
         visited.page.wait_for_selector("#message", state="hidden")
         visited.still()
         assert not differ(visited.saved(), before)
-        assert visited.said == []
+        assert visited.console == []
 
 
-def test_a_context_that_stays_lost_is_spoken_of_and_may_still_come_back(
-    browser: "Browser", page_file: Path, tmp_path: Path
-) -> None:
+def test_a_lost_context_is_reported_and_may_come_back_late(browser: "Browser", page_file: Path, tmp_path: Path) -> None:
     file = tmp_path / "page.html"
     file.write_text(page_file.read_text().replace("const WAIT = 12000;", "const WAIT = 300;"))
     with visit(browser, file) as visited:
@@ -52,7 +50,7 @@ def test_a_context_that_stays_lost_is_spoken_of_and_may_still_come_back(
         assert visited.page.evaluate("getComputedStyle(document.getElementById('view')).opacity") == "0"
         visited.page.evaluate("window.extension.restoreContext()")
         visited.still()
-        assert (visited.message(), visited.said) == ("", [])
+        assert (visited.message(), visited.console) == ("", [])
 
 
 FATAL = """window.losses = 0;
@@ -71,30 +69,30 @@ context.drawArrays = function (...numbers) {
     extension.loseContext();
     ++window.losses;
 };"""
-"""Has the driver die of each draw of a model with more than %d levels, and come back."""
+"""The driver fails at each draw of a model with more than %d levels, and comes back."""
 
 
 def test_a_model_that_kills_the_driver_comes_back_with_fewer_levels(browser: "Browser", tmp_path: Path) -> None:
     file = tmp_path / "page.html"
     file.write_text(TARGETS["html"](random_model((4, 0), (4, 0), (4, 0))))
-    said = "The graphics driver failed at the 3 levels of this model. Here are the first 2."
+    expected = "The graphics driver failed at the 3 levels of this model. Here are the first 2."
     with visit(browser, file, script=FATAL % 2) as visited:
         visited.still()
         visited.unfold()
-        assert visited.message() == said
+        assert visited.message() == expected
         assert visited.page.inner_text("#level") == "Level\n1\n2"
         assert "4x0 > 4x0 · " in visited.page.inner_text("header")
         assert float(visited.root("error") or "nan") < 1e-5
         assert visited.page.evaluate("window.losses") == 1
         visited.page.reload()
         visited.still()
-        assert visited.message() == said
-        assert visited.page.evaluate("window.losses") == 0, "what the driver died of is not tried again"
+        assert visited.message() == expected
+        assert visited.page.evaluate("window.losses") == 0, "the page does not try the fatal levels again"
         save(random_model((4, 0), (4, 0), name="other"), tmp_path / "other.safetensors")
         visited.page.set_input_files("#file", tmp_path / "other.safetensors")
         visited.until("document.title === 'other'")
         visited.still()
-        assert (visited.message(), visited.said) == ("", [])
+        assert (visited.message(), visited.console) == ("", [])
 
 
 def test_a_model_that_kills_the_driver_at_its_first_level_leaves_the_poster(browser: "Browser", tmp_path: Path) -> None:
@@ -124,7 +122,7 @@ def test_the_faster_variant_is_kept_and_remembered(browser: "Browser", page_file
         visited.until(f"['literal', 'texture'].includes(localStorage.getItem('{key}'))")
         faster = visited.page.evaluate("key => localStorage.getItem(key)", key)
         visited.until(f"document.documentElement.dataset.storage === '{faster}'")
-        assert visited.said == []
+        assert visited.console == []
     for remembered, expected in (("texture", "texture"), ("trying", "texture"), ("literal", "literal")):
         with visit(browser, page_file, script=f"localStorage.setItem('{key}', '{remembered}')") as visited:
             if expected == "literal":
@@ -138,7 +136,7 @@ WebGL2RenderingContext.prototype.getProgramParameter = function (program, name) 
     const held = name === COMPLETION_STATUS_KHR && localStorage.getItem("%s") === "trying";
     return !held && ask.call(this, program, name);
 };"""
-"""Has the literals' compiler never end: %s is the key in localStorage that says that they are being tried."""
+"""The literals' compiler never finishes; %s: the key in localStorage that holds the trial."""
 
 
 def test_opening_another_model_while_the_literals_compile_does_not_count_as_their_failure(
@@ -152,18 +150,18 @@ def test_opening_another_model_while_the_literals_compile_does_not_count_as_thei
         visited.until("document.title === 'other'")
         assert visited.page.evaluate("key => localStorage.getItem(key)", key) is None
         visited.still()
-        assert visited.said == []
+        assert visited.console == []
 
 
 LIMITS = """const ask = WebGL2RenderingContext.prototype.getParameter;
 WebGL2RenderingContext.prototype.getParameter = function (name) {
     return name === this.%s ? %d : ask.call(this, name);
 };"""
-"""Has the device claim another limit: %s is its name, %d its value."""
+"""The device reports another limit; %s: its name, %d: its value."""
 
 
 @pytest.mark.parametrize(
-    ("init", "replaced", "said"),
+    ("init", "replaced", "expected"),
     [
         ("HTMLCanvasElement.prototype.getContext = () => null;", None, "This browser shows no WebGL2"),
         (LIMITS % ("MAX_TEXTURE_SIZE", 512), None, "this device's largest side is 512"),
@@ -176,15 +174,15 @@ WebGL2RenderingContext.prototype.getParameter = function (name) {
     ],
 )
 def test_the_page_says_in_one_message_what_the_device_cannot_do(
-    init: str, replaced: tuple[str, str] | None, said: str, browser: "Browser", page_file: Path, tmp_path: Path
+    init: str, replaced: tuple[str, str] | None, expected: str, browser: "Browser", page_file: Path, tmp_path: Path
 ) -> None:
     file = tmp_path / "page.html"
     file.write_text(page_file.read_text().replace(*replaced or ("", "")))
     with visit(browser, file, script=init) as visited:
         visited.page.wait_for_selector("#message:not([hidden])")
-        assert said in visited.message()
+        assert expected in visited.message()
         assert visited.root("state") == "failed"
-        assert visited.said == []
+        assert visited.console == []
 
 
 def test_a_device_without_float_targets_draws_the_same_picture(browser: "Browser", page_file: Path) -> None:
@@ -198,4 +196,4 @@ def test_a_device_without_float_targets_draws_the_same_picture(browser: "Browser
         assert "field error not measurable here" in visited.page.inner_text("#status")
         difference = np.abs(visited.saved().astype(int) - usual.saved())
         assert (difference.max(axis=-1) > 24).mean() < 0.02
-        assert visited.said == []
+        assert visited.console == []

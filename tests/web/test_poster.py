@@ -1,8 +1,7 @@
-"""The small picture that travels in a page is what the shaders draw there first."""
+"""The poster of a page equals the first picture of the shaders."""
 
 import base64
 import io
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -22,14 +21,12 @@ from support.fitted_model import fitted_model
 MODEL = fitted_model((20, 32))
 BACKDROP = 0.4
 LARGEST_ERROR = 0.011
-"""Root mean square error of a poster, most of which is WebP's."""
+"""Largest root mean square error of a poster; most of it is WebP's."""
 
 
-def poster_of(page: str) -> np.ndarray:
-    """Decode the poster of a page: (side, side, 4) in [0, 1]."""
-    found = re.search(r'src="data:image/webp;base64,([^"]+)"', page)
-    assert found
-    data = base64.b64decode(found[1])
+def decoded(url: str) -> np.ndarray:
+    """Decode a poster: (side, side, 4) in [0, 1]."""
+    data = base64.b64decode(url.removeprefix("data:image/webp;base64,"))
     assert len(data) < 6000
     return np.asarray(Image.open(io.BytesIO(data)).convert("RGBA"), np.float64) / 255
 
@@ -37,11 +34,11 @@ def poster_of(page: str) -> np.ndarray:
 @pytest.mark.parametrize(
     "model",
     [replace(MODEL, front=(215.0, 15.0)), replace(MODEL, texture=None)],
-    ids=["with colours, from its front", "plain, from the usual place"],
+    ids=["with colors, from its front", "plain, from the usual place"],
 )
 @pytest.mark.parametrize("shade", OPENING_SHADES)
 def test_the_poster_is_the_first_picture(model: Model, shade: str, osmesa: Context) -> None:
-    poster = poster_of(webpage.standalone(model, shade=shade))
+    poster = decoded(webpage._poster(model, shade))
     side = len(poster)
     renderer = Renderer(osmesa, glsl330.bake(model))
 

@@ -1,4 +1,4 @@
-"""What the html page looks like and says before its first picture, beside its panel, and to those who cannot see it."""
+"""The web page before its first picture, its layout, its contrast, and its accessibility."""
 
 import io
 from collections.abc import Iterator
@@ -20,29 +20,29 @@ if TYPE_CHECKING:
 
 WINDOW = (1280, 800)
 SHARE = 0.05
-"""Pixels of the canvas per CSS pixel, along each axis."""
+"""Device pixels per CSS pixel."""
 BACKGROUNDS = ("slate", "night", "paper", "sky")
 TEXTURE = f'localStorage.setItem("mplicits {MODEL.sha256()}", "texture");'
-"""Has the page know from an earlier visit that literals are not worth while."""
+"""Stores the choice of a texture, as an earlier visit would."""
 HOLD = (
     TEXTURE
     + """window.held = window.slow = true;
-const context = WebGL2RenderingContext.prototype, COMPLETION_STATUS_KHR = 0x91B1, made = new WeakMap();
+const context = WebGL2RenderingContext.prototype, COMPLETION_STATUS_KHR = 0x91B1, times = new WeakMap();
 const {fenceSync, getProgramParameter, getSyncParameter} = context;
 context.getProgramParameter = function (program, name) {
     return !(window.held && name === COMPLETION_STATUS_KHR) && getProgramParameter.call(this, program, name);
 };
 context.fenceSync = function (...values) {
     const sync = fenceSync.apply(this, values);
-    made.set(sync, performance.now());
+    times.set(sync, performance.now());
     return sync;
 };
 context.getSyncParameter = function (sync, name) {
-    const isEarly = window.held || window.slow && performance.now() - made.get(sync) < 30;
+    const isEarly = window.held || window.slow && performance.now() - times.get(sync) < 30;
     return isEarly ? this.UNSIGNALED : getSyncParameter.call(this, sync, name);
 };"""
 )
-"""Has compilers not end while `held` is set, and each piece of drawing take 30 ms while `slow` is; without literals."""
+"""Compilers never finish while `held` is set, and each draw takes 30 ms while `slow` is set; no literals."""
 WATCH = """() => {
     window.seen = {status: [], spoken: [], bar: [], covered: []};
     const element = (id) => document.getElementById(id);
@@ -53,7 +53,7 @@ WATCH = """() => {
     watch("spoken", window.seen.spoken, (line) => line.textContent);
     watch("progress", window.seen.bar, (bar) => bar.hidden ? "gone" : bar.getAttribute("aria-valuenow") ?? "unknown");
 }"""
-"""Notes each text of the status line and of the live region, and each value of the bar."""
+"""Records each text of the status line and of the live region, and each value of the bar."""
 UNREADABLE = """() => {
     const canvas = Object.assign(document.createElement("canvas"), {width: 1, height: 1});
     const pen = canvas.getContext("2d", {willReadFrequently: true});
@@ -85,39 +85,39 @@ UNREADABLE = """() => {
     }
     return found;
 }"""
-"""Finds texts with less contrast than WCAG's 4.5 to what is behind them, or, on the picture, to black or white."""
+"""Finds texts with less contrast than WCAG's 4.5 to their background, or, on the picture, to black or white."""
 
 
 @pytest.fixture(scope="module")
 def wide(browser: "Browser", page_file: Path) -> Iterator[Visit]:
-    """A visit whose window has room for the panel; each test leaves it without a message."""
+    """A page with room for the panel; each test closes its messages."""
     with visit(browser, page_file, WINDOW, SHARE, TEXTURE) as visited:
         visited.still()
         yield visited
-        assert visited.said == []
+        assert visited.console == []
 
 
-def violations(shown: Visit) -> list[str]:
-    """Return what axe-core finds wrong with the page as it is, its own recommendations included."""
+def violations(opened: Visit) -> list[str]:
+    """Return the violations that axe-core finds in the current page, including its best practices."""
     axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe-playwright-python is not installed")
-    found: list[dict[str, Any]] = axe.Axe().run(shown.page).response["violations"]
+    found: list[dict[str, Any]] = axe.Axe().run(opened.page).response["violations"]
     return [f"{one['id']}: {node['html']}" for one in found for node in one["nodes"]]
 
 
-def picture(shown: Visit) -> NDArray[np.int64]:
-    """Return what is on the screen, (H, W, 3)."""
-    return np.asarray(Image.open(io.BytesIO(shown.page.screenshot())).convert("RGB")).astype(int)
+def picture(opened: Visit) -> NDArray[np.int64]:
+    """Return a screenshot, (H, W, 3)."""
+    return np.asarray(Image.open(io.BytesIO(opened.page.screenshot())).convert("RGB")).astype(int)
 
 
-def box(shown: Visit, selector: str) -> tuple[float, float, float, float]:
+def box(opened: Visit, selector: str) -> tuple[float, float, float, float]:
     """Return the left, top, right and bottom edge of an element, CSS pixels."""
-    found = shown.page.locator(selector).bounding_box()
+    found = opened.page.locator(selector).bounding_box()
     assert found is not None
     return found["x"], found["y"], found["x"] + found["width"], found["y"] + found["height"]
 
 
 @pytest.mark.parametrize("scheme", ["dark", "light"])
-def test_the_background_is_there_at_once_as_it_will_be_drawn(scheme: str, browser: "Browser", page_file: Path) -> None:
+def test_the_first_paint_has_the_background_of_the_picture(scheme: str, browser: "Browser", page_file: Path) -> None:
     with visit(browser, page_file, WINDOW, SHARE, HOLD, "#az=100&el=20", color_scheme=scheme) as visited:
         visited.until("document.documentElement.dataset.state === 'compiling'")
         before = picture(visited)
@@ -128,10 +128,10 @@ def test_the_background_is_there_at_once_as_it_will_be_drawn(scheme: str, browse
         assert np.ptp(before[edge].mean(axis=-1)) > 10, "it is a gradient"
         assert np.abs(after[edge] - before[edge]).max() <= 3
         assert np.abs(after[20, 24] - before[20, 24]).max() > 20, "the shape was not there"
-        assert visited.said == []
+        assert visited.console == []
 
 
-def test_bar_status_line_and_live_region_tell_the_present_state(browser: "Browser", page_file: Path) -> None:
+def test_bar_status_line_and_live_region_report_the_state(browser: "Browser", page_file: Path) -> None:
     with visit(browser, page_file, WINDOW, SHARE, HOLD, reduced_motion="reduce") as visited:
         page = visited.page
         visited.until("document.documentElement.dataset.state === 'compiling'")
@@ -152,13 +152,13 @@ def test_bar_status_line_and_live_region_tell_the_present_state(browser: "Browse
         assert seen["status"][-1].endswith("samples")
         assert seen["spoken"] == ["The picture is drawn"]
         covered = [line for line, covers in zip(seen["status"], seen["covered"], strict=True) if covers]
-        assert any("×" in line for line in covered), "frames that are coarser than the poster are not shown"
+        assert any("×" in line for line in covered), "frames coarser than the poster stay hidden"
         assert not seen["covered"][-1]
         page.keyboard.press("ArrowLeft")
         visited.until("document.documentElement.dataset.state === 'drawing'")
         visited.still()
-        assert page.evaluate("window.seen.spoken") == seen["spoken"], "not each view is told"
-        assert visited.said == []
+        assert page.evaluate("window.seen.spoken") == seen["spoken"], "later views are not announced"
+        assert visited.console == []
 
 
 @pytest.mark.parametrize("background", BACKGROUNDS)
@@ -179,7 +179,7 @@ def test_every_text_has_contrast_on_every_background(background: str, wide: Visi
     wide.page.keyboard.press("p")
 
 
-def test_the_shape_s_background_is_dark_where_steps_are_shown_and_the_text_over_it_light(wide: Visit) -> None:
+def test_the_heat_map_has_a_dark_background_and_light_text(wide: Visit) -> None:
     wide.page.evaluate("document.querySelector('#background input[value=paper]').click()")
     ink = "getComputedStyle(document.querySelector('h1')).color"
     dark = wide.page.evaluate(ink)
@@ -190,40 +190,40 @@ def test_the_shape_s_background_is_dark_where_steps_are_shown_and_the_text_over_
     assert wide.page.evaluate(ink) == dark
 
 
-def test_what_a_screen_reader_is_told(wide: Visit) -> None:
+def test_screen_readers_get_names_values_and_live_regions(wide: Visit) -> None:
     session = wide.page.context.new_cdp_session(wide.page)
     wide.page.evaluate("document.getElementById('moment').hidden = false")
     nodes = session.send("Accessibility.getFullAXTree")["nodes"]
     wide.page.evaluate("document.getElementById('moment').hidden = true")
-    told: dict[str, dict[str, dict[str, Any]]] = {}
+    roles: dict[str, dict[str, dict[str, Any]]] = {}
     for node in nodes:
         if not node["ignored"]:
             properties = {entry["name"]: entry["value"].get("value") for entry in node.get("properties", ())}
             role, name = node["role"]["value"], node.get("name", {}).get("value", "")
-            told.setdefault(role, {})[name] = properties | {"value": node.get("value", {}).get("value")}
-    assert set(told["slider"]) == {"Iterations", "Time", "Direction of the light"}
-    light = told["slider"]["Direction of the light"]
+            roles.setdefault(role, {})[name] = properties | {"value": node.get("value", {}).get("value")}
+    assert set(roles["slider"]) == {"Iterations", "Time", "Direction of the light"}
+    light = roles["slider"]["Direction of the light"]
     assert (light["valuemin"], light["valuemax"], light["value"]) == (-180, 180, 126)
     texts = "[iterations, light].map((slider) => slider.ariaValueText)"
     assert wide.page.evaluate(texts) == ["20, 5 steps", "126 degrees from the right, 47 from the viewer"]
     buttons = {"Controls", "Play", "Save PNG", "Full screen", "Reset view", "Open model", "Copy as Shadertoy"}
-    assert set(told["button"]) == buttons
-    assert {"Shading", "Level", "Normals from level", "Background", "Resolution"} <= set(told["group"])
+    assert set(roles["button"]) == buttons
+    assert {"Shading", "Level", "Normals from level", "Background", "Resolution"} <= set(roles["group"])
     live = """() => [...document.querySelectorAll("output, [role=status], [role=alert], [aria-live]")]
         .filter((element) => element.ariaLive !== "off").map((element) => element.id || element.parentElement.id)"""
     assert wide.page.evaluate(live) == ["spoken", "message"]
 
 
-def test_the_folded_page_has_no_barriers_either(wide: Visit) -> None:
+def test_the_folded_page_is_accessible(wide: Visit) -> None:
     wide.page.keyboard.press("h")
     assert violations(wide) == []
     assert wide.page.evaluate(UNREADABLE) == []
     wide.page.keyboard.press("h")
 
 
-def test_the_shape_has_what_the_panel_leaves_free(browser: "Browser", page_file: Path) -> None:
-    with visit(browser, page_file, (601, 900), SHARE, HOLD) as visited:
-        for width, is_open in ((601, False), (899, False), (900, True)):
+def test_the_canvas_fills_the_space_beside_the_panel(browser: "Browser", page_file: Path) -> None:
+    with visit(browser, page_file, (899, 900), SHARE, HOLD) as visited:
+        for width, is_open in ((899, False), (900, True)):
             visited.page.set_viewport_size({"width": width, "height": 900})
             visited.page.reload()
             visited.until("'ready' in document.documentElement.dataset")
@@ -236,10 +236,16 @@ def test_the_shape_has_what_the_panel_leaves_free(browser: "Browser", page_file:
             visited.until(f"document.getElementById('view').width === Math.round({SHARE} * (innerWidth - 308))")
 
 
-def test_the_sheet_of_a_phone_is_seen_whole(browser: "Browser", page_file: Path) -> None:
-    with visit(browser, page_file, (390, 844), SHARE, HOLD, has_touch=True, is_mobile=True) as visited:
+def test_a_phone_starts_folded_and_shows_its_whole_sheet(browser: "Browser", page_file: Path) -> None:
+    phone: dict[str, Any] = {"has_touch": True, "is_mobile": True, "color_scheme": "light"}
+    with visit(browser, page_file, (390, 844), SHARE, HOLD, **phone) as visited:
         visited.until("'ready' in document.documentElement.dataset")
+        assert visited.root("tone") == "light"
+        assert not visited.page.is_visible("#panel")
         visited.page.tap("#fold")
+        left, _, right, _ = box(visited, "#panel")
+        assert 0 <= left < right <= 390
+        assert visited.page.evaluate("document.documentElement.scrollWidth") == 390
         last = box(visited, ".buttons > :last-child:not([hidden])")
         assert last[3] < 844
         assert visited.page.evaluate("(({scrollHeight, clientHeight}) => scrollHeight - clientHeight)(panel)") == 0
@@ -253,8 +259,8 @@ def test_the_sheet_of_a_phone_is_seen_whole(browser: "Browser", page_file: Path)
             assert under == "LEGEND", "nothing lies over a heading"
 
 
-def test_a_mesh_dropped_is_told_from_a_damaged_model(wide: Visit) -> None:
-    for name, said in {
+def test_a_dropped_mesh_gets_another_message_than_a_damaged_model(wide: Visit) -> None:
+    for name, expected in {
         "spot.obj": "spot.obj: a mesh; train it with: mplicits train spot.obj",
         "It's a <b>cow.PLY": "It's a <b>cow.PLY: a mesh or a point cloud; "
         """train it with: mplicits train 'It'"'"'s a <b>cow.PLY'""",
@@ -262,12 +268,12 @@ def test_a_mesh_dropped_is_told_from_a_damaged_model(wide: Visit) -> None:
     }.items():
         wide.drop(b"v 0 0 0", name)
         wide.page.wait_for_selector("#message:not([hidden])")
-        assert wide.message() == said
+        assert wide.message() == expected
         wide.page.click("#message button")
         wide.page.wait_for_selector("#message", state="hidden")
 
 
-def test_without_webgl2_there_is_no_dead_panel(browser: "Browser", page_file: Path) -> None:
+def test_without_webgl2_the_panel_is_hidden(browser: "Browser", page_file: Path) -> None:
     with visit(browser, page_file, WINDOW, script="HTMLCanvasElement.prototype.getContext = () => null;") as visited:
         visited.page.wait_for_selector("#message:not([hidden])")
         assert visited.message().startswith("This browser shows no WebGL2")
@@ -276,10 +282,10 @@ def test_without_webgl2_there_is_no_dead_panel(browser: "Browser", page_file: Pa
             assert not visited.page.is_visible(selector)
         assert box(visited, "#stage") == (0, 0, *WINDOW)
         assert violations(visited) == []
-        assert visited.said == []
+        assert visited.console == []
 
 
-def test_a_model_dropped_is_seen_whole_and_in_the_middle(wide: Visit, tmp_path: Path) -> None:
+def test_a_dropped_model_is_centered_and_fits(wide: Visit, tmp_path: Path) -> None:
     save(random_model((4, 0), name="other"), tmp_path / "other.safetensors")
     wide.follow("#az=100&el=-10&d=2&at=0.5,0.5,0")
     wide.drop((tmp_path / "other.safetensors").read_bytes(), "other.safetensors")
