@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from ..model.errors import UserError
+from ..model.page_style import DARK, LIGHT
 from ..web.page import standalone
 from .pictures import file_name, png
 
@@ -21,8 +22,8 @@ HEIGHT = 420
 """CSS pixels of the frame's height."""
 
 _FRAME = """<!doctype html><meta charset="utf-8"><style>
-html,body{margin:0;height:100%;overflow:hidden;background:#f6f5f2}
-@media(prefers-color-scheme:dark){html,body{background:#1b1d22}}
+html,body{margin:0;height:100%;overflow:hidden;background:LIGHT}
+@media(prefers-color-scheme:dark){html,body{background:DARK}}
 button,iframe{position:absolute;inset:0;width:100%;height:100%;border:0;padding:0;background:none}
 button{cursor:pointer}img{width:100%;height:100%;object-fit:contain}
 </style><button type="button" aria-label="Turn it"><img alt="" src="PICTURE"></button>
@@ -72,7 +73,8 @@ def frame(field: "Field", png: str) -> str:
     iframes from notebooks that they do not trust.
     """
     page = json.dumps(standalone(field.model)).replace("<", "\\u003c")
-    document = _FRAME.replace("PICTURE", f"data:image/png;base64,{png}").replace("PAGE", page)
+    document = _FRAME.replace("LIGHT", LIGHT["surface"]).replace("DARK", DARK["surface"])
+    document = document.replace("PICTURE", f"data:image/png;base64,{png}").replace("PAGE", page)
     name = html.escape(repr(field))
     return (
         f'<div style="position:relative;height:{HEIGHT}px">'

@@ -34,6 +34,7 @@ from ..field.rounding import in_decimals, is_float16
 from ..field.surface_points import near_surface
 from ..ir.lower import lower
 from ..ir.program import Array, Program
+from ..model import page_style
 from ..model.checks import SHAPES, WIDEST
 from ..model.errors import UserError
 from ..model.model import DEFAULT_STEP_BOUND, MOST_ITERATIONS, STEP_BOUNDS, Model
@@ -70,7 +71,8 @@ PROBES = 32
 _MODULE_LINE = re.compile(r"^import [^;]*;\n|^export (?=\w)", re.MULTILINE)
 """The imports and exports of a module, which the joined script drops."""
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
-"""A placeholder in page.html."""
+"""A placeholder in page.html or page.css."""
+PALETTES = {"dark": page_style.variables(page_style.DARK), "light": page_style.variables(page_style.LIGHT)}
 
 
 def standalone(
@@ -97,7 +99,7 @@ def standalone(
     if model.scene is not None:
         facts["scene"] = scene_facts(model, program, field)
     parts = {
-        "css": _read("page.css"),
+        "css": _PLACE.sub(lambda match: PALETTES[match[1]], _read("page.css")),
         "poster": _poster(model, shade) if poster else "data:,",
         "js": script(),
         "facts": facts_json(facts),
