@@ -54,11 +54,11 @@ POSTER_SIDE = 160
 """Pixels along each side of the picture that the page shows before its first frame."""
 POSTER_QUALITY = 85
 """Quality of its WebP, from 0 to 100."""
-CELLS = {"first": 32, "dear": 64, "most": 128}
+CELLS = {"first": 32, "second": 64, "last": 128}
 """Cells along an edge of the grids that the page computes: first, and then for models without motion."""
-DEAR, DEAREST = 100_000, 250_000
-"""Numbers of weights above which the second size comes before the last size, and above which it is the last. At 175,000
-weights, the sizes take 5 and 21 seconds, in the background."""
+MANY, TOO_MANY = 100_000, 250_000
+"""Numbers of weights above which the second grid is computed, and above which the last is not. At 175,000 weights, the
+second and the last take 5 and 21 seconds, in the background."""
 CELL_MOMENTS = 17
 """Number of grids for a moving model, evenly spaced in time."""
 PAGE_PASSES = ("near", "normals", "trace", "behind", "floor", "colour")
@@ -140,14 +140,14 @@ def facts_json(facts: dict[str, Any]) -> str:
         "cells": {
             "first": FIRST,
             "counts": CELLS,
-            "dear": DEAR,
-            "dearest": DEAREST,
+            "many": MANY,
+            "too_many": TOO_MANY,
             "moments": CELL_MOMENTS,
             "overestimate": OVERESTIMATE,
             "reach": REACH,
             "empty": EMPTY,
             "missed": MISSED,
-            "looks": LOOKUPS,
+            "lookups": LOOKUPS,
         },
         "samples": {
             "share": SHARE,

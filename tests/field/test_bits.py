@@ -1,4 +1,4 @@
-"""Weights are rounded so that they make up for one another, and to the fewest bits that keep the surface."""
+"""Rounded weights compensate one another, and the fewest bits keep the surface."""
 
 import io
 import re
@@ -32,12 +32,12 @@ def error_of(network: Network, samples: Samples) -> float:
     return float(np.sqrt(np.square(compensated.output(network, samples.points) - samples.target).mean()))
 
 
-def test_rounding_makes_up_for_itself() -> None:
+def test_later_weights_compensate_rounding() -> None:
     """The error on other points is less than half of what the same network has with each weight at its nearest."""
     network = random_model((24, 2)).levels[0].network
     seen, other = samples_of(network, 1), samples_of(network, 2)
     together = compensated.rounded(network, seen, SIZES)
-    alone = tuple(
+    nearest = tuple(
         type(layer)(
             *(
                 (np.rint(array / step) * step).astype(np.float32)
@@ -47,7 +47,7 @@ def test_rounding_makes_up_for_itself() -> None:
         )
         for j, layer in enumerate(network)
     )
-    assert error_of(together, other) < 0.5 * error_of(alone, other)
+    assert error_of(together, other) < 0.5 * error_of(nearest, other)
     for j, layer in enumerate(together[:-1]):
         assert quantise.step_of(layer.weight, SIZES.hidden if j else SIZES.first) is not None
     assert compensated.rounded(together, seen, SIZES)[1].weight is not together[1].weight
@@ -74,7 +74,7 @@ def test_numbers_hold_the_weights(base: int, digits: int) -> None:
 
 @pytest.fixture(scope="module")
 def demo() -> tuple[Model, Model]:
-    """A trained model, and what became of it."""
+    """A trained model, before and after rounding."""
     model = load(DEMO)
     fewest = bits.fewest_bits(model)
     assert fewest is not None
@@ -92,7 +92,7 @@ def test_the_fewest_bits_keep_surface_and_colours(demo: tuple[Model, Model]) -> 
 
 
 @pytest.mark.slow
-def test_the_text_says_what_it_cost(demo: tuple[Model, Model], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_header_has_the_rounding_error(demo: tuple[Model, Model], monkeypatch: pytest.MonkeyPatch) -> None:
     model, fewest = demo
     monkeypatch.setattr(shadertoy, "fewest_bits", lambda model: fewest)
     text = shadertoy.standalone(model)
@@ -110,18 +110,18 @@ def test_a_model_without_a_surface_keeps_its_decimals(monkeypatch: pytest.Monkey
     assert shadertoy.standalone(packed) == shadertoy.standalone(packed, "packed")
 
 
-def test_a_terminal_shows_which_network_is_rounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    shown = {}
+def test_a_terminal_names_the_network_being_rounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    bars = {}
     monkeypatch.setattr("tqdm.tqdm", partial(tqdm, mininterval=0))  # else a fast machine ends before it is drawn again
     for terminal in (True, False):
         stream = io.StringIO()
         monkeypatch.setattr(stream, "isatty", lambda terminal=terminal: terminal)
         monkeypatch.setattr("sys.stderr", stream)
         assert bits.fewest_bits(random_model((8, 1))) is not None
-        shown[terminal] = stream.getvalue()
-    assert re.search(r"\rrounding weights, level 1: \|.*\| +[1-9][0-9]*%", shown[True])
-    assert shown[True].endswith("\r"), "the bar is wiped"
-    assert shown[False] == ""
+        bars[terminal] = stream.getvalue()
+    assert re.search(r"\rrounding weights, level 1: \|.*\| +[1-9][0-9]*%", bars[True])
+    assert bars[True].endswith("\r"), "the bar is wiped"
+    assert bars[False] == ""
 
 
 def test_info_does_not_search(monkeypatch: pytest.MonkeyPatch) -> None:

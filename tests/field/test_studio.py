@@ -115,7 +115,7 @@ def test_between_corners_that_are_alike_the_floor_is_as_open_as_they_say() -> No
     np.testing.assert_array_equal(between(corners, share)[1], np.arange(50) >= 40)
 
 
-def test_passes_look_at_the_floor_where_the_corners_of_its_blocks_differ(osmesa: Context) -> None:
+def test_passes_evaluate_the_floor_where_the_corners_of_its_blocks_differ(osmesa: Context) -> None:
     side, program, camera = 128, lower(fitted_model()), Camera(0, 35)
     shader = glsl330.bake(fitted_model(), passes=True)
     renderer = Renderer(osmesa, shader)
@@ -142,7 +142,9 @@ def test_passes_look_at_the_floor_where_the_corners_of_its_blocks_differ(osmesa:
     expected = colour(np.where(alike[:, None], found, truth))
     off = np.abs(drawn - expected)
     assert np.quantile(off, 0.99) < 2e-3
-    assert off[alike].mean() < 0.2 * np.abs(drawn - colour(truth))[alike].mean(), "it is not looked at anew there"
+    assert off[alike].mean() < 0.2 * np.abs(drawn - colour(truth))[alike].mean(), (
+        "there the floor is interpolated, not evaluated"
+    )
     assert 0.5 < alike.mean() < 0.95
     assert np.abs(drawn - colour(truth)).max() < 0.03
 

@@ -25,7 +25,7 @@ from mplicits.model.model import Model
 from mplicits.model.model_file import load, save
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.loop_limit import schedule_that_fits
-from mplicits.web.page import CELL_MOMENTS, DEAR, DEAREST, PRINTER, facts_json, script
+from mplicits.web.page import CELL_MOMENTS, MANY, PRINTER, TOO_MANY, facts_json, script
 from support.paths import DEMO
 from support.random_model import random_model
 
@@ -159,9 +159,9 @@ def test_the_page_finds_the_cells_that_codegen_finds(
 
 def test_the_page_finds_coarse_grids_and_then_a_fine_one(ask: Ask) -> None:
     models: dict[str, dict[str, Any]] = {
-        "small": {"inputs": "xyz", "parameters": DEAR, "field": None},
-        "large": {"inputs": "xyz", "parameters": DEAR + 1, "field": None},
-        "larger": {"inputs": "xyz", "parameters": DEAREST + 1, "field": None},
+        "small": {"inputs": "xyz", "parameters": MANY, "field": None},
+        "large": {"inputs": "xyz", "parameters": MANY + 1, "field": None},
+        "larger": {"inputs": "xyz", "parameters": TOO_MANY + 1, "field": None},
         "moving": {"inputs": "xyzt", "parameters": 100, "field": None},
         "scene": {"inputs": "xyz", "parameters": 100, "field": {}},
     }

@@ -10,10 +10,9 @@ const EIGHT = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => [k & 1, k >> 1 & 1, k >> 2]); 
 // the bounding balls of its shapes.
 export function countsOf(model) {
     if (model.field) return [];
-    const {first, dear, most} = shared.cells.counts;
+    const {counts: {first, second, last}, many, too_many: tooMany} = shared.cells;
     if (model.inputs === "xyzt") return [first];
-    const isOver = (weights) => model.parameters > weights;
-    return [first, ...(isOver(shared.cells.dear) ? [dear] : []), ...(isOver(shared.cells.dearest) ? [] : [most])];
+    return [first, ...(model.parameters > many ? [second] : []), ...(model.parameters > tooMany ? [] : [last])];
 }
 
 // Resolves to {count, half, grids}, as Cells in cells.py, or null once isWanted() is false. rest(): resolves when the

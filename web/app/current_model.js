@@ -14,7 +14,7 @@ import {center, draw, goTo, halt, options, renderer, set} from "./view.js";
 // The model on the page, its own or a dropped one: {model, probes, storage, shadertoy, memory}. storage: of its second
 // variant; "texture": it has none. shadertoy: the text to copy, or null. whole: the same with all levels, if the driver
 // failed at them. next: what to show after a lost context is restored.
-let shown = null, next = null;
+let current = null, next = null;
 const SHADING_LABELS = {phong: "Phong", studio: "Studio", normal: "Normals", depth: "Depth", steps: "Steps", texture: "Texture"};
 
 // Returns the page's own model.
@@ -29,7 +29,7 @@ export function embedded() {
 
 // Shows a model: fills the page, and hands the model to the renderer.
 export async function start(chosen) {
-    shown = next = chosen;
+    current = next = chosen;
     const {model} = chosen, levels = model.levels.length;
     const networks = () => model.levels.map(({network}) => `${network[0].rows}x${network.length - 2}`);
     setTitle(model);
@@ -50,7 +50,7 @@ export async function start(chosen) {
     fillChoices(element("shading"), choices, shading, (value) => set({shading: value}));
     showSteps();
     if (renderer.device.lost) return reportLoss(next);
-    reportRestored(shown);
+    reportRestored(current);
     await load();
 }
 
@@ -59,7 +59,7 @@ export function setTitle({name}) {
 }
 
 function load() {
-    const {model, storage, probes: points, memory} = shown;
+    const {model, storage, probes: points, memory} = current;
     compiling();
     draw(true);
     const {unroll} = renderer.device, literal = storage === "texture" ? null : printField(model, storage, unroll);
@@ -105,20 +105,20 @@ function quoted(name) {
 }
 
 export function showSteps() {
-    const steps = stepsOf(shown.model, options);
+    const steps = stepsOf(current.model, options);
     element("steps").textContent = steps.join(" · ");
     element("iterations").setAttribute("aria-valuetext", `${steps.join(", ")} steps`);
 }
 
 export function shade(shading) {
-    if (shading === "texture" && !shown.model.texture) return;
+    if (shading === "texture" && !current.model.texture) return;
     choose(element("shading"), shading);
     uncover();
     set({shading});
 }
 
 export function goToLevel(level) {
-    if (level > shown.model.levels.length) return;
+    if (level > current.model.levels.length) return;
     choose(element("level"), level);
     choose(element("normals"), null);
     uncover();
@@ -130,25 +130,25 @@ export async function save() {
     halt();
     const link = document.createElement("a");
     link.href = URL.createObjectURL(await renderer.png());
-    link.download = `${shown.model.name.replace(/[^\p{L}\p{N}_-]+/gu, "-").slice(0, 60)}.png`;
+    link.download = `${current.model.name.replace(/[^\p{L}\p{N}_-]+/gu, "-").slice(0, 60)}.png`;
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 1000);
     element("save").disabled = false;
 }
 
 export async function copy() {
-    await copyText(shown.shadertoy);
+    await copyText(current.shadertoy);
     say("Copied. On shadertoy.com: New, paste over the text in the Image tab, press play.");
 }
 
 // Forgets a trial of literals that the visitor ended by leaving: the literals have not failed.
 export function leave() {
-    shown.memory.interrupted(null);
+    current.memory.interrupted(null);
 }
 
 export function contextLost(event) {
     event.preventDefault();
-    next = afterLoss(shown, renderer.variants.current);
+    next = afterLoss(current, renderer.variants.current);
     reportLoss(next);
 }
 
@@ -158,7 +158,7 @@ export function contextRestored() {
 
 async function restore() {
     renderer.open();
-    if (next !== shown) return start(next);
-    reportRestored(shown);
+    if (next !== current) return start(next);
+    reportRestored(current);
     return load();
 }

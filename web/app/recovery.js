@@ -7,25 +7,25 @@ import {probes} from "./reference.js";
 const WAIT = 12000; // milliseconds after which a context will hardly come back
 let waiting = 0;
 
-// Returns what to show after the context is restored, or null. shown: see current_model.js. variant: the last variant,
+// Returns what to show after the context is restored, or null. current: see current_model.js. variant: the last variant,
 // or null.
-export function afterLoss(shown, variant) {
-    const {model: {levels}, memory} = shown, isTrial = memory.read() === "trying";
+export function afterLoss(current, variant) {
+    const {model: {levels}, memory} = current, isTrial = memory.read() === "trying";
     memory.interrupted("texture");
-    if (isTrial || variant?.proven) return shown;
+    if (isTrial || variant?.proven) return current;
     if (variant?.storage === "literal") {
         memory.write("texture");
-        return shown;
+        return current;
     }
-    if (shown.model.field || levels.length === 1) return null;
+    if (current.model.field || levels.length === 1) return null;
     memory.levels = Math.ceil(levels.length / 2);
-    return reduced(shown);
+    return reduced(current);
 }
 
-// Limits a shown model to the number of levels in its memory.
-export function reduced(shown) {
-    const whole = shown.whole ?? shown, {levels} = whole.model, count = shown.memory.levels;
-    if (count >= levels.length) return shown;
+// Limits a model to the number of levels in its memory.
+export function reduced(current) {
+    const whole = current.whole ?? current, {levels} = whole.model, count = current.memory.levels;
+    if (count >= levels.length) return current;
     const left = levels.slice(count).flatMap(({network}) => network);
     const parameters = left.reduce((sum, {weight, bias}) => sum - weight.length - bias.length, whole.model.parameters);
     const model = {...whole.model, levels: levels.slice(0, count), parameters};

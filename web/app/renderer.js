@@ -150,9 +150,9 @@ export class Renderer {
         if (refining.tiles) refining.spent += await painter.batch(variants.current, refining.pass, this.still, share);
         if (version !== this.version) return;
         const complete = !refining.pass.tiles.length, now = performance.now();
-        if (complete || now - (this.shown ?? 0) > 120) {
+        if (complete || now - (this.presentedAt ?? 0) > 120) {
             painter.put(this.still);
-            this.shown = now;
+            this.presentedAt = now;
         }
         if (!complete) {
             if (refining.samples === 0) this.listener.progress(size, 1 - refining.pass.tiles.length / refining.tiles);

@@ -33,14 +33,13 @@ export function stepsOf(model, options) {
     return model.levels.map(({iterations}) => Math.max(1, Math.round(iterations * options.iterations)));
 }
 
-// Returns the steps and rounds, at most those given, that llvmpipe draws whole, as schedule_that_fits in
-// viewer/draw/options.py chooses them for the relaxed schedule. Where not even one round fits, it is tried all the same.
-// first: whether rays have a first look.
+// Reduces steps and rounds to what llvmpipe draws completely, as schedule_that_fits in viewer/draw/options.py for the
+// relaxed schedule. If not even one round fits, it is tried nevertheless. first: whether rays have a first look.
 function fitting(loops, level, normalLevel, steps, rounds, first = false) {
     if (!loops) return {steps, rounds};
     const studio = shared.studio_evaluations * (1 + loops.value[0]) + 1;
-    const look = 6 + shared.cells.looks + loops.value[level - 1] + loops.gradient[level - 1];
-    const once = 1 + studio + shared.cells.looks + loops.gradient[normalLevel - 1] + loops.texture + (first ? look : 0);
+    const look = 6 + shared.cells.lookups + loops.value[level - 1] + loops.gradient[level - 1];
+    const once = 1 + studio + shared.cells.lookups + loops.gradient[normalLevel - 1] + loops.texture + (first ? look : 0);
     const round = () => 4 + steps[level - 1] * (2 + loops.value[level - 1]);
     const isTooLong = () => rounds * round() + once > shared.loop_limit;
     if (isTooLong())
