@@ -104,7 +104,7 @@ class FieldFunction:
                 return tensor.new_tensor(plain).expand(tensor.shape)
             return colors.reshape(tensor.shape)
         rows, shape = frame.rows(points)
-        values = self._evaluator.colour(rows, time)
+        values = self._evaluator.color(rows, time)
         values = np.tile(np.array(plain, np.float32), (len(rows), 1)) if values is None else values
         return values.reshape(*shape, 3)
 

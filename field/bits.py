@@ -120,8 +120,8 @@ def cost(model: Model, coarse: Model) -> Cost:
     lengths = np.linalg.norm(gradients, axis=1) * np.linalg.norm(coarse_gradients, axis=1)
     cosine = np.clip((gradients * coarse_gradients).sum(axis=1) / np.maximum(lengths, 1e-9), -1, 1)
     color = 0.0
-    if exact.coloured:
-        color = 255 * _rms(interpret.colour(exact, points) - interpret.colour(other, points))
+    if exact.colored:
+        color = 255 * _rms(interpret.color(exact, points) - interpret.color(other, points))
     return Cost(_rms(error), float(error.max()), float(np.degrees(_rms(np.arccos(cosine)))), color)
 
 

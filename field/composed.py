@@ -109,7 +109,7 @@ class _LeafAtPoints:
         result[near] = np.where(outside[:, None] > 0, beyond, total)
         return result @ self.turn.T
 
-    def colour(self) -> Values | None:
+    def color(self) -> Values | None:
         """Return the color (N, 3), sRGB in [0, 1]; None for a shape without colors."""
         if isinstance(self.leaf.part, Disc):
             return np.tile(self.leaf.part.colour, (len(self.f), 1))
@@ -151,7 +151,7 @@ def field_gradient(program: Program, points: Array, level: int, time: float) -> 
     return gradient.astype(np.float32), value.astype(np.float32)
 
 
-def colour(program: Program, points: Array, time: float, plain: Sequence[float] = (0.80, 0.74, 0.66)) -> Array:
+def color(program: Program, points: Array, time: float, plain: Sequence[float] = (0.80, 0.74, 0.66)) -> Array:
     """Evaluate the color at points (N, 3): (N, 3) float32, sRGB in [0, 1]. plain: color of shapes without a texture."""
     composition = _composition(program)
     shares = np.zeros((len(composition.leaves), len(points)))
@@ -160,7 +160,7 @@ def colour(program: Program, points: Array, time: float, plain: Sequence[float] 
     total = np.zeros((len(points), 3))
     for leaf, share in zip(composition.leaves, np.abs(shares), strict=True):
         there = np.flatnonzero(share)
-        own = _LeafAtPoints.at(leaf, points[there], time).colour()
+        own = _LeafAtPoints.at(leaf, points[there], time).color()
         total[there] += share[there, None] * (np.array(plain) if own is None else own)
     return total.astype(np.float32)
 

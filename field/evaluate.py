@@ -89,12 +89,12 @@ class Evaluator:
 
         return self.over(points, work, (3,), np.float32)
 
-    def colour(self, points: Floats, time: float = 0.0) -> Array | None:
+    def color(self, points: Floats, time: float = 0.0) -> Array | None:
         """Evaluate the color at points (N, 3): (N, 3) float32, sRGB in [0, 1]; None without a texture."""
         texture, scene = self._texture, self._scene
         if scene is not None:
             return self.over(
-                points.astype(np.float32), lambda part: interpret.colour(scene, part, time), (3,), np.float32
+                points.astype(np.float32), lambda part: interpret.color(scene, part, time), (3,), np.float32
             )
         if texture is None:
             return None

@@ -77,13 +77,13 @@ def nested_field(
     return value, reached
 
 
-def colour(program: Program, points: Array, time: float = 0.0) -> Array:
+def color(program: Program, points: Array, time: float = 0.0) -> Array:
     """Evaluate the color at points (N, 3) float32, model space: (N, 3) float32, sRGB in [0, 1].
 
     Raises ValueError for a model without a texture.
     """
     if program.composition is not None:
-        return composed.colour(program, points, time)
+        return composed.color(program, points, time)
     if program.texture is None:
         raise ValueError("the model has no texture")
     return np.clip(np.concatenate(run(program, program.texture, _inputs(program, points, time)), axis=1), 0, 1)

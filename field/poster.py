@@ -52,7 +52,7 @@ def poster(
     points = (origins[hit] + t[hit, None] * directions[hit]).astype(np.float32)
     normals = evaluator.gradient(points, level)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    colors = evaluator.colour(points)
+    colors = evaluator.color(points)
     albedo = to_linear(np.broadcast_to(plain, points.shape) if colors is None else colors)
     toward = light / np.linalg.norm(light)
     if shade == "studio":

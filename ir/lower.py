@@ -34,8 +34,8 @@ def lower(model: Model, digits: int | None = None, padded: bool = True) -> Progr
     if model.texture is not None:
         network = _Lowered("t", model.texture, moving, digits)
         constants |= network.constants
-        colours = ("r", "g", "b")
-        texture = Function("network_texture", tuple(network.forward(colours)), colours)
+        channels = ("r", "g", "b")
+        texture = Function("network_texture", tuple(network.forward(channels)), channels)
     program = Program(
         name=model.name,
         sha256=model.sha256(),

@@ -173,7 +173,7 @@ class Program:
     """Set for a scene, which has no values, gradients or texture of its own."""
 
     @property
-    def coloured(self) -> bool:
+    def colored(self) -> bool:
         """Whether the program has colors."""
         return self.texture is not None or self.composition is not None
 

@@ -87,4 +87,4 @@ class ModelField:
 
     def colour(self, points: Array) -> Array:
         """Return the colour (N, 3), sRGB in [0, 1], at points (N, 3). Raises ValueError if the model has no texture."""
-        return interpret.colour(self.program, points, self._time)
+        return interpret.color(self.program, points, self._time)

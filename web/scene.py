@@ -26,7 +26,7 @@ def scene_facts(model: Model, program: Program, field: FieldText) -> dict[str, A
         "inputs": model.inputs,
         "parameters": model.parameters(),
         "shapes": len(list(shapes_of(model.scene))),
-        "texture": program.coloured,
+        "texture": program.colored,
         "levels": levels,
         "text": field.text,
         "loops": loops,

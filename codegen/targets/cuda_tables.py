@@ -28,7 +28,7 @@ LACKING = ("origin", "jitter")
 
 def model_constants(program: Program) -> list[str]:
     """Return the declarations of the model's compile-time constants, without weights."""
-    textured = int(program.coloured)
+    textured = int(program.colored)
     depths = [len(_affines(function)) for function in _functions(program).values()]
     return [
         f"const char *const MODEL = {c_string(program.name)};",

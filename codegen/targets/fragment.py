@@ -63,7 +63,7 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
         texture_loops=studio.texture_loops,
         iterations=tuple(band.iterations for band in program.bands),
         deltas=tuple(band.delta for band in program.bands),
-        textured=program.coloured,
+        textured=program.colored,
         moving=program.moving,
         ground=round(lowest_point(program), 4),
         cells=Cells(program) if passes else None,

@@ -103,7 +103,7 @@ def _main(program: Program, studio: bool, planes: NDArray[np.float64] | None) ->
     """Return mainImage(), and the planes that it reads. studio: with the studio's lines; planes: see `Savings`."""
     time = "TIME" if program.moving else "1"
     albedo = "COLOUR"
-    if program.coloured:
+    if program.colored:
         called = "albedo" if program.texture is None else program.texture.name
         albedo = f"clamp(COLOUR({called}(vec4(3.52 * m[2] + t * v, {time}))), 0., 1.)"
     bound = step_bound(program)
@@ -147,7 +147,7 @@ def _settings(program: Program, front: tuple[float, float] | None, studio: bool)
     """Return the settings, as #defines."""
     color = (
         "COLOUR(c) c // color of the surface, sRGB; c: the model's"
-        if program.coloured
+        if program.colored
         else f"COLOUR vec3({PLAIN}) // sRGB"
     )
     view = front or (AZIMUTH, ELEVATION)

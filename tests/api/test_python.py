@@ -98,7 +98,7 @@ def test_a_field_equals_the_reference(level: int | None) -> None:
         there = reached == number
         theirs, _ = interpret.field_gradient(lower(MODEL), many[there], number)
         np.testing.assert_allclose(gradients[there], theirs, atol=2e-5)
-    np.testing.assert_allclose(FIELD.color(many), interpret.colour(lower(MODEL), many), atol=2e-6)
+    np.testing.assert_allclose(FIELD.color(many), interpret.color(lower(MODEL), many), atol=2e-6)
 
 
 def test_points_have_any_shape() -> None:
@@ -160,7 +160,7 @@ def test_a_model_that_moves_takes_a_time() -> None:
         expected, _ = interpret.nested_field(lower(MOVING), here, 2, time)
         np.testing.assert_allclose(field(here, time=time), expected, atol=2e-6)
         np.testing.assert_allclose(field(torch.from_numpy(here), time=time), expected, atol=2e-6)
-        np.testing.assert_allclose(field.color(here, time=time), interpret.colour(lower(MOVING), here, time), atol=2e-6)
+        np.testing.assert_allclose(field.color(here, time=time), interpret.color(lower(MOVING), here, time), atol=2e-6)
     step = 1e-2
     right = np.array([step, 0, 0], np.float32)
     slope = (field(here + right, 1, time=0.7) - field(here - right, 1, time=0.7)) / (2 * step)

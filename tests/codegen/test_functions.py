@@ -58,7 +58,7 @@ def reference(model: Model, space: str) -> tuple[Array, Array]:
         clear &= np.abs(np.abs(value) - level.delta) >= 1e-4
     scale = model.scale if space == "input" else 1.0
     normal = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
-    columns = [scale * field, scale * values[0], normal, interpret.colour(program, points, TIME)]
+    columns = [scale * field, scale * values[0], normal, interpret.color(program, points, TIME)]
     if space == "input":
         points = as_in_file(points.astype(np.float64) * model.scale + model.centre, model.up).astype(np.float32)
         columns[2] = as_in_file(normal.astype(np.float64), model.up)

@@ -37,7 +37,7 @@ def test_glsl_equals_the_reference(osmesa: Context, storage: str) -> None:
     result = probe(3, kind=1)
     np.testing.assert_array_equal(result[:, 1], reached)
     assert_close(result[:, 0], nested)
-    assert_close(probe(1, kind=2)[:, :3], interpret.colour(program, points()))
+    assert_close(probe(1, kind=2)[:, :3], interpret.color(program, points()))
 
 
 def test_auto_storage_puts_wide_networks_in_the_texture(osmesa: Context) -> None:

@@ -65,7 +65,7 @@ def test_a_program_at_a_time_equals_the_moving_program(time: float) -> None:
             strict=True,
         ):
             np.testing.assert_allclose(ours, theirs, atol=2e-5)
-    np.testing.assert_allclose(interpret.colour(there, points), interpret.colour(moving, points, time), atol=1e-5)
+    np.testing.assert_allclose(interpret.color(there, points), interpret.color(moving, points, time), atol=1e-5)
     assert at_time(there, 0.7) is there
 
 
@@ -82,7 +82,7 @@ def test_glsl_equals_the_reference_at_each_time(renderer: Renderer, model: Model
     points = (eye + rays.t[both, None] * directions.reshape(-1, 3)[both]).astype(np.float32)
     normals = interpret.field_gradient(program, points, 2)[0]
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    for shading, expected in (("normal", 0.5 + 0.5 * normals), ("texture", interpret.colour(program, points))):
+    for shading, expected in (("normal", 0.5 + 0.5 * normals), ("texture", interpret.color(program, points))):
         seen = renderer.render((SIDE, SIDE), VIEWS[0], RenderOptions(shade=shading, time=time))
         assert np.abs(seen.reshape(-1, 4)[both, :3] - expected).mean() < 2e-3, shading
 

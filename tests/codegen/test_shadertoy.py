@@ -77,7 +77,7 @@ def test_a_scene_is_one_text_with_its_field_and_colours(osmesa: Context, tmp_pat
     assert (reached == level).sum() > 100
     albedo = PROBE.replace("(field(", "(albedo(").replace("1)));", "1)), 1);")
     colours = draw(osmesa, text + albedo, (64, 64), {}, points)
-    apart = np.abs(colours[::-1, :, :3].reshape(-1, 3) - interpret.colour(program, points, 1.0)).max(axis=1)
+    apart = np.abs(colours[::-1, :, :3].reshape(-1, 3) - interpret.color(program, points, 1.0)).max(axis=1)
     assert (apart > 1e-3).mean() < 2e-3, "where two shapes are equally far, rounding decides"
 
 

@@ -45,7 +45,7 @@ def test_the_reference_computes_what_torch_does(shapes: tuple[tuple[int, int], .
         np.testing.assert_allclose(ours, gradient, atol=1e-5 * scale)
     assert model.texture is not None
     colour = torch_network(model.texture, torch.from_numpy(points())).clamp(0, 1)
-    np.testing.assert_allclose(interpret.colour(program, points()), colour, atol=1e-5)
+    np.testing.assert_allclose(interpret.color(program, points()), colour, atol=1e-5)
 
 
 def test_time_is_the_fourth_input() -> None:

@@ -49,7 +49,7 @@ def test_each_vertex_is_on_the_surface_and_has_its_normal_and_colour() -> None:
     assert mesh.normals is not None
     assert mesh.colours is not None
     np.testing.assert_allclose(mesh.normals, gradient / np.linalg.norm(gradient, axis=1)[:, None], atol=1e-3)
-    np.testing.assert_allclose(mesh.colours, interpret.colour(program, mesh.vertices), atol=1e-6)
+    np.testing.assert_allclose(mesh.colours, interpret.color(program, mesh.vertices), atol=1e-6)
     seen = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
     facing = np.einsum("ij,ij->i", seen.face_normals, mesh.normals[mesh.faces].sum(axis=1))
     assert (facing > 0).mean() > 0.95

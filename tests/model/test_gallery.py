@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mplicits import cli
-from mplicits.field.interpret import colour, nested_field
+from mplicits.field.interpret import color, nested_field
 from mplicits.ir.lower import lower
 from mplicits.model import gallery
 from mplicits.model.model_file import load, save
@@ -74,7 +74,7 @@ def test_models_are_the_meshes_and_their_colours(name: str) -> None:
     small = name.endswith("small")
     assert (reached == len(model.levels)).mean() > 0.999
     assert np.abs(value).mean() < (3e-3 if small else 1e-3)
-    error = ((colour(program, at) - surface.colors) ** 2).mean()
+    error = ((color(program, at) - surface.colors) ** 2).mean()
     assert error < (0.02 if small else 0.003)
 
 
@@ -95,7 +95,7 @@ def test_the_motion_goes_from_one_mesh_to_the_other(time: float) -> None:
     assert (reached == len(model.levels)).mean() > 0.999
     assert np.abs(value).mean() < 3e-3
     assert surface.colors is not None
-    assert ((colour(program, at, time) - surface.colors) ** 2).mean() < 0.02
+    assert ((color(program, at, time) - surface.colors) ** 2).mean() < 0.02
 
 
 def test_a_name_means_a_file_of_the_user_s_before_a_model_of_the_gallery(

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from mplicits import cli
-from mplicits.field.interpret import colour, nested_field
+from mplicits.field.interpret import color, nested_field
 from mplicits.ir.lower import lower
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes import motion
@@ -103,7 +103,7 @@ def test_training_learns_a_motion_and_its_colors(growing: MovingShape) -> None:
         value, reached = nested_field(program, at, 2, time)
         assert (reached == 2).all(), "the band holds the surface at every time"
         assert np.abs(value).mean() < 0.01
-        assert np.abs(colour(program, at, time) - (1 - time, 0, time)).mean() < 0.1
+        assert np.abs(color(program, at, time) - (1 - time, 0, time)).mean() < 0.1
 
 
 def run(*argv: object) -> int:

@@ -147,5 +147,5 @@ def test_packed_networks_are_quantized_and_learn_colors(tmp_path: Path) -> None:
     assert model.texture[0].weight.shape == (20, 3)
     assert all(map(quantise.is_quantised, [model.texture, *(level.network for level in model.levels)]))
     points = load_shape(str(tmp_path / "ball.obj"))[0].surface(2000, np.random.default_rng(3)).points
-    colours = interpret.colour(lower(model), points.astype(np.float32))
+    colours = interpret.color(lower(model), points.astype(np.float32))
     assert np.abs(colours - expected(points)).mean() < 0.1, "rounding lets the gradient through"

@@ -35,7 +35,7 @@ def smear(model: Model) -> float:
     program = lower(model)
     gradient, _ = interpret.field_gradient(program, points, len(model.levels))
     t = rng.uniform(-1, 1, (4000, 1)).astype(np.float32) * np.float32(model.levels[0].delta)
-    here, there = (interpret.colour(program, at) for at in (points, points + t * gradient))
+    here, there = (interpret.color(program, at) for at in (points, points + t * gradient))
     return float(np.abs(here - there).mean())
 
 

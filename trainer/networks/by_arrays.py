@@ -21,8 +21,8 @@ class Evaluated(Protocol):
     def gradient(self, points: Array, level: int | None, time: float) -> Array:
         """Evaluate its gradient: (N, 3)."""
 
-    def colour(self, points: Array, time: float) -> Array | None:
-        """Evaluate the colour: (N, 3)."""
+    def color(self, points: Array, time: float) -> Array | None:
+        """Evaluate the color: (N, 3)."""
 
 
 class ArrayField:
@@ -44,7 +44,7 @@ class ArrayField:
 
     def colour(self, points: Tensor, time: float = 0.0) -> Tensor | None:
         """Evaluate the colour at points (N, 3): (N, 3), sRGB in [0, 1]; None where nothing is coloured."""
-        colours = self._field.colour(_array(points), time)
+        colours = self._field.color(_array(points), time)
         return None if colours is None else _tensor(colours, points)
 
 
