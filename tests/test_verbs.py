@@ -14,11 +14,12 @@ from PIL import Image
 
 import mplicits
 from mplicits import cli
-from mplicits.model.model_file import load
+from mplicits.model.model_file import load, save
 from mplicits.model.options import declarations
 from mplicits.trainer.options import TrainingOptions, settings_from
 from mplicits.trainer.shapes.load import load_shape
 from support.paths import DEMO
+from support.random_model import random_model
 
 FUNCTIONS: dict[str, Callable[..., object]] = {
     "train": mplicits.train,
@@ -114,21 +115,23 @@ def test_mesh_equals_the_verb(tmp_path: Path) -> None:
         made.save(tmp_path / "mesh.txt")
 
 
-def test_bake_equals_the_verb(tmp_path: Path) -> None:
-    options = ["--target", "glsl300es", "--digits", "4"]
-    assert cli.main(["bake", str(DEMO), "-o", str(tmp_path / "verb.glsl"), *options]) == 0
-    text = mplicits.load(DEMO).bake("glsl300es", tmp_path / "ours.glsl", digits=4)
+def test_bake_and_info_equal_the_verbs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "small.safetensors"
+    save(random_model((8, 0), (8, 1)), path)
+    field = mplicits.load(path)
+    assert cli.main(["info", str(path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(field.info()))
+    argv = ["-o", str(tmp_path / "verb.glsl"), "--target", "glsl300es", "--digits", "4"]
+    assert cli.main(["bake", str(path), *argv]) == 0
+    text = field.bake("glsl300es", tmp_path / "ours.glsl", digits=4)
     assert text == (tmp_path / "verb.glsl").read_text() == (tmp_path / "ours.glsl").read_text()
     with pytest.raises(mplicits.UserError, match="--precision: not allowed with --digits"):
-        mplicits.load(DEMO).bake(precision="float16", digits=3)
+        field.bake(precision="float16", digits=3)
 
 
-def test_info_and_evaluate_equal_the_verbs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    field = mplicits.load(DEMO)
-    assert cli.main(["info", str(DEMO), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == json.loads(json.dumps(field.info()))
+def test_evaluate_equals_the_verb(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     truth = tmp_path / "truth.ply"
-    field.mesh(24, quiet=True).save(truth)
+    mplicits.load(DEMO).mesh(24, quiet=True).save(truth)
     argv = ["eval", str(DEMO), str(truth), "--resolution", "24", "--samples", "2000", "--json", "--quiet"]
     assert cli.main(argv) == 0
     printed = json.loads(capsys.readouterr().out)

@@ -3,12 +3,11 @@
 import argparse
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from PIL import Image
 
 from mplicits import cli
@@ -17,11 +16,10 @@ from mplicits.model.errors import UserError
 from mplicits.model.model_file import save
 from mplicits.viewer.cli import VERBS
 from mplicits.viewer.draw.compile import compile_quickly, storage_for
-from mplicits.viewer.draw.context import Context, open_context
+from mplicits.viewer.draw.context import open_context
 from mplicits.viewer.draw.screenshot import save_png
 from mplicits.viewer.options import SHADES, PictureOptions
 from support.fitted_model import fitted_model
-from support.paths import ROOT
 from support.random_model import random_model
 
 
@@ -32,18 +30,17 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def parse(*arguments: object) -> argparse.Namespace:
-    """Return the arguments of `mplicits render` as its parser understands them."""
-    verb = next(verb for verb in VERBS if verb.name == "render")
-    parser = argparse.ArgumentParser()
-    verb.arguments(parser)
-    return parser.parse_args([str(argument) for argument in arguments])
-
-
 def render(*arguments: object) -> None:
-    """Run `mplicits render` with these arguments; errors are raised, not printed."""
-    verb = next(verb for verb in VERBS if verb.name == "render")
-    verb.run(parse(*arguments))
+    """Run `mplicits render` with these arguments; raises errors instead of printing them."""
+    parser = argparse.ArgumentParser()
+    VERBS[0].arguments(parser)
+    VERBS[0].run(parser.parse_args([str(argument) for argument in arguments]))
+
+
+def small_picture(path: Path, model: Path, *arguments: object) -> NDArray[np.float64]:
+    """Return a picture that `mplicits render` draws with these arguments."""
+    render(model, "-o", path, "--size", 32, "--context", "osmesa", "--samples", 1, "--force", *arguments)
+    return np.asarray(Image.open(path), float)
 
 
 @pytest.mark.usefixtures("osmesa")
@@ -88,26 +85,23 @@ def test_the_default_output_is_named_after_the_model(
 
 
 @pytest.mark.usefixtures("osmesa")
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("--camera", "10,80"),
-        ("--camera", "-30,-20,2.5"),
-        ("--shade", "steps"),
-        ("--iterations", "12,3"),
-        ("--background", "ffffff"),
-        ("--background", "#102030,#a0b0c0"),
-        ("--light", "-1,1,1"),
-        ("--storage", "texture"),
-    ],
-)
-def test_options_change_the_picture_where_they_should(model: Path, tmp_path: Path, arguments: tuple[str, ...]) -> None:
-    pictures = []
-    for i, added in enumerate(((), arguments)):
-        render(model, "-o", tmp_path / f"{i}.png", "--size", 32, "--context", "osmesa", "--samples", 1, *added)
-        pictures.append(np.asarray(Image.open(tmp_path / f"{i}.png"), float))
-    same = np.abs(pictures[0] - pictures[1]).max() <= 2
-    assert same == ("--storage" in arguments or "--iterations" in arguments)
+def test_options_change_the_picture(model: Path, tmp_path: Path) -> None:
+    path = tmp_path / "a.png"
+    default = small_picture(path, model)
+    for arguments, changes in (
+        ("--camera 10,80", True),
+        ("--camera -30,-20,2.5", True),
+        ("--shade steps", True),
+        ("--background ffffff", True),
+        ("--background #102030,#a0b0c0", True),
+        ("--light -1,1,1", True),
+        ("--iterations 12,3", False),
+        ("--storage texture", False),
+    ):
+        picture = small_picture(path, model, *arguments.split())
+        assert (np.abs(picture - default).max() > 2) == changes, arguments
+    split = small_picture(path, model, "--split")
+    assert np.array_equal(split, small_picture(path, model, "--split", "--level", 1, "--normal-level", 2))
 
 
 @pytest.mark.parametrize(
@@ -134,14 +128,6 @@ def test_mesa_compiles_quickly_unless_the_user_sets_its_variable(monkeypatch: py
     monkeypatch.delenv("GALLIVM_PERF")
     compile_quickly()
     assert os.environ["GALLIVM_PERF"] == "nopt"
-
-
-def test_a_split_picture_shows_level_1_and_all_levels(model: Path, tmp_path: Path) -> None:
-    for name, levels in (("explicit", ("--level", 1, "--normal-level", 2)), ("default", ())):
-        arguments = ("--size", 32, "--context", "osmesa", "--samples", 1, "--split", *levels)
-        render(model, "-o", tmp_path / f"{name}.png", *arguments)
-    explicit, default = (np.asarray(Image.open(tmp_path / f"{name}.png")) for name in ("explicit", "default"))
-    assert np.array_equal(explicit, default)
 
 
 @pytest.mark.parametrize(
@@ -185,10 +171,13 @@ def test_bad_values_are_refused_before_any_work(model: Path, arguments: str, wor
     assert "\n" not in str(raised.value)
 
 
-def test_the_texture_of_a_model_without_one_is_refused(tmp_path: Path) -> None:
-    save(random_model((4, 0)), tmp_path / "m.safetensors")
+def test_missing_models_and_textures_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "m.safetensors"
+    with pytest.raises(UserError, match="no such file"):
+        render(path)
+    save(random_model((4, 0)), path)
     with pytest.raises(UserError, match="no texture"):
-        render(tmp_path / "m.safetensors", "--shade", "texture")
+        render(path, "--shade", "texture")
 
 
 def test_the_choices_are_those_of_the_shaders_and_of_the_contexts() -> None:
@@ -196,11 +185,6 @@ def test_the_choices_are_those_of_the_shaders_and_of_the_contexts() -> None:
     contexts = PictureOptions.__dataclass_fields__["context"].metadata["declaration"].choices
     with pytest.raises(UserError, match=f"none of {', '.join(contexts)}$"):
         open_context("vulkan")
-
-
-def test_a_missing_model_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="no such file"):
-        render(tmp_path / "m.safetensors")
 
 
 @pytest.mark.parametrize("name", ['"/*', "</script>", "a\nb", "é\u2028漢", "x" * 300])
@@ -217,26 +201,6 @@ def test_pixels_are_rounded_and_clipped(tmp_path: Path) -> None:
     np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "a.png"))[0, :, 0], [0, 0, 0, 1, 255, 255])
 
 
-def test_declaring_the_verbs_imports_no_package_and_render_never_imports_torch(
-    model: Path, tmp_path: Path, osmesa: Context
-) -> None:
-    assert osmesa.software
-    code = f"""
-import sys
-from mplicits.viewer.cli import VERBS
-print([name for name in ("numpy", "moderngl", "PIL", "glfw", "torch") if name in sys.modules])
-import argparse
-parser = argparse.ArgumentParser()
-VERBS[0].arguments(parser)
-arguments = [{str(model)!r}, "-o", {str(tmp_path / "a.png")!r}, "--size", "8", "--context", "osmesa", "--json"]
-VERBS[0].run(parser.parse_args(arguments))
-print([name for name in ("torch", "scipy", "trimesh", "glfw") if name in sys.modules])
-"""
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
-    lines = done.stdout.splitlines()
-    assert (lines[0], lines[-1]) == ("[]", "[]"), done.stderr
-
-
 @pytest.mark.usefixtures("osmesa")
 def test_benchmark_prints_the_median_rate_of_its_frames(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     save(random_model((4, 0)), tmp_path / "m.safetensors")
@@ -251,9 +215,9 @@ def test_benchmark_prints_the_median_rate_of_its_frames(tmp_path: Path, capsys: 
 def test_a_camera_inside_the_shape_gets_a_note(model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["render", str(model), "-o", str(tmp_path / "m.png"), "--size", "32", "--json"]
     assert cli.main([*arguments, "--camera", "30,20,0.01"]) == 0
-    said = capsys.readouterr()
-    assert json.loads(said.out)["coverage"] == 0
-    assert "the camera is inside it" in said.err
-    assert len(said.err.splitlines()) == 1
+    out, err = capsys.readouterr()
+    assert json.loads(out)["coverage"] == 0
+    assert "the camera is inside it" in err
+    assert len(err.splitlines()) == 1
     assert cli.main(arguments) == 0
     assert not capsys.readouterr().err
