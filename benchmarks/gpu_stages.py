@@ -206,11 +206,14 @@ def counters(results: Results) -> None:
             kernel = kernels.setdefault(f"{row['ID']} {row['Kernel Name']}", {})
             kernel[row["Metric Name"]] = f"{row['Metric Value']} {row['Metric Unit']}".strip()
     results.set("kernels", kernels)
+    if not kernels:
+        results.add("errors", {"ncu": done.stdout[-300:]})
 
 
 def glsl(results: Results) -> None:
     """Time the window's renderer through EGL: the gallery, and literals against a texture."""
     from mplicits.codegen.targets.glsl330 import bake
+    from mplicits.model.errors import UserError
     from mplicits.model.gallery import model_path
     from mplicits.model.model_file import load
     from mplicits.viewer.draw.camera import Camera
@@ -228,7 +231,11 @@ def glsl(results: Results) -> None:
     stored = [(name, storage, "phong") for name in narrow for storage in ("literal", "texture")]
     stored += [(name, "texture", "phong") for name in wide]
     for name, storage, shade in gallery[-1:] if REHEARSAL else [*gallery, *stored]:
-        renderer = Renderer(context, bake(load(model_path(model_of(name))), storage, passes=True))
+        try:
+            renderer = Renderer(context, bake(load(model_path(model_of(name))), storage, passes=True))
+        except UserError as refusal:
+            results.add("errors", {"model": name, "storage": storage, "said": str(refusal)})
+            continue
         for width, height in sizes if storage == "auto" else sizes[:1]:
             frame = partial(renderer.timed, (width, height), Camera(aspect=width / height), RenderOptions(shade=shade))
             frame()
@@ -240,18 +247,9 @@ def glsl(results: Results) -> None:
             case = {"model": name, "storage": storage, "shade": shade, "width": width, "height": height}
             results.add("frames", case | {key: round(value, 3) for key, value in found.items()})
         renderer.release()
-    side = "64" if REHEARSAL else "1920x1080"
-    picture = results.folder / "spot.png"
-    run(
-        *MPLICITS,
-        "render",
-        "spot-small" if REHEARSAL else "spot",
-        "--shade=studio",
-        f"--size={side}",
-        "--context=egl",
-        "-o",
-        picture,
-    )
+    model, size = ("spot-small", "64") if REHEARSAL else ("spot", "1920x1080")
+    picture = ("--shade=studio", f"--size={size}", "--context=egl", "-o", results.folder / "spot.png")
+    run(*MPLICITS, "render", model, *picture)
 
 
 def train(shape: str, results: Results) -> None:
@@ -269,9 +267,8 @@ def train(shape: str, results: Results) -> None:
             running[device] = subprocess.Popen(command)
         for device, process in running.items():
             entry = {"shape": shape, "preset": preset, "device": device, "exit": process.wait()}
-            results.add(
-                "errors" if entry["exit"] else "runs", entry | trained(results.folder / f"{shape}-{preset}-{device}")
-            )
+            found = trained(results.folder / f"{shape}-{preset}-{device}")
+            results.add("errors" if entry["exit"] else "runs", entry | found)
 
 
 def trained(name: Path) -> dict[str, Any]:
@@ -283,7 +280,8 @@ def trained(name: Path) -> dict[str, Any]:
     provenance = load(name.with_suffix(".safetensors")).provenance
     lines = [json.loads(line) for line in name.with_suffix(".jsonl").read_text(encoding="utf-8").splitlines()]
     last = [line for line in lines if line["level"] == len(provenance["levels"]) and line.get("mean_f") is not None]
-    curve = [(round(line["seconds"], 1), line["step"], line["mean_f"]) for line in last[:: len(last) // 40 + 1]]
+    thinned = last[:: -(len(last) // 40 + 1)][::-1]
+    curve = [(round(line["seconds"], 1), line["step"], line["mean_f"]) for line in thinned]
     return {"levels": provenance["levels"], "curve": curve}
 
 
