@@ -256,7 +256,7 @@ def train(shape: str, results: Results) -> None:
     """Train a shape on the GPU and, on the other half of the cores, on the CPU, for as many seconds each."""
     mesh, cores = PACK / "data" / "meshes" / f"{shape}.ply", os.cpu_count() or 2
     halves = {DEVICE: f"0-{cores // 2 - 1}"} | ({} if REHEARSAL else {"cpu": f"{cores // 2}-{cores - 1}"})
-    for preset in ("base", "paper"):
+    for preset in ("small", "base") if REHEARSAL else ("base", "paper"):
         running = {}
         for device, half in halves.items():
             name = results.folder / f"{shape}-{preset}-{device}"
