@@ -48,9 +48,7 @@ def scene_program(program: Program, leaves: tuple[Leaf, ...], root: Join, moving
     programs = tuple(named.values())
     constants = {name: constant for part in programs for name, constant in part.constants.items()}
     composition = Composition(programs, leaves, root)
-    result = replace(program, composition=composition, constants=constants, moving=moving)
-    result.check()
-    return result
+    return replace(program, composition=composition, constants=constants, moving=moving)
 
 
 def prefixed(program: Program, name: str) -> Program:

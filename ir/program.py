@@ -189,42 +189,22 @@ class Program:
         return max(int(max(self.constants[op.matrix].shape)) for op in products)
 
     def widths(self, function: Function) -> dict[str, int]:
-        """Return the number of components of each value of a function, input included.
-
-        Raises ValueError if an op refers to an unknown name, or to a vector of another width.
-        """
+        """Return the number of components of each value of a function, input included."""
         widths = {INPUT: 4}
         for op in function.ops:
-            if op.result in widths or op.result in self.constants:
-                raise ValueError(f"{function.name}: {op.result} is assigned twice")
-            widths[op.result] = self._width(op, widths)
-        missing = [name for name in function.outputs if name not in widths]
-        if missing:
-            raise ValueError(f"{function.name}: outputs {missing} are never assigned")
+            match op:
+                case Affine(matrix=matrix):
+                    width = self.constants[matrix].shape[0]
+                case Transposed(matrix=matrix):
+                    width = self.constants[matrix].shape[1]
+                case Product(right=right):
+                    width = widths[right]
+                case Dot():
+                    width = 1
+                case _:
+                    width = widths[op.source]
+            widths[op.result] = width
         return widths
-
-    def check(self) -> None:
-        """Raise ValueError if the program violates the definition in this file."""
-        for name, constant in self.constants.items():
-            if constant.dtype != np.float32 or any(size % 4 for size in constant.shape) or constant.ndim > 2:
-                raise ValueError(f"{name}: constants are float32, sizes multiples of 4")
-            if not np.isfinite(constant).all():
-                raise ValueError(f"{name}: not finite")
-        if self.composition is not None:
-            if self.values or self.gradients or self.texture is not None:
-                raise ValueError("a scene has no functions beside its models'")
-            for program in self.composition.programs:
-                program.check()
-            return
-        if not len(self.bands) == len(self.values) == len(self.gradients) > 0:
-            raise ValueError("every level needs a band, a value and a gradient")
-        signatures = [(function, [1]) for function in self.values]
-        signatures += [(function, [4, 1]) for function in self.gradients]
-        signatures += [] if self.texture is None else [(self.texture, [1, 1, 1])]
-        for function, outputs in signatures:
-            widths = self.widths(function)
-            if [widths[name] for name in function.outputs] != outputs:
-                raise ValueError(f"{function.name}: its outputs are not {outputs} wide")
 
     def cost(self, function: Function) -> Cost:
         """Count the operations of one call of a function."""
@@ -252,40 +232,3 @@ class Program:
                 for i, cost in enumerate(leaf.part.value_costs()[: len(costs)]):
                     costs[i] += cost
         return tuple(costs)
-
-    def _width(self, op: Op, widths: dict[str, int]) -> int:
-        """Return the width of an op's result. widths: of previous values. Raises ValueError as `widths`."""
-
-        def value(name: str) -> int:
-            if name not in widths:
-                raise ValueError(f"{op}: {name} is not defined")
-            if widths[name] == 1:
-                raise ValueError(f"{op}: {name} is a scalar")
-            return widths[name]
-
-        def constant(name: str, dimensions: int) -> tuple[int, ...]:
-            if name not in self.constants or self.constants[name].ndim != dimensions:
-                raise ValueError(f"{op}: {name} is not defined")
-            return self.constants[name].shape
-
-        def expect(condition: bool) -> None:
-            if not condition:
-                raise ValueError(f"{op}: widths differ")
-
-        match op:
-            case Affine(source=source, matrix=matrix, bias=bias):
-                rows, columns = constant(matrix, 2)
-                expect(value(source) == columns and (bias is None or constant(bias, 1) == (rows,)))
-                return rows
-            case Transposed(source=source, matrix=matrix):
-                rows, columns = constant(matrix, 2)
-                expect(value(source) == rows)
-                return columns
-            case Product(left=left, right=right):
-                expect((value(left) if left in widths else constant(left, 1)[0]) == value(right))
-                return value(right)
-            case Dot(source=source, row=row):
-                expect(constant(row, 1) == (value(source),))
-                return 1
-            case _:
-                return value(op.source)

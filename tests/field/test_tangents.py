@@ -13,6 +13,7 @@ from mplicits.ir.program import Affine, Program, Transposed
 from mplicits.model.model import Model
 from mplicits.trainer.networks import network, tangents
 from oracles.tangents import with_tangents
+from oracles.well_formed import check_function
 from support.random_model import random_model
 
 SHAPES = [(16, 0), (10, 1), (33, 2), (64, 3)]
@@ -25,7 +26,7 @@ def points(count: int = 500) -> np.ndarray:
 def by_algorithm_1(program: Program, level: int, fourth: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
     """Return a level's network at points(), (N,), and its gradient, (N, 3). fourth: fourth component of the input."""
     extended, function = with_tangents(program, level)
-    extended.widths(function)
+    check_function(extended, function, [1, 1, 1, 1])
     inputs = np.concatenate([points(), np.full((500, 1), fourth, np.float32)], axis=1)
     x, y, z, f = run(extended, function, inputs)
     return f[:, 0], np.concatenate([x, y, z], axis=1)

@@ -1,4 +1,4 @@
-"""Lowered programs, run by the numpy reference, compute what torch does; and what lowering rounds and counts."""
+"""Lowered programs in the NumPy interpreter compute the same as torch; rounding, costs and well-formedness."""
 
 import dataclasses
 from typing import Any
@@ -8,9 +8,11 @@ import pytest
 
 from mplicits.codegen.printers.cstyle import Language
 from mplicits.field import interpret
+from mplicits.ir.at_time import at_sampled_times
 from mplicits.ir.lower import lower
 from mplicits.ir.program import Affine, Dot, Function, Op, Product, Sine
 from mplicits.model.model import Model, Network
+from oracles.well_formed import check
 from support.random_model import random_model
 
 torch = pytest.importorskip("torch", reason="torch is the oracle of these tests")
@@ -19,7 +21,7 @@ SHAPES = (((64, 1), (64, 2)), ((10, 1), (7, 0), (33, 2)))
 
 
 def points(count: int = 1000) -> np.ndarray:
-    """Return the same random points in every call, (count, 3) float32."""
+    """Return fixed random points, (count, 3) float32."""
     return np.random.default_rng(1).uniform(-1, 1, (count, 3)).astype(np.float32)
 
 
@@ -31,7 +33,7 @@ def torch_network(network: Network, x: Any) -> Any:
 
 
 @pytest.mark.parametrize("shapes", SHAPES)
-def test_the_reference_computes_what_torch_does(shapes: tuple[tuple[int, int], ...]) -> None:
+def test_the_interpreter_computes_the_same_as_torch(shapes: tuple[tuple[int, int], ...]) -> None:
     model = random_model(*shapes, texture=(12, 1))
     program = lower(model)
     for level in range(1, len(shapes) + 1):
@@ -55,7 +57,7 @@ def test_time_is_the_fourth_input() -> None:
     np.testing.assert_allclose(interpret.field(lower(model), points(), 1, time=0.3), expected, atol=1e-5)
 
 
-def test_the_nested_field_stops_at_the_level_whose_band_a_point_is_outside_of() -> None:
+def test_the_nested_field_stops_at_the_first_band_that_excludes_the_point() -> None:
     program = lower(random_model((16, 1), (16, 1), (16, 1)))
     value, reached = interpret.nested_field(program, points(), 3)
     assert set(reached) == {1, 2, 3}
@@ -116,7 +118,15 @@ def test_an_ill_formed_program_is_refused(message: str, ops: tuple[Op, ...]) -> 
     program = lower(random_model((8, 1)))
     broken = dataclasses.replace(program, values=(Function("network1", ops, ("f",)),))
     with pytest.raises(ValueError, match=message):
-        broken.check()
+        check(broken)
+
+
+@pytest.mark.parametrize("inputs", ["xyz", "xyzt"])
+@pytest.mark.parametrize("digits", [None, 2])
+def test_lowered_programs_are_well_formed(inputs: str, digits: int | None) -> None:
+    program = lower(random_model((10, 1), (7, 0), texture=(5, 1), inputs=inputs), digits)
+    for each in (program, *at_sampled_times(program)):
+        check(each)
 
 
 def test_literals_read_back_as_the_same_float32() -> None:

@@ -70,7 +70,7 @@ BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
         lambda data: changed(data, lambda h: h["__metadata__"].update(version="3")),
         "format version 3 is newer",
     ),
-    "scene": (lambda data: changed(data, describe(lambda d: d.update(scene={"parts": []}))), "a page of its own"),
+    "scene": (lambda data: changed(data, describe(lambda d: d.update(scene={"parts": []}))), "needs a separate page"),
     "halves": (
         lambda data: changed(data, lambda h: h["level1.layer0.bias"].update(dtype="F16")),
         "level1.layer0.bias: must be float32",

@@ -72,7 +72,7 @@ export async function openFile(file) {
     try {
         refuseShape(file.name);
         const model = parseModel(await file.arrayBuffer());
-        renderer.device.check(printField(model, "texture").height, model.levels.length);
+        renderer.device.check(printField(model, "texture").height);
         say("");
         leave();
         goTo(0);

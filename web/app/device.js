@@ -60,17 +60,14 @@ export class Device {
         return !this.hasSmallStack || text.split("+=").length < 3300;
     }
 
-    // Throws DeviceError if the device cannot hold `height` rows of weights, or the uniforms of `levels` levels.
-    check(height, levels) {
+    // Throws DeviceError if the device cannot hold `height` rows of weights.
+    check(height) {
         if (this.lost) return;
         const gl = this.gl, side = gl.getParameter(gl.MAX_TEXTURE_SIZE);
         if (Math.max(TEXTURE_WIDTH, height) > side) {
             throw new DeviceError(`The weights need a texture of ${TEXTURE_WIDTH} x ${height}; `
                 + `this device's largest side is ${side}.`);
         }
-        const vectors = gl.getParameter(gl.MAX_FRAGMENT_UNIFORM_VECTORS), needed = 2 * levels + 20;
-        if (needed > vectors)
-            throw new DeviceError(`The shader needs ${needed} uniform vectors; this device has ${vectors}.`);
     }
 
     // Starts to compile a fragment shader, in the background where the browser supports it. vertex: by default a

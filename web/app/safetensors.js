@@ -13,9 +13,8 @@ const LARGEST = 3.4028234663852886e38, SMALLEST = 1.1754943508222875e-38; // of 
 export function parseModel(buffer, half = false) {
     const header = readHeader(buffer);
     const metadata = header.entries.__metadata__ ?? {};
-    if (metadata.format !== FORMAT.name) throw new ModelError(`not an ${FORMAT.name} model (metadata key 'format')`);
-    if (!/^[1-9][0-9]{0,8}$/.test(metadata.version ?? ""))
-        throw new ModelError("metadata key 'version' is not a version number");
+    refuse(metadata.format !== FORMAT.name, `not an ${FORMAT.name} model (metadata key 'format')`);
+    refuse(!/^[1-9][0-9]{0,8}$/.test(metadata.version ?? ""), "metadata key 'version' is not a version number");
     if (Number(metadata.version) > FORMAT.version) {
         throw new ModelError(`format version ${metadata.version} is newer than this page reads (${FORMAT.version}); `
             + "bake a new page");
@@ -53,64 +52,61 @@ function readHeader(buffer) {
     if (buffer.byteLength < 10) throw damaged();
     const length = Number(new DataView(buffer).getBigUint64(0, true));
     if (length > buffer.byteLength - 8) throw damaged();
-    let entries;
+    let entries = null;
     try {
         entries = JSON.parse(new TextDecoder("utf-8", {fatal: true}).decode(new Uint8Array(buffer, 8, length)));
-    } catch {
-        throw damaged();
-    }
+    } catch { /* entries is no object */ }
     if (!isObject(entries)) throw damaged();
     return {entries, end: 8 + length};
 }
 
 // Returns the object in the metadata key `model`, with checked values.
 function describe(text) {
-    if (typeof text !== "string") throw new ModelError("metadata key 'model' is missing");
+    refuse(typeof text !== "string", "metadata key 'model' is missing");
     let description;
     try {
         description = JSON.parse(text);
     } catch {
         throw new ModelError("metadata key 'model' is not JSON");
     }
-    if (!isObject(description)) throw new ModelError("metadata key 'model': is not an object of keys and values");
+    refuse(!isObject(description), "metadata key 'model': is not an object of keys and values");
     const {name, inputs, levels, front = null, credit = ""} = description;
-    if (typeof name !== "string" || !name) throw new ModelError("name: not a text, or empty");
-    if (inputs !== "xyz" && inputs !== "xyzt") throw new ModelError("inputs: is neither 'xyz' nor 'xyzt'");
-    if (!Array.isArray(levels) || !levels.length) throw new ModelError("levels: there must be at least one");
+    refuse(typeof name !== "string" || !name, "name: not a text, or empty");
+    refuse(inputs !== "xyz" && inputs !== "xyzt", "inputs: is neither 'xyz' nor 'xyzt'");
+    refuse(!Array.isArray(levels) || !levels.length, "levels: there must be at least one");
     levels.forEach((level, i) => {
-        if (!isObject(level)) throw new ModelError(`levels[${i + 1}]: is not an object of keys and values`);
-        if (!(typeof level.delta === "number" && level.delta >= SMALLEST && level.delta <= LARGEST))
-            throw new ModelError(`levels[${i + 1}].delta: must be a positive number`);
+        refuse(!isObject(level), `levels[${i + 1}]: is not an object of keys and values`);
+        refuse(!(typeof level.delta === "number" && level.delta >= SMALLEST && level.delta <= LARGEST),
+            `levels[${i + 1}].delta: must be a positive number`);
         for (const key of STEP_BOUNDS) {
             const {[key]: bound = FORMAT.default_step_bound} = level;
-            if (!(typeof bound === "number" && bound >= SMALLEST && bound <= 1))
-                throw new ModelError(`levels[${i + 1}].${key}: must be a positive number of at most 1`);
+            refuse(!(typeof bound === "number" && bound >= SMALLEST && bound <= 1),
+                `levels[${i + 1}].${key}: must be a positive number of at most 1`);
         }
         const most = FORMAT.most_iterations;
-        if (!(Number.isInteger(level.iterations) && level.iterations >= 1 && level.iterations <= most))
-            throw new ModelError(`levels[${i + 1}].iterations: must be a whole number from 1 to ${most}`);
+        refuse(!(Number.isInteger(level.iterations) && level.iterations >= 1 && level.iterations <= most),
+            `levels[${i + 1}].iterations: must be a whole number from 1 to ${most}`);
     });
     const isAngle = (value, most) => typeof value === "number" && Math.abs(value) <= most;
-    if (front !== null && !(Array.isArray(front) && front.length === 2 && isAngle(front[0], 360) && isAngle(front[1], 90)))
-        throw new ModelError("front: azimuth from -360 to 360, elevation from -90 to 90 degrees");
-    if (typeof credit !== "string") throw new ModelError("credit: not a text");
+    refuse(front !== null && !(Array.isArray(front) && front.length === 2 && isAngle(front[0], 360) && isAngle(front[1], 90)),
+        "front: azimuth from -360 to 360, elevation from -90 to 90 degrees");
+    refuse(typeof credit !== "string", "credit: not a text");
     return {...description, front, credit};
 }
 
 // Returns {shape, values: Float32Array} of a tensor at an offset from `start`.
 function readTensor(name, entry, buffer, start, half) {
     const size = {F32: 4, ...(half ? {F16: 2} : {})}[entry?.dtype];
-    if (!size) throw new ModelError(`${name}: must be float32`);
+    refuse(!size, `${name}: must be float32`);
     const {shape, data_offsets: offsets} = entry;
     const isSize = (value) => Number.isInteger(value) && value >= 0;
-    if (!Array.isArray(shape) || !shape.every(isSize) || !Array.isArray(offsets) || !offsets.every(isSize))
-        throw new ModelError(`${name}: its entry in the header is damaged`);
+    refuse(!Array.isArray(shape) || !shape.every(isSize) || !Array.isArray(offsets) || !offsets.every(isSize),
+        `${name}: its entry in the header is damaged`);
     const count = shape.reduce((product, side) => product * side, 1);
     const [from, to] = offsets;
-    if (to - from !== count * size || start + to > buffer.byteLength)
-        throw new ModelError(`${name}: the file is cut short or damaged`);
+    refuse(to - from !== count * size || start + to > buffer.byteLength, `${name}: the file is cut short or damaged`);
     const values = readFloats(new DataView(buffer, start + from, to - from), count, size);
-    if (!values.every(Number.isFinite)) throw new ModelError(`${name}: has values that are not finite`);
+    refuse(!values.every(Number.isFinite), `${name}: has values that are not finite`);
     return {shape, values};
 }
 
@@ -136,23 +132,25 @@ function takeNetwork(tensors, prefix, inputs, outputs) {
     for (let j = 0; tensors.has(`${prefix}.layer${j}.weight`); ++j) {
         const name = `${prefix}.layer${j}`;
         const weight = tensors.get(`${name}.weight`), bias = tensors.get(`${name}.bias`);
-        if (!bias) throw new ModelError(`${name}.bias: missing`);
+        refuse(!bias, `${name}.bias: missing`);
         const [rows, width] = weight.shape;
-        if (weight.shape.length !== 2 || width !== columns)
-            throw new ModelError(`${name}.weight: shape (${weight.shape.join(", ")}), expected (out, ${columns})`);
-        if (rows < 1 || rows > FORMAT.widest)
-            throw new ModelError(`${name}.weight: ${rows} outputs, expected 1 to ${FORMAT.widest}`);
-        if (bias.shape.length !== 1 || bias.shape[0] !== rows)
-            throw new ModelError(`${name}.bias: shape (${bias.shape.join(", ")}), expected (${rows},)`);
+        refuse(weight.shape.length !== 2 || width !== columns,
+            `${name}.weight: shape (${weight.shape.join(", ")}), expected (out, ${columns})`);
+        refuse(rows < 1 || rows > FORMAT.widest, `${name}.weight: ${rows} outputs, expected 1 to ${FORMAT.widest}`);
+        refuse(bias.shape.length !== 1 || bias.shape[0] !== rows,
+            `${name}.bias: shape (${bias.shape.join(", ")}), expected (${rows},)`);
         layers.push({rows, columns, weight: weight.values, bias: bias.values});
         tensors.delete(`${name}.weight`);
         tensors.delete(`${name}.bias`);
         columns = rows;
     }
-    if (layers.length < 2) throw new ModelError(`${prefix}: needs at least two layers (layer0, layer1)`);
-    if (columns !== outputs)
-        throw new ModelError(`${prefix}.layer${layers.length - 1}.weight: ${columns} outputs, expected ${outputs}`);
+    refuse(layers.length < 2, `${prefix}: needs at least two layers (layer0, layer1)`);
+    refuse(columns !== outputs, `${prefix}.layer${layers.length - 1}.weight: ${columns} outputs, expected ${outputs}`);
     return layers;
+}
+
+function refuse(condition, message) {
+    if (condition) throw new ModelError(message);
 }
 
 function isObject(value) {

@@ -3,12 +3,12 @@ import {pause} from "./device.js";
 import {TEXTURE_WIDTH} from "./texels.js";
 import {withOptions, uniforms} from "./uniforms.js";
 
-// The model's shader has two variants. The one with weights in a texture is ready at once; the one with literals
-// compiles meanwhile, and stays if it is faster.
-// A variant is {storage, programs, weights, loops, cost, start, proven}. storage: "texture" or "literal"; programs:
-// {program, names, inBlocks} by pass, with uniform locations in `names`; weights: a texture, or null; loops: the
-// field's loop iterations (field.js) where the driver limits them, else null; cost: milliseconds per pixel, 0 if
-// unknown; start: start of the compilation, performance.now(); proven: whether it has drawn a whole picture.
+// The model's shader has two variants. The one with weights in a texture is ready at once; the one with literals compiles
+// meanwhile, and stays if it is faster.
+// A variant is {storage, programs, weights, loops, cost, proven}. storage: "texture" or "literal"; programs: {program,
+// names, inBlocks} by pass, with uniform locations in `names`; weights: a texture, or null; loops: the field's loop
+// iterations (field.js) where the driver limits them, else null; cost: milliseconds per pixel, 0 if unknown; proven:
+// whether it has drawn a whole picture.
 const LITERAL_LIMIT = 60000; // longest compilation of literals, milliseconds
 
 export class Variants {
@@ -24,7 +24,7 @@ export class Variants {
     async load(model, field, literal, probes, memory) {
         const {device} = this.painter, generation = ++this.generation;
         const isWanted = () => generation === this.generation && !device.lost;
-        device.check(field.height, model.levels.length);
+        device.check(field.height);
         const variant = await this.compile("texture", field, model, isWanted);
         await this.painter.exclusively(async () => {
             if (!isWanted()) return this.drop(variant);
@@ -92,7 +92,7 @@ export class Variants {
             name, {...device.finish(one), inBlocks: passes.inBlocks(name)},
         ]));
         const weights = height ? device.texture(gl.RGBA32F, TEXTURE_WIDTH, height, gl.NEAREST, texels) : null;
-        return {storage, programs, weights, loops: device.limitsLoops ? loops : null, cost: 0, start, proven: false};
+        return {storage, programs, weights, loops: device.limitsLoops ? loops : null, cost: 0, proven: false};
     }
 
     drop(variant) {
@@ -106,15 +106,13 @@ export class Variants {
         this.listener.stored(variant.storage, await this.error(variant));
     }
 
-    // Draws a first pixel, where drivers do most of their compilation, and records the elapsed time as a measure of the
-    // browser.
+    // Draws a first pixel, where drivers do most of their compilation.
     async warm(variant) {
         const {painter, scene} = this;
         const coarse = withOptions(scene, {level: 1, normalLevel: 1, shading: "studio"}); // uses all passes
         for (const first of [0, 1])
             painter.draw(variant, {...uniforms(coarse, variant.loops, [1, 1]), first}, [0, 0], [1, 1]);
         await painter.device.done();
-        performance.measure(`${variant.storage}: compiled and first drawn`, {start: variant.start});
     }
 
     // Returns the milliseconds to draw the center of a 256 x 256 picture.
