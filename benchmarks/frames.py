@@ -2,9 +2,9 @@
 
     PYTHONPATH=tests python benchmarks/frames.py M ... [--side 512] [--drawn N] [--views 10] [--timed 2] [-o FILE]
 
-Multiply-adds of tracing are counted in NumPy (field/march.py) on every fourth pixel in each direction. Gradients and
-colors at the end of a ray cost the same in all schedules and are not counted. OSMesa draws and times whole pictures
-with both schedules, at once and in passes, in turn. Rays on which pictures differ are marched densely.
+Multiply-adds of tracing are counted in NumPy (tests/oracles/march.py) on every fourth pixel in each direction.
+Gradients and colors at the end of a ray cost the same in all schedules and are not counted. OSMesa draws and times
+whole pictures with both schedules, at once and in passes, in turn. Rays on which pictures differ are marched densely.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""A notebook of twenty models in JupyterLab, in Chromium, and as nbconvert's page: trusted or not, all are seen."""
+"""A notebook of twenty models in JupyterLab, trusted and untrusted, and as a page and LaTeX from nbconvert."""
 
 import json
 import subprocess
@@ -21,15 +21,15 @@ pytestmark = pytest.mark.slow
 COUNT = 20
 """Models on one page: more than the WebGL contexts that a browser keeps."""
 MOST = 4
-"""Of them in sight at once, or just leaving it."""
+"""Largest number of live models: those in sight or just leaving it."""
 NAME = "twenty.ipynb"
 PANEL = ".jp-WindowedPanel-outer"
-"""What scrolls in JupyterLab."""
+"""The element that scrolls in JupyterLab."""
 
 
 @pytest.fixture(scope="module")
 def notebook(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """Twenty cells, run by a kernel, that show a model each, every one another."""
+    """An executed notebook of twenty cells with a different model each."""
     nbformat = pytest.importorskip("nbformat")
     nbclient = pytest.importorskip("nbclient", reason="nbclient is not installed (pip: nbclient)")
     folder = tmp_path_factory.mktemp("models")
@@ -37,15 +37,15 @@ def notebook(tmp_path_factory: pytest.TempPathFactory) -> Any:
         save(random_model((4, 0), name=f"number {i}", seed=i), folder / f"{i}.safetensors")
     lines = [f'mplicits.load("{i}.safetensors")' for i in range(COUNT)]
     lines[0] = f"import mplicits\n{lines[0]}"
-    made = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(line) for line in lines])
-    nbclient.NotebookClient(made, timeout=300, resources={"metadata": {"path": str(folder)}}).execute()
-    assert len({cell.outputs[0].data["image/png"] for cell in made.cells}) == COUNT
-    return made
+    book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(line) for line in lines])
+    nbclient.NotebookClient(book, timeout=300, resources={"metadata": {"path": str(folder)}}).execute()
+    assert len({cell.outputs[0].data["image/png"] for cell in book.cells}) == COUNT
+    return book
 
 
 @pytest.fixture(scope="module")
 def lab(notebook: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, Path]]:
-    """JupyterLab with the notebook: its address, and the folder where it keeps what it trusts."""
+    """JupyterLab with the notebook: its address, and the folder of its signatures."""
     pytest.importorskip("jupyterlab", reason="JupyterLab is not installed (pip: jupyterlab)")
     nbformat = pytest.importorskip("nbformat")
     folder = tmp_path_factory.mktemp("lab")
@@ -75,12 +75,12 @@ def lab(notebook: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tup
 
 @pytest.fixture
 def opened(browser: "Browser", lab: tuple[str, Path]) -> Iterator[tuple["Page", list[str]]]:
-    """A tab in a small window, and what frames and scripts in it say when something is wrong."""
+    """A tab in a small window, and the console lines of its frames and scripts."""
     context = browser.new_context(device_scale_factor=0.2, viewport={"width": 1000, "height": 900})
-    page, said = context.new_page(), list[str]()
-    page.on("console", lambda message: said.append(message.text) if "srcdoc" in message.location["url"] else None)
-    page.on("pageerror", lambda error: said.append(str(error)))
-    yield page, said
+    page, console = context.new_page(), list[str]()
+    page.on("console", lambda message: console.append(message.text) if "srcdoc" in message.location["url"] else None)
+    page.on("pageerror", lambda error: console.append(str(error)))
+    yield page, console
     context.close()
 
 
@@ -90,40 +90,40 @@ def cells_seen(page: "Page", selector: str) -> None:
 
 
 def answers(page: "Page", question: str) -> list[Any]:
-    """Ask all frames of a page a script. JupyterLab takes frames out of the page at any time: they do not answer."""
+    """Run a script in all frames of a page, except frames that JupyterLab detaches meanwhile."""
     from playwright.sync_api import Error
 
-    given = []
+    results = []
     for frame in page.frames:
         try:
-            given.append(frame.evaluate(question))
+            results.append(frame.evaluate(question))
         except Error as error:
             if "detached" not in error.message:
                 raise
-    return given
+    return results
 
 
 def canvases(page: "Page") -> int:
-    """Count the canvases of all frames of a page: the WebGL contexts that it asks the browser for."""
+    """Count the canvases, hence WebGL contexts, of all frames of a page."""
     return sum(answers(page, "() => document.querySelectorAll('canvas').length"))
 
 
-def test_a_notebook_by_somebody_else_shows_pictures(opened: tuple["Page", list[str]], lab: tuple[str, Path]) -> None:
-    page, said = opened
+def test_an_untrusted_notebook_shows_pictures(opened: tuple["Page", list[str]], lab: tuple[str, Path]) -> None:
+    page, console = opened
     page.goto(f"{lab[0]}lab/tree/{NAME}")
     cells_seen(page, "img")
     widths = page.evaluate("() => [...document.querySelectorAll('.jp-OutputArea-output img')].map(i => i.naturalWidth)")
     assert widths
     assert set(widths) == {320}
-    assert page.query_selector(".jp-OutputArea-output iframe") is None, "nothing that is not trusted runs"
-    assert said == []
+    assert page.query_selector(".jp-OutputArea-output iframe") is None, "no untrusted frame runs"
+    assert console == []
 
 
 def test_twenty_models_in_jupyterlab(opened: tuple["Page", list[str]], lab: tuple[str, Path], notebook: Any) -> None:
     notary = pytest.importorskip("nbformat.sign").NotebookNotary(data_dir=str(lab[1]))
     notary.sign(notebook)
     notary.store.close()
-    page, said = opened
+    page, console = opened
     page.goto(f"{lab[0]}lab/tree/{NAME}")
     cells_seen(page, "iframe")
     counts = []
@@ -142,8 +142,8 @@ def test_twenty_models_in_jupyterlab(opened: tuple["Page", list[str]], lab: tupl
         if drawn := sum(answers(page, "() => 'drawn' in document.documentElement.dataset")):
             break
         page.wait_for_timeout(1000)
-    assert drawn, "after all the scrolling, what is in sight is drawn"
-    assert said == []
+    assert drawn, "after scrolling, the visible models are drawn"
+    assert console == []
 
 
 def test_nbconvert_s_page_is_live(browser: "Browser", notebook: Any, tmp_path: Path) -> None:
@@ -151,8 +151,8 @@ def test_nbconvert_s_page_is_live(browser: "Browser", notebook: Any, tmp_path: P
     text, _ = nbconvert.HTMLExporter().from_notebook_node(notebook)
     (tmp_path / "page.html").write_text(text, encoding="utf-8")
     context = browser.new_context(offline=True, device_scale_factor=0.2, viewport={"width": 900, "height": 600})
-    page, said = context.new_page(), list[str]()
-    page.on("pageerror", lambda error: said.append(str(error)))
+    page, console = context.new_page(), list[str]()
+    page.on("pageerror", lambda error: console.append(str(error)))
     page.goto((tmp_path / "page.html").as_uri(), wait_until="domcontentloaded")
     outer = page.wait_for_selector("iframe")
     assert outer is not None
@@ -163,10 +163,10 @@ def test_nbconvert_s_page_is_live(browser: "Browser", notebook: Any, tmp_path: P
     assert 1 <= canvases(page) <= MOST
     assert page.evaluate("() => document.querySelectorAll('img[alt^=\"<mplicits\"]').length") == COUNT
     context.close()
-    assert said == []
+    assert console == []
 
 
-def test_what_cannot_run_pages_keeps_the_picture(notebook: Any) -> None:
+def test_latex_contains_the_pictures(notebook: Any) -> None:
     nbconvert = pytest.importorskip("nbconvert", reason="nbconvert is not installed (pip: nbconvert)")
     text, kept = nbconvert.LatexExporter().from_notebook_node(notebook)
     pictures = [data for name, data in kept["outputs"].items() if name.endswith(".png")]

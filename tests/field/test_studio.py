@@ -1,4 +1,4 @@
-"""The studio: the floor under the shape, and how much of the light a point sees, against formulas and a picture."""
+"""The studio's floor and light: openness against formulas, and the shader's pictures against NumPy."""
 
 import re
 from collections.abc import Iterator
@@ -42,7 +42,7 @@ def test_the_floor_is_at_the_lowest_point() -> None:
     assert lowest_point(lower(fitted_model())) == pytest.approx(lowest, abs=0.01)
 
 
-def test_a_shader_that_is_read_back_keeps_its_floor() -> None:
+def test_a_parsed_shader_keeps_its_floor() -> None:
     model = load(DEMO)
     shader, _, _ = read_shader(glsl330.standalone(model, "texture"))
     assert shader.ground == pytest.approx(lowest_point(lower(model)), abs=1e-4)
@@ -51,12 +51,12 @@ def test_a_shader_that_is_read_back_keeps_its_floor() -> None:
     assert float(text[1]) == shader.ground
 
 
-def test_level_1_goes_on_beyond_the_ball_as_a_distance_does() -> None:
+def test_level_1_grows_like_a_distance_outside_the_ball() -> None:
     points = np.random.default_rng(1).normal(size=(300, 3))
     points *= np.linspace(0.8, 3, 300)[:, None] / np.linalg.norm(points, axis=1)[:, None]
     excess = coarse(lower(fitted_model()), points) - (np.linalg.norm(points, axis=1) - 0.75)
     assert excess.max() < 0.2, "the ball's bumps and level 1's error"
-    assert excess.min() > -0.55, "never by more than the way around a shape that may be on the far side of the ball"
+    assert excess.min() > -0.55, "at most the detour around a shape on the far side of the ball"
 
 
 def test_the_shadow_of_a_ball_is_that_of_a_disc_of_light() -> None:
@@ -102,7 +102,7 @@ def test_the_shader_s_floor_is_numpy_s(ball: Renderer, elevation: float) -> None
     assert lit.min() < 0.5, "some of it is in the shadow"
 
 
-def test_between_corners_that_are_alike_the_floor_is_as_open_as_they_say() -> None:
+def test_similar_corners_interpolate_the_floor_s_openness() -> None:
     rng = np.random.default_rng(3)
     slope, share = rng.uniform(-0.4, 0.4, (50, 2, 3)) * SPREAD, rng.uniform(0, 1, (50, 2))
     ways = np.array([(0, 0), (1, 0), (0, 1), (1, 1)])
@@ -135,18 +135,18 @@ def test_passes_evaluate_the_floor_where_the_corners_of_its_blocks_differ(osmesa
     corners = [exact[low[:, 1] + BLOCK * k, low[:, 0] + BLOCK * i] for k in (0, 1) for i in (0, 1)]
     found, alike = between(np.stack(corners, axis=1), (np.stack([column, row], axis=1) - low) / BLOCK)
 
-    def colour(open_to: NDArray[np.float64]) -> NDArray[np.floating]:
+    def color(open_to: NDArray[np.float64]) -> NDArray[np.floating]:
         return to_srgb((0.9 * LIGHT[1] * open_to[:, 1] + 0.45 * open_to[:, 0]) / (0.9 * LIGHT[1] + 0.45))
 
     truth, drawn = exact[row, column], picture[row, column, 0]
-    expected = colour(np.where(alike[:, None], found, truth))
+    expected = color(np.where(alike[:, None], found, truth))
     off = np.abs(drawn - expected)
     assert np.quantile(off, 0.99) < 2e-3
-    assert off[alike].mean() < 0.2 * np.abs(drawn - colour(truth))[alike].mean(), (
+    assert off[alike].mean() < 0.2 * np.abs(drawn - color(truth))[alike].mean(), (
         "there the floor is interpolated, not evaluated"
     )
     assert 0.5 < alike.mean() < 0.95
-    assert np.abs(drawn - colour(truth)).max() < 0.03
+    assert np.abs(drawn - color(truth)).max() < 0.03
 
 
 def test_from_below_there_is_no_floor(ball: Renderer) -> None:

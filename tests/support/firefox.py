@@ -1,4 +1,4 @@
-"""Firefox as the page's tests use it: on a display made for the tests, WebGL2 on llvmpipe, driven over Marionette.
+"""Firefox for the page's tests: on a virtual display, with WebGL2 on llvmpipe, driven over Marionette.
 
 Marionette is Firefox's own remote protocol: each message is its length in bytes, a colon, and JSON. A command is
 [0, number, name, parameters], its answer [1, number, error, result].
@@ -24,9 +24,9 @@ PREFERENCES = {
     "datareporting.policy.dataSubmissionEnabled": False,
     "toolkit.telemetry.enabled": False,
 }
-"""What differs from a new profile: any free port, WebGL without a GPU, and none of the first start's windows."""
+"""Preferences: any free port, WebGL without a GPU, and no first-start windows."""
 PATIENCE = 120
-"""Most seconds that Firefox may take to start, and a page to become true."""
+"""Timeout of Firefox's start, and of a condition, seconds."""
 
 
 class Firefox:
@@ -53,7 +53,7 @@ class Firefox:
         return self.ask("WebDriver:ExecuteScript", parameters)["value"]
 
     def until(self, condition: str) -> None:
-        """Wait until a JavaScript expression is true. Raises TimeoutError with what the page says meanwhile."""
+        """Wait until a JavaScript expression is true. Raises TimeoutError with the page's text."""
         end = time.monotonic() + PATIENCE
         while not self.evaluate(condition):
             if time.monotonic() > end:
@@ -69,7 +69,7 @@ class Firefox:
 
 @contextmanager
 def firefox(profile: Path, environment: dict[str, str]) -> Iterator[Firefox]:
-    """Start Firefox with a new profile in an empty folder. Skips the test where it is not installed."""
+    """Start Firefox with a new profile in an empty folder. Skips the test if it is not installed."""
     path = shutil.which("firefox-esr") or shutil.which("firefox")
     if path is None:
         pytest.skip("Firefox is not installed (Debian: firefox-esr)")
