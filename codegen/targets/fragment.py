@@ -41,13 +41,21 @@ class Dialect:
     """Text of functions that `language` names and GLSL does not have."""
 
 
-def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main: str, passes: bool = False) -> Shader:
+def bake(
+    model: Model,
+    dialect: Dialect,
+    storage: str,
+    digits: int | None,
+    main: str,
+    passes: bool = False,
+    traces: bool = True,
+) -> Shader:
     """Make the fragment shader of a model.
 
     storage: "literal", "texture", "auto" or "mixed" (see `print_field`). digits: decimals of the weights; None for all.
     main: a file of glsl/ that follows the field, or GLSL text. passes: for a renderer that draws a frame in passes and
-    binds a texture of cells. A shader in one file has instead a small grid of cells and narrow bands as text, where
-    these are short beside the rest. Raises UserError for the storage "packed", which only Shadertoy has.
+    binds a texture of cells. A shader in one file that `traces` rays has instead a small grid of cells and narrow bands
+    as text, where these are short beside the rest. Raises UserError for the storage "packed", which only Shadertoy has.
     """
     program = lower(model, digits)
     # Beside literal values, a gradient in loops over texels costs more than the values that a first look saves.
@@ -73,6 +81,8 @@ def bake(model: Model, dialect: Dialect, storage: str, digits: int | None, main:
     body = glsl.load(main) if main.endswith(".glsl") else main
     opening = prologue(facts, program, dialect, studio.weights, shader.ground)
     whole = replace(shader, text="\n".join([opening, field.text, body]))
+    if not traces:
+        return whole
     if not passes:
         length = len(with_weights(whole))
         if narrow := narrow_bands(program, length):

@@ -20,9 +20,14 @@ DIALECT = fragment.Dialect(
 
 
 def bake(
-    model: Model, storage: str = "auto", digits: int | None = None, main: str = "main.glsl", passes: bool = False
+    model: Model,
+    storage: str = "auto",
+    digits: int | None = None,
+    main: str = "main.glsl",
+    passes: bool = False,
+    traces: bool = True,
 ) -> Shader:
-    return fragment.bake(model, DIALECT, storage, digits, main, passes)
+    return fragment.bake(model, DIALECT, storage, digits, main, passes, traces)
 
 
 def standalone(model: Model, storage: str = "auto", digits: int | None = None) -> str:

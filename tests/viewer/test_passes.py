@@ -1,4 +1,4 @@
-"""A frame drawn in passes is the frame drawn at once, pixel by pixel, but for rounding and for the studio's floor."""
+"""Drawing in passes: the same picture as a single draw, up to rounding and the interpolated floor of the studio."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -31,7 +31,7 @@ def model() -> Model:
 
 @pytest.fixture(scope="module")
 def both(osmesa: Context, model: Model) -> Iterator[tuple[Renderer, Renderer]]:
-    """The same shader in passes, without a grid of cells, and at once, with steps as long as theirs."""
+    """The same shader, without a grid of cells, in passes and in one draw, with equal step lengths."""
     shader = replace(bake(model, "literal", passes=True), cells=None)
     alone, in_passes = (f"const float NEAR = {near};" for near in (NEAR_IN_FILE, NEAR))
     assert shader.text.count(alone) == 1
@@ -43,7 +43,7 @@ def both(osmesa: Context, model: Model) -> Iterator[tuple[Renderer, Renderer]]:
 
 
 def assert_alike(passes: NDArray[np.float32], at_once: NDArray[np.float32]) -> None:
-    """Two programs may round differently, and a ray that only just touches the surface then hits in one of them."""
+    """Compare pictures of two programs, which may round differently at grazing rays."""
     assert np.isclose(passes, at_once, rtol=1e-3, atol=1e-3).all(axis=-1).mean() > 0.997
 
 
@@ -55,14 +55,14 @@ def assert_alike(passes: NDArray[np.float32], at_once: NDArray[np.float32]) -> N
         RenderOptions(level=1, normal_level=2, split_at=0.5, plain=True),
     ],
 )
-def test_passes_draw_what_one_draw_does(both: tuple[Renderer, Renderer], options: RenderOptions) -> None:
+def test_passes_draw_the_same_picture_as_one_draw(both: tuple[Renderer, Renderer], options: RenderOptions) -> None:
     for camera in (CAMERA, Camera(30, 20, 1.3)):
         passes, at_once = (renderer.render(SIZE, camera, options) for renderer in both)
         assert at_once[..., 3].mean() > 0.05
         assert_alike(passes, at_once)
 
 
-def test_passes_draw_the_studio_s_floor_nearly_as_one_draw_does(both: tuple[Renderer, Renderer]) -> None:
+def test_passes_draw_nearly_the_same_studio_floor_as_one_draw(both: tuple[Renderer, Renderer]) -> None:
     for camera in (CAMERA, Camera(30, 20, 1.3)):
         passes, at_once = (renderer.render(SIZE, camera, RenderOptions(shade="studio")) for renderer in both)
         hit = at_once[..., 3] > 0
@@ -71,19 +71,25 @@ def test_passes_draw_the_studio_s_floor_nearly_as_one_draw_does(both: tuple[Rend
         np.testing.assert_allclose(passes[~hit], at_once[~hit], atol=0.03)
 
 
-@pytest.mark.parametrize("shading", ["phong", "studio", "data"])
-@pytest.mark.parametrize("samples", [1, 4])
-def test_first_looks_end_rays_where_tracing_does_close_together_or_in_their_tile(
-    osmesa: Context, monkeypatch: pytest.MonkeyPatch, shading: str, samples: int
-) -> None:
+@pytest.fixture(scope="module")
+def first_looks(osmesa: Context) -> Iterator[list[Renderer]]:
+    """Renderers of one model: with a first look and packed rays, with a first look, with neither."""
     shader = bake(load(DEMO), "texture", passes=True)
     assert shader.looks_first
-    pictures = []
+    renderers = []
     for software, looks in ((True, True), (False, True), (False, False)):
-        monkeypatch.setattr(Context, "software", software)
-        renderer = Renderer(osmesa, replace(shader, looks_first=looks))
-        pictures.append(renderer.render(SIZE, CAMERA, RenderOptions(shade=shading, samples=samples)))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(Context, "software", software)
+            renderers.append(Renderer(osmesa, replace(shader, looks_first=looks)))
+    yield renderers
+    for renderer in renderers:
         renderer.release()
+
+
+@pytest.mark.parametrize(("shading", "samples"), [("phong", 4), ("studio", 1), ("data", 1)])
+def test_first_looks_and_packing_keep_the_picture(first_looks: list[Renderer], shading: str, samples: int) -> None:
+    options = RenderOptions(shade=shading, samples=samples)
+    pictures = [renderer.render(SIZE, CAMERA, options) for renderer in first_looks]
     *looked, plain = pictures
     assert plain[..., 3].mean() > 0.05
     for picture in looked:
@@ -98,7 +104,7 @@ def test_first_looks_end_rays_where_tracing_does_close_together_or_in_their_tile
             assert np.quantile(np.abs(picture - plain)[both].max(axis=-1), 0.95) < 0.03
 
 
-def test_a_tile_may_lie_anywhere_in_a_target_that_holds_more(both: tuple[Renderer, Renderer], osmesa: Context) -> None:
+def test_a_tile_may_lie_anywhere_in_a_larger_target(both: tuple[Renderer, Renderer], osmesa: Context) -> None:
     pictures = []
     with osmesa as gl:
         target = gl.framebuffer([gl.texture((64, 48), 4, dtype="f4")], gl.depth_renderbuffer((64, 48)))
@@ -115,7 +121,7 @@ def test_a_tile_may_lie_anywhere_in_a_target_that_holds_more(both: tuple[Rendere
     assert not (pictures[0][11:35, 30:50] == 0.25).any()
 
 
-def test_the_edges_of_a_mesh_lie_over_all_passes(both: tuple[Renderer, Renderer], osmesa: Context) -> None:
+def test_mesh_edges_lie_over_all_passes(both: tuple[Renderer, Renderer], osmesa: Context) -> None:
     corners = np.array([(-1, -1, 0), (1, -1, 0.2), (0, 1, -0.2)], np.float32)
     edges = Edges(osmesa, Triangles(corners, np.zeros((3, 3), np.float32), np.array([(0, 1, 2)], np.int32)))
     without = both[0].render(SIZE, CAMERA)
@@ -131,8 +137,7 @@ def test_the_edges_of_a_mesh_lie_over_all_passes(both: tuple[Renderer, Renderer]
     assert drawn[without[..., 3] < 0.5].any(), "beside the shape too"
 
 
-def test_rays_that_meet_no_cell_are_not_traced(osmesa: Context, model: Model) -> None:
-    """As with the grid at once: a ray's distance and level are those that it leaves the ball with."""
+def test_rays_that_meet_no_cell_take_no_steps(osmesa: Context, model: Model) -> None:
     shader = bake(model, "literal", passes=True)
     renderer = Renderer(osmesa, shader)
     far = Camera(30, 20, 9.0)
@@ -143,7 +148,7 @@ def test_rays_that_meet_no_cell_are_not_traced(osmesa: Context, model: Model) ->
     assert (picture[missed][:, 2:] == 0).all()
 
 
-def test_the_studio_is_compiled_when_it_is_first_drawn(osmesa: Context, model: Model) -> None:
+def test_the_first_studio_picture_compiles_its_programs(osmesa: Context, model: Model) -> None:
     shader = bake(model, "literal", passes=True)
     late, early = Renderer(osmesa, shader), Renderer(osmesa, shader, "studio")
     before = late.compile_seconds
@@ -159,7 +164,9 @@ def test_the_studio_is_compiled_when_it_is_first_drawn(osmesa: Context, model: M
     assert not np.allclose(pictures[0], phong[0], atol=0.01)
 
 
-def test_mixed_storage_draws_what_literals_do(both: tuple[Renderer, Renderer], osmesa: Context, model: Model) -> None:
+def test_mixed_storage_draws_the_picture_of_literals(
+    both: tuple[Renderer, Renderer], osmesa: Context, model: Model
+) -> None:
     shader = replace(bake(model, "mixed", passes=True), cells=None)
     assert shader.passes is not None
     assert "mat4(" in shader.passes["trace"][0]

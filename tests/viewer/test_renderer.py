@@ -1,7 +1,8 @@
-"""The renderer: the pictures that it returns, tiles, supersampling, options, and what it refuses."""
+"""The renderer: pictures, tiles, supersampling, options, uniforms, and errors."""
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -35,8 +36,13 @@ def model() -> Model:
 
 
 @pytest.fixture(scope="module")
-def renderer(osmesa: Context, model: Model) -> Iterator[Renderer]:
-    renderer = Renderer(osmesa, bake(model))
+def shader(model: Model) -> Shader:
+    return bake(model)
+
+
+@pytest.fixture(scope="module")
+def renderer(osmesa: Context, shader: Shader) -> Iterator[Renderer]:
+    renderer = Renderer(osmesa, shader)
     yield renderer
     renderer.release()
 
@@ -75,27 +81,15 @@ def test_a_picture_of_many_tiles_is_the_same_picture(renderer: Renderer, monkeyp
     np.testing.assert_array_equal(renderer.render(SIZE, Camera(), RenderOptions(samples=2)), whole)
 
 
-def test_options_do_not_leak_into_the_next_picture(renderer: Renderer) -> None:
+def test_options_do_not_affect_the_next_picture(renderer: Renderer) -> None:
     before = renderer.render(SIZE, Camera())
-    changed = renderer.render(
-        SIZE,
-        Camera(),
-        RenderOptions(
-            level=1,
-            shade="normal",
-            iterations=(3,),
-            rounds=1,
-            step_scale=0.5,
-            delta_scale=2.0,
-            light=(1, 0, 0),
-            background=((1, 0, 0), (0, 1, 0)),
-        ),
-    )
+    options = RenderOptions(1, shade="normal", iterations=(3,), rounds=1, step_scale=0.5, delta_scale=2.0)
+    changed = renderer.render(SIZE, Camera(), replace(options, light=(1, 0, 0), background=((1, 0, 0), (0, 1, 0))))
     assert np.abs(before - changed).max() > 0.1
     np.testing.assert_array_equal(renderer.render(SIZE, Camera()), before)
 
 
-def test_a_light_background_is_clean_and_a_dark_one_darker_in_the_corners(renderer: Renderer) -> None:
+def test_only_a_dark_background_darkens_toward_the_corners(renderer: Renderer) -> None:
     white, grey = (
         renderer.render(SIZE, Camera(), RenderOptions(background=((shade,) * 3, (shade,) * 3))) for shade in (1.0, 0.4)
     )
@@ -125,10 +119,10 @@ void main() {
     assert np.abs(jagged - boxes).max() > 0.2
 
 
-def test_a_transparent_picture_leaves_the_background_out(renderer: Renderer) -> None:
+def test_a_transparent_picture_omits_the_background(renderer: Renderer) -> None:
     red, blue = (
-        renderer.render(SIZE, Camera(), RenderOptions(background=(colour, colour), samples=4, transparent=True))
-        for colour in ((1, 0, 0), (0, 0, 1))
+        renderer.render(SIZE, Camera(), RenderOptions(background=(color, color), samples=4, transparent=True))
+        for color in ((1, 0, 0), (0, 0, 1))
     )
     np.testing.assert_array_equal(red, blue)
     coverage = red[..., 3]
@@ -142,46 +136,42 @@ def test_data_is_never_averaged(renderer: Renderer) -> None:
     )
 
 
-def test_a_tile_is_a_part_of_the_picture_bottom_row_first(renderer: Renderer) -> None:
+def test_a_tile_is_part_of_the_picture_bottom_row_first(renderer: Renderer) -> None:
     tile = renderer.render_tile((3, 2, 9, 7), SIZE, Camera(), RenderOptions(samples=2))
     whole = renderer.render(SIZE, Camera(), RenderOptions(samples=2))[::-1]
     np.testing.assert_array_equal(tile, whole[2:9, 3:12])
 
 
-def test_both_storages_of_the_weights_give_the_same_picture(osmesa: Context, renderer: Renderer, model: Model) -> None:
-    textured = Renderer(osmesa, bake(model, "texture"))
+def test_weights_in_a_texture_give_the_same_picture(osmesa: Context, renderer: Renderer, model: Model) -> None:
+    textured = Renderer(osmesa, bake(model, "texture", traces=False))
     image = textured.render(SIZE, Camera())
     textured.release()
     assert np.quantile(np.abs(image - renderer.render(SIZE, Camera())), 0.99) < 1e-3
 
 
-def test_egl_gives_the_same_picture(renderer: Renderer, model: Model) -> None:
+def test_egl_gives_the_same_picture(renderer: Renderer, shader: Shader) -> None:
     try:
         context = open_context("egl")
     except UserError as error:
         pytest.skip(str(error))
-    other = Renderer(context, bake(model))
+    other = Renderer(context, shader)
     image = other.render(SIZE, Camera())
     other.release()
     context.release()
     assert np.quantile(np.abs(image - renderer.render(SIZE, Camera())), 0.99) < 1e-3
 
 
-def test_two_renderers_can_share_a_context(osmesa: Context, renderer: Renderer) -> None:
+def test_renderers_share_a_context_and_outlive_one_another(osmesa: Context, renderer: Renderer, shader: Shader) -> None:
     before = renderer.render(SIZE, Camera())
-    other = Renderer(osmesa, bake(random_model((8, 0)), "texture"))
+    other, same = Renderer(osmesa, bake(random_model((8, 0)), "texture")), Renderer(osmesa, shader)
     other.render((8, 8), Camera())
-    np.testing.assert_array_equal(renderer.render(SIZE, Camera()), before)
-    other.release()
-
-
-def test_a_context_still_draws_after_a_renderer_was_released(osmesa: Context, model: Model) -> None:
-    first = Renderer(osmesa, bake(model))
-    before = first.render(SIZE, Camera())
-    first.release()
-    second = Renderer(osmesa, bake(model))
-    np.testing.assert_array_equal(second.render(SIZE, Camera()), before)
-    second.release()
+    for _ in range(2):
+        np.testing.assert_array_equal(renderer.render(SIZE, Camera()), before)
+        np.testing.assert_array_equal(same.render(SIZE, Camera()), before)
+        other.release()
+        other = Renderer(osmesa, shader)
+    for resource in (other, same):
+        resource.release()
 
 
 @pytest.mark.parametrize(
@@ -198,29 +188,27 @@ def test_a_context_still_draws_after_a_renderer_was_released(osmesa: Context, mo
         {"light": (1, float("nan"), 0)},
     ],
 )
-def test_bad_options_are_refused(options: dict[str, object]) -> None:
+def test_options_out_of_range_are_errors(options: dict[str, object]) -> None:
     with pytest.raises(UserError):
         RenderOptions(**options)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("options", [{"level": 3}, {"level": 0}, {"normal_level": 3}, {"iterations": (20, 5, 5)}])
-def test_levels_that_the_model_lacks_are_refused(renderer: Renderer, options: dict[str, object]) -> None:
+def test_levels_beyond_the_model_are_errors(renderer: Renderer, options: dict[str, object]) -> None:
     with pytest.raises(UserError, match=r"levels|level"):
         renderer.render(SIZE, Camera(), RenderOptions(**options))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("size", [(0, 10), (10, -1), (10, 10**6)])
-def test_bad_sizes_are_refused(renderer: Renderer, size: tuple[int, int]) -> None:
+def test_sizes_out_of_range_are_errors(renderer: Renderer, size: tuple[int, int]) -> None:
     with pytest.raises(UserError, match="each side"):
         renderer.render(size, Camera())
 
 
-def test_a_shader_that_the_driver_refuses_is_one_line_with_the_source(osmesa: Context, model: Model) -> None:
-    shader = bake(model)
+def test_a_rejected_shader_is_one_line_with_its_source(osmesa: Context, shader: Shader) -> None:
     text = shader.text.replace("out vec4 color;", "out vec4 color;\nfloat broken = undefined_name;")
-    broken = Shader(text, None, shader.value_loops, shader.gradient_loops, 0, shader.iterations, shader.deltas)
     with pytest.raises(UserError) as raised:
-        Renderer(osmesa, broken)
+        Renderer(osmesa, replace(shader, text=text))
     assert "\n" not in str(raised.value)
     assert "float broken = undefined_name;" in str(raised.value)
 

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets.glsl330 import standalone
 from mplicits.model.model_file import save
 from support.fitted_model import fitted_model
@@ -13,7 +12,6 @@ from support.viewer_fixture import TETRAHEDRON
 from support.window_script import run
 
 FILES = """
-from mplicits.bake.registry import TARGETS
 from mplicits.viewer.state.exports import free_path, save_picture
 from mplicits.viewer.state.jobs import write_target, write_video
 view.options = RenderOptions()
@@ -38,7 +36,7 @@ Path("shader.glsl").write_text(text)
 while viewer.files._watch.changed():
     pass
 drop("other.safetensors"); settle()
-for name in ("model", *TARGETS):
+for name in ("model", "c"):
     viewer.work.begin(write_target(name, viewer.source.model, free_path("export", "." + name)))
     settle()
 save_picture(viewer, (40, 30)); settle()
@@ -73,7 +71,7 @@ def test_files_are_dropped_watched_and_exported_and_closing_ends_the_training(
     line = next(k for k, text in enumerate(standalone(fitted_model((20, 32))).splitlines(), 1) if "vec3 toward" in text)
     assert f"line {line}" in report["log"][0]
     assert report["kept"] == 0.0, "the last good picture stays"
-    assert report["exports"] == sorted(["fitted.png", "fitted.mp4", "export.model", *(f"export.{n}" for n in TARGETS)])
+    assert report["exports"] == ["export.c", "export.model", "fitted.mp4", "fitted.png"]
     running, folder = report["training"]
     assert running
     assert not Path(folder).exists(), "closing the window ended the training"

@@ -44,9 +44,9 @@ class ShaderError(UserError):
 
 
 def bake_numbered(model: Model, storage: str, main: str) -> Shader:
-    """Bake the file `main` of glsl/, with #line directives by which `compile_program` finds the place of an error."""
+    """Bake the file `main` of glsl/, which traces no rays, with #line directives for `compile_program`."""
     text, files = glsl.load_numbered(main)
-    return replace(bake(model, storage, main=text), files=files)
+    return replace(bake(model, storage, main=text, traces=False), files=files)
 
 
 def storage_for(storage: str, rays: int, parameters: int, software: bool) -> str:
