@@ -1,4 +1,4 @@
-"""A mesh over the picture of its model: its edges are where the mesh has them, its faces as `render --mesh` draws."""
+"""A mesh over the picture of its model: the place of its edges, its faces, and errors."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -28,9 +28,7 @@ def cube(tmp_path: Path) -> MeshSource:
     return MeshSource(tmp_path / "cube.obj", "model")
 
 
-def test_edges_are_drawn_where_the_mesh_has_them_and_only_where_they_are_seen(
-    open_viewer: Callable[..., Viewer], cube: MeshSource
-) -> None:
+def test_visible_edges_lie_where_the_mesh_has_them(open_viewer: Callable[..., Viewer], cube: MeshSource) -> None:
     viewer = open_viewer()
     size, camera = (200, 200), Camera(0, 0, 3.0)
     plain = viewer.renderer.render(size, camera)
@@ -53,7 +51,7 @@ def test_edges_are_drawn_where_the_mesh_has_them_and_only_where_they_are_seen(
     overlay.release()
 
 
-def test_faces_are_drawn_as_render_draws_a_mesh(open_viewer: Callable[..., Viewer], cube: MeshSource) -> None:
+def test_faces_match_render(open_viewer: Callable[..., Viewer], cube: MeshSource) -> None:
     viewer = open_viewer()
     viewer.overlay = Overlay(viewer.context, cube, "auto")
     settle(viewer)
@@ -75,7 +73,7 @@ def test_faces_are_drawn_as_render_draws_a_mesh(open_viewer: Callable[..., Viewe
     assert np.abs(half[:, 12:] - rendered[:, 12:]).max() > 0.05, "the right half wears the normals of level 1"
 
 
-def test_the_user_is_told_why_a_broken_mesh_is_not_shown(open_viewer: Callable[..., Viewer], tmp_path: Path) -> None:
+def test_a_broken_mesh_is_reported(open_viewer: Callable[..., Viewer], tmp_path: Path) -> None:
     pytest.importorskip("trimesh", reason="trimesh is not installed (extra mesh)")
     (tmp_path / "bad.ply").write_bytes(b"ply\nnothing")
     viewer = open_viewer()
@@ -94,7 +92,7 @@ def test_the_user_is_told_why_a_broken_mesh_is_not_shown(open_viewer: Callable[.
         ("background.glsl", "return ", "faces"),
     ],
 )
-def test_an_error_in_the_glsl_of_a_mesh_is_told_with_its_file_and_line(
+def test_an_error_in_the_glsl_of_a_mesh_names_its_file_and_line(
     open_viewer: Callable[..., Viewer],
     cube: MeshSource,
     monkeypatch: pytest.MonkeyPatch,

@@ -1,4 +1,4 @@
-"""Neural normal mapping: each pixel's normal is the reference's gradient, on a traced level and on a mesh."""
+"""Neural normal mapping: the normal of each pixel is the reference's gradient, on a traced level and on a mesh."""
 
 import json
 from collections.abc import Iterator
@@ -66,18 +66,18 @@ def rasterizer(osmesa: Context, model: Model, low_poly: Triangles) -> Iterator[R
 
 
 def decoded(image: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the normals (H, W, 3) that a picture of the shading "normal" shows."""
+    """Return the normals (H, W, 3) of a picture of the shading "normal"."""
     return 2 * image[..., :3] - 1
 
 
 def points(data: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Return where the rays of a "data" picture end, model space (H, W, 3), and which of them hit, (H, W)."""
+    """Return the end points of the rays of a "data" picture, model space (H, W, 3), and which of them hit, (H, W)."""
     eye, directions, _ = CAMERA.rays(data.shape[1], data.shape[0])
     return (eye + data[..., :1] * directions).astype(np.float32), data[..., 3] == 1
 
 
 @pytest.mark.parametrize(("level", "normal_level"), [(1, 1), (1, 2), (2, 1), (2, 2)])
-def test_the_normals_of_a_traced_level_are_the_reference_s(
+def test_normals_of_a_traced_level_match_the_reference(
     traced: Renderer, model: Model, level: int, normal_level: int
 ) -> None:
     options = RenderOptions(level=level, normal_level=normal_level, shade="normal")
@@ -103,9 +103,7 @@ def test_a_split_picture_is_both_pictures_side_by_side(traced: Renderer) -> None
 
 
 @pytest.mark.parametrize("level", [1, 2])
-def test_a_mesh_s_normals_are_the_reference_s_at_each_fragment(
-    rasterizer: Rasterizer, model: Model, level: int
-) -> None:
+def test_normals_of_a_mesh_match_the_reference(rasterizer: Rasterizer, model: Model, level: int) -> None:
     p, hit = points(rasterizer.render(SIZE, CAMERA, DATA))
     gradient, _ = interpret.field_gradient(lower(model), p[hit], level)
     assert 500 < hit.sum() < 1500
@@ -122,18 +120,7 @@ def test_the_mesh_is_where_the_traced_surface_is(rasterizer: Rasterizer, traced:
     assert np.quantile(np.abs(mesh - ray)[inside, 0], 0.95) < 0.02
 
 
-def test_a_split_picture_shows_the_mesh_s_own_normals_on_the_left(osmesa: Context, model: Model) -> None:
-    rasterizer = Rasterizer(osmesa, model, SQUARE)
-    camera = Camera(0, 0)
-    image = decoded(rasterizer.render(SIZE, camera, replace(NORMAL, split_at=0.5)))
-    hit = rasterizer.render(SIZE, camera, DATA)[..., 3] == 1
-    rasterizer.release()
-    left, right = image[:, :24][hit[:, :24]], image[:, 24:][hit[:, 24:]]
-    np.testing.assert_allclose(left, np.tile((0, 0, 1), (len(left), 1)), atol=1e-6)
-    assert np.abs(right - (0, 0, 1)).max() > 0.1
-
-
-def test_the_nearest_triangle_wins_in_either_order(osmesa: Context, model: Model) -> None:
+def test_the_nearest_triangle_wins_in_either_order_and_a_split_shows_own_normals(osmesa: Context, model: Model) -> None:
     behind = SQUARE.vertices - np.array((0, 0, 0.3), np.float32)
     far = Triangles(behind, np.tile(np.array((1, 0, 0), np.float32), (4, 1)), SQUARE.faces)
     pictures = []
@@ -144,13 +131,17 @@ def test_the_nearest_triangle_wins_in_either_order(osmesa: Context, model: Model
             np.concatenate([one.faces, other.faces + 4]),
         )
         rasterizer = Rasterizer(osmesa, model, both)
-        pictures.append(rasterizer.render(SIZE, Camera(0, 0), replace(NORMAL, split_at=1.0)))
+        pictures.append(rasterizer.render(SIZE, Camera(0, 0), replace(NORMAL, split=1.0)))
+        halves = decoded(rasterizer.render(SIZE, Camera(0, 0), replace(NORMAL, split=0.5)))
+        hit = rasterizer.render(SIZE, Camera(0, 0), DATA)[..., 3] == 1
         rasterizer.release()
     np.testing.assert_array_equal(pictures[0], pictures[1])
     np.testing.assert_allclose(decoded(pictures[0])[20, 24], (0, 0, 1), atol=1e-6)
+    np.testing.assert_allclose(halves[:, :24][hit[:, :24]] - (0, 0, 1), 0, atol=1e-6)
+    assert np.abs(halves[:, 24:][hit[:, 24:]] - (0, 0, 1)).max() > 0.1
 
 
-def test_the_background_and_the_tiles_are_those_of_a_traced_picture(
+def test_background_and_tiles_match_a_traced_picture(
     rasterizer: Rasterizer, traced: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     options = RenderOptions(samples=2, background=((0.1, 0.2, 0.9), (0.8, 0.1, 0.1)))
@@ -162,7 +153,7 @@ def test_the_background_and_the_tiles_are_those_of_a_traced_picture(
     np.testing.assert_allclose(rasterizer.render(SIZE, CAMERA, options), mesh, atol=1e-4)
 
 
-def test_a_rasterizer_leaves_no_state_behind(rasterizer: Rasterizer, traced: Renderer) -> None:
+def test_a_rasterizer_does_not_affect_the_next_picture(rasterizer: Rasterizer, traced: Renderer) -> None:
     before = traced.render(SIZE, CAMERA)
     rasterizer.render(SIZE, CAMERA, RenderOptions(normal_level=1, split_at=0.5))
     np.testing.assert_array_equal(traced.render(SIZE, CAMERA), before)
@@ -181,20 +172,8 @@ def test_render_takes_a_mesh_of_either_space(
     place = ((0.0, 0.0, 0.0), 1.0) if space == "model" else (moved.centre, moved.scale)
     (tmp_path / "low.ply").write_bytes(to_bytes(mesh, ".ply", *place))
     np.testing.assert_allclose(read_triangles(tmp_path / "low.ply", *place).vertices, low_poly.vertices, atol=1e-5)
-    argv = [
-        "render",
-        str(tmp_path / "m.safetensors"),
-        "-o",
-        str(tmp_path / "a.png"),
-        "--size",
-        "32",
-        "--json",
-        "--context",
-        "osmesa",
-        "--mesh",
-        str(tmp_path / "low.ply"),
-        "--split",
-    ]
+    files = [str(tmp_path / "m.safetensors"), "-o", str(tmp_path / "a.png"), "--mesh", str(tmp_path / "low.ply")]
+    argv = ["render", *files, "--size", "32", "--json", "--context", "osmesa", "--split"]
     assert cli.main([*argv, "--space", "model"] if space == "model" else argv) == 0
     report = json.loads(capsys.readouterr().out)
     assert (report["mesh"], report["level"], report["normal_level"]) == (str(tmp_path / "low.ply"), None, 2)

@@ -1,4 +1,4 @@
-"""The viewer: what is drawn when, and what becomes of files that are opened, watched and dropped."""
+"""The viewer without a window: when it draws, and files that the user opens, watches or drops."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -20,7 +20,7 @@ from support.random_model import random_model
 from support.viewer_fixture import AREA, TWO, is_open, picture_of, settle
 
 
-def test_the_picture_at_rest_is_what_render_draws(open_viewer: Callable[..., Viewer]) -> None:
+def test_the_picture_at_rest_matches_render(open_viewer: Callable[..., Viewer]) -> None:
     viewer = open_viewer(samples=4)
     settle(viewer)
     view = viewer.view
@@ -33,27 +33,20 @@ def test_the_picture_at_rest_is_what_render_draws(open_viewer: Callable[..., Vie
     np.testing.assert_allclose(picture_of(viewer), other, atol=2e-5)
 
 
-def test_the_time_of_a_slow_picture_is_in_seconds(open_viewer: Callable[..., Viewer]) -> None:
-    drawing = open_viewer().drawing
-    for seconds, line in ((0.0251, "24x16 in 25.1 ms"), (24.0188, "24x16 in 24.0 s")):
-        drawing._set_timing(seconds, AREA)
-        assert drawing.timing == line
-
-
-def test_nothing_is_drawn_while_nothing_changes(open_viewer: Callable[..., Viewer]) -> None:
+def test_an_unchanged_picture_is_not_drawn_again(open_viewer: Callable[..., Viewer]) -> None:
     viewer = open_viewer(samples=2)
     settle(viewer)
     assert viewer.stale
     viewer.stale = False
     assert [viewer.tick(AREA) for _ in range(5)] == [None] * 5
     assert not viewer.stale
+    for seconds, line in ((0.0251, "24x16 in 25.1 ms"), (24.0188, "24x16 in 24.0 s")):
+        viewer.drawing._set_timing(seconds, AREA)
+        assert viewer.drawing.timing == line
 
 
-def test_a_moving_camera_draws_fewer_pixels_and_one_at_rest_all(
-    open_viewer: Callable[..., Viewer],
-) -> None:
+def test_a_moving_camera_draws_fewer_pixels_and_one_at_rest_all(open_viewer: Callable[..., Viewer]) -> None:
     viewer = open_viewer()
-    viewer.view.coarse = 2
     settle(viewer)
     viewer.view.coarse = 2
     viewer.view.turn(0.1, 0.0)
@@ -63,28 +56,28 @@ def test_a_moving_camera_draws_fewer_pixels_and_one_at_rest_all(
     assert due > 0.0, "the other pixels wait for the end of the move"
     settle(viewer)
     assert viewer.drawing.timing.startswith("24x16 ")
-
-
-def test_a_split_view_shows_one_level_beside_another(open_viewer: Callable[..., Viewer]) -> None:
-    viewer = open_viewer(level=1)
-    viewer.view.split = 2
-    settle(viewer)
-    pictures = [
-        viewer.renderer.render(AREA, viewer.view.camera, RenderOptions(level=level))[..., :3] for level in (1, 2)
-    ]
-    expected = np.concatenate([pictures[0][:, :12], pictures[1][:, 12:]], axis=1)
-    assert np.abs(expected - pictures[0]).max() > 0.01
-    np.testing.assert_allclose(picture_of(viewer), expected, atol=2e-5)
-
-
-def test_a_lower_resolution_draws_fewer_pixels(open_viewer: Callable[..., Viewer]) -> None:
-    viewer = open_viewer()
-    viewer.view.resolution = 0.5
+    viewer.view.change(resolution=0.5)
     settle(viewer)
     assert viewer.drawing.timing.startswith("12x8 ")
 
 
-def test_pictures_of_any_size_are_drawn_to_the_end(open_viewer: Callable[..., Viewer]) -> None:
+def test_a_split_view_shows_and_saves_two_levels(open_viewer: Callable[..., Viewer], tmp_path: Path) -> None:
+    viewer = open_viewer(level=1)
+    viewer.view.split = 2
+    settle(viewer)
+    left, right = (
+        viewer.renderer.render(AREA, viewer.view.camera, RenderOptions(level=level))[..., :3] for level in (1, 2)
+    )
+    expected = np.concatenate([left[:, :12], right[:, 12:]], axis=1)
+    assert np.abs(expected - left).max() > 0.01
+    np.testing.assert_allclose(picture_of(viewer), expected, atol=2e-5)
+    scene = viewer.view.scene(AREA)
+    viewer.work.begin(jobs.write_picture(viewer.current_renderer(), tmp_path / "p.png", scene, "two"), draws=True)
+    settle(viewer, lambda: viewer.work.job is None)
+    assert np.abs(np.asarray(Image.open(tmp_path / "p.png")) / 255 - expected).max() < 1.1 / 255
+
+
+def test_pictures_of_extreme_sizes_are_drawn(open_viewer: Callable[..., Viewer]) -> None:
     viewer = open_viewer(samples=2)
     for area in ((1, 1), (1, 900), (700, 2)):
         viewer.view.resize(area)
@@ -112,7 +105,7 @@ def test_a_dropped_model_is_shown(open_viewer: Callable[..., Viewer], tmp_path: 
         ("notes.txt", b"", "neither a model"),
     ],
 )
-def test_the_user_is_told_why_a_dropped_file_is_not_shown(
+def test_a_bad_dropped_file_is_reported(
     open_viewer: Callable[..., Viewer], tmp_path: Path, name: str, content: bytes | None, reason: str
 ) -> None:
     viewer = open_viewer()
@@ -139,7 +132,7 @@ def test_a_baked_shader_file_draws_the_same_picture_as_its_model(
         assert np.quantile(np.abs(picture_of(viewer) - before), 0.95) < 5e-3, "a file has no grid of cells"
 
 
-def test_a_watched_file_is_shown_when_it_changes_and_the_picture_stays_where_it_does_not_compile(
+def test_a_watched_file_is_reloaded_unless_it_does_not_compile(
     open_viewer: Callable[..., Viewer], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("mplicits.viewer.state.files.WATCH_INTERVAL", 0.01)
@@ -166,7 +159,7 @@ def test_a_watched_file_is_shown_when_it_changes_and_the_picture_stays_where_it_
     assert np.isclose(picture_of(viewer), (1, 0, 0), atol=1e-3).all(axis=-1).any()
 
 
-def test_an_error_in_the_glsl_folder_is_told_with_its_file_and_line(
+def test_an_error_in_the_glsl_folder_names_its_file_and_line(
     open_viewer: Callable[..., Viewer], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from mplicits import glsl
@@ -181,9 +174,7 @@ def test_an_error_in_the_glsl_folder_is_told_with_its_file_and_line(
     assert f"march.glsl:{line}" in viewer.log[0]
 
 
-def test_a_job_that_draws_is_cancelled_when_another_model_replaces_its_renderer(
-    open_viewer: Callable[..., Viewer], tmp_path: Path
-) -> None:
+def test_another_model_cancels_a_job_that_draws(open_viewer: Callable[..., Viewer], tmp_path: Path) -> None:
     viewer = open_viewer()
     settle(viewer)
     save(random_model((4, 0), name="one"), tmp_path / "one.safetensors")
@@ -196,16 +187,6 @@ def test_a_job_that_draws_is_cancelled_when_another_model_replaces_its_renderer(
     assert not (tmp_path / "p.png").exists()
 
 
-def test_a_split_view_is_saved_as_it_is_shown(open_viewer: Callable[..., Viewer], tmp_path: Path) -> None:
-    viewer = open_viewer(level=1)
-    viewer.view.split = 2
-    settle(viewer)
-    scene = viewer.view.scene(AREA)
-    viewer.work.begin(jobs.write_picture(viewer.current_renderer(), tmp_path / "p.png", scene, "two"), draws=True)
-    settle(viewer, lambda: viewer.work.job is None)
-    assert np.abs(np.asarray(Image.open(tmp_path / "p.png")) / 255 - picture_of(viewer)).max() < 1.1 / 255
-
-
 @pytest.mark.parametrize(
     ("before", "after"),
     [
@@ -214,7 +195,7 @@ def test_a_split_view_is_saved_as_it_is_shown(open_viewer: Callable[..., Viewer]
         ('"value_loops": [0, 0', '"value_loops": [0, 70000'),
     ],
 )
-def test_the_user_is_told_of_a_shader_file_with_malformed_or_too_large_numbers(
+def test_bad_numbers_in_a_shader_file_are_reported(
     open_viewer: Callable[..., Viewer], tmp_path: Path, before: str, after: str
 ) -> None:
     viewer, path = open_viewer(), tmp_path / "shader.glsl"

@@ -24,7 +24,7 @@ from support.fitted_model import fitted_model
 from support.viewer_fixture import AREA, TETRAHEDRON, picture_of, settle
 
 
-def test_exports_are_what_the_command_line_writes(
+def test_exports_match_the_command_line(
     open_viewer: Callable[..., Viewer], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -50,7 +50,7 @@ def test_exports_are_what_the_command_line_writes(
     assert free_path("../a b", ".png") == Path("a-b.png")
 
 
-def test_the_window_goes_on_while_a_png_is_encoded(
+def test_the_viewer_draws_while_a_png_is_encoded(
     open_viewer: Callable[..., Viewer], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     may_encode = Event()
@@ -94,17 +94,17 @@ def test_a_turntable_video_shows_one_turn(open_viewer: Callable[..., Viewer], tm
     with av.open(str(path)) as video:
         pictures = [picture.to_ndarray(format="rgb24") for picture in video.decode(video=0)]
     assert len(pictures) == 4
-    grey = [
-        viewer.renderer.render((32, 24), Camera(aspect=4 / 3).orbited(90.0 * k, 0.0), viewer.view.options)[..., 1]
-        for k in range(4)
+    options = viewer.view.options
+    gray = [
+        viewer.renderer.render((32, 24), Camera(aspect=4 / 3).orbited(90.0 * k, 0.0), options)[..., 1] for k in range(4)
     ]
     for k, picture in enumerate(pictures):
-        off = [np.abs(picture.mean(axis=-1) / 255 - other).mean() for other in grey]
+        off = [np.abs(picture.mean(axis=-1) / 255 - other).mean() for other in gray]
         assert off.index(min(off)) == k
     assert list(tmp_path.glob(".*")) == []
 
 
-def test_the_timings_of_the_levels_agree_with_the_raw_data(open_viewer: Callable[..., Viewer]) -> None:
+def test_level_timings_match_the_raw_data(open_viewer: Callable[..., Viewer]) -> None:
     viewer = open_viewer()
     timings: list[jobs.LevelTiming] = []
     view = viewer.view
@@ -135,7 +135,7 @@ def test_stopping_a_training_ends_its_process_and_removes_its_model(
     assert not training.model.parent.exists()
 
 
-def test_the_user_is_told_why_a_broken_mesh_is_not_trained(open_viewer: Callable[..., Viewer], tmp_path: Path) -> None:
+def test_a_broken_mesh_is_reported(open_viewer: Callable[..., Viewer], tmp_path: Path) -> None:
     pytest.importorskip("torch", reason="PyTorch is not installed (extra train)")
     viewer = open_viewer()
     (tmp_path / "broken.ply").write_bytes(b"ply\nnothing")
@@ -143,7 +143,7 @@ def test_the_user_is_told_why_a_broken_mesh_is_not_trained(open_viewer: Callable
     settle(viewer, lambda: viewer.work.training is None and "broken.ply" in viewer.message)
 
 
-def test_a_mesh_is_trained_and_its_model_shown(open_viewer: Callable[..., Viewer], tmp_path: Path) -> None:
+def test_a_trained_model_is_shown(open_viewer: Callable[..., Viewer], tmp_path: Path) -> None:
     pytest.importorskip("torch", reason="PyTorch is not installed (extra train)")
     viewer = open_viewer()
     (tmp_path / "shape.obj").write_text(TETRAHEDRON)
