@@ -27,15 +27,11 @@ from mplicits.viewer.draw.rasterizer import Rasterizer
 from mplicits.viewer.draw.renderer import Renderer
 from mplicits.viewer.draw.triangles import Triangles, read_triangles
 from support.fitted_model import fitted_model
+from support.triangle_meshes import SQUARE
 
 SIZE = (48, 40)
 CAMERA = Camera(40, -25, 3.0)
 DATA, NORMAL = RenderOptions(shade="data"), RenderOptions(shade="normal")
-SQUARE = Triangles(
-    np.array([(-0.5, -0.5, 0), (0.5, -0.5, 0), (0.5, 0.5, 0), (-0.5, 0.5, 0)], np.float32),
-    np.tile(np.array((0, 0, 2), np.float32), (4, 1)),
-    np.array([(0, 1, 2), (0, 2, 3)], np.int32),
-)
 
 
 @pytest.fixture(scope="module")
