@@ -16,21 +16,21 @@ from oracles.dense import dense_march
 
 VIEWS = [Camera(azimuth=36 * i + 10, elevation=(-30, 0, 25, 50)[i % 4]) for i in range(10)]
 STOP = 0.05
-"""Pixels: a ray that passes the surface closer than this may count as a hit or not (glsl/march.glsl)."""
+"""Distance from the surface, pixels, below which a ray may count as a hit or a miss (glsl/march.glsl)."""
 
 
 @dataclass
 class Difference:
-    """How the pictures of all views differ; numbers are of pixels."""
+    """Differences between the pictures of all views, in numbers of pixels."""
 
     holes: int
-    """Pixels whose rays meet the surface by dense marching and miss it by sphere tracing."""
+    """Hits of dense marching that sphere tracing misses."""
     extra: int
-    """Pixels whose rays pass the surface by dense marching and hit it by sphere tracing."""
+    """Hits of sphere tracing whose rays stay away from the surface by dense marching."""
     outline: int
     """Pixels on the silhouettes."""
     apart: NDArray[np.float32]
-    """Of each pixel that both hit: the distance between the two points, along the ray, in model units."""
+    """Distance between the two hit points of a ray, for each common hit, model units."""
 
 
 def compare(model: Model, context: Context, side: int) -> Difference:
@@ -56,7 +56,7 @@ def compare(model: Model, context: Context, side: int) -> Difference:
 
 
 def silhouette(hit: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Find the pixels of a picture (H, W) that have a neighbour on the other side of the outline."""
+    """Find the pixels (H, W) with a neighbor on the other side of the outline."""
     edge = np.zeros_like(hit)
     edge[1:] |= hit[1:] ^ hit[:-1]
     edge[:-1] |= hit[1:] ^ hit[:-1]

@@ -1,4 +1,4 @@
-"""A display that nobody sees: Xvfb, for what opens windows."""
+"""A virtual display, Xvfb, for tests of windows."""
 
 import os
 import shutil
@@ -12,7 +12,7 @@ MISSING = "Xvfb is not installed (Debian: xvfb)"
 
 @contextmanager
 def virtual_display(size: str = "640x480", folder: Path | None = None) -> Iterator[dict[str, str]]:
-    """Give the environment of a process that may open windows. Raises OSError where Xvfb is missing or does not start.
+    """Yield the environment of a process that opens windows. Raises OSError if Xvfb is missing or does not start.
 
     size: of the screen, WIDTHxHEIGHT in pixels. folder: where its pixels are kept, in Xvfb_screen0; None: nowhere.
     """

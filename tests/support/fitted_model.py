@@ -1,4 +1,4 @@
-"""A small model of a bumpy, coloured ball, made without training: random sines, and last layers by least squares."""
+"""A small textured model of a bumpy ball without training: random sines, last layers by least squares."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ def radius(direction: Array) -> Array:
 
 
 def distance(points: Array) -> Array:
-    """Compute the signed distance from points (N, 3) to the ball along the ray from its centre. Returns (N,).
+    """Compute the signed distance from points (N, 3) to the ball along the ray from its center. Returns (N,).
 
     Near the surface it is exact to second order.
     """
@@ -47,7 +47,7 @@ def fitted_model(widths: tuple[int, int] = (24, 96)) -> Model:
 
 
 def fit(width: int, omega: float, points: Array, truth: Array, rng: np.random.Generator) -> Network:
-    """Fit a network to truth: (N, outputs) at points (N, 3), or (N, 4) where they have a time.
+    """Fit a network to truth: (N, outputs) at points (N, 3), or (N, 4) with a time.
 
     Its only hidden layer is of random sines; its last layer solves the normal equations.
     """

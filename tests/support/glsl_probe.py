@@ -1,4 +1,4 @@
-"""The GLSL functions of a model's field, evaluated at some thousand points in a float framebuffer."""
+"""Evaluates the GLSL functions of a model's field at some thousand points."""
 
 import moderngl
 import numpy as np

@@ -1,4 +1,4 @@
-"""Golden shader texts, which are compared without the version that wrote them; only --update-golden writes them."""
+"""Compares shader texts, except for their version, with golden files; --update-golden writes them."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A small model that moves, made without training: a ball that splits into two, with colours that go along."""
+"""A small moving model without training: a textured ball that splits into two."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +11,13 @@ Array = NDArray[np.float64]
 RADIUS = 0.42
 """Of each ball, model units."""
 BLEND = 0.12
-"""Distance over which the two balls melt together, model units."""
+"""Distance over which the two balls blend, model units."""
 COMPARED_TIMES = (0.0, 0.35, 0.6, 1.0)
-"""Times at which pictures are compared: one ball, a waist, two balls that touch no longer, two that are far apart."""
+"""Times of pictures: one ball, a waist, two balls just apart, two balls far apart."""
 
 
 def centre(time: Array) -> Array:
-    """Compute how far the balls' centres are from the middle, along x: one place at time 0, half a unit at 1."""
+    """Compute the distance of the balls' centers from the origin along x: 0 at time 0."""
     return 0.55 * time
 
 
@@ -30,7 +30,7 @@ def distance(points: Array) -> Array:
 
 
 def colours(points: Array) -> Array:
-    """Compute the colours, sRGB, at (x, y, z, t), (N, 4): stripes that fade into each ball's own colour. (N, 3)."""
+    """Compute the colors, sRGB, at (x, y, z, t), (N, 4): stripes that fade into each ball's color. Returns (N, 3)."""
     x, time = points[:, :1], points[:, 3:]
     sides = 0.5 + 0.5 * np.tanh(3 * x)
     own = sides * np.array([[0.9, 0.5, 0.2]]) + (1 - sides) * np.array([[0.2, 0.55, 0.85]])

@@ -1,4 +1,4 @@
-"""Pictures of a textured mesh by pyrender on OSMesa, unlit, to compare ours with; our own contexts survive it."""
+"""Unlit pictures of a textured mesh by pyrender on OSMesa. Our own contexts stay usable."""
 
 import os
 from typing import Any
@@ -14,7 +14,7 @@ os.environ.setdefault("PYOPENGL_PLATFORM", "osmesa")
 NEAR, FAR = 0.05, 100.0
 """Clip planes, in model units."""
 BACKGROUND = (1.0, 1.0, 1.0)
-"""Colour where there is no surface, sRGB."""
+"""sRGB."""
 
 
 class PyrenderMesh:
@@ -42,19 +42,19 @@ class PyrenderMesh:
         self._renderer._platform.make_uncurrent()
 
     def __call__(self, camera: Camera) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Draw the mesh; pyrender takes four samples a pixel and averages them as they are stored.
+        """Draw the mesh; pyrender averages four samples per pixel in sRGB.
 
-        Returns colours (H, W, 3), sRGB in [0, 1], and depths along the view axis (H, W), in model units and 0 where
+        Returns colors (H, W, 3), sRGB in [0, 1], and depths along the view axis (H, W), in model units and 0 where
         there is no surface; the top row comes first.
         """
         self._camera.camera.yfov = float(np.radians(camera.fov))
         self._camera.camera.aspectRatio = self._size[0] / self._size[1]
         self._scene.set_pose(self._camera, camera.matrix().astype(np.float64))
         try:
-            colour, depth = self._renderer.render(self._scene, flags=self._flags)
+            color, depth = self._renderer.render(self._scene, flags=self._flags)
         finally:
             self._renderer._platform.make_uncurrent()
-        return np.asarray(colour[..., :3], np.float64) / 255, np.asarray(depth, np.float64)
+        return np.asarray(color[..., :3], np.float64) / 255, np.asarray(depth, np.float64)
 
     def release(self) -> None:
         """Free the context."""

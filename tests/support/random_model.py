@@ -1,4 +1,4 @@
-"""Small models for tests with random weights, like those of a SIREN before training."""
+"""Small models with the random weights of an untrained SIREN."""
 
 import itertools
 
@@ -8,7 +8,7 @@ from mplicits.model.model import Layer, Level, Model, Network
 
 
 def random_network(width: int, depth: int, rng: np.random.Generator, outputs: int = 1, inputs: int = 3) -> Network:
-    """Draw a network of size (width, depth) in the paper's notation, with SIREN's initialisation for omega_0 = 10."""
+    """Draw a network of size (width, depth) in the paper's notation, with SIREN's initialization for omega_0 = 10."""
     sizes = [inputs, *[width] * (depth + 1), outputs]
     layers = []
     for j, (columns, rows) in enumerate(itertools.pairwise(sizes)):
@@ -25,7 +25,7 @@ def random_model(
     seed: int = 0,
     inputs: str = "xyz",
 ) -> Model:
-    """Draw a model with a level for each (width, depth), and bands so wide that every level is reached somewhere."""
+    """Draw a model with a level for each (width, depth), and bands wide enough that every level is reached."""
     rng = np.random.default_rng(seed)
     levels = [
         Level(random_network(*shape, rng, inputs=len(inputs)), delta=1.0 / i, iterations=20 if i == 1 else 5)

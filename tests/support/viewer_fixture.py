@@ -1,4 +1,4 @@
-"""Desks that draw under OSMesa, and what the tests of the viewer do with them."""
+"""Viewers that draw with OSMesa, and helpers for their tests."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -21,14 +21,14 @@ from support.fitted_model import fitted_model
 AREA = (24, 16)
 """(width, height) of the picture in pixels."""
 TWO = replace(fitted_model((4, 8)), name="two")
-"""A model of two levels with colours."""
+"""A textured model of two levels."""
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 """An OBJ file."""
 
 
 @pytest.fixture
 def open_viewer(osmesa: Context, tmp_path: Path) -> Iterator[Callable[..., Viewer]]:
-    """Give a function that opens a viewer with a textured model of two levels, named "two"."""
+    """A function that opens a viewer of TWO."""
     viewers = []
 
     def opened(watch: bool = False, **options: object) -> Viewer:
@@ -46,14 +46,14 @@ def open_viewer(osmesa: Context, tmp_path: Path) -> Iterator[Callable[..., Viewe
 
 
 def settle(viewer: Viewer, until: Callable[[], bool] = lambda: True, seconds: float = 60.0) -> None:
-    """Call tick until the condition holds and the viewer rests; fail after so many seconds."""
+    """Call tick until the condition holds and the viewer is idle; fail after some seconds."""
     end = time.perf_counter() + seconds
     while time.perf_counter() < end:
         due = viewer.tick(AREA)
         if until() and viewer.idle:
             return
         time.sleep(min(0.02, due or 0.0))
-    pytest.fail("the viewer never comes to rest")
+    pytest.fail("the viewer never becomes idle")
 
 
 def is_open(viewer: Viewer, path: Path) -> bool:
@@ -62,7 +62,7 @@ def is_open(viewer: Viewer, path: Path) -> bool:
 
 
 def picture_of(viewer: Viewer) -> NDArray[np.float32]:
-    """Return what the viewer would put onto the screen: (H, W, 3) float32 in [0, 1], top row first."""
+    """Return the viewer's picture: (H, W, 3) float32 in [0, 1], top row first."""
     width, height = AREA
     with viewer.context as gl:
         screen = gl.framebuffer([gl.texture(AREA, 4, dtype="f4")])

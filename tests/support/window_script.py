@@ -1,4 +1,4 @@
-"""Runs a script that drives a real window under Xvfb, in a process of its own, and reports as JSON."""
+"""Runs a script that drives a real window under Xvfb in its own process, and returns its report."""
 
 import json
 import subprocess
@@ -42,7 +42,7 @@ def settle(seconds=40.0):
         if viewer.idle and not (window.gui and window.gui.needs_frames):
             return
         time.sleep(0.002)
-    raise SystemExit("the window never comes to rest")
+    raise SystemExit("the window never becomes idle")
 
 def difference():
     "The largest difference, over all pixels and channels, between the window's picture and what render draws."
@@ -71,7 +71,7 @@ print(json.dumps(report))
 def run(
     script: str, size: tuple[int, int], folder: Path, environment: dict[str, str], watch: bool = False
 ) -> dict[str, Any]:
-    """Return what the script puts into its `report`.
+    """Return the `report` of a script.
 
     size: (width, height) of the window, as the system counts it. folder: the process's working folder, with the model
     m.safetensors in it. environment: of the process. watch: as the viewer's option --watch.

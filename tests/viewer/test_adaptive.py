@@ -1,4 +1,4 @@
-"""Further samples where they show: which pixels get them, how they are packed, and how good the picture is."""
+"""Adaptive sampling: which pixels get further samples, their packing, and the quality of the picture."""
 
 from dataclasses import replace
 
@@ -29,7 +29,7 @@ def decibels(picture: np.ndarray, truth: np.ndarray) -> float:
     return float(-10 * np.log10(((picture - truth) ** 2).mean()))
 
 
-def test_pixels_beside_an_edge_want_more_and_others_do_not() -> None:
+def test_only_pixels_beside_an_edge_get_further_samples() -> None:
     picture = np.full((20, 30, 4), 0.5, np.float32)
     picture[:, 12:, 1] = 0.7
     picture[:, :, 0] += np.linspace(0, 0.1, 30)  # a slope is no edge
@@ -48,7 +48,7 @@ def test_samples_keep_to_their_share(samples: int, contrast: float, share: float
 
 
 @pytest.mark.parametrize("count", [1, 15, 16, 17, 1000, 4096])
-def test_samples_of_a_block_lie_close_together_and_come_back_in_order(count: int) -> None:
+def test_blocks_keep_samples_close_together_and_in_order(count: int) -> None:
     values = np.arange(2 * count, dtype=np.float32).reshape(count, 2)
     image = into_blocks(values, 64)
     assert image.shape[0] % 4 == image.shape[1] % 4 == 0
@@ -57,13 +57,13 @@ def test_samples_of_a_block_lie_close_together_and_come_back_in_order(count: int
     np.testing.assert_array_equal(from_blocks(image, count), values)
 
 
-def test_places_are_spread_around_the_centres() -> None:
+def test_points_are_spread_around_the_pixel_centers() -> None:
     counts = np.zeros((3, 4), np.int64)
     counts[1, 3], counts[2, 1] = 3, 2
-    places, pixels = sample_points(counts, (10, 20))
+    points, pixels = sample_points(counts, (10, 20))
     assert pixels.tolist() == [7, 7, 7, 9, 9]
-    np.testing.assert_allclose(places[:3] - jitters(3), [[13.5, 21.5]] * 3, atol=1e-5)
-    np.testing.assert_allclose(places[3:] - jitters(2), [[11.5, 22.5]] * 2, atol=1e-5)
+    np.testing.assert_allclose(points[:3] - jitters(3), [[13.5, 21.5]] * 3, atol=1e-5)
+    np.testing.assert_allclose(points[3:] - jitters(2), [[11.5, 22.5]] * 2, atol=1e-5)
     sums = np.zeros((3, 4, 2), np.float32)
     add_samples(sums, pixels, np.array([[1, 10], [2, 20], [4, 40], [8, 0], [16, 0]], np.float32))
     assert sums[1, 3].tolist() == [7, 70]
@@ -71,28 +71,25 @@ def test_places_are_spread_around_the_centres() -> None:
     assert sums.sum() == 101
 
 
-def test_samples_at_places_are_those_of_the_tile(renderer: Renderer) -> None:
+def test_scattered_samples_equal_those_of_a_tile(renderer: Renderer) -> None:
     """Bit by bit: the same rays, drawn in another order."""
     offset = jitters(3)[1]
-    alone = replace(SIXTEEN, samples=1)
+    single = replace(SIXTEEN, samples=1)
     with renderer.context:
-        renderer.prepare(SIZE, Camera(), alone, (float(offset[0]), float(offset[1])))
+        renderer.prepare(SIZE, Camera(), single, (float(offset[0]), float(offset[1])))
         target = renderer.context.gl.framebuffer(
             [renderer.context.gl.texture(SIZE, 4, dtype="f4")], renderer.context.gl.depth_renderbuffer(SIZE)
         )
         renderer.draw(target, (0, 0, *SIZE))
         tile = np.frombuffer(target.read(components=4, dtype="f4"), np.float32).reshape(SIZE[1], SIZE[0], 4)
-        renderer.prepare(SIZE, Camera(), alone)
+        renderer.prepare(SIZE, Camera(), single)
         pixels = np.random.default_rng(0).random(tile.shape[:2]) < 0.2
         scattered = renderer.samples_at(sample_points(np.where(pixels, 3, 0))[0])
     np.testing.assert_array_equal(scattered[1::3], tile[pixels])
 
 
 @pytest.mark.parametrize("options", [SIXTEEN, replace(SIXTEEN, transparent=True)])
-def test_sixteen_along_the_edges_are_better_than_four_everywhere_and_fewer(
-    renderer: Renderer, options: RenderOptions
-) -> None:
-    """Nearly every pixel of so small a picture is at an edge."""
+def test_adaptive_sampling_beats_four_samples_everywhere_with_fewer(renderer: Renderer, options: RenderOptions) -> None:
     everywhere = renderer.render(SIZE, Camera(), replace(options, uniform=True))
     adaptive = renderer.render(SIZE, Camera(), options)
     four = renderer.render(SIZE, Camera(), replace(options, uniform=True, samples=4))

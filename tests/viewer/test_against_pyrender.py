@@ -1,4 +1,4 @@
-"""Sphere tracing of the gallery's Spot against pyrender's picture of the curved mesh: silhouette, depth and colour."""
+"""Sphere tracing of the gallery's Spot against pyrender's picture of the curved mesh: silhouette, depth and color."""
 
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,7 @@ CAMERA = Camera(40, 20)
 
 
 def curved_spot() -> trimesh.Trimesh:
-    """Spot as `train` takes it: curved, and cut into small triangles with the colours of the mesh."""
+    """Spot as `train` takes it: curved, and cut into small triangles with the colors of the mesh."""
     mesh: trimesh.Trimesh = trimesh.load_mesh(SPOT, process=False)
     visual: Any = mesh.visual
     uv = np.asarray(visual.uv)[mesh.faces]
@@ -43,15 +43,15 @@ def curved_spot() -> trimesh.Trimesh:
 
 
 @pytest.mark.slow
-def test_silhouette_depth_and_colour_of_spot_are_those_of_its_mesh(osmesa: Context) -> None:
+def test_spot_matches_its_mesh_in_silhouette_depth_and_color(osmesa: Context) -> None:
     model = load(model_path("spot-large"))
     assert len(model.levels) == 3
     reference = PyrenderMesh(curved_spot(), model.centre, model.scale, SIZE)
-    mesh_colour, mesh_depth = reference(CAMERA)
+    mesh_color, mesh_depth = reference(CAMERA)
     reference.release()
     renderer = Renderer(osmesa, bake(model))
     data = renderer.render(SIZE, CAMERA, RenderOptions(shade="data"))
-    colour = renderer.render(SIZE, CAMERA, RenderOptions(shade="texture"))[..., :3]
+    color = renderer.render(SIZE, CAMERA, RenderOptions(shade="texture"))[..., :3]
     renderer.release()
 
     hit, inside = data[..., 3] > 0.5, mesh_depth > 0
@@ -62,17 +62,17 @@ def test_silhouette_depth_and_colour_of_spot_are_those_of_its_mesh(osmesa: Conte
     depth = data[..., 0] * -(CAMERA.rays(*SIZE)[1] @ back)
     assert np.median(np.abs(depth - mesh_depth)[both]) < 1e-3
     assert np.quantile(np.abs(depth - mesh_depth)[both], 0.98) < 0.01
-    assert ((colour - mesh_colour) ** 2)[both].mean() < 0.0033, "a tenth of the paper's"
+    assert ((color - mesh_color) ** 2)[both].mean() < 0.0033, "a tenth of the paper's"
 
 
-def test_pyrender_draws_a_square_of_known_size_depth_and_colour(tmp_path: Path) -> None:
+def test_pyrender_draws_a_square_of_known_size_depth_and_color(tmp_path: Path) -> None:
     square = trimesh.Trimesh([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     square.visual = trimesh.visual.ColorVisuals(square, vertex_colors=[[51, 102, 204, 255]] * 4)
     reference = PyrenderMesh(square, (0.0, 0.0, 0.0), 2.0, (64, 32))
-    colour, depth = reference(Camera(0, 0, 4.0, fov=30.0))
+    color, depth = reference(Camera(0, 0, 4.0, fov=30.0))
     reference.release()
     pixels = 0.5 / (np.tan(np.radians(15)) * 4) * 16
     assert (depth > 0).sum() == pytest.approx((2 * pixels) ** 2, rel=0.15)
     np.testing.assert_allclose(depth[depth > 0], 4.0, rtol=1e-4)
-    np.testing.assert_allclose(colour[16, 32], np.array([51, 102, 204]) / 255, atol=1e-6)
-    np.testing.assert_array_equal(colour[0, 0], 1.0)
+    np.testing.assert_allclose(color[16, 32], np.array([51, 102, 204]) / 255, atol=1e-6)
+    np.testing.assert_array_equal(color[0, 0], 1.0)

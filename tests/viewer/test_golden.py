@@ -1,4 +1,4 @@
-"""Pictures of a small trained model against committed ones: shading, tracing, supersampling, normal mapping."""
+"""Pictures of a small trained model against golden files: shading, tracing, supersampling, normal mapping."""
 
 from pathlib import Path
 
@@ -38,11 +38,11 @@ MESH_PICTURES = {
     "mesh-neural-normals": RenderOptions(samples=4, uniform=True),
 }
 OFF = 16
-"""Difference of a channel, of 255, beyond which a pixel is off: other CPUs round otherwise."""
+"""Tolerance of a channel, of 255: CPUs round differently."""
 FEW = 0.002
-"""Share of the pixels that may be off."""
+"""Largest share of pixels beyond the tolerance."""
 MEAN = 0.2
-"""Mean difference, of 255, that is allowed."""
+"""Largest mean difference, of 255."""
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +52,7 @@ def renderer(osmesa: Context) -> Renderer:
 
 @pytest.fixture(scope="module")
 def low_poly(osmesa: Context) -> Rasterizer:
-    """What draws the mesh of level 1 by marching cubes on a coarse grid."""
+    """A rasterizer of level 1's mesh by marching cubes on a coarse grid."""
     model = load(DEMO)
     mesh = extract_model(up_to(model, 1), 32).mesh
     assert mesh.normals is not None
@@ -64,7 +64,7 @@ def pixels(path: Path) -> NDArray[np.int16]:
 
 
 def compare(name: str, got: Path, want: Path) -> None:
-    """Fail where the picture `got` is not `want` within the tolerance; three magnified pictures show how."""
+    """Fail unless the picture `got` matches `want`, and write three magnified pictures."""
     got_pixels, want_pixels = pixels(got), pixels(want)
     assert got_pixels.shape == want_pixels.shape
     difference = np.abs(got_pixels - want_pixels)
@@ -84,7 +84,7 @@ def compare(name: str, got: Path, want: Path) -> None:
 
 
 @pytest.mark.parametrize("name", PICTURES)
-def test_a_picture_is_its_golden_picture(
+def test_a_picture_matches_its_golden_picture(
     name: str, renderer: Renderer, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     got, want = tmp_path / f"{name}.png", GOLDEN / f"{name}.png"
@@ -95,7 +95,7 @@ def test_a_picture_is_its_golden_picture(
 
 
 @pytest.mark.parametrize("name", MESH_PICTURES)
-def test_a_picture_of_a_mesh_is_its_golden_picture(
+def test_a_picture_of_a_mesh_matches_its_golden_picture(
     name: str, low_poly: Rasterizer, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     got, want = tmp_path / f"{name}.png", GOLDEN / f"{name}.png"

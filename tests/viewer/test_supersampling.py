@@ -1,4 +1,4 @@
-"""Supersampling: where the samples of a pixel lie, and that Python's sRGB is the shaders' sRGB."""
+"""Supersampling: positions of samples, and Python's sRGB against the shaders'."""
 
 import moderngl
 import numpy as np
@@ -11,11 +11,11 @@ from mplicits.viewer.draw.framebuffer import free, read_pixels
 from mplicits.viewer.draw.supersampling import Image, from_linear, golden_order, jitters, to_linear
 
 RAMP = np.linspace(-0.25, 1.25, 1501, dtype=np.float32)
-"""Channel values, some of them outside [0, 1], with both sides of the bend near 0."""
+"""Channel values, also outside [0, 1] and on both sides of the bend near 0."""
 
 
 def by_shader(context: Context, file: str, function: str, image: Image) -> Image:
-    """Apply a function vec3 -> vec3 of a file in glsl/ to the colours of an image (H, W, 4); alpha becomes 1."""
+    """Apply a function vec3 -> vec3 of a file in glsl/ to the colors of an image (H, W, 4); alpha becomes 1."""
     height, width, _ = image.shape
     fragment = (
         f"#version 330\nuniform sampler2D image;\nout vec4 color;\n{glsl.load(file)}"
@@ -38,17 +38,17 @@ def by_shader(context: Context, file: str, function: str, image: Image) -> Image
 
 @pytest.fixture
 def image() -> Image:
-    """The ramp in three channels, shifted against each other."""
+    """The ramp in three channels, each shifted."""
     return np.stack([RAMP, RAMP[::-1], np.roll(RAMP, 700), np.ones_like(RAMP)], axis=-1)[None]
 
 
-def test_decoding_in_python_is_decoding_in_the_shaders(osmesa: Context, image: Image) -> None:
+def test_decoding_matches_the_shaders(osmesa: Context, image: Image) -> None:
     np.testing.assert_allclose(
         to_linear(image, transparent=False), by_shader(osmesa, "linear.glsl", "linear", image), atol=1e-5
     )
 
 
-def test_encoding_in_python_is_encoding_in_the_shaders(osmesa: Context, image: Image) -> None:
+def test_encoding_matches_the_shaders(osmesa: Context, image: Image) -> None:
     in_range = np.clip(image, 0, 1)
     np.testing.assert_allclose(
         from_linear(in_range, transparent=False), by_shader(osmesa, "srgb.glsl", "srgb", image), atol=1e-5
@@ -71,7 +71,7 @@ def test_jitters_are_spread_over_the_pixel(samples: int) -> None:
         np.testing.assert_array_equal(np.sort(np.floor((axis + 0.5) * samples)), np.arange(samples))
 
 
-def test_the_golden_order_is_a_permutation_without_neighbours_in_turn() -> None:
+def test_the_golden_order_is_a_permutation_that_separates_neighbors() -> None:
     order = golden_order(64)
     np.testing.assert_array_equal(np.sort(order), np.arange(64))
     assert np.abs(np.diff(order)).min() > 1

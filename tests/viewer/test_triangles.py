@@ -1,4 +1,4 @@
-"""Mesh files as triangles: their place in model space, their normals, and what is refused."""
+"""Mesh files as triangles in model space: vertices, normals, and errors."""
 
 import builtins
 from pathlib import Path
@@ -25,14 +25,14 @@ def ball() -> trimesh.Trimesh:
 
 
 def outwards(triangles: Triangles) -> float:
-    """Return the least cosine between a vertex's normal and the direction from the centre."""
+    """Return the least cosine between a vertex's normal and the direction from the center."""
     normals = triangles.normals / np.linalg.norm(triangles.normals, axis=1)[:, None]
     radii = np.linalg.norm(triangles.vertices, axis=1)
     return float((normals * triangles.vertices).sum(axis=1).min() / radii.max())
 
 
 @pytest.mark.parametrize("suffix", [".ply", ".obj", ".stl", ".glb"])
-def test_vertices_are_in_model_space_and_normals_point_outwards(
+def test_vertices_are_in_model_space_and_normals_point_outward(
     suffix: str, tmp_path: Path, ball: trimesh.Trimesh
 ) -> None:
     centre, scale = (10.0, -20.0, 5.0), 3.0
@@ -46,12 +46,12 @@ def test_vertices_are_in_model_space_and_normals_point_outwards(
     assert outwards(triangles) > 0.99, "smooth, also from an STL, whose triangles share no vertices"
 
 
-def test_a_closed_mesh_that_is_inside_out_is_turned(tmp_path: Path, ball: trimesh.Trimesh) -> None:
+def test_an_inside_out_mesh_is_flipped(tmp_path: Path, ball: trimesh.Trimesh) -> None:
     trimesh.Trimesh(ball.vertices, ball.faces[:, ::-1], process=False).export(tmp_path / "ball.obj")
     assert outwards(read_triangles(tmp_path / "ball.obj", ORIGIN, 1.0)) > 0.99
 
 
-def test_the_normals_of_the_file_are_kept(tmp_path: Path, ball: trimesh.Trimesh) -> None:
+def test_normals_in_the_file_are_kept(tmp_path: Path, ball: trimesh.Trimesh) -> None:
     tilted = np.asarray(ball.vertices) + np.array((0.3, 0.0, 0.0))
     tilted /= np.linalg.norm(tilted, axis=1)[:, None]
     written = trimesh.Trimesh(ball.vertices, ball.faces, vertex_normals=tilted, process=False)
@@ -72,7 +72,7 @@ def test_the_normals_of_the_file_are_kept(tmp_path: Path, ball: trimesh.Trimesh)
         ("m.ply", PLY.format(3, 1) + "0 0 0\n.001 0 0\n0 .001 0\n3 0 1 2\n", "--space model"),
     ],
 )
-def test_a_bad_mesh_is_refused_in_one_line(name: str, content: str | None, said: str, tmp_path: Path) -> None:
+def test_a_bad_mesh_is_one_line(name: str, content: str | None, said: str, tmp_path: Path) -> None:
     if content is not None:
         (tmp_path / name).write_text(content, encoding="utf-8")
     with pytest.raises(UserError) as raised:
@@ -81,7 +81,7 @@ def test_a_bad_mesh_is_refused_in_one_line(name: str, content: str | None, said:
     assert "\n" not in str(raised.value)
 
 
-def test_without_trimesh_the_error_says_what_to_install(
+def test_without_trimesh_the_error_names_the_extra(
     tmp_path: Path, ball: trimesh.Trimesh, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ball.export(tmp_path / "ball.ply")

@@ -1,4 +1,4 @@
-"""`mplicits render --time` and `--frames`: pictures and videos of models that move, and turns around the others."""
+"""`mplicits render --time` and `--frames`: videos of moving models, and turns around other models."""
 
 import io
 import json
@@ -33,10 +33,10 @@ def model() -> Model:
 
 @pytest.fixture(scope="module")
 def folder(model: Model, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a model that moves and one that does not."""
+    """A folder with a moving model and a rigid one."""
     path = tmp_path_factory.mktemp("models")
     save(model, path / "moving.safetensors")
-    save(fitted_model((8, 16)), path / "still.safetensors")
+    save(fitted_model((8, 16)), path / "rigid.safetensors")
     return path
 
 
@@ -62,7 +62,7 @@ def render(folder: Path, name: str, *arguments: object) -> int:
 
 
 def nearest(picture: NDArray[np.float64], candidates: list[NDArray[np.float32]]) -> int:
-    """Return the index of the candidate (H, W, 4) that is most like a picture."""
+    """Return the index of the candidate (H, W, 4) nearest to a picture."""
     return int(np.argmin([np.abs(picture - candidate[..., :3]).mean() for candidate in candidates]))
 
 
@@ -76,11 +76,10 @@ def test_the_motion_goes_there_and_back() -> None:
     assert [time_at_phase(phase_at_time(time)) for time in times] == pytest.approx(times)
 
 
-@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
 def test_a_video_of_a_motion_shows_each_moment(
-    folder: Path, renderer: Renderer, tmp_path: Path, suffix: str, capsys: pytest.CaptureFixture[str]
+    folder: Path, renderer: Renderer, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = tmp_path / f"motion{suffix}"
+    path = tmp_path / "motion.mp4"
     assert render(folder, "moving", "--frames", 6, "--fps", 15, "-o", path, "--json") == 0
     report = json.loads(capsys.readouterr().out)
     assert (report["frames"], report["fps"], report["time"]) == (6, 15, None)
@@ -93,9 +92,7 @@ def test_a_video_of_a_motion_shows_each_moment(
     assert [file.name for file in tmp_path.iterdir()] == [path.name]
 
 
-def test_once_goes_from_the_first_moment_to_the_last_and_turn_turns(
-    folder: Path, renderer: Renderer, tmp_path: Path
-) -> None:
+def test_once_plays_the_motion_once_and_turn_turns_the_camera(folder: Path, renderer: Renderer, tmp_path: Path) -> None:
     path = tmp_path / "once.gif"
     assert render(folder, "moving", "--frames", 3, "--once", "--turn", 90, "-o", path) == 0
     ends = [
@@ -106,16 +103,16 @@ def test_once_goes_from_the_first_moment_to_the_last_and_turn_turns(
     assert [nearest(picture, ends) for picture in pictures(path)] == [0, 4, 8]
 
 
-def test_a_video_of_what_does_not_move_is_one_turn(osmesa: Context, folder: Path, tmp_path: Path) -> None:
+def test_a_video_of_a_rigid_model_is_one_turn(osmesa: Context, folder: Path, tmp_path: Path) -> None:
     path = tmp_path / "turn.gif"
-    assert render(folder, "still", "--frames", 4, "-o", path) == 0
+    assert render(folder, "rigid", "--frames", 4, "-o", path) == 0
     own = Renderer(osmesa, bake(fitted_model((8, 16)), "texture"))
     sides = [own.render(SIZE, Camera(aspect=1.5).orbited(90.0 * k, 0), RenderOptions()) for k in range(4)]
     own.release()
     assert [nearest(picture, sides) for picture in pictures(path)] == [0, 1, 2, 3]
 
 
-def test_a_gif_keeps_its_rate_in_whole_hundredths() -> None:
+def test_a_gif_keeps_its_rate_in_hundredths_of_a_second() -> None:
     gif = movie.Gif(30)
     for k in range(6):
         gif.add(np.full((4, 5, 3), k / 6, np.float32))
@@ -136,7 +133,7 @@ def test_time_chooses_the_moment_of_a_picture(folder: Path, renderer: Renderer, 
 @pytest.mark.parametrize(
     ("name", "words", "message"),
     [
-        ("still", "--time 0.5", "fitted does not move"),
+        ("rigid", "--time 0.5", "fitted does not move"),
         ("moving", "--time 1.5", "--time 1.5: a number from 0 to 1"),
         ("moving", "--time nan", "a number from 0 to 1"),
         ("moving", "--frames 4 --time 0.5", "--frames shows all of them"),
@@ -146,14 +143,14 @@ def test_time_chooses_the_moment_of_a_picture(folder: Path, renderer: Renderer, 
         ("moving", "--fps 10 --once", "--fps, --once: of a video; it needs --frames N"),
         ("moving", "--frames 4 --transparent", "--transparent: of a single picture"),
         ("moving", "--frames 4 --mesh nothing.ply", "does not move as the model does"),
-        ("still", "--frames 4 --once", "does not move"),
+        ("rigid", "--frames 4 --once", "does not move"),
         ("moving", "--frames 4 -o a.png", "name it .mp4 or .gif"),
         ("moving", "-o a.gif", "a video needs --frames N"),
         ("moving", "--frames 4 -o a.mp4 --size 31x20", "even numbers"),
         ("moving", "--frames 4 -o there.gif", "it exists and is not a video"),
     ],
 )
-def test_what_makes_no_video_or_moment_is_refused_in_one_line(
+def test_bad_options_of_videos_are_one_line(
     folder: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,

@@ -1,4 +1,4 @@
-"""How keys and the pointer change a view."""
+"""Keys and the pointer change the view."""
 
 import numpy as np
 import pytest
@@ -62,7 +62,7 @@ def test_keys_change_the_shading_the_level_and_the_camera(view: View) -> None:
     assert view.camera.away < 3.0
 
 
-def test_the_turntable_goes_on_until_space_again(view: View) -> None:
+def test_space_starts_and_stops_the_turntable(view: View) -> None:
     view.key("SPACE")
     assert view.turntable
     view.spin(2.0)
@@ -71,7 +71,7 @@ def test_the_turntable_goes_on_until_space_again(view: View) -> None:
     assert not view.turntable
 
 
-def test_a_model_without_a_texture_is_not_shaded_with_it(view: View) -> None:
+def test_a_view_adapts_to_a_model_without_texture(view: View) -> None:
     view.set(shade="texture", level=2)
     view.adapt(levels=1, textured=False, moves=False)
     assert (view.options.shade, view.options.level) == ("phong", None)
@@ -79,7 +79,7 @@ def test_a_model_without_a_texture_is_not_shaded_with_it(view: View) -> None:
     assert view.options.shade == "phong"
 
 
-def test_a_new_size_of_the_window_fits_the_shape_again() -> None:
+def test_a_new_window_size_fits_the_shape() -> None:
     view = View(Camera(), RenderOptions(), levels=1, textured=False)
     wide = view.camera.away
     view.resize((100, 400))
@@ -99,7 +99,7 @@ def test_slow_frames_get_fewer_pixels_and_fast_ones_more(view: View) -> None:
     assert view.scale == 1.0, "such a frame is neither slow nor fast"
 
 
-def test_the_key_m_goes_through_the_modes_of_a_mesh(view: View) -> None:
+def test_the_key_m_cycles_the_modes_of_a_mesh(view: View) -> None:
     seen = []
     for _ in range(5):
         seen.append(view.mesh)

@@ -1,4 +1,4 @@
-"""The window under Xvfb, with real events: what they do, what is on the screen, and when the window sleeps."""
+"""The window under Xvfb with real events: their effects, the screen, and when the window sleeps."""
 
 import json
 import re
@@ -38,7 +38,7 @@ def test_without_a_display_the_error_names_render_and_the_web_page(
 @pytest.mark.parametrize(
     "name", ["none.safetensors", "broken.safetensors", "shape.obj", "none.glsl", "broken.glsl", "."]
 )
-def test_what_is_no_model_is_refused_before_a_window_opens(
+def test_a_file_that_is_no_model_is_an_error_before_a_window_opens(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for file in ("broken.safetensors", "shape.obj", "broken.glsl"):
@@ -75,7 +75,7 @@ sys.exit(main(["view", "m.safetensors", "--size", "320x200", "--background", "00
 
 
 @pytest.mark.parametrize(("options", "reason"), [(["--shade", "texture"], "no texture"), (["--level", "2"], "level 2")])
-def test_a_window_greets_before_the_model_is_read_and_closes_where_it_does_not_fit_the_options(
+def test_a_window_opens_before_slow_imports_and_closes_on_bad_options(
     options: list[str], reason: str, tmp_path: Path, xvfb: dict[str, str]
 ) -> None:
     save(random_model((4, 0)), tmp_path / "m.safetensors")
@@ -119,9 +119,7 @@ report["dropped"] = viewer.message
 """
 
 
-def test_keys_change_the_picture_and_the_window_sleeps_while_nothing_happens(
-    tmp_path: Path, xvfb: dict[str, str]
-) -> None:
+def test_keys_change_the_picture_and_an_idle_window_sleeps(tmp_path: Path, xvfb: dict[str, str]) -> None:
     save(fitted_model(), tmp_path / "m.safetensors")
     report = run(EVENTS, (64, 48), tmp_path, xvfb)
     for shading in ("phong", "N", "1", "D"):
@@ -192,7 +190,7 @@ report["folded"] = not view.panel
 @pytest.mark.skipif(shutil.which("xdotool") is None, reason="xdotool is not installed (Debian: xdotool)")
 @pytest.mark.skipif(find_spec("imgui_bundle") is None, reason="imgui-bundle is not installed (extra view)")
 @pytest.mark.slow
-def test_the_mouse_turns_the_picture_and_works_the_panel(tmp_path: Path, xvfb: dict[str, str]) -> None:
+def test_the_mouse_turns_the_picture_and_operates_the_panel(tmp_path: Path, xvfb: dict[str, str]) -> None:
     save(random_model((4, 0), (4, 0)), tmp_path / "m.safetensors")
     report = run(MOUSE, (620, 400), tmp_path, xvfb)
     assert report["turned"] == pytest.approx(342.0)

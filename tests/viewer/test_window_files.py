@@ -1,4 +1,4 @@
-"""The window under Xvfb: files that are dropped and watched, exports, and closing it while a shape is trained."""
+"""The window under Xvfb: dropped and watched files, exports, and closing during a training."""
 
 from pathlib import Path
 
@@ -51,9 +51,7 @@ report["training"] = [viewer.work.training.running, str(viewer.work.training.mod
 """
 
 
-def test_files_are_dropped_watched_and_exported_and_closing_ends_the_training(
-    tmp_path: Path, xvfb: dict[str, str]
-) -> None:
+def test_a_window_drops_watches_and_exports_files_and_ends_its_training(tmp_path: Path, xvfb: dict[str, str]) -> None:
     pytest.importorskip("av", reason="PyAV is not installed (extra view)")
     save(random_model((4, 0), name="first"), tmp_path / "m.safetensors")
     save(fitted_model((20, 32)), tmp_path / "other.safetensors")

@@ -8,7 +8,7 @@ from mplicits.model.model_file import save
 from support.scene_models import SMALL, composed
 from support.window_script import run
 
-SHOWN = """
+SCRIPT = """
 settle()
 report["picture"] = difference()
 report["plays"] = view.moves
@@ -23,7 +23,7 @@ report["then"] = difference()
 @pytest.mark.slow
 def test_a_scene_is_drawn_and_moves_in_the_window(tmp_path: Path, xvfb: dict[str, str]) -> None:
     save(composed(tmp_path, SMALL), tmp_path / "m.safetensors")
-    report = run(SHOWN, (96, 64), tmp_path, xvfb)
+    report = run(SCRIPT, (96, 64), tmp_path, xvfb)
     assert report["picture"] < 0.02
     assert report["then"] < 0.02
     assert report["plays"]
