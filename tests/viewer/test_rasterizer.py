@@ -127,8 +127,8 @@ def test_the_nearest_triangle_wins_in_either_order_and_a_split_shows_own_normals
             np.concatenate([one.faces, other.faces + 4]),
         )
         rasterizer = Rasterizer(osmesa, model, both)
-        pictures.append(rasterizer.render(SIZE, Camera(0, 0), replace(NORMAL, split=1.0)))
-        halves = decoded(rasterizer.render(SIZE, Camera(0, 0), replace(NORMAL, split=0.5)))
+        pictures.append(rasterizer.render(SIZE, Camera(0, 0), replace(NORMAL, split_at=1.0)))
+        halves = decoded(rasterizer.render(SIZE, Camera(0, 0), replace(NORMAL, split_at=0.5)))
         hit = rasterizer.render(SIZE, Camera(0, 0), DATA)[..., 3] == 1
         rasterizer.release()
     np.testing.assert_array_equal(pictures[0], pictures[1])
