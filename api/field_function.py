@@ -13,8 +13,8 @@ from ..model.model import Model
 from .space import Array, Points, Space, as_tensor, numbers
 
 if TYPE_CHECKING:
-    from ..trainer.networks.by_arrays import ArrayField
-    from ..trainer.networks.differentiable import Tensor, TorchField
+    from ..trainer.networks.array_field import ArrayField
+    from ..trainer.networks.torch_field import Tensor, TorchField
 
 
 class FieldFunction:
@@ -28,10 +28,10 @@ class FieldFunction:
     @cached_property
     def _torch(self) -> "TorchField | ArrayField":
         if self.model.scene is not None:
-            from ..trainer.networks.by_arrays import ArrayField
+            from ..trainer.networks.array_field import ArrayField
 
             return ArrayField(self._evaluator)
-        from ..trainer.networks.differentiable import TorchField
+        from ..trainer.networks.torch_field import TorchField
 
         return TorchField(self.model)
 
@@ -99,7 +99,7 @@ class FieldFunction:
         frame = Space(self.model, space)
         plain = [float(channel) for channel in PLAIN.split(",")]
         if (tensor := as_tensor(points)) is not None:
-            colors = self._torch.colour(frame.tensor_to_model(tensor), time)
+            colors = self._torch.color(frame.tensor_to_model(tensor), time)
             if colors is None:
                 return tensor.new_tensor(plain).expand(tensor.shape)
             return colors.reshape(tensor.shape)

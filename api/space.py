@@ -11,7 +11,7 @@ from ..model.model import MODEL_SPACE, Model
 from ..model.orientation import as_in_file, upright
 
 if TYPE_CHECKING:
-    from ..trainer.networks.differentiable import Tensor
+    from ..trainer.networks.torch_field import Tensor
 
 Array = NDArray[np.float32]
 Nested = Sequence[Union[float, "Nested"]]
@@ -73,7 +73,7 @@ def as_tensor(points: "Points | Tensor") -> "Tensor | None":
     """Return a PyTorch tensor as it is, and None for any other points. Does not load PyTorch."""
     if not type(points).__module__.startswith("torch"):
         return None
-    from ..trainer.networks.differentiable import Tensor
+    from ..trainer.networks.torch_field import Tensor
 
     return points if isinstance(points, Tensor) else None
 

@@ -38,7 +38,7 @@ from mplicits.trainer import level, machine, pools
 from mplicits.trainer.batches import Batches
 from mplicits.trainer.networks.nested import field_and_gradient
 from mplicits.trainer.networks.network import Weights, initial, value
-from mplicits.trainer.networks.optimiser import Optimiser
+from mplicits.trainer.networks.optimizer import Optimizer
 from mplicits.trainer.settings import RESIDUAL
 
 CASES = (((64, 1),), (64, 2)), (((64, 2),), (128, 2)), (((64, 2), (128, 2)), (256, 2))
@@ -84,11 +84,11 @@ class Case:
         """Make a step of our trainer."""
         weights = self.weights()
         step = level.LevelStep(self.surface, self.volume, RESIDUAL, torch.Generator().manual_seed(0))
-        optimiser = Optimiser(weights, 1e-4, 0.1)
+        optimizer = Optimizer(weights, 1e-4, 0.1)
 
         def run() -> None:
             step(weights)
-            optimiser.step(1)
+            optimizer.step(1)
 
         return run
 
@@ -97,7 +97,7 @@ class Case:
         weights, half = self.weights(), level.BATCH // 2
         generator = torch.Generator().manual_seed(0)
         surface, volume = Batches(self.surface, half, generator), Batches(self.volume, half, generator)
-        optimiser = Optimiser(weights, 1e-4, 0.1)
+        optimizer = Optimizer(weights, 1e-4, 0.1)
 
         def run() -> None:
             on, around = next(surface), next(volume)
@@ -106,14 +106,14 @@ class Case:
             gradient = gradient + torch.cat((on.frozen_gradient, around.frozen_gradient))
             assert on.normals is not None
             loss(f, gradient, on.normals).backward()  # type: ignore[no-untyped-call]
-            optimiser.step(1)
+            optimizer.step(1)
 
         return run
 
     def authors(self) -> Callable[[], None]:
         """Make a step the authors' way."""
         weights, half = self.weights(), level.BATCH // 2
-        optimiser = torch.optim.Adam(weights, 1e-4)
+        optimizer = torch.optim.Adam(weights, 1e-4)
         earlier = [[w.clone().requires_grad_() for w in network] for network in self.earlier]
 
         def run() -> None:
@@ -128,9 +128,9 @@ class Case:
                 f, gradient = f + value_part, gradient + gradient_part.detach()
             assert self.surface.normals is not None
             total = loss(f, gradient, self.surface.normals[on])
-            optimiser.zero_grad()
+            optimizer.zero_grad()
             total.backward()  # type: ignore[no-untyped-call]
-            optimiser.step()
+            optimizer.step()
 
         return run
 

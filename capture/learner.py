@@ -30,7 +30,7 @@ class Learner:
         self.scene, self._background = scene, background
         self._generator = torch.Generator().manual_seed(seed)
         self._batches = RayBatches(rays, count, self._generator)
-        self._optimisers = scene.optimisers(RATE, RADIANCE_RATE, SHARPNESS_RATE)
+        self._optimizers = scene.optimizers(RATE, RADIANCE_RATE, SHARPNESS_RATE)
         self.effort, self.factors = Effort(), Factors(inside=self._batches.inside)
 
     def step(self, share: float) -> float:
@@ -43,30 +43,30 @@ class Learner:
             anneal, scene.least_sharpness = 1.0, BLUNT * (SHARP / BLUNT) ** min(1.0, share / SHARPENED)
         loss = loss_of(render(scene, rays, self.effort, self._generator, anneal), rays, self.factors, self._background)
         scene.backward(loss)
-        for _, optimiser in self._optimisers:
-            optimiser.step(max(LOWEST, schedule(share)))
+        for _, optimizer in self._optimizers:
+            optimizer.step(max(LOWEST, schedule(share)))
         return float(loss.detach())
 
     def snapshot(self) -> Snapshot:
         """Return the state."""
         state = random_state(self._generator)
-        for i, (tensors, optimiser) in enumerate(self._optimisers):
+        for i, (tensors, optimizer) in enumerate(self._optimizers):
             named = {f"parameter.{k}": tensor.detach() for k, tensor in enumerate(tensors)}
-            state |= (Snapshot(tensors=named) | optimiser.snapshot()).inside(f"part{i}")
+            state |= (Snapshot(tensors=named) | optimizer.snapshot()).inside(f"part{i}")
         return state
 
     def restore(self, snapshot: Snapshot) -> None:
         """Continue from a snapshot. Raises UserError if it belongs to a scene of other sizes."""
         with torch.no_grad():
-            for i, (tensors, optimiser) in enumerate(self._optimisers):
+            for i, (tensors, optimizer) in enumerate(self._optimizers):
                 state = snapshot.of(f"part{i}")
                 for k, tensor in enumerate(tensors):
                     tensor.copy_(state.tensor(f"parameter.{k}", tensor))
-                optimiser.restore(state)
+                optimizer.restore(state)
         set_random_state(self._generator, snapshot)
 
     def check(self) -> None:
         """Raise UserError if a weight is not finite."""
-        tensors: list[Tensor] = [tensor for tensors, _ in self._optimisers for tensor in tensors]
+        tensors: list[Tensor] = [tensor for tensors, _ in self._optimizers for tensor in tensors]
         if not all(bool(torch.isfinite(tensor).all()) for tensor in tensors):
             raise UserError("the reconstruction diverged; try another --seed, or smaller --omega")

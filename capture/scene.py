@@ -8,7 +8,7 @@ from torch import Tensor
 from ..trainer import level
 from ..trainer.networks import losses
 from ..trainer.networks.network import Weights, add_derivative, adjoint_pass
-from ..trainer.networks.optimiser import Optimiser
+from ..trainer.networks.optimizer import Optimizer
 from .multiscale import Evaluated, MultiscaleField
 from .radiance import Radiance
 from .rendering import Shade
@@ -51,14 +51,14 @@ class MultiscaleScene:
         """Fit level 1 to the signed distance of a sphere."""
         weights = self.levels[0]
         generator = torch.Generator().manual_seed(seed)
-        optimiser = Optimiser(weights, SPHERE_RATE, level.OUTPUT_FACTOR)
+        optimizer = Optimizer(weights, SPHERE_RATE, level.OUTPUT_FACTOR)
         for step in range(SPHERE_STEPS):
             points = (2 * torch.rand(SPHERE_POINTS, 3, generator=generator) - 1).to(weights[0].device)
             forward = adjoint_pass(weights, points)
             _, d_f = losses.value(forward.f, torch.linalg.vector_norm(points, dim=1) - SPHERE)
             _, d_gradient = losses.eikonal(forward.gradient)
             add_derivative(weights, forward, d_f, SPHERE_EIKONAL * d_gradient)
-            optimiser.step(1 - step / SPHERE_STEPS)
+            optimizer.step(1 - step / SPHERE_STEPS)
 
     def guide(self, points: Tensor) -> Tensor:
         """Evaluate level 1 only, (N,)."""
@@ -85,20 +85,20 @@ class MultiscaleScene:
         self.field.backward(self._evaluated)
         self._evaluated = None
 
-    def optimisers(self, rate: float, radiance: float, sharpness: float) -> list[tuple[list[Tensor], Optimiser]]:
+    def optimizers(self, rate: float, radiance: float, sharpness: float) -> list[tuple[list[Tensor], Optimizer]]:
         """Create an optimizer for each network and for log s. Returns each with its parameters.
 
         rate, radiance: peak rates of the levels and of the radiance network, for layers up to 64 wide; wider layers
         have lower rates. sharpness: rate of log s.
         """
-        pairs: list[tuple[list[Tensor], Optimiser]] = []
+        pairs: list[tuple[list[Tensor], Optimizer]] = []
         for i, weights in enumerate(self.levels):
             relative, factor = level.rates(len(weights[0]), self.field.deltas[i - 1] if i else None)
-            pairs.append((weights, Optimiser(weights, rate * relative / level.RATE, factor)))
+            pairs.append((weights, Optimizer(weights, rate * relative / level.RATE, factor)))
         parameters: list[Tensor] = list(self.radiance.parameters())
         slower = min(1, level.RATE_WIDTH / self.radiance.width)
-        pairs.append((parameters, Optimiser(parameters, radiance * slower, 1.0)))
-        return [*pairs, ([self.logarithm], Optimiser([self.logarithm], sharpness, 1.0))]
+        pairs.append((parameters, Optimizer(parameters, radiance * slower, 1.0)))
+        return [*pairs, ([self.logarithm], Optimizer([self.logarithm], sharpness, 1.0))]
 
     def weights(self) -> list[Weights]:
         """Return copies of the levels in use."""

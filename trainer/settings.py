@@ -115,7 +115,7 @@ class Settings:
     wish: Wish | None = None
     """What `networks` and `omegas` are yet to be chosen by, or were; None: the user has chosen them."""
     packed: bool = False
-    """Whether weights are quantised in every step (networks/quantised.py)."""
+    """Whether weights are quantised in every step (networks/quantized.py)."""
     texture_network: tuple[int, int] | None = None
     """(width, depth) of the texture; None: chosen by the last level's."""
     noise: float | None = None

@@ -82,7 +82,7 @@ def texture_loss(colours: Tensor, along: Tensor, truth: Tensor) -> tuple[Tensor,
     its terms by name.
     """
     on = len(truth)
-    colour, d_colour = losses.colour(colours[:on], truth)
+    colour, d_colour = losses.color(colours[:on], truth)
     smooth, d_along = losses.constant_along_normals(along)
     d_value = torch.zeros_like(colours)
     d_value[:on] = d_colour
@@ -92,4 +92,4 @@ def texture_loss(colours: Tensor, along: Tensor, truth: Tensor) -> tuple[Tensor,
 def idle_loss(surface: Pool) -> float:
     """Compute the loss of mid-grey, which is what a texture that has collapsed is left with."""
     assert surface.colours is not None
-    return losses.colour(torch.full_like(surface.colours, GREY), surface.colours)[0].item()
+    return losses.color(torch.full_like(surface.colours, GREY), surface.colours)[0].item()

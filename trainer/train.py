@@ -15,7 +15,7 @@ from .last_look import FindsPieces, LastLook, Pieces
 from .machine import device
 from .networks.fit import Budget, Keeper, Outcome, Step, Task, TrainingProgress, fit
 from .networks.network import Weights, clone
-from .networks.quantised import quantised, quantised_step
+from .networks.quantized import quantized, quantized_step
 from .networks.snapshot import Snapshot
 from .part import Part
 from .pools import Sampler
@@ -289,10 +289,10 @@ class Training:
         return Sampler(self._shape, trained.weights(), trained.deltas(), self._device, rng)
 
     def _step(self, step: Step) -> Step:
-        return quantised_step(step) if self._settings.packed else step
+        return quantized_step(step) if self._settings.packed else step
 
     def _final(self, weights: Weights) -> Weights:
-        return quantised(weights) if self._settings.packed else weights
+        return quantized(weights) if self._settings.packed else weights
 
     def _model(self) -> Model:
         """Measure the levels that there are, and put the model together."""

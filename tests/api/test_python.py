@@ -19,7 +19,7 @@ from mplicits.field import interpret
 from mplicits.ir.lower import lower
 from mplicits.model.model_file import load, save
 from mplicits.model.orientation import as_in_file
-from mplicits.trainer.networks import differentiable
+from mplicits.trainer.networks import torch_field
 from support.paths import DEMO, ROOT
 from support.random_model import random_model
 
@@ -135,7 +135,7 @@ def test_spaces_are_one_shape() -> None:
 
 
 def test_tensors_give_tensors_that_are_differentiable(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(differentiable, "CHUNK", 64)
+    monkeypatch.setattr(torch_field, "CHUNK", 64)
     array = points(20, 10)
     tensor = torch.from_numpy(array)
     value = FIELD(tensor)

@@ -1,1 +1,1 @@
-"""SIRENs in torch: their value and gradient, their losses, their optimisation, and how levels nest."""
+"""SIRENs in torch: values and gradients, losses, optimization, and nested levels."""

@@ -1,6 +1,6 @@
-"""The multiscale field of several networks: the plain sum f_i = f_1 + r_1 + ... + r_{i-1}, and its nesting (Eq. 3).
+"""The field of several networks: the plain sum f_i = f_1 + r_1 + ... + r_{i-1}, and the nested field (Eq. 3).
 
-Everything is evaluated without an autograd graph and in chunks, so that a large number of points needs little memory.
+The functions evaluate blocks of points without an autograd graph, so that many points need little memory.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,18 +10,15 @@ from torch import Tensor
 
 from .network import Weights, value, value_and_gradient
 
-CHUNK = 8192
-"""Points that a network is evaluated at in one call."""
+CHUNK = 8192  # points per block
 
 Columns = tuple[Tensor, ...]
-"""Tensors with a row for each point; the first one holds the values of the field."""
-Rows = Tensor | slice
-"""Which of the points: a mask (N,), or a slice."""
+"""Tensors with one row per point; the first one is the value of the field."""
 
 
 @torch.no_grad()
 def field(levels: Sequence[Weights], points: Tensor) -> Tensor:
-    """Sum the values of all `levels` at points (N, 3), whether a level is defined there or not. Returns f_i (N,)."""
+    """Sum all `levels` at points (N, 3), also where a level is not defined. Returns f_i (N,)."""
     f = points.new_zeros(len(points))
     for k in range(0, len(points), CHUNK):
         for weights in levels:
@@ -31,7 +28,7 @@ def field(levels: Sequence[Weights], points: Tensor) -> Tensor:
 
 @torch.no_grad()
 def field_and_gradient(levels: Sequence[Weights], points: Tensor) -> tuple[Tensor, Tensor]:
-    """Sum the values and the gradients of all `levels` at points (N, 3). Returns f_i (N,) and grad f_i (N, 3)."""
+    """Sum the values and gradients of all `levels` at points (N, 3). Returns f_i (N,) and grad f_i (N, 3)."""
     f, gradient = points.new_zeros(len(points)), torch.zeros_like(points)
     for k in range(0, len(points), CHUNK):
         for weights in levels:
@@ -42,15 +39,15 @@ def field_and_gradient(levels: Sequence[Weights], points: Tensor) -> tuple[Tenso
 
 
 def nested_field(levels: Sequence[Weights], deltas: Sequence[float], points: Tensor) -> tuple[Tensor, Tensor]:
-    """Evaluate the finest level that is defined at each of the points (N, 3), by Eq. 3.
+    """Evaluate the finest defined level at each of the points (N, 3).
 
-    deltas: the half widths of the bands of all levels but the last, whose own may follow and is not used. Returns the
-    value of that level (N,), and its number (N,) int64, counted from 1.
+    deltas: band half-widths of all levels but the last, whose own may follow and is ignored. Returns the level's value
+    (N,), and its number (N,) int64, counted from 1.
     """
 
-    def evaluate(weights: Weights, inside: Rows) -> Columns:
-        # At all points, not at those inside alone: the last digits of a matrix product depend on how many rows it has,
-        # and the samples of a seed depend on these digits.
+    def evaluate(weights: Weights, inside: Tensor | slice) -> Columns:
+        # All points, not only those inside: the last digits of a matrix product depend on its number of rows, and the
+        # samples of a seed depend on these digits.
         return (field([weights], points)[inside],)
 
     (f,), reached = _nested(levels, deltas, len(points), evaluate)
@@ -60,12 +57,9 @@ def nested_field(levels: Sequence[Weights], deltas: Sequence[float], points: Ten
 def nested_field_and_gradient(
     levels: Sequence[Weights], deltas: Sequence[float], points: Tensor
 ) -> tuple[Tensor, Tensor, Tensor]:
-    """Evaluate the finest level that is defined at each of the points (N, 3), and its gradient, by Eq. 3.
+    """Evaluate `nested_field` with gradients. Returns the value (N,), the gradient (N, 3), and the level's number."""
 
-    Takes what `nested_field` takes. Returns the value (N,), the gradient (N, 3), and the level's number (N,) int64.
-    """
-
-    def evaluate(weights: Weights, inside: Rows) -> Columns:
+    def evaluate(weights: Weights, inside: Tensor | slice) -> Columns:
         return field_and_gradient([weights], points[inside])
 
     (f, gradient), reached = _nested(levels, deltas, len(points), evaluate)
@@ -73,9 +67,9 @@ def nested_field_and_gradient(
 
 
 def in_band(levels: Sequence[Weights], deltas: Sequence[float], points: Tensor) -> Tensor:
-    """Tell where one more level after `levels` would be defined: |f_k| < delta_k for every one of them (Eq. 3).
+    """Return where a level after `levels` is defined: |f_k| < delta_k for all of them (Eq. 3).
 
-    deltas: as many as levels. points: (N, 3). Returns (N,) bool; all true where there are no levels yet.
+    deltas: of all levels. points: (N, 3). Returns (N,) bool, all true without levels.
     """
     if not levels:
         return torch.ones(len(points), dtype=torch.bool, device=points.device)
@@ -88,12 +82,12 @@ def _nested(
     levels: Sequence[Weights],
     deltas: Sequence[float],
     count: int,
-    evaluate: Callable[[Weights, Rows], Columns],
+    evaluate: Callable[[Weights, Tensor | slice], Columns],
 ) -> tuple[Columns, Tensor]:
-    """The rule of Eq. 3: f_{i+1} = f_i + r_i where |f_i| < delta_i, and f_i is the answer elsewhere.
+    """Apply Eq. 3: f_{i+1} = f_i + r_i where |f_i| < delta_i, and f_i elsewhere.
 
-    count: the number of points. evaluate: the columns of one network at some of the points. Returns the columns,
-    summed up to the finest level defined at each point, and that level's number (count,) int64.
+    count: the number of points. evaluate: the columns of one network at a mask (N,) or slice of the points. Returns the
+    columns, summed up to the finest defined level of each point, and that level's number (count,) int64.
     """
     columns = evaluate(levels[0], slice(None))
     reached = torch.ones(count, dtype=torch.int64, device=columns[0].device)

@@ -1,10 +1,9 @@
-"""SIRENs (Eq. 2) as plain tensors, with their value and gradient by one adjoint pass that is written out by hand.
+"""SIRENs (Eq. 2) as plain tensors, with values and gradients by a hand-written adjoint pass.
 
 A network is a list [W_0, b_0, ..., W_n, b_n]; omega_0 is folded into every layer but the last, so that a hidden layer
-is sin(W x + b). The adjoint pass keeps a_j = W_j h_{j-1} + b_j and runs u_{j-1} = (u_j W_j) * cos(a_{j-1}) backwards.
-This takes two matrix products a layer in all, where the paper's Algorithm 1 takes four. Training also needs the
-derivative of that pass with respect to the weights, which is written out by hand as well (`add_derivative`) and takes
-four more.
+is sin(W x + b). The adjoint pass keeps a_j = W_j h_{j-1} + b_j and runs u_{j-1} = (u_j W_j) * cos(a_{j-1}) backwards:
+two matrix products per layer, where the paper's Algorithm 1 needs four. Training also needs the derivative of that pass
+by the weights, which is hand-written, too (`add_derivative`), and needs four more.
 """
 
 import math
@@ -17,8 +16,8 @@ from torch import Tensor
 from ...model.model import Layer, Network
 
 TIME_FREQUENCY = 0.25
-"""Largest frequency of a new network in time, over that in space: a surface moves by about its size while t goes from
-0 to 1, and its coarse parts say where."""
+"""Largest initial frequency in time, relative to space: while t goes from 0 to 1, a surface moves by about its size,
+and its coarse parts guide the motion."""
 
 Weights = list[Tensor]
 """[W_0, b_0, ..., W_n, b_n]; W_j: (out, in), b_j: (out,)."""
@@ -33,19 +32,18 @@ def initial(
     *,
     moving: bool = False,
 ) -> Weights:
-    """Draw the weights of a new SIREN, as Sitzmann et al. (2020), section 3.2.
+    """Draw the weights of a new SIREN (Sitzmann et al. 2020, section 3.2).
 
     size: (width, depth) in the paper's notation. omega: omega_0 of Eq. 2, the largest angular frequency of the first
-    layer, in radians per model unit and axis. output_factor: scales the output layer; with a small factor the network
-    starts near zero. moving: whether it takes a time in [0, 1] after the point, at frequencies of up to
-    `TIME_FREQUENCY` omega.
+    layer, radians per model unit and axis. output_factor: scales the output layer; a small factor starts near zero.
+    moving: a fourth input is a time in [0, 1], with frequencies up to `TIME_FREQUENCY` omega.
     """
     width, depth = size
 
     def uniform(rows: int, columns: int, bound: float) -> Tensor:
         return (torch.rand(rows, columns, generator=generator) * 2 - 1) * bound
 
-    # The first layer's phases fill the circle; further layers start with none.
+    # The first layer's phases fill the circle; later layers start without phases.
     weights = [uniform(width, 3, omega / 3), uniform(1, width, math.pi)[0]]
     if moving:
         weights[0] = torch.cat((weights[0], uniform(width, 1, TIME_FREQUENCY * omega / 3)), dim=1)
@@ -56,7 +54,7 @@ def initial(
 
 
 def value(weights: Weights, points: Tensor) -> Tensor:
-    """Evaluate a network at points (N, 3). Returns its values (N, outputs)."""
+    """Evaluate a network at points (N, 3). Returns (N, outputs)."""
     hidden = points
     for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
         hidden = torch.addmm(bias, hidden, weight.t()).sin_()
@@ -65,25 +63,25 @@ def value(weights: Weights, points: Tensor) -> Tensor:
 
 @dataclass(frozen=True, eq=False)
 class Adjoint:
-    """Value and gradient of a network, and what `add_derivative` needs of each sine layer j, all of it (N, width)."""
+    """Value and gradient of a network, and the intermediate results (N, width) of each sine layer j."""
 
     f: Tensor
-    """Value (N,)."""
+    """(N,)."""
     gradient: Tensor
-    """Gradient (N, 3); (N, 4) of a network that takes time."""
+    """(N, 3); (N, 4) with a time."""
     hidden: list[Tensor]
-    """The points (N, 3), then sin a_j of each layer."""
+    """The points (N, 3), then sin a_j."""
     cosines: list[Tensor]
-    """cos a_j of each layer."""
+    """cos a_j."""
     below: list[Tensor]
-    """df/d(sin a_j) of each layer; that of the last is one row for all points."""
+    """df/d(sin a_j); one row for all points in the last layer."""
     adjoint: list[Tensor]
-    """df/da_j of each layer."""
+    """df/da_j."""
 
 
 @torch.no_grad()
 def adjoint_pass(weights: Weights, points: Tensor) -> Adjoint:
-    """Evaluate value and gradient of a network with one output at points (N, 3), and keep what its derivative needs."""
+    """Evaluate value and gradient of a network with one output at points (N, 3), for `add_derivative`."""
     hidden, cosines = [points], []
     for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
         angle = torch.addmm(bias, hidden[-1], weight.t())
@@ -102,15 +100,15 @@ def adjoint_pass(weights: Weights, points: Tensor) -> Adjoint:
 def add_derivative(
     weights: Weights, forward: Adjoint, d_f: Tensor, d_gradient: Tensor, d_last: Tensor | None = None
 ) -> None:
-    """Add the derivative of a loss with respect to the weights to their .grad, which must not be None.
+    """Add the derivative of a loss by the weights to their .grad, which must not be None.
 
-    forward: of these weights; it is overwritten. d_f: (N,), d_gradient: (N, 3): the loss's derivatives with respect to
-    f and grad f. d_last: (N, width), with respect to the last hidden layer, where the loss depends on that directly.
+    forward: of these weights; its tensors are overwritten. d_f: (N,), d_gradient: (N, 3): the loss's derivatives by f
+    and grad f. d_last: (N, width), by the last hidden layer, if the loss depends on it directly.
     """
     grads = [weight.grad for weight in weights if weight.grad is not None]
     layers = len(forward.cosines)
 
-    # Back through the adjoint pass, upwards: d_below is dL/d(below[j]), bend is dL/d(cos a_j).
+    # Through the adjoint pass, upwards: d_below is dL/d(below[j]), bend is dL/d(cos a_j).
     grads[0].addmm_(forward.adjoint[0].t(), d_gradient)
     d_adjoint = d_gradient @ weights[0].t()
     bends = []
@@ -123,7 +121,7 @@ def add_derivative(
     grads[-2] += d_below.sum(0) + d_f @ forward.hidden[-1]
     grads[-1] += d_f.sum()
 
-    # Back through the values, downwards: da_j = dh_j * cos a_j - bend_j * sin a_j.
+    # Through the values, downwards: da_j = dh_j * cos a_j - bend_j * sin a_j.
     d_hidden = d_f[:, None] * weights[-2]
     if d_last is not None:
         d_hidden += d_last
@@ -135,47 +133,36 @@ def add_derivative(
             d_hidden = d_angle @ weights[2 * j]
 
 
-@torch.no_grad()
 def value_and_gradient(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
-    """Evaluate a network with one output at points (N, 3). Returns its value (N,) and gradient (N, 3), without a graph.
-
-    This is `adjoint_pass`, but it keeps no more than the cosines.
-    """
-    hidden, cosines = points, []
-    for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
-        angle = torch.addmm(bias, hidden, weight.t())
-        cosines.append(cos(angle))
-        hidden = sin_(angle)
-    adjoint = cosines.pop().mul_(weights[-2])
-    for weight in weights[-4:1:-2]:
-        adjoint = (adjoint @ weight).mul_(cosines.pop())
-    return torch.addmv(weights[-1], hidden, weights[-2][0]), adjoint @ weights[0]
+    """Evaluate value (N,) and gradient (N, 3) of a network with one output at points (N, 3)."""
+    forward = adjoint_pass(weights, points)
+    return forward.f, forward.gradient
 
 
 @dataclass(frozen=True, eq=False)
 class Along:
-    """Values of a network, their derivatives along given directions, and what `add_derivative_along` needs."""
+    """Values and directional derivatives of a network, and the intermediate results of each sine layer j."""
 
     value: Tensor
-    """Values (N, outputs)."""
+    """(N, outputs)."""
     along: Tensor
-    """Derivatives of the values along the directions (N, outputs)."""
+    """Derivatives along the directions (N, outputs)."""
     hidden: list[Tensor]
-    """What goes into each layer: the points (N, 3), then sin a_j (N, width)."""
+    """The points (N, 3), then sin a_j (N, width)."""
     tangents: list[Tensor]
-    """The derivative of `hidden` along the directions: the directions (N, 3), then t_j (N, width)."""
+    """Derivatives of `hidden` along the directions: the directions (N, 3), then t_j (N, width)."""
     cosines: list[Tensor]
-    """cos a_j of each sine layer (N, width)."""
+    """cos a_j (N, width)."""
     products: list[Tensor]
-    """W_j t_{j-1} of each sine layer (N, width)."""
+    """W_j t_{j-1} (N, width)."""
 
 
 @torch.no_grad()
 def value_along(weights: Weights, points: Tensor, directions: Tensor) -> Along:
     """Evaluate a network at points (N, 3), and the derivative of every output along directions (N, 3).
 
-    One tangent t_j = (W_j t_{j-1}) * cos a_j is carried forwards. This takes two matrix products a layer whatever the
-    number of outputs, where their gradients would take one adjoint pass each.
+    One tangent t_j = (W_j t_{j-1}) * cos a_j is propagated forwards: two matrix products per layer for any number of
+    outputs, whose gradients would need one adjoint pass each.
     """
     hidden, tangents, cosines, products = [points], [directions], [], []
     for weight, bias in zip(weights[:-2:2], weights[1:-2:2], strict=True):
@@ -190,10 +177,10 @@ def value_along(weights: Weights, points: Tensor, directions: Tensor) -> Along:
 
 @torch.no_grad()
 def add_derivative_along(weights: Weights, forward: Along, d_value: Tensor, d_along: Tensor) -> None:
-    """Add the derivative of a loss with respect to the weights to their .grad, which must not be None.
+    """Add the derivative of a loss by the weights to their .grad, which must not be None.
 
-    forward: of these weights; it is overwritten. d_value, d_along: (N, outputs), the loss's derivatives with respect
-    to the values and to their derivatives along the directions.
+    forward: of these weights; its tensors are overwritten. d_value, d_along: (N, outputs), the loss's derivatives by
+    the values and by their directional derivatives.
     """
     grads = [weight.grad for weight in weights if weight.grad is not None]
     grads[-2].addmm_(d_value.t(), forward.hidden[-1]).addmm_(d_along.t(), forward.tangents[-1])
@@ -210,16 +197,16 @@ def add_derivative_along(weights: Weights, forward: Along, d_value: Tensor, d_al
 
 
 def cos(angle: Tensor) -> Tensor:
-    """Compute the cosine of every element, without a graph."""
+    """Compute cosines, without a graph."""
     if angle.is_cuda:
         return angle.cos()
     result = torch.empty_like(angle)
-    np.cos(angle.numpy(), out=result.numpy())  # a third of PyTorch's time on each core; error 7e-8, PyTorch's 4e-8
+    np.cos(angle.numpy(), out=result.numpy())  # a third of PyTorch's time per core; error 7e-8, PyTorch's 4e-8
     return result
 
 
 def sin_(angle: Tensor) -> Tensor:
-    """Replace every element by its sine, without a graph; returns the same tensor."""
+    """Replace a tensor by its sines, without a graph."""
     if angle.is_cuda:
         return angle.sin_()
     array = angle.numpy()
@@ -228,16 +215,16 @@ def sin_(angle: Tensor) -> Tensor:
 
 
 def clone(weights: Weights) -> Weights:
-    """Copy the weights; the copy shares no memory with them."""
+    """Copy the weights to new memory."""
     return [w.clone() for w in weights]
 
 
 def to_model(weights: Weights) -> Network:
-    """Turn weights into the network of a model file: float32 numpy arrays, omega_0 folded in."""
+    """Convert weights to the network of a model file: float32 arrays, omega_0 folded in."""
     arrays = [np.ascontiguousarray(w.detach().cpu().numpy(), dtype=np.float32) for w in weights]
     return tuple(Layer(w, b) for w, b in zip(arrays[::2], arrays[1::2], strict=True))
 
 
 def from_model(network: Network) -> Weights:
-    """Turn the network of a model file into weights on the CPU; the inverse of `to_model`."""
+    """Convert the network of a model file to weights on the CPU; the inverse of `to_model`."""
     return [torch.from_numpy(array.copy()) for layer in network for array in (layer.weight, layer.bias)]

@@ -1,22 +1,22 @@
-"""The optimiser takes the steps of torch.optim.Adam, without what that class imports."""
+"""The optimizer takes the steps of torch.optim.Adam, without what that class imports."""
 
 import subprocess
 import sys
 
 PROGRAM = """
 import sys, torch
-from mplicits.trainer.networks.optimiser import BETAS, Optimiser
+from mplicits.trainer.networks.optimizer import BETAS, Optimizer
 
 torch.manual_seed(0)
 sizes = (8, 3), (8,), (1, 8), (1,)
 ours = [torch.randn(size) for size in sizes]
 theirs = [weight.clone() for weight in ours]
 gradients = [[torch.randn(size) for size in sizes] for _ in range(5)]
-optimiser = Optimiser(ours, 0.02, 0.1)
+optimizer = Optimizer(ours, 0.02, 0.1)
 for step, drawn in enumerate(gradients):
     for weight, gradient in zip(ours, drawn):
         weight.grad.copy_(gradient)
-    optimiser.step(1 - 0.1 * step)
+    optimizer.step(1 - 0.1 * step)
     assert not any(weight.grad.any() for weight in ours)
 print("torch._dynamo" in sys.modules)
 adam = torch.optim.Adam([{"params": theirs[:2]}, {"params": theirs[2:]}], betas=BETAS, eps=1e-12, fused=True)

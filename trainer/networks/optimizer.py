@@ -1,4 +1,4 @@
-"""Adam over the weights of a network, with a rate of its own for the output layer."""
+"""Adam over the weights of a network, with a separate rate for the output layer."""
 
 import torch
 from torch.optim.adam import adam
@@ -7,20 +7,19 @@ from .network import Weights
 from .snapshot import Snapshot
 
 BETAS = (0.9, 0.99)
-STATE = ("step", "exp_avg", "exp_avg_sq")
-"""Names of what Adam knows of a weight: its steps, and the running means of its gradient and of its square."""
+STATE = ("step", "exp_avg", "exp_avg_sq")  # Adam's state: steps, running means of the gradient and of its square
 
 
-class Optimiser:
+class Optimizer:
     """Adam on a network's weights, whose .grad the training step fills.
 
-    It is torch's function, not its class, whose first object imports a compiler for seconds.
+    It uses torch's function: creating the first object of torch's class imports a compiler for seconds.
     """
 
     def __init__(self, weights: Weights, rate: float, output_factor: float) -> None:
-        """Give the weights a .grad of zero.
+        """Set the weights' .grad to zero.
 
-        rate: the peak rate of the hidden layers; that of the output layer is `output_factor` times as high.
+        rate: peak rate of the hidden layers. output_factor: the output layer's rate relative to it.
         """
         self._weights = weights
         for weight in weights:
@@ -30,11 +29,11 @@ class Optimiser:
         self._state[STATE[0]] = [torch.zeros((), dtype=torch.float32, device=weight.device) for weight in weights]
 
     def snapshot(self) -> Snapshot:
-        """Return the state of Adam."""
+        """Return the state."""
         return Snapshot(tensors={f"{key}.{i}": state for key in STATE for i, state in enumerate(self._state[key])})
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go on from a snapshot. Raises UserError where it is not of weights of these shapes."""
+        """Continue from a snapshot. Raises UserError if it belongs to weights of other shapes."""
         for key, states in self._state.items():
             self._state[key] = [snapshot.tensor(f"{key}.{i}", state).clone() for i, state in enumerate(states)]
 
