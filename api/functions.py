@@ -2,8 +2,9 @@
 
 import tempfile
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING
 
 from ..capture.options import PhotoOptions, UnprojectOptions
 from ..mesher.options import EvalOptions
@@ -12,7 +13,7 @@ from ..model.gallery import model_path
 from ..model.model_file import load as load_model
 from ..model.options import takes
 from ..trainer.openmp import prepare_openmp
-from ..trainer.options import TrainingOptions, settings_from, shows_options
+from ..trainer.options import ImportOptions, MorphOptions, TrainOptions
 from .field import Field
 from .notebook import Preview
 from .pictures import Pictures
@@ -21,9 +22,9 @@ if TYPE_CHECKING:
     from ..capture.unprojection import Unprojected
     from ..mesher.evaluation import Evaluation
     from ..model.model import Model
-    from ..trainer.learn import Callback
-    from ..trainer.options import Numbers
+    from ..trainer.progress import ProgressCallback
     from ..trainer.shapes.arrays import Arrays
+    from ..trainer.sources import Source
 
 
 def load(source: str | Path | bytes) -> Field:
@@ -43,97 +44,66 @@ def load(source: str | Path | bytes) -> Field:
             raise UserError(str(error).replace(str(path), "these bytes", 1)) from None
 
 
-@shows_options(settings_from)
-def train(
-    shape: "str | Path | Arrays",
-    levels: str | Sequence[str] | None = None,
-    *,
-    time: bool = False,
-    flat: bool = False,
-    quiet: bool = False,
-    resume: Field | None = None,
-    callback: "Callback | None" = None,
-    follow: Callable[[Field], object] | None = None,
-    log: str | Path | None = None,
-    preview: bool | str | Path = False,
-    **options: Unpack[TrainingOptions],
-) -> Field:
-    """Train a model of a shape, and return it; `Field.save` writes it to a file.
+@dataclass(frozen=True)
+class _PythonArguments:
+    """Arguments of `train` and `morph` that the command line does not have."""
+
+    resume: Field | None = None
+    callback: "ProgressCallback | None" = None
+    follow: Callable[[Field], object] | None = None
+    preview: bool | str | Path = False
+
+
+@dataclass(frozen=True)
+class TrainArguments(_PythonArguments, TrainOptions):
+    """Arguments of `train`."""
+
+
+@dataclass(frozen=True)
+class MorphArguments(_PythonArguments, MorphOptions):
+    """Arguments of `morph`."""
+
+
+@takes(TrainArguments)
+def train(shape: "str | Path | Arrays", options: TrainArguments) -> Field:
+    """Train a model of a shape, and return it; `Field.save` writes it to a file. See also docs/training.md.
 
     shape: the path of a mesh or of an oriented point cloud, the word "demo", a `trimesh.Trimesh`, arrays (vertices,
-    faces), or arrays (points, normals) or (points, normals, colours); with `time`, a folder of meshes that are moments
-    of one motion. levels: "64x1,64x2", or ["64x1", "64x2"]. seconds: of wall time for all of it, in place of steps.
-    callback: is told the stage, the share of it that is done and the loss, over and over; it may raise
-    KeyboardInterrupt, which ends the training with what is trained so far. resume: a model to go on with. follow:
-    receives a `Field` after every level. log: a file that gets a line of JSON for every report. preview: show a picture
-    of each level in a notebook; a path: draw them into that folder. The other options are those of `mplicits train`,
-    with their names and defaults (docs/training.md). Raises UserError.
+    faces), or arrays (points, normals) or (points, normals, colours); with `time`, a folder of meshes.
+
+    resume: a model to continue. callback: receives the stage, the share of it that is done and the loss, repeatedly; it
+    may raise KeyboardInterrupt, which ends the training with what is trained so far. follow: receives a `Field` after
+    every level. preview: True: show a picture of each level in a notebook; a path: draw them into that folder.
+
+    Raises UserError.
     """
     prepare_openmp()
-    from ..trainer.learn import learn
-    from .hooks import loose_pieces
+    from ..trainer.sources import frames_source, shape_source
 
-    before, follower = None if resume is None else resume.model, _Follower(follow, preview)
-    return follower.ended(
-        learn(
-            shape,
-            levels,
-            time=time,
-            flat=flat,
-            quiet=quiet,
-            resume=before,
-            callback=callback,
-            follow=follower,
-            log=log,
-            find=loose_pieces,
-            **options,
-        )
-    )
+    return _trained(frames_source(shape, options) if options.time else shape_source(shape, options), options)
 
 
-@shows_options(settings_from)
-def morph(
-    first: Field | str | Path,
-    second: Field | str | Path,
-    levels: str | Sequence[str] | None = None,
-    *,
-    in_place: bool = False,
-    flat: bool = False,
-    quiet: bool = False,
-    resume: Field | None = None,
-    callback: "Callback | None" = None,
-    follow: Callable[[Field], object] | None = None,
-    log: str | Path | None = None,
-    preview: bool | str | Path = False,
-    **options: Unpack[TrainingOptions],
-) -> Field:
+@takes(MorphArguments)
+def morph(first: Field | str | Path, second: Field | str | Path, options: MorphArguments) -> Field:
     """Train a model that moves: it is `first` at time 0, `second` at time 1, and surfaces between them meanwhile.
 
-    first, second: models, names of the gallery, paths of meshes or models, or the word "demo". in_place: leave both
-    where they are, in the one space that they share; otherwise each fits the unit sphere. The others are those of
-    `train`. Raises UserError.
+    first, second: models, names of the gallery, paths of meshes or models, or the word "demo". resume, callback,
+    follow, preview: as in `train`. Raises UserError.
     """
     prepare_openmp()
-    from ..trainer.learn import morph as learn_morph
+    from ..trainer.sources import morph_source
     from .hooks import surface_of
 
-    before, follower = None if resume is None else resume.model, _Follower(follow, preview)
-    return follower.ended(
-        learn_morph(
-            first.model if isinstance(first, Field) else first,
-            second.model if isinstance(second, Field) else second,
-            lambda model: surface_of(model, quiet),
-            levels,
-            in_place=in_place,
-            flat=flat,
-            quiet=quiet,
-            resume=before,
-            callback=callback,
-            follow=follower,
-            log=log,
-            **options,
-        )
-    )
+    ends = [end.model if isinstance(end, Field) else end for end in (first, second)]
+    return _trained(morph_source(ends[0], ends[1], lambda model: surface_of(model, options.quiet), options), options)
+
+
+def _trained(source: "Source", options: TrainArguments | MorphArguments) -> Field:
+    from ..trainer.session import train as train_source
+
+    follower = _Follower(options.follow, options.preview)
+    resume = options.resume.model if options.resume is not None else False
+    return follower.ended(train_source(source, options, resume=resume, callback=options.callback, follow=follower))
 
 
 class _Follower:
@@ -220,19 +190,13 @@ def compose(scene: str | Path) -> Field:
     return Field(composed(scene))
 
 
-def import_checkpoints(
-    checkpoints: Sequence[str | Path],
-    omega: "Numbers | None" = None,
-    shape: str | Path | None = None,
-    front: "Numbers | None" = None,
-    credit: str | None = None,
-) -> Field:
-    """Make a model of checkpoints of the authors' own release, coarse to fine.
+@takes(ImportOptions)
+def import_checkpoints(checkpoints: Sequence[str | Path], options: ImportOptions) -> Field:
+    """Return a model of checkpoints of the authors' own release, coarse to fine (docs/training.md).
 
-    The options are those of `mplicits import`, with their names and defaults (docs/training.md). Raises UserError.
+    Raises UserError.
     """
     prepare_openmp()
-    from ..trainer.imported import import_checkpoints as imported
+    from ..trainer.checkpoint import import_checkpoints as imported
 
-    files = [Path(path) for path in checkpoints]
-    return Field(imported(files, omega, None if shape is None else str(shape), front, credit))
+    return Field(imported([Path(path) for path in checkpoints], options))

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ..model.model import Model
-    from ..trainer.last_look import Pieces
-    from ..trainer.motion import ModelSurface
+    from ..trainer.sources import ModelSurface
 
 
 def describe_surface(model: "Model", quiet: bool) -> str:
@@ -15,13 +14,6 @@ def describe_surface(model: "Model", quiet: bool) -> str:
     from ..mesher import survey
 
     return survey.describe_surface(model, quiet)
-
-
-def loose_pieces(model: "Model") -> "Pieces":
-    """Find loose pieces of the surface of a model that is being trained, as `mesher.survey.loose_pieces` does."""
-    from ..mesher import survey
-
-    return survey.loose_pieces(model)
 
 
 def pictures(folder: Path) -> "Callable[[Model], None]":

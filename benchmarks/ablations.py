@@ -20,9 +20,10 @@ from mplicits.field.interpret import nested_field
 from mplicits.ir.lower import lower
 from mplicits.model.model import DELTA_FACTOR, Model
 from mplicits.trainer import sampling, settings
+from mplicits.trainer.config import LossConfig
 from mplicits.trainer.machine import device, prepare
-from mplicits.trainer.session import TrainingBar
-from mplicits.trainer.settings import RESIDUAL, Settings
+from mplicits.trainer.progress import TrainingBar
+from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Doubles, Shape
 from mplicits.trainer.train import Training
@@ -206,7 +207,7 @@ def main() -> None:
     for table, (title, names) in TABLES.items():
         page.add(*_head(f"Table {table}: {title}", "times our weight (weight)"))
         for multiple in options.multiples:
-            weights = {name: multiple * getattr(RESIDUAL, name) for name in names}
+            weights = {name: multiple * getattr(LossConfig.residual, name) for name in names}
             first = f"{multiple:g} ({', '.join(f'{weight:,g}' for weight in weights.values())})"
             page.add(_line(first, study.usual if multiple == 1 else study.row(weights)))
         page.add(*_as_printed(table))

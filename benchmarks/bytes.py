@@ -28,7 +28,7 @@ from mplicits.model.model_file import load, save
 from mplicits.model.quantise import step_of
 from mplicits.trainer import settings
 from mplicits.trainer.machine import device, prepare
-from mplicits.trainer.session import TrainingBar
+from mplicits.trainer.progress import TrainingBar
 from mplicits.trainer.settings import PRESETS, Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.train import Training

@@ -16,13 +16,12 @@ from torch import Tensor
 from torch.nn import functional
 
 from mplicits.mesher.model_field import Field, ModelField
-from mplicits.mesher.survey import loose_pieces
 from mplicits.model.model import DEFAULT_ITERATIONS, Level, Model
 from mplicits.trainer import quality, sampling, settings
-from mplicits.trainer.bands import delta
 from mplicits.trainer.networks.nested import field, in_band
 from mplicits.trainer.networks.network import Weights, initial, to_model
-from mplicits.trainer.session import TrainingBar
+from mplicits.trainer.progress import TrainingBar
+from mplicits.trainer.quality import delta
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.shape import Doubles, Shape, SurfacePoints, unit
 from mplicits.trainer.train import Training
@@ -73,15 +72,15 @@ def training_settings(levels: str, steps: str | None = None, seconds: float | No
 
 def ours(shape: Shape, networks: str, seconds: float, seed: int) -> Model:
     """Train as `mplicits train SHAPE --levels NETWORKS --seconds S --texture none` does."""
-    return fully_trained(shape, training_settings(networks, seconds=seconds, seed=seed))
+    return trained(shape, training_settings(networks, seconds=seconds, seed=seed))
 
 
-def fully_trained(shape: Shape, chosen: Settings, began: float | None = None) -> Model:
-    """Train as `mplicits train` does, with the final cleanup.
+def trained(shape: Shape, chosen: Settings, began: float | None = None) -> Model:
+    """Train as `mplicits train` does.
 
     began: time.perf_counter() at which the seconds of `chosen` start; None: now.
     """
-    return Training(shape, chosen, TrainingBar(quiet=True), began, find=loose_pieces).run()
+    return Training(shape, chosen, TrainingBar(quiet=True), began).run()
 
 
 def one_siren(shape: Shape, parameters: int, seconds: float, seed: int) -> Model:

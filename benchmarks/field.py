@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from contenders import fully_trained, training_settings
+from contenders import trained, training_settings
 from mplicits.field.interpret import nested_field
 from mplicits.ir.lower import lower
 from mplicits.mesher.compare import Figures, compare
@@ -103,7 +103,7 @@ def row(path: Path, seed: int, of_exact: Figures, options: argparse.Namespace) -
     began = time.perf_counter()
     shape, _ = load_shape(str(path))
     chosen = training_settings(options.levels, options.steps, None if options.steps else options.seconds, seed)
-    model = fully_trained(shape, chosen, began)
+    model = trained(shape, chosen, began)
     if options.keep:
         save(model, options.keep / f"{path.stem}-{seed}.safetensors")
     truth = in_model_space(read_mesh(path), *model.place)

@@ -9,7 +9,7 @@ import argparse
 import time
 from pathlib import Path
 
-from contenders import fully_trained, training_settings
+from contenders import trained, training_settings
 from mplicits.model.model_file import save
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.shapes.load import load_shape
@@ -42,7 +42,7 @@ def main() -> None:
     for seconds in map(float, arguments.seconds.split(",")):
         began = time.perf_counter()
         shape, _ = load_shape(arguments.shape)
-        model = fully_trained(shape, training_settings(arguments.levels, seconds=seconds), began)
+        model = trained(shape, training_settings(arguments.levels, seconds=seconds), began)
         for i, (level, record) in enumerate(zip(model.levels, model.provenance["levels"], strict=True), start=1):
             page.add(
                 f"| {seconds:g} | {model.provenance['seconds']:.1f} | {i}: {record['network']} | {record['steps']} "

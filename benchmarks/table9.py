@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from mplicits.trainer import cli
+from mplicits.trainer.openmp import prepare_openmp
 
 if __name__ == "__main__":
-    cli.before_torch()
+    prepare_openmp()
 
 import torch
 from threadpoolctl import threadpool_limits

@@ -24,9 +24,9 @@ from mplicits.codegen.targets.glsl330 import bake
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load, save
 from mplicits.trainer import settings
-from mplicits.trainer.cli import before_torch
 from mplicits.trainer.machine import device, prepare
-from mplicits.trainer.session import TrainingBar
+from mplicits.trainer.openmp import prepare_openmp
+from mplicits.trainer.progress import TrainingBar
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.train import Training
@@ -158,7 +158,7 @@ def main() -> None:
     parser.add_argument("--models", type=Path, metavar="FOLDER", help="models to compare, and where to put others")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/textures.md"))
     options = parser.parse_args()
-    before_torch()
+    prepare_openmp()
     prepare(device("cpu"))
     page = Page(
         options.output,

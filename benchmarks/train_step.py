@@ -21,10 +21,10 @@ from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from mplicits.trainer import cli
+from mplicits.trainer.openmp import prepare_openmp
 
 if __name__ == "__main__":
-    cli.before_torch()
+    prepare_openmp()
 
 import torch
 
@@ -34,12 +34,13 @@ from torch import Tensor
 from torch.nn import functional
 
 import protocol
-from mplicits.trainer import level, machine, pools
-from mplicits.trainer.batches import Batches
+from mplicits.trainer import machine
+from mplicits.trainer.config import LossConfig
+from mplicits.trainer.level import LevelStep
 from mplicits.trainer.networks.nested import field_and_gradient
 from mplicits.trainer.networks.network import Weights, initial, value
 from mplicits.trainer.networks.optimizer import Optimizer
-from mplicits.trainer.settings import RESIDUAL
+from mplicits.trainer.training_samples import Batches, Pool
 
 CASES = (((64, 1),), (64, 2)), (((64, 2),), (128, 2)), (((64, 2), (128, 2)), (256, 2))
 """(width, depth) of the earlier levels, and of the residual that is trained."""
@@ -58,16 +59,17 @@ def by_autograd(weights: Weights, points: Tensor) -> tuple[Tensor, Tensor]:
     return f, torch.autograd.grad(f.sum(), at, create_graph=True)[0]
 
 
-def make_pool(points: Tensor, frozen: Sequence[Weights], on_surface: bool) -> pools.Pool:
+def make_pool(points: Tensor, frozen: Sequence[Weights], on_surface: bool) -> Pool:
     """Make a pool of `points` with distances of zero, and with normals where they are on the surface."""
     normals = functional.normalize(points, dim=1) if on_surface else None
-    return pools.Pool(points, torch.zeros_like(points[:, 0]), normals, *field_and_gradient(frozen, points))
+    return Pool(points, torch.zeros_like(points[:, 0]), normals, *field_and_gradient(frozen, points))
 
 
 class Case:
     """The networks and samples of one row of the table, which are the same in every process."""
 
-    def __init__(self, index: int, device: torch.device) -> None:
+    def __init__(self, index: int, device: torch.device, batch: int) -> None:
+        self.batch = batch
         sizes, self.size = CASES[index]
         generator = torch.Generator().manual_seed(index)
         self.earlier = [[w.to(device) for w in initial(size, 40.0, 1, generator)] for size in sizes]
@@ -82,8 +84,8 @@ class Case:
 
     def ours(self) -> Callable[[], None]:
         """Make a step of our trainer."""
-        weights = self.weights()
-        step = level.LevelStep(self.surface, self.volume, RESIDUAL, torch.Generator().manual_seed(0))
+        weights, generator = self.weights(), torch.Generator().manual_seed(0)
+        step = LevelStep(self.surface, self.volume, LossConfig.residual, generator, batch=self.batch)
         optimizer = Optimizer(weights, 1e-4, 0.1)
 
         def run() -> None:
@@ -94,7 +96,7 @@ class Case:
 
     def autograd(self) -> Callable[[], None]:
         """Make the same step with the gradient by autograd."""
-        weights, half = self.weights(), level.BATCH // 2
+        weights, half = self.weights(), self.batch // 2
         generator = torch.Generator().manual_seed(0)
         surface, volume = Batches(self.surface, half, generator), Batches(self.volume, half, generator)
         optimizer = Optimizer(weights, 1e-4, 0.1)
@@ -112,7 +114,7 @@ class Case:
 
     def authors(self) -> Callable[[], None]:
         """Make a step the authors' way."""
-        weights, half = self.weights(), level.BATCH // 2
+        weights, half = self.weights(), self.batch // 2
         optimizer = torch.optim.Adam(weights, 1e-4)
         earlier = [[w.clone().requires_grad_() for w in network] for network in self.earlier]
 
@@ -138,7 +140,7 @@ class Case:
 def loss(f: Tensor, gradient: Tensor, normals: Tensor) -> Tensor:
     """Compute the loss of `trainer.level` (Eq. 4) for distances of zero; the first points have the normals."""
     half = len(normals)
-    weight = RESIDUAL
+    weight = LossConfig.residual
     total: Tensor = (
         weight.value * f[:half].square().mean()
         + weight.normal * (1 - functional.cosine_similarity(gradient[:half], normals, dim=1)).mean()
@@ -170,22 +172,21 @@ def seconds(step: Callable[[], None]) -> float:
 
 def apart(connection: Connection, index: int, device: torch.device, points: int) -> None:
     """Run the authors' way in this process: for every true message, send the seconds of one step."""
-    level.BATCH = points
-    step = Case(index, device).authors()
+    step = Case(index, device, points).authors()
     connection.send(0.0)
     while connection.recv():
         connection.send(seconds(step))
 
 
-def medians(index: int, device: torch.device, rounds: int) -> list[float]:
+def medians(index: int, device: torch.device, points: int, rounds: int) -> list[float]:
     """Measure the median seconds of a step: ours, autograd, the authors' way in this process, and in another.
 
     They take turns, `rounds` of which count. Each turn begins with what is not timed: its settings, a rest, and `WARM`
     steps, since in training one step follows another.
     """
-    case = Case(index, device)
+    case = Case(index, device, points)
     near, far = multiprocessing.get_context("spawn").Pipe()
-    other = multiprocessing.get_context("spawn").Process(target=apart, args=(far, index, device, level.BATCH))
+    other = multiprocessing.get_context("spawn").Process(target=apart, args=(far, index, device, points))
     other.start()
     near.recv()
 
@@ -220,7 +221,6 @@ def main() -> None:
     parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/train_step.md"))
     options = parser.parse_args()
-    level.BATCH = options.points
     device = torch.device(options.device)
     our_settings(device)
     on = f"{torch.cuda.get_device_name()}; " if device.type == "cuda" else ""
@@ -239,7 +239,7 @@ def main() -> None:
         "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |",
     )
     for index, (sizes, size) in enumerate(CASES):
-        ours, autograd, authors, alone = medians(index, device, options.rounds)
+        ours, autograd, authors, alone = medians(index, device, options.points, options.rounds)
         names = [f"{width}x{depth}" for width, depth in (size, *sizes)]
         figures = " | ".join(f"{median * 1e3:.1f}" for median in (ours, autograd, authors, alone))
         page.add(

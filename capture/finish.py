@@ -11,12 +11,14 @@ from torch.nn.functional import normalize
 from ..model.errors import UserError
 from ..model.model import DEFAULT_ITERATIONS, Level, Model, Network
 from ..trainer import texture
+from ..trainer.config import default_config
 from ..trainer.measured import zero_set
-from ..trainer.networks.fit import Budget, Task, TrainingProgress, fit
+from ..trainer.networks.callback import Report, TrainingProgress
+from ..trainer.networks.fit import Budget, Task, fit
 from ..trainer.networks.nested import field_and_gradient, in_band
 from ..trainer.networks.network import Weights, to_model
-from ..trainer.pools import Pool
-from ..trainer.settings import TEXTURE_DEEPEST, TEXTURE_OMEGA, TEXTURE_STEPS, TEXTURE_WIDEST
+from ..trainer.settings import default_texture
+from ..trainer.training_samples import Pool
 from .photographs import Photograph, Photographs
 from .radiance import Radiance
 
@@ -59,8 +61,8 @@ def distilled(
     delta: half-width of the band in which colors are constant along normals. surface: (N, 3). features: (N, F), of the
     surface, for `radiance`. All tensors are on the CPU.
     """
-    width, depth = levels[-1][0].shape[0], len(levels[-1]) // 2 - 2
-    size = min(width, TEXTURE_WIDEST), min(depth, TEXTURE_DEEPEST)
+    config, lengths = default_config().texture, default_config().lengths
+    size = default_texture((levels[-1][0].shape[0], len(levels[-1]) // 2 - 2))
     progress.begin(f"texture ({size[0]}x{size[1]})")
     _, gradient = field_and_gradient(levels, surface)
     on = _pool(surface, gradient, colors_of_surface(surface, gradient, features, radiance, views))
@@ -69,13 +71,13 @@ def distilled(
     beside = surface + shift * normalize(gradient, dim=1)
     step = texture.TextureStep(on, _pool(beside, field_and_gradient(levels, beside)[1]), generator)
     task = Task(
-        start=texture.start(size, TEXTURE_OMEGA, seed, torch.device("cpu")),
+        start=lambda: texture.initial_texture(size, lengths.texture_omega, seed, torch.device("cpu")),
         step=step,
         idle=texture.idle_loss(on),
-        rate=texture.RATE,
-        output_factor=texture.OUTPUT_FACTOR,
+        rate=config.rate,
+        output_factor=config.output_factor,
     )
-    outcome = fit(task, Budget(steps=TEXTURE_STEPS), progress)
+    outcome = fit(task, Budget(steps=lengths.texture_steps), progress.say, [Report(progress)])
     progress.end()
     return to_model(outcome.weights)
 

@@ -10,7 +10,8 @@ from ..model.errors import UserError
 from ..model.model import Model, Network
 from ..trainer.machine import device, prepare
 from ..trainer.measured import measured_levels
-from ..trainer.networks.fit import Budget, TrainingProgress
+from ..trainer.networks.callback import TrainingProgress
+from ..trainer.networks.fit import Budget
 from ..trainer.networks.network import to_model
 from ..trainer.networks.snapshot import Snapshot
 from ..trainer.part import Part

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from ..trainer import level
+from ..trainer.config import StepConfig
 from ..trainer.networks import losses
 from ..trainer.networks.network import Weights, add_derivative, adjoint_pass
 from ..trainer.networks.optimizer import Optimizer
@@ -13,6 +14,7 @@ from .multiscale import Evaluated, MultiscaleField
 from .radiance import Radiance
 from .rendering import Shade
 
+STEP = StepConfig()
 SPHERE = 0.5  # radius of the initial sphere
 SPHERE_STEPS, SPHERE_POINTS, SPHERE_RATE = 300, 1024, 5e-3
 """Steps, samples per step and peak rate of the fit to the sphere."""
@@ -39,7 +41,8 @@ class MultiscaleScene:
         """
         self.levels = []
         for i, (size, omega) in enumerate(zip(sizes, omegas, strict=True)):
-            self.levels.append(level.start(size, omega, first=i == 0, seed=seed + i, device=device)())
+            first, own_seed = i == 0, seed + i
+            self.levels.append(level.initial_level(size, omega, first=first, seed=own_seed, device=device, config=STEP))
         self.field = MultiscaleField(self.levels, deltas)
         self.radiance = Radiance(radiance, sum(self.field.widths), torch.Generator().manual_seed(seed)).to(device)
         self.logarithm = torch.tensor(SHARPNESS, device=device, requires_grad=True)
@@ -51,7 +54,7 @@ class MultiscaleScene:
         """Fit level 1 to the signed distance of a sphere."""
         weights = self.levels[0]
         generator = torch.Generator().manual_seed(seed)
-        optimizer = Optimizer(weights, SPHERE_RATE, level.OUTPUT_FACTOR)
+        optimizer = Optimizer(weights, SPHERE_RATE, STEP.output_factor)
         for step in range(SPHERE_STEPS):
             points = (2 * torch.rand(SPHERE_POINTS, 3, generator=generator) - 1).to(weights[0].device)
             forward = adjoint_pass(weights, points)
@@ -93,10 +96,10 @@ class MultiscaleScene:
         """
         pairs: list[tuple[list[Tensor], Optimizer]] = []
         for i, weights in enumerate(self.levels):
-            relative, factor = level.rates(len(weights[0]), self.field.deltas[i - 1] if i else None)
-            pairs.append((weights, Optimizer(weights, rate * relative / level.RATE, factor)))
+            relative, factor = level.rates(len(weights[0]), self.field.deltas[i - 1] if i else None, STEP)
+            pairs.append((weights, Optimizer(weights, rate * relative / STEP.rate, factor)))
         parameters: list[Tensor] = list(self.radiance.parameters())
-        slower = min(1, level.RATE_WIDTH / self.radiance.width)
+        slower = min(1, STEP.rate_width / self.radiance.width)
         pairs.append((parameters, Optimizer(parameters, radiance * slower, 1.0)))
         return [*pairs, ([self.logarithm], Optimizer([self.logarithm], sharpness, 1.0))]
 

@@ -8,7 +8,7 @@ from ..model.interrupts import ended_by
 from ..model.model import Model, shape_of
 from ..model.model_file import save
 from ..trainer.part import Part
-from ..trainer.session import TrainingBar
+from ..trainer.progress import TrainingBar
 from .folder import read_photographs
 from .options import PhotoOptions
 from .reconstruct import Reconstruction

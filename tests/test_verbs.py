@@ -5,7 +5,6 @@ import inspect
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import get_type_hints
 
 import numpy as np
 import pytest
@@ -16,7 +15,6 @@ import mplicits
 from mplicits import cli
 from mplicits.model.model_file import load, save
 from mplicits.model.options import declarations
-from mplicits.trainer.options import TrainingOptions, settings_from
 from mplicits.trainer.shapes.load import load_shape
 from support.paths import DEMO
 from support.random_model import random_model
@@ -71,14 +69,6 @@ def test_verbs_and_functions_have_the_same_options(name: str) -> None:
             assert option in parameters
             ours = parameters[option].default
             assert ours in (inspect.Parameter.empty, default) or (ours is None and default is False), option
-
-
-@pytest.mark.parametrize(("options", "taker"), [(TrainingOptions, settings_from)])
-def test_options_are_said_alike_twice(options: type, taker: Callable[..., object]) -> None:
-    named = get_type_hints(taker)
-    for other in {"return", "levels"} - get_type_hints(options).keys():
-        del named[other]
-    assert named == get_type_hints(options)
 
 
 def test_every_verb_has_a_function() -> None:

@@ -1,136 +1,121 @@
-"""`--levels auto`: the sizes and the frequencies of the levels, chosen for a shape by short trials.
+"""`--levels auto`: short trials choose the sizes and the frequencies of the levels for a shape.
 
-A budget of parameters, or an error that is to be reached, gives the width W of two levels, Wx1 and Wx2. Their
-frequencies omega_0 are those of the trial that came nearest to the shape: smooth shapes want lower ones than shapes
-with fine detail.
+A number of parameters, or an error to reach, gives the width W of two levels, Wx1 and Wx2. Their frequencies omega_0
+are those of the best trial: smooth shapes need lower frequencies than shapes with fine detail.
 """
 
 import math
 import time
-from collections.abc import Mapping
 from dataclasses import asdict, replace
 from functools import cache
 
 from ..model.errors import UserError
 from ..model.model import Model
-from .automatic_wish import NARROWEST, WIDEST, size
-from .networks.fit import TrainingProgress
-from .settings import OMEGA_WIDTH, OMEGAS, Settings, Wish, steps
+from .config import TrainingConfig, default_config
+from .level_goal import NARROWEST, WIDEST, parameters_of_width
+from .networks.callback import TrainingProgress
+from .progress import ForwardingProgress
+from .settings import LevelGoal, Settings, default_omega, steps
 from .shapes.shape import Shape
 from .train import Training
 
-STEP = 4
-"""Between widths."""
-TRIAL_STEPS = "150,350"
-"""Steps of the two levels in a trial."""
-FACTORS = (1.0, 0.7, 1.4)
-"""On the usual omega_0 of both levels: a trial each."""
-TRIALS_SHARE = 0.5
-"""Of the user's seconds: after these, no further frequencies are tried."""
-TRIAL_WIDTHS = (24, 56)
-"""Widths of the trials that tell how the error falls with the number of parameters."""
-LONGER = 0.6
-"""Mean |f| after a whole training, of that after a trial of the same networks."""
-LEAST_SECONDS = 120
-"""The user's seconds, at least: trials take some 30 to 60 of them."""
+
+def with_levels(
+    shape: Shape, settings: Settings, previous: Model | None, progress: TrainingProgress, began: float
+) -> Settings:
+    """Return settings with levels: the user's, those of the model `previous`, or those chosen for the shape.
+
+    previous: the model that the training resumes. began: as in `choose_levels`, which raises the same errors.
+    """
+    if settings.wish is None:
+        return settings
+    resumed = settings if previous is None else with_previous_levels(settings, previous)
+    return choose_levels(shape, settings, settings.wish, progress, began) if resumed is settings else resumed
 
 
-def as_before(settings: Settings, model: Model) -> Settings:
-    """Return settings whose levels are yet to be chosen with those of a model that was trained by the same wish."""
-    before = model.provenance.get("settings")
-    if settings.wish is None or not isinstance(before, dict) or before.get("wish") != asdict(settings.wish):
+def with_previous_levels(settings: Settings, model: Model) -> Settings:
+    """Return settings with the levels of a model that was trained for the same goal; else the same settings."""
+    trained = model.provenance.get("settings")
+    if settings.wish is None or not isinstance(trained, dict) or trained.get("wish") != asdict(settings.wish):
         return settings
     try:
-        networks = tuple((int(width), int(depth)) for width, depth in before["networks"])
-        omegas = tuple(float(omega) for omega in before["omegas"])
+        networks = tuple((int(width), int(depth)) for width, depth in trained["networks"])
+        omegas = tuple(float(omega) for omega in trained["omegas"])
     except (KeyError, TypeError, ValueError):
         return settings
     return replace(settings, networks=networks, omegas=omegas, steps=steps(None, len(networks)))
 
 
-def chosen(
-    shape: Shape, settings: Settings, before: Model | None, progress: TrainingProgress, began: float
+def choose_levels(
+    shape: Shape, settings: Settings, goal: LevelGoal, progress: TrainingProgress, began: float
 ) -> Settings:
-    """Return settings with levels: those that the user or an earlier training has chosen, or else those for the shape.
-
-    before: the model that a training goes on with. began: as of `choose`, which says what is raised.
-    """
-    if settings.wish is None:
-        return settings
-    kept = settings if before is None else as_before(settings, before)
-    return choose(shape, settings, settings.wish, progress, began) if kept is settings else kept
-
-
-def choose(shape: Shape, settings: Settings, wanted: Wish, progress: TrainingProgress, began: float) -> Settings:
     """Choose the levels for a shape, say so in the log, and return the settings with them.
 
-    Trials are trained as `settings` say, but for their length. began: the value of time.perf_counter() from which on
-    the user's seconds count. Raises UserError where no width is enough or too few seconds are left, and
-    KeyboardInterrupt after Ctrl-C.
+    Trials follow `settings` except for their length. began: value of time.perf_counter() from which the user's seconds
+    count. Raises UserError where no width is enough or too few seconds are left, and KeyboardInterrupt after Ctrl-C.
     """
+    config = default_config()
+    automatic = config.automatic
     if shape.moving:
-        raise UserError("--levels auto: for shapes that stand still; give the levels of a motion yourself")
-    if settings.seconds is not None and settings.seconds < LEAST_SECONDS:
-        raise UserError(f"--levels auto: its trials need --seconds {LEAST_SECONDS} or more")
+        raise UserError("--levels auto: not for shapes that move; name their levels: --levels 64x1,64x2")
+    if settings.seconds is not None and settings.seconds < automatic.least_seconds:
+        raise UserError(f"--levels auto: its trials need --seconds {automatic.least_seconds:g} or more")
     textured = shape.colored and settings.texture
 
     @cache
     def trial(width: int, factor: float) -> float:
-        return _trial(shape, settings, width, factor, progress)
+        return _trial(shape, settings, width, factor, progress, config)
 
-    if wanted.error is None:
-        assert wanted.parameters is not None
-        width = _widest(wanted.parameters, textured)
-        why = f"{wanted.parameters:,} parameters"
+    if goal.error is None:
+        assert goal.parameters is not None
+        width = _largest_width(goal.parameters, textured, automatic.width_step)
+        why = f"{goal.parameters:,} parameters"
     else:
-        widths = [(size(w, textured=False), trial(w, 1.0)) for w in TRIAL_WIDTHS]
-        width, expected = _wide_enough(widths, wanted.error)
-        why = f"a mean |f| of {wanted.error:g} (expected: {expected:.1e})"
-    ends = math.inf if settings.seconds is None else began + TRIALS_SHARE * settings.seconds
+        trials = [(parameters_of_width(w, textured=False), trial(w, 1.0)) for w in automatic.trial_widths]
+        width, expected = _width_for_error(trials, goal.error, config)
+        why = f"a mean |f| of {goal.error:g} (expected: {expected:.1e})"
+    ends = math.inf if settings.seconds is None else began + automatic.trials_share * settings.seconds
     tried = dict[float, float]()
-    for factor in FACTORS:
+    for factor in automatic.factors:
         if time.perf_counter() < ends:
-            tried[factor] = trial(min(width, TRIAL_WIDTHS[-1]), factor)
-    chosen = _with_levels(settings, width, min(tried, key=tried.__getitem__, default=1.0))
+            tried[factor] = trial(min(width, automatic.trial_widths[-1]), factor)
+    chosen = _settings_of(settings, width, min(tried, key=tried.__getitem__, default=1.0))
     progress.say(f"levels: {width}x1,{width}x2, for {why}")
-    of_trials = ", ".join(f"{error:.1e} with {factor:g} times" for factor, error in tried.items())
-    why = (
-        f"mean |f| of trials: {of_trials} the usual ones"
-        if tried
-        else "the usual ones: no seconds were left to try others"
-    )
-    progress.say(f"omega: {_shown(chosen.omegas)}; {why}")
+    errors = ", ".join(f"{error:.1e} with {factor:g} times" for factor, error in tried.items())
+    why = f"mean |f| of trials: {errors} the default" if tried else "the default: no seconds were left for trials"
+    progress.say(f"omega: {_listed(chosen.omegas)}; {why}")
     return chosen
 
 
-def _shown(omegas: tuple[float, ...]) -> str:
+def _listed(omegas: tuple[float, ...]) -> str:
     return ", ".join(f"{omega:g}" for omega in omegas)
 
 
-def _widest(parameters: int, textured: bool) -> int:
-    """Return the largest width whose model has at most so many parameters."""
-    widths = [w for w in range(NARROWEST, WIDEST + 1, STEP) if size(w, textured=textured) <= parameters]
+def _largest_width(parameters: int, textured: bool, step: int) -> int:
+    """Return the largest width whose model has at most this number of parameters."""
+    widths = [w for w in range(NARROWEST, WIDEST + 1, step) if parameters_of_width(w, textured=textured) <= parameters]
     if not widths:
-        least = size(NARROWEST, textured=textured)
+        least = parameters_of_width(NARROWEST, textured=textured)
         raise UserError(
             f"--levels auto: {parameters:,} parameters; with its colours this shape needs {least:,} or more"
         )
     return widths[-1]
 
 
-def _wide_enough(trials: list[tuple[int, float]], error: float) -> tuple[int, float]:
-    """Return the least width that is expected to reach an error, and the error that is expected of it.
+def _width_for_error(trials: list[tuple[int, float]], error: float, config: TrainingConfig) -> tuple[int, float]:
+    """Return the least width that is expected to reach an error, and its expected error.
 
-    trials: (parameters, mean |f|) of two sizes; the error is taken to fall with a power of the parameters.
+    trials: (parameters, mean |f|) of two sizes. The error is assumed to fall with a power of the parameters.
     Raises UserError where the largest width is not expected to reach it.
     """
     (few, rough), (many, fine) = trials
     power = max(0.1, math.log(rough / max(fine, 1e-9)) / math.log(many / few))
 
     def expected(width: int) -> float:
-        return float(LONGER * fine * (size(width, textured=False) / many) ** -power)
+        ratio = parameters_of_width(width, textured=False) / many
+        return float(config.automatic.improvement * fine * ratio**-power)
 
-    for width in range(NARROWEST, WIDEST + 1, STEP):
+    for width in range(NARROWEST, WIDEST + 1, config.automatic.width_step):
         if expected(width) <= error:
             return width, expected(width)
     raise UserError(
@@ -138,43 +123,37 @@ def _wide_enough(trials: list[tuple[int, float]], error: float) -> tuple[int, fl
     )
 
 
-def _trial(shape: Shape, settings: Settings, width: int, factor: float, progress: TrainingProgress) -> float:
-    """Train levels shortly and return their mean |f| on held-out points of the surface.
+def _trial(
+    shape: Shape, settings: Settings, width: int, factor: float, progress: TrainingProgress, config: TrainingConfig
+) -> float:
+    """Train levels briefly and return their mean |f| at held-out points.
 
     Raises KeyboardInterrupt after Ctrl-C.
     """
-    levels = _with_levels(settings, width, factor)
-    short = replace(levels, steps=steps(TRIAL_STEPS, 2), seconds=None, texture=False)
-    training = Training(shape, short, _Trial(progress, _shown(levels.omegas)))
+    levels = _settings_of(settings, width, factor)
+    first, second = config.automatic.trial_steps
+    brief = replace(levels, steps=(first, second, second), seconds=None, texture=False)
+    training = Training(shape, brief, _TrialProgress(progress, _listed(levels.omegas)), config=config)
     model = training.run()
     if training.interrupted:
         raise KeyboardInterrupt
     return float(model.provenance["levels"][-1]["mean_f"])
 
 
-class _Trial:
-    """A `TrainingProgress` of a trial, which logs nothing of its own."""
+class _TrialProgress(ForwardingProgress):
+    """The progress of a trial, without log lines."""
 
     def __init__(self, progress: TrainingProgress, omegas: str) -> None:
-        self._progress, self._omegas = progress, omegas
+        super().__init__(progress)
+        self._omegas = omegas
 
     def begin(self, stage: str) -> None:
-        self._progress.begin(f"trial of omega {self._omegas}: {stage}")
-
-    def advance(self, fraction: float, loss: float) -> None:
-        self._progress.advance(fraction, loss)
-
-    def tell(self, step: int, figures: Mapping[str, float]) -> None:
-        self._progress.tell(step, figures)
-
-    def end(self) -> None:
-        self._progress.end()
+        super().begin(f"trial of omega {self._omegas}: {stage}")
 
     def say(self, line: str) -> None:
-        """Keep to oneself that a level of a trial was restarted, or failed."""
+        """Drop the line: a restart in a trial concerns nobody."""
 
 
-def _with_levels(settings: Settings, width: int, factor: float) -> Settings:
-    scale = factor * min(1.0, math.sqrt(width / OMEGA_WIDTH))
-    omegas = tuple(round(omega * scale, 1) for omega in OMEGAS[:2])
+def _settings_of(settings: Settings, width: int, factor: float) -> Settings:
+    omegas = tuple(default_omega(index, width, factor) for index in (0, 1))
     return replace(settings, networks=((width, 1), (width, 2)), omegas=omegas, steps=steps(None, 2))

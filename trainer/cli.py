@@ -1,10 +1,7 @@
-"""The verbs `train` and `import` of the command line."""
+"""The verbs `train`, `morph` and `import` of the command line."""
 
-import os
-import time
-from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
-from inspect import signature
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,163 +10,173 @@ from ..model.files import check_writable, is_folder, show
 from ..model.gallery import SUFFIX
 from ..model.interrupts import begin_work, ended_by
 from ..model.kinds import LOG, MODEL
-from ..model.verb import Verb, output_arguments
-from .arguments import arguments, presentation_arguments
-from .options import file_omegas, settings_from
-from .settings import Settings, front
+from ..model.options import Options, argument, option
+from ..model.verb import Verb, force_option, output_option
+from .openmp import prepare_openmp
+from .options import ImportOptions, MorphOptions, TrainingOptions, TrainOptions
 
 if TYPE_CHECKING:
     from ..model.model import Model
-    from .last_look import FindsPieces
-    from .session import Loader
+    from .sources import ModelSurface, Source
 
-    MakesPictures = Callable[[Path], Callable[[Model], object]]
-
-
-def before_torch() -> None:
-    """Set up how PyTorch's threads wait; call it before PyTorch is loaded.
-
-    The threads (GNU OpenMP) then wait for one another in a busy loop for microseconds, not milliseconds. Where another
-    program runs, a thread that waits so keeps the very thread that it waits for from its core.
-    """
-    os.environ.setdefault("GOMP_SPINCOUNT", "1000")
+OUTPUT_HELP = "model file (default: the shape's name, in this folder)"
+LIVE_HELP = "for programs: progress as lines of JSON on stdout, and the model file is written after every level"
+PREVIEW_HELP = "draw a picture of every trained level into this folder"
+RESUME_HELP = (
+    "continue the interrupted training of NAME.part.safetensors, or else the model in the output file: finish an "
+    "interrupted level, add missing levels"
+)
+END_HELP = "a mesh (PLY OBJ STL GLB), a model (.safetensors), a name of the gallery, or the word `demo`"
 
 
-def train_verb(
-    describe_surface: "Callable[[Model, bool], str]", pictures: "MakesPictures", find: "FindsPieces"
-) -> Verb:
-    """Make the verb `train`.
+@dataclass(frozen=True)
+class FileOptions(Options):
+    """Options of the command line that a Python function does not have."""
 
-    describe_surface: describes the surface of the trained model in a line for people; it is told whether to be quiet.
-    pictures: makes, for a folder, what draws a model into it. find: finds loose pieces of a model's surface.
-    """
-    return Verb(
-        "train",
-        "a mesh or an oriented point cloud becomes a model file",
-        arguments,
-        "train bunny.ply -o bunny.safetensors --seconds 60",
-        lambda options: run(options, describe_surface, pictures, find),
+    output: Path | None = output_option("M.safetensors", OUTPUT_HELP)
+    force: bool = force_option()
+    resume: bool = option(False, RESUME_HELP)
+    preview: Path | None = option(None, PREVIEW_HELP, metavar="DIR")
+    live: bool = option(False, LIVE_HELP, excludes="quiet")
+
+
+@dataclass(frozen=True)
+class TrainCommand(FileOptions, TrainOptions):
+    """Command line of `train`."""
+
+    shape: str = argument(
+        "SHAPE",
+        "a mesh (PLY OBJ STL GLB), a point cloud (PLY XYZ NPZ OBJ), or the word `demo`; or a folder of them, with "
+        "-o OUT/",
+    )
+    jobs: int = option(1, "of a folder: number of shapes to train at the same time", metavar="N", least=1, most=1024)
+    cluster: str | None = option(
+        None,
+        "of a folder: train on the workers of the Dask scheduler there (tcp://host:8786), which see its files",
+        metavar="ADDRESS",
     )
 
 
-def run(
-    options: Namespace,
-    describe_surface: "Callable[[Model, bool], str]",
-    pictures: "MakesPictures",
-    find: "FindsPieces",
-) -> None:
-    """Train, save the model, and print its figures. Raises UserError."""
-    settings = settings_of(options)
-    before_torch()
-    if is_folder(Path(options.shape)) and not options.time:
+@dataclass(frozen=True)
+class MorphCommand(FileOptions, MorphOptions):
+    """Command line of `morph`."""
+
+    first: str = argument("A", f"the shape at t = 0: {END_HELP}")
+    second: str = argument("B", "the shape at t = 1, likewise")
+
+
+@dataclass(frozen=True)
+class Hooks:
+    """Functions of other rooms that a training calls; the front door passes them on."""
+
+    describe_surface: "Callable[[Model, bool], str]"
+    """Describes the surface of a model in a line. The second argument is --quiet."""
+    surface_of: "Callable[[Model, bool], ModelSurface]"
+    """Extracts the surface of a model. The second argument is --quiet."""
+    pictures: "Callable[[Path], Callable[[Model], object]]"
+    """Returns a function that draws a model into a folder."""
+
+
+def training_verbs(hooks: Hooks) -> tuple[Verb, Verb]:
+    """Return the verbs `train` and `morph`."""
+    return (
+        Verb(
+            "train",
+            "a mesh or an oriented point cloud becomes a model file",
+            TrainCommand,
+            "train bunny.ply -o bunny.safetensors --seconds 60",
+            lambda command: _train(command, hooks),
+        ),
+        Verb(
+            "morph",
+            "one shape becomes another while time goes by",
+            MorphCommand,
+            "morph spot bob -o spot-to-bob.safetensors",
+            lambda command: _morph(command, hooks),
+        ),
+    )
+
+
+def _train(command: TrainCommand, hooks: Hooks) -> None:
+    """Train a model of a shape, or of every shape of a folder. Raises UserError."""
+    command.settings()
+    prepare_openmp()
+    if is_folder(Path(command.shape)) and not command.time:
         from .folder import run_folder
 
-        run_folder(options, settings, arguments)
+        run_folder(command)
         return
-    if options.jobs != 1 or options.cluster:
-        raise UserError("--jobs, --cluster: for a folder of shapes")
-    if options.time:
-        from . import motion
+    if flags := command.changed("jobs", "cluster"):
+        raise UserError(f"{flags}: for a folder of shapes")
+    from .sources import frames_source, shape_source
 
-        folder = Path(options.shape)
-        paths, crease = motion.frames(folder), None if options.flat else options.crease
-        load = motion.frames_loader(folder, paths, up=options.up, crease=crease)
-        train(options, settings, describe_surface, pictures, options.shape, paths, load)
-        return
-    from ..model.mesh_file import mesh_files
-
-    image = None if options.texture in ("auto", "none") else Path(options.texture)
-    reads = [*mesh_files(Path(options.shape)), *([] if image is None else [image])]
-    train(options, settings, describe_surface, pictures, options.shape, reads, image=image, find=find)
+    source = frames_source(command.shape, command) if command.time else shape_source(command.shape, command)
+    _run(command, command, source, hooks)
 
 
-def settings_of(options: Namespace) -> Settings:
-    """Make the settings of what the user chose. Raises UserError."""
-    taken = signature(settings_from).parameters
-    return settings_from(**{name: value for name, value in vars(options).items() if name in taken})
+def _morph(command: MorphCommand, hooks: Hooks) -> None:
+    """Train the motion from A to B. Raises UserError."""
+    command.settings()
+    prepare_openmp()
+    from .sources import morph_source
+
+    def surface_of(model: "Model") -> "ModelSurface":
+        return hooks.surface_of(model, command.quiet)
+
+    source = morph_source(command.first, command.second, surface_of, command)
+    _run(command, command, source, hooks)
 
 
-def train(
-    options: Namespace,
-    settings: Settings,
-    describe_surface: "Callable[[Model, bool], str]",
-    pictures: "MakesPictures",
-    name: str,
-    reads: list[Path],
-    load_moving: "Loader | None" = None,
-    image: Path | None = None,
-    find: "FindsPieces | None" = None,
-) -> None:
-    """Train the shape `name`, or the one that `load_moving` makes, as `session.run` does, and print what came of it.
-
-    reads: the files that it comes from. Raises UserError.
-    """
-    output = options.output or Path(Path(name).stem + SUFFIX)
-    check_writable(output, reads, kind=MODEL, force=options.force)
+def _run(files: FileOptions, options: TrainingOptions, source: "Source", hooks: Hooks) -> None:
+    """Train, write the model, and print its summary. Raises UserError."""
+    output = files.output or Path(source.stem + SUFFIX)
+    check_writable(output, source.files, kind=MODEL, force=files.force)
     if options.log is not None:
-        if options.log.resolve() == output.resolve():
-            raise UserError(f"--log {show(options.log)}: that is the model file; name another")
-        check_writable(options.log, reads, kind=LOG)
-    draw = None if not options.preview else pictures(options.preview)
-    from . import session
+        log = Path(options.log)
+        if log.resolve() == output.resolve():
+            raise UserError(f"--log {show(log)}: that is the model file; name another")
+        check_writable(log, source.files, kind=LOG)
+    draw = None if files.preview is None else hooks.pictures(files.preview)
+    from .session import train
+    from .summary import summary
 
-    begin_work(termination=not options.live)
-    model = session.run(
-        name,
-        output,
-        settings,
-        image=image,
-        resume=options.resume,
-        quiet=options.quiet,
-        live=options.live,
-        crease=None if options.flat else options.crease,
-        thicken=getattr(options, "thicken", None),
-        load_moving=load_moving,
-        began=time.perf_counter(),
-        log=options.log,
-        follow=draw,
-        find=find,
-    )
+    begin_work(termination=not files.live)
+    model = train(source, options, output=output, resume=files.resume, live=files.live, follow=draw)
+    print(summary(model, output))
     if draw is not None:
         draw(model)
     if by := ended_by():
         raise SystemExit(128 + by)
-    if not (options.live or model.provenance["interrupted"]):
-        print(describe_surface(model, options.quiet))
+    if not (files.live or model.provenance["interrupted"]):
+        print(hooks.describe_surface(model, options.quiet))
 
 
-def import_arguments(parser: ArgumentParser) -> None:
-    """Add the options of `import`."""
-    add = parser.add_argument
-    add(
-        "checkpoints", metavar="FILE.pth", nargs="+", type=Path, help="networks of the authors' release, coarse to fine"
+@dataclass(frozen=True)
+class ImportCommand(ImportOptions):
+    """Command line of `import`."""
+
+    checkpoints: list[Path] = argument("FILE.pth", "networks of the authors' release, coarse to fine", Path)
+    output: Path | None = output_option(
+        "M.safetensors", "model file (default: the last checkpoint's name, in this folder)"
     )
-    output_arguments(parser, "M.safetensors", "the model file (default: the last checkpoint's name, in this folder)")
-    add("--omega", metavar="W,..", help="omega_0 of each file, for files that lack it (*_with_w0.pth)")
-    add(
-        "--shape",
-        metavar="SHAPE",
-        help="the shape that they were trained on: its points give the bands, its coordinates the "
-        "model's; without it, the last level's surface gives the bands",
-    )
-    presentation_arguments(parser)
+    force: bool = force_option()
 
 
-def run_import(options: Namespace) -> None:
+def _import(command: ImportCommand) -> None:
     """Read checkpoints, measure bands and slopes, and write the model. Raises UserError."""
-    file_omegas(options.omega, len(options.checkpoints))
-    front(options.front)
-    before_torch()
+    command.omegas(len(command.checkpoints))
+    command.view()
+    prepare_openmp()
     from ..model.mesh_file import mesh_files
 
-    output = options.output or Path(options.checkpoints[-1].stem + SUFFIX)
-    reads = [*options.checkpoints, *([] if options.shape is None else mesh_files(Path(options.shape)))]
-    check_writable(output, reads, kind=MODEL, force=options.force)
+    output = command.output or Path(command.checkpoints[-1].stem + SUFFIX)
+    reads = [*command.checkpoints, *([] if command.shape is None else mesh_files(Path(command.shape)))]
+    check_writable(output, reads, kind=MODEL, force=command.force)
     from ..model.model import shape_of
     from ..model.model_file import save
-    from .imported import import_checkpoints
+    from .checkpoint import import_checkpoints
 
-    model = import_checkpoints(options.checkpoints, options.omega, options.shape, options.front, options.credit)
+    model = import_checkpoints(command.checkpoints, command)
     save(model, output)
     for number, level in enumerate(model.levels, start=1):
         print(f"level {number}: {shape_of(level.network)}, delta {level.delta:.4g}, slope up to {level.lipschitz:.3g}")
@@ -180,8 +187,8 @@ VERBS = (
     Verb(
         "import",
         "checkpoints of the paper's authors become a model file",
-        import_arguments,
+        ImportCommand,
         "import coarse.pth fine.pth -o model.safetensors",
-        run_import,
+        _import,
     ),
 )

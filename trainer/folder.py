@@ -3,9 +3,9 @@
 import hashlib
 import os
 import sys
-from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import closing, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
 
@@ -16,61 +16,57 @@ from ..model.files import show
 from ..model.gallery import SUFFIX
 from ..model.interrupts import begin_work, ended_by
 from ..model.model_file import load
+from ..model.verb import command_line
+from .cli import TrainCommand
 from .folders.job import Job, Outcome, Progress, Status
 from .folders.results import PAGE, TABLE, Row, row_of, write_results
 from .folders.workers import here, on_cluster
+from .options import TrainOptions
 from .settings import Settings
 from .shapes.load import READERS
 
-MOST_JOBS = 1024
-OWN = {"log", "preview", "shape", "output", "force", "resume", "quiet", "live", "jobs", "cluster", "time", "help"}
-"""Options that are not each shape's."""
 
+def run_folder(command: TrainCommand) -> None:
+    """Train every shape of the folder `command.shape`, and write models, pictures, the table and the page.
 
-def run_folder(options: Namespace, settings: Settings, arguments: Callable[[ArgumentParser], None]) -> None:
-    """Train every shape of the folder `options.shape`, and write models, pictures, the table and the page.
-
-    settings: what the options mean, checked. arguments: adds the options of `train` to a parser. Raises UserError, and
-    KeyboardInterrupt after Ctrl-C, when all that is learnt is saved.
+    Raises UserError, and KeyboardInterrupt after Ctrl-C, when the trainings so far are saved.
     """
-    folder, output = Path(options.shape), options.output
-    if options.live:
-        raise UserError("--live: a folder's progress is not for programs; follow one shape")
-    if options.log or options.preview:
-        raise UserError("--log, --preview: of one shape, not of a folder")
-    if not 1 <= options.jobs <= MOST_JOBS:
-        raise UserError(f"--jobs {options.jobs}: a whole number from 1 to {MOST_JOBS} is needed")
+    folder, settings = Path(command.shape), command.settings()
+    if command.live:
+        raise UserError("--live: not for a folder, whose progress is not for programs; train one shape")
+    if flags := command.changed("log", "preview"):
+        raise UserError(f"{flags}: not for a folder; train one shape")
     shapes = shapes_in(folder)
-    output = _folder_for(output, folder, shapes, options)
+    output = _output_folder(command, folder, shapes)
     begin_work()
     cores = os.cpu_count() or 1
-    threads = 1 if options.cluster else 0 if options.jobs == 1 else max(1, cores // options.jobs)
-    passed = tuple(passed_on(options, arguments))
+    threads = 1 if command.cluster else 0 if command.jobs == 1 else max(1, cores // command.jobs)
+    options = tuple(shape_options(command))
     jobs = [
-        Job(name, str(path.resolve()), str((output / (name + SUFFIX)).resolve()), passed, options.resume, threads)
+        Job(name, str(path.resolve()), str((output / (name + SUFFIX)).resolve()), options, command.resume, threads)
         for name, path in shapes.items()
     ]
-    kept, waiting = list[Job](), list[Job]()
+    finished, waiting = list[Job](), list[Job]()
     for job in jobs:
-        (kept if options.resume and _is_done(job, settings) else waiting).append(job)
-    rows = [row_of(Outcome(job, Status.KEPT, 0.0)) for job in kept]
+        (finished if command.resume and _is_finished(job, settings) else waiting).append(job)
+    rows = [row_of(Outcome(job, Status.KEPT, 0.0)) for job in finished]
     title = f"{folder.resolve().name or 'shapes'}: {len(jobs)} shapes"
-    bar = tqdm(total=len(jobs), initial=len(kept), unit="shape", disable=options.quiet)
+    bar = tqdm(total=len(jobs), initial=len(finished), unit="shape", disable=command.quiet)
     write_results(output, rows, title, len(waiting))
-    with bar, closing(_outcomes(waiting, options, _shown_on(bar))) as outcomes:
+    with bar, closing(_outcomes(waiting, command, _progress_on(bar))) as outcomes:
         for outcome in outcomes:
             row = row_of(outcome)
             rows.append(row)
             _say(row)
             bar.update()
             write_results(output, rows, title, len(jobs) - len(rows))
-    _end(output, rows)
+    _finish(output, rows)
 
 
 def shapes_in(folder: Path) -> dict[str, Path]:
-    """Find the shapes of a folder: the name that each one's model has -> its file. Raises UserError where it has none.
+    """Return the shapes of a folder: name of the model -> file of the shape. Raises UserError where there is none.
 
-    Two files that differ in their endings alone keep those: `cup.ply` and `cup.obj` become `cup-ply` and `cup-obj`.
+    The ending becomes part of the name where files differ in nothing else: `cup-ply` and `cup-obj`.
     """
     files = sorted(path for path in folder.iterdir() if path.suffix.lower() in READERS and path.is_file())
     if not files:
@@ -81,35 +77,27 @@ def shapes_in(folder: Path) -> dict[str, Path]:
         path.stem if stems.count(path.stem) == 1 else f"{path.stem}-{path.suffix[1:].lower()}": path for path in files
     }
     if len(named) < len(files):
-        raise UserError(f"{show(folder)}: two shapes of one name; give them names of their own")
+        raise UserError(f"{show(folder)}: two shapes have the same name; rename one")
     return named
 
 
-def passed_on(options: Namespace, arguments: Callable[[ArgumentParser], None]) -> Iterator[str]:
-    """Write those of the options that are each shape's own, as on the command line, where they are not the default."""
-    parser = ArgumentParser()
-    arguments(parser)
-    for action in parser._actions:
-        if action.dest in OWN or not action.option_strings:
-            continue
-        value = getattr(options, action.dest)
-        if value == action.default:
-            continue
-        if action.dest == "texture" and value != "none":
-            value = Path(value).resolve()
-        yield action.option_strings[-1] if action.nargs == 0 else f"{action.option_strings[-1]}={value}"
+def shape_options(command: TrainCommand) -> list[str]:
+    """Return the options of each shape as arguments, where they are not the default."""
+    texture = command.texture if command.image is None else str(command.image.resolve())
+    return command_line(replace(command, texture=texture, quiet=False), TrainOptions)
 
 
-def _folder_for(output: Path | None, folder: Path, shapes: dict[str, Path], options: Namespace) -> Path:
-    """Check and make the folder that models go to. Raises UserError."""
+def _output_folder(command: TrainCommand, folder: Path, shapes: dict[str, Path]) -> Path:
+    """Check and make the folder of the models. Raises UserError."""
+    output = command.output
     if output is None:
-        raise UserError(f"{show(folder)} is a folder: name one for its models with -o, or say --time for a motion")
+        raise UserError(f"{show(folder)} is a folder: name one for its models with -o, or add --time for a motion")
     if output.exists() and not output.is_dir():
-        raise UserError(f"cannot write {show(output)}: it is no folder, and {show(folder)} has many shapes")
+        raise UserError(f"cannot write {show(output)}: it is not a folder, and {show(folder)} has many shapes")
     there = [name for name in shapes if (output / (name + SUFFIX)).exists()]
-    if there and not (options.resume or options.force):
+    if there and not (command.resume or command.force):
         raise UserError(
-            f"{show(output)}: holds {len(there)} of these models; --resume goes on with them, --force begins anew"
+            f"{show(output)}: holds {len(there)} of these models; --resume continues them, --force starts again"
         )
     try:
         output.mkdir(parents=True, exist_ok=True)
@@ -118,9 +106,9 @@ def _folder_for(output: Path | None, folder: Path, shapes: dict[str, Path], opti
     return output
 
 
-def _is_done(job: Job, settings: Settings) -> bool:
-    """Whether an earlier run has trained this very shape with these settings to the end."""
-    from .automatic import as_before  # loads torch
+def _is_finished(job: Job, settings: Settings) -> bool:
+    """Whether an earlier run has finished the training of the same shape with the same settings."""
+    from .automatic import with_previous_levels  # loads torch
     from .trained import same_training
 
     with suppress(UserError, OSError):
@@ -128,19 +116,19 @@ def _is_done(job: Job, settings: Settings) -> bool:
         source = model.provenance.get("source") or {}
         sha = hashlib.sha256(Path(job.shape).read_bytes()).hexdigest()
         ended = model.provenance.get("interrupted") is False
-        return ended and source.get("sha256") == sha and same_training(model, as_before(settings, model))
+        return ended and source.get("sha256") == sha and same_training(model, with_previous_levels(settings, model))
     return False
 
 
-def _outcomes(jobs: Sequence[Job], options: Namespace, progress: Progress) -> Generator[Outcome]:
-    return on_cluster(jobs, options.cluster) if options.cluster else here(jobs, options.jobs, progress)
+def _outcomes(jobs: Sequence[Job], command: TrainCommand, progress: Progress) -> Generator[Outcome]:
+    return on_cluster(jobs, command.cluster) if command.cluster else here(jobs, command.jobs, progress)
 
 
-def _shown_on(bar: "tqdm[NoReturn]") -> Progress:
-    def hear(name: str, stage: str, fraction: float) -> None:
+def _progress_on(bar: "tqdm[NoReturn]") -> Progress:
+    def show_progress(name: str, stage: str, fraction: float) -> None:
         bar.set_postfix_str(f"{show(name)}: {stage} {fraction:.0%}", refresh=sys.stderr.isatty())
 
-    return hear
+    return show_progress
 
 
 def _say(row: Row) -> None:
@@ -151,8 +139,8 @@ def _say(row: Row) -> None:
         tqdm.write(f"{show(row.name)}: mean |f| {row.mean_f:.2e}, {row.angle} degrees, {row.seconds} s{missing}")
 
 
-def _end(output: Path, rows: Sequence[Row]) -> None:
-    """Say what came of all. Raises UserError where no shape became a model, and SystemExit after a signal."""
+def _finish(output: Path, rows: Sequence[Row]) -> None:
+    """Print the number of models. Raises UserError where no shape became a model, and SystemExit after a signal."""
     if by := ended_by():
         raise SystemExit(128 + by)
     failed = sum(row.status is Status.FAILED for row in rows)

@@ -1,6 +1,5 @@
-"""The training step of one level: f_i = f_{i-1} + r on the samples of its pools, and the loss of Eq. 4."""
+"""The training step of one level: f_i = f_{i-1} + r on batches of its samples, and the loss of Eq. 4."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -8,72 +7,56 @@ import torch
 from torch import Tensor
 from torch.nn.functional import pad
 
-from .batches import Batches
+from .config import LossWeights, MiningConfig, StepConfig
+from .mining import Miner
 from .networks import losses
 from .networks.network import Weights, add_derivative, adjoint_pass, initial
 from .networks.snapshot import Snapshot, random_state, set_random_state
-from .pools import Pool, Sampler
-from .settings import LossWeights
+from .training_samples import Batches, Pool, Sampler
 
-BATCH = 4096
-"""Samples of a step."""
-RATE = 20e-3
-"""Peak rate of hidden layers of up to `RATE_WIDTH`; a wider layer's, whose sums are longer, is lower in proportion."""
-RATE_WIDTH = 64
-OUTPUT_FACTOR = 0.1
-"""Factor on the output layer's rate: its weights are smaller by omega_0."""
-OUTPUT_FACTOR_PER_DELTA = 5.0
-"""The same factor for a residual in a narrow band, per half width: what it has to add is smaller, too."""
-HARD_SHARE = 0.1
-"""Hard points of a residual's step, as a share of its samples off the surface."""
-EXACT_HARD_SHARE = 1 / 6
-"""The same where distances are exact next to the surface; those of thin places come on top."""
-FIRST_HARD_SHARE = 0.3
-"""The same for level 1."""
 MOST_HARD_SHARE = 10.0
-"""No training's hard points are a larger share."""
-RESIDUAL = 0.01
-"""Factor on a residual's output layer at its start: it begins near zero."""
+"""Largest `LevelStep.hard_share` that is read from a checkpoint."""
 
 
-def start(
-    network: tuple[int, int], omega: float, *, first: bool, seed: int, device: torch.device, moving: bool = False
-) -> Callable[[], Weights]:
-    """Return a function that makes the level's network as it is before the first step.
+def initial_level(
+    network: tuple[int, int],
+    omega: float,
+    *,
+    first: bool,
+    seed: int,
+    device: torch.device,
+    moving: bool = False,
+    config: StepConfig,
+) -> Weights:
+    """Return the initial network of a level.
 
-    network: (width, depth). omega: omega_0. first: whether it is level 1, not a residual. moving: whether it
-    takes time.
+    network: (width, depth). omega: omega_0. first: level 1, not a residual. moving: the network takes the time, too.
     """
-
-    def make() -> Weights:
-        generator = torch.Generator().manual_seed(seed)
-        weights = initial(network, omega, 1, generator, 1.0 if first else RESIDUAL, moving=moving)
-        return [w.to(device) for w in weights]
-
-    return make
+    generator = torch.Generator().manual_seed(seed)
+    weights = initial(network, omega, 1, generator, 1.0 if first else config.residual_output, moving=moving)
+    return [w.to(device) for w in weights]
 
 
-def rates(width: int, delta: float | None) -> tuple[float, float]:
-    """Choose `Task.rate` and `Task.output_factor` of a level.
+def rates(width: int, delta: float | None, config: StepConfig) -> tuple[float, float]:
+    """Return `Task.rate` and `Task.output_factor` of a level.
 
-    delta: half width of the band that the level is trained in; None for level 1.
+    delta: half-width of the band in which the level is trained; None for level 1.
     """
-    factor = OUTPUT_FACTOR if delta is None else min(OUTPUT_FACTOR, OUTPUT_FACTOR_PER_DELTA * delta)
-    return RATE * min(1, RATE_WIDTH / width), factor
+    factor = config.output_factor
+    if delta is not None:
+        factor = min(factor, config.output_factor_per_delta * delta)
+    return config.rate * min(1, config.rate_width / width), factor
 
 
-def hard_share(*, first: bool, exact: bool) -> float:
-    """Choose how many hard points a step sees, as a share of its samples off the surface.
-
-    first: whether it is level 1, not a residual. exact: whether distances are exact next to the surface.
-    """
+def hard_share(config: MiningConfig, *, first: bool, exact: bool) -> float:
+    """Return the share of hard samples in a step of level 1 or of a residual. exact: as `mining.exact_distances`."""
     if first:
-        return FIRST_HARD_SHARE
-    return EXACT_HARD_SHARE if exact else HARD_SHARE
+        return config.first_share
+    return config.exact_share if exact else config.share
 
 
 class LevelStep:
-    """The level's training step: one batch of its loss, half of it on the surface, and some hard points."""
+    """The training step of a level: a batch of its loss, half of it on the surface, and some hard examples."""
 
     def __init__(
         self,
@@ -81,24 +64,27 @@ class LevelStep:
         volume: Pool,
         weight: LossWeights,
         generator: torch.Generator,
-        hard_share: float = HARD_SHARE,
+        hard_share: float = MiningConfig.share,
+        batch: int = StepConfig.batch,
     ) -> None:
-        """hard_share: hard points of a step, as a share of its samples off the surface."""
-        self._half = min(BATCH // 2, len(surface.points), len(volume.points))
+        """batch: samples of a step."""
+        self._half = min(batch // 2, len(surface.points), len(volume.points))
         self._surface, self._volume = (Batches(pool, self._half, generator) for pool in (surface, volume))
-        self._generator, self.hard_share = generator, hard_share
-        self.weight = weight
-        """The weights of the loss as they are by now."""
+        self._generator, self._columns = generator, surface.points.shape[1]
         self._first_value = weight.value
+        self.weight = weight
+        """Present weights of the loss; callbacks change them."""
         self.terms: dict[str, Tensor] = {}
-        """The terms of the last batch's loss by name, without their weights."""
+        """Terms of the last batch's loss by name, without their weights."""
         self.hard: Pool | None = None
-        """Points off the surface that every step sees a few of (Sampler.hard)."""
+        """Present hard examples (mining.py)."""
+        self.hard_share = hard_share
+        """Hard examples of a step, as a share of its samples off the surface."""
 
     def __call__(self, weights: Weights) -> float:
-        """Add the gradients of one batch to the weights' .grad; return the loss, to which hard points add nothing.
+        """Add the gradients of one batch to the weights' .grad, and return the loss without hard examples.
 
-        Values on the surface weigh in it what they did at first, so that it can be compared with `idle_loss`.
+        The returned loss has the initial weight of values on the surface, for comparison with `idle_loss`.
         """
         on, around = next(self._surface), next(self._volume)
         pools = [on, around, *([] if self.hard is None else [self._some_of(self.hard)])]
@@ -114,7 +100,7 @@ class LevelStep:
         return loss.item() - (self.weight.value - self._first_value) * self.terms["value"].item()
 
     def snapshot(self) -> Snapshot:
-        """Return where in the pools the step is, its hard points, and the state of its random numbers."""
+        """Return the state of batches and random numbers, the hard examples, and the weights that change."""
         state = self._surface.snapshot().inside("surface") | self._volume.snapshot().inside("volume")
         if self.hard is not None:
             assert self.hard.distance is not None
@@ -123,7 +109,10 @@ class LevelStep:
         return state | random_state(self._generator) | Snapshot(numbers)
 
     def restore(self, snapshot: Snapshot, sampler: Sampler) -> None:
-        """Go on from a snapshot of a step with the same pools, which `sampler` drew. Raises UserError."""
+        """Resume from a snapshot of a step with the same pools, which `sampler` drew.
+
+        Raises UserError where the snapshot is damaged.
+        """
         self._surface.restore(snapshot.of("surface"))
         self._volume.restore(snapshot.of("volume"))
         for name in ("length", "value"):
@@ -132,10 +121,8 @@ class LevelStep:
         if "hard_share" in snapshot.numbers:
             self.hard_share = min(abs(snapshot.real("hard_share")), MOST_HARD_SHARE)
         if "hard" in snapshot.tensors:
-            hard = snapshot.tensors["hard"]
-            hard = snapshot.tensor("hard", hard.new_empty((len(hard), 4), dtype=torch.float32) if hard.ndim else hard)
-            known = hard.numpy().astype(np.float64)
-            self.hard = sampler.known(known[:, :3], known[:, 3])
+            known = snapshot.rows("hard", self._columns + 1).numpy().astype(np.float64)
+            self.hard = sampler.pool(known[:, :-1], distance=known[:, -1])
         set_random_state(self._generator, snapshot)
 
     def _some_of(self, hard: Pool) -> Pool:
@@ -144,31 +131,32 @@ class LevelStep:
         return hard.take(index.to(hard.points.device))
 
     def _hard_derivative(self, f: Tensor, hard: Pool, volume: int) -> Tensor:
-        """The derivative of the distance term at hard points, each of which counts as one of `volume` samples."""
+        """Return the derivative of the distance term at hard points, each counted as one of `volume` samples."""
         assert hard.distance is not None
         weight = self.weight
         _, d_f = losses.distance(f, hard.distance, weight.excess, weight.lacking, weight.near)
         return d_f * (weight.distance * len(f) / volume)
 
 
-class LevelDraws:
-    """What changes from step to step of a level beside its weights (a `Resumable`)."""
+class LevelState:
+    """The state of a level's training beside its weights: batches, hard examples, random numbers (a `Resumable`)."""
 
-    def __init__(self, step: LevelStep, sampler: Sampler) -> None:
-        self._step, self._sampler = step, sampler
+    def __init__(self, step: LevelStep, sampler: Sampler, miner: Miner) -> None:
+        self._step, self._sampler, self._miner = step, sampler, miner
 
     def snapshot(self) -> Snapshot:
-        """Return the state of the step's batches and of the sampler that looks for hard points."""
-        return self._step.snapshot() | self._sampler.snapshot()
+        """Return the state."""
+        return self._step.snapshot() | self._sampler.snapshot() | self._miner.snapshot()
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Go on from a snapshot. Raises UserError."""
+        """Resume from a snapshot. Raises UserError where it is damaged."""
+        self._miner.restore(snapshot)
         self._sampler.restore(snapshot)
         self._step.restore(snapshot, self._sampler)
 
 
 def idle_loss(surface: Pool, volume: Pool, weight: LossWeights) -> float:
-    """Compute the loss of f_{i-1} alone, which is what a residual that has collapsed to zero is left with."""
+    """Compute the loss of f_{i-1} alone: that of a residual which has collapsed to zero."""
     f = torch.cat((surface.frozen, volume.frozen))
     gradient = torch.cat((surface.frozen_gradient, volume.frozen_gradient))
     return level_loss(f, gradient, surface, volume, weight)[0].item()
@@ -179,9 +167,9 @@ def level_loss(
 ) -> tuple[Tensor, Tensor, Tensor, dict[str, Tensor]]:
     """Compute the loss of Eq. 4, with exact distances where they are known.
 
-    f: (N,), gradient: (N, 3), or (N, 4) with the derivative to time, which the loss leaves alone: of f_i, at the points
-    of `surface`, then of `volume`. Returns the loss, its derivatives with respect to f (N,) and to the gradient,
-    and its terms by name.
+    f: (N,), values of f_i at the points of `surface`, then of `volume`. gradient: (N, 3), gradients of f_i there; or
+    (N, 4) with the time derivative, which the loss ignores. Returns the loss, its derivatives with respect to f (N,)
+    and to the gradient, and its terms by name.
     """
     assert surface.distance is not None
     assert surface.normals is not None

@@ -1,4 +1,4 @@
-"""The device that training runs on, and settings that make steps on a CPU faster without changing what they compute."""
+"""The device of the training, and settings that make steps on a CPU faster with the same results."""
 
 import contextlib
 import ctypes
@@ -8,11 +8,11 @@ import torch
 from ..model.errors import UserError
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
-"""Parameters of mallopt, by glibc's malloc.h."""
+"""Parameters of mallopt in glibc's malloc.h."""
 BLOCK = 1 << 30
-"""Bytes up to which glibc is to keep a block of memory that is freed."""
+"""Largest freed block that glibc keeps, bytes."""
 MOST_THREADS = 8
-"""The operations of a step are too small for more threads."""
+"""Most threads: the operations of a step are too small for more."""
 
 
 def device(name: str) -> torch.device:
@@ -25,10 +25,10 @@ def device(name: str) -> torch.device:
 def prepare(device: torch.device) -> None:
     """Set up PyTorch and the C library for training on `device`; a GPU needs nothing.
 
-    Call it once, before training and before other threads use PyTorch. glibc gives large blocks back to the system at
-    every free, and each new one costs page faults: it is told to keep them. PyTorch's "medium" precision sends float32
-    products to oneDNN, which on processors without bfloat16 matrix units is often faster than the default library at
-    the same precision; it is kept only where it loses none.
+    Call it once, before training and before other threads use PyTorch. glibc returns large blocks to the system at
+    every free, and each new one costs page faults, so it is told to keep them. PyTorch's "medium" precision computes
+    float32 products with oneDNN, which is often faster at the same precision on processors without bfloat16 matrix
+    units; where it would lose precision it is switched off again.
     """
     if device.type != "cpu":
         return
@@ -43,7 +43,7 @@ def prepare(device: torch.device) -> None:
 
 
 def products_are_exact() -> bool:
-    """Tell whether a float32 product has float32's error; one in bfloat16 has an error 2^16 times as large."""
+    """Whether float32 products have float32's error; in bfloat16 it would be 2^16 times as large."""
     generator = torch.Generator().manual_seed(0)
     a, b = (torch.rand(256, 64, generator=generator) for _ in range(2))
     error = (a @ b.t()).double() - a.double() @ b.double().t()

@@ -1,4 +1,4 @@
-"""Levels whose networks are known, as a model has them: where they are zero, how wide bands are, how they trace."""
+"""Measurements of trained networks: zero level set, bands and step bounds. They make networks the levels of a model."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,30 +10,33 @@ from torch import Tensor
 from ..model.errors import UserError
 from ..model.model import DEFAULT_ITERATIONS, Level, Network
 from . import tracing
-from .bands import delta
 from .networks.nested import field, field_and_gradient
 from .networks.network import Weights, from_model
-from .quality import lipschitz
+from .quality import delta, lipschitz
 
 POINTS, FEWEST_POINTS = 100_000, 10_000
-"""Most and fewest points that set out for a zero level set."""
+"""Most and fewest starting points of the search for a zero level set."""
 WORK = 2e10
-"""Products of weights and points above which fewer points do."""
-NEWTON, NEAR, FEWEST = 8, 1e-3, 1000
-"""Newton steps towards a zero level set; |f| that counts as on it; fewest points that must get there."""
+"""Largest product of weights and starting points, unless these are the fewest."""
+NEWTON = 8
+"""Newton steps towards a zero level set."""
+NEAR = 1e-3
+"""Largest |f| of a point on it."""
+FEWEST = 1000
+"""Fewest points that must reach it."""
 FLATTEST = 1e-2
-"""A gradient whose squared length is below this makes no longer Newton steps than one at this."""
+"""Least squared length of a gradient in a Newton step."""
 LARGEST_NORM = 1.02
-"""Norm up to which a point counts as in the unit ball."""
+"""Largest norm of a point in the unit ball."""
 
 
 def measured_levels(
     networks: Sequence[Network], surface: Tensor, points: Tensor, known: Sequence[float] = ()
 ) -> tuple[Level, ...]:
-    """Make the levels of networks, coarse to fine.
+    """Return the levels of networks, coarse to fine.
 
-    surface: (N, 3), points by which the bands are made (Eq. 5). points: (M, 3), of the last level's zero level set.
-    known: half widths of the first levels' bands, which are not measured.
+    surface: (N, 3), points from which the bands are computed (Eq. 5). points: (M, 3), on the last level's zero level
+    set. known: half-widths delta of the first levels' bands, which are then not measured.
     """
     levels = [from_model(network) for network in networks]
     first, finer = DEFAULT_ITERATIONS
@@ -63,7 +66,7 @@ def measured_levels(
 def zero_set(levels: Sequence[Weights]) -> Tensor:
     """Find points of the unit ball where the last level is zero: where f_1 = 0, from there where f_2 = 0, and so on.
 
-    Returns (N, 3) float32. Raises UserError where too few points get there.
+    Returns (N, 3) float32. Raises UserError where too few points reach the zero level set.
     """
     weights = sum(w.numel() for level in levels for w in level)
     count = int(np.clip(WORK / weights, FEWEST_POINTS, POINTS))
@@ -81,9 +84,9 @@ def zero_set(levels: Sequence[Weights]) -> Tensor:
 
 
 def _around(before: Sequence[Weights], points: Tensor, band: float | None) -> Tensor:
-    """Draw points where a level is defined: all over the unit ball, or in the band |f| < `band` of the levels before.
+    """Draw points in the domain of a level: in the unit ball, or in the band |f| < `band` of the levels `before`.
 
-    before: these levels. points: (N, 3), on the surface. band: None for level 1. Returns (N, 3).
+    points: (N, 3), on the surface. band: None for level 1. Returns (N, 3).
     """
     generator = torch.Generator().manual_seed(0)
     share = 2 * torch.rand(len(points), 1, generator=generator) - 1

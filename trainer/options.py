@@ -1,180 +1,219 @@
-"""The options of a training: what the verb `train` and the function `train` take alike, checked and made `Settings`."""
+"""The options of `train`, `morph` and `import`, for the command line and for Python. Nothing here needs torch."""
 
-from collections.abc import Callable, Mapping, Sequence
-from inspect import Parameter, signature
-from typing import TypedDict, TypeVar
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 from ..model.errors import UserError
-from ..model.orientation import check_up
+from ..model.options import Options, option
+from ..model.orientation import UPRIGHT
 from . import settings as parse
-from .automatic_wish import wish_of
-from .settings import DEFAULT_PRESET, PRESETS, Settings, networks
+from .level_goal import level_goal
+from .settings import DEFAULT_PRESET, PRESETS, Settings
 
-LARGEST_NOISE = 0.1
-"""Largest standard deviation of a cloud's points that is taken, as a share of the shape's radius."""
 MOST_SECONDS = 1e7
-"""A training takes less: some 116 days."""
-THINNEST = 0.001
-"""Least that thicken takes: a thinner sheet is thinner than what a network resolves."""
+"""Longest training, some 116 days."""
 AUTOMATIC = "auto"
-"""Value of levels that has them chosen for the shape."""
+"""Value of --levels that lets the program choose them."""
 CREASE = 30.0
-"""Angle in degrees above which an edge of a mesh may be a crease."""
+"""Default of --crease, degrees."""
+FRONT_HELP = "first view of the model: degrees around, 0 from +z and 90 from +x, and degrees above"
+CREDIT_HELP = "author and licence of the shape: 'Keenan Crane, CC0'"
+_PRESETS = "; ".join(f"{name} = {preset.levels}{' --packed' * preset.packed}" for name, preset in PRESETS.items())
 
 Numbers = str | Sequence[float] | float
-"""Numbers joined by commas, as on the command line, or as such."""
+"""Numbers, or their text with commas between."""
 
 
-def is_duration(seconds: float) -> bool:
-    """Whether a training may take so many seconds."""
-    return 1 <= seconds < MOST_SECONDS
+@dataclass(frozen=True)
+class TrainingOptions(Options):
+    """Options of `train` and `morph` (docs/training.md)."""
+
+    levels: str | Sequence[str] | None = option(
+        None,
+        "width and hidden layers of each level, coarse to fine: 64x1,64x2,128x2; auto: short trials choose them for "
+        "one of --parameters, --kilobytes, --error",
+        metavar="NxD,..|auto",
+    )
+    parameters: int | None = option(None, "with --levels auto: most parameters of the model", metavar="N")
+    kilobytes: float | None = option(None, "with --levels auto: largest model file", metavar="K")
+    error: float | None = option(
+        None, "with --levels auto: mean |f| on the surface to reach, in radii of the shape", metavar="E"
+    )
+    preset: str = option(DEFAULT_PRESET, f"levels by name: {_PRESETS}", choices=tuple(PRESETS))
+    packed: bool = option(False, "quantise the weights to a few bits, for short shader texts (bake --target shadertoy)")
+    omega: Numbers | None = option(
+        None,
+        "omega_0 of each level (default: 40,80,120; less below 64 wide), then of the texture (default: 50)",
+        metavar="W,..",
+    )
+    seconds: float | None = option(
+        None,
+        "seconds of wall time for the whole training",
+        metavar="S",
+        least=1,
+        most=MOST_SECONDS,
+        excludes="steps",
+    )
+    steps: Numbers | None = option(
+        None,
+        "optimiser steps of each level, then of the texture (the same seed and steps give the same weights)",
+        metavar="N,..",
+    )
+    texture: str = option(
+        "auto",
+        "auto: learn colours where the shape has them, of a material's image, of vertices or points; none: geometry "
+        "only; FILE: an image, by texture coordinates",
+        metavar="auto|none|FILE",
+    )
+    texture_network: str | None = option(
+        None,
+        "width and hidden layers of the texture (default: those of the last level, 64x2 at most)",
+        metavar="NxD",
+    )
+    crease: float = option(
+        CREASE,
+        "a mesh stands for a curved surface; its edges are sharp where they bend by more than this angle and their "
+        "neighbours do not; normals in the file take precedence",
+        metavar="DEG",
+        least=0,
+        most=180,
+    )
+    flat: bool = option(False, "keep a mesh's faces flat, and every edge sharp", excludes="crease")
+    up: str | None = option(
+        None, "axis of the shape's file that points up (default: y, or that of the file's format)", choices=UPRIGHT
+    )
+    front: Numbers | None = option(None, FRONT_HELP, metavar="AZ,EL")
+    credit: str | None = option(None, CREDIT_HELP, metavar="TEXT")
+    seed: int = option(0, "seed of all random numbers", metavar="K", least=0, most=2**40 - 1)
+    device: str = option(
+        "auto", "where to train; auto: on a CUDA device if there is one", choices=("auto", "cpu", "cuda")
+    )
+    weights: str | Mapping[str, float] | None = option(
+        None,
+        "weights of the loss: value, normal, eikonal (Eq. 4), distance (off the surface), length (times eikonal, "
+        "on the surface)",
+        metavar="NAME=X,..",
+    )
+    log: str | Path | None = option(
+        None,
+        "write a line of JSON for every report: the loss, its terms, and mean |f| at held-out points",
+        metavar="FILE.jsonl",
+    )
+    quiet: bool = option(False, "show no progress bar")
+
+    @property
+    def crease_angle(self) -> float | None:
+        """Angle in degrees above which an edge of a mesh may be a crease; None: faces are flat."""
+        return None if self.flat else self.crease
+
+    @property
+    def image(self) -> Path | None:
+        """Image of the texture, where the user names one."""
+        return None if self.texture in ("auto", "none") else Path(self.texture)
+
+    def settings(self) -> Settings:
+        """Return the settings of the training. Raises UserError."""
+        preset = PRESETS[self.preset]
+        named = self.levels if isinstance(self.levels, str) else ",".join(self.levels or ())
+        goal = level_goal(self.parameters, self.kilobytes, self.error, automatic=named == AUTOMATIC)
+        if goal is not None and (chosen := self.changed("omega", "steps", "packed")):
+            raise UserError(f"--levels {AUTOMATIC}: not allowed with {chosen}, which it chooses itself")
+        sizes = parse.networks((not goal and named) or preset.levels)
+        weights = self.weights
+        if isinstance(weights, Mapping):
+            weights = ",".join(f"{name}={number}" for name, number in weights.items())
+        texture = self.texture_network
+        return Settings(
+            networks=sizes,
+            wish=goal,
+            omegas=parse.omegas(text_of(self.omega), sizes),
+            steps=parse.steps(text_of(self.steps), len(sizes)),
+            seconds=self.seconds,
+            texture=self.texture != "none",
+            seed=self.seed,
+            device=self.device,
+            weights=parse.loss_weights(weights),
+            packed=self.packed or (preset.packed and not named),
+            texture_network=parse.networks(texture, "--texture-network")[0] if texture else None,
+            up=self.up,
+            front=parse.front(text_of(self.front)),
+            credit=self.credit or "",
+        )
 
 
-class TrainingOptions(TypedDict, total=False):
-    """The arguments of `settings_from` by name, for functions that pass them on; their defaults are there."""
+@dataclass(frozen=True)
+class TrainOptions(TrainingOptions):
+    """Options of `train` (docs/training.md)."""
 
-    parameters: int | None
-    """Most parameters of the model, for levels "auto"."""
-    kilobytes: float | None
-    """Size of the model file, likewise."""
-    error: float | None
-    """Mean |f| on the surface that is to be reached, likewise."""
-    preset: str
-    """Levels by name: one of `PRESETS`."""
-    packed: bool
-    omega: Numbers | None
-    """omega_0 of each level, and of the texture."""
-    seconds: float | None
-    """Wall time of all of it, in place of `steps`."""
-    steps: Numbers | None
-    """Optimiser steps of each level, then of the texture."""
-    texture: str
-    """"auto", "none", or the path of an image."""
-    texture_network: str | None
-    """Its size, as "64x2"."""
-    crease: float
-    """Degrees above which an edge of a mesh may be a crease."""
-    thicken: float | None
-    noise: float | None
-    up: str | None
-    front: Numbers | None
-    credit: str | None
-    seed: int
-    device: str
-    weights: str | Mapping[str, float] | None
+    time: bool = option(
+        False,
+        "SHAPE is a folder of meshes, the moments of a motion: sorted by name, evenly spaced from t = 0 to t = 1",
+    )
+    noise: float | None = option(
+        None,
+        "standard deviation of a cloud's points, as a share of the shape's radius, such as 0.01; 0: the points are "
+        "exact, and none is an outlier (default: measured)",
+        metavar="S",
+        least=0,
+        most=0.1,
+    )
+    thicken: float | None = option(
+        None,
+        "treat an open mesh as a sheet with this distance to either side, as a share of its radius, such as 0.02",
+        metavar="T",
+        least=0.001,  # Networks do not resolve thinner sheets.
+        most=1,
+    )
+
+    def settings(self) -> Settings:
+        """Return the settings of the training. Raises UserError."""
+        return replace(super().settings(), noise=self.noise)
 
 
-def settings_from(
-    levels: str | Sequence[str] | None = None,
-    *,
-    parameters: int | None = None,
-    kilobytes: float | None = None,
-    error: float | None = None,
-    preset: str = DEFAULT_PRESET,
-    packed: bool = False,
-    omega: Numbers | None = None,
-    seconds: float | None = None,
-    steps: Numbers | None = None,
-    texture: str = "auto",
-    texture_network: str | None = None,
-    crease: float = CREASE,
-    thicken: float | None = None,
-    noise: float | None = None,
-    up: str | None = None,
-    front: Numbers | None = None,
-    credit: str | None = None,
-    seed: int = 0,
-    device: str = "auto",
-    weights: str | Mapping[str, float] | None = None,
-) -> Settings:
-    """Make the settings of a training of its options, which docs/training.md explains. Raises UserError."""
-    if preset not in PRESETS:
-        raise UserError(f"--preset {preset}: there is {', '.join(PRESETS)}")
-    chosen = PRESETS[preset]
-    named = levels if isinstance(levels, str) else ",".join(levels or ())
-    wish = wish_of(parameters, kilobytes, error, automatic=named == AUTOMATIC)
-    if wish is not None and not (omega is None and steps is None and not packed):
-        raise UserError(f"--levels {AUTOMATIC}: not with --omega, --steps or --packed: it chooses them itself")
-    sizes = networks((not wish and named) or chosen.levels)
-    if seconds is not None and not is_duration(seconds):
-        raise UserError(f"--seconds: {seconds:g}: at least 1 is needed")
-    if seconds is not None and steps is not None:
-        raise UserError("--steps: not allowed with --seconds: it is the one or the other")
-    if noise is not None and not 0 <= noise <= LARGEST_NOISE:
-        raise UserError(f"--noise: {noise:g}: a share of the radius from 0 to {LARGEST_NOISE} is needed")
-    if not 0 <= seed < 2**40:
-        raise UserError(f"--seed: {seed}: a whole number from 0 is needed")
-    if thicken is not None and not THINNEST <= thicken <= 1:
-        raise UserError(f"--thicken: {thicken:g}: a share of the radius from {THINNEST} to 1 is needed")
-    if not 0 <= crease <= 180:
-        raise UserError(f"--crease: {crease:g}: an angle from 0 to 180 degrees is needed")
-    if up is not None:
-        check_up(up)
-    if device not in ("auto", "cpu", "cuda"):
-        raise UserError(f"--device {device}: there is auto, cpu, cuda")
-    if isinstance(weights, Mapping):
-        weights = ",".join(f"{name}={number}" for name, number in weights.items())
-    return Settings(
-        networks=sizes,
-        wish=wish,
-        omegas=parse.omegas(text_of(omega), sizes),
-        steps=parse.steps(text_of(steps), len(sizes)),
-        seconds=seconds,
-        texture=texture != "none",
-        seed=seed,
-        device=device,
-        weights=parse.loss_weights(weights),
-        packed=packed or (chosen.packed and not named),
-        texture_network=networks(texture_network, "--texture-network")[0] if texture_network else None,
-        noise=noise,
-        up=up,
-        front=parse.front(text_of(front)),
-        credit=credit or "",
+@dataclass(frozen=True)
+class MorphOptions(TrainingOptions):
+    """Options of `morph` (docs/training.md)."""
+
+    in_place: bool = option(
+        False, "keep both shapes at their places in their common space (default: each fits the unit sphere)"
     )
 
 
-Takes = TypeVar("Takes", bound=Callable[..., object])
+@dataclass(frozen=True)
+class ImportOptions(Options):
+    """Options of `import` (docs/training.md)."""
 
+    omega: Numbers | None = option(None, "omega_0 of each file, for files without it (*_with_w0.pth)", metavar="W,..")
+    shape: str | Path | None = option(
+        None,
+        "shape of the training: its points give the bands, its coordinates the model's (default: the last level's "
+        "surface gives the bands)",
+        metavar="SHAPE",
+    )
+    front: Numbers | None = option(None, FRONT_HELP, metavar="AZ,EL")
+    credit: str | None = option(None, CREDIT_HELP, metavar="TEXT")
 
-def shows_options(taker: Callable[..., object]) -> Callable[[Takes], Takes]:
-    """Show the arguments of `taker`, with their defaults, in the signature of a function that hands it `**options`."""
+    def omegas(self, count: int) -> list[float | None]:
+        """Return omega_0 of each of `count` checkpoints; None stands for that of the file. Raises UserError."""
+        text = text_of(self.omega)
+        if text is None:
+            return [None] * count
+        try:
+            values: list[float | None] = [float(part) for part in text.split(",")]
+        except ValueError:
+            raise UserError(f"--omega {text}: numbers joined by commas are needed") from None
+        if len(values) != count:
+            raise UserError(f"--omega: {len(values)} of {count} numbers; name one for each file")
+        return values
 
-    def show(function: Takes) -> Takes:
-        own = [each for each in signature(function).parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
-        names = {each.name for each in own}
-        more = [
-            each.replace(kind=Parameter.KEYWORD_ONLY)
-            for name, each in signature(taker).parameters.items()
-            if name not in names
-        ]
-        function.__signature__ = signature(function).replace(parameters=[*own, *more])  # type: ignore[attr-defined]
-        return function
-
-    return show
-
-
-def check_no_image(texture: str) -> None:
-    """Raise UserError where the texture of shapes that become one another is to come from an image."""
-    if texture not in ("auto", "none"):
-        raise UserError(f"--texture {texture}: auto or none is needed; two shapes have no image in common")
-
-
-def file_omegas(omega: Numbers | None, count: int) -> list[float | None]:
-    """Read omega_0 of each of `count` checkpoints; None stands for what the files say. Raises UserError."""
-    text = text_of(omega)
-    if text is None:
-        return [None] * count
-    try:
-        values: list[float | None] = [float(part) for part in text.split(",")]
-    except ValueError:
-        raise UserError(f"--omega {text}: numbers joined by commas are needed") from None
-    if len(values) != count:
-        raise UserError(f"--omega: {len(values)} of {count} numbers, one for each file")
-    return values
+    def view(self) -> tuple[float, float] | None:
+        """Return `Model.front`. Raises UserError."""
+        return parse.front(text_of(self.front))
 
 
 def text_of(numbers: Numbers | None) -> str | None:
-    """Write numbers as on the command line, whose parsers check them."""
+    """Return numbers as text with commas between, for the parsers of settings.py."""
     if numbers is None or isinstance(numbers, str):
         return numbers
     return ",".join(map(repr, [numbers] if isinstance(numbers, (int, float)) else map(float, numbers)))

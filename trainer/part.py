@@ -1,4 +1,4 @@
-"""The file beside an output from which a training that was cut short goes on: a model file that holds more."""
+"""The checkpoint of a training: a model file with the state of the training, from which `--resume` continues."""
 
 import contextlib
 import json
@@ -13,39 +13,41 @@ from ..model.files import is_special, show
 from ..model.gallery import SUFFIX
 from ..model.model import Model
 from ..model.model_file import TRAINING, load, save
+from .config import default_config
 from .networks.snapshot import Snapshot
-
-EVERY = 30.0
-"""Seconds between two writings of the file: the most that is lost."""
 
 
 class Part:
-    """`NAME.part.safetensors`, beside the output `NAME.safetensors` of a training that is not over.
+    """The checkpoint `NAME.part.safetensors` beside the output `NAME.safetensors`, until the training ends.
 
-    It is a model of what is learnt so far, which every verb opens, with the state of the training in further tensors
-    and in one more metadata key. Where the output is a device or a pipe, there is none, and nothing is written.
+    Every verb opens it as a model. The state of the training is in further tensors and in one more metadata key. Where
+    the output is a device or a pipe, no checkpoint is written.
     """
 
-    def __init__(self, output: Path, say: Callable[[str], None]) -> None:
-        """say: receives a warning where the file cannot be written, after which the training goes on."""
+    def __init__(self, output: Path, say: Callable[[str], None], every: float | None = None) -> None:
+        """say: receives a warning where the file cannot be written; the training continues.
+
+        every: seconds between two checkpoints; None: the default.
+        """
         self.path = output.with_name(f"{output.name.removesuffix(SUFFIX)}.part{SUFFIX}")
-        self._say, self._next = say, time.perf_counter() + EVERY
+        self._every = default_config().budget.checkpoint_every if every is None else every
+        self._say, self._next = say, time.perf_counter() + self._every
         self._writes, self._warned = not is_special(output), False
 
     def is_there(self) -> bool:
-        """Whether a training that was cut short has left the file.
+        """Whether an interrupted training has left a checkpoint.
 
-        Raises UserError where a file of that name is there that is something else, and would be lost.
+        Raises UserError where another file has that name, which a checkpoint would overwrite.
         """
         if not self._writes or not self.path.exists():
             return False
         with contextlib.suppress(OSError, SafetensorError), safe_open(self.path, framework="pt") as file:
             if TRAINING in (file.metadata() or {}):
                 return True
-        raise UserError(f"{show(self.path)}: is there, and no training that was cut short; move it away, or name -o")
+        raise UserError(f"{show(self.path)}: not the checkpoint of a training; move it away, or name another -o")
 
     def read(self) -> tuple[Model, Snapshot]:
-        """Read the model, and the state of the training. Raises UserError where the file is damaged."""
+        """Read the model and the state of the training. Raises UserError where the file is damaged."""
         model = load(self.path)
         try:
             with safe_open(self.path, framework="pt") as file:
@@ -55,15 +57,15 @@ class Part:
         except (OSError, SafetensorError, ValueError, KeyError, RecursionError):
             numbers = None
         if not isinstance(numbers, dict):
-            raise UserError(f"{show(self.path)}: damaged; remove it, and train anew")
+            raise UserError(f"{show(self.path)}: damaged; remove it, and train again")
         return model, Snapshot(numbers, tensors)
 
     def due(self) -> bool:
-        """Whether it is time to write the file."""
+        """Whether it is time for the next checkpoint."""
         return self._writes and time.perf_counter() >= self._next
 
     def write(self, model: Model, snapshot: Snapshot) -> None:
-        """Write the file, whole or not at all."""
+        """Write the file atomically."""
         if not self._writes:
             return
         try:
@@ -71,12 +73,12 @@ class Part:
             save(model, self.path, (json.dumps(snapshot.numbers), tensors))
         except UserError as error:
             if not self._warned:
-                self._say(f"warning: {error}; until it can be written, a training that is cut short is lost")
+                self._say(f"warning: {error}; until it can be written, an interrupted training is lost")
             self._warned = True
-        self._next = time.perf_counter() + EVERY
+        self._next = time.perf_counter() + self._every
 
     def remove(self) -> None:
-        """Remove the file: the training is over."""
+        """Remove the file at the end of the training."""
         with contextlib.suppress(OSError):
             if self._writes:
                 self.path.unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-"""How good trained levels are, measured at points of the surface that training never saw."""
+"""Quality of trained levels, measured at held-out points."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -9,29 +9,14 @@ import torch
 from torch import Tensor
 
 from ..model.field_figures import FieldFigures, field_figures
+from ..model.model import DELTA_FACTOR
 from . import sampling, tracing
-from .bands import delta
+from .config import MeasuringConfig
 from .networks.nested import field, field_and_gradient, in_band, nested_field, nested_field_and_gradient
 from .networks.network import Weights
 from .shapes.shape import Doubles, Shape
 from .tracing import Tracing
 
-POINTS = 100_000
-"""Held-out points of the surface that quality is measured at."""
-BAND_POINTS = 200_000
-"""Points of the surface that Eq. 5 uses beside the held-out ones and the input's own."""
-LIPSCHITZ_POINTS = 100_000
-"""Points that the largest gradient is measured at, or fewer than twice as many."""
-ROUGH_POINTS = 16_384
-"""Points that a level is measured at while it is trained."""
-WATCHED_POINTS = 1024
-"""Points that a level is measured at all the while: less than 1 % of the training's work."""
-TRIAL_POINTS = 4096
-"""Points that the time of an evaluation is measured at."""
-TRIALS = 4
-"""Times that it is measured."""
-FIELD_POINTS = 20_000
-"""Points that the field is compared with the distance at, in the unit ball and in the band each."""
 SEED = 0x5EED
 
 
@@ -46,20 +31,21 @@ class Quality:
 
 
 class FieldProbe:
-    """Points of the unit ball with their distances, drawn once, at which the nested field is measured."""
+    """Measures the nested field at points of the unit ball, drawn once, and in the last level's band."""
 
-    def __init__(self, shape: Shape, device: torch.device) -> None:
+    def __init__(self, shape: Shape, device: torch.device, points: int = MeasuringConfig.field_points) -> None:
+        """points: of the ball, and of the surface."""
         began = time.perf_counter()
         self._shape, self._device, self._rng = shape, device, np.random.default_rng(SEED)
         self._points, self._distance = self._known(
-            sampling.timed(sampling.ball(FIELD_POINTS, 1.0, self._rng), shape.moving, self._rng)
+            sampling.timed(sampling.ball(points, 1.0, self._rng), shape.moving, self._rng)
         )
-        self._surface = shape.surface(FIELD_POINTS, self._rng, held_out=True).points
+        self._surface = shape.surface(points, self._rng, held_out=True).points
         self.seconds = 1.5 * (time.perf_counter() - began)
-        """Seconds that `measure` will take, by what the distances of as many points took just now."""
+        """Estimate of the seconds of `measure`, from the time of the distances."""
 
     def measure(self, levels: Sequence[Weights], deltas: Sequence[float]) -> FieldFigures:
-        """Measure the field of all levels. deltas: the half widths of the bands of all levels."""
+        """Measure the field of all levels. deltas: half-widths of all bands."""
         before = max(1, len(levels) - 1)
         width = deltas[before - 1]
         around = sampling.shifted(self._surface, self._rng.uniform(-width, width, (len(self._surface), 3)))
@@ -78,20 +64,21 @@ class FieldProbe:
         )
 
     def _known(self, points: Doubles) -> tuple[Doubles, Doubles]:
-        """Return those of the points (N, 3) whose distance is known, and their distances."""
+        """Return the points of (N, 3) whose distance is known, and these distances."""
         distance = self._shape.distance(points)
         known = ~np.isnan(distance)
         return points[known], distance[known]
 
 
 class SurfaceProbe:
-    """Points of a shape's surface, drawn once, at which all levels of a training are measured."""
+    """Measures levels at points of a shape's surface, drawn once."""
 
-    def __init__(self, shape: Shape, device: torch.device) -> None:
+    def __init__(self, shape: Shape, device: torch.device, config: MeasuringConfig | None = None) -> None:
+        self._config = config or MeasuringConfig()
         rng = np.random.default_rng(SEED)
-        drawn = shape.surface(POINTS, rng, held_out=True)
+        drawn = shape.surface(self._config.points, rng, held_out=True)
         self._held_out, self._normals = (_tensor(array, device) for array in (drawn.points, drawn.normals))
-        more = shape.surface(BAND_POINTS, rng).points
+        more = shape.surface(self._config.band_points, rng).points
         self._all = torch.cat((self._held_out, _tensor(np.concatenate((shape.inputs(), more)), device)))
 
     def measure(self, levels: Sequence[Weights]) -> list[Quality]:
@@ -106,40 +93,46 @@ class SurfaceProbe:
         return qualities
 
     def delta(self, levels: Sequence[Weights]) -> float:
-        """Compute the last level's delta by Eq. 5, at the input's own points and at 300,000 more of the surface."""
+        """Compute the last level's delta by Eq. 5, at the input's own points and at further points of the surface."""
         return delta(field(levels, self._all))
 
     def rough(self, levels: Sequence[Weights]) -> tuple[float, float]:
-        """Measure the last level's delta and its largest |grad f_i|, at few points: of a level that is under way."""
-        points = self._all[:: max(1, len(self._all) // ROUGH_POINTS)]
-        return delta(field(levels, points)), lipschitz(levels, points)
+        """Measure delta and the largest |grad f_i| of the last level, which is still in training, at few points."""
+        points = self._all[:: max(1, len(self._all) // self._config.rough_points)]
+        return delta(field(levels, points)), lipschitz(levels, points, self._config.lipschitz_points)
 
     def watcher(self, frozen: Sequence[Weights]) -> Callable[[Weights], float]:
-        """Return a function that measures mean |f_i| of the level after `frozen`, at few of the held-out points."""
-        points = self._held_out[:: max(1, len(self._held_out) // WATCHED_POINTS)]
+        """Return a function that measures mean |f_i| of the level after `frozen` at few held-out points."""
+        points = self._held_out[:: max(1, len(self._held_out) // self._config.watched_points)]
         before = field(frozen, points) if frozen else points.new_zeros(len(points))
         return lambda weights: float((before + field([weights], points)).abs().mean())
 
     def tracing(self, levels: Sequence[Weights], deltas: Sequence[float]) -> Tracing:
-        """Measure how the last level can be traced. deltas: the half widths of the bands of all levels."""
-        return tracing.measure(levels, deltas, self._held_out)
+        """Measure the step bounds of the last level. deltas: half-widths of all bands."""
+        return tracing.measure(levels, deltas, self._held_out, self._config.tracing)
 
     def seconds(self, levels: Sequence[Weights]) -> float:
-        """Estimate how many seconds `delta`, `tracing`, `lipschitz` and `measure` will take on networks like these."""
-        sample = self._held_out[:TRIAL_POINTS]
-        values = len(self._all) + tracing.evaluations(len(levels))
-        points = values / 2 + LIPSCHITZ_POINTS + len(self._held_out)  # a value costs half as much
-        trials = []
-        for _ in range(TRIALS):  # one trial of a few milliseconds may be interrupted by other work: the shortest counts
+        """Estimate the seconds of `delta`, `tracing`, `lipschitz` and `measure` for networks of these sizes."""
+        config = self._config
+        sample = self._held_out[: config.timing_points]
+        values = len(self._all) + tracing.evaluations(len(levels), config.tracing)
+        points = values / 2 + config.lipschitz_points + len(self._held_out)  # A value costs half as much.
+        timings = []
+        for _ in range(config.timings):  # Other work may interrupt an evaluation of milliseconds: the shortest counts.
             began = time.perf_counter()
             field_and_gradient(levels, sample)
-            trials.append(time.perf_counter() - began)
-        return min(trials) * points / len(sample)
+            timings.append(time.perf_counter() - began)
+        return min(timings) * points / len(sample)
 
 
-def lipschitz(levels: Sequence[Weights], points: Tensor) -> float:
-    """Measure the largest |grad f_i| in space at points (N, 3) or (N, 4), or at every k-th where there are many."""
-    thinned = points[:: max(1, len(points) // LIPSCHITZ_POINTS)]
+def delta(f: Tensor) -> float:
+    """Compute delta_i = (1 + epsilon) max_j |f_i(x_j)| (Eq. 5). f: values of f_i at surface points x_j."""
+    return DELTA_FACTOR * max(float(f.abs().max()), 1e-6)
+
+
+def lipschitz(levels: Sequence[Weights], points: Tensor, most: int = MeasuringConfig.lipschitz_points) -> float:
+    """Measure the largest |grad f_i| in space at points (N, 3) or (N, 4); at about `most` of them."""
+    thinned = points[:: max(1, len(points) // most)]
     return float(torch.linalg.vector_norm(field_and_gradient(levels, thinned)[1][:, :3], dim=1).max())
 
 

@@ -1,4 +1,4 @@
-"""Where the loss is sampled: along the surface's normals (Fig. 3b), in the band around it (Fig. 3a), in the domain."""
+"""Random points: in a band around the surface (Fig. 3a), in the domain, in the unit ball."""
 
 from collections.abc import Callable
 
@@ -11,40 +11,18 @@ from .shapes.shape import Doubles
 Distance = Callable[[Doubles], Doubles]
 """Points (N, 3) -> distances (N,)."""
 Mask = Callable[[Doubles], NDArray[np.bool_]]
-"""Points (N, 3) -> which of them to keep (N,)."""
+"""Points (N, 3) -> mask (N,)."""
 
-REDUCTIONS = 10
-"""Small steps in which t_j goes from the band's half width down to zero."""
-TOLERANCE = 0.01
-"""Share by which the distance to the surface may fall short of t_j: facets and sampled clouds are not smooth."""
 ROUNDS = 200
-"""Most rounds of dithering; each draws at least four times as many points as are still missing."""
-
-
-def offsets(points: Doubles, directions: Doubles, largest: float, clearance: Distance) -> Doubles:
-    """Find how far each point of the surface may move along its normal and stay the nearest one (Fig. 3b).
-
-    points: (N, 3). directions: (N, 3), unit normals, or their opposites to go inside. clearance: gives the unsigned
-    distance to the surface. Returns t (N,): the largest t_j <= `largest`, in steps of a tenth of it, at which
-    points_j + t_j directions_j is at distance t_j; 0 where no step fits.
-    """
-    t = np.full(len(points), largest)
-    short = np.arange(len(points))
-    for k in range(REDUCTIONS - 1, -1, -1):
-        distance = clearance(points[short] + t[short, None] * directions[short])
-        short = short[distance < t[short] * (1 - TOLERANCE)]
-        if not len(short):
-            break
-        t[short] = largest * k / REDUCTIONS
-    return t
+"""Most rounds of dithering; each draws at least four times the missing number of points."""
 
 
 def dithered(points: Doubles, delta: float, inside: Mask, count: int, rng: np.random.Generator) -> Doubles:
-    """Draw `count` points of the band around the surface, by dithering with rejection (Fig. 3a).
+    """Draw `count` points of the band around the surface by dithering with rejection (Fig. 3a).
 
-    Each coordinate of a point of the surface is perturbed within (-2 delta, 2 delta), and the result is rejected
-    outside the band. points: (N, 3), on the surface, or (N, 4) with a time, which stays. inside: tells which points
-    are in the band, |f_{i-1}| < delta. Returns as many columns. Raises UserError where the band is hit too rarely.
+    Each coordinate of a surface point is shifted within (-2 delta, 2 delta); points outside the band are rejected.
+    points: (N, 3), on the surface, or (N, 4) with a time, which stays. inside: mask of the points in the band,
+    |f_{i-1}| < delta. Returns as many columns. Raises UserError where too few points are in the band.
     """
     kept: list[Doubles] = []
     missing = count
@@ -56,8 +34,8 @@ def dithered(points: Doubles, delta: float, inside: Mask, count: int, rng: np.ra
         if not missing:
             return np.concatenate(kept)
     raise UserError(
-        f"the band of half width {delta:.2g} is hit too rarely: the level before it missed the surface; "
-        "train it longer or change --omega"
+        f"the band of half width {delta:.2g} has too few sample points: the level before missed the surface; "
+        "train that level longer or change --omega"
     )
 
 
@@ -69,7 +47,7 @@ def ball(count: int, radius: float, rng: np.random.Generator) -> Doubles:
 
 
 def corners(count: int, radius: float, rng: np.random.Generator) -> Doubles:
-    """Draw uniform points of the domain outside the ball of a radius of at most 1.2. Returns (count, 3)."""
+    """Draw uniform points of the domain outside a ball, whose radius is at most 1.2. Returns (count, 3)."""
     drawn = np.empty((0, 3))
     while len(drawn) < count:
         points = domain(4 * count, rng)
@@ -78,12 +56,12 @@ def corners(count: int, radius: float, rng: np.random.Generator) -> Doubles:
 
 
 def timed(points: Doubles, moving: bool, rng: np.random.Generator) -> Doubles:
-    """Give points (N, 3) a fourth coordinate, a uniform time in [0, 1], where the shape moves; else return them."""
+    """Add a uniform time in [0, 1] to points (N, 3) where the shape moves; else return them unchanged."""
     return np.column_stack((points, rng.random(len(points)))) if moving else points
 
 
 def shifted(points: Doubles, offsets: Doubles) -> Doubles:
-    """Move points (N, 3), or (N, 4) whose time stays, by offsets (N, 3)."""
+    """Shift points (N, 3), or (N, 4) with a time, which stays, by offsets (N, 3)."""
     moved = points.copy()
     moved[:, :3] += offsets
     return moved

@@ -1,18 +1,20 @@
-"""What a user may choose of a training, the defaults, and the parsing of the command line's texts."""
+"""The settings of one training, and the parsing of their texts on the command line. Nothing here needs torch."""
 
+import math
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from ..model.errors import UserError
 from ..model.orientation import check_front
+from .config import LossWeights, default_config
 
 
 @dataclass(frozen=True)
 class Preset:
-    """A choice of levels that has a name."""
+    """Levels with a name."""
 
     levels: str
-    """As --levels takes them."""
+    """In the form of --levels."""
     packed: bool = False
     """Whether weights are quantised (model/quantise.py), for short Shadertoy texts."""
 
@@ -24,67 +26,14 @@ PRESETS = {
     "paper": Preset("64x2,128x2,256x2"),
 }
 DEFAULT_PRESET = "base"
-OMEGAS = (40.0, 80.0, 120.0)
-"""omega_0 of levels 1, 2, ... that are 64 wide or wider; further levels take the last."""
-STEPS = (4000, 10_000)
-"""Optimiser steps of level 1 and of each finer level."""
-TEXTURE_STEPS = 2000
-TEXTURE_OMEGA = 50.0
-TEXTURE_WIDEST, TEXTURE_DEEPEST = 64, 2
-"""Largest texture network that is chosen without --texture-network."""
 WIDEST, DEEPEST, MOST_LEVELS = 1024, 8, 8
-"""Limits of what the command line takes."""
-OMEGA_WIDTH = 64
-"""Width of a network below which the default omega_0 is lower."""
+"""Limits of --levels."""
 LARGEST = 1e12
-"""Numbers on the command line are smaller than this."""
+"""Limit of numbers on the command line."""
 
 
 @dataclass(frozen=True)
-class LossWeights:
-    """Factors of the terms of a level's loss (Eq. 4)."""
-
-    value: float
-    """Of the values on the surface."""
-    normal: float
-    eikonal: float
-    distance: float
-    """Of the values off the surface, where the exact distance is known."""
-    excess: float = 1.0
-    """Times `distance`, where a value off the surface exceeds the distance."""
-    lacking: float = 1.0
-    """Times `distance`, where it has less than losses.LACK of the distance, or the wrong sign."""
-    length: float = 1.0
-    """Times `eikonal`, at points of the surface; of a cloud at the beginning, where the user does not give it."""
-    near: float = 0.008
-    """Closer than this to the surface, model units, a value that exceeds the distance weighs like any other."""
-
-
-FIRST_LEVEL = LossWeights(value=10_000.0, normal=30.0, eikonal=1.0, distance=3000.0, excess=20.0, lacking=1.0)
-"""Level 1 has to be a distance in the whole domain."""
-RESIDUAL = LossWeights(
-    value=300_000.0, normal=100.0, eikonal=3.0, distance=3000.0, excess=40.0, lacking=20.0, near=0.003
-)
-"""A residual spends what it can hold on the surface."""
-LATE, LATE_VALUE = 0.85, 10.0
-"""Share of the schedule from which values on a mesh's surface weigh more, and how many times: the surface comes nearer
-then, where the same weight from the beginning would make f flat there."""
-NOISY_FIRST_VALUE, NOISY_VALUE = 0.3, 3.0
-"""The most that `value` is of level 1 and of a residual, times the variance of the points' noise.
-
-What the removal of noise has left of it makes f flat where the value term outweighs the Eikonal term.
-"""
-NOISY_EIKONAL = 20.0
-"""`eikonal` of a residual where there is noise."""
-CLOUD_LENGTH = 15.0
-"""`length` of a residual of a cloud without noise, at least: review.py raises it where |grad f| is not in 0.8 to 1.2 on
-90 % of the surface."""
-MOVING_EIKONAL = 45.0
-"""`eikonal` of a shape that moves: fronts that meet, and limbs that vanish, would leave flat places."""
-
-
-@dataclass(frozen=True)
-class Wish:
+class LevelGoal:
     """What the levels that `--levels auto` chooses are to reach; one of the two is None."""
 
     parameters: int | None
@@ -95,70 +44,52 @@ class Wish:
 
 @dataclass(frozen=True)
 class Settings:
-    """The choices for one training; the model's provenance keeps them under these names."""
+    """The settings of one training; the model's provenance stores them under these names."""
 
     networks: tuple[tuple[int, int], ...]
     """(width, depth) of each level, coarse to fine."""
     omegas: tuple[float, ...]
-    """omega_0 of each level, and of the texture where it is not the default."""
+    """omega_0 of each level, and of the texture unless it is the default."""
     steps: tuple[int, ...]
     """Optimiser steps of each level, then of the texture."""
     seconds: float | None = None
     """Wall time of the whole training, in place of `steps`."""
     texture: bool = True
-    """Whether colours are learnt, where the shape has them."""
+    """Whether to learn the colours of a shape that has some."""
     seed: int = 0
     device: str = "auto"
     """"auto", "cpu" or "cuda"."""
     weights: dict[str, float] = field(default_factory=dict)
-    """Those of `LossWeights` that are not the default, by name."""
-    wish: Wish | None = None
-    """What `networks` and `omegas` are yet to be chosen by, or were; None: the user has chosen them."""
+    """Loss weights of the user, by the names of `LossWeights`."""
+    wish: LevelGoal | None = None
+    """The goal by which `--levels auto` chooses `networks` and `omegas`; None: the user has chosen them."""
     packed: bool = False
     """Whether weights are quantised in every step (networks/quantized.py)."""
     texture_network: tuple[int, int] | None = None
-    """(width, depth) of the texture; None: chosen by the last level's."""
+    """(width, depth) of the texture; None: by the size of the last level."""
     noise: float | None = None
-    """Standard deviation of a cloud's points, as a share of the shape's radius; None: measured."""
+    """Standard deviation of a cloud's points, as a share of the shape's radius; None: measure it."""
     up: str | None = None
-    """Axis of the shape's file that points up; None: as the file's format says, or y."""
+    """Axis of the shape's file that points up; None: that of the file's format, or y."""
     front: tuple[float, float] | None = None
-    """Kept in the model (`Model.front`), as is `credit`."""
+    """`Model.front`."""
     credit: str = ""
+    """`Model.credit`."""
 
     def texture_size(self) -> tuple[int, int]:
-        """Choose (width, depth) of the texture network: what was asked for, or the usual one."""
-        return self.texture_network or usual_texture(self.networks[-1])
+        """Return (width, depth) of the texture network: the user's, or the default."""
+        return self.texture_network or default_texture(self.networks[-1])
 
     def texture_omega(self) -> float:
-        """Choose omega_0 of the texture network."""
-        given = self.omegas[len(self.networks) :]
-        return given[0] if given else TEXTURE_OMEGA
-
-    def loss_weights(
-        self, first: bool, noise: float = 0.0, *, cloud: bool = False, moving: bool = False
-    ) -> LossWeights:
-        """Choose the loss weights of level 1, or of a residual: the defaults, changed by `weights`.
-
-        noise: standard deviation of the noise that was removed from the shape's points, model units. cloud: whether
-        the shape is known by points alone. moving: whether it moves.
-        """
-        usual = FIRST_LEVEL if first else RESIDUAL
-        if noise:
-            most = (NOISY_FIRST_VALUE if first else NOISY_VALUE) / noise**2
-            eikonal = usual.eikonal if first else NOISY_EIKONAL
-            usual = replace(usual, value=min(usual.value, most), eikonal=eikonal, near=FIRST_LEVEL.near)
-        elif cloud and not first:
-            usual = replace(usual, length=CLOUD_LENGTH)
-        if moving:
-            usual = replace(usual, eikonal=MOVING_EIKONAL)
-        return replace(usual, **self.weights)
+        """Return omega_0 of the texture network."""
+        own = self.omegas[len(self.networks) :]
+        return own[0] if own else default_config().lengths.texture_omega
 
 
-def usual_texture(last: tuple[int, int]) -> tuple[int, int]:
-    """Choose (width, depth) of a texture network: that of the last level within limits."""
-    width, depth = last
-    return min(width, TEXTURE_WIDEST), min(depth, TEXTURE_DEEPEST)
+def default_texture(last: tuple[int, int]) -> tuple[int, int]:
+    """Return the default (width, depth) of a texture network: that of the last level, up to a limit."""
+    (width, depth), (widest, deepest) = last, default_config().lengths.texture_network
+    return min(width, widest), min(depth, deepest)
 
 
 def networks(text: str, option: str = "--levels") -> tuple[tuple[int, int], ...]:
@@ -178,17 +109,13 @@ def networks(text: str, option: str = "--levels") -> tuple[tuple[int, int], ...]
 
 
 def omegas(text: str | None, sizes: tuple[tuple[int, int], ...]) -> tuple[float, ...]:
-    """Parse omega_0 of each level, and of the texture where it is given: `30,60` -> (30.0, 60.0).
+    """Parse omega_0 of each level, and optionally of the texture: `30,60` -> (30.0, 60.0).
 
-    text: None for the defaults: `OMEGAS`, lowered for narrow networks in proportion to the root of the width, since
-    they have too few sines to fill the spectrum. sizes: (width, depth) of each level. Raises UserError.
+    text: None for the default. sizes: (width, depth) of each level. Raises UserError.
     """
     count = len(sizes)
     if text is None:
-        return tuple(
-            round(OMEGAS[min(i, len(OMEGAS) - 1)] * min(1, (width / OMEGA_WIDTH) ** 0.5), 1)
-            for i, (width, _) in enumerate(sizes)
-        )
+        return tuple(default_omega(i, width) for i, (width, _) in enumerate(sizes))
     values = _numbers("--omega", text)
     if len(values) not in (count, count + 1) or min(values) <= 0:
         raise UserError(
@@ -197,13 +124,21 @@ def omegas(text: str | None, sizes: tuple[tuple[int, int], ...]) -> tuple[float,
     return tuple(values)
 
 
+def default_omega(index: int, width: int, factor: float = 1.0) -> float:
+    """Return the default omega_0 of level `index`, from 0, times `factor`."""
+    lengths = default_config().lengths
+    omega = lengths.omegas[min(index, len(lengths.omegas) - 1)]
+    return round(omega * (factor * min(1.0, math.sqrt(width / lengths.omega_width))), 1)
+
+
 def steps(text: str | None, count: int) -> tuple[int, ...]:
     """Parse the steps of `count` levels and of the texture: `1500,6000` -> (1500, 6000, 6000), the last one repeated.
 
     text: None for the defaults. Raises UserError.
     """
     if text is None:
-        return (*(STEPS[min(i, 1)] for i in range(count)), TEXTURE_STEPS)
+        lengths = default_config().lengths
+        return (*(lengths.steps[min(i, 1)] for i in range(count)), lengths.texture_steps)
     numbers = _numbers("--steps", text)
     if len(numbers) > count + 1 or min(numbers) < 1 or any(n != int(n) for n in numbers):
         raise UserError(f"--steps: {text!r}: whole numbers from 1 are needed, one a level and one for the texture")

@@ -1,25 +1,28 @@
 """The training of a shape: level after level, each frozen before the next begins, then the texture."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from ..model.errors import UserError
 from ..model.model import Model
-from . import hard, level, plan, quality, texture
-from .last_look import FindsPieces, LastLook, Pieces
+from . import plan, quality, texture
+from .callbacks import Checkpoint
+from .config import TrainingConfig, default_config
+from .frozen_levels import FrozenLevels
+from .level_training import LevelTraining, Stage
 from .machine import device
-from .networks.fit import Budget, Keeper, Outcome, Step, Task, TrainingProgress, fit
+from .networks.callback import Callback, FitState, Report, TrainingProgress
+from .networks.fit import Budget, Outcome, Step, Task, fit
 from .networks.network import Weights, clone
 from .networks.quantized import quantized, quantized_step
 from .networks.snapshot import Snapshot
 from .part import Part
-from .pools import Sampler
-from .review import Review, aim
 from .settings import Settings
 from .shapes.shape import Shape
 from .trained import (
@@ -32,11 +35,10 @@ from .trained import (
     training_record,
     unfinished_record,
 )
+from .training_samples import Sampler
 
-COLOURS = 5
-"""Samples of colour for each of a pool: images have more detail than shapes, and few samples are learnt by heart."""
 SEEDS = 1000
-"""Seeds set aside for each seed of the user: one for each level, and the last for the texture."""
+"""Seeds reserved for each seed of the user: one for each level, and the last for the texture."""
 
 
 class Training:
@@ -52,28 +54,28 @@ class Training:
         progress: TrainingProgress,
         began: float | None = None,
         part: Part | None = None,
-        follow: Callable[[Model], object] | None = None,
-        find: FindsPieces | None = None,
+        callbacks: Sequence[Callback] = (),
+        config: TrainingConfig | None = None,
     ) -> None:
-        """began: the value of time.perf_counter() from which on the user's seconds count; None: now.
+        """began: value of time.perf_counter() from which the user's seconds count; None: now.
 
-        part: where the training is kept every 30 s and after every level; None: nowhere. follow: receives the model
-        after every level. find: finds loose pieces of a model's surface; None: nobody looks for them.
+        part: file for checkpoints. callbacks: run during the training of every level and of the texture.
         """
         self.interrupted = False
-        self._part, self._follow, self._find, self._snapshot = part, follow, find, Snapshot()
         self._shape, self._settings, self._progress = shape, settings, progress
+        self._config = default_config() if config is None else config
+        self._part, self._callbacks, self._snapshot = part, callbacks, Snapshot()
         self._began = time.perf_counter() if began is None else began
         self._device = device(settings.device)
-        self._probe = quality.SurfaceProbe(shape, self._device)
-        self._field_probe = quality.FieldProbe(shape, self._device)
+        self._probe = quality.SurfaceProbe(shape, self._device, self._config.measuring)
+        self._field_probe = quality.FieldProbe(shape, self._device, self._config.measuring.field_points)
         self._trained = Trained()
 
     def run(self, resume: Model | None = None, snapshot: Snapshot | None = None) -> Model:
         """Train everything, or what the model `resume` lacks, and return the model.
 
-        snapshot: what a `Part` holds beside the model `resume`. Where the settings are the same, training goes on in
-        the middle of a level as if it had never stopped, and the user's seconds are those of all runs together.
+        snapshot: the state that a `Part` has beside the model `resume`. With the same settings, training resumes in the
+        middle of a level as if it had never stopped, and the user's seconds are those of all runs together.
         Raises UserError where `resume` does not fit the settings, and KeyboardInterrupt where Ctrl-C came before there
         was anything to save.
         """
@@ -84,135 +86,73 @@ class Training:
                 self._snapshot, spent = snapshot, self._trained.seconds
                 self._check_time(spent)
             elif snapshot is not None:
-                self._progress.say("the settings are others than before: going on with the weights alone")
-        taken_over = len(self._trained.levels)
+                self._progress.say("the settings differ from the interrupted run's: only its weights are used")
+        finished = len(self._trained.levels)
         done = self._trained.unfinished.fraction if self._trained.unfinished else 0.0
         with_texture = self._shape.colored and self._settings.texture and self._trained.texture is None
-        began = self._began - spent
-        budgets = plan.budgets(self._settings, taken_over, done, with_texture, began, self._field_probe.seconds)
+        budgets = plan.budgets(
+            self._settings,
+            finished,
+            done,
+            with_texture,
+            self._began - spent,
+            self._field_probe.seconds,
+            self._config.budget,
+        )
         try:
-            for index in range(taken_over, len(self._settings.networks)):
+            for index in range(finished, len(self._settings.networks)):
                 self._train_level(index, budgets[index])
                 if self.interrupted:
                     break
-                self._level_finished()
+                self._after_level()
             if with_texture and not self.interrupted:
                 self._train_texture(budgets[-1])
         except KeyboardInterrupt:
-            if len(self._trained.levels) == taken_over:
+            if len(self._trained.levels) == finished:
                 raise
             self.interrupted = True
         return self._model()
 
-    def _level_finished(self) -> None:
-        """Keep the levels that there are, and hand them out."""
-        if self._part is not None:
-            self._part.write(self._model_so_far(self._trained), Snapshot())
-        if self._follow is not None:
-            self._follow(self._model())
-
     def _check_time(self, spent: float) -> None:
-        """Raise UserError where nothing is left of the user's seconds, of which `spent` went before."""
+        """Raise UserError where the earlier runs, of `spent` seconds, have used up the user's seconds."""
         seconds = self._settings.seconds
         if seconds is not None and seconds < spent + 1:
             raise UserError(
-                f"--seconds {seconds:g}: the training took {spent:.0f} s before it was cut short; give more"
+                f"--seconds {seconds:g}: the interrupted training already took {spent:.0f} s; give more seconds"
             )
 
     def _train_level(self, index: int, budget: Budget) -> None:
-        settings, network = self._settings, self._settings.networks[index]
-        width, depth = network
-        omega, first = settings.omegas[index], index == 0
-        began, seed = time.perf_counter(), settings.seed * SEEDS + index
-        self._progress.begin(f"level {index + 1} ({width}x{depth})")
-
-        frozen, deltas = self._trained.weights(), self._trained.deltas()
-        before = self._stopped_in(network)
-        sampler = self._sampler(seed)
-        count = plan.pool_size(budget) if before is None else before.whole("pool")
-        surface, volume = sampler.surface(count), sampler.volume(count)
-
-        start = level.start(network, omega, first=first, seed=seed, device=self._device, moving=self._shape.moving)
-        unfinished, self._trained.unfinished = self._trained.unfinished, None
-        if before is not None:
-            budget, began = self._gone_on(budget, began, before)
-        elif unfinished:
-            start = partial(clone, unfinished.weights)
-            budget = replace(budget, done=unfinished.fraction)
-        look = LastLook(self._finder(index), self._shape, self._progress)
-        budget = look.leave(budget, lambda: self._probe.seconds([*frozen, start()]))
-        shape = self._shape
-        weight = settings.loss_weights(first=first, noise=shape.noise, cloud=shape.cloud, moving=shape.moving)
-        rate, output_factor = level.rates(width, None if first else deltas[-1])
-        share = level.hard_share(first=first, exact=hard.exact(shape))
-        step = level.LevelStep(surface, volume, weight, torch.Generator().manual_seed(seed), share)
-        follows, late = self._reviewed(first=first)
-        look_again = Review(step, sampler, surface, weight, count, follows, late, share)
-
+        """Train the level after the finished ones, measure it and freeze it."""
+        settings = self._settings
+        stage = self._begin(f"level {index + 1}", settings.networks[index], settings.omegas[index], index, budget)
+        level = LevelTraining(self._shape, settings, self._config, self._frozen_levels(), stage)
+        start, budget = self._start(stage, level)
+        frozen = self._trained.weights()
         watch = self._probe.watcher(frozen)
 
         def figures(weights: Weights) -> dict[str, float]:
-            return {"mean_f": watch(self._final(weights))} | _numbers(step.terms)
+            return {"mean_f": watch(self._final(weights))} | _numbers(level.step.terms)
 
-        task = Task(
-            start=start,
-            step=self._step(step),
-            idle=level.idle_loss(surface, volume, weight),
-            rate=rate,
-            output_factor=output_factor,
-            draws=level.LevelDraws(step, sampler),
-            review=None
-            if first and weight.excess <= 1
-            else lambda weights, done, left: look_again(self._final(weights), done, left),
-            figures=figures,
-        )
+        def so_far(weights: Weights, record: dict[str, object]) -> Trained:
+            return self._trained.and_then(weights, self._probe.rough([*frozen, weights]), record)
 
-        def keep(weights: Weights, snapshot: Snapshot) -> None:
-            final = self._final(weights)
-            record = unfinished_record(network, omega, snapshot, began)
-            so_far = self._trained.and_then(final, self._probe.rough([*frozen, final]), record)
-            self._keep(so_far, snapshot, network, count, began)
-
-        outcome = fit(task, budget, self._progress, self._keeper(keep), before)
-        self._progress.end()
-        if first:
+        task = level.task(start, self._step(level.step))
+        outcome = self._fit(stage, budget, task, level.callbacks(), figures, so_far)
+        if index == 0:
             self._check_first_level(outcome)
+        record = training_record(stage.size, stage.omega, outcome, stage.began)
+        self._freeze(self._final(outcome.weights), level.points(), record)
 
-        record = training_record(network, omega, outcome, began)
-        looked_at = look(f"level {index + 1}, loose pieces ({width}x{depth})", outcome, task, step, sampler)
-        self.interrupted = outcome.interrupted or look.interrupted
-        weights = self._final(looked_at)
-        levels = [*frozen, weights]
-        delta = self._probe.delta(levels)
-        tracing = self._probe.tracing(levels, [*deltas, delta])
-        sampled = quality.lipschitz(levels, torch.cat((surface.points, volume.points)))
-        lipschitz = max(sampled, tracing.lipschitz)
-        *as_bands, last = tracing.step_bounds
-        self._trained.lower_band_bounds(as_bands)
-        self._trained.levels.append(TrainedLevel(weights, delta, lipschitz, last, 1.0, record))
-
-    def _reviewed(self, *, first: bool) -> tuple[float | None, bool]:
-        """Return `Review.aim` and `Review.late` of a level: of a residual whose weights are not the user's."""
-        shape, own = self._shape, self._settings.weights
-        follows = shape.cloud and not (first or shape.moving or "length" in own)
-        return aim(shape.noise) if follows else None, hard.exact(shape) and not (first or "value" in own)
-
-    def _finder(self, index: int) -> Callable[[Weights], Pieces] | None:
-        """Return what finds the loose pieces of a level's surface; None where nobody is to look for them.
-
-        A residual alone is looked at that is the last one, of a shape that stands still and has exact distances.
-        """
-        find, frozen = self._find, self._trained.weights()
-        exact = not (self._shape.moving or self._shape.noise)
-        if find is None or not exact or not 0 < index == len(self._settings.networks) - 1:
-            return None
-
-        def pieces(weights: Weights) -> Pieces:
-            final = self._final(weights)
-            so_far = self._trained.and_then(final, self._probe.rough([*frozen, final]), {})
-            return find(self._model_so_far(so_far))
-
-        return pieces
+    def _start(self, stage: Stage, level: LevelTraining) -> tuple[Callable[[], Weights], Budget]:
+        """Return what makes the level's first weights, and its budget without the time of measuring the level."""
+        start, budget = level.initial, stage.budget
+        unfinished, self._trained.unfinished = self._trained.unfinished, None
+        if unfinished and stage.resume is None:
+            start, budget = partial(clone, unfinished.weights), replace(budget, done=unfinished.fraction)
+        if budget.steps is None:
+            seconds = self._probe.seconds([*self._trained.weights(), start()])
+            budget = replace(budget, deadline=budget.deadline - seconds)
+        return start, budget
 
     def _check_first_level(self, outcome: Outcome) -> None:
         """Raise UserError where level 1 is no model of the shape: it failed, or had no time for a step."""
@@ -223,70 +163,92 @@ class Training:
         if not (outcome.steps or outcome.interrupted):
             raise UserError(f"--seconds {settings.seconds:g}: no time was left for a step of level 1; give more")
 
-    def _train_texture(self, budget: Budget) -> None:
-        settings = self._settings
-        network, omega = settings.texture_size(), settings.texture_omega()
-        width, depth = network
-        began, seed = time.perf_counter(), settings.seed * SEEDS + SEEDS - 1
-        self._progress.begin(f"texture ({width}x{depth})")
+    def _freeze(self, weights: Weights, samples: Tensor, record: dict[str, object]) -> None:
+        """Measure a trained level, and add it to the finished ones. samples: points that it was trained on."""
+        levels, deltas = [*self._trained.weights(), weights], self._trained.deltas()
+        delta = self._probe.delta(levels)
+        tracing = self._probe.tracing(levels, [*deltas, delta])
+        sampled = quality.lipschitz(levels, samples, self._config.measuring.lipschitz_points)
+        *as_bands, last = tracing.step_bounds
+        self._trained.lower_band_bounds(as_bands)
+        lipschitz = max(sampled, tracing.lipschitz)
+        self._trained.levels.append(TrainedLevel(weights, delta, lipschitz, last, 1.0, record))
 
-        before = self._stopped_in(network)
-        sampler = self._sampler(seed)
-        count = plan.pool_size(budget) if before is None else before.whole("pool")
-        surface, band = sampler.coloured(COLOURS * count), sampler.band(count)
-        if before is not None:
-            budget, began = self._gone_on(budget, began, before)
-        step = texture.TextureStep(surface, band, torch.Generator().manual_seed(seed))
+    def _after_level(self) -> None:
+        if self._part is not None:
+            self._part.write(self._unmeasured_model(self._trained), Snapshot())
+        for callback in self._callbacks:
+            callback.after_level(self._model)
+
+    def _train_texture(self, budget: Budget) -> None:
+        settings, config = self._settings, self._config.texture
+        stage = self._begin("texture", settings.texture_size(), settings.texture_omega(), SEEDS - 1, budget)
+        sampler = Sampler(self._shape, self._frozen_levels(), np.random.default_rng(stage.seed))
+        surface = sampler.colours(config.colors_per_sample * stage.samples)
+        band = sampler.first_band(stage.samples)
+        step = texture.TextureStep(surface, band, torch.Generator().manual_seed(stage.seed), config)
+        network, omega, moving = stage.network, stage.omega, self._shape.moving
         task = Task(
-            start=texture.start(network, omega, seed, self._device, moving=self._shape.moving),
+            start=lambda: texture.initial_texture(network, omega, stage.seed, self._device, moving=moving),
             step=self._step(step),
             idle=texture.idle_loss(surface),
-            rate=texture.RATE,
-            output_factor=texture.OUTPUT_FACTOR,
+            rate=config.rate,
+            output_factor=config.output_factor,
             draws=step,
-            figures=lambda _: _numbers(step.terms),
         )
 
-        def keep(weights: Weights, snapshot: Snapshot) -> None:
-            record = unfinished_record(network, omega, snapshot, began)
-            so_far = replace(self._trained, texture=TrainedTexture(self._final(weights), record))
-            self._keep(so_far, snapshot, network, count, began)
+        def so_far(weights: Weights, record: dict[str, object]) -> Trained:
+            return replace(self._trained, texture=TrainedTexture(weights, record))
 
-        outcome = fit(task, budget, self._progress, self._keeper(keep), before)
+        outcome = self._fit(stage, stage.budget, task, [], lambda _: _numbers(step.terms), so_far)
+        record = training_record(stage.size, omega, outcome, stage.began)
+        self._trained.texture = TrainedTexture(self._final(outcome.weights), record)
+
+    def _begin(self, name: str, network: tuple[int, int], omega: float, seed: int, budget: Budget) -> Stage:
+        """Begin a stage, or continue the stage in which a training was interrupted. seed: below `SEEDS`."""
+        width, depth = network
+        began, seed = time.perf_counter(), self._settings.seed * SEEDS + seed
+        self._progress.begin(f"{name} ({width}x{depth})")
+        snapshot, self._snapshot = self._snapshot, Snapshot()
+        if snapshot.numbers.get("network") != list(network):
+            samples = plan.pool_size(budget, self._config.sampling)
+            return Stage(name, network, omega, seed, samples, budget, began, None)
+        # The steps of the interrupted run count; of the seconds, the budget has only the remaining ones.
+        done = snapshot.real("fraction") if budget.steps is None else 0.0
+        began -= snapshot.real("seconds")
+        return Stage(name, network, omega, seed, snapshot.whole("pool"), replace(budget, done=done), began, snapshot)
+
+    def _fit(
+        self,
+        stage: Stage,
+        budget: Budget,
+        task: Task,
+        callbacks: Sequence[Callback],
+        figures: Callable[[Weights], Mapping[str, float]],
+        so_far: Callable[[Weights, dict[str, object]], Trained],
+    ) -> Outcome:
+        """Train the stage's network. so_far: adds the unfinished network, and its record, to the finished ones."""
+
+        def write(state: FitState) -> None:
+            assert self._part is not None
+            snapshot = state.snapshot()
+            record = unfinished_record(stage.size, stage.omega, snapshot, stage.began)
+            seconds = time.perf_counter() - stage.began
+            numbers = {"network": list(stage.network), "pool": stage.samples, "seconds": seconds}
+            model = self._unmeasured_model(so_far(self._final(state.weights), record))
+            self._part.write(model, snapshot | Snapshot(numbers))
+
+        every = [*callbacks, *self._callbacks, Report(self._progress, figures)]
+        if self._part is not None:
+            every.append(Checkpoint(self._part, write))
+        outcome = fit(task, budget, self._progress.say, every, stage.resume)
         self._progress.end()
         self.interrupted = outcome.interrupted
-        weights = self._final(outcome.weights)
-        self._trained.texture = TrainedTexture(weights, training_record(network, omega, outcome, began))
+        return outcome
 
-    def _stopped_in(self, network: tuple[int, int]) -> Snapshot | None:
-        """Return the state of the stage that begins now, where the training was cut short in it; else None."""
-        snapshot, self._snapshot = self._snapshot, Snapshot()
-        return snapshot if snapshot.numbers.get("network") == list(network) else None
-
-    def _gone_on(self, budget: Budget, began: float, before: Snapshot) -> tuple[Budget, float]:
-        """Return the budget of a stage that is gone on with, and when it began, as if there had been no break.
-
-        Steps count on from those that were taken. Of seconds, the budget has only those that are left.
-        """
-        done = before.real("fraction") if budget.steps is None else 0.0
-        return replace(budget, done=done), began - before.real("seconds")
-
-    def _keeper(self, keep: Callable[[Weights, Snapshot], None]) -> Keeper | None:
-        return None if self._part is None else Keeper(self._part.due, keep)
-
-    def _keep(self, so_far: Trained, snapshot: Snapshot, network: tuple[int, int], pool: int, began: float) -> None:
-        """Write the part: `so_far` with the stage that is under way, and that stage's state.
-
-        network: of the stage. pool: samples of its pools. began: the value of time.perf_counter() when it began.
-        """
-        assert self._part is not None
-        stage = {"network": list(network), "pool": pool, "seconds": time.perf_counter() - began}
-        self._part.write(self._model_so_far(so_far), snapshot | Snapshot(stage))
-
-    def _sampler(self, seed: int) -> Sampler:
+    def _frozen_levels(self) -> FrozenLevels:
         trained = self._trained
-        rng = np.random.default_rng(seed)
-        return Sampler(self._shape, trained.weights(), trained.deltas(), self._device, rng)
+        return FrozenLevels(trained.weights(), trained.deltas(), self._device, self._config.sampling)
 
     def _step(self, step: Step) -> Step:
         return quantized_step(step) if self._settings.packed else step
@@ -295,7 +257,7 @@ class Training:
         return quantized(weights) if self._settings.packed else weights
 
     def _model(self) -> Model:
-        """Measure the levels that there are, and put the model together."""
+        """Measure the finished levels, and return the model of them."""
         trained = self._trained
         return trained_model(
             trained,
@@ -307,14 +269,14 @@ class Training:
             interrupted=self.interrupted,
         )
 
-    def _model_so_far(self, so_far: Trained) -> Model:
-        """Put a model together without measuring anything."""
-        return trained_model(so_far, None, None, self._shape, self._settings, seconds=self._seconds(), interrupted=True)
+    def _unmeasured_model(self, trained: Trained) -> Model:
+        seconds = self._seconds()
+        return trained_model(trained, None, None, self._shape, self._settings, seconds=seconds, interrupted=True)
 
     def _seconds(self) -> float:
+        """Return the seconds of all runs of this training."""
         return self._trained.seconds + time.perf_counter() - self._began
 
 
-def _numbers(terms: dict[str, torch.Tensor]) -> dict[str, float]:
-    """Fetch terms of a loss from the device."""
+def _numbers(terms: Mapping[str, Tensor]) -> dict[str, float]:
     return {name: term.item() for name, term in terms.items()}

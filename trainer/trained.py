@@ -1,4 +1,4 @@
-"""What a training has finished: as the model that is saved, and read back from it to go on (`--resume`)."""
+"""The finished networks of a training, how they become a model, and how `--resume` reads them from one."""
 
 import json
 import time
@@ -20,38 +20,40 @@ from .quality import Quality
 from .settings import Settings
 from .shapes.shape import Shape
 
-NO_MATTER = {"wish", "up", "front", "credit", "device", "seconds"}
-"""Settings that may be others where a training is gone on with; `up` is part of the shape, which must be the same."""
+MAY_CHANGE = {"wish", "up", "front", "credit", "device", "seconds"}
+"""Settings that `--resume` may change; `up` is also part of the shape, which must be the same."""
+COUNTED = ("steps", "fraction", "restarts", "rate", "loss")
+"""What a record says of the optimisation of a network."""
 
 
 @dataclass
 class TrainedLevel:
-    """A level that is trained, and frozen from now on."""
+    """A trained level, which stays frozen."""
 
     weights: Weights
     delta: float
-    """Half width of its band, model units (Eq. 5)."""
+    """Half-width of its band, model units (Eq. 5)."""
     lipschitz: float
     """Largest |grad f_i| measured in its domain."""
     step_bound: float
-    """Largest factor on its steps with which no ray passed through the shape, where it is the last level traced."""
+    """Largest factor on its steps with which no ray passes through the shape, where it is the last level traced."""
     band_step_bound: float
-    """The same where a finer level is traced; 1 while there is none."""
+    """The same where a finer level is traced; 1 without a finer level."""
     record: dict[str, Any]
-    """What the provenance tells of its training; see `training_record`."""
+    """Its provenance; see `training_record`."""
 
     def bounds(self) -> tuple[float, float, float]:
-        """Return the bounds that a `Level` has, in its order."""
+        """Return the bounds in the order of `Level`."""
         return self.lipschitz, self.step_bound, self.band_step_bound
 
 
 @dataclass
 class TrainedTexture:
-    """A texture network that is trained."""
+    """A trained texture network."""
 
     weights: Weights
     record: dict[str, Any]
-    """What the provenance tells of its training; see `training_record`."""
+    """Its provenance; see `training_record`."""
 
 
 @dataclass
@@ -65,12 +67,12 @@ class Unfinished:
 
 @dataclass
 class Trained:
-    """The networks that a training has finished so far."""
+    """The finished networks of a training."""
 
     levels: list[TrainedLevel] = field(default_factory=list)
     texture: TrainedTexture | None = None
     unfinished: Unfinished | None = None
-    """The level after `levels`, where an interrupted training left it half done."""
+    """The level after `levels`, where an interrupted training left it unfinished."""
     seconds: float = 0.0
     """Seconds that earlier runs of this training took."""
 
@@ -79,56 +81,44 @@ class Trained:
         return [level.weights for level in self.levels]
 
     def deltas(self) -> list[float]:
-        """List the half widths of the levels' bands."""
+        """List the half-widths delta of the levels' bands."""
         return [level.delta for level in self.levels]
 
     def and_then(self, weights: Weights, rough: tuple[float, float], record: dict[str, Any]) -> "Trained":
-        """Return this with one more level, which is not measured. rough: its half width, and its largest gradient."""
+        """Return a copy with one more, roughly measured level. rough: its delta, and its largest gradient."""
         level = TrainedLevel(weights, *rough, DEFAULT_STEP_BOUND, DEFAULT_STEP_BOUND, record)
         return replace(self, levels=[*self.levels, level])
 
     def lower_band_bounds(self, bounds: Sequence[float]) -> None:
-        """Lower the levels' bounds as bands to those that were measured when a finer level was traced."""
+        """Lower the levels' bounds as bands to those measured along with a finer level."""
         for level, bound in zip(self.levels, bounds, strict=True):
             level.band_step_bound = min(level.band_step_bound, bound)
 
 
-def training_record(network: tuple[int, int], omega: float, outcome: Outcome, began: float) -> dict[str, Any]:
-    """Describe the training of a (width, depth) network for the provenance.
-
-    began: the value of time.perf_counter() when its stage began.
-    """
-    width, depth = network
-    return {
-        "network": f"{width}x{depth}",
-        "omega": omega,
-        "steps": outcome.steps,
-        "fraction": outcome.fraction,
-        "restarts": outcome.restarts,
-        "rate": outcome.rate,
-        "loss": outcome.loss,
-        "seconds": round(time.perf_counter() - began, 3),
-    }
+def training_record(size: str, omega: float, outcome: Outcome, began: float) -> dict[str, Any]:
+    """Return the provenance of a trained network. size: as "64x2". began: time.perf_counter() at the stage's start."""
+    counted = {key: getattr(outcome, key) for key in COUNTED}
+    return {"network": size, "omega": omega, **counted, "seconds": round(time.perf_counter() - began, 3)}
 
 
-def unfinished_record(network: tuple[int, int], omega: float, snapshot: Snapshot, began: float) -> dict[str, Any]:
-    """Describe the training of a network that is under way, as `training_record` does. snapshot: of `fit`."""
-    width, depth = network
-    counted = {key: snapshot.numbers[key] for key in ("steps", "fraction", "restarts", "rate", "loss")}
-    return {"network": f"{width}x{depth}", "omega": omega, **counted, "seconds": round(time.perf_counter() - began, 3)}
+def unfinished_record(size: str, omega: float, snapshot: Snapshot, began: float) -> dict[str, Any]:
+    """Return the provenance of a network in training, as `training_record` does. snapshot: a `FitState.snapshot`."""
+    counted = {key: snapshot.numbers[key] for key in COUNTED}
+    return {"network": size, "omega": omega, **counted, "seconds": round(time.perf_counter() - began, 3)}
 
 
 def same_training(model: Model, settings: Settings) -> bool:
-    """Whether a model was trained with these settings, all that makes a difference to its weights."""
-    return _that_matter(model.provenance.get("settings")) == _that_matter(json.loads(json.dumps(asdict(settings))))
+    """Whether a model was trained with the same settings, as far as they affect its weights."""
+    present = json.loads(json.dumps(asdict(settings)))
+    return _affecting_weights(model.provenance.get("settings")) == _affecting_weights(present)
 
 
-def _that_matter(settings: object) -> object:
-    """Leave out of settings as the provenance has them how they are presented, where they ran and how long."""
+def _affecting_weights(settings: object) -> object:
+    """Return the settings of a provenance that affect the weights."""
     if not isinstance(settings, dict):
         return None
     timed = settings.get("seconds") is not None
-    return {key: value for key, value in settings.items() if key not in NO_MATTER} | {"timed": timed}
+    return {key: value for key, value in settings.items() if key not in MAY_CHANGE} | {"timed": timed}
 
 
 def trained_model(
@@ -141,10 +131,10 @@ def trained_model(
     seconds: float,
     interrupted: bool,
 ) -> Model:
-    """Put the model together that is saved.
+    """Return the model of the finished networks.
 
-    qualities: one for each level; None: nothing was measured. field: of all levels together, likewise. seconds: of all
-    runs of this training. interrupted: whether it is not over.
+    qualities: one for each level; None: not measured. field: figures of the nested field; None: not measured. seconds:
+    of all runs of this training. interrupted: whether the training is unfinished.
     """
     first, finer = DEFAULT_ITERATIONS
     texture = trained.texture
@@ -177,9 +167,9 @@ def trained_model(
 
 
 def resumed(model: Model, shape: Shape, settings: Settings, device: torch.device) -> Trained:
-    """Take over what is finished in a model, to go on with it.
+    """Read the finished networks of a model, to resume its training.
 
-    Raises UserError where the model does not say how it was trained, or does not fit the shape or the settings.
+    Raises UserError where the model lacks the records of its training, or does not fit the shape or the settings.
     """
     records = model.provenance.get("levels")
     if (
@@ -187,13 +177,13 @@ def resumed(model: Model, shape: Shape, settings: Settings, device: torch.device
         or len(records) != len(model.levels)
         or any(_fraction(record) is None for record in records)
     ):
-        raise UserError("--resume: this model does not say how it was trained; train a new one")
+        raise UserError("--resume: this model has no record of its training; train a new one")
     if model.provenance.get("source") != shape.source:
         raise UserError("--resume: this model was trained on another shape; name another output with -o")
     present = [shape_of(level.network) for level in model.levels]
-    asked = [f"{width}x{depth}" for width, depth in settings.networks]
-    if present != asked[: len(present)]:
-        raise UserError(f"--resume: the model has levels {','.join(present)}, --levels says {','.join(asked)}")
+    wanted = [f"{width}x{depth}" for width, depth in settings.networks]
+    if present != wanted[: len(present)]:
+        raise UserError(f"--resume: the model has levels {','.join(present)}, --levels says {','.join(wanted)}")
     trained = Trained(seconds=float(model.provenance.get("seconds", 0.0)))
     for level, record in zip(model.levels, records, strict=True):
         weights = [w.to(device) for w in from_model(level.network)]
@@ -204,12 +194,12 @@ def resumed(model: Model, shape: Shape, settings: Settings, device: torch.device
             TrainedLevel(weights, level.delta, level.lipschitz, level.step_bound, level.band_step_bound, record)
         )
     record = model.provenance.get("texture")
-    if model.texture is not None and record and len(trained.levels) == len(asked) and _fraction(record) == 1:
+    if model.texture is not None and record and len(trained.levels) == len(wanted) and _fraction(record) == 1:
         trained.texture = TrainedTexture([w.to(device) for w in from_model(model.texture)], record)
     return trained
 
 
 def _fraction(record: object) -> float | None:
-    """Read the share of its schedule that a network has done from its record; None where it does not say."""
+    """Return the finished share of a network's schedule from its record; None where it has none."""
     fraction = record.get("fraction") if isinstance(record, dict) else None
     return float(fraction) if isinstance(fraction, int | float) else None

@@ -19,8 +19,9 @@ from mplicits.capture.reconstruct import Reconstruction
 from mplicits.capture.scene import MultiscaleScene
 from mplicits.model.errors import UserError
 from mplicits.model.model_file import load
-from mplicits.trainer.session import TrainingBar
+from mplicits.trainer.progress import TrainingBar
 from support.ball_photographs import RADIUS, write_sphere_layout
+from support.ball_training import with_texture_steps
 
 CPU = torch.device("cpu")
 TINY = ["--levels", "12x1,16x1", "--omega", "8,12", "--radiance", "16", "--rays", "64", "--held-out", "3", "--quiet"]
@@ -28,7 +29,7 @@ TINY = ["--levels", "12x1,16x1", "--omega", "8,12", "--radiance", "16", "--rays"
 
 @pytest.fixture
 def few_texture_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mplicits.capture.finish.TEXTURE_STEPS", 60)
+    monkeypatch.setattr("mplicits.trainer.config.DEFAULT", with_texture_steps(60))
     monkeypatch.setattr("mplicits.trainer.measured.POINTS", 10_000)
 
 
@@ -53,7 +54,7 @@ def test_photos_writes_a_model_and_prints_figures(tmp_path: Path, capsys: pytest
 @pytest.mark.usefixtures("few_texture_steps")
 def test_photographs_of_a_ball_reconstruct_the_ball(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The reconstruction starts as a smaller sphere."""
-    monkeypatch.setattr("mplicits.capture.finish.TEXTURE_STEPS", 600)
+    monkeypatch.setattr("mplicits.trainer.config.DEFAULT", with_texture_steps(600))
     write_sphere_layout(tmp_path / "ball", 9, 24)
     output = tmp_path / "ball.safetensors"
     assert cli.main(["photos", str(tmp_path / "ball"), "-o", str(output), *TINY, "--steps", "900"]) == 0

@@ -19,6 +19,7 @@ from PIL import Image
 from mplicits import cli
 from mplicits.model.model_file import load
 from support.ball_photographs import RADIUS, write_sphere_layout, write_transforms_layout
+from support.ball_training import with_texture_steps
 
 TINY = ["--levels", "12x1,16x1", "--omega", "8,12", "--radiance", "16", "--rays", "64", "--held-out", "3", "--quiet"]
 SIZE = 24
@@ -31,7 +32,7 @@ def ball(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_sphere_layout(folder / "ball", 9, SIZE)
     output = folder / "ball.safetensors"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("mplicits.capture.finish.TEXTURE_STEPS", 200)
+        patch.setattr("mplicits.trainer.config.DEFAULT", with_texture_steps(200))
         patch.setattr("mplicits.trainer.measured.POINTS", 10_000)
         threads = torch.get_num_threads()
         torch.set_num_threads(1)  # two that wait for one another take minutes beside a busy program

@@ -1,40 +1,64 @@
-"""A ball that trains within a second, and a progress that keeps what it is told."""
+"""A ball that trains within a second, a quick configuration, and a progress that records its calls."""
 
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
+import pytest
+import torch
 import trimesh
 
-from mplicits.mesher import survey
 from mplicits.model.model import Model
-from mplicits.trainer import hard, level, plan, pools, quality, texture, tracing
+from mplicits.trainer.config import (
+    DefaultLengths,
+    MeasuringConfig,
+    MiningConfig,
+    SamplingConfig,
+    StepConfig,
+    TextureConfig,
+    ThinConfig,
+    TracingConfig,
+    TrainingConfig,
+)
+from mplicits.trainer.frozen_levels import FrozenLevels
+from mplicits.trainer.networks.network import Weights
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.trainer.train import Training
 
+CPU = torch.device("cpu")
 SMALL_SETTINGS = Settings(networks=((16, 1), (16, 1)), omegas=(8.0, 16.0), steps=(250, 250, 100))
-QUICK_NUMBERS = (
-    (quality, "POINTS", 4000),
-    (quality, "BAND_POINTS", 4000),
-    (quality, "FIELD_POINTS", 2000),
-    (quality, "LIPSCHITZ_POINTS", 4000),
-    (quality, "ROUGH_POINTS", 2000),
-    (tracing, "RAYS", 128),
-    (level, "BATCH", 512),
-    (texture, "BATCH", 512),
-    (plan, "POOL_LEAST", 1024),
-    (plan, "POOL_PER_STEP", 10),
-    (survey, "RESOLUTION", 16),
-    (pools, "STRAY_CANDIDATES", 20_000),
-    (hard, "CANDIDATES", 10_000),
-    (hard, "THIN_CANDIDATES", 10_000),
+QUICK = TrainingConfig(
+    step=StepConfig(batch=512),
+    sampling=SamplingConfig(smallest_pool=1024, pool_per_step=10, stray_candidates=20_000),
+    mining=MiningConfig(candidates=10_000, thin=ThinConfig(candidates=10_000)),
+    texture=TextureConfig(batch=512),
+    measuring=MeasuringConfig(
+        points=4000,
+        band_points=4000,
+        lipschitz_points=4000,
+        rough_points=2000,
+        field_points=2000,
+        tracing=TracingConfig(rays=128),
+    ),
 )
-"""Modules, names and values: with them a training draws and measures less, with and without a break."""
+"""Draws and measures fewer points."""
+
+
+def use_quick_config(patch: pytest.MonkeyPatch) -> None:
+    """Let all trainings draw and measure fewer points, and survey the surface on a coarse grid."""
+    patch.setattr("mplicits.trainer.config.DEFAULT", QUICK)
+    patch.setattr("mplicits.mesher.survey.RESOLUTION", 16)
+
+
+def with_texture_steps(steps: int) -> TrainingConfig:
+    """Return the default configuration with another number of texture steps."""
+    return TrainingConfig(lengths=DefaultLengths(texture_steps=steps))
 
 
 class Log:
-    """A `TrainingProgress` that keeps stages and lines, and can press Ctrl-C."""
+    """A `TrainingProgress` that records stages and lines, and can press Ctrl-C."""
 
     def __init__(self, stop_in: str = "", at: float = 2.0) -> None:
         """Press Ctrl-C in the stage whose name begins with `stop_in`, once the share `at` of it is done."""
@@ -67,7 +91,25 @@ def load_ball(folder: Path) -> Shape:
 
 
 def train(
-    shape: Shape, settings: Settings = SMALL_SETTINGS, log: Log | None = None, resume: Model | None = None
+    shape: Shape,
+    settings: Settings = SMALL_SETTINGS,
+    log: Log | None = None,
+    resume: Model | None = None,
+    config: TrainingConfig | None = None,
 ) -> Model:
     """Train `shape`, or what the model `resume` lacks."""
-    return Training(shape, settings, log or Log()).run(resume)
+    return Training(shape, settings, log or Log(), config=config).run(resume)
+
+
+def constant(number: float) -> Weights:
+    """Return a network whose value is `number` everywhere."""
+    return [torch.zeros(4, 3), torch.zeros(4), torch.zeros(1, 4), torch.full((1,), number)]
+
+
+def frozen_level(delta: float, f: float = 0.0) -> FrozenLevels:
+    """Return a frozen level 1 whose value is `f` everywhere."""
+    return FrozenLevels([constant(f)], [delta], CPU)
+
+
+def rng(seed: int = 0) -> np.random.Generator:
+    return np.random.default_rng(seed)

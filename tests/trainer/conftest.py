@@ -1,10 +1,11 @@
-"""The ball that several tests of the trainer train, and a level of it."""
+"""The ball that several tests of the trainer train, and a quick configuration."""
+
+from collections.abc import Iterator
 
 import pytest
 
 from mplicits.trainer.shapes.shape import Shape
-from support.ball_training import load_ball
-from support.looked_at import Level, level_of
+from support.ball_training import load_ball, use_quick_config
 
 
 @pytest.fixture(scope="module")
@@ -12,6 +13,8 @@ def ball(tmp_path_factory: pytest.TempPathFactory) -> Shape:
     return load_ball(tmp_path_factory.mktemp("ball"))
 
 
-@pytest.fixture
-def level(ball: Shape) -> Level:
-    return level_of(ball)
+@pytest.fixture(scope="module")
+def quick() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        use_quick_config(patch)
+        yield

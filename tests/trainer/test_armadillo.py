@@ -1,15 +1,14 @@
 """The quality that the project promises, measured on the full-resolution Armadillo."""
 
-import time
-
 import numpy as np
 import pytest
 
 from mplicits.model.model import Model
-from mplicits.model.model_file import load
-from mplicits.trainer import machine, settings
-from mplicits.trainer.session import run
+from mplicits.trainer import machine
+from mplicits.trainer.options import TrainOptions
+from mplicits.trainer.session import train
 from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.sources import shape_source
 from mplicits.viewer.draw.context import Context
 from support.dense_views import compare
 from support.paths import DATA
@@ -28,16 +27,13 @@ def test_armadillo_loads_without_warnings() -> None:
 
 
 @pytest.fixture(scope="module")
-def model(tmp_path_factory: pytest.TempPathFactory) -> Model:
+def model() -> Model:
     """Train two levels, which takes about 90 s on two cores; the promise allows 150.
 
     Steps, not seconds, are given, so that every run has the same weights.
     """
-    path = tmp_path_factory.mktemp("armadillo") / "m.safetensors"
-    sizes = settings.networks("64x1,64x2")
-    choices = settings.Settings(sizes, settings.omegas(None, sizes), settings.steps("3000,9000", 2))
-    run(str(ARMADILLO), path, choices, image=None, resume=False, quiet=True, began=time.perf_counter())
-    return load(path)
+    options = TrainOptions("64x1,64x2", steps="3000,9000", quiet=True)
+    return train(shape_source(ARMADILLO, options), options)
 
 
 @needs_data

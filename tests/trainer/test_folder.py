@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from argparse import ArgumentParser
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,8 +15,9 @@ import trimesh
 
 from mplicits import cli
 from mplicits.model.model_file import load
-from mplicits.trainer.arguments import arguments
-from mplicits.trainer.folder import passed_on, shapes_in
+from mplicits.model.verb import add_arguments, read
+from mplicits.trainer.cli import TrainCommand
+from mplicits.trainer.folder import shape_options, shapes_in
 from mplicits.trainer.folders.job import Job, Outcome, Runner, Status
 from mplicits.trainer.folders.results import PAGE, TABLE, row_of, write_results
 from support.paths import DEMO
@@ -46,7 +48,7 @@ def test_models_have_unique_names_from_their_files(shapes: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "asked",
+    "argv",
     [
         [],
         [*SMALL, "--packed", "--weights", "eikonal=2,value=1e5"],
@@ -54,13 +56,18 @@ def test_models_have_unique_names_from_their_files(shapes: Path) -> None:
         ["--omega", "20,30", "--noise", "0.01", "--thicken", "0.1", "--texture-network", "8x1", "--device", "cpu"],
     ],
 )
-def test_each_job_gets_the_options_of_the_folder(asked: list[str]) -> None:
+def test_each_shape_gets_the_options_of_the_folder(argv: list[str]) -> None:
     parser = ArgumentParser()
-    arguments(parser)
-    options = parser.parse_args(["folder", "-o", "out", "--jobs", "2", "--resume", "--quiet", *asked])
-    again = parser.parse_args(["folder", *passed_on(options, arguments)])
-    own = {"output": None, "jobs": 1, "resume": False, "quiet": False}
-    assert vars(again) == vars(options) | own
+    add_arguments(parser, TrainCommand)
+
+    def parsed(*arguments: str) -> TrainCommand:
+        command = read(TrainCommand, parser.parse_args(arguments))
+        assert isinstance(command, TrainCommand)
+        return command
+
+    options = parsed("folder", "-o", "out", "--jobs", "2", "--resume", "--quiet", *argv)
+    again = parsed("folder", *shape_options(options))
+    assert again == replace(options, output=None, jobs=1, resume=False, quiet=False)
 
 
 @pytest.mark.parametrize(

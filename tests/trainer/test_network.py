@@ -7,6 +7,7 @@ from torch import Tensor
 
 from mplicits.model.model import Network
 from mplicits.trainer import machine, texture
+from mplicits.trainer.config import LossWeights
 from mplicits.trainer.level import level_loss
 from mplicits.trainer.networks import losses
 from mplicits.trainer.networks.network import (
@@ -20,8 +21,7 @@ from mplicits.trainer.networks.network import (
     value_along,
     value_and_gradient,
 )
-from mplicits.trainer.pools import Pool
-from mplicits.trainer.settings import LossWeights
+from mplicits.trainer.training_samples import Pool
 
 SIZES = [(16, 0), (16, 1), (8, 2), (24, 3)]
 
@@ -137,9 +137,9 @@ def test_the_directional_derivative_and_its_derivative_match_autograd(size: tupl
 def test_the_texture_loss_and_its_derivatives_match_autograd() -> None:
     colours, along = points().requires_grad_(), (points(40) + 0.2).requires_grad_()
     truth = points(15).abs()
-    loss, d_value, d_along, terms = texture.texture_loss(colours, along, truth)
+    loss, d_value, d_along, terms = texture.texture_loss(colours, along, truth, 0.01)
     torch.testing.assert_close(terms["along"], along.square().sum(1).mean())
-    expected = (colours[:15] - truth).square().sum(1).mean() + texture.SMOOTHNESS * along.square().sum(1).mean()
+    expected = (colours[:15] - truth).square().sum(1).mean() + 0.01 * along.square().sum(1).mean()
     torch.testing.assert_close(loss, expected)
     for derivative, slope in zip((d_value, d_along), torch.autograd.grad(expected, (colours, along)), strict=True):
         torch.testing.assert_close(derivative, slope)

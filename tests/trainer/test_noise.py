@@ -9,15 +9,17 @@ import trimesh
 
 from mplicits.model.errors import UserError
 from mplicits.trainer import level
-from mplicits.trainer.pools import Pool
-from mplicits.trainer.settings import CLOUD_LENGTH, FIRST_LEVEL, RESIDUAL, LossWeights
+from mplicits.trainer.config import LossConfig, LossWeights
 from mplicits.trainer.shapes.cleaning import clean
 from mplicits.trainer.shapes.cloud import CloudShape
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.noise import measured, smoothed
 from mplicits.trainer.shapes.outliers import outliers
 from mplicits.trainer.shapes.shape import Doubles, SurfacePoints, joined, unit
-from support.ball_training import QUICK_NUMBERS, SMALL_SETTINGS, load_ball, train
+from mplicits.trainer.training_samples import Pool
+from support.ball_training import QUICK, SMALL_SETTINGS, load_ball, train
+
+LOSS = LossConfig()
 
 
 def ball(count: int = 20_000, noise: float = 0.0, seed: int = 0) -> SurfacePoints:
@@ -114,17 +116,22 @@ def test_noise_option_for_a_mesh_is_refused(tmp_path: Path) -> None:
         load_shape(str(tmp_path / "ball.ply"), noise=0.01)
 
 
-def test_weights_follow_the_noise() -> None:
-    for first, usual in ((True, FIRST_LEVEL), (False, RESIDUAL)):
-        assert SMALL_SETTINGS.loss_weights(first=first) == usual
-        weight = SMALL_SETTINGS.loss_weights(first=first, noise=0.01)
-        assert weight.value * 0.01**2 < weight.eikonal
-        assert weight.value > SMALL_SETTINGS.loss_weights(first=first, noise=0.02).value
-        assert weight.near == SMALL_SETTINGS.loss_weights(first=True).near, "as far as level 1 at least"
-    assert replace(SMALL_SETTINGS, weights={"value": 7.0}).loss_weights(first=True, noise=0.01).value == 7
+def weights(first: bool, noise: float = 0.0, cloud: bool = False) -> LossWeights:
+    return LOSS.of_level(first=first, noise=noise, cloud=cloud, moving=False)
 
 
-def test_only_residuals_of_exact_clouds_use_the_length_loss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("first", "default"), [(True, LOSS.first_level), (False, LOSS.residual)])
+def test_weights_follow_the_noise(first: bool, default: LossWeights) -> None:
+    assert weights(first) == default
+    weight = weights(first, 0.01)
+    assert weight.value * 0.01**2 < weight.eikonal
+    assert weight.value > weights(first, 0.02).value
+    assert weight.near == LOSS.first_level.near
+
+
+def test_the_surface_eikonal_weight_is_larger_for_residuals_of_exact_clouds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     seen: list[LossWeights] = []
     idle_loss = level.idle_loss
 
@@ -132,17 +139,16 @@ def test_only_residuals_of_exact_clouds_use_the_length_loss(tmp_path: Path, monk
         seen.append(weight)
         return idle_loss(surface, volume, weight)
 
-    for module, name, number in (*QUICK_NUMBERS, (level, "idle_loss", kept)):
-        monkeypatch.setattr(module, name, number)
+    monkeypatch.setattr(level, "idle_loss", kept)
     quick = replace(SMALL_SETTINGS, steps=(50, 5), texture=False)
     exact, noisy = ball(2000), ball(4000, noise=0.02)
-    train(CloudShape(exact, "ball", {}), quick)
-    assert seen == [FIRST_LEVEL, replace(RESIDUAL, length=CLOUD_LENGTH)]
-    train(CloudShape(noisy, "ball", {}), quick)
-    train(load_ball(tmp_path), quick)
+    train(CloudShape(exact, "ball", {}), quick, config=QUICK)
+    assert seen == [LOSS.first_level, weights(first=False, cloud=True)]
+    assert seen[1].length == LOSS.cloud_length
+    train(CloudShape(noisy, "ball", {}), quick, config=QUICK)
+    train(load_ball(tmp_path), replace(quick, weights={"value": 7.0}), config=QUICK)
     assert [weight.length for weight in seen[2:]] == [1, 1, 1, 1]
-    chosen = replace(SMALL_SETTINGS, weights={"length": 1.0})
-    assert chosen.loss_weights(first=False, cloud=True) == RESIDUAL
+    assert [weight.value for weight in seen[4:]] == [7, 7]
 
 
 def test_distances_near_a_noisy_cloud_and_its_stray_points_are_known() -> None:

@@ -1,4 +1,4 @@
-"""A training that is killed goes on from the file beside its output, and becomes what it would have been."""
+"""A killed training resumes from its checkpoint, and ends with the weights of an uninterrupted one."""
 
 import dataclasses
 import json
@@ -16,16 +16,18 @@ from mplicits.model.errors import UserError
 from mplicits.model.interrupts import ENDINGS, begin_work
 from mplicits.model.model import Model
 from mplicits.model.model_file import TRAINING, load, save
-from mplicits.trainer import level, machine, part, pools
+from mplicits.trainer import level, machine, part
+from mplicits.trainer.config import LossConfig
+from mplicits.trainer.mining import Miner
 from mplicits.trainer.networks.network import initial
 from mplicits.trainer.networks.snapshot import Snapshot
 from mplicits.trainer.part import Part
-from mplicits.trainer.session import TrainingBar
-from mplicits.trainer.settings import RESIDUAL
+from mplicits.trainer.progress import TrainingBar
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.trainer.train import Training
-from support.ball_training import QUICK_NUMBERS, SMALL_SETTINGS, Log
+from mplicits.trainer.training_samples import Sampler
+from support.ball_training import SMALL_SETTINGS, Log, constant, frozen_level, use_quick_config
 from support.random_model import random_model
 
 SETTINGS = dataclasses.replace(SMALL_SETTINGS, steps=(60, 60, 60))
@@ -53,10 +55,8 @@ class Killing(Log):
 
 @pytest.fixture(scope="module", autouse=True)
 def quick() -> Iterator[None]:
-    """Measure less than a training does, which is the same with and without a break."""
     with pytest.MonkeyPatch.context() as patch:
-        for module, name, number in QUICK_NUMBERS:
-            patch.setattr(module, name, number)
+        use_quick_config(patch)
         yield
 
 
@@ -72,8 +72,8 @@ def ball(tmp_path_factory: pytest.TempPathFactory) -> Shape:
 
 @pytest.fixture(scope="module")
 def unbroken(ball: Shape) -> dict[bool, Model]:
-    """The models of trainings without a break, packed or not."""
-    return {asked.packed: Training(ball, asked, Log()).run() for asked in (SETTINGS, PACKED)}
+    """Models of uninterrupted trainings, packed or not."""
+    return {settings.packed: Training(ball, settings, Log()).run() for settings in (SETTINGS, PACKED)}
 
 
 @pytest.fixture(autouse=True)
@@ -90,17 +90,16 @@ def refused(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
 @pytest.mark.parametrize(
     ("stage", "packed"), [("level 1", False), ("level 2", False), ("level 2", True), ("tex", False)]
 )
-def test_a_killed_training_becomes_bit_for_bit_what_it_would_have_been(
-    ball: Shape, unbroken: dict[bool, Model], stage: str, packed: bool, monkeypatch: pytest.MonkeyPatch
+def test_a_resumed_training_has_the_weights_of_an_uninterrupted_one(
+    ball: Shape, unbroken: dict[bool, Model], stage: str, packed: bool
 ) -> None:
-    monkeypatch.setattr(part, "EVERY", 0.0)
     settings, log = PACKED if packed else SETTINGS, Log()
     with pytest.raises(KilledError):
-        Training(ball, settings, Killing(stage), part=Part(OUTPUT, log.say)).run()
-    before, snapshot = Part(OUTPUT, log.say).read()
+        Training(ball, settings, Killing(stage), part=Part(OUTPUT, log.say, 0.0)).run()
+    before, snapshot = Part(OUTPUT, log.say, 0.0).read()
     record = before.provenance["texture"] or before.provenance["levels"][-1]
     assert record["fraction"] == pytest.approx(0.5, abs=0.15)
-    resumed = Training(ball, settings, log, part=Part(OUTPUT, log.say)).run(before, snapshot)
+    resumed = Training(ball, settings, log, part=Part(OUTPUT, log.say, 0.0)).run(before, snapshot)
     assert log.stages[0].startswith(stage)
     assert log.lines == []
     for name, tensor in unbroken[packed].tensors().items():
@@ -108,36 +107,34 @@ def test_a_killed_training_becomes_bit_for_bit_what_it_would_have_been(
     assert resumed.sha256() == unbroken[packed].sha256()
 
 
-def test_other_settings_go_on_with_the_weights_alone(ball: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(part, "EVERY", 0.0)
+def test_other_settings_resume_from_the_weights_only(ball: Shape) -> None:
     log = Log()
     with pytest.raises(KilledError):
-        Training(ball, SETTINGS, Killing("level 2"), part=Part(OUTPUT, log.say)).run()
+        Training(ball, SETTINGS, Killing("level 2"), part=Part(OUTPUT, log.say, 0.0)).run()
     longer = dataclasses.replace(SETTINGS, steps=(60, 120, 60))
-    model = Training(ball, longer, log).run(*Part(OUTPUT, log.say).read())
-    assert "weights alone" in log.lines[0]
+    model = Training(ball, longer, log).run(*Part(OUTPUT, log.say, 0.0).read())
+    assert "only its weights are used" in log.lines[0]
     assert len(model.levels) == 2
 
 
 def test_the_seconds_of_all_runs_count_together(ball: Shape) -> None:
     timed = dataclasses.replace(SETTINGS, seconds=30.0)
     log = Log("level 1", 0.01)
-    Training(ball, timed, log, part=Part(OUTPUT, log.say)).run()
-    model, snapshot = Part(OUTPUT, log.say).read()
+    Training(ball, timed, log, part=Part(OUTPUT, log.say, 0.0)).run()
+    model, snapshot = Part(OUTPUT, log.say, 0.0).read()
     late = dataclasses.replace(model, provenance=model.provenance | {"seconds": 29.5})
     with pytest.raises(UserError, match=r"--seconds 30: .* took 30 s"):
         Training(ball, timed, Log()).run(late, snapshot)
 
 
-def test_hard_points_and_random_numbers_go_on(ball: Shape) -> None:
-    rng, delta = np.random.default_rng(0), 0.05
-    flat = [torch.zeros(4, 3), torch.zeros(4), torch.zeros(1, 4), torch.zeros(1)]
-    sampler = pools.Sampler(ball, [flat], [delta], torch.device("cpu"), rng)
+def test_hard_examples_and_random_numbers_resume(ball: Shape) -> None:
+    rng, frozen = np.random.default_rng(0), frozen_level(0.05)
+    sampler, miner, weight = Sampler(ball, frozen, rng), Miner(ball, frozen, rng), LossConfig().residual
     surface, volume = sampler.surface(5000), sampler.volume(5000)
 
-    def draws(seed: int) -> tuple[level.LevelStep, level.LevelDraws]:
-        step = level.LevelStep(surface, volume, RESIDUAL, torch.Generator().manual_seed(seed))
-        return step, level.LevelDraws(step, sampler)
+    def draws(seed: int) -> tuple[level.LevelStep, level.LevelState]:
+        step = level.LevelStep(surface, volume, weight, torch.Generator().manual_seed(seed))
+        return step, level.LevelState(step, sampler, miner)
 
     def losses(step: level.LevelStep) -> list[float]:
         weights = initial((8, 1), 30.0, 1, torch.Generator().manual_seed(1))
@@ -147,8 +144,10 @@ def test_hard_points_and_random_numbers_go_on(ball: Shape) -> None:
         return [*taken, *(float(weight.grad.sum()) for weight in weights if weight.grad is not None)]
 
     step, kept = draws(4)
-    step.hard = sampler.hard(flat, None, 2000, 0.0)
-    step.weight = dataclasses.replace(RESIDUAL, length=7.0)
+    found = miner.mine(constant(0.0), None, 2000, 0.0)
+    assert found is not None
+    step.hard = sampler.pool(found.points, distance=found.distance)
+    step.weight = dataclasses.replace(weight, length=7.0)
     losses(step)
     snapshot = kept.snapshot()
     expected, drawn = losses(step), rng.random()
@@ -169,7 +168,7 @@ def press(monkeypatch: pytest.MonkeyPatch, ending: Callable[[], None]) -> None:
     monkeypatch.setattr(TrainingBar, "advance", advance)
 
 
-def test_it_is_a_model_and_goes_when_the_training_ends(
+def test_a_checkpoint_is_a_model_and_is_removed_at_the_end(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def kill() -> None:
@@ -185,7 +184,7 @@ def test_it_is_a_model_and_goes_when_the_training_ends(
     assert cli.main(["info", str(PART)]) == 0
     assert "interrupted" in capsys.readouterr().out
     assert cli.main(["train", "ball.ply", *QUICK, "--steps", "20"]) == 0
-    assert "ball.part.safetensors is of a training that was cut short" in capsys.readouterr().err
+    assert "ball.part.safetensors is of an interrupted training" in capsys.readouterr().err
     assert not PART.exists()
 
 
@@ -203,7 +202,7 @@ def _handlers() -> Iterator[None]:
 
 @pytest.mark.usefixtures("_handlers")
 @pytest.mark.parametrize("number", ENDINGS)
-def test_a_signal_to_end_saves_what_is_learnt_and_the_state(
+def test_a_signal_saves_the_model_and_a_checkpoint(
     number: signal.Signals, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     trimesh.creation.icosphere(2).export("ball.ply")
@@ -211,7 +210,7 @@ def test_a_signal_to_end_saves_what_is_learnt_and_the_state(
     with monkeypatch.context() as patch:
         press(patch, lambda: signal.raise_signal(number))
         assert cli.main(argv) == 128 + number
-    said = f"stopped by {number.name}; what is trained so far is saved; go on with --resume\n"
+    said = f"stopped by {number.name}; the training so far is saved; --resume continues it\n"
     assert capsys.readouterr().err == said
     assert 0.5 < load(OUTPUT).provenance["levels"][1]["fraction"] < 0.9
     assert cli.main([*argv, "--resume"]) == 0
@@ -221,7 +220,7 @@ def test_a_signal_to_end_saves_what_is_learnt_and_the_state(
     assert not PART.exists()
 
 
-def test_what_is_no_state_is_refused_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+def test_other_files_are_no_checkpoint(capsys: pytest.CaptureFixture[str]) -> None:
     trimesh.creation.icosphere(3).export("ball.ply")
     model = random_model((8, 0))
     save(model, PART)
@@ -234,13 +233,10 @@ def test_what_is_no_state_is_refused_in_one_line(capsys: pytest.CaptureFixture[s
 
 
 @pytest.mark.parametrize("wrong", ["steps", "draws.random", "draws.surface.drawn", "network"])
-def test_a_state_with_wrong_values_is_refused_in_one_line(
-    wrong: str, ball: Shape, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(part, "EVERY", 0.0)
+def test_a_damaged_checkpoint_is_refused_in_one_line(wrong: str, ball: Shape) -> None:
     with pytest.raises(KilledError):
-        Training(ball, SETTINGS, Killing("level 1"), part=Part(OUTPUT, print)).run()
-    before, snapshot = Part(OUTPUT, print).read()
+        Training(ball, SETTINGS, Killing("level 1"), part=Part(OUTPUT, print, 0.0)).run()
+    before, snapshot = Part(OUTPUT, print, 0.0).read()
     assert wrong in snapshot.numbers
     snapshot.numbers[wrong] = {"steps": -1, "network": [16, 1]}.get(wrong, "x")
     if wrong == "network":
@@ -249,14 +245,13 @@ def test_a_state_with_wrong_values_is_refused_in_one_line(
         Training(ball, SETTINGS, Log()).run(before, snapshot)
 
 
-def test_a_disk_that_is_full_ends_no_training(ball: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_training_continues_on_a_full_disk(ball: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise UserError("cannot write ball.part.safetensors: No space left on device")
 
-    monkeypatch.setattr(part, "EVERY", 0.0)
     monkeypatch.setattr(part, "save", full)
     log = Log()
-    model = Training(ball, SETTINGS, log, part=Part(OUTPUT, log.say)).run()
+    model = Training(ball, SETTINGS, log, part=Part(OUTPUT, log.say, 0.0)).run()
     assert len(model.levels) == 2
     (line,) = log.lines
     assert "No space left" in line
@@ -269,7 +264,7 @@ def test_nothing_is_written_beside_a_device(ball: Shape) -> None:
     assert not beside.due()
 
 
-def test_the_state_is_passed_over_by_load() -> None:
+def test_load_ignores_the_state() -> None:
     model = random_model((8, 1), texture=(4, 0))
     save(model, OUTPUT, (json.dumps({"steps": 3}), {"weight.0": np.arange(5, dtype=np.int64)}))
     assert TRAINING.encode() in OUTPUT.read_bytes()

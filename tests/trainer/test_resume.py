@@ -10,10 +10,12 @@ from mplicits.field import interpret
 from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model
-from mplicits.trainer import level, machine, pools
+from mplicits.trainer import machine
+from mplicits.trainer.config import StepConfig, TrainingConfig
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.trainer.train import Training
+from mplicits.trainer.training_samples import Sampler
 from support.ball_training import SMALL_SETTINGS, Log, train
 
 
@@ -61,7 +63,7 @@ def test_ctrl_c_before_the_first_step_is_passed_on(ball: Shape, monkeypatch: pyt
     def press(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(pools.Sampler, "surface", press)
+    monkeypatch.setattr(Sampler, "surface", press)
     with pytest.raises(KeyboardInterrupt):
         train(ball)
 
@@ -83,26 +85,25 @@ def test_resuming_refuses_another_shape_or_other_levels(ball: Shape, model: Mode
         train(load_shape("demo")[0], resume=model)
     with pytest.raises(UserError, match="16x1,16x1"):
         train(ball, dataclasses.replace(SMALL_SETTINGS, networks=((16, 2), (16, 1))), resume=model)
-    with pytest.raises(UserError, match="does not say"):
+    with pytest.raises(UserError, match="no record of its training"):
         train(ball, resume=dataclasses.replace(model, provenance={}))
 
 
-def test_a_collapsed_residual_is_restarted(ball: Shape, first: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_collapsed_residual_is_restarted(ball: Shape, first: Model) -> None:
     """A rate that is a hundred times too high fails; the log says so, and the restart at a lower rate helps."""
-    monkeypatch.setattr(level, "RATE", 100 * level.RATE)
+    config = TrainingConfig(step=StepConfig(rate=100 * StepConfig.rate))
     log = Log()
-    model = train(ball, dataclasses.replace(SMALL_SETTINGS, steps=(150, 300, 60)), log, first)
+    model = train(ball, dataclasses.replace(SMALL_SETTINGS, steps=(150, 300, 60)), log, first, config)
     assert any("restarted with rate" in line for line in log.lines)
     second = model.provenance["levels"][1]
     assert second["restarts"] == len([line for line in log.lines if "restarted" in line])
-    assert second["rate"] < level.RATE
+    assert second["rate"] < StepConfig.rate
     assert second["mean_f"] < model.provenance["levels"][0]["mean_f"]
 
 
-def test_a_residual_that_never_helps_ends_as_zero(ball: Shape, first: Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(level, "RATE", 1e6)
-    log = Log()
-    model = train(ball, dataclasses.replace(SMALL_SETTINGS, steps=(60, 100, 60)), log, first)
+def test_a_residual_that_never_helps_ends_as_zero(ball: Shape, first: Model) -> None:
+    log, config = Log(), TrainingConfig(step=StepConfig(rate=1e6))
+    model = train(ball, dataclasses.replace(SMALL_SETTINGS, steps=(60, 100, 60)), log, first, config)
     assert any("adds nothing" in line for line in log.lines)
     assert not model.levels[1].network[-1].weight.any()
     assert model.provenance["levels"][1]["mean_f"] == model.provenance["levels"][0]["mean_f"]

@@ -4,17 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import torch
 
 from mplicits.field import interpret
 from mplicits.ir.lower import lower
 from mplicits.model.model import Model
-from mplicits.trainer import texture
+from mplicits.trainer.config import TextureConfig, TrainingConfig
+from mplicits.trainer.frozen_levels import FrozenLevels
 from mplicits.trainer.networks.network import from_model
-from mplicits.trainer.pools import Sampler
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
-from support.ball_training import SMALL_SETTINGS, train
+from mplicits.trainer.training_samples import Sampler
+from support.ball_training import CPU, SMALL_SETTINGS, train
 
 
 @pytest.fixture(scope="module")
@@ -40,12 +40,11 @@ def smear(model: Model) -> float:
 
 
 @pytest.mark.slow
-def test_the_loss_keeps_the_colour_constant_along_normals(painted: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_loss_keeps_the_colour_constant_along_normals(painted: Shape) -> None:
     settings = replace(SMALL_SETTINGS, omegas=(8.0, 16.0, 12.0), steps=(150, 200, 900), texture_network=(32, 1))
     model = train(painted, settings)
     assert model.levels[0].delta > 3 * model.levels[1].delta, "the bands differ"
-    monkeypatch.setattr(texture, "SMOOTHNESS", 0.0)
-    without = train(painted, settings)
+    without = train(painted, settings, config=TrainingConfig(texture=TextureConfig(smoothness=0.0)))
     assert smear(model) < 0.01
     assert smear(model) < 0.8 * smear(without)
 
@@ -53,7 +52,7 @@ def test_the_loss_keeps_the_colour_constant_along_normals(painted: Shape, monkey
 def test_the_texture_s_band_is_that_of_level_1(painted: Shape) -> None:
     model = train(painted, replace(SMALL_SETTINGS, steps=(150, 150, 1), texture=False))
     levels, deltas = [from_model(level.network) for level in model.levels], [level.delta for level in model.levels]
-    band = Sampler(painted, levels, deltas, torch.device("cpu"), np.random.default_rng(0)).band(5000)
+    band = Sampler(painted, FrozenLevels(levels, deltas, CPU), np.random.default_rng(0)).first_band(5000)
     program, points = lower(model), band.points.numpy()
     first = np.abs(interpret.field(program, points, 1))
     assert first.max() < deltas[0] * (1 + 1e-5)

@@ -7,9 +7,10 @@ import pytest
 import torch
 from torch import Tensor
 
-from mplicits.trainer import tracing
+from mplicits.trainer.config import TracingConfig
 from mplicits.trainer.tracing import Rays, Samples, Tracing, follow, limits, trace
 
+TRACING = TracingConfig()
 THIN = 0.01
 """Half the thickness of the plate, model units."""
 
@@ -64,14 +65,14 @@ def test_such_a_field_allows_whole_steps_before_a_thick_ball() -> None:
 def test_a_band_takes_its_offset_off_the_step() -> None:
     """The longest step towards the plate begins at the ball's edge, z = 1.05: 1.5 (1.05 - THIN) less the offset."""
     band, last = traced(plate, 1.5, 0.3, 0.05).step_bounds
-    inside = 2 * THIN * tracing.INSIDE
+    inside = 2 * THIN * TRACING.inside
     assert band == pytest.approx((1.05 - THIN + inside) / (1.5 * (1.05 - THIN) - 0.3 / 1.3), abs=0.02)
     # In the band |f| < 0.3, the last level steps from z = 0.2 + THIN at most.
     assert last == pytest.approx((0.2 + inside) / 0.3, abs=0.02)
 
 
 def test_a_broken_field_gets_the_least_bound() -> None:
-    assert traced(plate, 5.0, 0.05).step_bounds == [tracing.LEAST]
+    assert traced(plate, 5.0, 0.05).step_bounds == [TRACING.least_bound]
 
 
 def test_the_same_field_gets_the_same_bounds() -> None:
@@ -84,7 +85,7 @@ def test_a_ray_is_sampled_through_the_ball_in_order() -> None:
     for number in (0, 1):
         t, f = samples.t[samples.ray == number], samples.f[samples.ray == number]
         assert (np.diff(t) > 0).all()
-        assert (t[0], t[-1]) == (pytest.approx(-1.1), pytest.approx(1.1, abs=tracing.LONGEST))
+        assert (t[0], t[-1]) == (pytest.approx(-1.1), pytest.approx(1.1, abs=TRACING.longest))
         np.testing.assert_allclose(f, np.abs(t) - 0.6, atol=1e-6)
 
 
@@ -98,5 +99,5 @@ def test_limits_end_a_little_inside_the_next_stretch_of_the_same_ray() -> None:
     )
     found = limits(samples, np.array([0.25]))
     assert found.sample.tolist() == [0, 1]
-    np.testing.assert_allclose(found.end, 1 + tracing.INSIDE)
-    np.testing.assert_allclose(found.ratio, [(1 + tracing.INSIDE) / 0.75, (0.5 + tracing.INSIDE) / 0.25])
+    np.testing.assert_allclose(found.end, 1 + TRACING.inside)
+    np.testing.assert_allclose(found.ratio, [(1 + TRACING.inside) / 0.75, (0.5 + TRACING.inside) / 0.25])

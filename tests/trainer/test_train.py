@@ -11,13 +11,16 @@ import torch
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load, save
-from mplicits.trainer import bands, before, machine, pools
+from mplicits.trainer import machine, quality
+from mplicits.trainer.config import SamplingConfig
+from mplicits.trainer.frozen_levels import FrozenLevels
 from mplicits.trainer.networks.network import from_model
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Doubles, Shape
 from mplicits.trainer.train import Training
-from support.ball_training import SMALL_SETTINGS, Log, train
+from mplicits.trainer.training_samples import Sampler
+from support.ball_training import CPU, SMALL_SETTINGS, Log, train
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -76,7 +79,7 @@ def test_bands_hold_the_surface(ball: Shape, model: Model) -> None:
 
 
 def test_delta_is_equation_5() -> None:
-    assert bands.delta(torch.tensor([0.01, -0.03, 0.02])) == pytest.approx(1.3 * 0.03)
+    assert quality.delta(torch.tensor([0.01, -0.03, 0.02])) == pytest.approx(1.3 * 0.03)
 
 
 def test_the_lipschitz_constant_is_near_one(model: Model) -> None:
@@ -84,7 +87,7 @@ def test_the_lipschitz_constant_is_near_one(model: Model) -> None:
         assert 0.9 < part.lipschitz < 2
 
 
-def test_a_thick_ball_allows_whole_steps(model: Model) -> None:
+def test_a_thick_ball_allows_full_steps(model: Model) -> None:
     for part in model.levels:
         assert (part.step_bound, part.band_step_bound) == (1, 1)
 
@@ -105,7 +108,7 @@ def test_a_seed_gives_the_same_weights(ball: Shape, model: Model) -> None:
     assert train(ball, dataclasses.replace(SMALL_SETTINGS, seed=1)).sha256() != model.sha256()
 
 
-def test_three_levels_have_the_sizes_asked_for(ball: Shape) -> None:
+def test_three_levels_have_the_sizes_of_the_settings(ball: Shape) -> None:
     settings = Settings(networks=((16, 1), (16, 1), (12, 0)), omegas=(8.0, 16.0, 24.0), steps=(120, 120, 120, 60))
     model = train(ball, settings)
     assert [shape_of(part.network) for part in model.levels] == ["16x1", "16x1", "12x0"]
@@ -115,20 +118,20 @@ def test_three_levels_have_the_sizes_asked_for(ball: Shape) -> None:
 def test_pools_hold_the_values_of_the_frozen_levels(ball: Shape, model: Model) -> None:
     """A pool's frozen values are those of the finished levels at its points, and its distances are exact.
 
-    Only a stray's is cut off at `before.REACH` half widths of the band.
+    Only the distance of a stray is clipped.
     """
     frozen = [from_model(model.levels[0].network)]
-    sampler = pools.Sampler(ball, frozen, [model.levels[0].delta], torch.device("cpu"), np.random.default_rng(0))
+    sampler = Sampler(ball, FrozenLevels(frozen, [model.levels[0].delta], CPU), np.random.default_rng(0))
     for pool in (sampler.surface(3000), sampler.volume(3000)):
         assert np.abs(field(model, pool.points.double().numpy(), 1) - pool.frozen.numpy()).max() < 1e-5
         assert pool.distance is not None
-        reach = before.REACH * model.levels[0].delta
+        reach = SamplingConfig.largest_distance * model.levels[0].delta
         exact = np.clip(np.linalg.norm(pool.points.numpy(), axis=1) - 1, -reach, reach)
         assert np.abs(pool.distance.numpy() - exact).max() < 5e-3
     assert (pool.frozen.abs() < model.levels[0].delta).all()
 
 
-def test_a_training_takes_the_seconds_asked_for(ball: Shape) -> None:
+def test_a_training_takes_the_users_seconds(ball: Shape) -> None:
     began = time.perf_counter()
     train(ball, dataclasses.replace(SMALL_SETTINGS, seconds=8.0))
     assert 6 < time.perf_counter() - began < 30, "a busy machine is late; how late is for a benchmark"

@@ -16,7 +16,8 @@ from mplicits.model.errors import UserError
 from mplicits.model.model import shape_of
 from mplicits.model.model_file import load
 from mplicits.trainer import settings
-from mplicits.trainer.log import TrainingLog
+from mplicits.trainer.config import DefaultLengths
+from mplicits.trainer.progress import TrainingBar, TrainingLog
 from support.ball_training import Log
 
 QUICK = ("--levels", "8x0,8x1", "--steps", "20", "--quiet")
@@ -24,7 +25,7 @@ QUICK = ("--levels", "8x0,8x1", "--steps", "20", "--quiet")
 
 @pytest.fixture(autouse=True)
 def coarse_survey(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Look for the components of what 20 steps have learnt on a coarse grid: the surface is everywhere, and costs."""
+    """Survey the surface on a coarse grid: after 20 steps it is everywhere."""
     monkeypatch.setattr("mplicits.mesher.survey.RESOLUTION", 16)
 
 
@@ -88,7 +89,7 @@ def test_the_bar_shows_level_loss_and_time_left(ball: str, capsys: pytest.Captur
     assert " left" in shown
 
 
-def test_log_and_preview_tell_how_it_goes(
+def test_log_and_preview_show_the_progress(
     ball: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(pictures, "SIDE", 24)
@@ -136,8 +137,6 @@ def test_a_texture_s_lines_say_so_and_a_full_disk_ends_the_log_alone(tmp_path: P
 def test_ctrl_c_saves_the_model_and_says_so(
     ball: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from mplicits.trainer.session import TrainingBar
-
     def press(self: TrainingBar, fraction: float, loss: float) -> None:
         raise KeyboardInterrupt
 
@@ -211,9 +210,10 @@ def test_presets_have_levels_and_the_default_is_one() -> None:
 def test_missing_steps_repeat_the_last_and_missing_omegas_are_the_default() -> None:
     assert settings.steps("5", 3) == (5, 5, 5, 5)
     assert settings.steps("5,6", 3) == (5, 6, 6, 6)
+    omegas = DefaultLengths.omegas
     wide, narrow = ((64, 1),) * 4, ((16, 1),) * 2
-    assert settings.omegas(None, wide) == (*settings.OMEGAS, settings.OMEGAS[-1])
-    assert settings.omegas(None, narrow) == (settings.OMEGAS[0] / 2, settings.OMEGAS[1] / 2)
+    assert settings.omegas(None, wide) == (*omegas, omegas[-1])
+    assert settings.omegas(None, narrow) == (omegas[0] / 2, omegas[1] / 2)
     with pytest.raises(UserError):
         settings.steps("1.5", 2)
 

@@ -9,7 +9,6 @@ import pytest
 from mplicits import cli
 from mplicits.model.model_file import load
 from mplicits.trainer.shapes.load import load_shape
-from support.ball_training import QUICK_NUMBERS
 
 CUBE = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
 QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -70,13 +69,7 @@ UNTIDY: dict[str, tuple[str, list[tuple[Point, float]]]] = {
 """Name -> the file's text, and distances at points."""
 
 
-@pytest.fixture(autouse=True)
-def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Shorten sampling and measurement."""
-    for module, name, number in QUICK_NUMBERS:
-        monkeypatch.setattr(module, name, number)
-
-
+@pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("name", UNTIDY)
 def test_an_untidy_mesh_has_exact_distances_and_trains(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

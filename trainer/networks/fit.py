@@ -2,12 +2,12 @@
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import torch
 
+from .callback import Callback, FitState
 from .network import Weights
 from .optimizer import Optimizer
 from .snapshot import Resumable, Snapshot
@@ -18,30 +18,9 @@ IDLE = 0.97  # a network has collapsed if its mean loss exceeds this share of th
 WINDOW = 50  # steps of the mean loss, and the fewest checked steps of a collapse
 RESTARTS = 3  # most restarts of one network
 SLOWER = 3.0  # each restart divides the rate by this
-REPORT_EVERY = 10  # steps between two reports of progress
-REVIEWS = (0.3, 0.5, 0.7, 0.85, 0.93)  # shares of the schedule at which hard examples are mined
 
 Step = Callable[[Weights], float]
 """Adds the gradients of one batch's loss to the weights' .grad. Returns the loss."""
-
-
-class TrainingProgress(Protocol):
-    """Reports the progress of a training to a person or a program."""
-
-    def begin(self, stage: str) -> None:
-        """Begin a stage: a level or the texture."""
-
-    def advance(self, fraction: float, loss: float) -> None:
-        """Report the finished share of the stage, in [0, 1], and a recent mean of the loss."""
-
-    def tell(self, step: int, figures: Mapping[str, float]) -> None:
-        """Report figures of the network by name, after a number of steps; `advance` follows."""
-
-    def end(self) -> None:
-        """End the stage."""
-
-    def say(self, line: str) -> None:
-        """Log one line."""
 
 
 @dataclass(frozen=True)
@@ -81,8 +60,8 @@ class Clock:
         """Seconds until the deadline; infinite without one."""
         return math.inf if self._budget.steps is not None else self._budget.deadline - time.perf_counter()
 
-    def go_on(self, share: float) -> None:
-        """Continue from `share` after a pause: the rest of the schedule uses the remaining time."""
+    def resume_at(self, share: float) -> None:
+        """Resume at `share` after a pause: the rest of the schedule takes the remaining time."""
         if self._budget.steps is None:
             self._share, self._since = share, time.perf_counter()
 
@@ -128,45 +107,32 @@ class Task:
     output_factor: float
     """Factor on the rate for the output layer."""
     draws: Resumable | None = None
-    """Other state of the training step: random numbers, batches."""
-    review: Callable[[Weights, float, float], None] | None = None
-    """Mines hard examples at the shares REVIEWS; receives the weights, the share, and the remaining seconds."""
-    figures: Callable[[Weights], Mapping[str, float]] | None = None
-    """Measures the network for each report of progress."""
-
-
-@dataclass(frozen=True)
-class Keeper:
-    """Saves the state of `fit` periodically, so that a killed process loses little."""
-
-    due: Callable[[], bool]
-    """Whether to save now; called after every step."""
-    keep: Callable[[Weights, Snapshot], None]
-    """Receives the weights and the state, also after Ctrl-C if there was a step."""
+    """What changes from step to step beside the weights: random numbers, batches."""
 
 
 def fit(
     task: Task,
     budget: Budget,
-    progress: TrainingProgress,
-    keeper: Keeper | None = None,
+    say: Callable[[str], None],
+    callbacks: Sequence[Callback] = (),
     resume: Snapshot | None = None,
 ) -> Outcome:
     """Train a network until the end of the budget or Ctrl-C.
 
-    resume: a state that a keeper of the same task saved, to continue from; with a budget of steps, the result does not
-    depend on the interruption. Raises UserError for a state of another task.
+    A network that collapses (its loss is no better than the loss without it) or diverges starts again at a lower rate,
+    at most `RESTARTS` times. A network that never helps ends as zero, marked as failed.
 
-    A network that collapses (its loss is no better than the loss without it) or diverges restarts at a lower rate, at
-    most `RESTARTS` times, with a log line. A network that never helps becomes zero, marked as failed.
+    say: logs a line about a restart. resume: a `FitState.snapshot` of the same task, from which the training resumes;
+    with a budget of steps the weights become what they would have been without the interruption. Raises UserError where
+    `resume` does not fit the task.
     """
     rate, first = task.rate, 0
     if resume is not None:
         rate, first = resume.real("rate"), min(resume.whole("restarts"), RESTARTS)
     for restarts in range(first, RESTARTS + 1):
         weights = [w.requires_grad_() for w in task.start()]
-        state = Snapshot({"rate": rate, "restarts": restarts})
-        attempt = _attempt(weights, replace(task, rate=rate), budget, progress, _with(keeper, state), resume)
+        attempt = _Attempt(weights, replace(task, rate=rate), restarts, budget, callbacks, resume)
+        attempt.run()
         resume = None
         if not attempt.failed:
             break
@@ -174,18 +140,18 @@ def fit(
             f"{attempt.failed} at step {attempt.steps} (loss {attempt.loss:.3g}, {task.idle:.3g} without the network)"
         )
         if restarts == RESTARTS or attempt.interrupted:
-            progress.say(f"{line}: it adds nothing after {restarts} restarts")
-            # Diverged weights are not finite, which model files do not allow.
+            say(f"{line}: it adds nothing, after {restarts} restarts")
+            # A model file takes finite weights alone.
             weights = task.start()
             weights[-2:] = [torch.zeros_like(w) for w in weights[-2:]]
             attempt.loss = task.idle
             break
-        progress.say(f"{line}: restarted with rate {rate / SLOWER:.2g}")
+        say(f"{line}: restarted with rate {rate / SLOWER:.2g}")
         rate /= SLOWER
     return Outcome(
         weights=[w.detach() for w in weights],
         steps=attempt.steps,
-        fraction=1.0 if attempt.failed else attempt.fraction,
+        fraction=1.0 if attempt.failed else attempt.share,
         restarts=restarts,
         rate=rate,
         loss=attempt.loss,
@@ -194,93 +160,83 @@ def fit(
     )
 
 
-@dataclass
 class _Attempt:
     """One attempt, from the start to the end of the budget, a collapse, or Ctrl-C."""
 
-    steps: int = 0
-    fraction: float = 0.0
-    watched: int = 0
-    """Steps since WATCH_FROM."""
-    loss: float = 0.0
-    failed: str = ""
-    """"diverged", "collapsed", or empty."""
-    interrupted: bool = False
+    def __init__(
+        self,
+        weights: Weights,
+        task: Task,
+        restarts: int,
+        budget: Budget,
+        callbacks: Sequence[Callback],
+        resume: Snapshot | None,
+    ) -> None:
+        self._weights, self._task, self._restarts, self._callbacks = weights, task, restarts, callbacks
+        self._bare = [w.detach() for w in weights]
+        self._optimizer = Optimizer(weights, task.rate, task.output_factor)
+        self.steps, self.share, self.loss = 0, budget.done, 0.0
+        self._watched = 0  # Steps since the loss is watched.
+        self.failed = ""  # "diverged", "collapsed", or empty.
+        self.interrupted = False
+        if resume is not None:
+            self._restore(resume)
+        self._clock = budget.clock()
 
+    def run(self) -> None:
+        """Take the steps."""
+        clock = self._clock
+        try:
+            while (share := clock(self.steps)) < 1:
+                state = self._state(share)
+                for callback in self._callbacks:
+                    callback.before_step(state)
+                clock.resume_at(share)
+                loss = self._task.step(self._weights)
+                self._optimizer.step(schedule(share))
+                self._watch(loss, share)
+                if self.failed:
+                    return
+                state = self._state(share)
+                for callback in self._callbacks:
+                    callback.after_step(state)
+            self.share = 1.0
+        except KeyboardInterrupt:
+            self.interrupted = True
+        state = self._state(self.share)
+        if not state.finite():
+            self.failed = "diverged"
+        elif self.interrupted and self.steps:
+            for callback in self._callbacks:
+                callback.after_interrupt(state)
 
-def _with(keeper: Keeper | None, more: Snapshot) -> Keeper | None:
-    """Return a keeper that saves `more`, too."""
-    if keeper is None:
-        return None
-    keep = keeper.keep
-    return Keeper(keeper.due, lambda weights, snapshot: keep(weights, snapshot | more))
+    def _watch(self, loss: float, share: float) -> None:
+        """Count the step, and judge whether the network diverges or collapses."""
+        self.steps += 1
+        self.share = share
+        self._watched = self._watched + 1 if share >= WATCH_FROM else 0
+        self.loss += max(1 / WINDOW, 1 / max(1, self._watched)) * (loss - self.loss)
+        if not math.isfinite(loss):
+            self.failed = "diverged"
+        elif self._watched >= WINDOW and self.loss > IDLE * self._task.idle:
+            self.failed = "collapsed"
 
+    def _state(self, share: float) -> FitState:
+        return FitState(self._bare, self.steps, share, self.share, self.loss, self._clock.left, self._snapshot)
 
-def _attempt(
-    weights: Weights,
-    task: Task,
-    budget: Budget,
-    progress: TrainingProgress,
-    keeper: Keeper | None,
-    resume: Snapshot | None,
-) -> _Attempt:
-    optimizer = Optimizer(weights, task.rate, task.output_factor)
-    attempt = _Attempt(fraction=budget.done) if resume is None else _restored(weights, optimizer, task, resume)
-    clock = budget.clock()
-    reviews = [share for share in REVIEWS if task.review and share > attempt.fraction]
-    try:
-        while (share := clock(attempt.steps)) < 1:
-            if task.review and reviews and share >= reviews[0]:
-                reviews = [later for later in reviews if later > share]
-                task.review([w.detach() for w in weights], share, clock.left)
-                clock.go_on(share)
-            loss = task.step(weights)
-            optimizer.step(schedule(share))
-            attempt.steps += 1
-            attempt.fraction = share
-            attempt.watched = attempt.watched + 1 if share >= WATCH_FROM else 0
-            attempt.loss += max(1 / WINDOW, 1 / max(1, attempt.watched)) * (loss - attempt.loss)
-            if not math.isfinite(loss):
-                attempt.failed = "diverged"
-            elif attempt.watched >= WINDOW and attempt.loss > IDLE * task.idle:
-                attempt.failed = "collapsed"
-            if attempt.failed:
-                return attempt
-            if attempt.steps % REPORT_EVERY == 0:
-                if task.figures is not None:
-                    progress.tell(attempt.steps, task.figures([w.detach() for w in weights]))
-                progress.advance(share, attempt.loss)
-            if keeper is not None and keeper.due() and _finite(weights):
-                keeper.keep(*_state(weights, optimizer, task, attempt))
-        attempt.fraction = 1.0
-    except KeyboardInterrupt:
-        attempt.interrupted = True
-    if not _finite(weights):
-        attempt.failed = "diverged"
-    elif keeper is not None and attempt.interrupted and attempt.steps:
-        keeper.keep(*_state(weights, optimizer, task, attempt))
-    return attempt
+    def _snapshot(self) -> Snapshot:
+        numbers = {"steps": self.steps, "fraction": self.share, "watched": self._watched, "loss": self.loss}
+        tried = {"rate": self._task.rate, "restarts": self._restarts}
+        tensors = {f"weight.{i}": w for i, w in enumerate(self._bare)}
+        draws = Snapshot() if self._task.draws is None else self._task.draws.snapshot().inside("draws")
+        return Snapshot(numbers, tensors) | self._optimizer.snapshot().inside("optimiser") | draws | Snapshot(tried)
 
-
-def _finite(weights: Weights) -> bool:
-    return all(bool(torch.isfinite(w).all()) for w in weights)
-
-
-def _state(weights: Weights, optimizer: Optimizer, task: Task, attempt: _Attempt) -> tuple[Weights, Snapshot]:
-    """Return the weights and the state of an attempt."""
-    bare = [w.detach() for w in weights]
-    numbers = {key: getattr(attempt, key) for key in ("steps", "fraction", "watched", "loss")}
-    state = Snapshot(numbers, {f"weight.{i}": w for i, w in enumerate(bare)})
-    draws = Snapshot() if task.draws is None else task.draws.snapshot().inside("draws")
-    return bare, state | optimizer.snapshot().inside("optimizer") | draws
-
-
-def _restored(weights: Weights, optimizer: Optimizer, task: Task, resume: Snapshot) -> _Attempt:
-    """Restore weights, optimizer and draws from `_state`. Returns the attempt. Raises UserError."""
-    with torch.no_grad():
-        for i, weight in enumerate(weights):
-            weight.copy_(resume.tensor(f"weight.{i}", weight))
-    optimizer.restore(resume.of("optimizer"))
-    if task.draws is not None:
-        task.draws.restore(resume.of("draws"))
-    return _Attempt(resume.whole("steps"), resume.real("fraction"), resume.whole("watched"), resume.real("loss"))
+    def _restore(self, resume: Snapshot) -> None:
+        with torch.no_grad():
+            for i, weight in enumerate(self._weights):
+                weight.copy_(resume.tensor(f"weight.{i}", weight))
+        self._optimizer.restore(resume.of("optimiser"))
+        if self._task.draws is not None:
+            self._task.draws.restore(resume.of("draws"))
+        self.steps, self.share = resume.whole("steps"), resume.real("fraction")
+        self._watched, self.loss = resume.whole("watched"), resume.real("loss")

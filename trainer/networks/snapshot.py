@@ -53,6 +53,11 @@ class Snapshot:
             raise UserError(f"training.{name}: missing, or of another shape or type")
         return tensor.to(like.device)
 
+    def rows(self, name: str, columns: int) -> Tensor:
+        """Return a float32 tensor (N, columns) of any N. Raises UserError where there is none by that name."""
+        tensor = self.tensors.get(name, torch.empty(0))
+        return self.tensor(name, tensor.new_empty((len(tensor) if tensor.ndim else 0, columns), dtype=torch.float32))
+
 
 class Resumable(Protocol):
     """An object with a state."""
