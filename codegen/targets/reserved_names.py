@@ -8,7 +8,7 @@ _MATH = """
 acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 fabs fdim floor fma fmax fmin
 fmod frexp hypot ilogb ldexp lgamma llrint llround log log10 log1p log2 logb lrint lround modf nan nearbyint nextafter
 nexttoward pow remainder remquo rint round scalbln scalbn sin sinh sqrt tan tanh tgamma trunc
-drem exp10 finite gamma isinf isnan j0 j1 jn lgamma_r pow10 scalb significand sincos y0 y1 yn
+drem exp10 finite gamma isinf isnan j0 j1 jn lgamma_r lgammaf_r lgammal_r pow10 scalb significand sincos y0 y1 yn
 cabs cacos cacosh carg casin casinh catan catanh ccos ccosh cexp cimag clog conj cpow cproj creal csin csinh csqrt ctan
 ctanh
 """

@@ -1,6 +1,7 @@
 """Names that a language reserves are refused, and all other names compile."""
 
 import re
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +13,16 @@ from mplicits.codegen.targets.function_target import function_name
 from mplicits.codegen.targets.reserved_names import RESERVED, is_reserved
 from mplicits.model.errors import UserError
 from mplicits.model.model_file import save
-from support.compilers import ES, check_c, check_glsl, check_hlsl, webgpu
+from support.compilers import ES, check_c, check_glsl, check_hlsl, need, webgpu
 from support.random_model import random_model
 
 INSIDE = set(
     re.findall(r"\w+", "p q f level time x y z a1 c2 r3 n at out np result normal color o i h0 s torus island")
 )
 """Names of the texts' own parameters and variables, and words that only begin like library functions."""
+STANDARD_HEADERS = re.findall(
+    r"\w+", "complex ctype fenv inttypes locale math setjmp signal stdio stdlib string time uchar wchar wctype"
+)
 REFUSED = [
     *(("c", name) for name in ("log", "exp", "gamma", "y1", "cosf", "printf", "new", "main")),
     *(("python", name) for name in ("lambda", "len", "np")),
@@ -33,6 +37,18 @@ def test_a_reserved_name_is_refused(target: str, name: str) -> None:
     with pytest.raises(UserError, match=f"--name {name}: {target} reserves this name; choose another"):
         function_name(name, "model", target)
     assert function_name(None, name, target) == f"{name}_sdf"
+
+
+def test_c_reserves_all_functions_of_its_headers(tmp_path: Path) -> None:
+    """GCC lists the functions that C11's headers declare, and those of the GNU math.h."""
+    need("gcc", "gcc")
+    for standard, headers in (("c11", STANDARD_HEADERS), ("gnu17", ["math"])):
+        (tmp_path / "headers.c").write_text("".join(f"#include <{header}.h>\n" for header in headers))
+        command = ["gcc", f"-std={standard}", "-fsyntax-only", "-aux-info", "names.txt", "headers.c"]
+        subprocess.run(command, cwd=tmp_path, check=True)
+        declared = set(re.findall(r"\b([a-z]\w*) \(", (tmp_path / "names.txt").read_text())) - {"void"}
+        assert len(declared) > 200
+        assert [name for name in sorted(declared) if not is_reserved(name, "c")] == []
 
 
 def test_bake_refuses_a_reserved_name_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

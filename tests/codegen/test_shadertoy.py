@@ -1,12 +1,9 @@
-"""Shadertoy texts compute the numpy reference's field, and draw what the renderer and other players draw."""
+"""Shadertoy texts compute the numpy reference's field, and draw the renderer's picture."""
 
 import re
-import shutil
-import subprocess
 import warnings
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -20,27 +17,25 @@ from mplicits.ir.lower import lower
 from mplicits.model import quantise
 from mplicits.model.errors import UserError
 from mplicits.model.model import Layer
-from mplicits.model.model_file import load
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.renderer import Renderer
 from oracles.march import half_widths, margins
+from support.compilers import ES, check_glsl
 from support.golden_text import check_golden
 from support.moving_model import moving_model
-from support.paths import DEMO, GOLDEN
+from support.paths import GOLDEN
 from support.random_model import random_model
 from support.scene_models import SCENE, composed
-from support.shadertoy import INPUTS, MAIN, PROBE, SHADERTOY, SIZE, draw, picture
+from support.shadertoy import INPUTS, MAIN, PROBE, SHADERTOY, SIZE, demo, draw, literal_text, picture
 
-if TYPE_CHECKING:
-    pass
-
+DIGITS = {"packed": None, "literal": 7}
 GOLDEN_TEXT = GOLDEN / "tiny.shadertoy.frag"
 
 
 @pytest.fixture(scope="module")
 def small() -> str:
-    """The text of a small model, credited and with a front."""
+    """The text of a small model with a credit and a front."""
     model = random_model((16, 1), (8, 0), texture=(8, 0), name="small")
     return SHADERTOY(replace(quantise.quantised_model(model), front=(200.0, 10.0), credit="someone, CC0"), "packed")
 
@@ -49,7 +44,7 @@ def small() -> str:
 def test_the_field_equals_the_reference(osmesa: Context, storage: str) -> None:
     model = quantise.quantised_model(random_model((16, 1), (18, 2), (8, 0)))
     points = np.random.default_rng(2).uniform(-1, 1, (64 * 64, 3)).astype(np.float32)
-    text = INPUTS + SHADERTOY(model, storage, digits=None if storage == "packed" else 7)
+    text = INPUTS + SHADERTOY(model, storage, DIGITS[storage])
     field = draw(osmesa, text + PROBE, (64, 64), {}, points)[::-1, :, 0].ravel()
     program = lower(model)
     narrow = savings(program, len(text)).narrow
@@ -65,7 +60,7 @@ def test_the_field_equals_the_reference(osmesa: Context, storage: str) -> None:
 
 
 @pytest.mark.parametrize("level", [1, 2])
-def test_a_scene_is_one_text_with_its_field_and_colours(osmesa: Context, tmp_path: Path, level: int) -> None:
+def test_a_scene_equals_the_reference(osmesa: Context, tmp_path: Path, level: int) -> None:
     model = composed(tmp_path, SCENE, widths=(8, 12))
     program, points = lower(model), np.random.default_rng(2).uniform(-0.7, 0.7, (64 * 64, 3)).astype(np.float32)
     text = INPUTS + SHADERTOY(model, "literal", digits=7).replace("#define LEVEL 2", f"#define LEVEL {level}")
@@ -82,7 +77,7 @@ def test_a_scene_is_one_text_with_its_field_and_colours(osmesa: Context, tmp_pat
 
 
 def test_a_model_of_many_layers_is_packed(osmesa: Context) -> None:
-    """As many as there are of one shape, with steps of their own."""
+    """Many layers of the same shape, with different steps."""
     model = quantise.quantised_model(random_model((4, 8), (4, 9)))
     points = np.random.default_rng(2).uniform(-1, 1, (64 * 64, 3)).astype(np.float32)
     field = draw(osmesa, INPUTS + SHADERTOY(model, "packed") + PROBE, (64, 64), {}, points)[::-1, :, 0].ravel()
@@ -111,16 +106,16 @@ def test_a_quantised_model_is_not_quantised_again() -> None:
         assert float(np.abs(old.weight - new.weight).mean()) < 0.1 * float(np.abs(old.weight).mean())
 
 
-def test_a_step_that_was_rounded_down_holds_the_largest_weight() -> None:
+def test_a_rounded_step_still_represents_the_largest_weight() -> None:
     first, last = random_model((20, 0)).levels[0].network
     weight = first.weight * np.float32(127 * 0.010049 / np.abs(first.weight).max())
     assert quantise.is_quantised(quantise.quantised((Layer(weight, first.bias), last)))
 
 
-def test_the_text_draws_what_the_renderer_draws(osmesa: Context) -> None:
-    """Normals by differences, a gamma of 2.2 and a plain background make it no other silhouette or shading."""
-    model = load(DEMO)
-    text = SHADERTOY(model, "literal", shade="phong")
+def test_the_text_draws_the_renderer_s_picture(osmesa: Context) -> None:
+    """In spite of normals by differences, a gamma of 2.2 and a plain background."""
+    model = demo()
+    text = literal_text(model, "phong")
     ours = picture(osmesa, text)
     theirs = Renderer(osmesa, bake(model)).render(SIZE, Camera())
     nothing = picture(osmesa, text.replace("k>3", "k>4"))
@@ -129,16 +124,16 @@ def test_the_text_draws_what_the_renderer_draws(osmesa: Context) -> None:
     both = inside & expected
     difference = np.abs(ours - 255 * theirs[..., :3])[both]
     assert np.median(difference) < 4
-    assert np.percentile(difference, 90) < 24  # at edges and stripes a pixel's centre decides
+    assert np.percentile(difference, 90) < 24  # at edges and stripes a pixel's center decides
 
 
-def test_a_drag_adds_to_the_turn_which_goes_on(osmesa: Context, small: str) -> None:
-    still = picture(osmesa, small)
+def test_a_drag_adds_to_the_turntable(osmesa: Context, small: str) -> None:
+    released = picture(osmesa, small)
     down, up = (picture(osmesa, small, (100, 40, 60 * sign, 50 * sign)) for sign in (1, -1))
-    assert np.abs(still - down).mean() > 2
+    assert np.abs(released - down).mean() > 2
     np.testing.assert_array_equal(down, up)
     assert np.abs(up - picture(osmesa, small, (100, 40, -60, -50), time=2)).mean() > 2
-    np.testing.assert_array_equal(still, picture(osmesa, small, (100, 40, 100, 40)))  # no jump at the button's press
+    np.testing.assert_array_equal(released, picture(osmesa, small, (100, 40, 100, 40)))  # no jump at the button's press
     turned = re.sub(r"#define VIEW .*", f"#define VIEW vec2({200 + np.degrees(0.6):.4f}, 10.)", small)
     assert np.abs(picture(osmesa, small, time=2) - picture(osmesa, turned)).mean() < 1
 
@@ -150,8 +145,8 @@ def test_the_camera_stops_before_the_poles(osmesa: Context, small: str) -> None:
     assert np.abs(far - picture(osmesa, below)).mean() < 0.1
 
 
-def test_the_smaller_side_holds_the_shape(osmesa: Context, small: str) -> None:
-    """A strip shows the square picture in its middle, but for the background, a gradient over its height."""
+def test_the_shape_fits_the_smaller_side(osmesa: Context, small: str) -> None:
+    """The middle of a strip is the square picture, except for the background."""
     flat = re.sub("#define (BOTTOM|TOP) .*", r"#define \1 vec3(0)", small)
     square = picture(osmesa, flat, size=(48, 48))
     assert (square.max(-1) > 0).mean() > 0.05
@@ -162,14 +157,14 @@ def test_the_smaller_side_holds_the_shape(osmesa: Context, small: str) -> None:
         assert ((strip.max(-1) > 0).sum() - (square.max(-1) > 0).sum()) < 0.02 * square[..., 0].size
 
 
-def test_four_samples_soften_edges_alone(osmesa: Context, small: str) -> None:
+def test_four_samples_soften_only_edges(osmesa: Context, small: str) -> None:
     one, four = (picture(osmesa, small.replace("#define AA 1", f"#define AA {n}")) for n in (1, 2))
     changed = np.abs(one - four).max(-1) > 8
     assert 0.002 < changed.mean() < 0.2
     assert len(np.unique(four.reshape(-1, 3), axis=0)) > len(np.unique(one.reshape(-1, 3), axis=0))
 
 
-def test_the_level_is_a_knob(osmesa: Context) -> None:
+def test_the_level_is_a_setting(osmesa: Context) -> None:
     model = quantise.quantised_model(random_model((16, 1), (18, 2)))
     points = np.random.default_rng(2).uniform(-1, 1, (32 * 32, 3)).astype(np.float32)
     text = SHADERTOY(model, "packed").replace("#define LEVEL 2", "#define LEVEL 1")
@@ -177,7 +172,7 @@ def test_the_level_is_a_knob(osmesa: Context) -> None:
     np.testing.assert_allclose(field, interpret.field(lower(model), points, 1), atol=2e-5)
 
 
-def test_the_head_says_what_it_is_and_holds_any_text(tmp_path: Path) -> None:
+def test_the_head_describes_the_model_and_escapes_any_text(tmp_path: Path) -> None:
     model = random_model((8, 0), name='a "name" */\n#error\\')
     text = SHADERTOY(replace(model, credit="A\n#error\u2028 B, CC BY 4.0 \\", front=(-30.0, 5.0)), "packed")
     head = text[: text.index("#define VIEW")].splitlines()
@@ -186,16 +181,13 @@ def test_the_head_says_what_it_is_and_holds_any_text(tmp_path: Path) -> None:
     assert "CC BY 4.0" in head[1]
     assert "#define VIEW vec2(-30., 5.)" in text
     assert "mplicits" in head[2]
-    for knob in ("SPEED", "LIGHT", "COLOUR", "BOTTOM", "TOP", "STEPS", "AA"):
-        assert re.search(rf"(?m)^#define {knob} .*//", text) or knob == "TOP"
-    if shutil.which("glslangValidator"):
-        file = tmp_path / "text.frag"
-        file.write_text("#version 300 es\nprecision highp float; precision highp int;\n" + INPUTS + text + MAIN)
-        assert subprocess.run(["glslangValidator", str(file)], capture_output=True, check=False).returncode == 0
+    for setting in ("SPEED", "LIGHT", "COLOUR", "BOTTOM", "TOP", "STEPS", "AA"):
+        assert re.search(rf"(?m)^#define {setting} .*//", text) or setting == "TOP"
+    check_glsl(ES + INPUTS + text + MAIN, tmp_path)
 
 
-def test_a_motion_goes_there_and_back(osmesa: Context) -> None:
-    """Without the turntable, pictures of a time are the same on the way there and on the way back."""
+def test_a_motion_runs_there_and_back(osmesa: Context) -> None:
+    """Without the turntable, both halves of the period show the same pictures."""
     text = re.sub("#define SPEED .*", "#define SPEED 0.", SHADERTOY(moving_model(), "literal"))
     there, end, back, again = (picture(osmesa, text, time=share * PERIOD) for share in (0.2, 0.5, 0.8, 1.2))
     for same in (back, again):
@@ -204,14 +196,14 @@ def test_a_motion_goes_there_and_back(osmesa: Context) -> None:
 
 
 def test_digits_are_the_fewest_that_keep_the_surface() -> None:
-    model = load(DEMO)
+    model = demo()
     exact = lower(model)
     points = near_surface(exact)
     assert np.abs(interpret.field(exact, points, 2)).mean() < 1e-3
     fewest = digits.fewest_digits(model)
     errors = [digits.error(exact, lower(model, count), points) for count in (fewest - 1, fewest)]
     assert errors[1] < digits.SHARE * model.levels[-1].delta < errors[0]
-    assert SHADERTOY(model, "literal") == SHADERTOY(model, "literal", digits=fewest)
+    assert literal_text(model, "phong") == SHADERTOY(model, "literal", digits=fewest, shade="phong")
 
 
 def test_the_text_equals_the_golden_file(request: pytest.FixtureRequest) -> None:
@@ -221,28 +213,31 @@ def test_the_text_equals_the_golden_file(request: pytest.FixtureRequest) -> None
     check_golden(text, GOLDEN_TEXT, request)
 
 
+def long_text(storage: str) -> str:
+    """Return a literal text with a hull and narrow bands, or the packed text of a wide model."""
+    if storage == "literal":
+        return literal_text(demo(), "phong")
+    model = random_model((64, 1), (64, 2), texture=(8, 1), name="a\nb\\")
+    return SHADERTOY(quantise.quantised_model(model), "packed", shade="phong")
+
+
 @pytest.mark.parametrize("storage", ["packed", "literal"])
-def test_the_text_keeps_to_what_shadertoy_and_browsers_take(tmp_path: Path, storage: str) -> None:
-    text = SHADERTOY(quantise.quantised_model(random_model((64, 1), (64, 2), texture=(8, 1), name="a\nb\\")), storage)
+def test_the_text_respects_the_limits_of_shadertoy_and_browsers(tmp_path: Path, storage: str) -> None:
+    text = long_text(storage)
     assert text.isascii()
     assert len(re.findall(r"\bfield ?\(", text)) == 2, "one definition, one call"
     assert "min(iFrame" in text
     assert max(statement.count("+") for statement in re.split(r";|,\n", text)) < 200
-    if shutil.which("glslangValidator") is None:
-        pytest.skip("glslangValidator is not installed (Debian: glslang-tools)")
-    file = tmp_path / "text.frag"
-    file.write_text("#version 300 es\nprecision highp float; precision highp int;\n" + INPUTS + text + MAIN)
-    compiled = subprocess.run(["glslangValidator", str(file)], capture_output=True, text=True, check=False)
-    assert compiled.returncode == 0, compiled.stdout
+    check_glsl(ES + INPUTS + text + MAIN, tmp_path)
 
 
-def test_a_moving_field_reads_the_time_and_is_not_packed() -> None:
+def test_a_moving_text_reads_the_time_and_is_not_packed() -> None:
     text = SHADERTOY(random_model((8, 1), inputs="xyzt"))
     assert "TIME));" in text
     assert "M(" not in text
 
 
-def test_wide_models_and_textures_are_refused() -> None:
+def test_wide_models_and_textures_as_storage_are_refused() -> None:
     with pytest.raises(UserError, match=r"68 wide.*--preset small"):
         SHADERTOY(random_model((68, 1)))
     with pytest.raises(UserError, match="--storage texture"):

@@ -1,40 +1,53 @@
-"""Shadertoy texts trace as numpy does, inside of a hull, and lose nothing that dense marching finds."""
+"""Shadertoy texts march like the oracle in numpy, inside a hull, and lose no hit of dense marching."""
 
 import math
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from mplicits.codegen.targets.orbit import AZIMUTH, ELEVATION
 from mplicits.codegen.targets.shadertoy_text import savings, step_bound
+from mplicits.field.digits import fewest_digits
 from mplicits.field.hull import NORMALS, hull
 from mplicits.field.interpret import field
-from mplicits.field.narrow import narrow_widths
+from mplicits.field.narrow import Grid, narrow_widths
 from mplicits.field.surface_points import on_surface
 from mplicits.ir.lower import lower
 from mplicits.model.model import Model
-from mplicits.model.model_file import load
-from mplicits.trainer.shapes import demo
+from mplicits.trainer.shapes.demo import DemoShape
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from oracles.dense import dense_march
 from oracles.march import half_widths, march
 from oracles.short_march import STOP, short_march, within
 from support.dense_views import VIEWS
-from support.paths import DEMO
 from support.random_model import random_model
-from support.shadertoy import INPUTS, MAIN, SHADERTOY, draw
+from support.shadertoy import INPUTS, MAIN, SHADERTOY, demo, draw, literal_text
 
 SIDE = 96
 
 
 @pytest.fixture(scope="module")
 def model() -> Model:
-    return load(DEMO)
+    return demo()
 
 
-def test_the_text_takes_the_steps_of_numpy(osmesa: Context, model: Model) -> None:
-    text = SHADERTOY(model, "literal", digits=7, shade="phong")
+@pytest.fixture(scope="module")
+def planes(model: Model) -> NDArray[np.float64]:
+    return hull(lower(model))
+
+
+@pytest.fixture(scope="module")
+def narrow(model: Model) -> Grid:
+    """Widths of level 1's band in 8^3 cells."""
+    return narrow_widths(lower(model), 8)[0]
+
+
+def test_the_text_takes_the_steps_of_numpy(
+    osmesa: Context, model: Model, planes: NDArray[np.float64], narrow: Grid
+) -> None:
+    text = literal_text(model, "phong")
     for old, new in (
         ("float t=0.", "float C=0.,t=0."),
         ("f=field(", "C+=float(k<0);f=field("),
@@ -44,63 +57,52 @@ def test_the_text_takes_the_steps_of_numpy(osmesa: Context, model: Model) -> Non
         text = text.replace(old, new)
     inputs = {"iResolution": (SIDE, SIDE, 1), "iTime": 0.0, "iMouse": (0, 0, 0, 0), "iFrame": 0}
     drawn = draw(osmesa, INPUTS + text + MAIN, (SIDE, SIDE), inputs).reshape(-1, 4)
-    program, front = lower(model, 7), model.front or (AZIMUTH, ELEVATION)
-    eye, directions, footprint = Camera(*front, distance=3.52, fov=2 * math.degrees(math.atan(1 / 3.17))).rays(
-        SIDE, SIDE
-    )
-    saved = savings(program, len(text))
-    assert saved.narrow is not None
-    rays = short_march(
-        program,
-        eye,
-        directions.reshape(-1, 3),
-        footprint,
-        step_bound(program),
-        planes=saved.planes,
-        narrow=saved.narrow,
-    )
+    program, view = lower(model, fewest_digits(model)), model.front or (AZIMUTH, ELEVATION)
+    camera = Camera(*view, distance=3.52, fov=2 * math.degrees(math.atan(1 / 3.17)))
+    eye, directions, footprint = camera.rays(SIDE, SIDE)
+    directions, bound = directions.reshape(-1, 3), step_bound(program)
+    rays = short_march(program, eye, directions, footprint, bound, planes=planes, narrow=narrow)
     assert (rays.hit == (drawn[:, 2] > 0.5)).mean() > 0.998
     assert (rays.steps == drawn[:, 1]).mean() > 0.97, "steps may differ where rounding moves f across a threshold"
     both = rays.hit & (drawn[:, 2] > 0.5)
     assert np.median(np.abs(rays.t - drawn[:, 0])[both]) < 1e-3
 
 
-def test_it_loses_nothing_and_takes_two_thirds_of_the_work(model: Model) -> None:
+def test_the_march_loses_no_hit_and_takes_two_thirds_of_the_work(
+    model: Model, planes: NDArray[np.float64], narrow: Grid
+) -> None:
     program = lower(model)
-    planes, grids = hull(program), narrow_widths(program, 8)
     costs = [program.cost(function).multiply_adds for function in program.values]
     for camera in VIEWS[:3]:
         eye, directions, footprint = camera.rays(SIDE, SIDE)
         directions = directions.reshape(-1, 3)
         closest, end = dense_march(program, eye, directions, 2, footprint)
         plain = march(program, eye, directions, 2, footprint)
-        for around, narrow in ((planes, grids[0]), (planes, None), (None, None)):
-            rays = short_march(program, eye, directions, footprint, step_bound(program), planes=around, narrow=narrow)
+        for around, widths in ((planes, narrow), (planes, None), (None, None)):
+            rays = short_march(program, eye, directions, footprint, step_bound(program), planes=around, narrow=widths)
             assert not ((closest == 0) & (~rays.hit | (rays.t > end * (1 + footprint)))).any()
             trained = np.linalg.norm(eye + rays.t[:, None] * directions, axis=1) < 1
             assert not (rays.hit & trained & (closest > 1.05 * STOP)).any()
-            share = 1.0 if around is None else 0.67 if narrow is None else 0.6
+            share = 1.0 if around is None else 0.67 if widths is None else 0.6
             assert np.dot(rays.evaluations, costs) < share * np.dot(plain.evaluations, costs)
 
 
-def test_the_hull_holds_the_shape_and_is_close_to_it(model: Model) -> None:
-    planes = hull(lower(model))
-    along = demo.DemoShape().surface(20_000, np.random.default_rng(1)).points @ NORMALS.T
+def test_the_hull_encloses_the_shape_closely(planes: NDArray[np.float64]) -> None:
+    along = DemoShape().surface(20_000, np.random.default_rng(1)).points @ NORMALS.T
     assert (along >= planes[:, 0]).all()
     assert (along <= planes[:, 1]).all()
     room = np.stack([along.min(axis=0) - planes[:, 0], planes[:, 1] - along.max(axis=0)])
-    assert (room / np.linalg.norm(NORMALS, axis=1)).max() < 0.2, "level 1 has a small piece at the ball's border"
+    assert (room / np.linalg.norm(NORMALS, axis=1)).max() < 0.2, "level 1 has a small component at the ball's border"
 
 
-def test_bands_are_narrow_only_where_level_1_is_near(model: Model) -> None:
-    """Wherever the surface is, level 1 is within the band there."""
+def test_the_surface_is_inside_the_narrow_bands(model: Model, narrow: Grid) -> None:
     program = lower(model)
-    points = demo.DemoShape().surface(20_000, np.random.default_rng(1)).points.astype(np.float32)
+    points = DemoShape().surface(20_000, np.random.default_rng(1)).points.astype(np.float32)
     points = on_surface(program, points)
     assert len(points) > 15_000
     sizes = np.abs(field(program, points, 1))
-    for count in (4, 8):
-        widths, last = half_widths(program, narrow_widths(program, count), points)
+    for grid in (narrow_widths(program, 4)[0], narrow):
+        widths, last = half_widths(program, (grid,), points)
         assert (sizes <= widths).all()
         assert widths.mean() < 0.8 * program.bands[0].delta
         assert (last == program.bands[1].delta).all()
@@ -114,6 +116,10 @@ def test_rays_enter_and_leave_a_hull() -> None:
     assert (near[1:] >= far[1:]).all()
 
 
-def test_short_texts_and_scenes_have_a_ball(model: Model) -> None:
-    assert "float[](" in SHADERTOY(model, "literal")
+def test_only_long_texts_have_a_hull_and_narrow_bands(model: Model, planes: NDArray[np.float64], narrow: Grid) -> None:
+    text = literal_text(model, "phong")
+    saved = savings(lower(model), len(text))
+    assert np.array_equal(saved.planes, planes)
+    assert np.array_equal(saved.narrow, narrow)
+    assert "float[](" in text
     assert "float[](" not in SHADERTOY(random_model((8, 1), (8, 0)), "literal")

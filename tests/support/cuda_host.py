@@ -1,27 +1,25 @@
-"""Builds a baked CUDA file for the host, where tests/support/cuda_on_host/ takes the GPU's place, and runs it."""
+"""Compiles a baked CUDA file for the host, with tests/support/cuda_on_host/ in place of the GPU, and runs it."""
 
-import shutil
 import subprocess
 from pathlib import Path
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 from mplicits.codegen.targets.cuda import standalone
 from mplicits.model.model import Model
+from support.compilers import need
 
 SHIM = Path(__file__).parent / "cuda_on_host"
 
 
 def build(model: Model, folder: Path, probe: bool = False) -> Path:
-    """Compile the CUDA file of `model` for the host, and return the program's path in `folder`.
+    """Compile the CUDA file of `model` for the host. Returns the program, in `folder`.
 
-    probe: compile probe.cu around it instead, which evaluates the networks at points (see `evaluate`). Skips the test
-    where there is no g++.
+    probe: compile probe.cu around it, which evaluates the networks at points (see `evaluate`). Skips the test without
+    g++.
     """
-    if shutil.which("g++") is None:
-        pytest.skip("g++ is not installed")
+    need("g++", "g++")
     source, program = folder / "model.cu", folder / "model"
     source.write_text(standalone(model), encoding="utf-8")
     flags = [
@@ -32,7 +30,7 @@ def build(model: Model, folder: Path, probe: bool = False) -> Path:
         "-Werror",
         "-Wno-unknown-pragmas",
         "-Wno-unused-parameter",
-        "-Wno-parentheses",  # in the text of glsl/, && stands within || without them
+        "-Wno-parentheses",  # glsl/ has && inside || without them
         "-DMPLICITS_HOST",
         f'-DMODEL_FILE="{source}"',
         f"-I{SHIM}",
@@ -47,8 +45,7 @@ def build(model: Model, folder: Path, probe: bool = False) -> Path:
 def run(program: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
     """Run the program in its folder.
 
-    environment: what the GPU is to look like: the variables MPLICITS_HOST_* of cuda_runtime.h and dlfcn.h, without the
-    prefix.
+    environment: properties of the GPU, by the variables MPLICITS_HOST_* of cuda_runtime.h and dlfcn.h without prefix.
     """
     settings = {f"MPLICITS_HOST_{name}": value for name, value in environment.items()}
     return subprocess.run(
@@ -64,6 +61,6 @@ def data(program: Path, variant: str, side: int, *arguments: str) -> NDArray[np.
 
 
 def evaluate(program: Path, points: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Run a probe at points (N, 4) float32, N a multiple of 128. Returns the rows that probe.cu lists, (rows, N, 4)."""
+    """Run a probe at points (N, 4) float32, N a multiple of 128. Returns the rows of probe.cu, (rows, N, 4)."""
     done = subprocess.run([str(program)], input=points.tobytes(), capture_output=True, check=True)
     return np.frombuffer(done.stdout, np.float32).reshape(-1, len(points), 4)

@@ -1,4 +1,4 @@
-"""What an engine should show of a model, by tracing the numpy reference, and the texts of docs/engines.md."""
+"""The expected picture of an engine, from the numpy reference, and the texts of docs/engines.md."""
 
 import math
 import re
@@ -11,9 +11,9 @@ import mplicits
 from support.paths import ROOT
 
 SIDE = 96
-"""Pixels of a picture, along each side."""
+"""Side of a picture, pixels."""
 DISTANCE, FOV = 3.5, 40.0
-"""The camera's: on the z axis, looking at the origin; degrees from top to bottom."""
+"""The camera: on the z axis, looking at the origin; vertical field of view, degrees."""
 
 
 def documented(heading: str) -> str:
@@ -26,10 +26,10 @@ def documented(heading: str) -> str:
 
 
 def assert_shows(picture: NDArray[np.uint8], field: mplicits.Field) -> None:
-    """Assert that a picture, (SIDE, SIDE, 3), shows the surface and the colours that the reference has there.
+    """Assert that a picture, (SIDE, SIDE, 3), shows the reference's surface and colors.
 
-    Its first pixel is the background's. An engine's march stops short of the silhouette, or steps over a thin place: up
-    to 1 in 100 pixels may differ in whether they are the shape's.
+    Its first pixel is background. An engine's march stops short of the silhouette, or steps over a thin place: 1 in 100
+    pixels may differ.
     """
     centre = (np.arange(SIDE) + 0.5) * 2 / SIDE - 1
     x, y = np.meshgrid(centre, -centre)

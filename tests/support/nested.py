@@ -1,4 +1,4 @@
-"""Compares the surface that culling finds with that of the last level evaluated at every vertex of the grid."""
+"""Compares the culled surface with the surface of the last level evaluated at every vertex of the grid."""
 
 import math
 from dataclasses import dataclass
@@ -13,32 +13,32 @@ from mplicits.mesher.surface import Array
 from mplicits.model.model import Model
 
 TOLERANCE = 1e-3
-"""How far apart the same vertex of both surfaces may be, in sides of a cell, beside what rounding does."""
+"""Largest distance between the same vertex of both surfaces, in sides of a cell, without rounding."""
 ROUNDING = 1e-6
-"""How far |f| at a vertex of the grid may be off by rounding alone.
+"""Largest rounding error of |f| at a vertex of the grid.
 
-The last digits of float32 products depend on how many points are evaluated together (3.5e-7 was seen). Where |f| is
-smaller than this, rounding decides on its sign, and so on which edges are crossed. A vertex on an edge moves by this
-over the difference of f at the ends of the edge, which is small where the edge grazes the surface.
+The last digits of float32 products depend on the number of points in a batch (3.5e-7 was measured). For smaller |f|,
+rounding decides the sign, and so which edges are crossed. A vertex on an edge moves by this error over the difference
+of f at the edge's ends, which is small where the edge grazes the surface.
 """
 
 
 @dataclass
 class Comparison:
-    """The vertices of the two surfaces, without those that rounding alone can move farther than TOLERANCE."""
+    """The vertices of both surfaces, without those that rounding alone can move farther than TOLERANCE."""
 
     vertices: int
-    """Vertices that both surfaces have."""
+    """Vertices on both surfaces."""
     missing: int
-    """Vertices of the last level's surface that the culled one lacks."""
+    """Vertices only on the last level's surface."""
     extra: int
-    """Vertices of the culled surface that the last level's lacks."""
+    """Vertices only on the culled surface."""
     spurious: int
-    """Components of the last level's surface that lie outside the bands. They are not compared."""
+    """Connected components of the last level's surface outside the bands, which are not compared."""
 
 
 def same_vertices(model: Model, resolution: int) -> Comparison:
-    """Compare the vertices of the two surfaces; the same vertex is one within TOLERANCE and what rounding moves it."""
+    """Compare the vertices of both surfaces. Equal vertices are within TOLERANCE and rounding."""
     field = ModelField(model, math.inf)
     dense = extract(field, resolution, cull=False)
     _, inside = field.on_surface(dense.vertices)
@@ -47,12 +47,12 @@ def same_vertices(model: Model, resolution: int) -> Comparison:
     nested[component[inside]] = True
     everywhere, culled = dense.only(nested[component]).vertices, extract_model(model, resolution).mesh.vertices
     grid = Grid(resolution)
-    missing, extra = (_alone(field, grid, *pair) for pair in ((everywhere, culled), (culled, everywhere)))
+    missing, extra = (_unmatched(field, grid, *pair) for pair in ((everywhere, culled), (culled, everywhere)))
     return Comparison(len(everywhere) - missing, missing, extra, int(count - nested.sum()))
 
 
-def _alone(field: ModelField, grid: Grid, here: Array, there: Array) -> int:
-    """Count the vertices `here` (N, 3) that are not among those `there` (M, 3), where rounding does not explain it."""
+def _unmatched(field: ModelField, grid: Grid, here: Array, there: Array) -> int:
+    """Count the vertices `here` (N, 3) without a counterpart `there` (M, 3) that rounding does not explain."""
     apart = np.asarray(cKDTree(there).query(here)[0]) / grid.side
     far = apart > TOLERANCE
     low, high = _ends(field, grid, here[far])
@@ -61,7 +61,7 @@ def _alone(field: ModelField, grid: Grid, here: Array, there: Array) -> int:
 
 
 def _ends(field: ModelField, grid: Grid, vertices: Array) -> tuple[Array, Array]:
-    """Evaluate |f| at both ends of the edges of the grid that vertices (N, 3) lie on: (N,) for each end."""
+    """Return |f| at both ends of the grid edges with the vertices (N, 3): (N,) for each end."""
     places = (vertices.astype(np.float64) + EXTENT) / grid.side
     low = np.rint(places)
     along = np.abs(places - low).argmax(axis=1)

@@ -1,4 +1,4 @@
-"""Scenes of small models, made without training."""
+"""Scenes of small models without training."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -37,9 +37,9 @@ scale = "0.7 + 0.1 * t"
 [ground]
 height = -1
 """
-"""A scene that moves, with every operation but the intersection."""
+"""A moving scene with every operation but the intersection."""
 STILL = SCENE.replace('"0.3 * t"', "0.1").replace('"90 * t"', "30").replace('"0.7 + 0.1 * t"', "0.75")
-"""SCENE at one moment."""
+"""SCENE at one time."""
 SMALL = """
 [[parts]]
 model = "ball.safetensors"
@@ -52,14 +52,14 @@ color = [0.2, 0.5, 0.3]
 
 
 def write_balls(folder: Path, widths: tuple[int, int] = (24, 48)) -> None:
-    """Write the models that SCENE names. widths: of their levels."""
+    """Write the models of SCENE. widths: of their levels."""
     ball = fitted_model(widths)
     save(ball, folder / "ball.safetensors")
     save(replace(ball, levels=ball.levels[:1], texture=None), folder / "coarse.safetensors")
 
 
 def composed(folder: Path, text: str = SCENE, widths: tuple[int, int] = (24, 48)) -> Model:
-    """Compose a scene from a text, beside the models of `write_balls`."""
+    """Compose a scene from a text, next to the models of `write_balls`."""
     write_balls(folder, widths)
     (folder / "scene.toml").write_text(text)
     return compose(folder / "scene.toml")

@@ -1,12 +1,17 @@
 """Shadertoy texts drawn on OSMesa."""
 
+from functools import cache
+
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from mplicits.bake.registry import TARGETS
+from mplicits.model.model import Model
+from mplicits.model.model_file import load
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context
+from support.paths import DEMO
 
 SHADERTOY = TARGETS["shadertoy"]
 INPUTS = "uniform vec3 iResolution; uniform float iTime; uniform vec4 iMouse; uniform int iFrame;\n"
@@ -15,6 +20,18 @@ PROBE = """uniform sampler2D points; out vec4 c;
 void main() { c = vec4(field(vec4(texelFetch(points, ivec2(gl_FragCoord.xy), 0).xyz, 1))); }
 """
 SIZE = (144, 96)
+
+
+@cache
+def demo() -> Model:
+    """Load the trained model."""
+    return load(DEMO)
+
+
+@cache
+def literal_text(model: Model, shade: str) -> str:
+    """Return a model's text with the fewest digits that keep its surface."""
+    return SHADERTOY(model, "literal", shade=shade)
 
 
 def draw(
@@ -26,7 +43,7 @@ def draw(
 ) -> NDArray[np.float32]:
     """Draw desktop GLSL on OSMesa; returns (H, W, 4) float32, top row first.
 
-    inputs: name -> value of uniforms, of which the text may lack some. points: (H W, 3) for the sampler `points`.
+    inputs: uniforms by name; the text may lack some of them. points: (H W, 3) for the sampler `points`.
     """
     with osmesa as gl:
         program = gl.program(vertex_shader=VERTEX_SHADER, fragment_shader="#version 330\n" + text)

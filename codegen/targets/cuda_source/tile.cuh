@@ -1,9 +1,9 @@
 #include "team.cuh"
 // tile.cuh: one team evaluates a network at 32 points, one per lane: products on the tensor cores, everything else in
-// float32. It works on T tiles of 16 points at a time. A lane holds points q and q + 8 of each tile, at columns 2 r +
-// {0, 1} of each 8 (mma.cuh). A layer's inputs are in registers. Its outputs go to the lane's own words of shared
-// memory, so that the loop over them need not be unrolled. A lane reads only its own words, so that a single warp needs
-// no barrier.
+// float32. It works on T tiles of 16 points at a time. A lane holds points q and q + 8 of each tile, in two columns of
+// each 8: 2 r and 2 r + 1 (mma.cuh). A layer's inputs are in registers. Its outputs go to the lane's own words of
+// shared memory, so that the loop over them need not be unrolled. A lane reads only its own words, so that a single
+// warp needs no barrier.
 
 // A network without the split into halves, for points where the rounding error is far below the band half-width.
 template <class Net> struct Rough : Net {
