@@ -12,7 +12,7 @@ class Extra:
     """An extra of pyproject.toml."""
 
     modules: set[str]
-    """Modules that come with the extra and not with mplicits alone."""
+    """Modules that come with the extra and not with mplicits itself."""
     size: str
     """Disk space that the packages take, for people."""
 

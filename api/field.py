@@ -32,7 +32,7 @@ class Field(FieldFunction):
 
     @property
     def name(self) -> str:
-        """The model's name, usually that of the file that the shape came from."""
+        """The model's name, usually the name of the shape's file."""
         return self.model.name
 
     @property
@@ -67,7 +67,7 @@ class Field(FieldFunction):
 
     def __repr__(self) -> str:
         """Describe the model in a line."""
-        texture = "" if self.model.texture is None else f", colours by {shape_of(self.model.texture)}"
+        texture = "" if self.model.texture is None else f", colors by {shape_of(self.model.texture)}"
         texture = f", a scene of {len(self.model.shapes)} models" if self.model.scene is not None else texture
         moves = ", moving" if self.model.inputs == "xyzt" else ""
         return (

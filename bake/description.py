@@ -14,7 +14,7 @@ MOST_SECONDS = 1e9
 
 
 def describe(facts: Mapping[str, Any]) -> list[str]:
-    """Write the facts of a model as the lines of a table. Texts from its file are escaped."""
+    """Format the facts of a model as lines of text. Escapes texts from its file."""
     lines = [show(facts["name"]) + (f", by {show(facts['credit'])}" if facts["credit"] else "")]
     lines += [f"{label:{LABEL}}{text}" for label, text in _rows(facts)]
     lines += ["", *_levels(facts), "", *_bytes(facts["bytes"])]
@@ -22,11 +22,11 @@ def describe(facts: Mapping[str, Any]) -> list[str]:
 
 
 def _rows(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield the label and the text of each line before the levels."""
+    """Yield (label, text) of each line above the levels."""
     if facts["shapes"]:
         yield "a scene of", ", ".join(map(show, facts["shapes"]))
-    colours = f", colours by {facts['texture']}" if facts["texture"] else "" if facts["shapes"] else ", no colours"
-    yield "parameters", f"{facts['parameters']:,}{colours}; sha256 {facts['sha256'][:12]}"
+    colors = f", colors by {facts['texture']}" if facts["texture"] else "" if facts["shapes"] else ", no colors"
+    yield "parameters", f"{facts['parameters']:,}{colors}; sha256 {facts['sha256'][:12]}"
     x, y, z = (f"{c:.4g}" for c in facts["centre"])
     yield "space", f"{facts['up']} is up in the shape's file, its centre {x}, {y}, {z}, its radius {facts['scale']:.4g}"
     if facts["front"]:
@@ -38,7 +38,7 @@ def _rows(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _history(provenance: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield the lines of what training has noted, as far as it has: a file may hold anything there."""
+    """Yield the lines about the training. The provenance of a file may have any content."""
     source, seconds, field = (provenance.get(key) for key in ("source", "seconds", "field"))
     if isinstance(source, dict) and isinstance(source.get("file"), str):
         digest = source.get("sha256")
@@ -46,21 +46,21 @@ def _history(provenance: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     moments = source.get("moments") if isinstance(source, dict) else None
     if isinstance(moments, list) and moments:
         files = [moment.get("file") if isinstance(moment, dict) else moment for moment in moments]
-        shown = [files[0], *(["..."] if len(files) > 2 else []), *files[-1:]]
-        yield "trained on", f"{len(files)} moments: " + ", ".join(show(str(file)) for file in shown)
+        ends = [files[0], *(["..."] if len(files) > 2 else []), *files[-1:]]
+        yield "trained on", f"{len(files)} moments: " + ", ".join(show(str(file)) for file in ends)
     if isinstance(seconds, (int, float)) and abs(seconds) < MOST_SECONDS:
         levels = provenance.get("levels")
         records = levels if isinstance(levels, list) else []
         steps = [record.get("steps") for record in records if isinstance(record, dict)]
-        walked = f", steps {', '.join(show(str(count)) for count in steps)}" if steps else ""
+        counts = f", steps {', '.join(show(str(count)) for count in steps)}" if steps else ""
         unfinished = "; interrupted" if provenance.get("interrupted") else ""
-        yield "for", f"{seconds:.0f} s, seed {show(str(provenance.get('seed')))}{walked}{unfinished}"
+        yield "for", f"{seconds:.0f} s, seed {show(str(provenance.get('seed')))}{counts}{unfinished}"
     if isinstance(field, dict) and isinstance(error := field.get("domain_error"), float):
         yield "distance", f"off by {error:.1e} of the radius in the mean of the unit ball"
 
 
 def _levels(facts: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the table of the levels; what training measured of them stands there where its notes have it."""
+    """Yield the table of the levels, with the quality that training measured, if the provenance has it."""
     records = facts["provenance"].get("levels")
     records = records if isinstance(records, list) and len(records) == len(facts["levels"]) else []
     figures = [_figures(record) for record in records]
@@ -83,7 +83,7 @@ def _levels(facts: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _figures(record: object) -> tuple[float, float] | None:
-    """Read mean |f| and the mean angle of a level's record; None where it has none."""
+    """Return mean |f| and the mean normal angle of a level's record; None if it lacks them."""
     if not isinstance(record, dict):
         return None
     mean, angle = record.get("mean_f"), record.get("angle")
@@ -91,7 +91,7 @@ def _figures(record: object) -> tuple[float, float] | None:
 
 
 def _bytes(sizes: Mapping[str, int | None]) -> Iterator[str]:
-    """Yield the lines of the targets' bytes."""
+    """Yield the lines with the size of each target."""
     most = {"shadertoy": "at most "}
     cells = [f"{name} " + ("none" if size is None else f"{most.get(name, '')}{size:,}") for name, size in sizes.items()]
     for first in range(0, len(cells), IN_A_ROW):

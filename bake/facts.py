@@ -1,4 +1,4 @@
-"""What is known of a model: its levels, what they cost, and how large each target's text is."""
+"""Facts about a model: its levels, their costs, and the size of each target."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from .registry import TARGETS, Target
 
 
 def model_facts(model: Model) -> dict[str, Any]:
-    """Collect what `info --json` prints."""
+    """Return the facts that `info --json` prints."""
     program = lower(model)
     levels = []
     total = Cost(0, 0)
@@ -49,7 +49,7 @@ def model_facts(model: Model) -> dict[str, Any]:
 
 
 def _size(model: Model, target: Target) -> int | None:
-    """Count the bytes of what a target writes; None where it refuses the model."""
+    """Return the bytes of a target's text; None if it refuses the model."""
     try:
         return target.size(model)
     except UserError:

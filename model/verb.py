@@ -23,7 +23,7 @@ class Verb:
     example: str
     """A command line, without the program's name."""
     work: Callable[[Any], None]
-    """Receives an instance of `options`, and imports what it needs. Raises UserError for what the user can mend."""
+    """Receives an instance of `options`, and imports what it needs. Raises UserError for errors of the user."""
     extra: str = "train"
     """Extra of pyproject.toml that brings the packages of the verb."""
 

@@ -150,7 +150,7 @@ def test_it_runs_as_a_module() -> None:
 
 
 @pytest.mark.parametrize(
-    ("argv", "said"),
+    ("argv", "message"),
     [
         (["trian", "x.ply"], "no verb 'trian'; did you mean 'train'?"),
         (["xyz"], "no verb 'xyz'; see mplicits --help"),
@@ -166,12 +166,12 @@ def test_it_runs_as_a_module() -> None:
         (["demo", "--out-dir", "/dev/null/a\nb"], "/dev/null/a\\nb: Not a directory"),
     ],
 )
-def test_user_errors_are_one_line(argv: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_user_errors_are_one_line(argv: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(argv) == 2
     out, err = capsys.readouterr()
     assert out == ""
     assert err.startswith("mplicits: ")
-    assert said in err
+    assert message in err
     assert len(err.splitlines()) == 1
 
 
@@ -190,7 +190,7 @@ def failing(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
 
 
 @pytest.mark.parametrize(
-    ("error", "code", "said"),
+    ("error", "code", "message"),
     [
         (UserError("two\nlines"), 2, "two\\nlines"),
         (KeyboardInterrupt(), 130, "interrupted"),
@@ -205,13 +205,13 @@ def failing(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
 def test_exit_codes(
     error: BaseException,
     code: int,
-    said: str,
+    message: str,
     failing: Callable[[BaseException], None],
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     failing(error)
     assert cli.main(["fail"]) == code
-    assert capsys.readouterr().err == f"mplicits: {said}\n"
+    assert capsys.readouterr().err == f"mplicits: {message}\n"
 
 
 @pytest.mark.parametrize(
@@ -257,7 +257,7 @@ def test_the_script_run_installs_a_missing_extra_and_repeats_the_command(
 def test_the_verbs_that_read_meshes_ask_for_the_mesher_s_extra() -> None:
     extras_of_verbs = {name: verb.extra for name, verb in cli.verbs().items()}
     assert {name for name, extra in extras_of_verbs.items() if extra == "mesh"} == {"mesh", "eval", "report"}
-    # Of `unproject` and `train`, an option asks for the extra `depth` or `cluster`, and the verb itself for another.
+    # Options of `unproject` and `train` need the extras `depth` and `cluster`; the verbs themselves need others.
     assert {*extras_of_verbs.values(), "depth", "cluster"} == set(extras.EXTRAS)
 
 
@@ -288,17 +288,17 @@ def test_a_closed_pipe_is_no_error(model: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("redirection", "code", "said"),
+    ("redirection", "code", "message"),
     [
         ("> /dev/full", 2, "mplicits: cannot write to the standard output: No space left on device\n"),
         (">&-", 0, ""),
         ("2>&-", 0, ""),
     ],
 )
-def test_closed_and_full_outputs(redirection: str, code: int, said: str) -> None:
+def test_closed_and_full_outputs(redirection: str, code: int, message: str) -> None:
     script = f"set -o pipefail; {sys.executable} -m mplicits --version {redirection}"
     done = subprocess.run(["bash", "-c", script], stderr=subprocess.PIPE, text=True, cwd=ROOT, check=False)
-    assert (done.returncode, done.stderr) == (code, said)
+    assert (done.returncode, done.stderr) == (code, message)
 
 
 def test_baking_into_a_closed_pipe_is_no_error(model: str) -> None:

@@ -132,7 +132,7 @@ def test_wrong_seconds_make_no_folder(demo: tuple[Verbs, list[str]]) -> None:
 
 
 def hues(path: Path) -> int:
-    """Count the hues of a picture, of sixteen. The background and a shape without colours have three."""
+    """Count the hues of a picture, of sixteen. The background and a plain shape have three."""
     hsv = np.asarray(Image.open(path).convert("RGB").convert("HSV"))
     shares = np.bincount(hsv[hsv[..., 1] > 15][:, 0] // 16, minlength=16) / hsv[..., 0].size
     return int(np.count_nonzero(shares > 0.003))
@@ -147,7 +147,7 @@ def test_the_demo_makes_a_picture_and_keeps_its_model(tmp_path: Path) -> None:
     assert Image.open(out / "demo.png").info["Title"] == "spot"
     subprocess.run([*command, "--seconds", "60"], cwd=tmp_path, check=True)
     assert {path.name for path in out.iterdir()} == {"demo.safetensors", "demo.glsl", "demo.html", "demo.png"}
-    assert hues(out / "demo.png") > 4, "a slow machine learns pale colours in a minute, but all of them"
+    assert hues(out / "demo.png") > 4, "a slow machine learns pale colors in a minute, but all of them"
     trained = (out / "demo.safetensors").stat().st_mtime_ns
     subprocess.run([*command, "--train"], cwd=tmp_path, check=True)
     assert (out / "demo.safetensors").stat().st_mtime_ns == trained

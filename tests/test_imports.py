@@ -1,6 +1,6 @@
-"""The house rules, checked on the source.
+"""House rules that the source code follows.
 
-Imports run one way, an __init__ holds a docstring alone (that of glsl its loader as well), the page's modules make one
+Imports run one way, an __init__ has a docstring only (in glsl also its loader), the page's modules make one
 script, and no file is named as a drawer for anything.
 """
 
@@ -44,7 +44,7 @@ UNITS: dict[str, set[str]] = {
 }
 """Folder, as a dotted name -> the other folders that its files may import from.
 
-A folder does not stand for those inside it. The root's own files, named "", are the front door.
+A folder does not include its subfolders. The files at the root, named "", are the front door.
 """
 ROOMS = (
     *("glsl", "model", "ir", "field", "codegen", "web", "bake"),
@@ -61,12 +61,12 @@ def unit_of(dotted: str) -> str:
 
 
 def sources(unit: str) -> list[Path]:
-    """The Python files of a folder of UNITS, without those of folders inside it."""
+    """Return the Python files of a folder of UNITS, without subfolders."""
     return sorted((ROOT / unit.replace(".", "/")).glob("*.py"))
 
 
 def imports(source: str) -> Iterator[tuple[int, str]]:
-    """The leading dots and the dotted name of each import, also of those in functions and by import_module("...")."""
+    """Yield the leading dots and the dotted name of each import, in functions and by import_module("...") too."""
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
             yield from ((0, alias.name) for alias in node.names)
@@ -81,7 +81,7 @@ def imports(source: str) -> Iterator[tuple[int, str]]:
 
 
 def violations(unit: str, source: str) -> list[str]:
-    """Say what is wrong with the imports in the source of a file of the folder `unit`."""
+    """Describe the wrong imports in the source of a file of the folder `unit`."""
     wrong = []
     folder = unit.split(".") if unit else []
     for dots, name in imports(source):

@@ -92,17 +92,17 @@ def test_render_equals_the_verb(tmp_path: Path) -> None:
 
 def test_mesh_equals_the_verb(tmp_path: Path) -> None:
     assert cli.main(["mesh", str(DEMO), "-o", str(tmp_path / "verb.ply"), "--resolution", "32", "--quiet"]) == 0
-    made = mplicits.load(DEMO).mesh(32, quiet=True)
-    made.save(tmp_path / "ours.ply")
+    mesh = mplicits.load(DEMO).mesh(32, quiet=True)
+    mesh.save(tmp_path / "ours.ply")
     assert (tmp_path / "verb.ply").read_bytes() == (tmp_path / "ours.ply").read_bytes()
-    again = made.to_trimesh()
-    assert again.is_watertight
-    np.testing.assert_allclose(again.vertices, made.vertices)
-    assert made.colors is not None
-    assert made.normals.shape == made.vertices.shape == made.colors.shape
-    assert repr(made) == f"<mplicits.TriangleMesh: {len(made.vertices):,} vertices, {len(made.faces):,} faces>"
+    copy = mesh.to_trimesh()
+    assert copy.is_watertight
+    np.testing.assert_allclose(copy.vertices, mesh.vertices)
+    assert mesh.colors is not None
+    assert mesh.normals.shape == mesh.vertices.shape == mesh.colors.shape
+    assert repr(mesh) == f"<mplicits.TriangleMesh: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces>"
     with pytest.raises(mplicits.UserError, match="a mesh is written as"):
-        made.save(tmp_path / "mesh.txt")
+        mesh.save(tmp_path / "mesh.txt")
 
 
 def test_bake_and_info_equal_the_verbs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -213,16 +213,16 @@ def test_a_callback_may_end_a_training() -> None:
 
 def test_wrong_arguments_of_train_are_refused() -> None:
     vertices = trimesh.creation.icosphere(1).vertices
-    for shape, said in (
+    for shape, message in (
         ((vertices, np.array([[0, 1, 99]])), "faces refer to missing vertices"),
         ((vertices, np.array([[0, 1]])), r"\(F, 3\) is needed"),
         ((vertices, vertices[:5]), "differ in number"),
         ((vertices[:, :2], vertices), r"\(N, 3\) is needed"),
         (vertices, "a shape is a file"),
     ):
-        with pytest.raises(mplicits.UserError, match=said):
+        with pytest.raises(mplicits.UserError, match=message):
             mplicits.train(shape, "8x0", steps=1, quiet=True)
-    for options, said in (
+    for options, message in (
         ({"preset": "large"}, "--preset large"),
         ({"device": "tpu"}, "--device tpu"),
         ({"up": "w"}, "up: 'w' is none of"),
@@ -230,5 +230,5 @@ def test_wrong_arguments_of_train_are_refused() -> None:
         ({"weights": {"value": -1.0}}, "must not be negative"),
         ({"omega": [30.0, 60.0, 90.0]}, "--omega"),
     ):
-        with pytest.raises(mplicits.UserError, match=said):
+        with pytest.raises(mplicits.UserError, match=message):
             mplicits.train("demo", **{"levels": "8x0"} | options)

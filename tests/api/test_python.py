@@ -1,4 +1,4 @@
-"""`import mplicits`: what it loads, and that a Field agrees with the numpy reference, with PyTorch and with itself."""
+"""`import mplicits`: the modules that it loads; Field against the NumPy reference, PyTorch and itself."""
 
 import json
 import subprocess
@@ -67,10 +67,10 @@ def test_no_public_signature_has_any() -> None:
     public += [pair for pair in getmembers(functions, isfunction) if pair[1].__module__ == functions.__name__]
     assert len(public) > 20
     for name, member in public:
-        shown = signature(member)
+        public_signature = signature(member)
         hints = [
-            shown.return_annotation,
-            *(each.annotation for each in shown.parameters.values() if each.name != "self"),
+            public_signature.return_annotation,
+            *(each.annotation for each in public_signature.parameters.values() if each.name != "self"),
         ]
         # NumPy itself writes the shape of an array of any shape as tuple[Any, ...].
         texts = [str(hint).replace("tuple[typing.Any, ...]", "") for hint in hints]
@@ -79,11 +79,11 @@ def test_no_public_signature_has_any() -> None:
 
 def test_models_are_loaded_by_name_path_and_bytes() -> None:
     named, path, data = mplicits.load("spot"), mplicits.load(DEMO), mplicits.load(DEMO.read_bytes())
-    assert repr(named) == "<mplicits.Field 'spot': 64x1 > 64x2, colours by 64x2, 21,893 parameters>"
+    assert repr(named) == "<mplicits.Field 'spot': 64x1 > 64x2, colors by 64x2, 21,893 parameters>"
     assert (named.levels, named.parameters) == (("64x1", "64x2"), 21_893)
     assert path.model.sha256() == data.model.sha256()
-    for source, said in ((b"text", "these bytes: not a model file"), ("spto", "did you mean 'spot'")):
-        with pytest.raises(mplicits.UserError, match=said):
+    for source, message in ((b"text", "these bytes: not a model file"), ("spto", "did you mean 'spot'")):
+        with pytest.raises(mplicits.UserError, match=message):
             mplicits.load(source)
 
 

@@ -52,7 +52,7 @@ def test_a_model_s_maker_view_and_figures_are_told(tmp_path: Path, capsys: pytes
     text = capsys.readouterr().out
     for part in (
         "random, by A.\\nB",
-        "colours by 8x1",
+        "colors by 8x1",
         "z is up",
         "215 degrees around, 15 above",
         "spot\\n.obj, sha256 0123456789ab",
