@@ -42,7 +42,10 @@ def merged(reports: Iterable[Stages]) -> Stages:
 
 
 def table(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> list[str]:
-    """Format a table; None becomes an empty cell."""
+    """Format a table; None becomes an empty cell. Returns a line that says so where there are no rows."""
+    rows = list(rows)
+    if not rows:
+        return ["", "Not measured.", ""]
     lines = [f"| {' | '.join(columns)} |", "|" + " --- |" * len(columns)]
     for row in rows:
         cells = ("" if cell is None else f"{cell:.4g}" if isinstance(cell, float) else str(cell) for cell in row)
@@ -174,7 +177,15 @@ def gpu_page(stages: Stages) -> list[str]:
         (few, fewer), (many, more) = evaluations
         seconds = max(web[f"seconds_{many}"] - web[f"seconds_{few}"], 1e-9)
         lines += [f"Evaluations of spot in a second, compiling and copying left out: {(more - fewer) / seconds:.3g}."]
-    lines += [f"Largest difference from numpy: {web.get('largest_difference', 'not measured')}.", "", "## Photographs"]
+    lines += [
+        f"Largest difference from numpy: {web.get('largest_difference', 'not measured')}.",
+        "",
+        "## Photographs",
+        "",
+    ]
+    lines += [
+        "The seconds of ours include reading the photographs and finishing the model; those of NeuS only learning."
+    ]
     ours = [("ours", of["photos"]["ours"])] if "ours" in of.get("photos", {}) else []
     neus = [(f"NeuS's network, {run['factor']:g} times its rate", run) for run in of.get("photos", {}).get("neus", [])]
     rows = ((name, run["steps"], run["psnr"], run["seconds"]) for name, run in (*ours, *neus))
