@@ -1,7 +1,7 @@
 """Measures the errors of trained fields, and their loose components: writes docs/results/field.md.
 
     python benchmarks/field.py [FILE...] [--levels 64x1,64x2] [--seconds 60 | --steps 1000,2200] [--seeds 0,1,2]
-        [--keep FOLDER] [--further] [-o docs/results/field.md]
+        [--keep FOLDER] [-o docs/results/field.md]
 
 FILE: meshes; default: meshes/ and thingi32/ in the data folder. Steps, unlike seconds, do not depend on the machine's
 load.
@@ -130,7 +130,6 @@ def main() -> None:
     parser.add_argument("--seeds", default="0,1,2", metavar="K,..")
     parser.add_argument("--resolution", type=int, default=512, metavar="N", help="of marching cubes (default 512)")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="folder to save the models in")
-    parser.add_argument("--further", action="store_true", help="add rows to the page that is there")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/field.md"))
     options = parser.parse_args()
     default = [*sorted((DATA / "meshes").glob("*.ply")), *sorted((DATA / "thingi32").glob("*.ply"))]
@@ -157,7 +156,6 @@ def main() -> None:
         "| shape | seed | mean abs f | angle, degrees | mean error | too large at | over | largest ratio | gradient "
         "| Chamfer, of the floor | Hausdorff | components | of the truth |",
         "|---|---:|---:|---:|---:|---:|---:|---:|---|---:|---:|---:|---:|",
-        further=options.further,
     )
     for path in options.files or default:
         of_exact = exact(path, options)

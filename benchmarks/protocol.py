@@ -58,9 +58,9 @@ def machine() -> str:
 class Page:
     """A markdown file that grows by lines, so that a run cut short keeps its rows."""
 
-    def __init__(self, path: Path, *lines: str, further: bool = False) -> None:
-        """lines: the page's head. further: go on with the page that is there, which has a head."""
-        self._path, self._lines = path, path.read_text("utf-8").splitlines() if further else list(lines)
+    def __init__(self, path: Path, *lines: str) -> None:
+        """lines: the page's head."""
+        self._path, self._lines = path, list(lines)
         self._write()
 
     def add(self, *lines: str) -> None:

@@ -33,8 +33,7 @@ def main() -> None:
         "",
         f"Printed by `python benchmarks/quality.py {name}`. {machine()}.",
         "",
-        "Mean abs f and mean normal angle: at 100,000 surface points that training never sees, in radii of the shape. "
-        "The seconds include the final cleanup.",
+        "Mean abs f and mean normal angle: at 100,000 surface points that training never sees, in radii of the shape.",
         "",
         "| time limit, s | seconds | level | steps | mean abs f | mean normal angle, degrees | delta |",
         "|---:|---:|---|---:|---:|---:|---:|",
