@@ -41,7 +41,7 @@ class MultiscaleField:
         """Number of levels in use; finer levels are neither evaluated nor trained."""
 
     def values(self, points: Tensor, active: int | None = None) -> Tensor:
-        """Evaluate `active` levels (None: those in use) at points (N, 3). Returns (N,)."""
+        """Evaluate `active` levels (None: all in use) at points (N, 3). Returns (N,)."""
         count = active or self.active
         return nested_field(self.levels[:count], self.deltas[: count - 1], points)[0]
 

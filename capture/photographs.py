@@ -67,7 +67,7 @@ class Photographs:
 
 
 def split(photographs: Photographs, every: int) -> tuple[list[Photograph], list[Photograph]]:
-    """Divide the views into those for training, and every `every`-th one for evaluation; 0: none for evaluation."""
+    """Divide the views into training views and every `every`-th view for evaluation; 0: no evaluation."""
     held_out = set(range(every // 2, len(photographs.views), every)) if every else set()
     return (
         [view for i, view in enumerate(photographs.views) if i not in held_out],

@@ -13,7 +13,7 @@ from .cloud import Doubles
 
 STEEP = 6.0  # A neighbor belongs to the same surface if the slope to it, depth over width, is at most this: 80 degrees
 SURE = 4.0  # standard deviations of the noise by which a neighbor may differ in addition
-STEADY = 0.05  # the window is made large enough that the standard deviation of a plane's slope is at most this
+STEADY = 0.05  # largest standard deviation of a plane's slope, which determines the size of its window
 WIDEST = 12  # largest radius of a window, pixels
 ROUNDS = 2  # number of times a plane is fitted again, without the pixels that are off it
 

@@ -102,9 +102,9 @@ def test_cameras_of_larger_photographs_need_camera_size(sphere_layout: Path) -> 
 
 def test_every_third_view_is_held_out(sphere_layout: Path) -> None:
     photographs, _ = read_photographs(sphere_layout)
-    learnt, held = split(photographs, 3)
-    assert [view.name for view in held] == ["001.png", "004.png"]
-    assert len(learnt) == 3
+    training, held_out = split(photographs, 3)
+    assert [view.name for view in held_out] == ["001.png", "004.png"]
+    assert len(training) == 3
     assert split(photographs, 0)[1] == []
 
 
@@ -146,6 +146,8 @@ def test_a_bad_folder_is_one_line(sphere_layout: Path) -> None:
     refused("not a readable NPZ file")
     (sphere_layout / "cameras_sphere.npz").unlink()
     refused("no cameras; ")
+    shutil.rmtree(sphere_layout)
+    refused("no such folder")
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,8 @@ from mplicits.capture.finish import FACING, colors_of_surface, surface_of
 from mplicits.capture.folder import read_photographs
 from mplicits.capture.learner import Learner
 from mplicits.capture.options import PhotoOptions
-from mplicits.capture.rays import rays_of
+from mplicits.capture.photographs import Photograph
+from mplicits.capture.rays import Rays, rays_of
 from mplicits.capture.reconstruct import Reconstruction
 from mplicits.capture.scene import MultiscaleScene
 from mplicits.model.errors import UserError
@@ -31,6 +32,18 @@ TINY = ["--levels", "12x1,16x1", "--omega", "8,12", "--radiance", "16", "--rays"
 def few_texture_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("mplicits.trainer.config.DEFAULT", with_texture_steps(60))
     monkeypatch.setattr("mplicits.trainer.measured.POINTS", 10_000)
+
+
+@pytest.fixture
+def views(tmp_path: Path) -> tuple[Photograph, ...]:
+    """Four small photographs of the ball."""
+    write_sphere_layout(tmp_path / "ball", 4, 12)
+    return read_photographs(tmp_path / "ball")[0].views
+
+
+@pytest.fixture
+def rays(views: tuple[Photograph, ...]) -> Rays:
+    return rays_of(views, CPU)[0]
 
 
 @pytest.mark.usefixtures("few_texture_steps")
@@ -71,10 +84,8 @@ def test_photographs_of_a_ball_reconstruct_the_ball(tmp_path: Path, monkeypatch:
     assert abs(colors - (0.5 + 0.4 * directions)).mean() < 0.1
 
 
-def test_the_first_step_changes_every_network(tmp_path: Path) -> None:
+def test_the_first_step_changes_every_network(rays: Rays) -> None:
     """The fit to the sphere has its own optimizer, which must not disturb the scene's optimizer."""
-    write_sphere_layout(tmp_path / "ball", 4, 12)
-    rays, _ = rays_of(read_photographs(tmp_path / "ball")[0].views, CPU)
     scene = MultiscaleScene(((8, 1), (8, 1)), (8.0, 12.0), (0.1,), 8, CPU, 0)
     learner = Learner(scene, rays, 32, 0.0, 0)
     scene.become_sphere(0)
@@ -83,10 +94,8 @@ def test_the_first_step_changes_every_network(tmp_path: Path) -> None:
     assert all(not torch.equal(old, new) for old, new in zip(before, scene.levels[0], strict=True))
 
 
-def test_a_wide_radiance_network_has_a_lower_rate(tmp_path: Path) -> None:
+def test_a_wide_radiance_network_has_a_lower_rate(rays: Rays) -> None:
     """The length of Adam's first step is its rate."""
-    write_sphere_layout(tmp_path / "ball", 4, 12)
-    rays, _ = rays_of(read_photographs(tmp_path / "ball")[0].views, CPU)
     moved = []
     for width in (32, 64, 128):
         scene = MultiscaleScene(((8, 1),), (8.0,), (), width, CPU, 0)
@@ -98,10 +107,8 @@ def test_a_wide_radiance_network_has_a_lower_rate(tmp_path: Path) -> None:
     assert moved[2] == pytest.approx(moved[1] / 2, rel=1e-3)
 
 
-def test_surface_colors_average_the_facing_cameras(tmp_path: Path) -> None:
+def test_surface_colors_average_the_facing_cameras(views: tuple[Photograph, ...]) -> None:
     """A facing camera and the view along the normal have equal weights."""
-    write_sphere_layout(tmp_path / "ball", 4, 12)
-    views = read_photographs(tmp_path / "ball")[0].views[:1]
     scene = MultiscaleScene(((8, 1), (8, 1)), (8.0, 12.0), (0.02,), 8, CPU, 0)
     points = torch.nn.functional.normalize(torch.randn(50, 3, generator=torch.Generator().manual_seed(0)), dim=1) * 0.5
     f, gradient, shade = scene.evaluate(points)
@@ -112,7 +119,7 @@ def test_surface_colors_average_the_facing_cameras(tmp_path: Path) -> None:
     assert 0 < int(facing.sum()) < 50
     everything = torch.arange(50)
     along, seen = (shade(everything, way, gradient).detach() for way in (-normals, sight))
-    found = colors_of_surface(points, gradient.detach(), scene.field.features(points), scene.radiance, views)
+    found = colors_of_surface(points, gradient.detach(), scene.field.features(points), scene.radiance, views[:1])
     torch.testing.assert_close(found, torch.where(facing[:, None], (along + seen) / 2, along))
 
 
@@ -122,9 +129,7 @@ def test_a_field_without_a_surface_says_which_level_lacks_it() -> None:
         surface_of(flat, [0.1])
 
 
-def test_a_restored_learner_continues_identically(tmp_path: Path) -> None:
-    write_sphere_layout(tmp_path / "ball", 4, 12)
-    rays, _ = rays_of(read_photographs(tmp_path / "ball")[0].views, CPU)
+def test_a_restored_learner_continues_identically(rays: Rays) -> None:
 
     def start(width: int = 8) -> Learner:
         return Learner(MultiscaleScene(((8, 1), (width, 1)), (8.0, 12.0), (0.1,), 8, CPU, 0), rays, 32, 0.0, 0)

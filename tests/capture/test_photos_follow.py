@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 import torch
 import trimesh
-from PIL import Image
 
 from mplicits import cli
 from mplicits.model.model_file import load
@@ -72,18 +71,8 @@ def test_sigterm_saves_a_model_that_resume_continues(tmp_path: Path) -> None:
     """The exit code is 128 + SIGTERM's 15."""
     write_sphere_layout(tmp_path / "ball", 9, SIZE)
     output, part = tmp_path / "m.safetensors", tmp_path / "m.part.safetensors"
-    argv = [
-        sys.executable,
-        "-m",
-        "mplicits",
-        "photos",
-        str(tmp_path / "ball"),
-        "-o",
-        str(output),
-        *TINY,
-        "--steps",
-        "600",
-    ]
+    command = f"{sys.executable} -m mplicits photos {tmp_path / 'ball'} -o {output} --steps 600"
+    argv = [*command.split(), *TINY]
     environment = os.environ | {"OMP_NUM_THREADS": "2"}
     working = subprocess.Popen(argv, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
     assert working.stderr is not None
@@ -114,43 +103,10 @@ def without_a_camera(folder: Path) -> None:
     path.write_text(json.dumps(content))
 
 
-def of_another_size(folder: Path) -> None:
-    """Cut the lower half off all pictures."""
-    for path in folder.glob("*.png"):
-        Image.open(path).crop((0, 0, SIZE, SIZE // 2)).save(path)
-
-
-def singular(folder: Path) -> None:
-    """Replace the second camera's matrix by one of rank 1."""
-    path = folder / "transforms.json"
-    content = json.loads(path.read_text())
-    content["frames"][1]["transform_matrix"] = [[1.0] * 4] * 4
-    path.write_text(json.dumps(content))
-
-
-def all_black(folder: Path) -> None:
-    """Make all pictures transparent."""
-    for path in folder.glob("*.png"):
-        picture = Image.open(path)
-        picture.putalpha(0)
-        picture.save(path)
-
-
-def two_pictures(folder: Path) -> None:
-    """Keep the first two pictures."""
-    path = folder / "transforms.json"
-    content = json.loads(path.read_text())
-    path.write_text(json.dumps(content | {"frames": content["frames"][:2]}))
-
-
 @pytest.mark.parametrize(
     ("spoil", "says"),
     [
         (without_a_camera, "frame 2: no camera; transform_matrix is missing"),
-        (of_another_size, f"its camera is for a picture of {SIZE} x {SIZE}, this is {SIZE} x {SIZE // 2}"),
-        (singular, "the camera's matrix is singular"),
-        (all_black, "all masks are black"),
-        (two_pictures, "2 photographs with cameras; at least 3"),
         (lambda folder: (folder / "transforms.json").unlink(), "no cameras; "),
         (shutil.rmtree, "no such folder"),
     ],

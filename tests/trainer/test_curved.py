@@ -103,9 +103,7 @@ def test_spot_is_smooth_and_closed() -> None:
     flat_normals = trimesh.Trimesh(facets.vertices, facets.faces, process=False).face_normals
     middle = facets.normals[:].mean(axis=1)
     away = angles(middle / np.linalg.norm(middle, axis=1, keepdims=True), flat_normals)
-    assert away.mean() < 1, (
-        "the normals are the curved surface's own; those interpolated over a face are 2.3 degrees off"
-    )
+    assert away.mean() < 1, "the curved surface has its own normals; interpolated normals are 2.3 degrees off"
     assert (away < 15).mean() > 0.99
 
 
@@ -114,11 +112,11 @@ def test_normals_of_a_file_are_used_where_they_fit_the_faces() -> None:
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
     numbers = np.arange(faces.size).reshape(-1, 3)
     computed = CornerNormals(np.zeros((faces.size, 3)), numbers)
-    given = 2.0 * vertices[faces]
-    given[0] *= -1
-    given[1] = np.nan
-    given[2] = 0
-    used = usable_normals(vertices, faces, CornerNormals(given.reshape(-1, 3), numbers), computed)[:]
+    stored = 2.0 * vertices[faces]
+    stored[0] *= -1
+    stored[1] = np.nan
+    stored[2] = 0
+    used = usable_normals(vertices, faces, CornerNormals(stored.reshape(-1, 3), numbers), computed)[:]
     np.testing.assert_array_equal(used[:3], 0)
     np.testing.assert_allclose(used[3:], vertices[faces][3:])
 

@@ -158,8 +158,8 @@ def test_a_folder_trains_good_shapes_names_bad_ones_and_resumes(
     shapes: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
-    asked = ["train", str(shapes), "-o", str(out), "--jobs", "2", "--quiet", *SMALL]
-    assert cli.main(asked) == 0
+    argv = ["train", str(shapes), "-o", str(out), "--jobs", "2", "--quiet", *SMALL]
+    assert cli.main(argv) == 0
     assert "bad: failed: bad.obj" in capsys.readouterr().out
     table = rows(out)
     assert {name: row["status"] for name, row in table.items()} == {
@@ -172,7 +172,7 @@ def test_a_folder_trains_good_shapes_names_bad_ones_and_resumes(
     assert first.provenance["settings"]["seed"] == 3
     (out / "ring & <b>.safetensors").unlink()
     trimesh.creation.box().export(shapes / "bad.obj")
-    assert cli.main([*asked, "--resume"]) == 0
+    assert cli.main([*argv, "--resume"]) == 0
     assert {name: row["status"] for name, row in rows(out).items()} == {
         "bad": "trained",
         "ball": "kept",
@@ -188,8 +188,8 @@ def test_another_worker_takes_over_the_job_of_a_lost_one(shapes: Path, tmp_path:
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
     ) as cluster:
-        asked = [*SMALL[:4], "--steps", "400,400", "--quiet"]
-        command = ["train", str(shapes), "-o", str(out), "--cluster", cluster.scheduler_address, *asked]
+        argv = [*SMALL[:4], "--steps", "400,400", "--quiet"]
+        command = ["train", str(shapes), "-o", str(out), "--cluster", cluster.scheduler_address, *argv]
         process = subprocess.Popen([sys.executable, "-m", "mplicits", *command], stdout=subprocess.PIPE, text=True)
         deadline = time.monotonic() + 120
         while not (at_work := [w for w in cluster.scheduler.workers.values() if w.processing]):

@@ -30,7 +30,7 @@ figcaption { padding: .5rem .75rem; }
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the table; the figures are empty strings where there is no model."""
+    """One line of the table; without a model, the figures are empty."""
 
     name: str
     status: Status

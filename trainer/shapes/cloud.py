@@ -4,6 +4,7 @@ from typing import Any
 
 import igl
 import numpy as np
+from numpy.random import Generator
 from scipy.spatial import cKDTree
 
 from .checks import check_count, name_first
@@ -64,9 +65,7 @@ class CloudShape:
         weighted = coarse.points, coarse.normals, _areas(cKDTree(coarse.points)), indices, children
         self._winding = (*weighted, *igl.fast_winding_number_precompute(*weighted))
 
-    def surface(
-        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colors: bool = False
-    ) -> SurfacePoints:
+    def surface(self, count: int, rng: Generator, *, held_out: bool = False, colors: bool = False) -> SurfacePoints:
         """Draw `count` of the points, each equally often; colors are always included."""
         cloud = self._held_out if held_out else self._training
         size = len(cloud.points)
@@ -78,7 +77,6 @@ class CloudShape:
         return self._training.points
 
     def distance(self, points: Doubles) -> Doubles:
-        """Compute the signed distance (N,), NaN where the cloud does not define it."""
         return in_cell_order(self._distance, points)
 
     def _distance(self, points: Doubles) -> Doubles:

@@ -43,7 +43,7 @@ def flat(vertices: Doubles, faces: Integers) -> Facets:
 
 
 def curved(vertices: Doubles, faces: Integers, normals: CornerNormals) -> Facets:
-    """Curve and subdivide a mesh; if it is fine enough, only its normals become those of a curved surface.
+    """Curve and subdivide a mesh; a fine mesh keeps its faces, with curved normals.
 
     vertices: (V, 3). faces: (F, 3). normals: at the corners of faces (creases.py).
     """

@@ -10,6 +10,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
@@ -64,9 +65,7 @@ class DemoShape:
     def __init__(self) -> None:
         self.source: dict[str, Any] = {"file": "demo", "sha256": None}
 
-    def surface(
-        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colors: bool = False
-    ) -> SurfacePoints:
+    def surface(self, count: int, rng: Generator, *, held_out: bool = False, colors: bool = False) -> SurfacePoints:
         """Draw `count` points uniformly by area, with exact normals."""
         rope = _rope()
         # The area of a tube around a closed curve is its length times its circumference (Pappus).
@@ -118,7 +117,7 @@ def _rope() -> _Rope:
     outward = [np.cos(a)[:, None] * around + np.sin(a)[:, None] * across for a in angles]
     strands = [axis + SPREAD * out for out in outward]
     beads = _evenly(strands[2], BEADS)
-    # Parts are swept balls: their box and largest norm are those of the centers, grown by the radius.
+    # Parts are swept balls: add the radius to the box and the largest norm of the centers.
     everything = np.concatenate((*strands[:2], beads))
     radii = np.repeat((STRAND, BEAD), (2 * SAMPLES, BEADS))[:, None]
     center = ((everything - radii).min(axis=0) + (everything + radii).max(axis=0)) / 2
@@ -175,7 +174,7 @@ def _nearest(curve: _Curve, points: Doubles) -> tuple[Doubles, Doubles, NDArray[
     return _taylor(curve, index, h)[0], index * step + h, index
 
 
-def _sample_tube(curve: _Curve, radius: float, count: int, rng: np.random.Generator) -> tuple[Doubles, Doubles]:
+def _sample_tube(curve: _Curve, radius: float, count: int, rng: Generator) -> tuple[Doubles, Doubles]:
     """Draw points and normals of a tube around the curve, (count, 3) each, uniformly by area, by rejection.
 
     The area element at t and angle is radius |c'| (1 - radius <curvature, normal>).

@@ -6,6 +6,7 @@ from typing import Any
 import igl
 import numpy as np
 import trimesh
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from ...model.errors import UserError
@@ -87,9 +88,7 @@ class MeshShape:
         self._unsigned = MeshDistance(self._tree, self._facets.vertices, self._facets.faces, self._areas)
         self._check_volume()
 
-    def surface(
-        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colors: bool = False
-    ) -> SurfacePoints:
+    def surface(self, count: int, rng: Generator, *, held_out: bool = False, colors: bool = False) -> SurfacePoints:
         """Draw `count` points uniformly by area, with the normals of the faces or of the curved surface."""
         face = np.searchsorted(self._areas, rng.random(count) * self._areas[-1], side="right")
         u, v = rng.random((2, count))

@@ -20,7 +20,7 @@ from .shape import Doubles, Surface, unit
 CELLS = 72  # cells along each side of the grid
 EXTENT = 1.06  # half the side of the grid's cube, model units
 SEEDS = 200_000  # surface samples; grid vertices near them have exact distances
-SOURCE = 1.5  # within this distance of the common part, in cells, arrival times are those of the blend
+SOURCE = 1.5  # distance from the common part, in cells, up to which the blend sets the arrival times
 FASTEST = 2.5  # largest speed of the surface: this multiple of the longest path, while t goes from 0 to 1
 LOOSE = 0.6  # share of the time in which a part appears or vanishes that does not touch the other shape
 NEVER = 1e6  # arrival time of vertices that no front reaches

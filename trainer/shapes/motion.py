@@ -7,7 +7,9 @@ from typing import Any, Protocol
 
 import igl
 import numpy as np
+from numpy.random import Generator
 
+from .creases import face_areas
 from .morph import CELLS, Grid, distances, interpolated, morph, triangles
 from .shape import Doubles, Shape, SurfacePoints, as_triple, joined, unit
 
@@ -27,19 +29,14 @@ class ColoredShape(Shape, Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """A shape placed in the motion's space: position = offset + factor * position in the shape's own space.
-
-    Its methods are those of `ColoredShape`.
-    """
+    """A shape placed in the motion's space: position = offset + factor * position in the shape's own space."""
 
     shape: ColoredShape
     offset: Doubles
     """(3,)."""
     factor: float
 
-    def surface(
-        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colors: bool = False
-    ) -> SurfacePoints:
+    def surface(self, count: int, rng: Generator, *, held_out: bool = False, colors: bool = False) -> SurfacePoints:
         drawn = self.shape.surface(count, rng, held_out=held_out, colors=colors)
         return replace(drawn, points=self.offset + self.factor * drawn.points)
 
@@ -60,15 +57,11 @@ class MorphedSurface:
         """field: zero on the surface (`Morph.field`), which is not empty. share: of the way to the second moment."""
         self._field, self._share, self._moments = field, share, moments
         self._vertices, self._faces, self._normals = triangles(field)
-        corners = self._vertices[self._faces]
-        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        self._areas = np.cumsum(np.linalg.norm(across, axis=1))
+        self._areas = np.cumsum(face_areas(self._vertices, self._faces))
         self._tree = igl.AABB()
         self._tree.init(self._vertices, self._faces)
 
-    def surface(
-        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colors: bool = False
-    ) -> SurfacePoints:
+    def surface(self, count: int, rng: Generator, *, held_out: bool = False, colors: bool = False) -> SurfacePoints:
         """Draw `count` points uniformly by area; with colors, at most `COLORED` different ones."""
         if colors and count > COLORED:
             return self.surface(COLORED, rng, colors=True).take(rng.integers(COLORED, size=count))
@@ -83,7 +76,6 @@ class MorphedSurface:
         return self.surface(MORPHED_INPUTS, np.random.default_rng(0)).points
 
     def distance(self, points: Doubles) -> Doubles:
-        """Compute the signed distance (N,) at points (N, 3)."""
         squared, _, _ = self._tree.squared_distance(self._vertices, self._faces, points)
         return np.asarray(np.sign(interpolated(self._field, points)) * np.sqrt(squared))
 
@@ -135,9 +127,7 @@ class MovingShape:
         self._times = np.array(times)
         self._shares = np.array(weights) / sum(weights)
 
-    def surface(
-        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colors: bool = False
-    ) -> SurfacePoints:
+    def surface(self, count: int, rng: Generator, *, held_out: bool = False, colors: bool = False) -> SurfacePoints:
         """Draw points (count, 4), most of them from the moments; normals are spatial."""
         counts = rng.multinomial(count, self._shares)
         drawn = joined(

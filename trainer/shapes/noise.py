@@ -103,7 +103,7 @@ class _Surface:
     """
 
     def __init__(self, cloud: SurfacePoints, width: float, neighbors: int) -> None:
-        """width: standard deviation of the weights. neighbors: the cloud is thinned until about so many matter."""
+        """width: standard deviation of the weights. neighbors: within 2 width, after the cloud is thinned."""
         tree = cKDTree(cloud.points)
         probe = cloud.points[:: max(1, len(cloud.points) // SAMPLE)]
         within = float(np.median(tree.query_ball_point(probe, 2 * width, return_length=True, workers=-1)))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 Doubles = NDArray[np.float64]
@@ -34,9 +35,7 @@ class SurfacePoints:
 class Surface(Protocol):
     """A closed surface that can be sampled and measured."""
 
-    def surface(
-        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colors: bool = False
-    ) -> SurfacePoints:
+    def surface(self, count: int, rng: Generator, *, held_out: bool = False, colors: bool = False) -> SurfacePoints:
         """Draw `count` points of the surface, uniform by area where the input allows.
 
         held_out: draw only points that training never sees; meshes ignore it, since every draw is new. colors: look

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import trimesh
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from ...model.errors import UserError
@@ -47,9 +48,7 @@ class SheetShape(MeshShape):
         self.warnings = []  # a sheet need not be watertight
         self._inputs = self.surface(INPUTS, np.random.default_rng(0)).points
 
-    def surface(
-        self, count: int, rng: np.random.Generator, *, held_out: bool = False, colors: bool = False
-    ) -> SurfacePoints:
+    def surface(self, count: int, rng: Generator, *, held_out: bool = False, colors: bool = False) -> SurfacePoints:
         """Draw `count` points of the solid's surface: project random points towards their nearest point of the sheet.
 
         Raises UserError if nearly all projections are rejected.
