@@ -52,10 +52,7 @@ def read_photographs(
 
 
 def _layout(
-    folder: Path,
-    camera_size: tuple[int, int] | None,
-    sphere: tuple[float, float, float, float] | None,
-    up: str | None,
+    folder: Path, camera_size: tuple[int, int] | None, sphere: tuple[float, float, float, float] | None, up: str | None
 ) -> Layout:
     if not is_folder(folder):
         raise UserError(f"{show(folder)}: no such folder")

@@ -52,10 +52,7 @@ class UnprojectOptions(Options):
         most=150,
     )
     intrinsics: str | Path | None = option(
-        None,
-        "camera file: fx, fy, cx, cy in pixels, or a 3 x 3 matrix K",
-        metavar="K.json",
-        excludes="fov",
+        None, "camera file: fx, fy, cx, cy in pixels, or a 3 x 3 matrix K", metavar="K.json", excludes="fov"
     )
     relative: bool = option(False, "the map stores inverse depths without a unit: larger is nearer")
     range: tuple[float, float] | None = option(

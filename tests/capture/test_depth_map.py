@@ -50,11 +50,7 @@ def gray_of_three_channels(path: Path, depth: NDArray[np.float64]) -> None:
     ],
 )
 def test_formats(
-    name: str,
-    write: Callable[[Path, NDArray[np.float64]], None],
-    unit: float | None,
-    tolerance: float,
-    tmp_path: Path,
+    name: str, write: Callable[[Path, NDArray[np.float64]], None], unit: float | None, tolerance: float, tmp_path: Path
 ) -> None:
     depth = METERS.copy()
     depth[0, :3] = 0

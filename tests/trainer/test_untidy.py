@@ -60,10 +60,7 @@ UNTIDY: dict[str, tuple[str, list[tuple[Point, float]]]] = {
         [((0.5, 0.5, 0.5), -0.5), ((3.5, 0.5, 0.5), -0.5), ((2, 0.5, 0.5), 1.0)],
     ),
     "soup": (soup(), [((0.5, 0.5, 0.5), -0.5), ((0.5, 0.5, 1.25), 0.25)]),
-    "cubes with one edge": (
-        edge_to_edge(),
-        [((0.5, 0.5, 0.5), -0.5), ((1.5, 1.5, 0.5), -0.5), ((1.5, 0.5, 0.5), 0.5)],
-    ),
+    "cubes with one edge": (edge_to_edge(), [((0.5, 0.5, 0.5), -0.5), ((1.5, 1.5, 0.5), -0.5), ((1.5, 0.5, 0.5), 0.5)]),
     "three faces at an edge": (FIN, [((0.5, 0.5, 0.5), -0.5), ((0.5, 0.5, 1.25), 0.25)]),
 }
 """Name -> the file's text, and distances at points."""
