@@ -209,6 +209,23 @@ def _cloud(shape: Shape) -> SurfacePoints:
     return SurfacePoints(points, unit(drawn.normals[close].sum(axis=1)))
 
 
+def offsets(points: Doubles, directions: Doubles, largest: float, clearance: Callable[[Doubles], Doubles]) -> Doubles:
+    """Find how far each surface point can move along its normal and stay the closest surface point (Fig. 3b).
+
+    points: (N, 3). directions: (N, 3), unit normals. clearance: unsigned distance to the surface. Returns t (N,): the
+    largest t_j <= `largest`, in tenths of it, at which points_j + t_j directions_j is at distance t_j within 1 %.
+    """
+    t = np.full(len(points), largest)
+    short = np.arange(len(points))
+    for tenths in range(9, -1, -1):
+        distance = clearance(points[short] + t[short, None] * directions[short])
+        short = short[distance < 0.99 * t[short]]
+        if not len(short):
+            break
+        t[short] = largest * tenths / 10
+    return t
+
+
 def _batches(
     cloud: SurfacePoints, done: list[Weights], deltas: list[float], rng: np.random.Generator
 ) -> Iterator[tuple[Tensor, Tensor, Tensor]]:
@@ -230,7 +247,7 @@ def _batches(
             return np.asarray(tree.query(points, workers=-1)[0])
 
         moved = slice(0, POOL // 4)
-        t[moved] = sampling.offsets(on[moved], normals[moved], deltas[-1], clearance) * rng.random(POOL // 4)
+        t[moved] = offsets(on[moved], normals[moved], deltas[-1], clearance) * rng.random(POOL // 4)
         around = sampling.dithered(cloud.points, deltas[-1], inside, POOL, rng)
     else:
         around = sampling.domain(POOL, rng)

@@ -55,7 +55,7 @@ class Pictures:
         assert mesh.normals is not None
         triangles = Triangles(mesh.vertices, mesh.normals, mesh.faces.astype(np.int32))
         rasterizer = Rasterizer(self._context, model, triangles)
-        images = self._from_all_cameras(rasterizer, replace(self._options, split=float(own)))
+        images = self._from_all_cameras(rasterizer, replace(self._options, split_at=float(own)))
         rasterizer.release()
         return images
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mplicits.model.model import Network
 from mplicits.trainer.shapes.load import load_shape
-from support.ball_training import QUICK_NUMBERS, SMALL_SETTINGS, train
+from support.ball_training import QUICK, SMALL_SETTINGS, train
 from support.pretended_gpu import DEVICE, PretendedGpu
 
 
@@ -30,13 +30,11 @@ def test_the_pretended_gpu_refuses_tensors_of_the_cpu() -> None:
 
 @pytest.mark.slow
 def test_a_training_stays_on_the_gpu(monkeypatch: pytest.MonkeyPatch) -> None:
-    for module, name, number in QUICK_NUMBERS:
-        monkeypatch.setattr(module, name, number)
     shape, settings = load_shape("demo")[0], replace(SMALL_SETTINGS, steps=(12, 12, 6))
-    expected = train(shape, settings)
+    expected = train(shape, settings, config=QUICK)
     monkeypatch.setattr("mplicits.trainer.train.device", lambda _: DEVICE)
     with PretendedGpu():
-        found = train(shape, settings)
+        found = train(shape, settings, config=QUICK)
     assert found.texture is not None
     assert expected.texture is not None
 
