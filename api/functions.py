@@ -69,7 +69,7 @@ def train(shape: "str | Path | Arrays", options: TrainArguments) -> Field:
     """Train a model of a shape, and return it; `Field.save` writes it to a file. See also docs/training.md.
 
     shape: the path of a mesh or of an oriented point cloud, the word "demo", a `trimesh.Trimesh`, arrays (vertices,
-    faces), or arrays (points, normals) or (points, normals, colours); with `time`, a folder of meshes.
+    faces), or arrays (points, normals) or (points, normals, colors); with `time`, a folder of meshes.
 
     resume: a model to continue. callback: receives the stage, the share of it that is done and the loss, repeatedly; it
     may raise KeyboardInterrupt, which ends the training with what is trained so far. follow: receives a `Field` after
@@ -99,34 +99,27 @@ def morph(first: Field | str | Path, second: Field | str | Path, options: MorphA
 
 
 def _trained(source: "Source", options: TrainArguments | MorphArguments) -> Field:
+    """Train, show each level as `options` say, and return the model."""
     from ..trainer.session import train as train_source
 
-    follower = _Follower(options.follow, options.preview)
-    resume = options.resume.model if options.resume is not None else False
-    return follower.ended(train_source(source, options, resume=resume, callback=options.callback, follow=follower))
+    preview = Preview() if options.preview is True else None
+    pictures = Pictures(Path(options.preview)) if options.preview and options.preview is not True else None
 
-
-class _Follower:
-    """Receives the levels of a training: hands them to the caller, and shows them."""
-
-    def __init__(self, follow: Callable[[Field], object] | None, preview: bool | str | Path) -> None:
-        self._follow = follow
-        self._preview = Preview() if preview is True else None
-        self._pictures = Pictures(Path(preview)) if preview and preview is not True else None
-
-    def __call__(self, model: "Model") -> None:
-        field = self.ended(model)
-        if self._follow is not None:
-            self._follow(field)
-
-    def ended(self, model: "Model") -> Field:
-        """Show the model, and return it as programs use it."""
+    def show(model: "Model") -> Field:
         field = Field(model)
-        if self._preview is not None:
-            self._preview.show(field)
-        if self._pictures is not None:
-            self._pictures.draw(model)
+        if preview is not None:
+            preview.show(field)
+        if pictures is not None:
+            pictures.draw(model)
         return field
+
+    def follow(model: "Model") -> None:
+        field = show(model)
+        if options.follow is not None:
+            options.follow(field)
+
+    resume = options.resume.model if options.resume is not None else False
+    return show(train_source(source, options, resume=resume, callback=options.callback, follow=follow))
 
 
 @takes(UnprojectOptions)

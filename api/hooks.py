@@ -1,4 +1,4 @@
-"""Functions of other rooms that a training calls. Rooms do not import one another: the front door passes these on."""
+"""Functions of other rooms that a training calls; cli.py and api/ pass them on, as rooms do not import one another."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -24,7 +24,7 @@ def pictures(folder: Path) -> "Callable[[Model], None]":
 
 
 def surface_of(model: "Model", quiet: bool) -> "ModelSurface":
-    """Extract the surface of a model that a training begins with: vertices, faces, and colours or None."""
+    """Extract the surface of a model that a training begins with: vertices, faces, and colors or None."""
     from ..mesher import survey
 
     mesh = survey.surface_of(model, quiet)

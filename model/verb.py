@@ -4,7 +4,6 @@ import re
 from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, fields
-from pathlib import Path
 from types import UnionType
 from typing import Any, get_args, get_origin
 
@@ -18,7 +17,7 @@ class Verb:
     name: str
     help: str
     """Its line in `mplicits --help`."""
-    options: type[Options] | Callable[[ArgumentParser], None]
+    options: type[Options]
     """Its options and positional arguments. Every start of the program imports them, so their module is light."""
     example: str
     """A command line, without the program's name."""
@@ -29,14 +28,11 @@ class Verb:
 
     def arguments(self, parser: ArgumentParser) -> None:
         """Add the verb's options to a parser."""
-        if isinstance(self.options, type):
-            add_arguments(parser, self.options)
-        else:  # for rooms whose options are no schema yet
-            self.options(parser)
+        add_arguments(parser, self.options)
 
     def run(self, args: Namespace) -> None:
         """Run the verb with parsed arguments. Raises UserError."""
-        self.work(read(self.options, args) if isinstance(self.options, type) else args)
+        self.work(read(self.options, args))
 
 
 def output_option(metavar: str, help: str) -> Any:
@@ -49,24 +45,14 @@ def force_option() -> Any:
     return option(False, "write over a file of another kind, too")
 
 
-def take_negative_numbers(parser: ArgumentParser) -> None:
-    """Let an option take a value such as -30,20 or -y: the rule of Python 3.14, for older versions."""
-    parser._negative_number_matcher = re.compile(r"-\.?\d|-[xyz]$")
-
-
-def output_arguments(parser: ArgumentParser, metavar: str, text: str) -> None:
-    """Add the options of a verb's output file. text: the help of -o."""
-    parser.add_argument("-o", "--output", type=Path, metavar=metavar, help=text)
-    parser.add_argument("--force", action="store_true", help="write over a file of another kind, too")
-
-
 def add_arguments(parser: ArgumentParser, schema: type[Options]) -> None:
     """Declare a schema's options to a parser. Options that the user leaves out are absent from the namespace.
 
     The type of a field decides how its text is read: bool is a flag, a tuple is numbers joined by commas, a type that
     includes str keeps the text. The help ends with the default, unless this is None, False or "".
     """
-    take_negative_numbers(parser)
+    # A value such as -30,20 or -y is no option: the rule of Python 3.14, for older versions.
+    parser._negative_number_matcher = re.compile(r"-\.?\d|-[xyz]$")
     for each in fields(schema):
         if not each.metadata:
             continue

@@ -4,7 +4,6 @@ import json
 import os
 import subprocess
 import sys
-from argparse import Namespace
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,6 +12,7 @@ import pytest
 from mplicits import cli, extras
 from mplicits.model.errors import UserError
 from mplicits.model.model_file import save
+from mplicits.model.options import Options
 from mplicits.model.verb import Verb
 from support.paths import ROOT
 from support.random_model import random_model
@@ -180,10 +180,10 @@ def failing(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
     """Return a function that replaces all verbs by `fail`, which raises an exception."""
 
     def prepare(error: BaseException, extra: str = "train") -> None:
-        def run(_: Namespace) -> None:
+        def work(_: Options) -> None:
             raise error
 
-        verb = Verb("fail", "fails", lambda _: None, "fail", run, extra)
+        verb = Verb("fail", "fails", Options, "fail", work, extra)
         monkeypatch.setattr("mplicits.cli.verbs", lambda: {"fail": verb})
 
     return prepare
