@@ -27,7 +27,6 @@ from threadpoolctl import threadpool_limits
 from torch import Tensor
 from torch.nn import functional
 
-import tangents
 from mplicits.model.files import write_whole
 from mplicits.trainer import machine
 from mplicits.trainer.networks import network

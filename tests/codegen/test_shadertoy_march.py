@@ -119,7 +119,7 @@ def test_rays_enter_and_leave_a_hull() -> None:
 def test_only_long_texts_have_a_hull_and_narrow_bands(model: Model, planes: NDArray[np.float64], narrow: Grid) -> None:
     text = literal_text(model, "phong")
     saved = savings(lower(model), len(text))
-    assert np.array_equal(saved.planes, planes)
-    assert np.array_equal(saved.narrow, narrow)
+    np.testing.assert_array_equal(saved.planes, planes)
+    np.testing.assert_array_equal(saved.narrow, narrow)
     assert "float[](" in text
     assert "float[](" not in SHADERTOY(random_model((8, 1), (8, 0)), "literal")

@@ -58,7 +58,7 @@ def data(renderer: Renderer, camera: Camera, **options: int | str) -> NDArray[np
     return renderer.render((SIDE, SIDE), camera, RenderOptions(shade="data", **options))  # type: ignore[arg-type]
 
 
-def rays_of(camera: Camera, side: int = SIDE, every: int = 1) -> tuple[NDArray, NDArray, float]:
+def rays_of(camera: Camera, side: int = SIDE, every: int = 1) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
     """Return origin, directions (N, 3) and footprint of the rays of every k-th pixel along each axis."""
     eye, directions, footprint = camera.rays(side, side)
     return eye, directions[::every, ::every].reshape(-1, 3), footprint

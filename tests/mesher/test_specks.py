@@ -11,12 +11,13 @@ REACH = 0.05
 
 def spheres(*places: tuple[float, float, int]) -> Mesh:
     """Spheres on the x axis, each of (center, radius, subdivisions of an icosahedron)."""
-    parts = []
+    parts: list[trimesh.Trimesh] = []
     for center, radius, subdivisions in places:
         part = trimesh.creation.icosphere(subdivisions=subdivisions, radius=radius)
         parts.append(part.apply_translation((center, 0, 0)))
-    whole = trimesh.util.concatenate(parts)
-    return Mesh(whole.vertices.astype(np.float32), whole.faces.astype(np.int64))
+    offsets = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
+    faces = [part.faces + offset for part, offset in zip(parts, offsets, strict=True)]
+    return Mesh(np.concatenate([part.vertices for part in parts], dtype=np.float32), np.concatenate(faces))
 
 
 def test_a_tiny_component_at_the_surface_goes() -> None:

@@ -16,6 +16,7 @@ from PIL import Image
 import mplicits
 from mplicits import cli
 from mplicits.bake import facts
+from mplicits.bake.registry import TARGETS
 from mplicits.model.model_file import save
 from mplicits.reporting import pictures
 from mplicits.reporting.curves import diagram, read_log
@@ -34,7 +35,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Small pictures, and the sizes of two quick targets; tests/bake measures all of them."""
     monkeypatch.setattr(pictures, "SIDE", 24)
     monkeypatch.setattr(pictures, "SLICE", 48)
-    monkeypatch.setattr(facts, "TARGETS", {name: facts.TARGETS[name] for name in ("wgsl", "c")})
+    monkeypatch.setattr(facts, "TARGETS", {name: TARGETS[name] for name in ("wgsl", "c")})
 
 
 @pytest.fixture

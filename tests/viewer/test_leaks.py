@@ -1,5 +1,6 @@
 """Neither renderers nor a window's turntable leak OpenGL objects or memory."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -31,7 +32,11 @@ def test_released_renderers_leave_no_objects(osmesa: Context) -> None:
 
     before = objects()
     shader = bake(MODEL, "texture", passes=True)
-    for make in (lambda: Renderer(osmesa, shader, "studio"), lambda: Rasterizer(osmesa, MODEL, SQUARE, "texture")):
+    makers: list[Callable[[], Renderer | Rasterizer]] = [
+        lambda: Renderer(osmesa, shader, "studio"),
+        lambda: Rasterizer(osmesa, MODEL, SQUARE, "texture"),
+    ]
+    for make in makers:
         renderer = make()
         renderer.render((20, 16), Camera(), RenderOptions(samples=4))
         assert objects() > before + 3
