@@ -73,8 +73,8 @@ def test_each_shape_gets_the_options_of_the_folder(argv: list[str]) -> None:
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        ([], "name one for its models with -o, or say --time"),
-        (["-o", "file.txt"], "it is no folder"),
+        ([], "name one for its models with -o, or add --time"),
+        (["-o", "file.txt"], "it is not a folder"),
         (["-o", "full"], "holds 1 of these models; --resume"),
         (["-o", "out", "--live"], "--live"),
         (["-o", "out", "--jobs", "0"], "--jobs 0"),

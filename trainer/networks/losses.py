@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 SHORTEST = 1e-8  # least length of a gradient in divisions
-LACK = 0.3  # a value off the surface lacks size below this share of the distance, signs included
+LACK = 0.3  # a value off the surface is too small below this share of the distance, signs included
 
 
 def value(f: Tensor, distance: Tensor) -> tuple[Tensor, Tensor]:
@@ -23,9 +23,9 @@ def value(f: Tensor, distance: Tensor) -> tuple[Tensor, Tensor]:
 def distance(f: Tensor, truth: Tensor, excess: float, lacking: float, near: float) -> tuple[Tensor, Tensor]:
     """Compute the term of values off the surface: the mean of w (f_i(x) - truth)^2.
 
-    truth: signed distances (N,); NaN where unknown, which adds nothing. A value above the distance may move a ray
-    through the surface; a value without size or with the wrong sign may create surface: w is `excess` where
-    |f| > |truth| > near, `lacking` where f has less than LACK of the distance, else 1. Returns the term, and its
+    truth: signed distances (N,); NaN where unknown, which adds nothing. Too large a value may move a ray through
+    the surface; too small a value, or one with the wrong sign, may create surface: w is `excess` where
+    |f| > |truth| > near, `lacking` where f is less than LACK of the distance, else 1. Returns the term, and its
     derivative (N,) by f.
     """
     error = (f - truth).nan_to_num()
