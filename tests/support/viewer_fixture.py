@@ -26,8 +26,12 @@ TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 
 """An OBJ file."""
 
 
+OpenViewer = Callable[..., Viewer]
+"""Type of the fixture `open_viewer`."""
+
+
 @pytest.fixture
-def open_viewer(osmesa: Context, tmp_path: Path) -> Iterator[Callable[..., Viewer]]:
+def open_viewer(osmesa: Context, tmp_path: Path) -> Iterator[OpenViewer]:
     """A function that opens a viewer of TWO."""
     viewers = []
 

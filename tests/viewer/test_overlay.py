@@ -1,6 +1,5 @@
 """A mesh over the picture of its model: the place of its edges, its faces, and errors."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +12,7 @@ from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.rasterizer import Rasterizer
 from mplicits.viewer.draw.triangles import read_triangles
 from mplicits.viewer.state.overlay import MeshSource, Overlay
-from mplicits.viewer.state.viewer import Viewer
-from support.viewer_fixture import AREA, picture_of, settle
+from support.viewer_fixture import AREA, OpenViewer, picture_of, settle
 
 CUBE = """v -.5 -.5 -.5\nv .5 -.5 -.5\nv .5 .5 -.5\nv -.5 .5 -.5\nv -.5 -.5 .5\nv .5 -.5 .5\nv .5 .5 .5\nv -.5 .5 .5
 f 1 3 2\nf 1 4 3\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 4 7 3\nf 4 8 7\nf 1 5 8\nf 1 8 4\nf 2 3 7\nf 2 7 6\n"""
@@ -28,7 +26,7 @@ def cube(tmp_path: Path) -> MeshSource:
     return MeshSource(tmp_path / "cube.obj", "model")
 
 
-def test_visible_edges_lie_where_the_mesh_has_them(open_viewer: Callable[..., Viewer], cube: MeshSource) -> None:
+def test_visible_edges_lie_where_the_mesh_has_them(open_viewer: OpenViewer, cube: MeshSource) -> None:
     viewer = open_viewer()
     size, camera = (200, 200), Camera(0, 0, 3.0)
     plain = viewer.renderer.render(size, camera)
@@ -51,7 +49,7 @@ def test_visible_edges_lie_where_the_mesh_has_them(open_viewer: Callable[..., Vi
     overlay.release()
 
 
-def test_faces_match_render(open_viewer: Callable[..., Viewer], cube: MeshSource) -> None:
+def test_faces_match_render(open_viewer: OpenViewer, cube: MeshSource) -> None:
     viewer = open_viewer()
     viewer.overlay = Overlay(viewer.context, cube, "auto")
     settle(viewer)
@@ -73,7 +71,7 @@ def test_faces_match_render(open_viewer: Callable[..., Viewer], cube: MeshSource
     assert np.abs(half[:, 12:] - rendered[:, 12:]).max() > 0.05, "the right half wears the normals of level 1"
 
 
-def test_a_broken_mesh_is_reported(open_viewer: Callable[..., Viewer], tmp_path: Path) -> None:
+def test_a_broken_mesh_is_reported(open_viewer: OpenViewer, tmp_path: Path) -> None:
     pytest.importorskip("trimesh", reason="trimesh is not installed (extra mesh)")
     (tmp_path / "bad.ply").write_bytes(b"ply\nnothing")
     viewer = open_viewer()
@@ -93,7 +91,7 @@ def test_a_broken_mesh_is_reported(open_viewer: Callable[..., Viewer], tmp_path:
     ],
 )
 def test_an_error_in_the_glsl_of_a_mesh_names_its_file_and_line(
-    open_viewer: Callable[..., Viewer],
+    open_viewer: OpenViewer,
     cube: MeshSource,
     monkeypatch: pytest.MonkeyPatch,
     name: str,

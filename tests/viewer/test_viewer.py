@@ -1,6 +1,5 @@
 """The viewer without a window: when it draws, and files that the user opens, watches or drops."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,13 +13,12 @@ from mplicits.model.model_file import save
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.state import jobs
 from mplicits.viewer.state.picture import Scene
-from mplicits.viewer.state.viewer import Viewer
 from mplicits.viewer.window.drop import drop
 from support.random_model import random_model
-from support.viewer_fixture import AREA, TWO, is_open, picture_of, settle
+from support.viewer_fixture import AREA, TWO, OpenViewer, is_open, picture_of, settle
 
 
-def test_the_picture_at_rest_matches_render(open_viewer: Callable[..., Viewer]) -> None:
+def test_the_picture_at_rest_matches_render(open_viewer: OpenViewer) -> None:
     viewer = open_viewer(samples=4)
     settle(viewer)
     view = viewer.view
@@ -33,7 +31,7 @@ def test_the_picture_at_rest_matches_render(open_viewer: Callable[..., Viewer]) 
     np.testing.assert_allclose(picture_of(viewer), other, atol=2e-5)
 
 
-def test_an_unchanged_picture_is_not_drawn_again(open_viewer: Callable[..., Viewer]) -> None:
+def test_an_unchanged_picture_is_not_drawn_again(open_viewer: OpenViewer) -> None:
     viewer = open_viewer(samples=2)
     settle(viewer)
     assert viewer.stale
@@ -45,7 +43,7 @@ def test_an_unchanged_picture_is_not_drawn_again(open_viewer: Callable[..., View
         assert viewer.drawing.timing == line
 
 
-def test_a_moving_camera_draws_fewer_pixels_and_one_at_rest_all(open_viewer: Callable[..., Viewer]) -> None:
+def test_a_moving_camera_draws_fewer_pixels_and_one_at_rest_all(open_viewer: OpenViewer) -> None:
     viewer = open_viewer()
     settle(viewer)
     viewer.view.coarse = 2
@@ -61,7 +59,7 @@ def test_a_moving_camera_draws_fewer_pixels_and_one_at_rest_all(open_viewer: Cal
     assert viewer.drawing.timing.startswith("12x8 ")
 
 
-def test_a_split_view_shows_and_saves_two_levels(open_viewer: Callable[..., Viewer], tmp_path: Path) -> None:
+def test_a_split_view_shows_and_saves_two_levels(open_viewer: OpenViewer, tmp_path: Path) -> None:
     viewer = open_viewer(level=1)
     viewer.view.split = 2
     settle(viewer)
@@ -77,7 +75,7 @@ def test_a_split_view_shows_and_saves_two_levels(open_viewer: Callable[..., View
     assert np.abs(np.asarray(Image.open(tmp_path / "p.png")) / 255 - expected).max() < 1.1 / 255
 
 
-def test_pictures_of_extreme_sizes_are_drawn(open_viewer: Callable[..., Viewer]) -> None:
+def test_pictures_of_extreme_sizes_are_drawn(open_viewer: OpenViewer) -> None:
     viewer = open_viewer(samples=2)
     for area in ((1, 1), (1, 900), (700, 2)):
         viewer.view.resize(area)
@@ -87,7 +85,7 @@ def test_pictures_of_extreme_sizes_are_drawn(open_viewer: Callable[..., Viewer])
         assert viewer.tick(area) is None
 
 
-def test_a_dropped_model_is_shown(open_viewer: Callable[..., Viewer], tmp_path: Path) -> None:
+def test_a_dropped_model_is_shown(open_viewer: OpenViewer, tmp_path: Path) -> None:
     viewer = open_viewer(level=2)
     save(random_model((4, 0), name="one"), tmp_path / "one.safetensors")
     drop(viewer, [tmp_path / "one.safetensors"])
@@ -106,7 +104,7 @@ def test_a_dropped_model_is_shown(open_viewer: Callable[..., Viewer], tmp_path: 
     ],
 )
 def test_a_bad_dropped_file_is_reported(
-    open_viewer: Callable[..., Viewer], tmp_path: Path, name: str, content: bytes | None, reason: str
+    open_viewer: OpenViewer, tmp_path: Path, name: str, content: bytes | None, reason: str
 ) -> None:
     viewer = open_viewer()
     if content is not None:
@@ -116,9 +114,7 @@ def test_a_bad_dropped_file_is_reported(
     assert viewer.source.name == "two"
 
 
-def test_a_baked_shader_file_draws_the_same_picture_as_its_model(
-    open_viewer: Callable[..., Viewer], tmp_path: Path
-) -> None:
+def test_a_baked_shader_file_draws_the_same_picture_as_its_model(open_viewer: OpenViewer, tmp_path: Path) -> None:
     viewer = open_viewer()
     settle(viewer)
     before = picture_of(viewer)
@@ -133,7 +129,7 @@ def test_a_baked_shader_file_draws_the_same_picture_as_its_model(
 
 
 def test_a_watched_file_is_reloaded_unless_it_does_not_compile(
-    open_viewer: Callable[..., Viewer], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    open_viewer: OpenViewer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("mplicits.viewer.state.files.WATCH_INTERVAL", 0.01)
     path = tmp_path / "shader.glsl"
@@ -160,7 +156,7 @@ def test_a_watched_file_is_reloaded_unless_it_does_not_compile(
 
 
 def test_an_error_in_the_glsl_folder_names_its_file_and_line(
-    open_viewer: Callable[..., Viewer], monkeypatch: pytest.MonkeyPatch
+    open_viewer: OpenViewer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from mplicits import glsl
 
@@ -174,7 +170,7 @@ def test_an_error_in_the_glsl_folder_names_its_file_and_line(
     assert f"march.glsl:{line}" in viewer.log[0]
 
 
-def test_another_model_cancels_a_job_that_draws(open_viewer: Callable[..., Viewer], tmp_path: Path) -> None:
+def test_another_model_cancels_a_job_that_draws(open_viewer: OpenViewer, tmp_path: Path) -> None:
     viewer = open_viewer()
     settle(viewer)
     save(random_model((4, 0), name="one"), tmp_path / "one.safetensors")
@@ -196,7 +192,7 @@ def test_another_model_cancels_a_job_that_draws(open_viewer: Callable[..., Viewe
     ],
 )
 def test_bad_numbers_in_a_shader_file_are_reported(
-    open_viewer: Callable[..., Viewer], tmp_path: Path, before: str, after: str
+    open_viewer: OpenViewer, tmp_path: Path, before: str, after: str
 ) -> None:
     viewer, path = open_viewer(), tmp_path / "shader.glsl"
     text = standalone(random_model((4, 0), (8, 0)))

@@ -1,6 +1,5 @@
 """The work beside the picture: exports, videos, timings of the levels, training."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
@@ -18,14 +17,13 @@ from mplicits.viewer.draw.screenshot import to_png
 from mplicits.viewer.state import jobs
 from mplicits.viewer.state.exports import free_path
 from mplicits.viewer.state.picture import Scene
-from mplicits.viewer.state.viewer import Viewer
 from mplicits.viewer.window.drop import drop
 from support.fitted_model import fitted_model
-from support.viewer_fixture import AREA, TETRAHEDRON, picture_of, settle
+from support.viewer_fixture import AREA, TETRAHEDRON, OpenViewer, picture_of, settle
 
 
 def test_exports_match_the_command_line(
-    open_viewer: Callable[..., Viewer], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    open_viewer: OpenViewer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     viewer = open_viewer(samples=2)
@@ -51,7 +49,7 @@ def test_exports_match_the_command_line(
 
 
 def test_the_viewer_draws_while_a_png_is_encoded(
-    open_viewer: Callable[..., Viewer], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    open_viewer: OpenViewer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     may_encode = Event()
 
@@ -82,7 +80,7 @@ def test_the_viewer_draws_while_a_png_is_encoded(
         assert path.exists() is not cancelled
 
 
-def test_a_turntable_video_shows_one_turn(open_viewer: Callable[..., Viewer], tmp_path: Path) -> None:
+def test_a_turntable_video_shows_one_turn(open_viewer: OpenViewer, tmp_path: Path) -> None:
     av = pytest.importorskip("av", reason="PyAV is not installed (extra view)")
     viewer, path = open_viewer(), tmp_path / "turn.mp4"
     viewer.work.begin(
@@ -104,7 +102,7 @@ def test_a_turntable_video_shows_one_turn(open_viewer: Callable[..., Viewer], tm
     assert list(tmp_path.glob(".*")) == []
 
 
-def test_level_timings_match_the_raw_data(open_viewer: Callable[..., Viewer]) -> None:
+def test_level_timings_match_the_raw_data(open_viewer: OpenViewer) -> None:
     viewer = open_viewer()
     timings: list[jobs.LevelTiming] = []
     view = viewer.view
@@ -120,9 +118,7 @@ def test_level_timings_match_the_raw_data(open_viewer: Callable[..., Viewer]) ->
     assert 0 < hits <= timings[1].ended, "rays that hit end in the last level"
 
 
-def test_stopping_a_training_ends_its_process_and_removes_its_model(
-    open_viewer: Callable[..., Viewer], tmp_path: Path
-) -> None:
+def test_stopping_a_training_ends_its_process_and_removes_its_model(open_viewer: OpenViewer, tmp_path: Path) -> None:
     viewer = open_viewer()
     (tmp_path / "shape.obj").write_text(TETRAHEDRON)
     drop(viewer, [tmp_path / "shape.obj"])
@@ -135,7 +131,7 @@ def test_stopping_a_training_ends_its_process_and_removes_its_model(
     assert not training.model.parent.exists()
 
 
-def test_a_broken_mesh_is_reported(open_viewer: Callable[..., Viewer], tmp_path: Path) -> None:
+def test_a_broken_mesh_is_reported(open_viewer: OpenViewer, tmp_path: Path) -> None:
     pytest.importorskip("torch", reason="PyTorch is not installed (extra train)")
     viewer = open_viewer()
     (tmp_path / "broken.ply").write_bytes(b"ply\nnothing")
@@ -143,7 +139,7 @@ def test_a_broken_mesh_is_reported(open_viewer: Callable[..., Viewer], tmp_path:
     settle(viewer, lambda: viewer.work.training is None and "broken.ply" in viewer.message)
 
 
-def test_a_trained_model_is_shown(open_viewer: Callable[..., Viewer], tmp_path: Path) -> None:
+def test_a_trained_model_is_shown(open_viewer: OpenViewer, tmp_path: Path) -> None:
     pytest.importorskip("torch", reason="PyTorch is not installed (extra train)")
     viewer = open_viewer()
     (tmp_path / "shape.obj").write_text(TETRAHEDRON)
@@ -162,7 +158,7 @@ def test_a_trained_model_is_shown(open_viewer: Callable[..., Viewer], tmp_path: 
     assert not viewer.source.model.provenance["interrupted"]
 
 
-def test_dropped_checkpoints_are_imported(open_viewer: Callable[..., Viewer], tmp_path: Path) -> None:
+def test_dropped_checkpoints_are_imported(open_viewer: OpenViewer, tmp_path: Path) -> None:
     torch = pytest.importorskip("torch", reason="PyTorch is not installed (extra train)")
     model, paths = fitted_model((20, 32)), []
     for name, level in zip(("fine", "coarse"), reversed(model.levels), strict=True):

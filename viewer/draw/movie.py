@@ -41,7 +41,7 @@ class Shot:
     """Whether it goes evenly from 0 to 1 instead, and ends."""
 
     def frame(self, k: int, camera: Camera, options: RenderOptions) -> tuple[Camera, RenderOptions]:
-        """Return the camera and options of frame k, from 0, given those of the first frame."""
+        """Return the camera and options of frame k, from 0. camera, options: of the first frame."""
         phase = k / self.frames
         camera = camera.orbited(self.turn * phase, 0.0)
         if not self.moves:
@@ -106,7 +106,7 @@ class Mp4:
 
 
 class Gif:
-    """An animated GIF that loops. All frames share a palette, so that what stands still does not flicker."""
+    """An animated GIF that loops. All frames share a palette, so that still parts do not flicker."""
 
     def __init__(self, rate: int) -> None:
         self._rate = rate

@@ -48,7 +48,7 @@ class Overlay:
         if mode == "hidden":
             return renderer
         if source.model is None:
-            raise UserError("a mesh needs the model that it belongs to, not its shader alone; open the model file")
+            raise UserError("a mesh needs its model, and this file is a shader; open the model file")
         if source is not self._source or self._mesh is None:
             self.release()
             self._mesh = read_triangles_for(source.model, self._mesh_source.path, self._mesh_source.space)

@@ -165,7 +165,7 @@ class Gui:
     def on_key(self, code: int, down: bool) -> bool:
         """Handle a press or release of a key, GLFW's code."""
         imgui, io = self.imgui, self.imgui.get_io()
-        # GLFW is asked for the modifiers: on X11, an event comes with the modifiers before it.
+        # The modifiers come from GLFW: on X11, an event has those from before it.
         for keys, modifier in (
             ((glfw.KEY_LEFT_CONTROL, glfw.KEY_RIGHT_CONTROL), imgui.Key.mod_ctrl),
             ((glfw.KEY_LEFT_SHIFT, glfw.KEY_RIGHT_SHIFT), imgui.Key.mod_shift),
