@@ -93,25 +93,20 @@ def test_a_dropped_model_is_shown(open_viewer: OpenViewer, tmp_path: Path) -> No
     assert (viewer.view.levels, viewer.view.options.level) == (1, None)
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "reason"),
-    [
+def test_bad_dropped_files_are_reported(open_viewer: OpenViewer, tmp_path: Path) -> None:
+    viewer = open_viewer()
+    for name, content, reason in (
         ("bad.safetensors", b"\0" * 40, "bad.safetensors"),
         ("bad.glsl", b"void main() {}", "header line"),
         ("bad.glsl", b"\xff\xfe", "not text"),
         ("missing.safetensors", None, "missing.safetensors"),
         ("notes.txt", b"", "neither a model"),
-    ],
-)
-def test_a_bad_dropped_file_is_reported(
-    open_viewer: OpenViewer, tmp_path: Path, name: str, content: bytes | None, reason: str
-) -> None:
-    viewer = open_viewer()
-    if content is not None:
-        (tmp_path / name).write_bytes(content)
-    drop(viewer, [tmp_path / name])
-    settle(viewer, lambda: reason in viewer.message)
-    assert viewer.source.name == "two"
+    ):
+        if content is not None:
+            (tmp_path / name).write_bytes(content)
+        drop(viewer, [tmp_path / name])
+        settle(viewer, lambda reason=reason: reason in viewer.message)  # type: ignore[misc]
+        assert viewer.source.name == "two"
 
 
 def test_a_baked_shader_file_draws_the_same_picture_as_its_model(open_viewer: OpenViewer, tmp_path: Path) -> None:
@@ -183,22 +178,17 @@ def test_another_model_cancels_a_job_that_draws(open_viewer: OpenViewer, tmp_pat
     assert not (tmp_path / "p.png").exists()
 
 
-@pytest.mark.parametrize(
-    ("before", "after"),
-    [
+def test_bad_numbers_in_a_shader_file_are_reported(open_viewer: OpenViewer, tmp_path: Path) -> None:
+    viewer, path = open_viewer(), tmp_path / "shader.glsl"
+    text = standalone(random_model((4, 0), (8, 0)))
+    for before, after in (
         ("float delta[LEVELS] = float[](", "float delta[LEVELS] = float[](.5e, "),
         ('"deltas": [1.0,', '"deltas": [null,'),
         ('"value_loops": [0, 0', '"value_loops": [0, 70000'),
-    ],
-)
-def test_bad_numbers_in_a_shader_file_are_reported(
-    open_viewer: OpenViewer, tmp_path: Path, before: str, after: str
-) -> None:
-    viewer, path = open_viewer(), tmp_path / "shader.glsl"
-    text = standalone(random_model((4, 0), (8, 0)))
-    assert before in text
-    path.write_text(text.replace(before, after))
-    viewer.open(path)
-    settle(viewer, lambda: "opening" not in viewer.message)
-    assert viewer.message
-    assert viewer.source.path != path
+    ):
+        assert before in text
+        path.write_text(text.replace(before, after))
+        viewer.open(path)
+        settle(viewer, lambda: "opening" not in viewer.message)
+        assert viewer.message
+        assert viewer.source.path != path

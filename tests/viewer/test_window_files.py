@@ -51,6 +51,7 @@ report["training"] = [viewer.work.training.running, str(viewer.work.training.mod
 """
 
 
+@pytest.mark.slow
 def test_a_window_drops_watches_and_exports_files_and_ends_its_training(tmp_path: Path, xvfb: dict[str, str]) -> None:
     pytest.importorskip("av", reason="PyAV is not installed (extra view)")
     save(random_model((4, 0), name="first"), tmp_path / "m.safetensors")
