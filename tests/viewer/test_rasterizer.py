@@ -181,14 +181,14 @@ def test_render_takes_a_mesh_of_either_space(
     ("argv", "said"),
     [
         (["--mesh", "none.ply"], "none.ply: no such file"),
-        (["--mesh", "none.ply", "--level", "1"], "--level: nothing is traced with --mesh"),
-        (["--mesh", "none.ply", "--shade", "steps", "--rounds", "3"], "--rounds, --shade steps: nothing is traced"),
+        (["--mesh", "none.ply", "--level", "1"], "--level: --mesh traces no rays"),
+        (["--mesh", "none.ply", "--shade", "steps", "--rounds", "3"], "--rounds: --mesh traces no rays"),
         (["--mesh", "none.ply", "--normal-level", "3"], "levels 1 to 2"),
         (["--space", "model"], "it needs --mesh"),
         (["--split", "--level", "2"], "another --level"),
     ],
 )
-def test_bad_arguments_are_one_line(
+def test_bad_arguments_of_meshes_are_one_line(
     argv: list[str],
     said: str,
     model: Model,
