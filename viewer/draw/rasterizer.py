@@ -1,7 +1,6 @@
 """Draws a triangle mesh with the normals of a baked field (Section 3.2, Appendix D; Fig. 7, middle)."""
 
 from collections.abc import Iterable
-from dataclasses import replace
 
 import moderngl
 import numpy as np
@@ -11,6 +10,7 @@ from .camera import Camera
 from .compile import VERTEX_SHADER, bake_numbered
 from .context import Context
 from .framebuffer import set_color_mask
+from .loop_limit import schedule_that_fits
 from .mesh_program import DEPTH_SHADER, clip_planes, mesh_vertex_shader
 from .options import RenderOptions
 from .program import UNITS, Program, tile_uniforms, write_all
@@ -35,7 +35,10 @@ class Rasterizer(Renderer):
     def schedule(self, options: RenderOptions) -> tuple[tuple[int, ...], int]:
         """Return the schedule of a single step: no ray is traced. Raises UserError as `Renderer.schedule` does."""
         _, normal_level = options.resolved_levels(self.shader.levels)
-        return super().schedule(replace(options, level=1, normal_level=normal_level, iterations=(1,), rounds=1))
+        iterations = (1,) * self.shader.levels
+        if not self.context.software:
+            return iterations, 1
+        return schedule_that_fits(self.shader, 1, normal_level, iterations, 1, options.schedule)
 
     def prepare(
         self, size: tuple[int, int], camera: Camera, options: RenderOptions, jitter: tuple[float, float] = (0.0, 0.0)
