@@ -10,59 +10,15 @@ from ..model.files import check_writable, is_folder, show
 from ..model.gallery import SUFFIX
 from ..model.interrupts import begin_work, ended_by
 from ..model.kinds import LOG, MODEL
-from ..model.options import Options, argument, option
+from ..model.options import argument
 from ..model.verb import Verb, force_option, output_option
+from .commands import FileOptions, MorphCommand, TrainCommand
 from .openmp import prepare_openmp
-from .options import ImportOptions, MorphOptions, TrainingOptions, TrainOptions
+from .options import ImportOptions, TrainingOptions
 
 if TYPE_CHECKING:
     from ..model.model import Model
     from .sources import ModelSurface, Source
-
-OUTPUT_HELP = "model file (default: the shape's name, in this folder)"
-LIVE_HELP = "for programs: progress as lines of JSON on stdout, and the model file is written after every level"
-PREVIEW_HELP = "draw a picture of every trained level into this folder"
-RESUME_HELP = (
-    "continue the interrupted training of NAME.part.safetensors, or else the model in the output file: finish an "
-    "interrupted level, add missing levels"
-)
-END_HELP = "a mesh (PLY OBJ STL GLB), a model (.safetensors), a name of the gallery, or the word `demo`"
-
-
-@dataclass(frozen=True)
-class FileOptions(Options):
-    """Options of the command line that a Python function does not have."""
-
-    output: Path | None = output_option("M.safetensors", OUTPUT_HELP)
-    force: bool = force_option()
-    resume: bool = option(False, RESUME_HELP)
-    preview: Path | None = option(None, PREVIEW_HELP, metavar="DIR")
-    live: bool = option(False, LIVE_HELP, excludes="quiet")
-
-
-@dataclass(frozen=True)
-class TrainCommand(FileOptions, TrainOptions):
-    """Command line of `train`."""
-
-    shape: str = argument(
-        "SHAPE",
-        "a mesh (PLY OBJ STL GLB), a point cloud (PLY XYZ NPZ OBJ), or the word `demo`; or a folder of them, with "
-        "-o OUT/",
-    )
-    jobs: int = option(1, "of a folder: number of shapes to train at the same time", metavar="N", least=1, most=1024)
-    cluster: str | None = option(
-        None,
-        "of a folder: train on the workers of the Dask scheduler there (tcp://host:8786), which see its files",
-        metavar="ADDRESS",
-    )
-
-
-@dataclass(frozen=True)
-class MorphCommand(FileOptions, MorphOptions):
-    """Command line of `morph`."""
-
-    first: str = argument("A", f"the shape at t = 0: {END_HELP}")
-    second: str = argument("B", "the shape at t = 1, likewise")
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from ..model.gallery import SUFFIX
 from ..model.interrupts import begin_work, ended_by
 from ..model.model_file import load
 from ..model.verb import command_line
-from .cli import TrainCommand
+from .commands import TrainCommand
 from .folders.job import Job, Outcome, Progress, Status
 from .folders.results import PAGE, TABLE, Row, row_of, write_results
 from .folders.workers import here, on_cluster

@@ -16,7 +16,7 @@ import trimesh
 from mplicits import cli
 from mplicits.model.model_file import load
 from mplicits.model.verb import add_arguments, read
-from mplicits.trainer.cli import TrainCommand
+from mplicits.trainer.commands import TrainCommand
 from mplicits.trainer.folder import shape_options, shapes_in
 from mplicits.trainer.folders.job import Job, Outcome, Runner, Status
 from mplicits.trainer.folders.results import PAGE, TABLE, row_of, write_results

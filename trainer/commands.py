@@ -1,0 +1,53 @@
+"""Command lines of `train` and `morph`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..model.options import Options, argument, option
+from ..model.verb import force_option, output_option
+from .options import MorphOptions, TrainOptions
+
+OUTPUT_HELP = "model file (default: the shape's name, in this folder)"
+LIVE_HELP = "for programs: progress as lines of JSON on stdout, and the model file is written after every level"
+PREVIEW_HELP = "draw a picture of every trained level into this folder"
+RESUME_HELP = (
+    "continue the interrupted training of NAME.part.safetensors, or else the model in the output file: finish an "
+    "interrupted level, add missing levels"
+)
+END_HELP = "a mesh (PLY OBJ STL GLB), a model (.safetensors), a name of the gallery, or the word `demo`"
+
+
+@dataclass(frozen=True)
+class FileOptions(Options):
+    """Options of the command line that a Python function does not have."""
+
+    output: Path | None = output_option("M.safetensors", OUTPUT_HELP)
+    force: bool = force_option()
+    resume: bool = option(False, RESUME_HELP)
+    preview: Path | None = option(None, PREVIEW_HELP, metavar="DIR")
+    live: bool = option(False, LIVE_HELP, excludes="quiet")
+
+
+@dataclass(frozen=True)
+class TrainCommand(FileOptions, TrainOptions):
+    """Command line of `train`."""
+
+    shape: str = argument(
+        "SHAPE",
+        "a mesh (PLY OBJ STL GLB), a point cloud (PLY XYZ NPZ OBJ), or the word `demo`; or a folder of them, with "
+        "-o OUT/",
+    )
+    jobs: int = option(1, "of a folder: number of shapes to train at the same time", metavar="N", least=1, most=1024)
+    cluster: str | None = option(
+        None,
+        "of a folder: train on the workers of the Dask scheduler there (tcp://host:8786), which see its files",
+        metavar="ADDRESS",
+    )
+
+
+@dataclass(frozen=True)
+class MorphCommand(FileOptions, MorphOptions):
+    """Command line of `morph`."""
+
+    first: str = argument("A", f"the shape at t = 0: {END_HELP}")
+    second: str = argument("B", "the shape at t = 1, likewise")
