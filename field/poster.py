@@ -14,6 +14,8 @@ from .trace import trace
 
 COSTLIEST = 40_000
 """Largest number of multiply-adds for one value of the drawn level; of larger models, a coarser level is drawn."""
+NEAR = 0.1
+"""Largest f of a hit, in widths of a ray's pixel."""
 SKY, GROUND, KEY = np.array([[0.34, 0.38, 0.46], [0.16, 0.13, 0.12], [1.0, 0.96, 0.9]])
 """Colors of the light in glsl/phong.glsl."""
 FLOOR_LIGHT, SKY_LIGHT, KEY_LIGHT = np.array([[0.30, 0.28, 0.26], [0.40, 0.43, 0.48], [1.0, 0.97, 0.92]])
@@ -47,7 +49,8 @@ def poster(
     directions = np.stack((x, y, np.full(x.shape, -focal)), axis=-1).reshape(-1, 3) @ basis.T
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     origins = np.tile(distance * basis[:, 2], (len(directions), 1))
-    t = trace(model, evaluator, origins, directions, level)
+    pixel = 2 / (focal * rays) * distance
+    t = trace(model, evaluator, origins, directions, level, near=NEAR * pixel)
     hit = np.isfinite(t)
     points = (origins[hit] + t[hit, None] * directions[hit]).astype(np.float32)
     normals = evaluator.gradient(points, level)

@@ -1,5 +1,7 @@
 """Intersects any rays with the surface of a model, to a precision that does not depend on pixels."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,7 +17,6 @@ LEAST = 2e-4
 """Smallest step, model units. A step that enters the shape is bisected."""
 STEPS = 1000
 """Largest number of steps of a ray."""
-BISECTIONS = 24
 
 
 def enter_ball(origins: Doubles, directions: Doubles, radius: float) -> tuple[Doubles, Doubles, NDArray[np.bool_]]:
@@ -31,13 +32,20 @@ def enter_ball(origins: Doubles, directions: Doubles, radius: float) -> tuple[Do
 
 
 def trace(
-    model: Model, evaluator: Evaluator, origins: Doubles, directions: Doubles, level: int, time: float = 0.0
+    model: Model,
+    evaluator: Evaluator,
+    origins: Doubles,
+    directions: Doubles,
+    level: int,
+    time: float = 0.0,
+    near: float = NEAR,
 ) -> Doubles:
     """Sphere trace rays (Hart 1996) through the nested bands (Section 3.2) to the surface f_level = 0.
 
-    evaluator: of the model. origins, directions: (N, 3), model space, directions of length 1. time: the fourth input
-    of a moving model. Returns the distances (N,) to the surface, infinity for rays that miss it, and 0 for rays that
-    begin inside the shape. The search ends at the ball of radius 1 + delta_level.
+    evaluator: of the model. origins, directions: (N, 3), model space, directions of length 1. time: the fourth input of
+    a moving model. near: largest f of a hit, at least NEAR, model units. Returns the distances (N,) to the surface,
+    infinity for rays that miss it, and 0 for rays that begin inside the shape. The search ends at the ball of radius 1
+    + delta_level.
     """
     bands = np.array([entry.delta / DELTA_FACTOR for entry in model.levels])
     bands[level - 1] = 0.0
@@ -59,16 +67,16 @@ def trace(
             f, reached = field(rays[active], t[active])
             inside = (f < 0) & (t[active] > outside[active])
             crossed.append(active[inside])
-            arrived = (f <= NEAR) & ~inside
+            arrived = (f <= near) & ~inside
             hits[active[arrived]] = t[active[arrived]]
-            going = f > NEAR
+            going = f > near
             active, f, reached = active[going], f[going], reached[going]
             outside[active] = t[active]
-            t[active] += np.maximum(factors[reached - 1] * (f - bands[reached - 1]), LEAST)
+            t[active] += np.maximum(factors[reached - 1] * (f - bands[reached - 1]), max(near, LEAST))
             active = active[t[active] < far[active]]
         through = np.concatenate(crossed)
         low, high = outside[through], t[through]
-        for _ in range(BISECTIONS):
+        for _ in range(math.ceil(math.log2(1 / near)) + 4):
             middle = (low + high) / 2
             positive = field(rays[through], middle)[0] > 0
             low, high = np.where(positive, middle, low), np.where(positive, high, middle)
