@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model.errors import UserError
-from ..model.model import MODEL_SPACE, Model
+from ..model.model import MODEL_SPACE, SPACES, Model
 from ..model.orientation import as_in_file, upright
 
 if TYPE_CHECKING:
@@ -17,9 +17,6 @@ Array = NDArray[np.float32]
 Nested = Sequence[Union[float, "Nested"]]
 Points = NDArray[np.floating] | NDArray[np.integer] | Nested
 """Points (..., 3): arrays, or nested lists."""
-
-SPACES = ("model", "input")
-"""Model space, in which the shape fits the unit sphere, and the coordinates of the shape's file."""
 
 
 class Space:

@@ -82,8 +82,8 @@ def test_networks_equal_the_reference(model: Model, tmp_path: Path) -> None:
         raw = np.concatenate(interpret_run(program, program.texture, points), axis=1)
         assert np.abs(fused[0, :, :3] - raw).max() < 0.01 * np.abs(raw).max()
         assert np.abs(together[0, :, :3] - fused[0, :, :3]).max() < 1e-5 * np.abs(raw).max()
-        colour = interpret.color(program, points[:, :3], float(points[0, 3]))
-        assert np.abs(simple[-1, :, :3] - colour).max() < 1e-4
+        color = interpret.color(program, points[:, :3], float(points[0, 3]))
+        assert np.abs(simple[-1, :, :3] - color).max() < 1e-4
         fused, together = fused[1:], together[1:]
     total = np.zeros((256, 4), np.float32)
     for level, function in enumerate(program.gradients):

@@ -28,8 +28,8 @@ def test_glsl_equals_the_reference(osmesa: Context, tmp_path: Path) -> None:
     result = probe(2, kind=1)
     assert (result[:, 1] == reached).mean() > 0.999
     assert_close(result[:, 0], nested)
-    colours = np.abs(probe(1, kind=2)[:, :3] - interpret.color(program, points())).max(axis=1)
-    assert (colours > 1e-4).mean() < 1e-3
+    colors = np.abs(probe(1, kind=2)[:, :3] - interpret.color(program, points())).max(axis=1)
+    assert (colors > 1e-4).mean() < 1e-3
 
 
 def test_a_scene_refuses_literal_weights(tmp_path: Path) -> None:

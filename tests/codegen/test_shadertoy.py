@@ -71,8 +71,8 @@ def test_a_scene_equals_the_reference(osmesa: Context, tmp_path: Path, level: in
     assert (np.abs(field - expected)[away] > 2e-5).mean() < 1e-3
     assert (reached == level).sum() > 100
     albedo = PROBE.replace("(field(", "(albedo(").replace("1)));", "1)), 1);")
-    colours = draw(osmesa, text + albedo, (64, 64), {}, points)
-    apart = np.abs(colours[::-1, :, :3].reshape(-1, 3) - interpret.color(program, points, 1.0)).max(axis=1)
+    colors = draw(osmesa, text + albedo, (64, 64), {}, points)
+    apart = np.abs(colors[::-1, :, :3].reshape(-1, 3) - interpret.color(program, points, 1.0)).max(axis=1)
     assert (apart > 1e-3).mean() < 2e-3, "where two shapes are equally far, rounding decides"
 
 
