@@ -114,14 +114,16 @@ def _main(program: Program, studio: bool, planes: NDArray[np.float64] | None) ->
         declaration = f"const float[{planes.size}] H = float[]({places});\n"
         enter += _without_comments("enter_hull.glsl")
     text = STUDIO.sub(lambda lines: lines[1] if studio else lines[2] or "", _without_comments("shadertoy.glsl"))
+    if "STUDIO\n" in text:
+        raise ValueError("shadertoy.glsl has an #ifdef of another form")
     for placeholder, replacement in {
         ", 1));": f", {time}));",
         "ALBEDO": albedo,
         "f *= BOUND;\n": "" if bound == 1 else f"f *= {LANGUAGE.number(bound)};\n",
         "ENTER": enter,
     }.items():
-        if text.count(placeholder) != 1:
-            raise ValueError(f"shadertoy.glsl has {text.count(placeholder)} times {placeholder!r}")
+        if (count := text.count(placeholder)) != 1:
+            raise ValueError(f"shadertoy.glsl has {placeholder!r} {count} times instead of once")
         text = text.replace(placeholder, replacement)
     return declaration + text
 
