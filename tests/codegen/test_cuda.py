@@ -61,8 +61,8 @@ def test_a_moving_model_has_no_cells() -> None:
     assert "CELL_COUNT = 128;" in standalone(random_model((4, 0)))
 
 
-@pytest.mark.parametrize("name", [NAME, "\x00\x7f\ud800é漢", "%s%n"])
-def test_a_model_name_stays_in_its_comment_and_its_string(name: str) -> None:
+def test_a_model_name_stays_in_its_comment_and_its_string() -> None:
+    name = "\x00\x7f\ud800é漢 %s%n " + NAME
     texts = [standalone(random_model((4, 0), name=title)).splitlines() for title in (name, "plain")]
     different = [pair for pair in zip(*texts, strict=True) if pair[0] != pair[1]]
     assert len(different) == 2

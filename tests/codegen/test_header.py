@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -30,8 +31,7 @@ def test_every_text_begins_with_the_facts_of_its_model(target: str) -> None:
     assert not line.endswith("\\")
 
 
-@pytest.mark.parametrize("storage", ["literal", "texture"])
-@pytest.mark.parametrize("textured", [False, True])
+@pytest.mark.parametrize(("storage", "textured"), [("literal", False), ("texture", True)])
 def test_a_baked_shader_is_read_back_unchanged(storage: str, textured: bool) -> None:
     model = random_model((16, 1), (24, 2), texture=(8, 1) if textured else None, name=NAME)
     shader, text = glsl330.bake(model, storage), glsl330.standalone(model, storage)
@@ -45,9 +45,14 @@ def test_a_baked_shader_is_read_back_unchanged(storage: str, textured: bool) -> 
         np.testing.assert_array_equal(read_back.weights, shader.weights)
 
 
+@cache
+def small_text() -> str:
+    return glsl330.standalone(random_model((4, 1), (4, 0)))
+
+
 def changed(change: Callable[[dict[str, Any]], object]) -> str:
-    """Bake a shader and change the facts in its header."""
-    text = glsl330.standalone(random_model((4, 1), (4, 0)))
+    """Change the facts in the header of a shader."""
+    text = small_text()
     line = next(line for line in text.splitlines() if line.startswith("// {"))
     facts = json.loads(line[3:])
     change(facts)
@@ -90,7 +95,7 @@ def test_missing_or_damaged_weights_are_refused() -> None:
 
 
 def test_glsl_declares_all_uniforms_and_shadings() -> None:
-    text = glsl330.standalone(random_model((4, 1), (4, 0)))
+    text = small_text()
     for uniform in UNIFORMS:
         assert f"uniform {uniform.type} {uniform.declared} = " in text, uniform.name
     for value, name in enumerate(SHADINGS):
