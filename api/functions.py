@@ -101,6 +101,7 @@ def morph(first: Field | str | Path, second: Field | str | Path, options: MorphA
 def _trained(source: "Source", options: TrainArguments | MorphArguments) -> Field:
     """Train, show each level as `options` say, and return the model."""
     from ..trainer.session import train as train_source
+    from .hooks import loose_components
 
     preview = Preview() if options.preview is True else None
     pictures = Pictures(Path(options.preview)) if options.preview and options.preview is not True else None
@@ -119,7 +120,16 @@ def _trained(source: "Source", options: TrainArguments | MorphArguments) -> Fiel
             options.follow(field)
 
     resume = options.resume.model if options.resume is not None else False
-    return show(train_source(source, options, resume=resume, callback=options.callback, follow=follow))
+    return show(
+        train_source(
+            source,
+            options,
+            resume=resume,
+            callback=options.callback,
+            follow=follow,
+            components=loose_components,
+        )
+    )
 
 
 @takes(UnprojectOptions)

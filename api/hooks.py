@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from ..mesher.surface import Array
     from ..model.model import Model
     from ..trainer.sources import ModelSurface
 
@@ -14,6 +15,13 @@ def describe_surface(model: "Model", quiet: bool) -> str:
     from ..mesher import survey
 
     return survey.describe_surface(model, quiet)
+
+
+def loose_components(model: "Model") -> "Array":
+    """Return the vertices (N, 3) of the loose components of a model's surface."""
+    from ..mesher import survey
+
+    return survey.loose_components(model)
 
 
 def pictures(folder: Path) -> "Callable[[Model], None]":

@@ -10,14 +10,14 @@ from .bar import Bar
 from .extract import extract, extract_model
 from .grid import Grid
 from .model_field import ModelField
-from .surface import Array, Mesh, Whole
+from .surface import Array, Mesh
 
 RESOLUTION = 256
-"""Of the grid on which the surface is extracted. Smaller pieces than a cell, 1/128, may be missed."""
+"""Of the grid on which the surface is extracted. Components smaller than a cell, 1/128, may be missed."""
 FINE_RESOLUTION = 512
-"""Of the grid on which loose pieces are searched for."""
+"""Of the grid on which loose components are searched."""
 SMALL = 0.1
-"""Length of a small piece, model units: a larger one is as likely to be the shape's own."""
+"""Largest diagonal of a small component, model units: a larger one is as likely to be the shape's own."""
 TIMES = (0.0, 0.5, 1.0)
 """When the surface of a model that moves is looked at."""
 MOVING_RESOLUTION = 128
@@ -38,30 +38,25 @@ def surface_of(model: Model, quiet: bool) -> Mesh:
         bar.end()
 
 
-def loose_pieces(model: Model) -> tuple[int, Array, Whole]:
-    """Find the pieces of a model's surface that are small and not joined to the largest.
+def loose_components(model: Model) -> Array:
+    """Return the vertices (N, 3) of the small components beside the largest one, model space.
 
-    Returns their number, their vertices (N, 3), model space, and the piece that each of these is of (N,), from 1 on,
-    with a minus where the piece is a hollow in the solid. A model without a surface has none.
+    Components outside the bands, which are not drawn (Fig. 8), are left out.
     """
     field = ModelField(model, Grid(FINE_RESOLUTION).diagonal)
     mesh = extract(field, FINE_RESOLUTION)
     if not len(mesh.faces):
-        return 0, np.empty((0, 3), np.float32), np.empty(0, np.int64)
-    count, piece = mesh.components()
+        return mesh.vertices
+    count, component = mesh.components()
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, piece, mesh.vertices)
-    np.maximum.at(high, piece, mesh.vertices)
+    np.minimum.at(low, component, mesh.vertices)
+    np.maximum.at(high, component, mesh.vertices)
     size = np.linalg.norm(high - low, axis=1)
-    loose = size < SMALL
-    loose[size.argmax()] = False
-    suspects = loose[piece]
-    loose[:] = False
-    loose[piece[suspects][field.in_bands(mesh.vertices[suspects])]] = True  # Others are not drawn (Fig. 8).
-    a, b, c = (mesh.vertices[mesh.faces[:, k]].astype(np.float64) for k in range(3))
-    volume = np.bincount(piece[mesh.faces[:, 0]], np.einsum("nk,nk->n", a, np.cross(b, c)), count)
-    number = np.where(volume < 0, -1, 1) * np.cumsum(loose)
-    return int(loose.sum()), mesh.vertices[loose[piece]], number[piece[loose[piece]]]
+    small = size < SMALL
+    small[size.argmax()] = False
+    suspects = np.flatnonzero(small[component])
+    drawn = np.unique(component[suspects[field.in_bands(mesh.vertices[suspects])]])
+    return mesh.vertices[np.isin(component, drawn)]
 
 
 def describe_surface(model: Model, quiet: bool) -> str:

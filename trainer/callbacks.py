@@ -14,16 +14,31 @@ from .mining import Miner
 from .networks.callback import Callback, FitState
 from .networks.network import Weights, adjoint_pass
 from .part import Part
+from .shapes.shape import Doubles
 from .training_samples import Pool, Sampler
+
+FindComponents = Callable[[Weights], Doubles]
+"""Weights of the level under training -> vertices (N, 3) of the loose components of its surface, model space."""
 
 
 class MineHardExamples(Callback):
     """Mines hard examples at fixed shares of the schedule; every later step trains on some of them."""
 
     def __init__(
-        self, step: LevelStep, miner: Miner, sampler: Sampler, candidates: int, share: float, config: MiningConfig
+        self,
+        step: LevelStep,
+        miner: Miner,
+        sampler: Sampler,
+        candidates: int,
+        share: float,
+        config: MiningConfig,
+        components: FindComponents | None = None,
     ) -> None:
-        """candidates: most candidates of each kind. share: of `LevelStep.hard_share`, without thin features."""
+        """candidates: most candidates of each kind. share: of `LevelStep.hard_share`, without thin features.
+
+        components: finds the loose components of the surface; None: they are not mined.
+        """
+        self._components = components
         self._step, self._miner, self._sampler = step, miner, sampler
         self._candidates, self._share, self._config = candidates, share, config
         self._near = step.weight.near
@@ -37,6 +52,10 @@ class MineHardExamples(Callback):
         began = time.perf_counter()
         earlier = None if step.hard is None else np.asarray(step.hard.points.cpu(), np.float64)
         found = self._miner.mine(state.weights, earlier, self._candidates, self._near)
+        if self._components and state.reaches(config.components) and state.steps >= config.components_steps:
+            vertices = self._components(state.weights)
+            if len(vertices):
+                found = self._miner.around(found, vertices)
         step.hard = None
         if found is not None:
             step.hard = self._sampler.pool(found.points, distance=found.distance)

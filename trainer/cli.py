@@ -19,6 +19,7 @@ from .options import ImportOptions, TrainingOptions
 if TYPE_CHECKING:
     from ..model.model import Model
     from .sources import ModelSurface, Source
+    from .train import FindComponents
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,8 @@ class Hooks:
 
     describe_surface: "Callable[[Model, bool], str]"
     """Describes the surface of a model in a line. The second argument is --quiet."""
+    loose_components: "FindComponents"
+    """Finds the loose components of a model's surface, for the training to remove."""
     surface_of: "Callable[[Model, bool], ModelSurface]"
     """Extracts the surface of a model. The second argument is --quiet."""
     pictures: "Callable[[Path], Callable[[Model], object]]"
@@ -97,7 +100,15 @@ def _run(files: FileOptions, options: TrainingOptions, source: "Source", hooks: 
     from .summary import summary
 
     begin_work(termination=not files.live)
-    model = train(source, options, output=output, resume=files.resume, live=files.live, follow=draw)
+    model = train(
+        source,
+        options,
+        output=output,
+        resume=files.resume,
+        live=files.live,
+        follow=draw,
+        components=hooks.loose_components,
+    )
     print(summary(model, output))
     if draw is not None:
         draw(model)

@@ -211,6 +211,15 @@ class MiningConfig:
     """Standard deviation of candidates around earlier hard points, in half-widths delta."""
     fewest: int = 16
     """Fewer hard points than this are ignored."""
+    components: tuple[float, ...] = (0.85, 0.93)
+    """Shares of the last level's schedule at which loose components of its surface are mined, too."""
+    components_steps: int = 800
+    """Fewest steps before that: after fewer, the surface is too rough."""
+    component_ratio: float = 0.6
+    """Ratio of samples around loose components to other hard samples."""
+    component_spread: float = 0.004
+    """Standard deviation along each axis of samples around loose components; a cell of the 512^3 grid that finds them
+    is as wide."""
     thin: ThinConfig = ThinConfig()
 
 

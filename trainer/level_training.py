@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from . import level
-from .callbacks import FollowSurfaceEikonal, MineHardExamples, RaiseLateValue
+from .callbacks import FindComponents, FollowSurfaceEikonal, MineHardExamples, RaiseLateValue
 from .config import LossWeights, TrainingConfig
 from .frozen_levels import FrozenLevels
 from .level import LevelState, LevelStep
@@ -97,18 +97,18 @@ class LevelTraining:
             draws=LevelState(self.step, self._sampler, self._miner),
         )
 
-    def callbacks(self) -> list[Callback]:
+    def callbacks(self, components: FindComponents | None) -> list[Callback]:
         """Return the callbacks that change what later steps train on: hard-example mining and loss weights.
 
-        A loss weight that the user has chosen stays.
+        A loss weight that the user has chosen stays. components: as in `MineHardExamples`.
         """
         config, step, user = self._config, self.step, self._settings.weights
         schedule = config.mining.schedule
         callbacks: list[Callback] = []
         if not self._first or step.weight.excess > 1:
-            callbacks.append(
-                MineHardExamples(step, self._miner, self._sampler, self._stage.samples, self._hard_share, config.mining)
-            )
+            mining, count = config.mining, self._stage.samples
+            miner, sampler, share = self._miner, self._sampler, self._hard_share
+            callbacks.append(MineHardExamples(step, miner, sampler, count, share, mining, components))
         if self._first:
             return callbacks
         if self._shape.cloud and not self._shape.moving and "length" not in user:

@@ -75,6 +75,21 @@ class Miner:
             return None
         return HardExamples(points, self._frozen.clip(distance), ratio)
 
+    def around(self, examples: HardExamples | None, vertices: Doubles) -> HardExamples:
+        """Add samples around vertices (N, 3) of loose components, with the shape's distances there."""
+        config, rng = self._config, self._rng
+        if examples is None:
+            examples = HardExamples(np.empty((0, 3)), np.empty(0), 0.0)
+        others = max(config.fewest, len(examples.points))
+        seeds = vertices[rng.integers(len(vertices), size=round(config.component_ratio * others))]
+        points = seeds + rng.normal(scale=config.component_spread, size=seeds.shape)
+        distance = self._frozen.clip(self._shape.distance(points))
+        return HardExamples(
+            np.concatenate((examples.points, points)),
+            np.concatenate((examples.distance, distance)),
+            (1 + config.component_ratio) * max(1.0, examples.ratio),
+        )
+
     def snapshot(self) -> Snapshot:
         """Return the known thin features."""
         return Snapshot() if self._thin is None else Snapshot(tensors={"thin": torch.from_numpy(self._thin.known)})

@@ -22,7 +22,7 @@ from .part import Part
 from .progress import CallingProgress, JsonLines, ProgressCallback, TrainingBar, TrainingLog
 from .settings import Settings
 from .sources import Source
-from .train import Training
+from .train import FindComponents, Training
 
 
 def train(
@@ -34,13 +34,14 @@ def train(
     live: bool = False,
     callback: ProgressCallback | None = None,
     follow: Callable[[Model], object] | None = None,
+    components: FindComponents | None = None,
 ) -> Model:
     """Train a model of a shape, and return it. The user's seconds count from now.
 
     output: model file to write, with checkpoints beside it; None: write no file. resume: a model to continue; True: the
     interrupted training of `output`, or else the model in `output`. live: print progress as JSON, and save after every
     level. callback: receives the progress; its KeyboardInterrupt ends the training with what is trained so far.
-    follow: receives the model after every level.
+    follow: receives the model after every level. components: as in `Training`.
 
     Raises UserError, and KeyboardInterrupt where Ctrl-C came before there was anything to save.
     """
@@ -64,7 +65,7 @@ def train(
     previews: Sequence[Preview] = [] if follow is None else [Preview(follow)]
     if live and output is not None:
         previews = [Preview(partial(_save_unfinished, output)), *previews]
-    training = Training(shape, settings, progress, began, part, previews)
+    training = Training(shape, settings, progress, began, part, previews, components=components)
     model = training.run(previous, snapshot)
     if output is not None and part is not None:
         _save(model, output)

@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from ..model.errors import UserError
@@ -24,7 +25,7 @@ from .networks.quantized import quantized, quantized_step
 from .networks.snapshot import Snapshot
 from .part import Part
 from .settings import Settings
-from .shapes.shape import Shape
+from .shapes.shape import Doubles, Shape
 from .trained import (
     Trained,
     TrainedLevel,
@@ -39,6 +40,9 @@ from .training_samples import Sampler
 
 SEEDS = 1000
 """Seeds reserved for each seed of the user: one for each level, and the last for the texture."""
+
+FindComponents = Callable[[Model], NDArray[np.float32]]
+"""Returns the vertices (N, 3) of the loose components of a model's surface, model space."""
 
 
 class Training:
@@ -56,11 +60,14 @@ class Training:
         part: Part | None = None,
         callbacks: Sequence[Callback] = (),
         config: TrainingConfig | None = None,
+        components: FindComponents | None = None,
     ) -> None:
         """began: value of time.perf_counter() from which the user's seconds count; None: now.
 
-        part: file for checkpoints. callbacks: run during the training of every level and of the texture.
+        part: file for checkpoints. callbacks: run during the training of every level and of the texture. components:
+        finds the loose components of a model's surface, which late steps of the last level remove.
         """
+        self._components = components
         self.interrupted = False
         self._shape, self._settings, self._progress = shape, settings, progress
         self._config = default_config() if config is None else config
@@ -136,8 +143,16 @@ class Training:
         def so_far(weights: Weights, record: dict[str, object]) -> Trained:
             return self._trained.and_then(weights, self._probe.rough([*frozen, weights]), record)
 
+        def components(weights: Weights) -> Doubles:
+            assert self._components is not None
+            return self._components(self._unmeasured_model(so_far(self._final(weights), {}))).astype(np.float64)
+
+        # Only the last level's surface is that of the model; level 1 has no band to make loose components in.
+        last = 0 < index == len(settings.networks) - 1
+        exact = not (self._shape.moving or self._shape.noise)
+        find = components if self._components and last and exact else None
         task = level.task(start, self._step(level.step))
-        outcome = self._fit(stage, budget, task, level.callbacks(), figures, so_far)
+        outcome = self._fit(stage, budget, task, level.callbacks(find), figures, so_far)
         if index == 0:
             self._check_first_level(outcome)
         record = training_record(stage.size, stage.omega, outcome, stage.began)

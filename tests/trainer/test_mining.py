@@ -212,6 +212,19 @@ def test_a_resumed_miner_finds_the_same_examples(wall: Shape) -> None:
         again.restore(snapshot)
 
 
+def test_samples_around_loose_components_have_the_shapes_distances(ball: Shape) -> None:
+    miner, vertices = Miner(ball, frozen_level(DELTA), rng()), np.array([[1.1, 0.0, 0.0]])
+    found = miner.mine(constant(0.0), None, 2000, NEAR)
+    more = miner.around(found, vertices)
+    assert found is not None
+    added = more.points[len(found.points) :]
+    assert len(added) == round(MINING.component_ratio * len(found.points))
+    assert np.linalg.norm(added - vertices, axis=1).max() < 6 * MINING.component_spread
+    np.testing.assert_allclose(more.distance[len(found.points) :], np.linalg.norm(added, axis=1) - 1, atol=5e-3)
+    assert more.ratio == pytest.approx(len(more.points) / len(found.points), rel=1e-3)
+    assert len(miner.around(None, vertices).points) == round(MINING.component_ratio * MINING.fewest)
+
+
 def test_strays_far_from_the_surface_are_sampled_with_a_bounded_distance(ball: Shape) -> None:
     delta = 0.02
     pool = Sampler(ball, frozen_level(delta), rng()).volume(4000)
