@@ -96,9 +96,7 @@ def _largest_width(parameters: int, textured: bool, step: int) -> int:
     widths = [w for w in range(NARROWEST, WIDEST + 1, step) if parameters_of_width(w, textured=textured) <= parameters]
     if not widths:
         least = parameters_of_width(NARROWEST, textured=textured)
-        raise UserError(
-            f"--levels auto: {parameters:,} parameters; with its colours this shape needs {least:,} or more"
-        )
+        raise UserError(f"--levels auto: {parameters:,} parameters; with its colors this shape needs {least:,} or more")
     return widths[-1]
 
 

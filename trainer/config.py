@@ -117,11 +117,11 @@ class SamplingConfig:
     largest_pool: int = 200_000
     smallest_pool: int = 8192
     pool_per_step: int = 100
-    """Samples per optimiser step, within these limits."""
+    """Samples per optimizer step, within these limits."""
     pool_per_second: int = 6000
     """Samples per second of training, where the user gives seconds."""
     first_band: float = 0.1
-    """Half width of the shell around the surface in which level 1 has more samples."""
+    """Half-width of the shell around the surface in which level 1 has more samples."""
     first_band_share: float = 0.3
     """Share of level 1's volume samples in that shell."""
     ball_radius: float = 1.03
@@ -230,13 +230,13 @@ class TextureConfig:
     batch: int = 4096
     """Samples of a step, half of them on the surface."""
     colors_per_sample: int = 5
-    """Colour samples for each sample of a pool: images have more detail than shapes."""
+    """Color samples for each sample of a pool: images have more detail than shapes."""
     rate: float = 3e-2
     """Peak learning rate of the hidden layers."""
     output_factor: float = 0.1
     """Factor on the rate of the output layer."""
     smoothness: float = 2e-4
-    """Weight of <grad g, grad f>^2: derivatives of colour are larger than colours by about omega_0."""
+    """Weight of <grad g, grad f>^2: derivatives of color are larger than colors by about omega_0."""
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ class FrozenLevels:
 
     @property
     def delta(self) -> float:
-        """Half-width delta of the band in which level i is trained; for level 1, the half width of its shell."""
+        """Half-width delta of the band in which level i is trained; for level 1, the half-width of its shell."""
         return self.deltas[-1] if self.deltas else self.config.first_band
 
     def field(self, points: Doubles, *more: Weights) -> Doubles:

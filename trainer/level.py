@@ -91,11 +91,11 @@ class LevelStep:
         residual = adjoint_pass(weights, torch.cat([pool.points for pool in pools]))
         f = residual.f + torch.cat([pool.frozen for pool in pools])
         gradient = residual.gradient + torch.cat([pool.frozen_gradient for pool in pools])
-        usual = len(on.points) + len(around.points)
-        loss, d_f, d_gradient, self.terms = level_loss(f[:usual], gradient[:usual], on, around, self.weight)
+        own = len(on.points) + len(around.points)
+        loss, d_f, d_gradient, self.terms = level_loss(f[:own], gradient[:own], on, around, self.weight)
         if self.hard is not None:
-            d_f = torch.cat((d_f, self._hard_derivative(f[usual:], pools[-1], len(around.points))))
-            d_gradient = torch.cat((d_gradient, torch.zeros_like(gradient[usual:])))
+            d_f = torch.cat((d_f, self._hard_derivative(f[own:], pools[-1], len(around.points))))
+            d_gradient = torch.cat((d_gradient, torch.zeros_like(gradient[own:])))
         add_derivative(weights, residual, d_f, d_gradient)
         return loss.item() - (self.weight.value - self._first_value) * self.terms["value"].item()
 

@@ -1,4 +1,4 @@
-"""What one level is trained on and by: its samples, its optimiser step, and the callbacks beside the steps."""
+"""The training of one level: its samples, its optimizer step, and the callbacks beside the steps."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -40,7 +40,7 @@ class Stage:
     began: float
     """Value of time.perf_counter() at its start, less the seconds of interrupted runs."""
     resume: Snapshot | None
-    """State of the interrupted run that this one continues; None: it starts anew."""
+    """State of the interrupted run that this one continues; None: it starts from random weights."""
 
     @property
     def size(self) -> str:

@@ -26,7 +26,7 @@ def prepare(device: torch.device) -> None:
     """Set up PyTorch and the C library for training on `device`; a GPU needs nothing.
 
     Call it once, before training and before other threads use PyTorch. glibc returns large blocks to the system at
-    every free, and each new one costs page faults, so it is told to keep them. PyTorch's "medium" precision computes
+    every free, and each new one costs page faults, so mallopt makes it keep them. PyTorch's "medium" precision computes
     float32 products with oneDNN, which is often faster at the same precision on processors without bfloat16 matrix
     units; where it would lose precision it is switched off again.
     """

@@ -41,7 +41,7 @@ class TrainingOptions(Options):
         None, "with --levels auto: mean |f| on the surface to reach, in radii of the shape", metavar="E"
     )
     preset: str = option(DEFAULT_PRESET, f"levels by name: {_PRESETS}", choices=tuple(PRESETS))
-    packed: bool = option(False, "quantise the weights to a few bits, for short shader texts (bake --target shadertoy)")
+    packed: bool = option(False, "quantize the weights to a few bits, for short shader texts (bake --target shadertoy)")
     omega: Numbers | None = option(
         None,
         "omega_0 of each level (default: 40,80,120; less below 64 wide), then of the texture (default: 50)",
@@ -57,12 +57,12 @@ class TrainingOptions(Options):
     )
     steps: Numbers | None = option(
         None,
-        "optimiser steps of each level, then of the texture (the same seed and steps give the same weights)",
+        "optimizer steps of each level, then of the texture (the same seed and steps give the same weights)",
         metavar="N,..",
     )
     texture: str = option(
         "auto",
-        "auto: learn colours where the shape has them, of a material's image, of vertices or points; none: geometry "
+        "auto: learn colors where the shape has them, of a material's image, of vertices or points; none: geometry "
         "only; FILE: an image, by texture coordinates",
         metavar="auto|none|FILE",
     )

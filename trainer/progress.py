@@ -27,7 +27,7 @@ ProgressCallback = Callable[[str, float, float], object]
 class TrainingBar:
     """A progress bar on stderr: the stage, the share done, the quality, and the time left.
 
-    The quality is mean |f| at held-out points for a level, the colour error for a texture, and the loss otherwise.
+    The quality is mean |f| at held-out points for a level, the color error for a texture, and the loss otherwise.
     In a notebook with ipywidgets the bar is a widget. Without a reader on stderr the training continues.
     """
 
@@ -65,7 +65,7 @@ class TrainingBar:
         if "mean_f" in self._figures:
             return f"mean |f| {self._figures['mean_f']:.2e}"
         if "colour" in self._figures:
-            return f"colours off by {math.sqrt(self._figures['colour'] / 3):.3f}"
+            return f"colors off by {math.sqrt(self._figures['colour'] / 3):.3f}"
         return f"loss {loss:.4g}"
 
     def end(self) -> None:

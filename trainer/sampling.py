@@ -34,7 +34,7 @@ def dithered(points: Doubles, delta: float, inside: Mask, count: int, rng: np.ra
         if not missing:
             return np.concatenate(kept)
     raise UserError(
-        f"the band of half width {delta:.2g} has too few sample points: the level before missed the surface; "
+        f"the band of half-width {delta:.2g} has too few sample points: the level before missed the surface; "
         "train that level longer or change --omega"
     )
 

@@ -16,7 +16,7 @@ class Preset:
     levels: str
     """In the form of --levels."""
     packed: bool = False
-    """Whether weights are quantised (model/quantise.py), for short Shadertoy texts."""
+    """Whether weights are quantized (model/quantise.py), for short Shadertoy texts."""
 
 
 PRESETS = {
@@ -55,7 +55,7 @@ class Settings:
     seconds: float | None = None
     """Wall time of the whole training, in place of `steps`."""
     texture: bool = True
-    """Whether to learn the colours of a shape that has some."""
+    """Whether to learn the colors of a shape that has some."""
     seed: int = 0
     device: str = "auto"
     """"auto", "cpu" or "cuda"."""
@@ -64,7 +64,7 @@ class Settings:
     wish: LevelGoal | None = None
     """The goal by which `--levels auto` chooses `networks` and `omegas`; None: the user has chosen them."""
     packed: bool = False
-    """Whether weights are quantised in every step (networks/quantized.py)."""
+    """Whether weights are quantized in every step (networks/quantized.py)."""
     texture_network: tuple[int, int] | None = None
     """(width, depth) of the texture; None: by the size of the last level."""
     noise: float | None = None

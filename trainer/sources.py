@@ -29,7 +29,7 @@ from .shapes.shape import Shape
 Loaded = tuple[Shape, list[str]]
 """A shape, and warnings for the user."""
 ModelSurface = tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.float32] | None]
-"""Vertices (V, 3) in model space, faces (F, 3), and colours (V, 3), sRGB in [0, 1], or None."""
+"""Vertices (V, 3) in model space, faces (F, 3), and colors (V, 3), sRGB in [0, 1], or None."""
 STAGE = "surfaces between"
 """Stage of the progress while the surfaces between two moments are computed."""
 
@@ -154,10 +154,10 @@ def _of_model(end: str | Model, surface_of: Callable[[Model], ModelSurface]) -> 
     else:
         model = load(Path(end))
         source = {"file": Path(end).name, "sha256": hashlib.sha256(Path(end).read_bytes()).hexdigest()}
-    vertices, faces, colours = surface_of(model)
+    vertices, faces, colors = surface_of(model)
     mesh = trimesh.Trimesh(vertices, faces, process=False)
-    if colours is not None:
-        mesh.visual = trimesh.visual.ColorVisuals(mesh, vertex_colors=np.round(colours * 255).astype(np.uint8))
+    if colors is not None:
+        mesh.visual = trimesh.visual.ColorVisuals(mesh, vertex_colors=np.round(colors * 255).astype(np.uint8))
     shape = MeshShape(mesh, model.name, source)
     x, y, z = (float(c) for c in np.array(model.centre) + model.scale * np.array(shape.center))
     shape.center, shape.scale = (x, y, z), model.scale * shape.scale

@@ -1,6 +1,6 @@
 """The training step of the texture network g (Section 3.2, normal and texture mapping).
 
-g maps model space to sRGB; it is fitted to the colours on the surface and kept constant along normals in the band.
+g maps model space to sRGB; it is fitted to the colors on the surface and kept constant along normals in the band.
 """
 
 import torch
@@ -29,12 +29,12 @@ def initial_texture(
 
 
 class TextureStep:
-    """The texture's training step: a batch of colours on the surface, and of <grad g, grad f>^2 in the band."""
+    """The texture's training step: a batch of colors on the surface, and of <grad g, grad f>^2 in the band."""
 
     def __init__(
         self, surface: Pool, band: Pool, generator: torch.Generator, config: TextureConfig | None = None
     ) -> None:
-        """surface: samples with colours. band: samples of level 1's band."""
+        """surface: samples with colors. band: samples of level 1's band."""
         config = config or TextureConfig()
         half = min(config.batch // 2, len(surface.points), len(band.points))
         self._generator, self._smoothness = generator, config.smoothness
@@ -45,12 +45,12 @@ class TextureStep:
     def __call__(self, weights: Weights) -> float:
         """Add the gradients of one batch to the weights' .grad; return the loss."""
         on, around = next(self._surface), next(self._band)
-        assert on.colours is not None
+        assert on.colors is not None
         points = torch.cat((on.points, around.points))
         normals = torch.cat((on.frozen_gradient, around.frozen_gradient))
-        normals[:, 3:] = 0  # Colours are constant along the normal, not in time.
+        normals[:, 3:] = 0  # Colors are constant along the normal, not in time.
         forward = value_along(weights, points, normals)
-        loss, d_value, d_along, self.terms = texture_loss(forward.value, forward.along, on.colours, self._smoothness)
+        loss, d_value, d_along, self.terms = texture_loss(forward.value, forward.along, on.colors, self._smoothness)
         add_derivative_along(weights, forward, d_value, d_along)
         return loss.item()
 
@@ -67,23 +67,23 @@ class TextureStep:
 
 
 def texture_loss(
-    colours: Tensor, along: Tensor, truth: Tensor, smoothness: float
+    colors: Tensor, along: Tensor, truth: Tensor, smoothness: float
 ) -> tuple[Tensor, Tensor, Tensor, dict[str, Tensor]]:
     """Compute T(phi) of Section 3.2.
 
-    colours: (N, 3), values of g at points of the surface, then of the band. along: (N, 3), <grad g, grad f> there.
-    truth: (M, 3), colours of the surface points. smoothness: weight of the second term. Returns the loss, its
-    derivatives with respect to colours and along, and its terms by name.
+    colors: (N, 3), values of g at points of the surface, then of the band. along: (N, 3), <grad g, grad f> there.
+    truth: (M, 3), colors of the surface points. smoothness: weight of the second term. Returns the loss, its
+    derivatives with respect to colors and along, and its terms by name.
     """
     on = len(truth)
-    colour, d_colour = losses.color(colours[:on], truth)
+    color, d_color = losses.color(colors[:on], truth)
     smooth, d_along = losses.constant_along_normals(along)
-    d_value = torch.zeros_like(colours)
-    d_value[:on] = d_colour
-    return colour + smoothness * smooth, d_value, d_along.mul_(smoothness), {"colour": colour, "along": smooth}
+    d_value = torch.zeros_like(colors)
+    d_value[:on] = d_color
+    return color + smoothness * smooth, d_value, d_along.mul_(smoothness), {"colour": color, "along": smooth}
 
 
 def idle_loss(surface: Pool) -> float:
     """Compute the loss of mid-grey: that of a texture which has collapsed."""
-    assert surface.colours is not None
-    return losses.color(torch.full_like(surface.colours, GREY), surface.colours)[0].item()
+    assert surface.colors is not None
+    return losses.color(torch.full_like(surface.colors, GREY), surface.colors)[0].item()

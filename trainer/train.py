@@ -199,7 +199,7 @@ class Training:
         settings, config = self._settings, self._config.texture
         stage = self._begin("texture", settings.texture_size(), settings.texture_omega(), SEEDS - 1, budget)
         sampler = Sampler(self._shape, self._frozen_levels(), np.random.default_rng(stage.seed))
-        surface = sampler.colours(config.colors_per_sample * stage.samples)
+        surface = sampler.colors(config.colors_per_sample * stage.samples)
         band = sampler.first_band(stage.samples)
         step = texture.TextureStep(surface, band, torch.Generator().manual_seed(stage.seed), config)
         network, omega, moving = stage.network, stage.omega, self._shape.moving

@@ -2,7 +2,7 @@
 
 Level 1 sees the surface, a shell around it, the unit ball and the corners of the domain. Level i > 1, a residual, sees
 the surface and the band |f_{i-1}| < delta_{i-1} of the level before, where it is defined (Eq. 3). The texture sees the
-colours of the surface, and the band of level 1. Hard examples come during training (mining.py).
+colors of the surface, and the band of level 1. Hard examples come during training (mining.py).
 """
 
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ class Pool:
     """f_{i-1} at the points (N,)."""
     frozen_gradient: Tensor
     """grad f_{i-1} at the points, with as many columns."""
-    colours: Tensor | None = None
+    colors: Tensor | None = None
     """sRGB in [0, 1], (N, 3), or None."""
 
     def take(self, index: Tensor | slice) -> "Pool":
@@ -49,7 +49,7 @@ class Pool:
             normals=take(self.normals),
             frozen=self.frozen[index],
             frozen_gradient=self.frozen_gradient[index],
-            colours=take(self.colours),
+            colors=take(self.colors),
         )
 
 
@@ -74,13 +74,13 @@ class Sampler:
             distance = self._frozen.clip(distance)
         return self.pool(points, distance=distance)
 
-    def colours(self, count: int) -> Pool:
-        """Draw samples of the surface, with colours."""
+    def colors(self, count: int) -> Pool:
+        """Draw samples of the surface, with colors."""
         drawn = self._shape.surface(count, self._rng, colors=True)
-        return self.pool(drawn.points, colours=drawn.colors)
+        return self.pool(drawn.points, colors=drawn.colors)
 
     def first_band(self, count: int) -> Pool:
-        """Draw samples of level 1's band, which contains the surface of every level, for colours that fit all levels.
+        """Draw samples of level 1's band, which contains the surface of every level, for colors that fit all levels.
 
         `frozen` and `frozen_gradient` of the pool belong to the finest level defined at each sample (Eq. 3).
         """
@@ -95,7 +95,7 @@ class Sampler:
         points: Doubles,
         distance: Doubles | None = None,
         normals: Doubles | None = None,
-        colours: Doubles | None = None,
+        colors: Doubles | None = None,
     ) -> Pool:
         """Evaluate the frozen levels at points (N, 3), and return a pool of them and their attributes."""
         tensor = self._frozen.tensor
@@ -107,7 +107,7 @@ class Sampler:
             normals=None if normals is None else tensor(normals),
             frozen=frozen,
             frozen_gradient=frozen_gradient,
-            colours=None if colours is None else tensor(colours),
+            colors=None if colors is None else tensor(colors),
         )
 
     def snapshot(self) -> Snapshot:
