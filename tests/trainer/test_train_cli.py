@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,15 +11,16 @@ import pytest
 import trimesh
 from PIL import Image
 
+import mplicits
 from mplicits import cli
 from mplicits.api import pictures
 from mplicits.model.errors import UserError
-from mplicits.model.model import shape_of
+from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load
 from mplicits.trainer import settings
 from mplicits.trainer.config import DefaultLengths
 from mplicits.trainer.progress import TrainingBar, TrainingLog
-from support.ball_training import Log
+from support.ball_training import QUICK, Log
 
 QUICK = ("--levels", "8x0,8x1", "--steps", "20", "--quiet")
 
@@ -132,6 +134,25 @@ def test_a_texture_s_lines_say_so_and_a_full_disk_ends_the_log_alone(tmp_path: P
     full.advance(0.5, 1.0)
     full.advance(0.6, 1.0)
     assert told.lines == ["warning: the log ends here: No space left on device"]
+
+
+@pytest.mark.parametrize("way", ["command", "function"])
+def test_the_surface_of_the_last_level_is_searched_for_loose_components(
+    ball: str, monkeypatch: pytest.MonkeyPatch, way: str
+) -> None:
+    config, searched = replace(QUICK, mining=replace(QUICK.mining, components_steps=5)), []
+
+    def search(model: Model) -> np.ndarray:
+        searched.append(len(model.levels))
+        return np.array([[0.0, 1.1, 0.0]], np.float32)
+
+    monkeypatch.setattr("mplicits.trainer.config.DEFAULT", config)
+    monkeypatch.setattr("mplicits.mesher.survey.loose_components", search)
+    if way == "command":
+        assert cli.main(["train", ball, "--levels", "8x1,8x1", "--steps", "20,40", "--quiet"]) == 0
+    else:
+        mplicits.train(ball, "8x1,8x1", steps="20,40", quiet=True)
+    assert searched == [2, 2]
 
 
 def test_ctrl_c_saves_the_model_and_says_so(
