@@ -1,4 +1,4 @@
-// The field of a scene without its networks (codegen/printers/composed.py): placed shapes, combined. FADE: 1 over the share
+// The field of a scene without its networks (codegen/printers/scene_loops.py): placed shapes, combined. FADE: 1 over the share
 // of a band in which the next level's residual fades out.
 
 // Rotates v around an axis of length 1. c, s: cosine and sine of the angle.
