@@ -97,7 +97,7 @@ def test_a_collapsed_residual_is_restarted(ball: Shape, first: Model) -> None:
     assert any("restarted with rate" in line for line in log.lines)
     second = model.provenance["levels"][1]
     assert second["restarts"] == len([line for line in log.lines if "restarted" in line])
-    assert second["rate"] < StepConfig.rate
+    assert second["rate"] < config.step.rate
     assert second["mean_f"] < model.provenance["levels"][0]["mean_f"]
 
 

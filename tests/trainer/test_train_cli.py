@@ -20,7 +20,8 @@ from mplicits.model.model_file import load
 from mplicits.trainer import settings
 from mplicits.trainer.config import DefaultLengths
 from mplicits.trainer.progress import TrainingBar, TrainingLog
-from support.ball_training import QUICK, Log
+from support.ball_training import QUICK as QUICK_CONFIG
+from support.ball_training import Log
 
 QUICK = ("--levels", "8x0,8x1", "--steps", "20", "--quiet")
 
@@ -140,7 +141,7 @@ def test_a_texture_s_lines_say_so_and_a_full_disk_ends_the_log_alone(tmp_path: P
 def test_the_surface_of_the_last_level_is_searched_for_loose_components(
     ball: str, monkeypatch: pytest.MonkeyPatch, way: str
 ) -> None:
-    config, searched = replace(QUICK, mining=replace(QUICK.mining, components_steps=5)), []
+    config, searched = replace(QUICK_CONFIG, mining=replace(QUICK_CONFIG.mining, components_steps=5)), []
 
     def search(model: Model) -> np.ndarray:
         searched.append(len(model.levels))
