@@ -16,6 +16,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from mplicits.mesher.model_field import Field, ModelField
+from mplicits.mesher.survey import loose_components
 from mplicits.model.model import DEFAULT_ITERATIONS, Level, Model
 from mplicits.trainer import quality, sampling, settings
 from mplicits.trainer.networks.nested import field, in_band
@@ -80,7 +81,7 @@ def trained(shape: Shape, chosen: Settings, began: float | None = None) -> Model
 
     began: time.perf_counter() at which the seconds of `chosen` start; None: now.
     """
-    return Training(shape, chosen, TrainingBar(quiet=True), began).run()
+    return Training(shape, chosen, TrainingBar(quiet=True), began, components=loose_components).run()
 
 
 def one_siren(shape: Shape, parameters: int, seconds: float, seed: int) -> Model:

@@ -33,12 +33,14 @@ class MineHardExamples(Callback):
         share: float,
         config: MiningConfig,
         components: FindComponents | None = None,
+        component_seconds: float = 0.0,
     ) -> None:
         """candidates: most candidates of each kind. share: of `LevelStep.hard_share`, without thin features.
 
-        components: finds the loose components of the surface; None: they are not mined.
+        components: finds the loose components of the surface; None: they are not mined. component_seconds: estimated
+        time of that.
         """
-        self._components = components
+        self._components, self._component_seconds = components, component_seconds
         self._step, self._miner, self._sampler = step, miner, sampler
         self._candidates, self._share, self._config = candidates, share, config
         self._near = step.weight.near
@@ -52,7 +54,8 @@ class MineHardExamples(Callback):
         began = time.perf_counter()
         earlier = None if step.hard is None else np.asarray(step.hard.points.cpu(), np.float64)
         found = self._miner.mine(state.weights, earlier, self._candidates, self._near)
-        if self._components and state.reaches(config.components) and state.steps >= config.components_steps:
+        late = state.reaches(config.components) and state.steps >= config.components_steps
+        if self._components and late and self._component_seconds < config.longest * state.seconds_left:
             vertices = self._components(state.weights)
             if len(vertices):
                 found = self._miner.around(found, vertices)

@@ -215,6 +215,8 @@ class MiningConfig:
     """Shares of the last level's schedule at which loose components of its surface are mined, too."""
     components_steps: int = 800
     """Fewest steps before that: after fewer, the surface is too rough."""
+    component_cost: float = 6.0
+    """Time of a search for loose components, as a multiple of the time of measuring a level."""
     component_ratio: float = 0.6
     """Ratio of samples around loose components to other hard samples."""
     component_spread: float = 0.004

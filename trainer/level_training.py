@@ -97,18 +97,20 @@ class LevelTraining:
             draws=LevelState(self.step, self._sampler, self._miner),
         )
 
-    def callbacks(self, components: FindComponents | None) -> list[Callback]:
+    def callbacks(self, components: FindComponents | None, component_seconds: float) -> list[Callback]:
         """Return the callbacks that change what later steps train on: hard-example mining and loss weights.
 
-        A loss weight that the user has chosen stays. components: as in `MineHardExamples`.
+        A loss weight that the user has chosen stays. components, component_seconds: as in `MineHardExamples`.
         """
         config, step, user = self._config, self.step, self._settings.weights
         schedule = config.mining.schedule
         callbacks: list[Callback] = []
         if not self._first or step.weight.excess > 1:
             mining, count = config.mining, self._stage.samples
-            miner, sampler, share = self._miner, self._sampler, self._hard_share
-            callbacks.append(MineHardExamples(step, miner, sampler, count, share, mining, components))
+            search = components, component_seconds
+            callbacks.append(
+                MineHardExamples(step, self._miner, self._sampler, count, self._hard_share, mining, *search)
+            )
         if self._first:
             return callbacks
         if self._shape.cloud and not self._shape.moving and "length" not in user:

@@ -143,20 +143,26 @@ class Training:
         def so_far(weights: Weights, record: dict[str, object]) -> Trained:
             return self._trained.and_then(weights, self._probe.rough([*frozen, weights]), record)
 
-        def components(weights: Weights) -> Doubles:
-            assert self._components is not None
-            return self._components(self._unmeasured_model(so_far(self._final(weights), {}))).astype(np.float64)
-
-        # Only the last level's surface is that of the model; level 1 has no band to make loose components in.
-        last = 0 < index == len(settings.networks) - 1
-        exact = not (self._shape.moving or self._shape.noise)
-        find = components if self._components and last and exact else None
+        measuring = stage.budget.deadline - budget.deadline
+        seconds = self._config.mining.component_cost * measuring
         task = level.task(start, self._step(level.step))
-        outcome = self._fit(stage, budget, task, level.callbacks(find), figures, so_far)
+        outcome = self._fit(
+            stage, budget, task, level.callbacks(self._component_search(index, so_far), seconds), figures, so_far
+        )
         if index == 0:
             self._check_first_level(outcome)
         record = training_record(stage.size, stage.omega, outcome, stage.began)
         self._freeze(self._final(outcome.weights), level.points(), record)
+
+    def _component_search(
+        self, index: int, so_far: Callable[[Weights, dict[str, object]], Trained]
+    ) -> Callable[[Weights], Doubles] | None:
+        """Return the search for loose components: for the last level, a residual, of a shape with exact distances."""
+        find, shape = self._components, self._shape
+        last = 0 < index == len(self._settings.networks) - 1
+        if find is None or not last or shape.moving or shape.noise:
+            return None
+        return lambda weights: find(self._unmeasured_model(so_far(self._final(weights), {}))).astype(np.float64)
 
     def _start(self, stage: Stage, level: LevelTraining) -> tuple[Callable[[], Weights], Budget]:
         """Return what makes the level's first weights, and its budget without the time of measuring the level."""

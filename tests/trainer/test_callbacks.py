@@ -147,12 +147,18 @@ def test_mining_that_would_take_too_much_of_the_remaining_time_is_skipped(
     assert len(mined) == 2
 
 
-@pytest.mark.parametrize(("share", "steps", "mined"), [(0.85, 800, True), (0.7, 800, False), (0.85, 799, False)])
-def test_loose_components_are_mined_late_in_a_long_schedule(ball: Shape, share: float, steps: int, mined: bool) -> None:
+@pytest.mark.parametrize(
+    ("share", "steps", "left", "mined"),
+    [(0.85, 800, np.inf, True), (0.7, 800, np.inf, False), (0.85, 799, np.inf, False), (0.85, 800, 5.0, False)],
+)
+def test_loose_components_are_mined_late_in_a_long_schedule(
+    ball: Shape, share: float, steps: int, left: float, mined: bool
+) -> None:
+    """The search of 2 s takes too much of 5 s."""
     step, sampler, miner = level_step(ball)
     spot = np.array([[0.0, 1.1, 0.0]])
-    mining = MineHardExamples(step, miner, sampler, 2000, 0.1, MINING, lambda _: spot)
-    mining.before_step(replace(state(constant(0.0), share), steps=steps))
+    mining = MineHardExamples(step, miner, sampler, 2000, 0.1, MINING, lambda _: spot, 2.0)
+    mining.before_step(replace(state(constant(0.0), share, left), steps=steps))
     assert step.hard is not None
     near = (step.hard.points - torch.tensor(spot, dtype=torch.float32)).norm(dim=1) < 0.02
     assert (int(near.sum()) > 0.3 * len(near)) == mined
