@@ -149,7 +149,7 @@ def test_morph_and_motion_equal_the_verbs(tmp_path: Path, monkeypatch: pytest.Mo
     assert ours.model.sha256() == load(output).sha256()
     with pytest.raises(mplicits.UserError, match=r"--texture image\.png: a morph takes auto or none"):
         mplicits.morph(first, second, "8x0", texture="image.png")
-    with pytest.raises(mplicits.UserError, match="a folder of meshes is needed"):
+    with pytest.raises(mplicits.UserError, match="needs the path of a folder of meshes"):
         mplicits.train((np.eye(3), np.array([[0, 1, 2]])), "8x0", time=True)
 
 
