@@ -36,4 +36,4 @@ def surface_of(model: "Model", quiet: bool) -> "ModelSurface":
     from ..mesher import survey
 
     mesh = survey.surface_of(model, quiet)
-    return mesh.vertices, mesh.faces, mesh.colours
+    return mesh.vertices, mesh.faces, mesh.colors

@@ -38,7 +38,7 @@ class Space:
     def to_model(self, points: NDArray[np.floating]) -> NDArray[np.float64]:
         """Convert points (N, 3) to model space."""
         doubles = points.astype(np.float64)
-        return (upright(doubles, self._model.up) - self._model.centre) / self._model.scale if self._is_file else doubles
+        return (upright(doubles, self._model.up) - self._model.center) / self._model.scale if self._is_file else doubles
 
     def directions_to_model(self, directions: NDArray[np.float64]) -> NDArray[np.float64]:
         """Rotate directions (N, 3) to model space."""
@@ -56,7 +56,7 @@ class Space:
         rows = points.reshape(-1, 3)
         if self._is_file:
             rows = rows.double() @ rows.new_tensor(upright(np.eye(3), self._model.up)).double()
-            rows = (rows - rows.new_tensor(self._model.centre)) / self._model.scale
+            rows = (rows - rows.new_tensor(self._model.center)) / self._model.scale
         return rows.float()
 
     def tensor_from_model(self, directions: "Tensor") -> "Tensor":

@@ -28,7 +28,7 @@ def _rows(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     colors = f", colors by {facts['texture']}" if facts["texture"] else "" if facts["shapes"] else ", no colors"
     yield "parameters", f"{facts['parameters']:,}{colors}; sha256 {facts['sha256'][:12]}"
     x, y, z = (f"{c:.4g}" for c in facts["centre"])
-    yield "space", f"{facts['up']} is up in the shape's file, its centre {x}, {y}, {z}, its radius {facts['scale']:.4g}"
+    yield "space", f"{facts['up']} is up in the shape's file, its center {x}, {y}, {z}, its radius {facts['scale']:.4g}"
     if facts["front"]:
         azimuth, elevation = facts["front"]
         yield "first view", f"{azimuth:g} degrees around, {elevation:g} above"

@@ -38,7 +38,7 @@ def model_facts(model: Model) -> dict[str, Any]:
         "texture": None if model.texture is None else shape_of(model.texture),
         "shapes": [shape.name for shape in model.shapes],
         "inputs": model.inputs,
-        "centre": model.centre,
+        "centre": model.center,
         "scale": model.scale,
         "up": model.up,
         "front": model.front,

@@ -175,7 +175,7 @@ def main() -> None:
     """Write the four tables, each row as soon as it is trained."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--levels", default="32x1,32x2,64x2", metavar="NxD,NxD,NxD")
-    parser.add_argument("--steps", type=int, default=1500, help="optimiser steps of every level")
+    parser.add_argument("--steps", type=int, default=1500, help="optimizer steps of every level")
     parser.add_argument(
         "--multiples", type=_numbers, default="0,0.1,1,10,100", help="factors on our weights of the loss"
     )

@@ -25,7 +25,7 @@ from mplicits.mesher.metrics import SampledSurface, chamfer
 from mplicits.model import gallery
 from mplicits.model.model import Network, shape_of
 from mplicits.model.model_file import load, save
-from mplicits.model.quantise import step_of
+from mplicits.model.quantize import step_of
 from mplicits.trainer import settings
 from mplicits.trainer.machine import device, prepare
 from mplicits.trainer.progress import TrainingBar

@@ -50,7 +50,7 @@ class Trained:
     seconds: float
     """Of training."""
     steps: tuple[int, ...]
-    """Optimiser steps of each network."""
+    """Optimizer steps of each network."""
     field: Callable[[float], Field]
     """Makes the field for a grid whose cells have this diagonal, model units."""
 
@@ -173,7 +173,7 @@ def _trained(
         sirens.append(Siren(size, omega, generator))
         done = [siren.folded() for siren in sirens[:-1]]
         batches = _batches(cloud, done, deltas if nested else [], rng)
-        optimiser = torch.optim.Adam(sirens[-1].weights, RATE)
+        optimizer = torch.optim.Adam(sirens[-1].weights, RATE)
         count = 0
         while time.perf_counter() - began < seconds * (i + 1) / len(sizes):
             points, normals, distance = next(batches)
@@ -183,9 +183,9 @@ def _trained(
             on = len(normals)
             cosine = functional.cosine_similarity(gradient[:on], normals, dim=1)
             total = loss(f, distance, cosine, torch.linalg.vector_norm(gradient, dim=1))
-            optimiser.zero_grad()
+            optimizer.zero_grad()
             total.backward()  # type: ignore[no-untyped-call]
-            optimiser.step()
+            optimizer.step()
             count += 1
         steps.append(count)
         for weight in sirens[-1].weights:

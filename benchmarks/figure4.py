@@ -33,7 +33,7 @@ SCALES = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 2.0, 4.0, 8.0, 16.0)
 PICTURED = {0.2: "too small", 1.0: "Eq. 5", 4.0: "too large"}
 """Factor -> heading of its picture."""
 RED = (0.9, 0.05, 0.05)
-"""Colour of a hole, sRGB."""
+"""Color of a hole, sRGB."""
 MARCHES = {
     "single": RenderOptions(
         schedule="plain", iterations=DEFAULT_ITERATIONS, rounds=1, step_scale=1 / DEFAULT_STEP_BOUND

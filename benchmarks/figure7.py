@@ -2,7 +2,7 @@
 
     python benchmarks/figure7.py armadillo.safetensors lucy.safetensors --z-up lucy
 
-The reference is the finest level's mesh by marching cubes, rasterised with its own normals, which are that level's
+The reference is the finest level's mesh by marching cubes, rasterized with its own normals, which are that level's
 gradients at the vertices. The error (MSE) is the mean, over pixels and channels, of the squared difference of the sRGB
 pictures, whose values lie in [0, 1].
 """

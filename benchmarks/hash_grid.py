@@ -97,17 +97,17 @@ def hash_grid(shape: Shape, levels: int, seconds: float, seed: int) -> Trained:
     known = np.concatenate((np.zeros(POOL // 2), shape.distance(points[POOL // 2 :])))
     said = np.isfinite(known)  # a cloud knows no distance in its holes
     positions, distances = (torch.from_numpy(array[said].astype(np.float32)) for array in (points, known))
-    optimiser = torch.optim.Adam(grid.parameters(), RATE, eps=1e-15)
+    optimizer = torch.optim.Adam(grid.parameters(), RATE, eps=1e-15)
     steps, share = 0, 0.0
     while share < 1:
         batch = torch.from_numpy(rng.integers(len(positions), size=BATCH))
         f, distance = grid(positions[batch]), distances[batch]
         loss = ((f - distance).abs() / (distance.abs() + 0.01)).mean()
-        optimiser.zero_grad()
+        optimizer.zero_grad()
         loss.backward()
-        for group in optimiser.param_groups:
+        for group in optimizer.param_groups:
             group["lr"] = RATE * max(0.01, (1 - share)) if share > 0.5 else RATE
-        optimiser.step()
+        optimizer.step()
         steps += 1
         share = (time.perf_counter() - began) / seconds
     field = HashField(grid, positions[::4])

@@ -28,7 +28,7 @@ ROUNDS = (1, 2, 4, 8, 16, 32)
 
 
 def outline(hit: NDArray[np.bool_]) -> int:
-    """Count the pixels of a picture (H, W) that have a neighbour on the other side of the silhouette."""
+    """Count the pixels of a picture (H, W) that have a neighbor on the other side of the silhouette."""
     edge = np.zeros_like(hit)
     for axis in (0, 1):
         for shift in (1, -1):

@@ -1,7 +1,7 @@
 """NeuS's own scene (Wang et al. 2021), to compare ours with: one ReLU-like network, differentiated twice by autograd.
 
 The distance: hidden layers of softplus(100 x), positional encoding of 6 octaves, a skip connection, the geometric
-initialisation of SAL/IDR, weight normalisation, and a feature vector that the radiance network takes. Both networks are
+initialization of SAL/IDR, weight normalization, and a feature vector that the radiance network takes. Both networks are
 evaluated at every sample, as far as `render` asks; the rest of the pipeline is ours and the same for both.
 """
 
@@ -42,7 +42,7 @@ class Distance(nn.Module):
             self._layers.append(weight_norm(layer))
 
     def _geometric(self, layer: nn.Linear, k: int, last: int, encoded: int) -> None:
-        """Initialise so that the network begins as the distance of a sphere (Atzmon and Lipman 2020)."""
+        """Initialize so that the network begins as the distance of a sphere (Atzmon and Lipman 2020)."""
         if k == last:
             nn.init.normal_(layer.weight, math.sqrt(math.pi) / math.sqrt(layer.in_features), 1e-4)
             nn.init.constant_(layer.bias, -BIAS)

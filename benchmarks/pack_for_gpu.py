@@ -40,7 +40,7 @@ GLIBC = (28, 27, 17, 5)
 LIBRARIES = ("libEGL.so.1", "libGLdispatch.so.0", "libvulkan.so.1")
 SHAPES = ("meshes/armadillo.ply", "meshes/lucy.ply", "dtu_scan24")
 STEPS = {"64x2": 800, "128x2": 600, "256x2": 400, "256x4": 400}
-"""Optimiser steps of a level."""
+"""Optimizer steps of a level."""
 SIDES = (256, 40)
 """Pixels a side of the reference pictures; the small ones are for the rehearsal without a GPU."""
 

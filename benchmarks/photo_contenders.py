@@ -41,7 +41,7 @@ class Contender(Protocol):
 
 
 class NeusLearner:
-    """NeuS's optimisation at a peak rate."""
+    """NeuS's optimization at a peak rate."""
 
     def __init__(self, rays: Rays, count: int, effort: Effort, width: int, rate: float) -> None:
         """rays: to learn from, `count` a step; the networks are on their device."""
@@ -80,8 +80,8 @@ class TwiceDifferentiated(MultiscaleScene):
         gradient = torch.autograd.grad(f.sum(), at, create_graph=True)[0]
 
         def shade(index: Tensor, directions: Tensor, slope: Tensor) -> Tensor:
-            colours: Tensor = self.radiance(points[index].detach(), directions, slope, features[index])
-            return colours
+            colors: Tensor = self.radiance(points[index].detach(), directions, slope, features[index])
+            return colors
 
         return f, gradient, shade
 

@@ -27,7 +27,7 @@ class Truth:
     """Chamfer distance of two samplings of the mesh, which no reconstruction can get far below."""
 
     def __init__(self, path: Path, shape: Shape, samples: int, seed: int) -> None:
-        """path: the mesh. shape: gives its normalisation. samples: of each surface that is compared."""
+        """path: the mesh. shape: gives its normalization. samples: of each surface that is compared."""
         self._rng, self._samples = np.random.default_rng(seed), samples
         surface = SampledSurface(in_model_space(read_mesh(path), shape.center, shape.scale))
         self.points, again = (surface.sample(samples, self._rng)[0] for _ in range(2))

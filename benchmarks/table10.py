@@ -130,8 +130,8 @@ def spot(folder: Path, size: int) -> tuple[Photographs, NDArray[np.float64], flo
     file = DATA / "textured" / "spot.obj"
     write_photographs(folder, file, cameras, size)
     mesh = read_mesh(file)
-    _, centre, scale = normalize(np.asarray(mesh.vertices, np.float64))
-    surface = SampledSurface(in_model_space(mesh, centre, scale))
+    _, center, scale = normalize(np.asarray(mesh.vertices, np.float64))
+    surface = SampledSurface(in_model_space(mesh, center, scale))
     rng = np.random.default_rng(0)
     points, again = (surface.sample(SAMPLES, rng)[0] for _ in range(2))
     return read_photographs(folder)[0], points, chamfer(points, again)

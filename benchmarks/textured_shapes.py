@@ -30,7 +30,7 @@ EARTH = (2700, 1350)
 IMAGE = 1024
 """Pixels per side of the Egg's image; the Bunny's has twice as many."""
 BAKED = 3_000_000
-"""Number of surface points whose colours fill the Bunny's image."""
+"""Number of surface points whose colors fill the Bunny's image."""
 
 
 def spot(_: Path) -> Path:
@@ -118,28 +118,28 @@ def _written(path: Path, vertices: Doubles, faces: NDArray[np.int64], uv: Double
 
 
 def _painted(u: Doubles, v: Doubles) -> Doubles:
-    """Return the colours of an Easter egg at texture coordinates u, v (H, W): (H, W, 3), sRGB in [0, 1]."""
-    colour = np.where((v < 0.5)[..., None], (0.96, 0.90, 0.78), (0.62, 0.80, 0.86))
+    """Return the colors of an Easter egg at texture coordinates u, v (H, W): (H, W, 3), sRGB in [0, 1]."""
+    color = np.where((v < 0.5)[..., None], (0.96, 0.90, 0.78), (0.62, 0.80, 0.86))
     zigzag = np.abs(v - 0.5 - 0.06 * (np.abs((16 * u) % 2 - 1) - 0.5)) < 0.03
     dots = ((12 * u) % 1 - 0.5) ** 2 + ((v - 0.28) * 10) ** 2 < 0.09
     bands = (np.abs(v - 0.72) < 0.02) | (np.abs(v - 0.8) < 0.01)
     for mask, paint in ((zigzag, (0.80, 0.22, 0.25)), (dots, (0.22, 0.35, 0.62)), (bands, (0.95, 0.75, 0.20))):
-        colour = np.where(mask[..., None], paint, colour)
-    return colour
+        color = np.where(mask[..., None], paint, color)
+    return color
 
 
 def _solid(points: Doubles, rng: np.random.Generator) -> Doubles:
-    """Return the colours of stripes around the vertical axis and of spots at random centres, at points (N, 3).
+    """Return the colors of stripes around the vertical axis and of spots at random centers, at points (N, 3).
 
     The result is (N, 3), sRGB in [0, 1].
     """
     x, y, z = points.T
     stripes = np.sin(18 * y + 2 * np.sin(5 * x) + 2 * np.sin(5 * z)) > 0.3
-    colour = np.where(stripes[:, None], (0.85, 0.62, 0.38), (0.93, 0.87, 0.78))
-    centres = points[rng.integers(len(points), size=40)]
-    distances = np.min([np.linalg.norm(points - centre, axis=1) for centre in centres], axis=0)
-    return np.where((distances < 0.06)[:, None], (0.30, 0.22, 0.20), colour)
+    color = np.where(stripes[:, None], (0.85, 0.62, 0.38), (0.93, 0.87, 0.78))
+    centers = points[rng.integers(len(points), size=40)]
+    distances = np.min([np.linalg.norm(points - center, axis=1) for center in centers], axis=0)
+    return np.where((distances < 0.06)[:, None], (0.30, 0.22, 0.20), color)
 
 
-def _bytes(colour: Doubles) -> NDArray[np.uint8]:
-    return np.rint(255 * np.clip(colour, 0, 1)).astype(np.uint8)
+def _bytes(color: Doubles) -> NDArray[np.uint8]:
+    return np.rint(255 * np.clip(color, 0, 1)).astype(np.uint8)

@@ -119,21 +119,21 @@ def compare(name: str, model: Model, path: Path, context: Context, folder: Path)
     For the view SHOWN, writes a picture into `folder`: the mesh, the model, its level 1, eight times the model's error.
     """
     renderer = Renderer(context, bake(model))
-    reference = PyrenderMesh(trimesh.load_mesh(path, process=False), model.centre, model.scale, (SIDE, SIDE))
+    reference = PyrenderMesh(trimesh.load_mesh(path, process=False), model.center, model.scale, (SIDE, SIDE))
     errors = Errors()
     for i, camera in enumerate(VIEWS):
         truth, depth = reference(camera)
         inside = depth > 0
-        colour, hit = draw(renderer, camera, None)
+        color, hit = draw(renderer, camera, None)
         coarse, _ = draw(renderer, camera, 1)
-        error = (colour - truth) ** 2
+        error = (color - truth) ** 2
         errors.inside += float(error[inside].mean()) / len(VIEWS)
         errors.whole += float(error.mean()) / len(VIEWS)
         errors.coarse += float(((coarse - truth) ** 2)[inside].mean()) / len(VIEWS)
         errors.both += int((hit & inside).sum())
         errors.either += int((hit | inside).sum())
         if i == SHOWN:
-            strip = np.concatenate((truth, colour, coarse, 1 - np.minimum(8 * np.abs(colour - truth), 1)), axis=1)
+            strip = np.concatenate((truth, color, coarse, 1 - np.minimum(8 * np.abs(color - truth), 1)), axis=1)
             small = strip.reshape(PICTURE, SIDE // PICTURE, -1, SIDE // PICTURE, 3).mean(axis=(1, 3))
             save_png(folder / f"textures-{name.lower()}.png", small.astype(np.float32))
     reference.release()
@@ -142,9 +142,9 @@ def compare(name: str, model: Model, path: Path, context: Context, folder: Path)
 
 
 def draw(renderer: Renderer, camera: Camera, level: int | None) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Draw the texture's colours, unlit, on the background of the mesh's pictures. level: None for all levels.
+    """Draw the texture's colors, unlit, on the background of the mesh's pictures. level: None for all levels.
 
-    Returns the colours (SIDE, SIDE, 3), sRGB, and whether the surface was hit, (SIDE, SIDE).
+    Returns the colors (SIDE, SIDE, 3), sRGB, and whether the surface was hit, (SIDE, SIDE).
     """
     image = renderer.render((SIDE, SIDE), camera, RenderOptions(level=level, shade="texture"))
     hit = image[..., 3] > 0.5

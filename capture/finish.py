@@ -119,7 +119,7 @@ def model_of(
         name=photographs.name,
         levels=levels,
         texture=color,
-        centre=photographs.center,
+        center=photographs.center,
         scale=photographs.scale,
         up=photographs.up,
         front=photographs.front(),

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ..ir.lower import lower
 from ..ir.program import Program
 from ..model.model import Array, Level, Model, Network
-from ..model.quantise import MAX_FINE, MAX_HIDDEN, is_quantised
+from ..model.quantize import MAX_FINE, MAX_HIDDEN, is_quantized
 from . import interpret
 from .compensated import Samples, Sizes, output, rounded
 from .surface_points import in_last_band, newton
@@ -30,11 +30,11 @@ HIDDEN = (*range(7, 18), 20, 23, 27, 31, 37, 44, 53, 64, 77, 91, 107, 161, 322, 
 START = (322, 31, 20)
 """First candidates: in levels before the last, in the last level, in the texture."""
 START_TRAINED = (31, 15, 15)
-"""First candidates in networks that were quantised by the training."""
+"""First candidates in networks that were quantized by the training."""
 ATTEMPTS = 4
 """Largest number of candidates for a network."""
 FIRST, LAST = 1023, 1023
-"""Largest multiples in first and last layers; networks that were quantised by the training keep their own."""
+"""Largest multiples in first and last layers; networks that were quantized by the training keep their own."""
 NEAR = 0.004
 """Distance of a sample's neighbors, model units."""
 GRADIENTS = 0.2
@@ -144,7 +144,7 @@ def _fewest(
     limits: of the values, and of the differences between neighbors over their distance. start: the first candidate.
     bar: advances by one per attempt. The error is about proportional to the step: each attempt predicts the next one.
     """
-    trained = is_quantised(network)
+    trained = is_quantized(network)
     first, last = (MAX_FINE, MAX_FINE) if trained else (FIRST, LAST)
     best, failed, tried = None, -1, HIDDEN.index(start)
     for _ in range(ATTEMPTS):
@@ -168,7 +168,7 @@ def _fewest(
 
 
 def _start(network: Network, kind: int) -> int:
-    return (START_TRAINED if is_quantised(network) else START)[kind]
+    return (START_TRAINED if is_quantized(network) else START)[kind]
 
 
 def _excess(network: Network, checks: Samples, limits: tuple[float, float]) -> float:

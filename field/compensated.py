@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model.model import Array, Layer, Network
-from ..model.quantise import are_multiples, step_of
+from ..model.quantize import are_multiples, step_of
 
 NEURONS = 4
 """Number of neurons whose weights share one H."""

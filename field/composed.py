@@ -112,7 +112,7 @@ class _LeafAtPoints:
     def color(self) -> Values | None:
         """Return the color (N, 3), sRGB in [0, 1]; None for a shape without colors."""
         if isinstance(self.leaf.part, Disc):
-            return np.tile(self.leaf.part.colour, (len(self.f), 1))
+            return np.tile(self.leaf.part.color, (len(self.f), 1))
         if self.leaf.part.texture is None:
             return None
         channels = run(self.leaf.part, self.leaf.part.texture, self.inputs)

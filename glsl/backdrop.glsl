@@ -4,7 +4,7 @@
 #include "to_floor.glsl"
 #include "key_light.glsl"
 #include "openness.glsl"
-#include "floor_colour.glsl"
+#include "floor_color.glsl"
 #include "linear.glsl"
 #include "srgb.glsl"
 // The fragment behind a mesh: the background and floor of main.glsl, alpha 0. SHADE_DATA writes (0, 0, 0, 0).
@@ -17,7 +17,7 @@ void main() {
     if (shading == SHADE_STUDIO && t > 0.0) {
         vec3 p = eye + t * direction, toward = key_light(light, camera);
         vec3 open = openness(p, vec3(0.0, 1.0, 0.0), toward, ground, true);
-        color.rgb = srgb(floor_colour(linear(color.rgb), p, toward, open, eye.y - ground));
+        color.rgb = srgb(floor_color(linear(color.rgb), p, toward, open, eye.y - ground));
     }
     if (shading == SHADE_DATA) color = vec4(0.0);
 }

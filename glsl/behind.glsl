@@ -8,7 +8,7 @@ uniform sampler2D rays; // output of near.glsl and trace.glsl
 uniform sampler2D normals; // output of normals.glsl
 
 // Pass of a frame: everything that needs no field: the background, SHADE_STEPS and SHADE_DATA.
-// Writes depth 1 where the last pass, colour.glsl, draws, and 0 elsewhere.
+// Writes depth 1 where the last pass, color.glsl, draws, and 0 elsewhere.
 void main() {
     vec4 ray = texelFetch(rays, ivec2(gl_FragCoord.xy), 0);
     float end = texelFetch(normals, ivec2(gl_FragCoord.xy), 0).a;

@@ -5,8 +5,8 @@
 #include "place.glsl"
 #include "floor_light.glsl"
 
-// Pass of a frame in the studio, before colour.glsl: the floor's openness() at the lower left corners of blocks of pixels,
-// one fragment per block; colour.glsl interpolates between corners that differ little.
+// Pass of a frame in the studio, before color.glsl: the floor's openness() at the lower left corners of blocks of pixels,
+// one fragment per block; color.glsl interpolates between corners that differ little.
 // color: (openness(), 1); 0 where a ray does not meet the floor.
 void main() {
     vec2 pixel = FLOOR_BLOCK * (floor(gl_FragCoord.xy) + floor_corner) + 0.5 + jitter;

@@ -2,7 +2,7 @@
 #include "key_light.glsl"
 #include "openness.glsl"
 #include "studio.glsl"
-#include "base_colour.glsl"
+#include "base_color.glsl"
 uniform float split; // share of the width, from the left, with the mesh's own normals
 in vec3 point; // model space
 in vec3 own; // the mesh's normal, of any length
@@ -17,7 +17,7 @@ void main() {
     float t = distance(point, eye);
     vec3 direction = (point - eye) / t;
     normal = dot(normal, normal) > 0.0 ? normalize(normal) : -direction;
-    vec3 toward = normalize(mat3(camera) * light), albedo = base_colour(point);
+    vec3 toward = normalize(mat3(camera) * light), albedo = base_color(point);
     color = vec4(shade(shading, normal, direction, t, length(eye), 0, albedo, toward, camera[1].xyz), 1.0);
     if (shading == SHADE_STUDIO) {
         toward = key_light(light, camera);

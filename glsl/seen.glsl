@@ -10,11 +10,11 @@
 vec4 seen(Hit ray, vec3 normal, vec3 direction, vec2 pixel) {
     // Never true. With a discard, llvmpipe compiles one variant of the shader instead of two.
     if (resolution.x < 0.0) discard;
-    vec4 colour = vec4(background(pixel, resolution, background_bottom, background_top), float(ray.hit));
+    vec4 color = vec4(background(pixel, resolution, background_bottom, background_top), float(ray.hit));
     float t = ray.hit || shading != SHADE_STUDIO ? ray.t : to_floor(camera[3].xyz, direction, ground);
     if (ray.hit || shading == SHADE_STUDIO && t > 0.0)
-        colour.rgb = surface(normal, direction, t, ray.steps, ray.hit, colour.rgb);
-    if (shading == SHADE_STEPS) colour = vec4(heat(float(ray.steps) / 32.0), colour.a);
-    if (shading == SHADE_DATA) colour = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));
-    return colour;
+        color.rgb = surface(normal, direction, t, ray.steps, ray.hit, color.rgb);
+    if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 32.0), color.a);
+    if (shading == SHADE_DATA) color = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));
+    return color;
 }

@@ -9,7 +9,7 @@
 // the shape's ball or hull, whose text replaces ENTER.
 // Steps are as in march.glsl: p: radius of the last free sphere, 0: none; d: distance from its center; s: slope; g: allowed
 // gap; b: the step (tests/oracles/short_march.py).
-// STUDIO: studio.glsl and floor_colour.glsl in few characters; short texts omit them. A ray that misses continues to the
+// STUDIO: studio.glsl and floor_color.glsl in few characters; short texts omit them. A ray that misses continues to the
 // floor (h is 0 then). Then follow openness.glsl's samples of level 1 from the ray's end point: tap 4 at the point, 5 to 9
 // for the sky, from 10 on toward the light. W: their distance from the point; x: their position; g: its distance from the
 // origin. A: occlusion of the sky, later its visible share; C: cover, later the light's visible share; F: `here`; p and S:

@@ -3,9 +3,9 @@
 #include "key_light.glsl"
 #include "openness.glsl"
 #include "studio.glsl"
-#include "floor_colour.glsl"
+#include "floor_color.glsl"
 #endif
-#include "base_colour.glsl"
+#include "base_color.glsl"
 // surface(): color, sRGB, of a pixel whose ray meets the surface or the studio's floor, in the mode `shading`.
 // normal: of the surface; direction: of the ray; both length 1, model space. t: distance along the ray; steps: of march();
 // hit: whether the ray meets the surface, not the floor; behind: the background's color in this pixel, sRGB.
@@ -14,7 +14,7 @@
 vec3 surface(vec3 normal, vec3 direction, float t, int steps, bool hit, vec3 behind) {
     vec3 eye = camera[3].xyz;
     vec3 p = eye + t * direction, albedo = vec3(0.0);
-    if (hit) albedo = base_colour(p);
+    if (hit) albedo = base_color(p);
 #ifndef WITHOUT_STUDIO
     if (shading == SHADE_STUDIO) {
         vec3 toward = key_light(light, camera);
@@ -23,7 +23,7 @@ vec3 surface(vec3 normal, vec3 direction, float t, int steps, bool hit, vec3 beh
         if (hit || !floor_openness(open))
 #endif
             open = openness(p, normal, toward, ground, !hit);
-        if (!hit) return srgb(floor_colour(linear(behind), p, toward, open, eye.y - ground));
+        if (!hit) return srgb(floor_color(linear(behind), p, toward, open, eye.y - ground));
         return srgb(studio(linear(albedo), normal, -direction, toward, open, delta[0], p.y - ground));
     }
 #endif

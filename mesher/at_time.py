@@ -21,7 +21,7 @@ def place_at(model: "Model", time: float) -> "Place":
     """Return the place of model space in input space (`Model.place`) at a time.
 
     Training may move and scale each shape of a motion to fit the unit sphere (trainer/motion.py); the provenance
-    records it. Between the shapes, centre and scale are interpolated linearly.
+    records it. Between the shapes, center and scale are interpolated linearly.
     """
     import numpy as np
 
@@ -31,12 +31,12 @@ def place_at(model: "Model", time: float) -> "Place":
         return model.place
     try:
         scales = np.array([moment["scale"] / moment["factor"] for moment in moments], np.float64)
-        centres = np.array([moment["centre"] for moment in moments], np.float64)
-        centres -= scales[:, None] * np.array([moment["offset"] for moment in moments], np.float64)
+        centers = np.array([moment["centre"] for moment in moments], np.float64)
+        centers -= scales[:, None] * np.array([moment["offset"] for moment in moments], np.float64)
     except (KeyError, TypeError, ValueError, ZeroDivisionError):  # not written by this program's training
         return model.place
-    if centres.shape != (len(moments), 3) or not np.isfinite(centres).all() or not (scales > 0).all():
+    if centers.shape != (len(moments), 3) or not np.isfinite(centers).all() or not (scales > 0).all():
         return model.place
     at = np.linspace(0, 1, len(moments))
-    x, y, z = (float(np.interp(time, at, column)) for column in centres.T)
+    x, y, z = (float(np.interp(time, at, column)) for column in centers.T)
     return (x, y, z), float(np.interp(time, at, scales)), model.up

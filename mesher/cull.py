@@ -27,17 +27,17 @@ BLOCK_CORNERS = (BLOCK_CELLS[:, None] + CORNERS) @ np.array([9, 3, 1])
 def culled(field: Field, grid: Grid, progress: Progress) -> Cells:
     """Find the cells that the surface crosses, from coarse blocks to fine blocks (after Fig. 5).
 
-    Cull a block if the field's clearance at its centre exceeds half its diagonal; halve the others along each side.
+    Cull a block if the field's clearance at its center exceeds half its diagonal; halve the others along each side.
     Evaluate the field at the vertices of the remaining blocks of 2^3 cells. Raises UserError without enough memory.
     """
     size = 2 ** max((grid.resolution - 1).bit_length() - FIRST, 1)
     side = -(-grid.resolution // size)
 
     def near(blocks: Whole) -> Whole:
-        centres = (blocks + size / 2) * grid.side - EXTENT
-        traced = np.linalg.norm(centres, axis=1) <= EXTENT + size * grid.diagonal / 2
+        centers = (blocks + size / 2) * grid.side - EXTENT
+        traced = np.linalg.norm(centers, axis=1) <= EXTENT + size * grid.diagonal / 2
         blocks = blocks[traced]
-        kept: Whole = blocks[field.clearance(centres[traced].astype(np.float32)) <= size * grid.diagonal / 2]
+        kept: Whole = blocks[field.clearance(centers[traced].astype(np.float32)) <= size * grid.diagonal / 2]
         return kept
 
     def halved(blocks: Whole) -> tuple[Whole]:

@@ -19,7 +19,7 @@ from .extract import extract_model, up_to
 from .options import RESOLUTION, EvalOptions
 from .parallel import Progress
 from .surface import Mesh
-from .truth import in_model_space, normalisation, read_mesh
+from .truth import in_model_space, normalization, read_mesh
 
 FIELD_SAMPLES = 100_000
 """Most points that the field itself is measured at."""
@@ -49,7 +49,7 @@ def evaluate(model: Model | Path, shape: Path, options: EvalOptions) -> Evaluati
             if flags := options.changed("resolution", "level", "time"):
                 raise UserError(f"{flags}: {show(model)} is a mesh already; leave the option out")
             truth, ours = read_mesh(shape), read_mesh(model)
-            space = normalisation(truth)
+            space = normalization(truth)
             reconstruction, true = in_model_space(ours, *space), in_model_space(truth, *space)
         else:
             model = up_to(model, options.level)

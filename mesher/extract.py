@@ -30,7 +30,7 @@ class Extracted:
     """The surface of a model."""
 
     mesh: Mesh
-    """Mesh with normals, and with colours if the model has a texture."""
+    """Mesh with normals, and with colors if the model has a texture."""
     components: int
     """Connected components of the mesh."""
     spurious: int
@@ -81,9 +81,9 @@ def extract_model(
         raise UserError("the model has no surface in [-1, 1]^3; train it again")
     if cull:
         mesh = mesh.only(nested[component])
-    if model.coloured:
-        progress.begin("colours", len(mesh.vertices))
-        (colours,) = over(mesh.vertices, lambda points: (field.colour(points),), progress, field.chunk)
-        mesh = replace(mesh, colours=colours)
+    if model.colored:
+        progress.begin("colors", len(mesh.vertices))
+        (colors,) = over(mesh.vertices, lambda points: (field.color(points),), progress, field.chunk)
+        mesh = replace(mesh, colors=colors)
     spurious = int(count - nested.sum())
     return Extracted(mesh, count - spurious if cull else count, spurious)

@@ -65,13 +65,13 @@ def angles(a: Doubles, b: Doubles) -> Doubles:
 def shell_iou(a: SampledSurface, b: SampledSurface, samples: Doubles) -> float:
     """Intersection over union of two shells.
 
-    The shell of a surface is the set of voxels of side `VOXEL` with centres within `VOXEL` of the surface. samples:
+    The shell of a surface is the set of voxels of side `VOXEL` with centers within `VOXEL` of the surface. samples:
     (N, 3), dense on both surfaces, limit the search to nearby voxels.
     """
     around = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1], [-1, 0, 1]), axis=-1).reshape(-1, 3)
     touched = _unique(np.floor(samples / VOXEL).astype(np.int64))
-    centres: Doubles = VOXEL * (_unique((touched[:, None] + around).reshape(-1, 3)).astype(np.float64) + 0.5)
-    inside_a, inside_b = (surface.distance(centres)[0] <= VOXEL for surface in (a, b))
+    centers: Doubles = VOXEL * (_unique((touched[:, None] + around).reshape(-1, 3)).astype(np.float64) + 0.5)
+    inside_a, inside_b = (surface.distance(centers)[0] <= VOXEL for surface in (a, b))
     return float((inside_a & inside_b).sum() / (inside_a | inside_b).sum())
 
 

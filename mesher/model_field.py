@@ -85,6 +85,6 @@ class ModelField:
         _, reached = interpret.nested_field(self.program, points, self._levels, self._time)
         return np.asarray(reached == self._levels)
 
-    def colour(self, points: Array) -> Array:
-        """Return the colour (N, 3), sRGB in [0, 1], at points (N, 3). Raises ValueError if the model has no texture."""
+    def color(self, points: Array) -> Array:
+        """Return the color (N, 3), sRGB in [0, 1], at points (N, 3). Raises ValueError if the model has no texture."""
         return interpret.color(self.program, points, self._time)

@@ -21,7 +21,7 @@ class Mesh:
     """(F, 3) int64 indices of vertices, counter-clockwise as seen from outside."""
     normals: Array | None = None
     """(V, 3) float32 unit normals, or None."""
-    colours: Array | None = None
+    colors: Array | None = None
     """(V, 3) float32, sRGB in [0, 1], or None."""
 
     def components(self) -> tuple[int, Whole]:
@@ -36,5 +36,5 @@ class Mesh:
         """Return the submesh of the vertices where `kept` (V,) is true."""
         new_numbers = np.cumsum(kept) - 1
         faces = new_numbers[self.faces[kept[self.faces].all(axis=1)]]
-        normals, colours = (None if a is None else a[kept] for a in (self.normals, self.colours))
-        return Mesh(self.vertices[kept], faces, normals, colours)
+        normals, colors = (None if a is None else a[kept] for a in (self.normals, self.colors))
+        return Mesh(self.vertices[kept], faces, normals, colors)

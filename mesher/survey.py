@@ -27,7 +27,7 @@ MOMENT_RESOLUTION = 320
 
 
 def surface_of(model: Model, quiet: bool) -> Mesh:
-    """Extract the surface of a model's last level, with its colours, in model space. quiet: show no progress bar.
+    """Extract the surface of a model's last level, with its colors, in model space. quiet: show no progress bar.
 
     Raises UserError where the model has none.
     """

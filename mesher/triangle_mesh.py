@@ -42,8 +42,8 @@ class TriangleMesh:
     @property
     def vertices(self) -> NDArray[np.float64]:
         """(V, 3), in input space or model space."""
-        centre, scale, up = self._place
-        return as_in_file(self._mesh.vertices.astype(np.float64) * scale + centre, up)
+        center, scale, up = self._place
+        return as_in_file(self._mesh.vertices.astype(np.float64) * scale + center, up)
 
     @property
     def faces(self) -> Whole:
@@ -59,14 +59,14 @@ class TriangleMesh:
     @property
     def colors(self) -> Array | None:
         """(V, 3), sRGB in [0, 1]; None without a texture."""
-        return self._mesh.colours
+        return self._mesh.colors
 
     def __repr__(self) -> str:
         """Count vertices and faces."""
         return f"<mplicits.TriangleMesh: {len(self._mesh.vertices):,} vertices, {len(self._mesh.faces):,} faces>"
 
     def to_trimesh(self) -> "trimesh.Trimesh":
-        """Convert the mesh, with normals and colours, to trimesh."""
+        """Convert the mesh, with normals and colors, to trimesh."""
         return as_trimesh(self._mesh, *self._place)
 
     def save(self, path: str | Path) -> None:

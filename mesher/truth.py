@@ -36,10 +36,10 @@ def read_mesh(path: Path) -> trimesh.Trimesh:
     return mesh
 
 
-def normalisation(mesh: trimesh.Trimesh) -> tuple[tuple[float, float, float], float]:
-    """Return the centre and the scale that map a mesh into the unit sphere (Section 4).
+def normalization(mesh: trimesh.Trimesh) -> tuple[tuple[float, float, float], float]:
+    """Return the center and the scale that map a mesh into the unit sphere (Section 4).
 
-    The centre is the centre of the bounding box, the scale is the largest distance of a vertex from the centre.
+    The center is the center of the bounding box, the scale is the largest distance of a vertex from the center.
     """
     used: NDArray[np.float64] = mesh.vertices[np.unique(mesh.faces)]
     x, y, z = (used.min(axis=0) + used.max(axis=0)) / 2
@@ -47,14 +47,14 @@ def normalisation(mesh: trimesh.Trimesh) -> tuple[tuple[float, float, float], fl
 
 
 def in_model_space(
-    mesh: trimesh.Trimesh, centre: tuple[float, float, float], scale: float, up: str = DEFAULT_UP
+    mesh: trimesh.Trimesh, center: tuple[float, float, float], scale: float, up: str = DEFAULT_UP
 ) -> Mesh:
-    """Map a mesh from input space to model space. centre, scale, up: `Model.place`.
+    """Map a mesh from input space to model space. center, scale, up: `Model.place`.
 
-    Raises UserError if the result is far from the unit sphere, because centre and scale belong to another shape.
+    Raises UserError if the result is far from the unit sphere, because center and scale belong to another shape.
     """
-    vertices = (upright(np.asarray(mesh.vertices, np.float64), up) - centre) / scale
+    vertices = (upright(np.asarray(mesh.vertices, np.float64), up) - center) / scale
     reach = np.abs(vertices).max()
     if not reach <= FARTHEST:
-        raise UserError(f"the two are different shapes: one is {reach:.3g} radii away, by the other's centre and scale")
+        raise UserError(f"the two are different shapes: one is {reach:.3g} radii away, by the other's center and scale")
     return Mesh(vertices.astype(np.float32), np.asarray(mesh.faces, np.int64))

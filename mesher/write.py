@@ -28,32 +28,32 @@ def check_suffix(path: Path) -> None:
         raise UserError(f"{show(path)}: a mesh is written as {', '.join(OPTIONS)}")
 
 
-def to_bytes(mesh: Mesh, suffix: str, centre: tuple[float, float, float], scale: float, up: str = DEFAULT_UP) -> bytes:
-    """Convert a mesh to the bytes of a file, with vertices in input space. centre, scale, up: `Model.place`.
+def to_bytes(mesh: Mesh, suffix: str, center: tuple[float, float, float], scale: float, up: str = DEFAULT_UP) -> bytes:
+    """Convert a mesh to the bytes of a file, with vertices in input space. center, scale, up: `Model.place`.
 
-    suffix: a key of OPTIONS. Colours are sRGB, but linear in a GLB, as glTF prescribes.
+    suffix: a key of OPTIONS. Colors are sRGB, but linear in a GLB, as glTF prescribes.
     """
-    written = as_trimesh(mesh, centre, scale, up, linear=suffix == ".glb")
+    written = as_trimesh(mesh, center, scale, up, linear=suffix == ".glb")
     data = written.export(file_type=suffix[1:], **OPTIONS[suffix])
     return data.encode() if isinstance(data, str) else bytes(data)
 
 
 def as_trimesh(
-    mesh: Mesh, centre: tuple[float, float, float], scale: float, up: str = DEFAULT_UP, linear: bool = False
+    mesh: Mesh, center: tuple[float, float, float], scale: float, up: str = DEFAULT_UP, linear: bool = False
 ) -> trimesh.Trimesh:
-    """Convert a mesh to trimesh, with vertices in input space. linear: colours in linear light."""
-    colours = None
-    if mesh.colours is not None:
-        colours = _bytes(to_linear(mesh.colours) if linear else mesh.colours)
+    """Convert a mesh to trimesh, with vertices in input space. linear: colors in linear light."""
+    colors = None
+    if mesh.colors is not None:
+        colors = _bytes(to_linear(mesh.colors) if linear else mesh.colors)
     return trimesh.Trimesh(
-        as_in_file(mesh.vertices.astype(np.float64) * scale + centre, up),
+        as_in_file(mesh.vertices.astype(np.float64) * scale + center, up),
         mesh.faces,
         vertex_normals=None if mesh.normals is None else as_in_file(mesh.normals.astype(np.float64), up),
-        vertex_colors=colours,
+        vertex_colors=colors,
         process=False,
     )
 
 
-def _bytes(colours: Values) -> NDArray[np.uint8]:
-    """Convert colours in [0, 1] to bytes."""
-    return np.round(np.clip(colours, 0, 1) * 255).astype(np.uint8)
+def _bytes(colors: Values) -> NDArray[np.uint8]:
+    """Convert colors in [0, 1] to bytes."""
+    return np.round(np.clip(colors, 0, 1) * 255).astype(np.uint8)

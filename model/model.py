@@ -91,9 +91,9 @@ class Model:
     levels: tuple[Level, ...]
     """At least one, the coarsest first."""
     texture: Network | None = None
-    """Network from a point in model space to sRGB, to be clamped to [0, 1]; None without colours."""
-    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Origin of model space in upright input space: input = model * scale + centre."""
+    """Network from a point in model space to sRGB, to be clamped to [0, 1]; None without colors."""
+    center: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Origin of model space in upright input space: input = model * scale + center."""
     scale: float = 1.0
     """Length of the model unit in input space, above 0."""
     up: str = DEFAULT_UP
@@ -116,14 +116,14 @@ class Model:
         validate(self)
 
     @property
-    def coloured(self) -> bool:
+    def colored(self) -> bool:
         """Whether the model colors its surface."""
         return self.texture is not None or self.scene is not None
 
     @property
     def place(self) -> tuple[tuple[float, float, float], float, str]:
-        """The centre, the scale and the up axis: the place of model space in input space."""
-        return self.centre, self.scale, self.up
+        """The center, the scale and the up axis: the place of model space in input space."""
+        return self.center, self.scale, self.up
 
     def networks(self) -> dict[str, Network]:
         """Return the networks by the prefix of their tensors' names: `level1`, ..., `texture`."""
@@ -190,11 +190,11 @@ def validate(model: Model) -> None:
         raise UserError("name: not a text, or empty")
     if model.inputs not in INPUTS:
         raise UserError(f"inputs: {model.inputs!r} is neither 'xyz' nor 'xyzt'")
-    for i, coordinate in enumerate(model.centre):
-        check_finite(f"centre[{i}]", coordinate)
+    for i, coordinate in enumerate(model.center):
+        check_finite(f"center[{i}]", coordinate)
     check_positive("scale", model.scale)
-    if len(model.centre) != 3:
-        raise UserError("centre: three numbers are needed")
+    if len(model.center) != 3:
+        raise UserError("center: three numbers are needed")
     check_up(model.up)
     if model.front is not None:
         check_front(model.front)

@@ -116,7 +116,7 @@ def _description(model: Model) -> dict[str, Any]:
         "name": model.name,
         "levels": [level.numbers() for level in model.levels],
         "inputs": model.inputs,
-        "centre": [float(coordinate) for coordinate in model.centre],
+        "centre": [float(coordinate) for coordinate in model.center],
         "scale": float(model.scale),
         "provenance": model.provenance,
     } | {key: value for key, value in further.items() if value is not None}
@@ -151,7 +151,8 @@ def _from_file(metadata: Mapping[str, str], tensors: dict[str, Array]) -> Model:
         raise UserError(
             f"{min(tensors)}: not a tensor of a model with {len(levels)} levels, or the layer before it is missing"
         )
-    for i, coordinate in enumerate(description["centre"]):
+    center = description.pop("centre")
+    for i, coordinate in enumerate(center):
         check_finite(f"centre[{i}]", coordinate)
     if "front" in description:
         check_front(description["front"])
@@ -159,7 +160,7 @@ def _from_file(metadata: Mapping[str, str], tensors: dict[str, Array]) -> Model:
     description |= {
         "levels": tuple(levels),
         "texture": texture,
-        "centre": tuple(float(coordinate) for coordinate in description["centre"]),
+        "center": tuple(float(coordinate) for coordinate in center),
     }
     return Model(**description)
 

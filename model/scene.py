@@ -61,7 +61,7 @@ class Disc:
 
     thickness: float
     """From 0.001 to 0.9."""
-    colour: tuple[float, float, float]
+    color: tuple[float, float, float]
     """sRGB in [0, 1]."""
     placement: Placement = Placement()
     """Placement of the unit sphere."""
@@ -133,8 +133,8 @@ def to_json(node: Node) -> dict[str, Any]:
     match node:
         case Shape(model=model, time=time):
             return {"model": model, "time": time.written()} | placed
-        case Disc(thickness=thickness, colour=colour):
-            return {"thickness": thickness, "color": list(colour)} | placed
+        case Disc(thickness=thickness, color=color):
+            return {"thickness": thickness, "color": list(color)} | placed
         case Group(operation=operation, parts=parts, radius=radius):
             return {"operation": operation, "radius": radius.written(), "parts": list(map(to_json, parts))} | placed
 
@@ -161,7 +161,7 @@ def _node(value: Any, models: int, where: str, depth: int) -> Node:
         check_finite(f"{where}.thickness", value["thickness"])
         if not 0.001 <= value["thickness"] <= 0.9:
             raise UserError(f"{where}.thickness: must be from 0.001 to 0.9")
-        return Disc(float(value["thickness"]), colour(value.get("color"), where), placement)
+        return Disc(float(value["thickness"]), color(value.get("color"), where), placement)
     model = value.get("model")
     if type(model) is not int or not 0 <= model < models:
         raise UserError(f"{where}.model: is not the number of a model from 0 to {models - 1}")
@@ -206,7 +206,7 @@ def expression(value: Mapping[str, Any], key: str, default: Expression, where: s
     return _expression(value[key], f"{where}.{key}") if key in value else default
 
 
-def colour(value: Any, where: str) -> tuple[float, float, float]:
+def color(value: Any, where: str) -> tuple[float, float, float]:
     """Read three numbers from 0 to 1, sRGB. Raises UserError that begins with `where`."""
     if not isinstance(value, list) or len(value) != 3:
         raise UserError(f"{where}.color: three numbers from 0 to 1 are needed")

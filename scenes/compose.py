@@ -31,11 +31,11 @@ SLACK = 1.005
 GROUND_RADIUS, GROUND_THICKNESS = 1.0, 0.05
 """Default radius of the ground per radius of the scene, and default thickness per radius of the ground."""
 CLOSER = 200
-"""Iterations towards the centre of the smallest ball."""
+"""Iterations towards the center of the smallest ball."""
 
 Values = NDArray[np.float64]
 Balls = list[tuple[Values, Values]]
-"""Centres (T, 3) and radii (T,) of balls at TIMES."""
+"""Centers (T, 3) and radii (T,) of balls at TIMES."""
 
 
 def compose(scene: Path | str) -> Model:
@@ -50,17 +50,17 @@ def compose(scene: Path | str) -> Model:
 def _model(read: SceneFile, root: Group) -> Model:
     """Return the model of a scene's tree."""
     moving = moves(root, [shape.inputs == "xyzt" for shape in read.models])
-    centre, radius = _ball(_balls(root), SLACK if moving else 1.0)
+    center, radius = _ball(_balls(root), SLACK if moving else 1.0)
     if not radius < 1e6:
         raise UserError("the scene is larger than a million units")
-    x, y, z = (float(-coordinate / radius) for coordinate in centre)
+    x, y, z = (float(-coordinate / radius) for coordinate in center)
     place = Placement((number(x), number(y), number(z)), scale=number(1 / radius))
     placed = Group(UNION, (root,), placement=place)
     credits = dict.fromkeys(shape.credit for shape in read.models if shape.credit)
     return Model(
         name=read.name,
         levels=_levels(placed, read.models),
-        centre=(float(centre[0]), float(centre[1]), float(centre[2])),
+        center=(float(center[0]), float(center[1]), float(center[2])),
         scale=radius,
         front=read.front,
         credit="; ".join(credits) if read.credit is None else read.credit,
@@ -119,7 +119,7 @@ def _balls(node: Node) -> Balls:
         if node.operation == INTERSECTION:
             parts = [min(parts, key=lambda balls: _ball(balls, 1.0)[1])]
         swollen = _at(node, "radius") / 4 * (len(node.parts) - 1) if node.operation == SMOOTH_UNION else 0.0
-        balls = [(centres, radii + swollen) for part in parts for centres, radii in part]
+        balls = [(centers, radii + swollen) for part in parts for centers, radii in part]
     scale = _at(node, "scale")
     translate = np.array([[value.at(time) for value in node.placement.translate] for time in TIMES])
     angle = np.radians([node.placement.angle.at(time) for time in TIMES])[:, None]
@@ -129,7 +129,7 @@ def _balls(node: Node) -> Balls:
         along = (points @ axis)[:, None] * axis
         return np.asarray(along + np.cos(angle) * (points - along) + np.sin(angle) * np.cross(axis, points))
 
-    return [(turned(scale[:, None] * centres) + translate, scale * radii) for centres, radii in balls]
+    return [(turned(scale[:, None] * centers) + translate, scale * radii) for centers, radii in balls]
 
 
 def _at(node: Node, name: str) -> Values:
@@ -139,16 +139,16 @@ def _at(node: Node, name: str) -> Values:
 
 
 def _ball(balls: Balls, slack: float) -> tuple[Values, float]:
-    """Return the centre (3,) and the radius of a small ball around others (Badoiu and Clarkson 2003)."""
-    centres, radii = np.concatenate([ball[0] for ball in balls]), np.concatenate([ball[1] for ball in balls])
-    middle = (centres - radii[:, None]).min(axis=0) / 2 + (centres + radii[:, None]).max(axis=0) / 2
+    """Return the center (3,) and the radius of a small ball around others (Badoiu and Clarkson 2003)."""
+    centers, radii = np.concatenate([ball[0] for ball in balls]), np.concatenate([ball[1] for ball in balls])
+    middle = (centers - radii[:, None]).min(axis=0) / 2 + (centers + radii[:, None]).max(axis=0) / 2
     best, least = middle, np.inf
     for i in range(CLOSER):
-        away = np.linalg.norm(centres - middle, axis=1) + radii
+        away = np.linalg.norm(centers - middle, axis=1) + radii
         if away.max() < least:
             best, least = middle, float(away.max())
         farthest = int(away.argmax())
-        middle = middle + (centres[farthest] - middle) * (1 - radii[farthest] / away.max()) / (i + 2)
+        middle = middle + (centers[farthest] - middle) * (1 - radii[farthest] / away.max()) / (i + 2)
     return best, least * slack
 
 
@@ -157,12 +157,12 @@ def _plate(read: SceneFile, ground: Ground) -> Disc:
     standing = _model(read, read.root)
     height = ground.height
     if height is None:
-        height = standing.centre[1] + standing.scale * lowest_point(lower(standing))
-    beside = float(np.hypot(standing.centre[0], standing.centre[2]))
+        height = standing.center[1] + standing.scale * lowest_point(lower(standing))
+    beside = float(np.hypot(standing.center[0], standing.center[2]))
     radius = ground.radius or GROUND_RADIUS * standing.scale + beside
     thickness = ground.thickness or GROUND_THICKNESS * radius
     scale = float(np.hypot(radius, thickness))
     if not 0.001 <= thickness / scale <= 0.9:
         raise UserError("ground.thickness: from a thousandth of the radius to twice as much")
     place = Placement((number(0), number(height), number(0)), scale=number(scale))
-    return Disc(thickness / scale, ground.colour, place)
+    return Disc(thickness / scale, ground.color, place)

@@ -23,7 +23,7 @@ from ..model.scene import (
     Group,
     Node,
     Shape,
-    colour,
+    color,
     expression,
     group,
     placed,
@@ -40,7 +40,7 @@ GROUND_KEYS = ("height", "radius", "thickness", "color")
 """Optional keys of the table `ground`."""
 SCENE_KEYS = ("name", "credit", "front", "ground", *GROUP_KEYS)
 """Keys at the top of a scene's file."""
-GROUND_COLOUR = (0.72, 0.70, 0.66)
+GROUND_COLOR = (0.72, 0.70, 0.66)
 """Default color of the ground, sRGB."""
 LARGEST_FILE = 1_000_000
 """Largest size of the file, bytes."""
@@ -54,7 +54,7 @@ class Ground:
     """Height of the upper side, along y."""
     radius: float | None
     thickness: float | None
-    colour: tuple[float, float, float]
+    color: tuple[float, float, float]
     """sRGB in [0, 1]."""
 
 
@@ -220,7 +220,7 @@ def _ground(values: Any) -> Ground:
             check_positive(f"ground.{key}", values[key])
     if "height" in values:
         check_finite("ground.height", values["height"])
-    painted = colour(values["color"], "ground") if "color" in values else GROUND_COLOUR
+    painted = color(values["color"], "ground") if "color" in values else GROUND_COLOR
     return Ground(values.get("height"), values.get("radius"), values.get("thickness"), painted)
 
 

@@ -123,7 +123,7 @@ def import_checkpoints(paths: Sequence[Path], options: ImportOptions) -> Model:
         names,
         name=paths[-1].stem if loaded is None else loaded.name,
         levels=measured_levels(networks, surface, points),
-        centre=(0.0, 0.0, 0.0) if loaded is None else loaded.center,
+        center=(0.0, 0.0, 0.0) if loaded is None else loaded.center,
         scale=1.0 if loaded is None else loaded.scale,
         provenance={
             "checkpoints": [

@@ -95,7 +95,7 @@ class SurfaceEikonalConfig:
 
 @dataclass(frozen=True)
 class StepConfig:
-    """Optimiser steps of a level."""
+    """Optimizer steps of a level."""
 
     batch: int = 4096
     """Samples of a step, half of them on the surface."""
@@ -314,7 +314,7 @@ class AutomaticConfig:
 
     width_step: int = 4
     trial_steps: tuple[int, int] = (150, 350)
-    """Optimiser steps of both levels in a trial."""
+    """Optimizer steps of both levels in a trial."""
     factors: tuple[float, ...] = (1.0, 0.7, 1.4)
     """Factors on the default omega_0 of both levels, one for each trial."""
     trial_widths: tuple[int, int] = (24, 56)
@@ -336,7 +336,7 @@ class DefaultLengths:
     omega_width: int = 64
     """Width below which omega_0 falls with the root of the width: narrow networks cannot fill the spectrum."""
     steps: tuple[int, int] = (4000, 10_000)
-    """Optimiser steps of level 1 and of each finer level."""
+    """Optimizer steps of level 1 and of each finer level."""
     texture_steps: int = 2000
     texture_omega: float = 50.0
     texture_network: tuple[int, int] = (64, 2)

@@ -18,7 +18,7 @@ AUTOMATIC = "auto"
 CREASE = 30.0
 """Default of --crease, degrees."""
 FRONT_HELP = "first view of the model: degrees around, 0 from +z and 90 from +x, and degrees above"
-CREDIT_HELP = "author and licence of the shape: 'Keenan Crane, CC0'"
+CREDIT_HELP = "author and license of the shape: 'Keenan Crane, CC0'"
 _PRESETS = "; ".join(f"{name} = {preset.levels}{' --packed' * preset.packed}" for name, preset in PRESETS.items())
 
 Numbers = str | Sequence[float] | float
@@ -74,7 +74,7 @@ class TrainingOptions(Options):
     crease: float = option(
         CREASE,
         "a mesh stands for a curved surface; its edges are sharp where they bend by more than this angle and their "
-        "neighbours do not; normals in the file take precedence",
+        "neighbors do not; normals in the file take precedence",
         metavar="DEG",
         least=0,
         most=180,

@@ -16,7 +16,7 @@ class Preset:
     levels: str
     """In the form of --levels."""
     packed: bool = False
-    """Whether weights are quantized (model/quantise.py), for short Shadertoy texts."""
+    """Whether weights are quantized (model/quantize.py), for short Shadertoy texts."""
 
 
 PRESETS = {
@@ -51,7 +51,7 @@ class Settings:
     omegas: tuple[float, ...]
     """omega_0 of each level, and of the texture unless it is the default."""
     steps: tuple[int, ...]
-    """Optimiser steps of each level, then of the texture."""
+    """Optimizer steps of each level, then of the texture."""
     seconds: float | None = None
     """Wall time of the whole training, in place of `steps`."""
     texture: bool = True

@@ -159,7 +159,7 @@ def _of_model(end: str | Model, surface_of: Callable[[Model], ModelSurface]) -> 
     if colors is not None:
         mesh.visual = trimesh.visual.ColorVisuals(mesh, vertex_colors=np.round(colors * 255).astype(np.uint8))
     shape = MeshShape(mesh, model.name, source)
-    x, y, z = (float(c) for c in np.array(model.centre) + model.scale * np.array(shape.center))
+    x, y, z = (float(c) for c in np.array(model.center) + model.scale * np.array(shape.center))
     shape.center, shape.scale = (x, y, z), model.scale * shape.scale
     return shape
 
@@ -171,7 +171,7 @@ def _moving(
     progress: TrainingProgress,
 ) -> MovingShape:
     """Return the shape of all moments, with the surfaces between them."""
-    centre, scale = place
+    center, scale = place
     source: dict[str, Any] = {
         "moments": [
             moment.shape.source
@@ -186,6 +186,6 @@ def _moving(
         ]
     }
     progress.begin(STAGE)
-    shape = MovingShape(moments, name, source, centre, scale)
+    shape = MovingShape(moments, name, source, center, scale)
     progress.end()
     return shape

@@ -12,19 +12,19 @@ from .networks.network import Weights, add_derivative_along, initial, value_alon
 from .networks.snapshot import Snapshot, random_state, set_random_state
 from .training_samples import Batches, Pool
 
-GREY = 0.5
-"""Mid-grey, in every channel."""
+GRAY = 0.5
+"""Mid-gray, in every channel."""
 
 
 def initial_texture(
     network: tuple[int, int], omega: float, seed: int, device: torch.device, *, moving: bool = False
 ) -> Weights:
-    """Return the initial texture network: mid-grey, with some noise.
+    """Return the initial texture network: mid-gray, with some noise.
 
     network: (width, depth). omega: omega_0. moving: the network takes the time, too.
     """
     weights = initial(network, omega, 3, torch.Generator().manual_seed(seed), moving=moving)
-    weights[-1] += GREY
+    weights[-1] += GRAY
     return [w.to(device) for w in weights]
 
 
@@ -84,6 +84,6 @@ def texture_loss(
 
 
 def idle_loss(surface: Pool) -> float:
-    """Compute the loss of mid-grey: that of a texture which has collapsed."""
+    """Compute the loss of mid-gray: that of a texture which has collapsed."""
     assert surface.colors is not None
-    return losses.color(torch.full_like(surface.colors, GREY), surface.colors)[0].item()
+    return losses.color(torch.full_like(surface.colors, GRAY), surface.colors)[0].item()

@@ -23,7 +23,7 @@ from .shapes.shape import Shape
 MAY_CHANGE = {"wish", "up", "front", "credit", "device", "seconds"}
 """Settings that `--resume` may change; `up` is also part of the shape, which must be the same."""
 COUNTED = ("steps", "fraction", "restarts", "rate", "loss")
-"""What a record says of the optimisation of a network."""
+"""What a record says of the optimization of a network."""
 
 
 @dataclass
@@ -146,7 +146,7 @@ def trained_model(
             for i, level in enumerate(trained.levels)
         ),
         texture=None if texture is None else to_model(texture.weights),
-        centre=shape.center,
+        center=shape.center,
         scale=shape.scale,
         up=settings.up or DEFAULT_UP,
         front=settings.front,

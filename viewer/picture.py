@@ -42,7 +42,7 @@ def set_up(model: Model, options: PictureOptions, rays: int, once: bool = False)
     fails. One thread at a time is inside.
     """
     options.check_time(show(model.name), model.inputs == "xyzt")
-    options.check_texture(model.coloured)
+    options.check_texture(model.colored)
     camera = options.view_from(model.front)
     options = options.for_levels(len(model.levels))
     options.resolved_levels(len(model.levels))

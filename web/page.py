@@ -61,7 +61,7 @@ MANY, TOO_MANY = 100_000, 250_000
 second and the last take 5 and 21 seconds, in the background."""
 CELL_MOMENTS = 17
 """Number of grids for a moving model, evenly spaced in time."""
-PAGE_PASSES = ("near", "normals", "trace", "behind", "floor", "colour")
+PAGE_PASSES = ("near", "normals", "trace", "behind", "floor", "color")
 """Passes of a frame, in the order of their compilation."""
 SHADERS = ("anywhere", *PAGE_PASSES, "accumulate", "present", "blocks.vert", "contrast", "scatter", "scatter.vert")
 """Files in glsl/ with the shaders of the page."""

@@ -1,4 +1,4 @@
-"""Prints weights of few bits (model/quantise.py), several in each integer, for a short text.
+"""Prints weights of few bits (model/quantize.py), several in each integer, for a short text.
 
 A layer's weights are multiples of one step, from -h to h. With h added, they are digits of base B = 2 h + 1. An ivec4
 holds the four columns of a mat4: each of its numbers has one digit for each column. Where four digits do not fit 31
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...ir.program import INPUT, Affine, Array, Dot, Function, Program, Sine
-from ...model.quantise import are_multiples, step_of
+from ...model.quantize import are_multiples, step_of
 from .cstyle import Language, Storage
 
 LARGEST = 2047
@@ -110,7 +110,7 @@ class PackedStorage(Storage):
         bias = self.program.constants[op.bias] if op.bias else np.zeros(len(matrix), np.float32)
         weights, h, step = _multiples(matrix)
         if not are_multiples(bias, step):
-            raise ValueError(f"{op.bias} is not quantised with its layer's step")
+            raise ValueError(f"{op.bias} is not quantized with its layer's step")
         return _Layer(weights, np.rint(bias / step).astype(np.int64), 2 * h + 1, step, ())
 
     def _layer(self, layer: _Layer) -> Iterator[str]:

@@ -109,7 +109,7 @@ class LeafAtPoint:
         """Return the color; zeros where `share` is 0 and the shape has a texture. plain: color without a texture."""
         part, w = self.leaf.part, self._w
         if isinstance(part, Disc):
-            return part.colour
+            return part.color
         if part.texture is None:
             return plain
         counts = w.less(0.0, w.call("abs", share))

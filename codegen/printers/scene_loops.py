@@ -73,7 +73,7 @@ class SceneLoops:
                 networks += ["-1"] * levels
                 bands += ["0."] * levels
                 textures.append("-1")
-                tints.append(f"vec3({', '.join(map(self._number, part.colour))})")
+                tints.append(f"vec3({', '.join(map(self._number, part.color))})")
                 continue
             of_levels = [self._networks.index(function) for function in part.values[:levels]]
             networks += [str(index) for index in of_levels] + ["-1"] * (levels - len(of_levels))
@@ -81,7 +81,7 @@ class SceneLoops:
             bands += [self._number(delta) for delta in deltas] + ["0."] * (levels - len(deltas))
             textures.append("-1" if part.texture is None else str(self._networks.index(part.texture)))
             tints.append(f"vec3({self._plain})")
-        yield from ("", "// Of each shape: its networks, level by level, and their bands; its texture, or its colour.")
+        yield from ("", "// Of each shape: its networks, level by level, and their bands; its texture, or its color.")
         for kind, name, values in (
             ("int", "network_of", networks),
             ("float", "band_of", bands),
@@ -196,16 +196,16 @@ float field(vec3 p, int level, out int reached) {
     int reached;
     composed(p, LEVELS, reached, d);
     shares(d, w);
-    vec3 colour = vec3(0);
+    vec3 color = vec3(0);
     for (int i = 0; i < SHAPES; ++i) {
         vec3 own = tint_of[i];
         for (bool ask = w[i] != 0. && texture_of[i] >= 0; ask; ask = false) {
             vec4 z = vec4(q[i].xyz / max(length(q[i].xyz), 1.), when[i]);
             own = clamp(network(z, texture_of[i]).xyz, 0., 1.);
         }
-        colour += abs(w[i]) * own;
+        color += abs(w[i]) * own;
     }
-    return colour;
+    return color;
 }""".splitlines()
 
     def _joined(self, shares: bool) -> Iterator[str]:

@@ -95,9 +95,9 @@ def bake(
     bodies = {name: glsl.load_numbered(f"{name}.glsl") for name in (*PASSES, "floor")}
     texts = {name: "\n".join([opening, *[field.text] * PASSES[name], bodies[name][0]]) for name in PASSES}
     texts["floor"] = "\n".join([opening, studio.text, bodies["floor"][0]])
-    texts["colour"] = "\n".join([opening + "#define WITHOUT_STUDIO", field.text, bodies["colour"][0]])
-    texts["studio"] = "\n".join([opening, studio.text, bodies["colour"][0]])
-    files = {name: bodies["colour" if name == "studio" else name][1] for name in texts}
+    texts["color"] = "\n".join([opening + "#define WITHOUT_STUDIO", field.text, bodies["color"][0]])
+    texts["studio"] = "\n".join([opening, studio.text, bodies["color"][0]])
+    files = {name: bodies["color" if name == "studio" else name][1] for name in texts}
     return replace(whole, passes={name: (text, files[name]) for name, text in texts.items()})
 
 

@@ -16,7 +16,7 @@ LEAST_STEPS = 3
 
 NumberedText = tuple[str, tuple[str, ...]]
 """A shader's text, and the files of glsl/ that its `#line` directives number (glsl.load_numbered)."""
-PASSES = {"near": False, "normals": True, "rest": False, "trace": True, "behind": False, "colour": True}
+PASSES = {"near": False, "normals": True, "rest": False, "trace": True, "behind": False, "color": True}
 """The passes of a frame (glsl/near.glsl, ...), and whether each evaluates the field.
 
 They run in this order, except that "rest" and "normals" also follow "trace". A pass that evaluates the field draws only
@@ -60,7 +60,7 @@ class Shader:
     """Default of the uniform `ground`: height of the shape's lowest point, model space."""
     passes: Mapping[str, NumberedText] | None = None
     """The text of each pass in PASSES, for a renderer with depth buffers, and of "floor" and "studio". "studio"
-    replaces "colour" for the shading studio."""
+    replaces "color" for the shading studio."""
     cells: Cells | None = None
     """The grids for the sampler `cells` of skip.glsl, for passes; None where rays skip nothing."""
     few_cells: Cells | None = None

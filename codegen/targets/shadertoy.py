@@ -8,7 +8,7 @@ from ...field.digits import fewest_digits
 from ...ir.lower import lower
 from ...model.errors import UserError
 from ...model.model import Model
-from ...model.quantise import is_quantised, quantised_model
+from ...model.quantize import is_quantized, quantized_model
 from ..printers.literal import LiteralStorage
 from ..printers.packed import PackedStorage
 from .shadertoy_text import shader_text
@@ -20,9 +20,9 @@ WIDEST = 64
 def standalone(model: Model, storage: str = "auto", digits: int | None = None, shade: str | None = None) -> str:
     """Return the text of a model.
 
-    storage: "packed": quantised weights (model/quantise.py), exact where training quantised them. "literal": decimals.
+    storage: "packed": quantized weights (model/quantize.py), exact where training quantized them. "literal": decimals.
     "auto": packed with the fewest bits that keep surface and colors (field/bits.py), or literal where no number of bits
-    does, where the field moves, or where `digits` is set for a model without quantised weights.
+    does, where the field moves, or where `digits` is set for a model without quantized weights.
     digits: decimals of literal weights; None for the fewest that keep the surface (field/digits.py).
     shade: "studio" (with a setting for Phong); "phong" (without the studio); None for the studio where it adds at most
     STUDIO_SHARE. Raises UserError for a model that is too wide, or another storage.
@@ -40,22 +40,22 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None, s
     without_motion = all(part.inputs == "xyz" for part in parts)
     if storage == "packed" and not without_motion:
         raise UserError("--storage packed: this model moves; use literal")
-    if storage == "auto" and without_motion and (digits is None or all(map(is_quantised, networks))):
+    if storage == "auto" and without_motion and (digits is None or all(map(is_quantized, networks))):
         fewest = [fewest_bits(part) for part in parts]
         if None not in fewest:
             return _packed(_with_parts(model, [part for part in fewest if part]), model, shade)
-        if all(map(is_quantised, networks)):
+        if all(map(is_quantized, networks)):
             storage = "packed"
     if storage == "packed":
-        return _packed(_with_parts(model, list(map(quantised_model, parts))), model, shade)
+        return _packed(_with_parts(model, list(map(quantized_model, parts))), model, shade)
     program = lower(model, max(map(fewest_digits, parts)) if digits is None else digits, padded=False)
     return shader_text(program, model, LiteralStorage, {}, shade)
 
 
 def exact(model: Model, digits: int | None = None, shade: str | None = None) -> str:
-    """Return a text without a search: packed where training quantised the weights, otherwise literal."""
+    """Return a text without a search: packed where training quantized the weights, otherwise literal."""
     without_motion = all(part.inputs == "xyz" for part in model.shapes or (model,))
-    packed = without_motion and all(map(is_quantised, model.networks().values()))
+    packed = without_motion and all(map(is_quantized, model.networks().values()))
     return standalone(model, "packed" if packed else "literal", digits, shade)
 
 
@@ -70,6 +70,6 @@ def _packed(packed: Model, model: Model, shade: str | None) -> str:
     packed: the model with rounded weights. model: the original. shade: see `standalone`.
     """
     paid = cost(model, packed)
-    error = {"f": paid.distance, "degrees": paid.angle} | ({"colour": paid.color} if model.coloured else {})
+    error = {"f": paid.distance, "degrees": paid.angle} | ({"colour": paid.color} if model.colored else {})
     further = {"error": {key: float(f"{value:.2g}") for key, value in error.items()}} if paid.largest else {}
     return shader_text(lower(packed, padded=False), model, PackedStorage, further, shade)

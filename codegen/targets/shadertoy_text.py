@@ -102,10 +102,10 @@ def _weights(program: Program, storage: type[Storage]) -> list[str]:
 def _main(program: Program, studio: bool, planes: NDArray[np.float64] | None) -> str:
     """Return mainImage(), and the planes that it reads. studio: with the studio's lines; planes: see `Savings`."""
     time = "TIME" if program.moving else "1"
-    albedo = "COLOUR"
+    albedo = "COLOR"
     if program.colored:
         called = "albedo" if program.texture is None else program.texture.name
-        albedo = f"clamp(COLOUR({called}(vec4(3.52 * m[2] + t * v, {time}))), 0., 1.)"
+        albedo = f"clamp(COLOR({called}(vec4(3.52 * m[2] + t * v, {time}))), 0., 1.)"
     bound = step_bound(program)
     enter = _without_comments("enter_ball.glsl")
     declaration = ""
@@ -148,9 +148,9 @@ def _head(model: Model) -> list[str]:
 def _settings(program: Program, front: tuple[float, float] | None, studio: bool) -> list[str]:
     """Return the settings, as #defines."""
     color = (
-        "COLOUR(c) c // color of the surface, sRGB; c: the model's"
+        "COLOR(c) c // color of the surface, sRGB; c: the model's"
         if program.colored
-        else f"COLOUR vec3({PLAIN}) // sRGB"
+        else f"COLOR vec3({PLAIN}) // sRGB"
     )
     view = front or (AZIMUTH, ELEVATION)
     motion = ["TIME (.5 - .5 * cos(iTime)) // time of the motion, from 0 to 1 and back"] if program.moving else []

@@ -33,7 +33,7 @@ LIGHT = 0.1
 """Seconds that importing may take."""
 MODEL = random_model((16, 1), (18, 2), (24, 1), texture=(10, 1))
 FIELD = mplicits.Field(MODEL)
-PLACED = mplicits.Field(replace(MODEL, centre=(10.0, -20.0, 5.0), scale=3.0, up="z"))
+PLACED = mplicits.Field(replace(MODEL, center=(10.0, -20.0, 5.0), scale=3.0, up="z"))
 """The same model, of a file in other coordinates."""
 MOVING = random_model((16, 1), (18, 1), texture=(10, 1), inputs="xyzt")
 
@@ -203,7 +203,7 @@ def test_rays_end_where_the_field_is_zero() -> None:
 
 def test_rays_from_inside_and_from_the_file_s_space() -> None:
     model = mplicits.load("spot").model
-    spot, placed = mplicits.Field(model), mplicits.Field(replace(model, centre=(10.0, -20.0, 5.0), scale=3.0, up="z"))
+    spot, placed = mplicits.Field(model), mplicits.Field(replace(model, center=(10.0, -20.0, 5.0), scale=3.0, up="z"))
     assert spot.trace([0.1, 0, 0], [0, 0, 5]).t == 0
     here, along = np.array([0.2, 0.1, 3.0]), np.array([0.0, 0.0, -2.0])
     model_hit, hit = spot.trace(here, along), placed.trace(in_file(here), as_in_file(along, "z"), space="input")

@@ -62,7 +62,7 @@ def test_photos_writes_a_model_and_prints_figures(tmp_path: Path, capsys: pytest
     assert "001.png, held out: " in said.err
     assert not list(tmp_path.glob("*.part.*"))
     model = load(output)
-    assert (model.name, model.credit, model.centre) == ("ball", "me, CC0", (5, 6, 7))
+    assert (model.name, model.credit, model.center) == ("ball", "me, CC0", (5, 6, 7))
     assert model.scale == pytest.approx(2)
     assert len(model.levels) == 2
 

@@ -30,7 +30,7 @@ Array = NDArray[np.float32]
 FUNCTION_TARGETS = [name for name, target in TARGETS.items() if target.function]
 COUNT = 4096
 MODEL = replace(
-    random_model((16, 1), (18, 2), (12, 0), texture=(10, 1)), centre=(0.5, -2.0, 1.0), scale=3.0, up="z", name="Model"
+    random_model((16, 1), (18, 2), (12, 0), texture=(10, 1)), center=(0.5, -2.0, 1.0), scale=3.0, up="z", name="Model"
 )
 OTHER = random_model((8, 1), name="other", seed=1)
 TIME = 0.6
@@ -60,7 +60,7 @@ def reference(model: Model, space: str) -> tuple[Array, Array]:
     normal = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
     columns = [scale * field, scale * values[0], normal, interpret.color(program, points, TIME)]
     if space == "input":
-        points = as_in_file(points.astype(np.float64) * model.scale + model.centre, model.up).astype(np.float32)
+        points = as_in_file(points.astype(np.float64) * model.scale + model.center, model.up).astype(np.float32)
         columns[2] = as_in_file(normal.astype(np.float64), model.up)
     return points[clear][:COUNT], np.column_stack(columns)[clear][:COUNT].astype(np.float32)
 

@@ -15,7 +15,7 @@ from mplicits.codegen.targets.shadertoy_text import savings
 from mplicits.field import digits, interpret
 from mplicits.field.surface_points import near_surface
 from mplicits.ir.lower import lower
-from mplicits.model import quantise
+from mplicits.model import quantize
 from mplicits.model.errors import UserError
 from mplicits.model.model import Layer
 from mplicits.viewer.draw.camera import Camera
@@ -38,12 +38,12 @@ GOLDEN_TEXT = GOLDEN / "tiny.shadertoy.frag"
 def small() -> str:
     """The text of a small model with a credit and a front."""
     model = random_model((16, 1), (8, 0), texture=(8, 0), name="small")
-    return SHADERTOY(replace(quantise.quantised_model(model), front=(200.0, 10.0), credit="someone, CC0"), "packed")
+    return SHADERTOY(replace(quantize.quantized_model(model), front=(200.0, 10.0), credit="someone, CC0"), "packed")
 
 
 @pytest.mark.parametrize("storage", ["packed", "literal"])
 def test_the_field_equals_the_reference(osmesa: Context, storage: str) -> None:
-    model = quantise.quantised_model(random_model((16, 1), (18, 2), (8, 0)))
+    model = quantize.quantized_model(random_model((16, 1), (18, 2), (8, 0)))
     points = np.random.default_rng(2).uniform(-1, 1, (64 * 64, 3)).astype(np.float32)
     text = INPUTS + SHADERTOY(model, storage, DIGITS[storage])
     field = draw(osmesa, text + PROBE, (64, 64), {}, points)[::-1, :, 0].ravel()
@@ -79,7 +79,7 @@ def test_a_scene_equals_the_reference(osmesa: Context, tmp_path: Path, level: in
 
 def test_a_model_of_many_layers_is_packed(osmesa: Context) -> None:
     """Many layers of the same shape, with different steps."""
-    model = quantise.quantised_model(random_model((4, 8), (4, 9)))
+    model = quantize.quantized_model(random_model((4, 8), (4, 9)))
     points = np.random.default_rng(2).uniform(-1, 1, (64 * 64, 3)).astype(np.float32)
     field = draw(osmesa, INPUTS + SHADERTOY(model, "packed") + PROBE, (64, 64), {}, points)[::-1, :, 0].ravel()
     nested, reached = interpret.nested_field(lower(model), points, 2)
@@ -96,12 +96,12 @@ def test_a_model_without_a_surface_is_written_without_a_warning() -> None:
         assert SHADERTOY(replace(model, levels=(away,)))
 
 
-def test_a_quantised_model_is_not_quantised_again() -> None:
+def test_a_quantized_model_is_not_quantized_again() -> None:
     model = random_model((16, 1), (18, 2), texture=(10, 1))
-    assert not quantise.is_quantised(model.levels[0].network)
-    once = quantise.quantised_model(model)
-    assert all(quantise.is_quantised(level.network) for level in once.levels)
-    for before, after in zip(once.levels, quantise.quantised_model(once).levels, strict=True):
+    assert not quantize.is_quantized(model.levels[0].network)
+    once = quantize.quantized_model(model)
+    assert all(quantize.is_quantized(level.network) for level in once.levels)
+    for before, after in zip(once.levels, quantize.quantized_model(once).levels, strict=True):
         assert before.network is after.network
     for old, new in zip(model.levels[1].network, once.levels[1].network, strict=True):
         assert float(np.abs(old.weight - new.weight).mean()) < 0.1 * float(np.abs(old.weight).mean())
@@ -110,7 +110,7 @@ def test_a_quantised_model_is_not_quantised_again() -> None:
 def test_a_rounded_step_still_represents_the_largest_weight() -> None:
     first, last = random_model((20, 0)).levels[0].network
     weight = first.weight * np.float32(127 * 0.010049 / np.abs(first.weight).max())
-    assert quantise.is_quantised(quantise.quantised((Layer(weight, first.bias), last)))
+    assert quantize.is_quantized(quantize.quantized((Layer(weight, first.bias), last)))
 
 
 def test_the_text_draws_the_renderer_s_picture(osmesa: Context) -> None:
@@ -166,7 +166,7 @@ def test_four_samples_soften_only_edges(osmesa: Context, small: str) -> None:
 
 
 def test_the_level_is_a_setting(osmesa: Context) -> None:
-    model = quantise.quantised_model(random_model((16, 1), (18, 2)))
+    model = quantize.quantized_model(random_model((16, 1), (18, 2)))
     points = np.random.default_rng(2).uniform(-1, 1, (32 * 32, 3)).astype(np.float32)
     text = SHADERTOY(model, "packed").replace("#define LEVEL 2", "#define LEVEL 1")
     field = draw(osmesa, INPUTS + text + PROBE, (32, 32), {}, points)[::-1, :, 0].ravel()
@@ -182,7 +182,7 @@ def test_the_head_describes_the_model_and_escapes_any_text(tmp_path: Path) -> No
     assert "CC BY 4.0" in head[1]
     assert "#define VIEW vec2(-30., 5.)" in text
     assert "mplicits" in head[2]
-    for setting in ("SPEED", "LIGHT", "COLOUR", "BOTTOM", "TOP", "STEPS", "AA"):
+    for setting in ("SPEED", "LIGHT", "COLOR", "BOTTOM", "TOP", "STEPS", "AA"):
         assert re.search(rf"(?m)^#define {setting} .*//", text) or setting == "TOP"
     check_glsl(ES + INPUTS + text + MAIN, tmp_path)
 
@@ -209,7 +209,7 @@ def test_digits_are_the_fewest_that_keep_the_surface() -> None:
 
 def test_the_text_equals_the_golden_file(request: pytest.FixtureRequest) -> None:
     text = SHADERTOY(
-        quantise.quantised_model(random_model((4, 1), (8, 0), texture=(4, 0), name='tiny "/*\n</script>\\')), "packed"
+        quantize.quantized_model(random_model((4, 1), (8, 0), texture=(4, 0), name='tiny "/*\n</script>\\')), "packed"
     )
     check_golden(text, GOLDEN_TEXT, request)
 
@@ -219,7 +219,7 @@ def long_text(storage: str) -> str:
     if storage == "literal":
         return literal_text(demo(), "phong")
     model = random_model((64, 1), (64, 2), texture=(8, 1), name="a\nb\\")
-    return SHADERTOY(quantise.quantised_model(model), "packed", shade="phong")
+    return SHADERTOY(quantize.quantized_model(model), "packed", shade="phong")
 
 
 @pytest.mark.parametrize("storage", ["packed", "literal"])

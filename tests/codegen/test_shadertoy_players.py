@@ -14,7 +14,7 @@ import pytest
 from PIL import Image
 
 from mplicits.codegen.targets.motion import PERIOD
-from mplicits.model import quantise
+from mplicits.model import quantize
 from mplicits.viewer.draw.context import Context
 from support.browser import visit
 from support.moving_model import moving_model
@@ -56,7 +56,7 @@ Image.frombytes("RGBA", size, bytes(drawn)).convert("RGB").save(output)
 @pytest.mark.skipif(importlib.util.find_spec("wgpu_shadertoy") is None, reason="wgpu-shadertoy is not installed")
 def test_another_shadertoy_player_draws_the_same(osmesa: Context, tmp_path: Path) -> None:
     """The moving model is at time 0.5 after a quarter of its period."""
-    packed = SHADERTOY(quantise.quantised_model(random_model((16, 1), (8, 0))), "packed")
+    packed = SHADERTOY(quantize.quantized_model(random_model((16, 1), (8, 0))), "packed")
     moving = SHADERTOY(moving_model(), "literal")
     assert np.abs(picture(osmesa, moving, time=0.4) - picture(osmesa, moving, time=2.4)).max(-1).mean() > 3
     texts = [
@@ -86,7 +86,7 @@ def test_another_shadertoy_player_draws_the_same(osmesa: Context, tmp_path: Path
 
 def test_chromium_draws_the_same(osmesa: Context, browser: "Browser", tmp_path: Path) -> None:
     """Chromium draws by WebGL2 on SwiftShader, whose sine is off by 2e-4."""
-    text = SHADERTOY(quantise.quantised_model(random_model((16, 1), (8, 0))), "packed", shade="studio")
+    text = SHADERTOY(quantize.quantized_model(random_model((16, 1), (8, 0))), "packed", shade="studio")
     fragment = "#version 300 es\nprecision highp float; precision highp int;\n" + INPUTS + text + MAIN
     (tmp_path / "player.html").write_text(WEBGL.replace("THE_TEXT", json.dumps(fragment)))
     with visit(browser, tmp_path / "player.html", SIZE, share=1) as visited:

@@ -38,7 +38,7 @@ def compare(osmesa: Context, model: Model, elevation: float, least: float) -> No
     text = literal_text(model, "studio")
     for knob, value in (("BOTTOM", "vec3(1)"), ("TOP", "vec3(1)"), ("VIEW", f"vec2(30., {elevation:.1f})")):
         text = re.sub(rf"#define {knob} .*", f"#define {knob} {value}", text)
-    text = re.sub(r"#define COLOUR(\(c\))? .*", r"#define COLOUR\1 vec3(.8, .74, .66)", text)
+    text = re.sub(r"#define COLOR(\(c\))? .*", r"#define COLOR\1 vec3(.8, .74, .66)", text)
     ours = picture(osmesa, text) / 255
     renderer = Renderer(osmesa, bake(model))
     pictures = [

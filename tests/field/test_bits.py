@@ -14,7 +14,7 @@ from mplicits.codegen.targets import shadertoy
 from mplicits.codegen.targets.header import read_header
 from mplicits.field import bits, compensated
 from mplicits.field.compensated import Samples, Sizes
-from mplicits.model import quantise
+from mplicits.model import quantize
 from mplicits.model.model import Model, Network
 from mplicits.model.model_file import load
 from support.paths import DEMO
@@ -49,7 +49,7 @@ def test_later_weights_compensate_rounding() -> None:
     )
     assert error_of(together, other) < 0.5 * error_of(nearest, other)
     for j, layer in enumerate(together[:-1]):
-        assert quantise.step_of(layer.weight, SIZES.hidden if j else SIZES.first) is not None
+        assert quantize.step_of(layer.weight, SIZES.hidden if j else SIZES.first) is not None
     assert compensated.rounded(together, seen, SIZES)[1].weight is not together[1].weight
     for once, twice in zip(together[:-1], compensated.rounded(together, seen, SIZES)[:-1], strict=True):
         np.testing.assert_array_equal(once.weight, twice.weight)
@@ -82,13 +82,13 @@ def demo() -> tuple[Model, Model]:
 
 
 @pytest.mark.slow
-def test_the_fewest_bits_keep_surface_and_colours(demo: tuple[Model, Model]) -> None:
+def test_the_fewest_bits_keep_surface_and_colors(demo: tuple[Model, Model]) -> None:
     model, fewest = demo
     paid = bits.cost(model, fewest)
     assert 0 < paid.distance < 1.2 * bits.SHARE * model.levels[-1].delta
     assert 0 < paid.color < 1.2 * 255 * bits.COLOR
     for network in fewest.networks().values():
-        assert all(quantise.step_of(layer.weight, bits.HIDDEN[-1]) is not None for layer in network[1:-1])
+        assert all(quantize.step_of(layer.weight, bits.HIDDEN[-1]) is not None for layer in network[1:-1])
 
 
 @pytest.mark.slow
@@ -99,14 +99,14 @@ def test_the_header_has_the_rounding_error(demo: tuple[Model, Model], monkeypatc
     paid = bits.cost(model, fewest)
     assert read_header(text)["error"]["f"] == pytest.approx(paid.distance, rel=0.06)
     assert len(text) < 0.5 * len(shadertoy.standalone(model, "literal"))
-    exact = shadertoy.standalone(quantise.quantised_model(random_model((8, 1))), "packed")
+    exact = shadertoy.standalone(quantize.quantized_model(random_model((8, 1))), "packed")
     assert "error" not in read_header(exact)
 
 
 def test_a_model_without_a_surface_keeps_its_decimals(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shadertoy, "fewest_bits", lambda model: None)
     assert shadertoy.standalone(random_model((8, 1))) == shadertoy.standalone(random_model((8, 1)), "literal")
-    packed = quantise.quantised_model(random_model((8, 1)))
+    packed = quantize.quantized_model(random_model((8, 1)))
     assert shadertoy.standalone(packed) == shadertoy.standalone(packed, "packed")
 
 

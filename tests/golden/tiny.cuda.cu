@@ -7,9 +7,9 @@
 // product by cuBLAS per layer, over all pixels. cuBLAS is part of the CUDA toolkit; it is opened at run time
 // by the variant that needs it: nothing is to be linked. In order: check, vectors, uniforms, camera_ray,
 // settings, the field, networks, shade, arguments, grid, cells, half_width, march, background, to_floor,
-// key_light, openness, studio, floor_colour, colours, simple, stepping, mma, packed, team, tile, adjoint,
+// key_light, openness, studio, floor_color, colors, simple, stepping, mma, packed, team, tile, adjoint,
 // queues, fused, cublas, layered, picture, unpack, benchmark, main. Of these, camera_ray, shade, cells,
-// half_width, march, background, and all from to_floor to floor_colour, are functions of the GLSL targets.
+// half_width, march, background, and all from to_floor to floor_color, are functions of the GLSL targets.
 
 #include <cuda_runtime.h>
 #include <dlfcn.h>

@@ -410,10 +410,10 @@ float to_floor(vec3 origin, vec3 direction, float ground) {
 // heat(): color map of [0, 1], sRGB: black, violet, red, orange, pale yellow.
 vec3 heat(float share) {
     float x = 4.0 * clamp(share, 0.0, 1.0);
-    vec3 colour = mix(vec3(0.01, 0.01, 0.05), vec3(0.32, 0.07, 0.45), clamp(x, 0.0, 1.0));
-    colour = mix(colour, vec3(0.80, 0.20, 0.28), clamp(x - 1.0, 0.0, 1.0));
-    colour = mix(colour, vec3(0.98, 0.60, 0.10), clamp(x - 2.0, 0.0, 1.0));
-    return mix(colour, vec3(1.0, 0.98, 0.75), clamp(x - 3.0, 0.0, 1.0));
+    vec3 color = mix(vec3(0.01, 0.01, 0.05), vec3(0.32, 0.07, 0.45), clamp(x, 0.0, 1.0));
+    color = mix(color, vec3(0.80, 0.20, 0.28), clamp(x - 1.0, 0.0, 1.0));
+    color = mix(color, vec3(0.98, 0.60, 0.10), clamp(x - 2.0, 0.0, 1.0));
+    return mix(color, vec3(1.0, 0.98, 0.75), clamp(x - 3.0, 0.0, 1.0));
 }
 // linear(): sRGB to linear light, each channel in [0, 1] (IEC 61966-2-1).
 vec3 linear(vec3 srgb) {
@@ -575,11 +575,11 @@ vec3 studio(vec3 albedo, vec3 normal, vec3 view, vec3 light, vec3 open, float de
     vec3 over = max(lit - 0.6, vec3(0.0));
     return lit - over + over / (1.0 + 2.0 * over);
 }
-// floor_colour(): the studio's floor, linear light: the backdrop's color times the visible key light and sky, so that floor
+// floor_color(): the studio's floor, linear light: the backdrop's color times the visible key light and sky, so that floor
 // and backdrop blend. On a dark backdrop, the key light makes a bright pool.
 // backdrop: linear; p: on the floor, model space; light: to the key light, length 1; open: openness(); above: height of
 // the eye above the floor, model units; the floor is invisible from below.
-vec3 floor_colour(vec3 backdrop, vec3 p, vec3 light, vec3 open, float above) {
+vec3 floor_color(vec3 backdrop, vec3 p, vec3 light, vec3 open, float above) {
     float key = 0.9 * light.y;
     float sky = 0.45;
     float lit = (key * open.y + sky * open.x) / (key + sky);
@@ -590,8 +590,8 @@ vec3 floor_colour(vec3 backdrop, vec3 p, vec3 light, vec3 open, float above) {
 }
 #endif
 uniform bool plain; // omits the model's colors
-// base_colour(): color of the surface at p, model space; sRGB.
-vec3 base_colour(vec3 p) {
+// base_color(): color of the surface at p, model space; sRGB.
+vec3 base_color(vec3 p) {
     return plain ? vec3(0.80, 0.74, 0.66) : albedo(p);
 }
 // surface(): color, sRGB, of a pixel whose ray meets the surface or the studio's floor, in the mode `shading`.
@@ -602,7 +602,7 @@ vec3 base_colour(vec3 p) {
 vec3 surface(vec3 normal, vec3 direction, float t, int steps, bool hit, vec3 behind) {
     vec3 eye = camera[3].xyz;
     vec3 p = eye + t * direction, albedo = vec3(0.0);
-    if (hit) albedo = base_colour(p);
+    if (hit) albedo = base_color(p);
 #ifndef WITHOUT_STUDIO
     if (shading == SHADE_STUDIO) {
         vec3 toward = key_light(light, camera);
@@ -611,7 +611,7 @@ vec3 surface(vec3 normal, vec3 direction, float t, int steps, bool hit, vec3 beh
         if (hit || !floor_openness(open))
 #endif
             open = openness(p, normal, toward, ground, !hit);
-        if (!hit) return srgb(floor_colour(linear(behind), p, toward, open, eye.y - ground));
+        if (!hit) return srgb(floor_color(linear(behind), p, toward, open, eye.y - ground));
         return srgb(studio(linear(albedo), normal, -direction, toward, open, delta[0], p.y - ground));
     }
 #endif
@@ -625,13 +625,13 @@ vec3 surface(vec3 normal, vec3 direction, float t, int steps, bool hit, vec3 beh
 vec4 seen(Hit ray, vec3 normal, vec3 direction, vec2 pixel) {
     // Never true. With a discard, llvmpipe compiles one variant of the shader instead of two.
     if (resolution.x < 0.0) discard;
-    vec4 colour = vec4(background(pixel, resolution, background_bottom, background_top), float(ray.hit));
+    vec4 color = vec4(background(pixel, resolution, background_bottom, background_top), float(ray.hit));
     float t = ray.hit || shading != SHADE_STUDIO ? ray.t : to_floor(camera[3].xyz, direction, ground);
     if (ray.hit || shading == SHADE_STUDIO && t > 0.0)
-        colour.rgb = surface(normal, direction, t, ray.steps, ray.hit, colour.rgb);
-    if (shading == SHADE_STEPS) colour = vec4(heat(float(ray.steps) / 32.0), colour.a);
-    if (shading == SHADE_DATA) colour = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));
-    return colour;
+        color.rgb = surface(normal, direction, t, ray.steps, ray.hit, color.rgb);
+    if (shading == SHADE_STEPS) color = vec4(heat(float(ray.steps) / 32.0), color.a);
+    if (shading == SHADE_DATA) color = vec4(ray.t, float(ray.steps), float(abs(ray.level)), float(ray.hit));
+    return color;
 }
 uniform float split; // share of the width, from the left, with the traced level's own normals
 // worn_level(): level whose gradient is the normal of a pixel; pixel: pixels, origin bottom left.

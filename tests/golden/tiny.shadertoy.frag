@@ -4,7 +4,7 @@
 #define VIEW vec2(30., 20.) // initial azimuth and elevation, degrees
 #define SPEED .3 // speed of the turntable, radians per second
 #define LIGHT vec3(-.5, .7, .8) // direction to the light: right, up, back
-#define COLOUR(c) c // color of the surface, sRGB; c: the model's
+#define COLOR(c) c // color of the surface, sRGB; c: the model's
 #define BOTTOM vec3(.13, .14, .17) // background, sRGB
 #define TOP vec3(.33, .36, .41)
 #define LEVEL 2 // finest level, from 1
@@ -104,7 +104,7 @@ if(k>3){
 n=normalize(n);
 e=reflect(v,n);
 g=dot(n,l);
-w=pow(clamp(COLOUR(network_texture(vec4(3.52*m[2]+t*v,1))),0.,1.),vec3(2.2));
+w=pow(clamp(COLOR(network_texture(vec4(3.52*m[2]+t*v,1))),0.,1.),vec3(2.2));
 w=w*(mix(vec3(.16,.13,.12),vec3(.34,.38,.46),.5+.5*dot(n,m[1]))+max(g,0.)*vec3(1.05,1,.95))
 +.14*pow(max(dot(e,l),0.),48.);
 e=max(w-.6,0.);

@@ -46,8 +46,8 @@ def test_the_interpreter_computes_the_same_as_torch(shapes: tuple[tuple[int, int
         np.testing.assert_allclose(f, value.detach()[:, 0], atol=1e-5)
         np.testing.assert_allclose(ours, gradient, atol=1e-5 * scale)
     assert model.texture is not None
-    colour = torch_network(model.texture, torch.from_numpy(points())).clamp(0, 1)
-    np.testing.assert_allclose(interpret.color(program, points()), colour, atol=1e-5)
+    color = torch_network(model.texture, torch.from_numpy(points())).clamp(0, 1)
+    np.testing.assert_allclose(interpret.color(program, points()), color, atol=1e-5)
 
 
 def test_time_is_the_fourth_input() -> None:

@@ -16,11 +16,11 @@ from support.random_model import random_model
 
 def moving(**source: object) -> Model:
     model = random_model((8, 1), inputs="xyzt")
-    return replace(model, centre=(9.0, 9.0, 9.0), scale=3.0, provenance={"source": source})
+    return replace(model, center=(9.0, 9.0, 9.0), scale=3.0, provenance={"source": source})
 
 
-def moment(centre: tuple[float, float, float], scale: float, offset: float = 0.0, factor: float = 1.0) -> object:
-    return {"centre": list(centre), "scale": scale, "offset": [offset, 0, 0], "factor": factor}
+def moment(center: tuple[float, float, float], scale: float, offset: float = 0.0, factor: float = 1.0) -> object:
+    return {"centre": list(center), "scale": scale, "offset": [offset, 0, 0], "factor": factor}
 
 
 def test_the_place_goes_from_the_first_shape_s_to_the_last_s() -> None:
@@ -31,7 +31,7 @@ def test_the_place_goes_from_the_first_shape_s_to_the_last_s() -> None:
 
 
 def test_shapes_in_one_space_have_one_place() -> None:
-    # Balls of radius 1 at x = 5 and 7, in a space of centre 6 and scale 2.
+    # Balls of radius 1 at x = 5 and 7, in a space of center 6 and scale 2.
     model = moving(moments=[moment((5, 0, 0), 1.0, -0.5, 0.5), moment((7, 0, 0), 1.0, 0.5, 0.5)])
     for time in (0.0, 0.3, 1.0):
         assert place_at(model, time) == ((6, 0, 0), 2, "y")

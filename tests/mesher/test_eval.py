@@ -12,7 +12,7 @@ from mplicits import cli
 from mplicits.mesher.compare import compare
 from mplicits.mesher.metrics import VOXEL, SampledSurface, angles, chamfer, shell_iou
 from mplicits.mesher.surface import Mesh
-from mplicits.mesher.truth import in_model_space, normalisation, read_mesh
+from mplicits.mesher.truth import in_model_space, normalization, read_mesh
 from mplicits.model.model_file import load
 from support.paths import DEMO
 
@@ -139,8 +139,8 @@ def test_a_model_is_at_the_floor_against_its_own_mesh(truth: Path, capsys: pytes
 def test_a_mesh_is_compared_with_a_mesh(truth: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     moved = read_mesh(truth)
     moved.vertices = moved.vertices * 7.0 + (3.0, 2.0, 1.0)
-    centre, scale = normalisation(moved)
-    assert np.linalg.norm(np.asarray(moved.vertices) - centre, axis=1).max() == pytest.approx(scale)
+    center, scale = normalization(moved)
+    assert np.linalg.norm(np.asarray(moved.vertices) - center, axis=1).max() == pytest.approx(scale)
     moved.export(tmp_path / "moved.obj")
     capsys.readouterr()
     argv = ["eval", str(tmp_path / "moved.obj"), str(tmp_path / "moved.obj"), "--samples", "5000", "--quiet", "--json"]

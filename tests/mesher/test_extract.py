@@ -19,14 +19,14 @@ Array = NDArray[np.float32]
 
 @dataclass
 class Ellipsoid:
-    """An ellipsoid whose axes differ and whose centre is not the origin, so that no two directions can be confused."""
+    """An ellipsoid whose axes differ and whose center is not the origin, so that no two directions can be confused."""
 
     axes: tuple[float, float, float] = (0.9, 0.5, 0.3)
-    centre: tuple[float, float, float] = (0.03, -0.2, 0.1)
+    center: tuple[float, float, float] = (0.03, -0.2, 0.1)
     chunk: int = 1000
 
     def value(self, points: Array) -> Array:
-        return np.asarray(np.linalg.norm((points - self.centre) / self.axes, axis=1) - 1, np.float32)
+        return np.asarray(np.linalg.norm((points - self.center) / self.axes, axis=1) - 1, np.float32)
 
     def clearance(self, points: Array) -> Array:
         return np.asarray(np.abs(self.value(points)) * min(self.axes), np.float32)
@@ -73,7 +73,7 @@ def test_the_mesh_is_the_ellipsoid(resolution: int) -> None:
     assert np.abs(field.value(seen.vertices.astype(np.float32))).max() < 3 * side**2 / min(field.axes) ** 2
     if resolution > 60:
         assert seen.volume == pytest.approx(4 / 3 * np.pi * np.prod(field.axes), rel=2e-2)
-        np.testing.assert_allclose(seen.bounds.mean(axis=0), field.centre, atol=side)
+        np.testing.assert_allclose(seen.bounds.mean(axis=0), field.center, atol=side)
 
 
 @pytest.mark.parametrize("field", [Ellipsoid(), Waves(), Misled()])

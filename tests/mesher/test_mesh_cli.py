@@ -32,11 +32,11 @@ def test_trimesh_reads_what_the_verb_writes(suffix: str, tmp_path: Path, capsys:
     assert (facts["spurious"], facts["culled"]) == (0, True)
     if suffix != ".stl":
         assert isinstance(read.visual, trimesh.visual.ColorVisuals)
-        colours = np.asarray(read.visual.vertex_colors)[:, :3]
-        assert np.ptp(colours.astype(int), axis=0).max() > 50
+        colors = np.asarray(read.visual.vertex_colors)[:, :3]
+        assert np.ptp(colors.astype(int), axis=0).max() > 50
 
 
-def test_normals_and_colours_are_in_the_file(tmp_path: Path) -> None:
+def test_normals_and_colors_are_in_the_file(tmp_path: Path) -> None:
     assert mesh("-o", str(tmp_path / "m.ply")) == 0
     assert mesh("-o", str(tmp_path / "m.obj")) == 0
     read = trimesh.load(tmp_path / "m.ply", process=False, force="mesh")
@@ -48,7 +48,7 @@ def test_normals_and_colours_are_in_the_file(tmp_path: Path) -> None:
 
 
 def test_the_mesh_is_in_the_space_that_is_asked_for(tmp_path: Path) -> None:
-    moved = replace(load(DEMO), centre=(10.0, -20.0, 5.0), scale=3.0)
+    moved = replace(load(DEMO), center=(10.0, -20.0, 5.0), scale=3.0)
     save(moved, tmp_path / "m.safetensors")
     bounds = {}
     for space in ("input", "model"):

@@ -90,10 +90,10 @@ def test_the_iou_of_shells_is_what_a_test_of_all_voxels_counts() -> None:
     other.apply_translation((-0.013, 0.004, 0.002))  # voxels on both sides of zero
     a, b = (SampledSurface(mesh(shape.vertices, shape.faces)) for shape in (one, other))
     axis = (np.arange(-10, 10) + 0.5) * VOXEL
-    centres = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
+    centers = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
     shells = []
     for shape in (one, other):
-        _, distance, _ = trimesh.proximity.closest_point_naive(shape, centres)  # type: ignore[no-untyped-call]
+        _, distance, _ = trimesh.proximity.closest_point_naive(shape, centers)  # type: ignore[no-untyped-call]
         shells.append(np.asarray(distance) <= VOXEL)
     samples = np.concatenate([surface.sample(20_000, np.random.default_rng(0))[0] for surface in (a, b)])
     expected = (shells[0] & shells[1]).sum() / (shells[0] | shells[1]).sum()

@@ -1,4 +1,4 @@
-"""Meshes of trained models are the last level's surface, with its normals and colours."""
+"""Meshes of trained models are the last level's surface, with its normals and colors."""
 
 import math
 from dataclasses import replace
@@ -41,15 +41,15 @@ def test_culled_vertices_are_those_of_the_last_level_everywhere(resolution: int)
     assert comparison.vertices > 1000
 
 
-def test_each_vertex_is_on_the_surface_and_has_its_normal_and_colour() -> None:
+def test_each_vertex_is_on_the_surface_and_has_its_normal_and_color() -> None:
     model = load(DEMO)
     program, mesh = lower(model), extract_model(model, 64).mesh
     gradient, value = interpret.field_gradient(program, mesh.vertices, 2)
     assert np.abs(value).max() < 0.2 * Grid(64).side
     assert mesh.normals is not None
-    assert mesh.colours is not None
+    assert mesh.colors is not None
     np.testing.assert_allclose(mesh.normals, gradient / np.linalg.norm(gradient, axis=1)[:, None], atol=1e-3)
-    np.testing.assert_allclose(mesh.colours, interpret.color(program, mesh.vertices), atol=1e-6)
+    np.testing.assert_allclose(mesh.colors, interpret.color(program, mesh.vertices), atol=1e-6)
     seen = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
     facing = np.einsum("ij,ij->i", seen.face_normals, mesh.normals[mesh.faces].sum(axis=1))
     assert (facing > 0).mean() > 0.95

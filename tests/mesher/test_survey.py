@@ -37,7 +37,7 @@ def test_small_components_beside_the_largest_are_loose(monkeypatch: pytest.Monke
     """A ball with a hollow, a fleck, and a second part that is as likely to be the shape's own."""
     sphere = trimesh.creation.icosphere(3)
     balls = [((0.7, 0, 0), 0.01), ((0, 0, 0), 0.5), ((0, 0.7, 0), 0.1), ((0.1, 0, 0), 0.02)]
-    vertices = np.concatenate([radius * sphere.vertices + centre for centre, radius in balls]).astype(np.float32)
+    vertices = np.concatenate([radius * sphere.vertices + center for center, radius in balls]).astype(np.float32)
     faces = np.concatenate([sphere.faces + i * len(sphere.vertices) for i in range(4)])
     mesh = Mesh(vertices, faces.astype(np.int64))
     model, fleck, hollow = slabs(4.0, 0.0), vertices[: len(sphere.vertices)], vertices[-len(sphere.vertices) :]

@@ -8,7 +8,7 @@ import trimesh
 
 from mplicits import cli
 from mplicits.mesher.compare import compare
-from mplicits.mesher.truth import in_model_space, normalisation, read_mesh
+from mplicits.mesher.truth import in_model_space, normalization, read_mesh
 from mplicits.model.errors import UserError
 
 BALL = trimesh.creation.icosphere(subdivisions=3)
@@ -29,7 +29,7 @@ def test_every_format_and_size_gives_the_same_surface(suffix: str, size: float, 
     else:
         written.export(path, file_type=suffix[1:].lower())
     read = read_mesh(path)
-    mesh = in_model_space(read, *normalisation(read))
+    mesh = in_model_space(read, *normalization(read))
     assert (len(mesh.vertices), len(mesh.faces), mesh.components()[0]) == (642, 1280, 1)
     figures = compare(mesh, mesh, 100)
     assert figures.watertight
@@ -97,5 +97,5 @@ def test_a_file_of_another_shape_is_noticed(tmp_path: Path, capsys: pytest.Captu
     assert outcomes["aside"][1].startswith("warning: the bounding boxes of the two differ by 0.3 radii")
     assert outcomes["away"] == (
         2,
-        "mplicits: the two are different shapes: one is 501 radii away, by the other's centre and scale\n",
+        "mplicits: the two are different shapes: one is 501 radii away, by the other's center and scale\n",
     )

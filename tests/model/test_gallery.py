@@ -58,7 +58,7 @@ def test_models_are_textured_and_say_where_they_come_from(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_models_are_the_meshes_and_their_colours(name: str) -> None:
+def test_models_are_the_meshes_and_their_colors(name: str) -> None:
     path = DATA / "textured" / MESHES[name.partition("-")[0]]
     if not path.exists():
         pytest.skip(f"{path.name} is not in MPLICITS_DATA")
@@ -68,7 +68,7 @@ def test_models_are_the_meshes_and_their_colours(name: str) -> None:
     model = load(gallery.model_path(name))
     assert model.provenance["source"] == shape.source, "curved, as `train` takes a mesh"
     points = surface.points * shape.scale + shape.center
-    at = ((points - model.centre) / model.scale).astype(np.float32)
+    at = ((points - model.center) / model.scale).astype(np.float32)
     program = lower(model)
     value, reached = nested_field(program, at, len(model.levels))
     small = name.endswith("small")

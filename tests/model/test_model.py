@@ -41,7 +41,7 @@ def assert_same(a: Model, b: Model) -> None:
         random_model((8, 0)),
         random_model((8, 1), (12, 2), (16, 2), texture=(8, 1)),
         random_model((8, 1), inputs="xyzt"),
-        dataclasses.replace(random_model((8, 1)), centre=(1, -2.5, 3e-9), scale=17, provenance={"a": [None, "é"]}),
+        dataclasses.replace(random_model((8, 1)), center=(1, -2.5, 3e-9), scale=17, provenance={"a": [None, "é"]}),
         dataclasses.replace(random_model((8, 1)), up="z", front=(-215, 15.5), credit="A. Author </script> \n*/"),
         bounded(random_model((8, 1), (8, 0)), step_bound=0.931, band_step_bound=1.0),
         bounded(random_model((8, 1)), step_bound=DEFAULT_STEP_BOUND, band_step_bound=0.7),
@@ -61,7 +61,7 @@ def test_any_name_is_kept(name: str, tmp_path: Path) -> None:
 
 def test_the_hash_covers_what_a_renderer_depends_on() -> None:
     model = random_model((8, 1), (12, 1), texture=(8, 1))
-    same = dataclasses.replace(model, name="other", provenance={"a": 1}, scale=3.0, centre=(1.0, 0.0, 0.0))
+    same = dataclasses.replace(model, name="other", provenance={"a": 1}, scale=3.0, center=(1.0, 0.0, 0.0))
     assert same.sha256() == model.sha256()
     finer = dataclasses.replace(model.levels[1], delta=0.25)
     assert dataclasses.replace(model, levels=(model.levels[0], finer)).sha256() != model.sha256()
@@ -107,7 +107,7 @@ def test_a_level_is_checked_when_a_model_is_made(change: dict[str, Any]) -> None
         {"name": ""},
         {"levels": ()},
         {"scale": 0.0},
-        {"centre": (0.0, 0.0)},
+        {"center": (0.0, 0.0)},
         {"inputs": "xy"},
         {"inputs": "xyzt"},
         {"provenance": {"loss": float("nan")}},

@@ -84,6 +84,6 @@ def test_a_python_function_has_the_options_as_keywords() -> None:
     assert list(inspect.signature(draw).parameters)[:3] == ["model", "size", "shade"]
     assert "shade: shading" in str(draw.__doc__)
     with pytest.raises(TypeError, match="unexpected keyword"):
-        draw("m", colour=1)  # type: ignore[call-arg]
+        draw("m", color=1)  # type: ignore[call-arg]
     with pytest.raises(UserError, match="--size 1"):
         draw("m", 1)

@@ -46,7 +46,7 @@ def test_a_shape_is_turned_upright_and_its_file_is_found_there_again(suffix: str
     assert shape.source["up"] == "z"
     if suffix == ".xyz":
         return
-    model = replace(random_model((4, 0)), centre=shape.center, scale=shape.scale, up="z")
+    model = replace(random_model((4, 0)), center=shape.center, scale=shape.scale, up="z")
     truth = in_model_space(read_mesh(path), *model.place)
     np.testing.assert_allclose(shape.distance(truth.vertices.astype(float)), 0, atol=1e-6)
     triangles = read_triangles_for(model, path, "input")
@@ -56,7 +56,7 @@ def test_a_shape_is_turned_upright_and_its_file_is_found_there_again(suffix: str
 
 def test_a_mesh_of_the_model_lies_in_the_file_s_axes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    model = replace(random_model((8, 1)), centre=(1.0, 2.0, 3.0), scale=2.0)
+    model = replace(random_model((8, 1)), center=(1.0, 2.0, 3.0), scale=2.0)
     for up in UPRIGHT:
         save(replace(model, up=up), tmp_path / f"{up}.safetensors")
         assert cli.main(["mesh", str(tmp_path / f"{up}.safetensors"), "--resolution", "16", "--quiet"]) == 0

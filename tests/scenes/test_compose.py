@@ -45,7 +45,7 @@ def ball_values(field: mplicits.Field, points: Values, margin: float) -> Values:
 def expected(folder: Path, model: mplicits.Field, points: Values, t: float) -> Values:
     """SCENE's field at points in model space, put together by hand."""
     ball, coarse = (mplicits.load(folder / name) for name in ("ball.safetensors", "coarse.safetensors"))
-    x = points * model.model.scale + np.array(model.model.centre)
+    x = points * model.model.scale + np.array(model.model.center)
     axis, angle = np.array([0, 1, 1]) / np.sqrt(2), np.radians(90 * t)
     q = x - [-1.2, 0.3 * t, 0]
     along = (q @ axis)[:, None] * axis
@@ -105,7 +105,7 @@ def test_its_gradient_is_that_of_the_field(tmp_path: Path) -> None:
     assert (apart > 0.1).mean() < 0.03, "where shapes meet, at rims and at the edges of what a network is asked"
 
 
-def test_colours_travel_with_their_shapes(tmp_path: Path) -> None:
+def test_colors_travel_with_their_shapes(tmp_path: Path) -> None:
     text = (
         'parts = [{ model = "ball.safetensors", translate = [-2, 0, 0] }, { model = "coarse.safetensors" }]\n'
         "[ground]\ncolor = [0.1, 0.2, 0.3]\n"
@@ -114,10 +114,10 @@ def test_colours_travel_with_their_shapes(tmp_path: Path) -> None:
     field, ball = mplicits.Field(model), mplicits.load(tmp_path / "ball.safetensors")
     on_ball = np.random.default_rng(2).normal(size=(500, 3))
     on_ball *= 0.7 / np.linalg.norm(on_ball, axis=1)[:, None]
-    colours = field.color((on_ball + np.array([-2, 0, 0]) - model.centre) / model.scale)
-    np.testing.assert_allclose(colours, ball.color(on_ball), rtol=0, atol=1e-4)
-    np.testing.assert_allclose(field.color((np.zeros(3) - model.centre) / model.scale), (0.8, 0.74, 0.66), atol=1e-6)
-    below = np.array([0.5, -1.2, 0.5]) - model.centre
+    colors = field.color((on_ball + np.array([-2, 0, 0]) - model.center) / model.scale)
+    np.testing.assert_allclose(colors, ball.color(on_ball), rtol=0, atol=1e-4)
+    np.testing.assert_allclose(field.color((np.zeros(3) - model.center) / model.scale), (0.8, 0.74, 0.66), atol=1e-6)
+    below = np.array([0.5, -1.2, 0.5]) - model.center
     np.testing.assert_allclose(field.color(below / model.scale), (0.1, 0.2, 0.3), atol=1e-6)
 
 
@@ -138,7 +138,7 @@ def test_rays_ask_only_the_shapes_that_they_come_near(tmp_path: Path, monkeypatc
     counts = []
     for model in (several, alone):
         asked[0] = 0
-        traced = march(lower(model), (eye - model.centre) / model.scale, rays, 2, 0.002 / model.scale)
+        traced = march(lower(model), (eye - model.center) / model.scale, rays, 2, 0.002 / model.scale)
         assert traced.hit.sum() > 800
         counts.append(asked[0])
     assert counts[0] <= 1.5 * counts[1]
@@ -169,7 +169,7 @@ def test_the_file_holds_the_scene_and_older_ones_are_written_as_before(tmp_path:
     assert b'"version":"1"' in (tmp_path / "ball.safetensors").read_bytes()
     nested = composed(tmp_path, '[[parts]]\nmodel = "m.safetensors"\nscale = 2\n')
     points = np.random.default_rng(4).uniform(-0.5, 0.5, (500, 3))
-    there = mplicits.Field(model).sdf((points * nested.scale + nested.centre) / 2, time=0.6)
+    there = mplicits.Field(model).sdf((points * nested.scale + nested.center) / 2, time=0.6)
     value = mplicits.Field(nested).sdf(points, time=0.6)
     np.testing.assert_allclose(value * nested.scale, 2 * there, rtol=0, atol=1e-5)
 

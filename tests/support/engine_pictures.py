@@ -31,8 +31,8 @@ def assert_shows(picture: NDArray[np.uint8], field: mplicits.Field) -> None:
     Its first pixel is background. An engine's march stops short of the silhouette, or steps over a thin place: 1 in 100
     pixels may differ.
     """
-    centre = (np.arange(SIDE) + 0.5) * 2 / SIDE - 1
-    x, y = np.meshgrid(centre, -centre)
+    center = (np.arange(SIDE) + 0.5) * 2 / SIDE - 1
+    x, y = np.meshgrid(center, -center)
     directions = np.stack([x, y, np.full_like(x, -1 / math.tan(math.radians(FOV / 2)))], axis=-1)
     hits = field.trace([0, 0, DISTANCE], directions)
     shown = (np.abs(picture.astype(int) - picture[0, 0]) > 3).any(axis=-1)

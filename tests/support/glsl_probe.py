@@ -48,7 +48,7 @@ class FieldProbe:
         """Return four numbers for each of points(), (N, 4) float32.
 
         kind: 0 for the gradient of f_level and f_level, 1 for the value of the finest defined level and that level, 2
-        for the colour.
+        for the color.
         """
         with self.context:
             for unit, (name, texture) in enumerate(self.textures.items()):

@@ -16,20 +16,20 @@ COMPARED_TIMES = (0.0, 0.35, 0.6, 1.0)
 """Times of pictures: one ball, a waist, two balls just apart, two balls far apart."""
 
 
-def centre(time: Array) -> Array:
+def center(time: Array) -> Array:
     """Compute the distance of the balls' centers from the origin along x: 0 at time 0."""
     return 0.55 * time
 
 
 def distance(points: Array) -> Array:
     """Compute the smooth union of the two balls' distances at (x, y, z, t), (N, 4). Returns (N,)."""
-    away = np.stack([centre(points[:, 3]), np.zeros(len(points)), np.zeros(len(points))], axis=1)
+    away = np.stack([center(points[:, 3]), np.zeros(len(points)), np.zeros(len(points))], axis=1)
     left, right = (np.linalg.norm(points[:, :3] - side * away, axis=1) - RADIUS for side in (-1, 1))
     melted = np.maximum(BLEND - np.abs(left - right), 0) / BLEND
     return np.asarray(np.minimum(left, right) - 0.25 * BLEND * melted**2, float)
 
 
-def colours(points: Array) -> Array:
+def colors(points: Array) -> Array:
     """Compute the colors, sRGB, at (x, y, z, t), (N, 4): stripes that fade into each ball's color. Returns (N, 3)."""
     x, time = points[:, :1], points[:, 3:]
     sides = 0.5 + 0.5 * np.tanh(3 * x)
@@ -51,7 +51,7 @@ def moving_model(widths: tuple[int, int] = (40, 64), textured: bool = True) -> M
     near = np.concatenate([surface] * 2)
     near[:, :3] += rng.normal(0, 0.05, (len(near), 3))
     second = fit(widths[1], 2.5, near, distance(near)[:, None] - evaluate(first, near), rng)
-    texture = fit(16, 1.5, surface, colours(surface), rng) if textured else None
+    texture = fit(16, 1.5, surface, colors(surface), rng) if textured else None
     errors = evaluate(first, surface), evaluate(first, surface) + evaluate(second, surface)
     deltas = [1.3 * float(np.abs(error).max()) for error in errors]
     levels = (

@@ -19,7 +19,7 @@ def around(count: int, elevation: float, first: float = 0.0) -> list[Camera]:
 
 
 def projection(camera: Camera, size: int) -> NDArray[np.float64]:
-    """Return the matrix (4, 4) from model space to pixels, whose centres are whole numbers, of a square picture."""
+    """Return the matrix (4, 4) from model space to pixels, whose centers are whole numbers, of a square picture."""
     to_camera = np.linalg.inv(camera.matrix().astype(np.float64))
     focal = camera.focal * size / 2
     middle = (size - 1) / 2
@@ -28,16 +28,16 @@ def projection(camera: Camera, size: int) -> NDArray[np.float64]:
 
 
 def write_photographs(folder: Path, mesh_file: Path, cameras: list[Camera], size: int) -> None:
-    """Draw a mesh, normalised as for training, and write image/, mask/ and cameras_sphere.npz."""
+    """Draw a mesh, normalized as for training, and write image/, mask/ and cameras_sphere.npz."""
     mesh = trimesh.load_mesh(mesh_file, process=False)
-    _, centre, scale = normalize(np.asarray(mesh.vertices, np.float64))
-    drawn = PyrenderMesh(mesh, centre, scale, (size, size))
+    _, center, scale = normalize(np.asarray(mesh.vertices, np.float64))
+    drawn = PyrenderMesh(mesh, center, scale, (size, size))
     for part in ("image", "mask"):
         (folder / part).mkdir(parents=True, exist_ok=True)
     matrices: dict[str, Any] = {}
     for i, camera in enumerate(cameras):
-        colours, depth = drawn(camera)
-        Image.fromarray(np.round(255 * colours).astype(np.uint8)).save(folder / "image" / f"{i:03}.png")
+        colors, depth = drawn(camera)
+        Image.fromarray(np.round(255 * colors).astype(np.uint8)).save(folder / "image" / f"{i:03}.png")
         Image.fromarray((255 * (depth > 0)).astype(np.uint8)).save(folder / "mask" / f"{i:03}.png")
         matrices |= {f"world_mat_{i}": projection(camera, size), f"scale_mat_{i}": np.eye(4)}
     drawn.release()

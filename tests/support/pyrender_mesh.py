@@ -20,19 +20,19 @@ BACKGROUND = (1.0, 1.0, 1.0)
 class PyrenderMesh:
     """Draws a mesh, moved into model space, through the viewer's cameras.
 
-    Model space is (the mesh's own - centre) / scale. size: (width, height) of the pictures, in pixels.
+    Model space is (the mesh's own - center) / scale. size: (width, height) of the pictures, in pixels.
     """
 
     def __init__(
-        self, mesh: trimesh.Trimesh, centre: tuple[float, float, float], scale: float, size: tuple[int, int]
+        self, mesh: trimesh.Trimesh, center: tuple[float, float, float], scale: float, size: tuple[int, int]
     ) -> None:
         import pyrender
         from pyrender.constants import RenderFlags
 
         moved = mesh.copy()
-        moved.vertices = (np.asarray(mesh.vertices) - centre) / scale
+        moved.vertices = (np.asarray(mesh.vertices) - center) / scale
         if isinstance(moved.visual, trimesh.visual.TextureVisuals):
-            moved.visual.material.diffuse = np.full(4, 255, np.uint8)  # it multiplies the image; grey by default
+            moved.visual.material.diffuse = np.full(4, 255, np.uint8)  # it multiplies the image; gray by default
         self._flags = RenderFlags.FLAT | RenderFlags.SKIP_CULL_FACES
         self._size = size
         self._scene: Any = pyrender.Scene(bg_color=(*BACKGROUND, 1.0))

@@ -31,5 +31,5 @@ def random_model(
         Level(random_network(*shape, rng, inputs=len(inputs)), delta=1.0 / i, iterations=20 if i == 1 else 5)
         for i, shape in enumerate(shapes, start=1)
     ]
-    colours = None if texture is None else random_network(*texture, rng, outputs=3, inputs=len(inputs))
-    return Model(name, tuple(levels), colours, inputs=inputs)
+    colors = None if texture is None else random_network(*texture, rng, outputs=3, inputs=len(inputs))
+    return Model(name, tuple(levels), colors, inputs=inputs)

@@ -83,7 +83,7 @@ def test_a_given_shape_sets_the_model_s_space_and_the_deltas(tmp_path: Path) -> 
     path = write(MODEL.levels[0].network, tmp_path / "best.pth")
     model = imported(tmp_path, str(path), "--shape", str(tmp_path / "ball.ply"))
     assert model.scale == pytest.approx(3.0)
-    np.testing.assert_allclose(model.centre, (1.0, 2.0, 3.0), atol=1e-5)
+    np.testing.assert_allclose(model.center, (1.0, 2.0, 3.0), atol=1e-5)
     vertices = ((ball.vertices - (1.0, 2.0, 3.0)) / 3.0).astype(np.float32)
     expected = 1.3 * np.abs(interpret.field(lower(model), vertices, 1)).max()
     assert model.levels[0].delta == pytest.approx(expected, rel=1e-4)
@@ -109,7 +109,7 @@ def changed(network: Network, change: Callable[[torch.Tensor], object], path: Pa
         lambda weight: torch.tensor(1.0),
         lambda weight: weight * torch.nan,
     ],
-    ids=["meta", "sparse", "rows", "quantised", "nested", "complex", "huge", "number", "nan"],
+    ids=["meta", "sparse", "rows", "quantized", "nested", "complex", "huge", "number", "nan"],
 )
 @pytest.mark.filterwarnings("ignore")
 def test_tensors_that_are_no_weights_are_refused_by_name(

@@ -80,9 +80,9 @@ def test_training_on_a_loose_cloud_yields_one_accurate_component(tmp_path: Path,
     off = np.sqrt(igl.point_mesh_squared_distance(left, vertices, faces)[0])
     assert np.sqrt((off**2).mean()) < NOISE / 2
     model = train(shape, SMALL_SETTINGS)
-    assert model.coloured
+    assert model.colored
     mesh = extract_model(model, 96).mesh
-    figures = compare(mesh, in_model_space(read_mesh(SPOT), *_place_of(model.centre, model.scale)), 100_000)
+    figures = compare(mesh, in_model_space(read_mesh(SPOT), *_place_of(model.center, model.scale)), 100_000)
     assert figures.components == 1
     assert figures.chamfer < 1e-3
 

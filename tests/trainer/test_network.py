@@ -125,23 +125,23 @@ def test_the_directional_derivative_and_its_derivative_match_autograd(size: tupl
         weight.grad = torch.zeros_like(weight)
     add_derivative_along(weights, forward, d_value, d_along)
     at = x.clone().requires_grad_()
-    colours = value(weights, at)
+    colors = value(weights, at)
     # <grad g, direction> of each output, by a reverse pass whose graph is kept for the second derivative.
-    rows = [torch.autograd.grad(colours[:, k].sum(), at, create_graph=True)[0] for k in range(3)]
+    rows = [torch.autograd.grad(colors[:, k].sum(), at, create_graph=True)[0] for k in range(3)]
     along = torch.stack([(row * directions).sum(1) for row in rows], dim=1)
-    slopes = torch.autograd.grad((colours, along), weights, (d_value, d_along))
+    slopes = torch.autograd.grad((colors, along), weights, (d_value, d_along))
     for weight, expected_slope in zip(weights, slopes, strict=True):
         torch.testing.assert_close(weight.grad, expected_slope, rtol=1e-10, atol=1e-12)
 
 
 def test_the_texture_loss_and_its_derivatives_match_autograd() -> None:
-    colours, along = points().requires_grad_(), (points(40) + 0.2).requires_grad_()
+    colors, along = points().requires_grad_(), (points(40) + 0.2).requires_grad_()
     truth = points(15).abs()
-    loss, d_value, d_along, terms = texture.texture_loss(colours, along, truth, 0.01)
+    loss, d_value, d_along, terms = texture.texture_loss(colors, along, truth, 0.01)
     torch.testing.assert_close(terms["along"], along.square().sum(1).mean())
-    expected = (colours[:15] - truth).square().sum(1).mean() + 0.01 * along.square().sum(1).mean()
+    expected = (colors[:15] - truth).square().sum(1).mean() + 0.01 * along.square().sum(1).mean()
     torch.testing.assert_close(loss, expected)
-    for derivative, slope in zip((d_value, d_along), torch.autograd.grad(expected, (colours, along)), strict=True):
+    for derivative, slope in zip((d_value, d_along), torch.autograd.grad(expected, (colors, along)), strict=True):
         torch.testing.assert_close(derivative, slope)
 
 

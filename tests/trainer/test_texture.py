@@ -15,7 +15,7 @@ from scipy.ndimage import map_coordinates
 from mplicits import cli
 from mplicits.field import interpret
 from mplicits.ir.lower import lower
-from mplicits.model import quantise
+from mplicits.model import quantize
 from mplicits.trainer.shapes.image import ImageTexture
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Doubles
@@ -53,10 +53,10 @@ def test_images_are_filtered_as_in_opengl() -> None:
     rng = np.random.default_rng(0)
     image = rng.integers(0, 256, (5, 7, 3)).astype(np.uint8)
     uv = rng.uniform(-1.5, 2.5, (400, 2))
-    colours = ImageTexture(uv[:, None].repeat(3, axis=1), image).colors(np.arange(400), np.full((400, 3, 1), 1 / 3))
+    colors = ImageTexture(uv[:, None].repeat(3, axis=1), image).colors(np.arange(400), np.full((400, 3, 1), 1 / 3))
     at = np.stack([(1 - uv[:, 1]) * 5 - 0.5, uv[:, 0] * 7 - 0.5])
     theirs = [map_coordinates(image[..., c].astype(float), at, order=1, mode="grid-wrap") for c in range(3)]
-    np.testing.assert_allclose(colours, np.stack(theirs, axis=1) / 255, atol=1e-9)
+    np.testing.assert_allclose(colors, np.stack(theirs, axis=1) / 255, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["ball.obj", "ball.glb"])
@@ -145,7 +145,7 @@ def test_packed_networks_are_quantized_and_learn_colors(tmp_path: Path) -> None:
     model = train(load_shape(str(write_ball(tmp_path)))[0], settings)
     assert model.texture is not None
     assert model.texture[0].weight.shape == (20, 3)
-    assert all(map(quantise.is_quantised, [model.texture, *(level.network for level in model.levels)]))
+    assert all(map(quantize.is_quantized, [model.texture, *(level.network for level in model.levels)]))
     points = load_shape(str(tmp_path / "ball.obj"))[0].surface(2000, np.random.default_rng(3)).points
-    colours = interpret.color(lower(model), points.astype(np.float32))
-    assert np.abs(colours - expected(points)).mean() < 0.1, "rounding lets the gradient through"
+    colors = interpret.color(lower(model), points.astype(np.float32))
+    assert np.abs(colors - expected(points)).mean() < 0.1, "rounding lets the gradient through"

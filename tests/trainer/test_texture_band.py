@@ -1,4 +1,4 @@
-"""In level 1's band, the texture has the same colour at x and at x + t grad f, which coarse levels need (Fig. 9)."""
+"""In level 1's band, the texture has the same color at x and at x + t grad f, which coarse levels need (Fig. 9)."""
 
 from dataclasses import replace
 
@@ -19,16 +19,16 @@ from support.ball_training import CPU, SMALL_SETTINGS, train
 
 @pytest.fixture(scope="module")
 def painted(tmp_path_factory: pytest.TempPathFactory) -> Shape:
-    """Make a ball of points whose colour varies fast."""
+    """Make a ball of points whose color varies fast."""
     normals = np.random.default_rng(0).normal(size=(20_000, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     path = tmp_path_factory.mktemp("painted") / "points.npz"
-    np.savez(path, points=normals, normals=normals, colours=0.5 + 0.4 * np.sin(6 * normals))
+    np.savez(path, points=normals, normals=normals, colors=0.5 + 0.4 * np.sin(6 * normals))
     return load_shape(str(path))[0]
 
 
 def smear(model: Model) -> float:
-    """Measure the mean change of colour from x on the surface to x + t grad f, |t| up to level 1's delta."""
+    """Measure the mean change of color from x on the surface to x + t grad f, |t| up to level 1's delta."""
     rng = np.random.default_rng(1)
     points = rng.normal(size=(4000, 3)).astype(np.float32)
     points /= np.linalg.norm(points, axis=1, keepdims=True)
@@ -40,7 +40,7 @@ def smear(model: Model) -> float:
 
 
 @pytest.mark.slow
-def test_the_loss_keeps_the_colour_constant_along_normals(painted: Shape) -> None:
+def test_the_loss_keeps_the_color_constant_along_normals(painted: Shape) -> None:
     settings = replace(SMALL_SETTINGS, omegas=(8.0, 16.0, 12.0), steps=(150, 200, 900), texture_network=(32, 1))
     model = train(painted, settings)
     assert model.levels[0].delta > 3 * model.levels[1].delta, "the bands differ"

@@ -154,10 +154,10 @@ def test_a_cloud_is_learnt(tmp_path: Path) -> None:
     assert field(model, corners[np.linalg.norm(corners, axis=1) > 1.15], 1).min() > 0
 
 
-def test_colours_are_learnt(tmp_path: Path) -> None:
+def test_colors_are_learnt(tmp_path: Path) -> None:
     normals = directions(6000)
-    colours = np.where(normals[:, :1] > 0, (0.9, 0.1, 0.1), (0.1, 0.1, 0.9))
-    np.savez(tmp_path / "cloud.npz", points=normals, normals=normals, colours=colours)
+    colors = np.where(normals[:, :1] > 0, (0.9, 0.1, 0.1), (0.1, 0.1, 0.9))
+    np.savez(tmp_path / "cloud.npz", points=normals, normals=normals, colors=colors)
     shape, _ = load_shape(str(tmp_path / "cloud.npz"))
     settings = dataclasses.replace(SMALL_SETTINGS, networks=((24, 1),), omegas=(8.0,), steps=(100, 400))
     model = train(shape, settings)

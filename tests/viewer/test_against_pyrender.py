@@ -46,7 +46,7 @@ def curved_spot() -> trimesh.Trimesh:
 def test_spot_matches_its_mesh_in_silhouette_depth_and_color(osmesa: Context) -> None:
     model = load(model_path("spot-large"))
     assert len(model.levels) == 3
-    reference = PyrenderMesh(curved_spot(), model.centre, model.scale, SIZE)
+    reference = PyrenderMesh(curved_spot(), model.center, model.scale, SIZE)
     mesh_color, mesh_depth = reference(CAMERA)
     reference.release()
     renderer = Renderer(osmesa, bake(model))

@@ -170,7 +170,7 @@ def test_mixed_storage_draws_the_picture_of_literals(
     shader = replace(bake(model, "mixed", passes=True), cells=None)
     assert shader.passes is not None
     assert "mat4(" in shader.passes["trace"][0]
-    assert "block(" in shader.passes["colour"][0]
+    assert "block(" in shader.passes["color"][0]
     renderer = Renderer(osmesa, shader)
     mixed, literal = (one.render(SIZE, CAMERA) for one in (renderer, both[0]))
     renderer.release()

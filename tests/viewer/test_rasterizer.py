@@ -162,10 +162,10 @@ def test_a_rasterizer_does_not_affect_the_next_picture(rasterizer: Rasterizer, t
 def test_render_takes_a_mesh_of_either_space(
     space: str, model: Model, low_poly: Triangles, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    moved = replace(model, centre=(7.0, -3.0, 2.0), scale=40.0)
+    moved = replace(model, center=(7.0, -3.0, 2.0), scale=40.0)
     save(moved, tmp_path / "m.safetensors")
     mesh = extract_model(model, 24).mesh
-    place = ((0.0, 0.0, 0.0), 1.0) if space == "model" else (moved.centre, moved.scale)
+    place = ((0.0, 0.0, 0.0), 1.0) if space == "model" else (moved.center, moved.scale)
     (tmp_path / "low.ply").write_bytes(to_bytes(mesh, ".ply", *place))
     np.testing.assert_allclose(read_triangles(tmp_path / "low.ply", *place).vertices, low_poly.vertices, atol=1e-5)
     files = [str(tmp_path / "m.safetensors"), "-o", str(tmp_path / "a.png"), "--mesh", str(tmp_path / "low.ply")]

@@ -90,13 +90,13 @@ def test_options_do_not_affect_the_next_picture(renderer: Renderer) -> None:
 
 
 def test_only_a_dark_background_darkens_toward_the_corners(renderer: Renderer) -> None:
-    white, grey = (
+    white, gray = (
         renderer.render(SIZE, Camera(), RenderOptions(background=((shade,) * 3, (shade,) * 3))) for shade in (1.0, 0.4)
     )
     around = white[..., 3] == 0
     assert around[0].all()
     np.testing.assert_array_equal(white[around][:, :3], 1.0)
-    assert grey[0, 0, 0] < 0.92 * grey[0, SIZE[0] // 2, 0] < 0.37
+    assert gray[0, 0, 0] < 0.92 * gray[0, SIZE[0] // 2, 0] < 0.37
 
 
 def test_supersampling_averages_in_linear_light(osmesa: Context) -> None:

@@ -35,10 +35,10 @@ def outwards(triangles: Triangles) -> float:
 def test_vertices_are_in_model_space_and_normals_point_outward(
     suffix: str, tmp_path: Path, ball: trimesh.Trimesh
 ) -> None:
-    centre, scale = (10.0, -20.0, 5.0), 3.0
-    ball.vertices = ball.vertices * scale + centre
+    center, scale = (10.0, -20.0, 5.0), 3.0
+    ball.vertices = ball.vertices * scale + center
     ball.export(tmp_path / f"ball{suffix}")
-    triangles = read_triangles(tmp_path / f"ball{suffix}", centre, scale)
+    triangles = read_triangles(tmp_path / f"ball{suffix}", center, scale)
     arrays = (triangles.vertices, triangles.normals, triangles.faces)
     assert [str(array.dtype) for array in arrays] == ["float32", "float32", "int32"]
     np.testing.assert_allclose(np.linalg.norm(triangles.vertices, axis=1), 1, atol=1e-5)

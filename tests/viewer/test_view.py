@@ -24,8 +24,8 @@ def test_dragging_turns_and_pans(view: View) -> None:
     assert view.moved
     before = view.camera
     view.pan(0.5, 0.0)
-    centre = np.array([*before.target, 1.0])
-    seen = np.linalg.inv(view.camera.matrix()) @ centre
+    center = np.array([*before.target, 1.0])
+    seen = np.linalg.inv(view.camera.matrix()) @ center
     assert abs(seen[0] / -seen[2] * view.camera.focal - 1.0) < 1e-5, (
         "the target has followed the pointer half a height to the right"
     )

@@ -82,10 +82,10 @@ def test_a_window_opens_before_slow_imports_and_closes_on_bad_options(
     command = [sys.executable, "-c", GREETING, *options]
     done = subprocess.run(command, cwd=tmp_path, env=xvfb, capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 2, done.stderr
-    imported, corner, colours, notice = json.loads(done.stdout)
+    imported, corner, colors, notice = json.loads(done.stdout)
     assert imported == [], "they take longer than to open a window"
     assert corner == [255, 128, 0]
-    assert (colours > 10) == notice, "a notice lies on the background"
+    assert (colors > 10) == notice, "a notice lies on the background"
     (line,) = done.stderr.splitlines()
     assert reason in line
 

@@ -57,9 +57,9 @@ WATCH = """() => {
 UNREADABLE = """() => {
     const canvas = Object.assign(document.createElement("canvas"), {width: 1, height: 1});
     const pen = canvas.getContext("2d", {willReadFrequently: true});
-    const paint = (colours) => {
-        for (const colour of colours) {
-            pen.fillStyle = colour;
+    const paint = (colors) => {
+        for (const color of colors) {
+            pen.fillStyle = color;
             pen.fillRect(0, 0, 1, 1);
         }
         const linear = (c) => c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;

@@ -1,4 +1,4 @@
-"""Callbacks of a training: what happens beside its optimiser steps."""
+"""Callbacks of a training: what happens beside its optimizer steps."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -37,7 +37,7 @@ class FitState:
     weights: Weights
     """Without gradients."""
     steps: int
-    """Optimiser steps since the last restart."""
+    """Optimizer steps since the last restart."""
     share: float
     """Share of the schedule that is done, in [0, 1]."""
     previous_share: float
@@ -62,10 +62,10 @@ class Callback:
     """Something that happens while networks are trained; a subclass overrides the events that it needs."""
 
     def before_step(self, state: FitState) -> None:
-        """Run before an optimiser step. The schedule pauses meanwhile."""
+        """Run before an optimizer step. The schedule pauses meanwhile."""
 
     def after_step(self, state: FitState) -> None:
-        """Run after an optimiser step."""
+        """Run after an optimizer step."""
 
     def after_interrupt(self, state: FitState) -> None:
         """Run when Ctrl-C has ended a network's training after at least one step."""

@@ -1,8 +1,8 @@
-"""Quantization in every training step, so that training compensates the rounding (model/quantise.py)."""
+"""Quantization in every training step, so that training compensates the rounding (model/quantize.py)."""
 
 import torch
 
-from ...model import quantise
+from ...model import quantize
 from .fit import Step
 from .network import Weights, from_model, to_model
 
@@ -10,7 +10,7 @@ from .network import Weights, from_model, to_model
 @torch.no_grad()
 def quantized(weights: Weights) -> Weights:
     """Return the nearest quantized weights, with the same .grad tensors: gradients ignore the rounding."""
-    rounded = [w.to(weights[0].device) for w in from_model(quantise.quantised(to_model(weights)))]
+    rounded = [w.to(weights[0].device) for w in from_model(quantize.quantized(to_model(weights)))]
     for near, weight in zip(rounded, weights, strict=True):
         near.grad = weight.grad
     return rounded

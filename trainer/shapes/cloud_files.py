@@ -42,7 +42,7 @@ def read_xyz(path: Path) -> Cloud:
 
 
 def read_npz(path: Path) -> Cloud:
-    """Read the array `points`, and optionally `normals` and `colors` (or `colours`) in [0, 1]. Raises UserError."""
+    """Read the array `points`, and optionally `normals` and `colors` (or `colors`) in [0, 1]. Raises UserError."""
     with np.load(path, allow_pickle=False) as arrays:
         if "points" not in arrays:
             raise UserError("the array `points` is missing")

@@ -204,4 +204,4 @@ class Sampler:
 
 def _color_passes(shading: str) -> tuple[str, ...]:
     """Return the names of the passes that color the pixels."""
-    return ("floor", "studio") if shading == "studio" else ("colour",)
+    return ("floor", "studio") if shading == "studio" else ("color",)

@@ -33,8 +33,8 @@ class Triangles:
         return float(np.linalg.norm(self.vertices[self.faces], axis=-1).max())
 
 
-def read_triangles(path: Path, centre: tuple[float, float, float], scale: float, up: str = DEFAULT_UP) -> Triangles:
-    """Read a PLY, OBJ, STL or GLB file into model space. centre, scale, up: see `Model.place`.
+def read_triangles(path: Path, center: tuple[float, float, float], scale: float, up: str = DEFAULT_UP) -> Triangles:
+    """Read a PLY, OBJ, STL or GLB file into model space. center, scale, up: see `Model.place`.
 
     Normals are those in the file, else the means of adjacent face normals; those of a closed mesh point outward.
     Raises UserError, one line, if the file is not readable, or its size and place do not fit the shape.
@@ -46,7 +46,7 @@ def read_triangles(path: Path, centre: tuple[float, float, float], scale: float,
     if path.suffix.lower() == ".stl":
         mesh.merge_vertices()  # STL has no shared vertices
     with np.errstate(all="ignore"):  # numbers that are not finite fail below
-        vertices = (upright(np.asarray(mesh.vertices, np.float64), up) - centre) / scale
+        vertices = (upright(np.asarray(mesh.vertices, np.float64), up) - center) / scale
         normals = upright(np.array(mesh.vertex_normals, np.float64), up)
     faces = np.asarray(mesh.faces, np.int32)
     used = vertices[faces]

@@ -44,7 +44,7 @@ def open_source(path: Path, storage: str = "auto") -> Source:
     if path.suffix.lower() not in SHADER_SUFFIXES:
         model = load(path)
         shader = bake(model, storage, passes=True)
-        return Source(path, show(model.name), shader, model, model.coloured, model.front)
+        return Source(path, show(model.name), shader, model, model.colored, model.front)
     try:
         shader, name, front = read_shader(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:

@@ -8,7 +8,7 @@ export const PLACES_UNIT = 2; // texture unit of the positions of packed samples
 // later: of its run for the remaining rays; gate: the mask of a pass in blocks; floor_light: of floor.glsl.
 const READ_UNITS = {rays: 3, normals: 4, later: 5, gate: 6, floor_light: 7};
 const BLOCK = 2; // pixels along the side of a block (blocks.vert.glsl)
-const IN_BLOCKS = ["normals", "trace", "colour"]; // passes that draw only where an earlier pass set the mask
+const IN_BLOCKS = ["normals", "trace", "color"]; // passes that draw only where an earlier pass set the mask
 const PER_LEVEL = ["delta", "step_bound", "band_step_bound"]; // uniforms that are arrays of floats
 
 export class Passes {
@@ -75,7 +75,7 @@ export class Passes {
         if (["steps", "data"].includes(shading)) return;
         const isStudio = shading === "studio", more = {everywhere: Number(isStudio)};
         if (isStudio && !values.scattered) more.floor_corner = this.drawFloor(programs.floor, values, rectangle);
-        pass("colour", tile, {rays, normals, later, gate: rays, floor_light: this.floor}, more);
+        pass("color", tile, {rays, normals, later, gate: rays, floor_light: this.floor}, more);
     }
 
     // Evaluates the studio's floor at the corners of a rectangle's blocks. Returns the first corner, in blocks from the

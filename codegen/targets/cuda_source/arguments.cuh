@@ -81,7 +81,7 @@ inline std::vector<std::string> parts(const std::string &text, char separator) {
     return pieces;
 }
 
-inline vec3 colour(const std::string &text) {
+inline vec3 color(const std::string &text) {
     const char *digits = text.c_str() + (text[0] == '#');
     char *end = nullptr;
     unsigned long value = strtoul(digits, &end, 16);
@@ -201,10 +201,10 @@ inline Arguments read_arguments(int count, char **values) {
         if (xyz[0] == 0.0f && xyz[1] == 0.0f && xyz[2] == 0.0f) refuse("--light: a direction is needed");
     }
     if (has("--background")) {
-        std::vector<std::string> colours = parts(options["--background"], ',');
-        if (colours.empty() || colours.size() > 2) refuse("--background: RRGGBB, or RRGGBB,RRGGBB for top,bottom");
-        s.background_top = colour(colours.front());
-        s.background_bottom = colour(colours.back());
+        std::vector<std::string> colors = parts(options["--background"], ',');
+        if (colors.empty() || colors.size() > 2) refuse("--background: RRGGBB, or RRGGBB,RRGGBB for top,bottom");
+        s.background_top = color(colors.front());
+        s.background_bottom = color(colors.back());
     }
     if (has("--time") && !MOVING) refuse("--time: the model does not move");
     if (has("--time")) a.time = static_cast<float>(within("--time", options["--time"], 0.0, 1.0));

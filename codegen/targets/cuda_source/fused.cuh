@@ -1,5 +1,5 @@
 #include "stepping.cuh"
-#include "colours.cuh"
+#include "colors.cuh"
 #include "adjoint.cuh"
 #include "queues.cuh"
 // fused.cuh: variant `fused`. Its rays march like those of `simple`, but a team evaluates 32 of them together on the
@@ -209,7 +209,7 @@ __global__ void __launch_bounds__(THREADS) shade_hits(Settings s, PackedNetworks
         vec3 direction = s.direction(pixel);
         float t = rays.state[pixel].t;
         vec4 p = vec4(s.eye() + t * direction, fourth());
-        vec3 gradient = gradient_to<1>(networks, s, p), colour = tile_albedo(networks, p);
-        if (place < count) image[pixel] = surface_colour(s, direction, t, gradient, colour);
+        vec3 gradient = gradient_to<1>(networks, s, p), color = tile_albedo(networks, p);
+        if (place < count) image[pixel] = surface_color(s, direction, t, gradient, color);
     }
 }

@@ -1,6 +1,6 @@
 #include "cublas.cuh"
 #include "stepping.cuh"
-#include "colours.cuh"
+#include "colors.cuh"
 #include "packed.cuh"
 // layered.cuh: variant `layered`, for comparison, which works like the paper's renderer. In every step, every layer of
 // every network is one matrix product by cuBLAS over all pixels, including finished rays. The inputs of the products
@@ -85,24 +85,24 @@ __global__ void add_gradient(const float4 *of_level, float scale, bool first, in
     gradient[pixel] = first ? added : gradient[pixel] + added;
 }
 
-__global__ void shade_layered(Settings s, const Hit *state, const vec3 *gradient, const float *colours, Affines affine,
+__global__ void shade_layered(Settings s, const Hit *state, const vec3 *gradient, const float *colors, Affines affine,
                               vec4 *image) {
     int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
     if (pixel >= s.pixels()) return;
     Hit ray = state[pixel];
-    vec4 colour = plain(s, pixel, ray);
+    vec4 color = plain(s, pixel, ray);
     if (ray.hit && shades_hits(s)) {
         vec3 direction = s.direction(pixel);
 #if TEXTURED
         float c[3];
-        for (int i = 0; i < 3; ++i) c[i] = affine.scale[0][i] * colours[8LL * pixel + i] + affine.offset[0][i];
+        for (int i = 0; i < 3; ++i) c[i] = affine.scale[0][i] * colors[8LL * pixel + i] + affine.offset[0][i];
         vec3 surface = clamp(vec3(c[0], c[1], c[2]), 0.0f, 1.0f);
 #else
-        (void)colours;
+        (void)colors;
         (void)affine;
         vec3 surface = albedo(s.eye() + ray.t * direction);
 #endif
-        colour = surface_colour(s, direction, ray.t, gradient[pixel], surface);
+        color = surface_color(s, direction, ray.t, gradient[pixel], surface);
     }
-    image[pixel] = colour;
+    image[pixel] = color;
 }

@@ -12,7 +12,7 @@ public:
           slopes_(size() * widest() / 2 * most_layers()),
           first_adjoint_(size() * widest()),
           values_(size() * LEVELS * 8),
-          colours_(TEXTURED ? size() * 8 : 1),
+          colors_(TEXTURED ? size() * 8 : 1),
           level_gradient_(size()),
           gradient_(size()),
           active_(1) {
@@ -42,7 +42,7 @@ public:
         mark("trace");
         if (shades_hits(s)) surface(s);
         launch(shade_layered, blocks(), s, static_cast<const Hit *>(state_.get()),
-               static_cast<const vec3 *>(gradient_.get()), static_cast<const float *>(colours_.get()), affine_, image);
+               static_cast<const vec3 *>(gradient_.get()), static_cast<const float *>(colors_.get()), affine_, image);
         mark("shade");
     }
 
@@ -102,7 +102,7 @@ private:
             launch(add_gradient, blocks(), static_cast<const float4 *>(level_gradient_.get()),
                    affine_.scale[level][0] / networks_.of[level].lift, level == 1, pixels_, gradient_.get());
         }
-        if (TEXTURED) forward(0, colours_.get(), false);
+        if (TEXTURED) forward(0, colors_.get(), false);
     }
 
     // The gradient of network i, from the slopes of forward().
@@ -142,7 +142,7 @@ private:
     Buffer<float4> points_;
     Buffer<float> sums_;
     Buffer<unsigned> sines_, slopes_;
-    Buffer<float> first_adjoint_, values_, colours_;
+    Buffer<float> first_adjoint_, values_, colors_;
     Buffer<float4> level_gradient_;
     Buffer<vec3> gradient_;
     Buffer<int> active_;

@@ -9,9 +9,9 @@ struct Settings : Uniforms {
     __device__ float footprint() const { return 2.0f / (focal * resolution.y); }
     __device__ vec3 eye() const { return camera[3].xyz; }
     // Center of a pixel, in pixels from the bottom left.
-    __device__ vec2 centre(int pixel) const {
+    __device__ vec2 center(int pixel) const {
         return vec2(static_cast<float>(pixel % width()) + 0.5f, static_cast<float>(pixel / width()) + 0.5f);
     }
     // Direction of the ray through a pixel's center: length 1, model space.
-    __device__ vec3 direction(int pixel) const { return camera_ray(centre(pixel), resolution, camera, focal); }
+    __device__ vec3 direction(int pixel) const { return camera_ray(center(pixel), resolution, camera, focal); }
 };

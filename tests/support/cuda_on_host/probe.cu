@@ -1,6 +1,6 @@
 // Evaluates a baked model's networks at points (float4, float32, from stdin), and writes rows of one float4 per point
 // to stdout. The texture's rows, if any, precede those of the levels.
-//   for each network, as `fused` evaluates it by a warp alone: (gradient, value), or (colour, 0) of the texture;
+//   for each network, as `fused` evaluates it by a warp alone: (gradient, value), or (color, 0) of the texture;
 //   for each network, by the warps of a block together: its outputs in xyz, and in w its first one without the split;
 //   for each level, field_gradient(), and then (albedo(), 0), as `simple` calls them.
 #define main model_main

@@ -8,18 +8,18 @@
 #include "key_light.glsl"
 #include "openness.glsl"
 #include "studio.glsl"
-#include "floor_colour.glsl"
-// colours.cuh: the color of a pixel in main.glsl, in two parts: without and with the gradient at the ray's end.
+#include "floor_color.glsl"
+// colors.cuh: the color of a pixel in main.glsl, in two parts: without and with the gradient at the ray's end.
 
 // The studio's floor in a pixel whose ray missed the surface, or the background where the ray misses the floor too.
 __device__ inline vec3 floor_or_background(const Settings &s, int pixel) {
-    vec3 background_colour = background(s.centre(pixel), s.resolution, s.background_bottom, s.background_top);
+    vec3 background_color = background(s.center(pixel), s.resolution, s.background_bottom, s.background_top);
     vec3 eye = s.eye(), direction = s.direction(pixel);
     float t = to_floor(eye, direction, s.ground);
-    if (s.shading != SHADE_STUDIO || t <= 0.0f) return background_colour;
+    if (s.shading != SHADE_STUDIO || t <= 0.0f) return background_color;
     vec3 p = eye + t * direction, toward = key_light(s.light, s.camera);
     vec3 open = openness(p, vec3(0.0f, 1.0f, 0.0f), toward, s.ground, true);
-    return srgb(floor_colour(linear(background_colour), p, toward, open, eye.y - s.ground));
+    return srgb(floor_color(linear(background_color), p, toward, open, eye.y - s.ground));
 }
 
 // A pixel whose color needs no gradient: the background, the steps, or the data (t, steps, level, hit).
@@ -37,7 +37,7 @@ __host__ __device__ inline bool shades_hits(const Settings &s) {
 
 // sRGB and alpha 1 of a pixel whose ray hit the surface. t: distance along the ray; gradient: of the normal level, any
 // length; albedo: sRGB.
-__device__ inline vec4 surface_colour(const Settings &s, vec3 direction, float t, vec3 gradient, vec3 albedo) {
+__device__ inline vec4 surface_color(const Settings &s, vec3 direction, float t, vec3 gradient, vec3 albedo) {
     const int steps = 0;  // only plain() shows steps
     vec3 normal = normalize(gradient);
     if (s.shading == SHADE_STUDIO) {

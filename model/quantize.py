@@ -1,4 +1,4 @@
-"""Quantised weights: integer multiples of a step, which take few characters as text (codegen/printers/packed.py).
+"""Quantized weights: integer multiples of a step, which take few characters as text (codegen/printers/packed.py).
 
 - A hidden layer has one step. The weights are multiples of at most `MAX_HIDDEN`, 6 bits with the sign; the biases are
   multiples of any size.
@@ -6,8 +6,8 @@
   own. The multiples are at most `MAX_FINE`, 8 bits with the sign.
 - The last layer's bias is any number.
 
-`quantised` quantises any network. Training can also keep the weights quantised from the first step on
-(trainer/networks/quantised.py).
+`quantized` quantizes any network. Training can also keep the weights quantized from the first step on
+(trainer/networks/quantized.py).
 """
 
 from dataclasses import replace
@@ -49,8 +49,8 @@ def are_multiples(array: Array, step: float) -> bool:
     return bool(np.abs(ratio - np.rint(ratio)).max() < TOLERANCE)
 
 
-def is_quantised(network: Network) -> bool:
-    """Whether every layer of a network is quantised."""
+def is_quantized(network: Network) -> bool:
+    """Whether every layer of a network is quantized."""
     first, *hidden = network[:-1]
     fine = (first.weight, first.bias, *network[-1].weight)
     steps = [step_of(layer.weight, MAX_HIDDEN) for layer in hidden]
@@ -59,30 +59,30 @@ def is_quantised(network: Network) -> bool:
     )
 
 
-def quantised(network: Network) -> Network:
-    """Return the nearest quantised network; the last layer's bias is rounded to five decimals."""
+def quantized(network: Network) -> Network:
+    """Return the nearest quantized network; the last layer's bias is rounded to five decimals."""
     first, *hidden = network[:-1]
-    layers = [Layer(_quantised_finely(first.weight), _quantised_finely(first.bias))]
+    layers = [Layer(_quantized_finely(first.weight), _quantized_finely(first.bias))]
     for layer in hidden:
         top = min(CLIP * float(layer.weight.std()), float(np.abs(layer.weight).max()))
         step = _three_digits(top / MAX_HIDDEN)
         weight = np.clip(layer.weight, -MAX_HIDDEN * step, MAX_HIDDEN * step)
         layers.append(Layer(_nearest_multiples(weight, step), _nearest_multiples(layer.bias, step)))
-    rows = [_quantised_finely(row) for row in network[-1].weight]
+    rows = [_quantized_finely(row) for row in network[-1].weight]
     return *layers, Layer(np.stack(rows), network[-1].bias.astype(np.float64).round(5).astype(np.float32))
 
 
-def quantised_model(model: Model) -> Model:
-    """Return the model with all networks quantised. Quantised networks stay the same objects."""
-    levels = tuple(replace(level, network=_once_quantised(level.network)) for level in model.levels)
-    return replace(model, levels=levels, texture=None if model.texture is None else _once_quantised(model.texture))
+def quantized_model(model: Model) -> Model:
+    """Return the model with all networks quantized. Quantized networks stay the same objects."""
+    levels = tuple(replace(level, network=_once_quantized(level.network)) for level in model.levels)
+    return replace(model, levels=levels, texture=None if model.texture is None else _once_quantized(model.texture))
 
 
-def _once_quantised(network: Network) -> Network:
-    return network if is_quantised(network) else quantised(network)
+def _once_quantized(network: Network) -> Network:
+    return network if is_quantized(network) else quantized(network)
 
 
-def _quantised_finely(array: Array) -> Array:
+def _quantized_finely(array: Array) -> Array:
     step = _three_digits(float(np.abs(array).max()) / MAX_FINE)
     return _nearest_multiples(np.clip(array, -MAX_FINE * step, MAX_FINE * step), step)
 
