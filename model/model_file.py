@@ -152,6 +152,8 @@ def _from_file(metadata: Mapping[str, str], tensors: dict[str, Array]) -> Model:
             f"{min(tensors)}: not a tensor of a model with {len(levels)} levels, or the layer before it is missing"
         )
     center = description.pop("centre")
+    if len(center) != 3:
+        raise UserError("centre: three numbers are needed")
     for i, coordinate in enumerate(center):
         check_finite(f"centre[{i}]", coordinate)
     if "front" in description:
