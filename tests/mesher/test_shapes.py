@@ -1,4 +1,4 @@
-"""On models of real meshes at 256^3, culling finds what evaluation at every vertex finds."""
+"""On models of real shapes, culling finds what evaluation at every vertex of the grid finds."""
 
 from pathlib import Path
 
@@ -7,33 +7,33 @@ import trimesh
 
 from mplicits import cli
 from mplicits.mesher.extract import extract_model
+from mplicits.model import gallery
+from mplicits.model.model import Model
 from mplicits.model.model_file import load
 from support.nested import same_vertices
 from support.paths import DATA
 
-MESHES = DATA / "meshes"
+ARMADILLO = DATA / "meshes" / "armadillo.ply"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("shape", "levels"),
-    [
-        ("demo", "64x1,64x2"),
-        ("armadillo.ply", "64x1,64x2"),
-        ("lucy.ply", "64x1,64x1,64x2"),
-    ],
-)
-def test_culled_vertices_are_those_of_the_last_level_everywhere(shape: str, levels: str, tmp_path: Path) -> None:
-    source = shape if shape == "demo" else str(MESHES / shape)
-    if shape != "demo" and not (MESHES / shape).is_file():
-        pytest.skip(f"{shape} is not there; MPLICITS_DATA names its folder's parent")
+@pytest.mark.parametrize("name", ["spot", "spot-large"])
+def test_culling_keeps_all_vertices_of_a_good_model(name: str) -> None:
+    assert_whole(load(gallery.model_path(name)))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not ARMADILLO.is_file(), reason="no armadillo.ply; MPLICITS_DATA names the folder of the meshes")
+def test_culling_keeps_all_vertices_of_a_rough_model(tmp_path: Path) -> None:
     path = tmp_path / "m.safetensors"
-    steps = levels.count(",") * "600," + "1000"
-    assert cli.main(["train", source, "-o", str(path), "--levels", levels, "--steps", steps, "--quiet"]) == 0
-    model = load(path)
-    comparison = same_vertices(model, 256)
-    print(shape, comparison)
+    argv = ["train", str(ARMADILLO), "-o", str(path), "--levels", "64x1,64x2", "--steps", "200,300", "--quiet"]
+    assert cli.main(argv) == 0
+    assert_whole(load(path))
+
+
+def assert_whole(model: Model) -> None:
+    comparison = same_vertices(model, 192)
     assert (comparison.missing, comparison.extra) == (0, 0)
-    assert comparison.vertices > 50_000
-    mesh = extract_model(model, 256).mesh
+    assert comparison.vertices > 25_000
+    mesh = extract_model(model, 192).mesh
     assert trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).is_watertight
