@@ -30,8 +30,8 @@ from mplicits.trainer.train import Training
 CPU = torch.device("cpu")
 SMALL_SETTINGS = Settings(networks=((16, 1), (16, 1)), omegas=(8.0, 16.0), steps=(250, 250, 100))
 QUICK = TrainingConfig(
-    step=StepConfig(batch=512),
-    sampling=SamplingConfig(smallest_pool=1024, pool_per_step=10, stray_candidates=20_000),
+    step=StepConfig(batch=2048),
+    sampling=SamplingConfig(smallest_pool=2048, pool_per_step=10, stray_candidates=20_000),
     mining=MiningConfig(candidates=10_000, thin=ThinConfig(candidates=10_000)),
     texture=TextureConfig(batch=512),
     measuring=MeasuringConfig(
@@ -95,7 +95,7 @@ def train(
     settings: Settings = SMALL_SETTINGS,
     log: Log | None = None,
     resume: Model | None = None,
-    config: TrainingConfig | None = None,
+    config: TrainingConfig = QUICK,
 ) -> Model:
     """Train `shape`, or what the model `resume` lacks."""
     return Training(shape, settings, log or Log(), config=config).run(resume)

@@ -53,7 +53,7 @@ def write(path: Path, cloud: SurfacePoints, kind: str) -> None:
     path.write_bytes("\n".join(lines).encode() + columns.astype("<f4").tobytes())
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.01, 0.02])
+@pytest.mark.parametrize("noise", [0.0, 0.02])
 def test_normals_of_a_dense_noisy_cloud_follow_the_surface(noise: float) -> None:
     """At a spacing of 0.013, the twelve neighbors of a noisy point fill a ball, not a disc."""
     torus: Any = trimesh.creation.torus(0.7, 0.3, 128, 64)
@@ -68,7 +68,7 @@ def test_normals_of_a_dense_noisy_cloud_follow_the_surface(noise: float) -> None
 
 @needs_data
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["npz", "ply"])
+@pytest.mark.parametrize("kind", ["ply"])
 def test_training_on_a_loose_cloud_yields_one_accurate_component(tmp_path: Path, kind: str) -> None:
     write(tmp_path / f"spot.{kind}", loose(30_000), kind)
     shape, warnings = load_shape(str(tmp_path / f"spot.{kind}"))
