@@ -25,8 +25,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Give each worker, where there are several, one thread: they share the cores. All programs are optimized."""
-    os.environ.setdefault("GALLIVM_PERF", "")  # else it is set by the first picture that a test draws
+    """Give each worker, where there are several, one thread: they share the cores. Compile shaders as the viewer does."""
+    os.environ.setdefault("GALLIVM_PERF", "nopt")
     if config.getoption("numprocesses", None):
         os.environ.setdefault("OMP_NUM_THREADS", "1")
 

@@ -53,6 +53,7 @@ def test_auto_storage_puts_wide_networks_in_the_texture(osmesa: Context) -> None
     assert_close(result[:, 3], value)
 
 
+@pytest.mark.slow
 def test_levels_of_the_paper_s_sizes_fit_the_texture(osmesa: Context) -> None:
     model = random_model((64, 2), (128, 2), (256, 2))
     gradient, value = interpret.field_gradient(lower(model), points(), 3)

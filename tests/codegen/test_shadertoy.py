@@ -116,11 +116,10 @@ def test_a_rounded_step_still_represents_the_largest_weight() -> None:
 def test_the_text_draws_the_renderer_s_picture(osmesa: Context) -> None:
     """In spite of normals by differences, a gamma of 2.2 and a plain background."""
     model = demo()
-    text = literal_text(model, "phong")
+    text = re.sub("#define (BOTTOM|TOP) .*", r"#define \1 vec3(0)", literal_text(model, "phong"))
     ours = picture(osmesa, text)
-    theirs = Renderer(osmesa, bake(model)).render(SIZE, Camera())
-    nothing = picture(osmesa, text.replace("k>3", "k>4"))
-    inside, expected = np.abs(ours - nothing).max(-1) > 0, theirs[..., 3] > 0
+    theirs = Renderer(osmesa, bake(model, "texture")).render(SIZE, Camera())
+    inside, expected = ours.max(-1) > 0, theirs[..., 3] > 0
     assert (inside & expected).sum() / (inside | expected).sum() > 0.99
     both = inside & expected
     difference = np.abs(ours - 255 * theirs[..., :3])[both]

@@ -17,9 +17,10 @@ from mplicits.codegen.targets.motion import PERIOD
 from mplicits.model import quantize
 from mplicits.viewer.draw.context import Context
 from support.browser import visit
+from support.fitted_model import fitted_model
 from support.moving_model import moving_model
 from support.random_model import random_model
-from support.shadertoy import INPUTS, MAIN, SHADERTOY, SIZE, demo, literal_text, picture
+from support.shadertoy import INPUTS, MAIN, SHADERTOY, SIZE, literal_text, picture
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -61,7 +62,7 @@ def test_another_shadertoy_player_draws_the_same(osmesa: Context, tmp_path: Path
     assert np.abs(picture(osmesa, moving, time=0.4) - picture(osmesa, moving, time=2.4)).max(-1).mean() > 3
     texts = [
         (packed, 0.0),
-        (literal_text(demo(), "studio"), 0.0),
+        (literal_text(fitted_model((24, 64)), "studio"), 0.0),
         (moving, PERIOD / 4),
     ]
     for text, time in texts:
