@@ -25,7 +25,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Give each worker, where there are several, one thread: they share the cores. Compile shaders as the viewer does."""
+    """Let shaders compile as in the viewer, and give each of several workers one thread: they share the cores."""
     os.environ.setdefault("GALLIVM_PERF", "nopt")
     if config.getoption("numprocesses", None):
         os.environ.setdefault("OMP_NUM_THREADS", "1")

@@ -15,6 +15,7 @@ from mplicits import cli
 from mplicits.model.model_file import load, save
 from mplicits.model.options import declarations
 from mplicits.trainer.shapes.load import load_shape
+from support.ball_training import use_quick_config
 from support.paths import DEMO
 from support.random_model import random_model
 
@@ -113,7 +114,7 @@ def test_evaluate_equals_the_verb(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 
 def test_train_equals_the_verb(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mplicits.mesher.survey.RESOLUTION", 16)
+    use_quick_config(monkeypatch)
     trimesh.creation.icosphere(2, 2.0).export(tmp_path / "ball.ply", vertex_normal=False)
     output = tmp_path / "verb.safetensors"
     argv = ["--levels", "8x0,8x1", "--steps", "20,10", "--omega", "8,16", "--quiet"]
@@ -134,7 +135,7 @@ def test_train_equals_the_verb(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 @pytest.mark.slow
 def test_morph_and_motion_equal_the_verbs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mplicits.mesher.survey.RESOLUTION", 16)
+    use_quick_config(monkeypatch)
     for name, stretch in (("0.ply", 1.0), ("1.ply", 1.5)):
         trimesh.creation.icosphere(1).apply_scale((stretch, 1, 1)).export(tmp_path / name)
     argv = ["--levels", "8x0", "--steps", "4", "--quiet", "--texture", "none"]

@@ -7,10 +7,16 @@ from typing import Any
 import pytest
 
 from mplicits import cli
+from mplicits.bake.registry import TARGETS
 from mplicits.model.model_file import save
 from support.random_model import random_model
 
 RECORD = {"mean_f": 1.5e-4, "angle": 2.25, "steps": 100}
+
+
+@pytest.fixture(autouse=True)
+def one_target(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mplicits.bake.facts.TARGETS", {"c": TARGETS["c"]})
 
 
 @pytest.mark.parametrize(

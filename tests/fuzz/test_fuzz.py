@@ -16,6 +16,7 @@ import torch
 import trimesh
 
 from mplicits import cli
+from mplicits.bake.registry import TARGETS
 from mplicits.field import interpret
 from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
@@ -47,6 +48,13 @@ OPTIONS = (
 )
 FAST, MANY = 1, 20
 """Cases, times the numbers of `KINDS`."""
+
+
+@pytest.fixture(autouse=True)
+def few_targets(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let `info` measure the targets whose texts are fast to write."""
+    fast = {name: TARGETS[name] for name in ("html", "shadertoy", "wgsl", "c", "python")}
+    monkeypatch.setattr("mplicits.bake.facts.TARGETS", fast)
 
 
 def use_model(path: Path) -> None:

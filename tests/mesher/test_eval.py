@@ -118,13 +118,13 @@ def truth(tmp_path: Path) -> Path:
 
 def test_a_model_is_at_the_floor_against_its_own_mesh(truth: Path, capsys: pytest.CaptureFixture[str]) -> None:
     capsys.readouterr()
-    argv = ["eval", str(DEMO), str(truth), "--resolution", "80", "--samples", "20000", "--quiet"]
+    argv = ["eval", str(DEMO), str(truth), "--resolution", "64", "--samples", "10000", "--quiet"]
     assert cli.main([*argv, "--json"]) == 0
     figures = json.loads(capsys.readouterr().out)
     assert figures["chamfer"] == pytest.approx(figures["floor"], rel=0.2)
-    assert figures["distance_mean"] < 2e-3
+    assert figures["distance_mean"] < 3e-3
     assert figures["iou"] > 0.85
-    assert figures["resolution"] == 80
+    assert figures["resolution"] == 64
     assert cli.main(argv) == 0
     text = capsys.readouterr().out
     assert f"{figures['chamfer']:.3e}" in text

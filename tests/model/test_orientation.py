@@ -14,6 +14,7 @@ from mplicits.model.model_file import load, save
 from mplicits.model.orientation import UPRIGHT, as_in_file, upright
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.viewer.draw.triangles import read_triangles_for
+from support.ball_training import use_quick_config
 from support.random_model import random_model
 
 
@@ -85,7 +86,7 @@ def test_training_keeps_up_front_and_credit_and_resuming_may_change_the_last_two
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("mplicits.mesher.survey.RESOLUTION", 16)
+    use_quick_config(monkeypatch)
     trimesh.creation.cone(radius=1.0, height=3.0).export("cone.obj")
     train = ["train", "cone.obj", "--levels", "8x0", "--steps", "20", "--quiet"]
     assert cli.main([*train, "--up", "z", "--front=-30,10", "--credit", "Nobody, CC0"]) == 0
