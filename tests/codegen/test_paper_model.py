@@ -15,14 +15,18 @@ from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
 from oracles.dense import dense_march
+from support.ball_training import use_quick_config
 
-SIDE = 64
+SIDE = 48
 
 
 @pytest.mark.slow
-def test_the_picture_equals_dense_marching_within_the_loop_limit(osmesa: Context, tmp_path: Path) -> None:
+def test_the_picture_equals_dense_marching_within_the_loop_limit(
+    osmesa: Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    use_quick_config(monkeypatch)
     path = tmp_path / "paper.safetensors"
-    train = ["train", "demo", "-o", str(path), "--preset", "paper", "--steps", "800,300,150", "--texture", "none"]
+    train = ["train", "demo", "-o", str(path), "--preset", "paper", "--steps", "800,200,100", "--texture", "none"]
     assert cli.main([*train, "--quiet"]) == 0
     model = load(path)
     shader = bake(model)

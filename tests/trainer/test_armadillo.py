@@ -28,11 +28,11 @@ def test_armadillo_loads_without_warnings() -> None:
 
 @pytest.fixture(scope="module")
 def model() -> Model:
-    """Train two levels, which takes about 90 s on two cores; the promise allows 150.
+    """Train two levels, which takes about 50 s on two cores; the promise allows 150.
 
     Steps, not seconds, are given, so that every run has the same weights.
     """
-    options = TrainOptions("64x1,64x2", steps="3000,9000", quiet=True)
+    options = TrainOptions("64x1,64x2", steps="2000,4000", quiet=True)
     return train(shape_source(ARMADILLO, options), options)
 
 

@@ -2,6 +2,7 @@
 
 import re
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ from mplicits.trainer.networks.network import initial
 from mplicits.trainer.options import TrainOptions
 from mplicits.trainer.settings import networks
 from mplicits.trainer.shapes.demo import DemoShape
+from support.ball_training import QUICK, use_quick_config
 
 CONFIG = TrainingConfig()
 AUTOMATIC = CONFIG.automatic
@@ -114,8 +116,9 @@ def test_an_error_goal_repeats_no_trial(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("shape", ["demo", "ball.ply"])
-@pytest.mark.parametrize(("option", "budget"), [("--parameters", 3000), ("--kilobytes", 14)])
+@pytest.mark.parametrize(
+    ("shape", "option", "budget"), [("demo", "--parameters", 3000), ("ball.ply", "--kilobytes", 14)]
+)
 def test_a_trained_model_keeps_to_its_budget_and_the_log_says_why(
     shape: str,
     option: str,
@@ -126,8 +129,8 @@ def test_a_trained_model_keeps_to_its_budget_and_the_log_says_why(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     lengths, trials = DefaultLengths(steps=(60, 60), texture_steps=20), AutomaticConfig(trial_steps=(40, 40))
-    monkeypatch.setattr("mplicits.trainer.config.DEFAULT", TrainingConfig(lengths=lengths, automatic=trials))
-    monkeypatch.setattr("mplicits.mesher.survey.RESOLUTION", 16)  # After so few steps, the surface is everywhere.
+    use_quick_config(monkeypatch)
+    monkeypatch.setattr("mplicits.trainer.config.DEFAULT", replace(QUICK, lengths=lengths, automatic=trials))
     trimesh.creation.icosphere(subdivisions=3).export("ball.ply")
     argv = ["train", shape, "--levels", "auto", option, str(budget), "-o", "m.safetensors", "--quiet"]
     assert cli.main(argv) == 0

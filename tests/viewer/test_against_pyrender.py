@@ -23,7 +23,7 @@ from support.pyrender_mesh import PyrenderMesh
 pytest.importorskip("pyrender", reason="pyrender-maintained is not installed")
 SPOT = DATA / "textured" / "spot.obj"
 pytestmark = pytest.mark.skipif(not SPOT.is_file(), reason=f"{SPOT} is not there (MPLICITS_DATA)")
-SIZE = (512, 512)
+SIZE = (384, 384)
 CAMERA = Camera(40, 20)
 
 
@@ -49,7 +49,7 @@ def test_spot_matches_its_mesh_in_silhouette_depth_and_color(osmesa: Context) ->
     reference = PyrenderMesh(curved_spot(), model.center, model.scale, SIZE)
     mesh_color, mesh_depth = reference(CAMERA)
     reference.release()
-    renderer = Renderer(osmesa, bake(model))
+    renderer = Renderer(osmesa, bake(model, "texture"))
     data = renderer.render(SIZE, CAMERA, RenderOptions(shade="data"))
     color = renderer.render(SIZE, CAMERA, RenderOptions(shade="texture"))[..., :3]
     renderer.release()

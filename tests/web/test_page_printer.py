@@ -17,6 +17,7 @@ from mplicits.codegen.targets import glsl330
 from mplicits.codegen.targets.glsl300es import DIALECT
 from mplicits.codegen.targets.shader import LOOP_LIMIT, Shader
 from mplicits.codegen.targets.uniforms import SHADINGS, TIME, UNIFORMS, default
+from mplicits.field import interpret
 from mplicits.field.cells import Cells
 from mplicits.field.lowest import lowest_point
 from mplicits.ir.lower import lower
@@ -64,6 +65,10 @@ window.ask = {
         return {...found, grids: times.map((time) => [...gridOf(found, time)])};
     },
     lowest: (bytes) => lowestPoint(parseModel(Uint8Array.from(atob(bytes), (letter) => letter.charCodeAt(0)).buffer)),
+    widened: ([bytes, points, margin]) => {
+        const file = Uint8Array.from(atob(bytes), (letter) => letter.charCodeAt(0));
+        return [...widenedValues(parseModel(file.buffer), points, 0, margin)];
+    },
     camera: ([hash, turn, factor, aspect]) => {
         const camera = zoomed(orbited(fromHash(hash, homeOf(null)), ...turn), factor, aspect);
         return [FOCAL, matrix(homeOf(null), aspect), matrix(camera, aspect)];
@@ -172,6 +177,17 @@ def test_the_page_finds_coarse_grids_and_then_a_fine_one(ask: Ask) -> None:
 def test_the_page_finds_the_floor_that_codegen_finds(ask: Ask) -> None:
     data = base64.b64encode(DEMO.read_bytes()).decode()
     assert ask("lowest", data) == pytest.approx(lowest_point(lower(load(DEMO))), abs=5e-3)
+
+
+def test_the_page_s_widened_bands_are_the_reference_s(ask: Ask) -> None:
+    program, margin = lower(load(DEMO)), 0.01
+    points = np.random.default_rng(3).uniform(-1, 1, (4000, 3)).astype(np.float32)
+    expected = interpret.field(program, points, 1)
+    inside = np.abs(expected) < program.bands[0].delta + margin
+    assert 0.02 < inside.mean() < 0.5
+    expected[inside] = interpret.field(program, points[inside], 2)
+    values = ask("widened", [base64.b64encode(DEMO.read_bytes()).decode(), points.tolist(), margin])
+    np.testing.assert_allclose(values, expected, atol=1e-5)
 
 
 def test_the_page_sets_every_uniform_of_the_table(ask: Ask) -> None:

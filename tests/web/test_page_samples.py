@@ -24,6 +24,12 @@ ASK = """([seen, samples, side, across]) => {
 COUNT = """window.accumulated = 0;
 const context = WebGL2RenderingContext.prototype, {drawArrays, viewport} = context;
 let area = 0;
+window.shares = new Set();
+const {blendColor} = context;
+context.blendColor = function (...color) {
+    window.shares.add(color[3]);
+    return blendColor.apply(this, color);
+};
 context.viewport = function (x, y, width, height) {
     area = width * height;
     return viewport.call(this, x, y, width, height);
@@ -32,7 +38,7 @@ context.drawArrays = function (mode, first, count) {
     if (this.isEnabled(this.BLEND)) window.accumulated += mode === this.POINTS ? count : area;
     return drawArrays.call(this, mode, first, count);
 };"""
-"""Counts the samples that the page adds to pictures."""
+"""Counts the samples that the page adds to pictures, and keeps their weights."""
 
 
 @pytest.mark.parametrize(("contrast", "samples"), [(20, 16), (200, 16), (90, 8)])
@@ -113,6 +119,8 @@ def test_further_samples_are_drawn_where_they_show(browser: "Browser", tmp_path:
             visited.still()
             pictures[way] = visited.saved() / 255.0
             drawn[way] = visited.page.evaluate("window.accumulated")
+            counts = 1 / np.array(visited.page.evaluate("[...window.shares]"))
+            np.testing.assert_allclose(counts, counts.round(), rtol=1e-6, err_msg="each sample weighs 1 / count")
             assert visited.page.inner_text("#status").splitlines()[0].endswith("16 samples")
             assert visited.console == []
     error = float(((pictures["along the edges"] - pictures["everywhere"]) ** 2).mean())
