@@ -72,7 +72,7 @@ def train(shape: "str | Path | Arrays", options: TrainArguments) -> Field:
     faces), or arrays (points, normals) or (points, normals, colors); with `time`, a folder of meshes.
 
     resume: a model to continue. callback: receives the stage, the share of it that is done and the loss, repeatedly; it
-    may raise KeyboardInterrupt, which ends the training with what is trained so far. follow: receives a `Field` after
+    may raise KeyboardInterrupt: the training then ends and keeps its weights. follow: receives a `Field` after
     every level. preview: True: show a picture of each level in a notebook; a path: draw them into that folder.
 
     Raises UserError.

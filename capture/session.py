@@ -41,7 +41,7 @@ def run(folder: Path, output: Path, options: PhotoOptions, *, resume: bool, bega
     if left and not resume:
         bar.say(f"{show(part.path)} is from an interrupted run; starting again (--resume continues it)")
     if resume and not left:
-        raise UserError(f"--resume: there is no {show(part.path)} to continue")
+        raise UserError(f"--resume: {show(part.path)} does not exist")
     work = reconstruction(folder, options, bar, part, began)
     model = work.run(part.read() if resume else None)
     save(model, output)

@@ -1,6 +1,6 @@
 """Small grids of band half-widths, for shaders of one file: bands are narrower than delta where the shape allows it.
 
-delta is what the worst place of the shape needs. Elsewhere rays stay longer at the coarser level.
+The worst place of the shape determines delta. Elsewhere rays stay longer at the coarser level.
 """
 
 import itertools

@@ -1,4 +1,4 @@
-"""The program: what a model computes, in seven ops. Every target prints it.
+"""The program: the computation of a model, in seven ops. Every target prints it.
 
 This file is the definition; a printer for another language needs nothing else. field/interpret.py is the same
 definition as NumPy code.
@@ -170,7 +170,7 @@ class Program:
     moving: bool = False
     """Whether the fourth component of the input is time, not 1."""
     composition: "Composition | None" = None
-    """Set for a scene, which has no values, gradients or texture of its own."""
+    """Set for a scene, which has no values, gradients or texture."""
 
     @property
     def colored(self) -> bool:

@@ -36,7 +36,7 @@ class Evaluation:
     field: FieldFigures | None
     """Of the field as a distance; None where a mesh was compared."""
     extraction: dict[str, float]
-    """Grid, parameters, spurious components and seconds of the mesh that was made; empty where one was given."""
+    """Grid, parameters, spurious components and seconds of the extracted mesh; empty if the input is a mesh."""
 
 
 def evaluate(model: Model | Path, shape: Path, options: EvalOptions) -> Evaluation:

@@ -1,4 +1,4 @@
-"""What a person wants to know of a model's surface as soon as the model is trained."""
+"""The line about a trained model's surface: components, holes, specks."""
 
 from dataclasses import replace
 
@@ -13,17 +13,17 @@ from .model_field import ModelField
 from .surface import Array, Mesh
 
 RESOLUTION = 256
-"""Of the grid on which the surface is extracted. Components smaller than a cell, 1/128, may be missed."""
+"""Resolution of the grid that extracts the surface. It may miss components smaller than a cell, 1/128."""
 FINE_RESOLUTION = 512
-"""Of the grid on which loose components are searched."""
+"""Resolution of the grid that finds loose components."""
 SMALL = 0.1
 """Largest diagonal of a small component, model units: a larger one is as likely to be the shape's own."""
 TIMES = (0.0, 0.5, 1.0)
-"""When the surface of a model that moves is looked at."""
+"""Times at which the surface of a moving model is surveyed."""
 MOVING_RESOLUTION = 128
-"""The same for a model that moves, whose surface is extracted more than once."""
+"""Resolution for a moving model, whose surface is extracted at several times."""
 MOMENT_RESOLUTION = 320
-"""Of the grid on which the surface of a model is extracted that a motion begins or ends with."""
+"""Resolution for a model that a motion begins or ends with."""
 
 
 def surface_of(model: Model, quiet: bool) -> Mesh:
@@ -62,7 +62,7 @@ def loose_components(model: Model) -> Array:
 def describe_surface(model: Model, quiet: bool) -> str:
     """Describe the surface of a model's last level in one line: how many connected components it has.
 
-    quiet: show no progress bar. A model without a surface is described as one. One that moves is looked at at `TIMES`.
+    quiet: show no progress bar. A moving model is surveyed at `TIMES`.
     """
     if model.inputs == "xyzt":
         lines = (_describe(model, quiet, MOVING_RESOLUTION, time).removeprefix("surface: ") for time in TIMES)

@@ -28,7 +28,7 @@ Value = TypeVar("Value")
 
 @dataclass(frozen=True)
 class Declaration:
-    """What a schema says about an option, beside the name, the type and the default of its field."""
+    """The metadata of an option. Its field has the name, the type and the default."""
 
     help: str
     """For `--help` and for the docstring of the Python function."""
@@ -77,7 +77,7 @@ class Options:
                 raise UserError(f"{flag}: not allowed with {flag_of(declared.excludes)}")
 
     def changed(self, *names: str) -> str:
-        """Return the flags of those of the named options that differ from their defaults: "--fps, --once", or ""."""
+        """Return the flags of the named options that differ from their defaults: "--fps, --once", or ""."""
         defaults = type(self).__dataclass_fields__
         return ", ".join(flag_of(name) for name in names if getattr(self, name) != defaults[name].default)
 

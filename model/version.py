@@ -2,7 +2,7 @@
 
 
 def installed_version() -> str:
-    """Return the version as the installed package has it, or the text "(not installed)"."""
+    """Return the version of the installed package, or the text "(not installed)"."""
     from importlib.metadata import PackageNotFoundError, version
 
     try:

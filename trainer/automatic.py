@@ -1,7 +1,7 @@
 """`--levels auto`: short trials choose the sizes and the frequencies of the levels for a shape.
 
 A number of parameters, or an error to reach, gives the width W of two levels, Wx1 and Wx2. Their frequencies omega_0
-are those of the best trial: smooth shapes need lower frequencies than shapes with fine detail.
+are the best trial's: smooth shapes need lower frequencies than shapes with fine detail.
 """
 
 import math

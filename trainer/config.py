@@ -1,4 +1,4 @@
-"""Hyperparameters of training, in one place; what a user chooses with an option is in options.py and settings.py.
+"""Hyperparameters of training, in one place; the user's options are in options.py and settings.py.
 
 Lengths are in model units (the shape fits the unit sphere). Values without another source were tuned on the shapes of
 docs/results/field.md. Nothing here needs torch.
@@ -156,7 +156,7 @@ class ThinConfig:
     nearer: float = 0.8
     """A feature is thin where another part of the surface is nearer than this share of the step."""
     facing: float = 0.2
-    """Largest cosine between the normals of both parts: both sides of a slit face apart, those of a crease do not."""
+    """Largest cosine between the normals of both parts: sides of a slit face apart, sides of a crease do not."""
     gradient_step: float = 1e-4
     """Step of the central differences that give the normal of the other part."""
     least_distance: float = 0.0003
@@ -170,7 +170,7 @@ class ThinConfig:
     around: float = 1.5
     """Points around thin features, for each of their own points."""
     around_least_distance: float = 0.0008
-    """Least distance of such a point from the surface."""
+    """Least distance of a point around a thin feature from the surface."""
     ratio: int = 5
     """Largest ratio of thin-feature samples to other hard samples."""
     copies: int = 64

@@ -40,7 +40,7 @@ class HardExamples:
 
 
 def exact_distances(shape: Shape) -> bool:
-    """Whether the shape's distances are exact next to its surface: those of a mesh that stands still."""
+    """Whether the shape's distances are exact next to its surface: only a mesh that stands still has exact ones."""
     return not (shape.cloud or shape.moving)
 
 

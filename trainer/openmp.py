@@ -1,4 +1,4 @@
-"""How PyTorch's threads wait for one another."""
+"""The wait policy of PyTorch's threads."""
 
 import os
 

@@ -23,7 +23,7 @@ def budgets(
     finished: number of levels already trained. done: share of the next level that is. texture: whether to train a
     texture. began: value of time.perf_counter() from which the user's seconds count. measuring: seconds of measuring
     the field at the end. Each stage's seconds are proportional to the square root of the cost of its step. Level 1 gets
-    those of the largest network: its errors far from the surface cost every residual.
+    the seconds of the largest network: its errors far from the surface cost every residual.
     """
     config = config or BudgetConfig()
     if settings.seconds is None:

@@ -40,7 +40,7 @@ def train(
 
     output: model file to write, with checkpoints beside it; None: write no file. resume: a model to continue; True: the
     interrupted training of `output`, or else the model in `output`. live: print progress as JSON, and save after every
-    level. callback: receives the progress; its KeyboardInterrupt ends the training with what is trained so far.
+    level. callback: receives the progress; its KeyboardInterrupt ends the training, which keeps its weights.
     follow: receives the model after every level. components: as in `Training`.
 
     Raises UserError, and KeyboardInterrupt where Ctrl-C came before there was anything to save.

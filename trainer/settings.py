@@ -34,7 +34,7 @@ LARGEST = 1e12
 
 @dataclass(frozen=True)
 class LevelGoal:
-    """What the levels that `--levels auto` chooses are to reach; one of the two is None."""
+    """Goal of `--levels auto`; one of the two is None."""
 
     parameters: int | None
     """Most parameters of the model, its texture included."""

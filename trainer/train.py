@@ -79,10 +79,10 @@ class Training:
         self._trained = Trained()
 
     def run(self, resume: Model | None = None, snapshot: Snapshot | None = None) -> Model:
-        """Train everything, or what the model `resume` lacks, and return the model.
+        """Train all levels, or the levels that the model `resume` lacks, and return the model.
 
         snapshot: the state that a `Part` has beside the model `resume`. With the same settings, training resumes in the
-        middle of a level as if it had never stopped, and the user's seconds are those of all runs together.
+        middle of a level as if it had never stopped, and the user's seconds count all runs.
         Raises UserError where `resume` does not fit the settings, and KeyboardInterrupt where Ctrl-C came before there
         was anything to save.
         """

@@ -23,7 +23,7 @@ from .shapes.shape import Shape
 MAY_CHANGE = {"wish", "up", "front", "credit", "device", "seconds"}
 """Settings that `--resume` may change; `up` is also part of the shape, which must be the same."""
 COUNTED = ("steps", "fraction", "restarts", "rate", "loss")
-"""What a record says of the optimization of a network."""
+"""The record of the optimization of a network."""
 
 
 @dataclass

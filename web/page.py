@@ -88,7 +88,7 @@ def standalone(
     """
     weights = model if digits is None else in_decimals(model, digits)
     if storage == "packed":
-        raise UserError("--storage packed: only shadertoy has it; there is literal, texture, auto")
+        raise UserError("--storage packed: only target shadertoy takes it; choose literal, texture or auto")
     program = lower(weights)
     field = print_field(program, DIALECT.language, "texture" if model.scene is None else storage)
     header = header_facts(model, program, "html")

@@ -65,7 +65,7 @@ def print_field(
     for "packed", which only Shadertoy has.
     """
     if storage == "packed":
-        raise UserError("--storage packed: only shadertoy has it; there is literal, texture, auto")
+        raise UserError("--storage packed: only target shadertoy takes it; choose literal, texture or auto")
     if program.composition is not None:
         return _print_scene(program, language, storage)
     functions = program.functions()

@@ -105,7 +105,7 @@ class VectorNotation(Notation):
 
 
 class Writer:
-    """Collects assignments, and folds what is known at generation time. time: name of the variable t."""
+    """Collects assignments, and folds constants. time: name of the variable t."""
 
     def __init__(self, notation: Notation, time: str = "time") -> None:
         self._steps: list[tuple[str, list[str]]] = []

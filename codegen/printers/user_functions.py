@@ -127,6 +127,6 @@ def _in_model_space(writer: Writer, point: tuple[str, str, str], place: Place) -
 
 
 def _component(writer: Writer, row: tuple[float, ...], vector: Triple) -> Number:
-    """Return the one component that a row of a rotation by right angles picks from a vector."""
+    """Return the component of a vector that a row of a rotation by right angles selects."""
     (k,) = (k for k, value in enumerate(row) if value)
     return writer.sub(0.0, vector[k]) if row[k] < 0 else vector[k]

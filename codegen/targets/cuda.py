@@ -85,7 +85,7 @@ def standalone(model: Model, storage: str = "auto", digits: int | None = None) -
             *uniforms(),
             "",
             _load("settings.cuh", seen),
-            "// The field, as every target has it: p in model space, levels counted from 1.",
+            "// The field of all targets: p in model space, levels counted from 1.",
             "__device__ inline vec4 as_vec4(float4 v) { return vec4(v.x, v.y, v.z, v.w); }",
             field,
             *_many_rays(program, layout.offsets, seen),
@@ -124,7 +124,7 @@ def _load(name: str, seen: set[str]) -> str:
 
 
 def _with_includes(name: str, text: str, seen: set[str]) -> str:
-    """Return the text of the file `name` with the files that it includes; those of a GLSL file stay GLSL."""
+    """Return the text of the file `name` with the files that it includes. Includes of a GLSL file stay GLSL."""
     seen.add(name)
 
     def include(match: re.Match[str]) -> str:

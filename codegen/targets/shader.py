@@ -53,7 +53,7 @@ class Shader:
     deltas: tuple[float, ...]
     """Default of the uniform `delta`: band half-width of each level, model units."""
     textured: bool = False
-    """Whether the model has a color of its own."""
+    """Whether the model has colors."""
     moving: bool = False
     """Whether the field moves, and the shader has the uniform `time`."""
     ground: float = -1.0

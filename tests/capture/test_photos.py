@@ -126,7 +126,7 @@ def test_ctrl_c_saves_a_model_that_resume_continues(
     assert (done["steps"], done["interrupted"]) == (60, False)
     assert not part.exists()
     assert cli.main([*argv, "--resume"]) == 2
-    assert "to continue" in capsys.readouterr().err
+    assert "does not exist" in capsys.readouterr().err
 
 
 @pytest.mark.slow

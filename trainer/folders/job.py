@@ -1,4 +1,4 @@
-"""Trains and renders one shape in processes of its own, so that a crash cannot end the other jobs."""
+"""Trains and renders one shape in separate processes, so that a crash cannot end the other jobs."""
 
 import contextlib
 import json

@@ -123,7 +123,7 @@ def fit(
     at most `RESTARTS` times. A network that never helps ends as zero, marked as failed.
 
     say: logs a line about a restart. resume: a `FitState.snapshot` of the same task, from which the training resumes;
-    with a budget of steps the weights become what they would have been without the interruption. Raises UserError where
+    with a budget of steps, the result equals that of an uninterrupted training. Raises UserError where
     `resume` does not fit the task.
     """
     rate, first = task.rate, 0

@@ -94,7 +94,7 @@ class DemoShape:
         return colors
 
     def inputs(self) -> Doubles:
-        """Return a dense sample of the surface (100000, 3), since the shape has no points of its own."""
+        """Return a dense sample of the surface (100000, 3), in place of a file's points."""
         return self.surface(100_000, np.random.default_rng(0)).points
 
     def distance(self, points: Doubles) -> Doubles:

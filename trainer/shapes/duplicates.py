@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from .shape import Doubles, SurfacePoints, unit
 
 APART = 1e-6  # points closer than this share of half the bounding box's diagonal, ten float32 steps, are duplicates
-CANCELED = 0.1  # length of a mean normal below which the normals at one place contradict one another
+CANCELED = 0.1  # length of a mean normal below which the normals at one place contradict each other
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ NEIGHBORS = 16  # nearest neighbors that a point is compared with. The distance 
 FAR = 3.0  # only points whose reach exceeds this multiple of the cloud's median reach can be outliers
 LONELY = 2.5  # A point is an outlier if its reach exceeds this multiple of its neighbors' median reach
 AGREE = 0.5
-"""Two points support one another if the cosine of their normals is larger, and the cosine between the mean normal and
+"""Two points support each other if the cosine of their normals is larger, and the cosine between the mean normal and
 the line through both points is smaller."""
 SUPPORT = 0.7
 """A point is an outlier, too, if a smaller share of its neighbors supports it; sparse parts of a surface do."""

@@ -1,4 +1,4 @@
-"""What the programs of a triangle mesh share: the vertex shader, the depth pass, the clip planes."""
+"""Shared by the programs of a triangle mesh: vertex shader, depth pass, clip planes."""
 
 import numpy as np
 

@@ -27,7 +27,7 @@ PALETTE_FRAMES = 24
 
 @dataclass(frozen=True)
 class Shot:
-    """What a video shows: a model's motion, a turn of the camera, or both."""
+    """The content of a video: a model's motion, a turn of the camera, or both."""
 
     frames: int
     """Number of frames."""

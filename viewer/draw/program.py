@@ -63,7 +63,7 @@ class Program:
             self._uniforms[name].write(default)
 
     def write(self, values: Mapping[str, object]) -> None:
-        """Write uniforms, name -> value, and skip those that the program does not use.
+        """Write uniforms, name -> value, and skip uniforms that the program does not use.
 
         Drivers drop the unused end of an array; the numbers beyond it are skipped. Raises KeyError if no shader has a
         uniform of a name.

@@ -57,7 +57,7 @@ class Rasterizer(Renderer):
         gl, driver = self.context.gl, self.context.renderer
         vertices = np.concatenate([self._mesh.vertices, self._mesh.normals], axis=1)
         corners, faces = self._buffers = gl.buffer(vertices.tobytes()), gl.buffer(self._mesh.faces.tobytes())
-        # Depth has a program of its own: software GL would compile the network again for a draw without colors.
+        # Depth has a separate program: software GL would compile the network again for a draw without colors.
         for name, text, content in (
             ("main", (self.shader.text, self.shader.files), (corners, "3f 3f", "position", "normal")),
             ("depth", (DEPTH_SHADER, ()), (corners, "3f 12x", "position")),

@@ -36,7 +36,7 @@ class Triangles:
 def read_triangles(path: Path, center: tuple[float, float, float], scale: float, up: str = DEFAULT_UP) -> Triangles:
     """Read a PLY, OBJ, STL or GLB file into model space. center, scale, up: see `Model.place`.
 
-    Normals are those in the file, else the means of adjacent face normals; those of a closed mesh point outward.
+    Normals come from the file; else they are means of adjacent face normals, outward for a closed mesh.
     Raises UserError, one line, if the file is not readable, or its size and place do not fit the shape.
     """
     try:

@@ -38,7 +38,7 @@ class Drawing:
     def tick(
         self, view: View, area: tuple[int, int], current_renderer: Callable[[], Renderer], now: float
     ) -> float | None:
-        """Draw what is due; return the seconds until the next call is due, None if only an event makes one due.
+        """Draw the next tiles. Return the seconds until the next call; None: wait for an event.
 
         area: (width, height) of the picture on the screen, pixels. now: time.perf_counter().
         """

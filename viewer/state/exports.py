@@ -1,4 +1,4 @@
-"""What the window saves into the working folder: pictures, videos, and files of the model."""
+"""Files that the window saves into the working folder: pictures, videos, models."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Which file to load next: one that the user opens, or the watched file when it changes."""
+"""The next file to load: a file that the user opens, or the watched file when it changes."""
 
 from importlib.resources import files
 from pathlib import Path

@@ -22,12 +22,12 @@ from ..draw.tiles import TILE_SIDE, Tile
 FIRST_SIDE = 64
 """Side of the first tiles, pixels."""
 FAST_TILE = 0.01
-"""The tiles get larger after one that takes less than this, seconds."""
+"""Tiles grow after a tile that takes less time than this, seconds."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """What a picture shows."""
+    """The content of a picture: size, camera, options."""
 
     size: tuple[int, int]
     """(width, height) in pixels."""

@@ -102,7 +102,7 @@ class View:
         self.changed = True
 
     def fitting(self, levels: int, textured: bool) -> RenderOptions:
-        """Return the options, with defaults for those that do not fit a model with these levels and this texture."""
+        """Return the options; options that do not fit the model's levels and texture become defaults."""
         options = self.options
         level, normal_level = (
             None if number is None or number > levels else number for number in (options.level, options.normal_level)

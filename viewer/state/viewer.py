@@ -88,7 +88,7 @@ class Viewer:
             return self.renderer
 
     def tick(self, area: tuple[int, int]) -> float | None:
-        """Do what is due for a picture of `area` (width, height) pixels.
+        """Draw, load and work for a picture of `area` (width, height) pixels.
 
         Returns the seconds until the next call is due; None: only an event makes one due.
         """

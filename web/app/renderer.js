@@ -101,7 +101,7 @@ export class Renderer {
         return {tiles: this.painter.tiles(size, cost), values: uniforms(scene, loops, size, sample)};
     }
 
-    // Returns the pass of one further sample of all pixels, or of those that want it.
+    // Returns the pass of one further sample of all pixels, or of the pixels that need it.
     further(size, sample) {
         const {refining: {wanted}, still} = this, all = this.pass(this.scene, size, sample);
         if (!wanted || !sample) return all;

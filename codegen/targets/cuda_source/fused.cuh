@@ -138,7 +138,7 @@ __global__ void __launch_bounds__(THREADS) trace(Settings s, PackedNetworks netw
 // every kernel of a phase would take as long as its slowest ray.
 __global__ void __launch_bounds__(THREADS) finish(Settings s, PackedNetworks networks, Rays rays, int round) {
     const int count = rays.waiting_in(round), blocks = static_cast<int>(gridDim.x);
-    const int each = min(32, (count + blocks - 1) / blocks);  // few per tile, so that few rays wait for one another
+    const int each = min(32, (count + blocks - 1) / blocks);  // few per tile, so that few rays wait
     Work work;
     vec3 eye = s.eye();
     for (int first = each * static_cast<int>(blockIdx.x); first < count; first += each * blocks) {
