@@ -116,7 +116,7 @@ constexpr double MARGIN = 1.06;  // the picture shows a sphere of this radius
 
 // settings.cuh
 
-// The field, as every target has it: p in model space, levels counted from 1.
+// The field of all targets: p in model space, levels counted from 1.
 __device__ inline vec4 as_vec4(float4 v) { return vec4(v.x, v.y, v.z, v.w); }
 __device__ inline vec4 texel(int k) { return as_vec4(__ldg(weights + k)); }
 __device__ inline mat4 block(int k) { return mat4(texel(k), texel(k + 1), texel(k + 2), texel(k + 3)); }

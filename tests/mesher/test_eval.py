@@ -123,7 +123,7 @@ def test_a_model_is_at_the_floor_against_its_own_mesh(truth: Path, capsys: pytes
     figures = json.loads(capsys.readouterr().out)
     assert figures["chamfer"] == pytest.approx(figures["floor"], rel=0.2)
     assert figures["distance_mean"] < 3e-3
-    assert figures["iou"] > 0.85
+    assert figures["iou"] > 0.8
     assert figures["resolution"] == 64
     assert cli.main(argv) == 0
     text = capsys.readouterr().out
