@@ -30,7 +30,7 @@ MODELS = st.builds(
     st.lists(SIZES, min_size=1, max_size=3),
     st.none() | SIZES,
     st.integers(0, 2**32 - 1),
-    st.sampled_from(["a", "\u00e9\u2028\x00", "\"\\*/", "\U0001d6ff" * 300]),
+    st.sampled_from(["a", "\u00e9\u2028\x00", '"\\*/', "\U0001d6ff" * 300]),
 )
 FITTED = fitted_model()
 QUICK = settings(max_examples=30, deadline=None, database=None, derandomize=True)
