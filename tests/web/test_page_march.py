@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from mplicits.bake.registry import TARGETS
 from mplicits.field.cells import Cells
 from mplicits.ir.lower import lower
 from mplicits.viewer.draw.camera import Camera
+from mplicits.web.page import CELLS, standalone
 from oracles.march import march
 from support.browser import visit
 from support.page_pictures import MODEL
@@ -17,7 +17,8 @@ from support.page_pictures import MODEL
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-SIDE = 64
+SIDE, COUNT = 48, 64
+"""Pixels along each side of the picture; cells along each edge of the grid."""
 CAMERA = Camera(30, 20, 3)
 FOUND = "this.scene.cells = cells;"
 TRACE = """
@@ -34,15 +35,18 @@ window.trace = async () => {
 
 
 @pytest.mark.parametrize(("storage", "late"), [("texture", True), ("literal", False)])
-def test_rays_take_the_steps_of_the_reference(storage: str, late: bool, browser: "Browser", tmp_path: Path) -> None:
+def test_rays_take_the_steps_of_the_reference(
+    storage: str, late: bool, browser: "Browser", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """In one draw, from a texture, a step precedes the first look; in passes, the first look comes first."""
-    text = TARGETS["html"](MODEL, shade="phong")
+    monkeypatch.setitem(CELLS, "last", COUNT)
+    text = standalone(MODEL, poster=False, shade="phong")
     assert text.count(FOUND) == 1
     (tmp_path / "page.html").write_text(text.replace(FOUND, FOUND + TRACE))
     remember = f"localStorage.setItem('mplicits {MODEL.sha256()}', '{storage}')"
     at = f"#panel=0&az={CAMERA.azimuth}&el={CAMERA.elevation}&d={CAMERA.distance}"
     with visit(browser, tmp_path / "page.html", (SIDE, SIDE), 1, script=remember, hash_=at) as visited:
-        visited.until(f"window.grid === 128 && document.documentElement.dataset.storage === '{storage}'")
+        visited.until(f"window.grid === {COUNT} && document.documentElement.dataset.storage === '{storage}'")
         visited.still()
         seen = visited.page.evaluate("() => window.trace()")
         assert visited.console == []
@@ -56,7 +60,7 @@ def test_rays_take_the_steps_of_the_reference(storage: str, late: bool, browser:
         len(program.bands),
         footprint,
         schedule="relaxed",
-        cells=Cells(program),
+        cells=Cells(program, COUNT),
         first_looks=1,
         late=late,
     )

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def test_the_page_of_a_scene_holds_the_field_that_glsl300es_has(tmp_path: Path) -> None:
-    model = composed(tmp_path, STILL)
+    model = composed(tmp_path, STILL, (4, 8))
     page, shader = standalone(model, poster=False), glsl300es.bake(model)
     facts = re.search(r'id="facts">(.*?)</script>', page, re.DOTALL)
     weights = re.search(r'id="weights">(.*?)</script>', page, re.DOTALL)
