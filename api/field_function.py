@@ -109,13 +109,7 @@ class FieldFunction:
         return values.reshape(*shape, 3)
 
     def trace(
-        self,
-        origins: Points,
-        directions: Points,
-        level: int | None = None,
-        *,
-        space: str = "model",
-        time: float = 0.0,
+        self, origins: Points, directions: Points, level: int | None = None, *, space: str = "model", time: float = 0.0
     ) -> Hits:
         """Find the first intersections of rays with the surface, in the unit ball and a little beyond.
 

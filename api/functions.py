@@ -122,12 +122,7 @@ def _trained(source: "Source", options: TrainArguments | MorphArguments) -> Fiel
     resume = options.resume.model if options.resume is not None else False
     return show(
         train_source(
-            source,
-            options,
-            resume=resume,
-            callback=options.callback,
-            follow=follow,
-            components=loose_components,
+            source, options, resume=resume, callback=options.callback, follow=follow, components=loose_components
         )
     )
 

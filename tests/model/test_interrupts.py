@@ -33,7 +33,7 @@ def handler() -> Iterator[None]:
     signal.signal(signal.SIGINT, before)
 
 
-@pytest.mark.parametrize("seconds", [0.05, 0.3, 0.6, 1.0, 1.6])
+@pytest.mark.parametrize("seconds", [0.05, 0.4, 1.0])
 def test_ctrl_c_while_modules_are_loaded(seconds: float, tmp_path: Path) -> None:
     trimesh.creation.icosphere(1).export(tmp_path / "ball.ply")
     command = [sys.executable, "-c", START, *TRAIN]

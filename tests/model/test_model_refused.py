@@ -1,6 +1,7 @@
 """A model file that is wrong in any way is refused with one line that names what is wrong."""
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -72,24 +73,9 @@ def test_corruption_causes_no_error_but_user_errors(path: Path) -> None:
     assert all(line.isprintable() for line in lines)
 
 
-VALUES: list[object] = [
-    None,
-    True,
-    False,
-    "",
-    "1",
-    "\n",
-    -1,
-    0,
-    1.5,
-    10**400,
-    [],
-    [[[]]],
-    {},
-    {"delta": 1},
-    ["x"] * 3,
-    [True] * 3,
-]
+FLOATS = [1.5, 1e39, 1e-300, math.nan, math.inf, -math.inf]
+VALUES: list[object] = [None, True, False, "", "1", "\n", -1, 0, 10**400, *FLOATS, [], [[[]]], {}, {"loss": math.inf}]
+VALUES += [{"delta": 1}, ["x"] * 3, [True] * 3]
 PLACES = [
     ("name",),
     ("inputs",),
@@ -117,12 +103,12 @@ def test_other_json_values_cause_no_error_but_user_errors(place: tuple[Any, ...]
         inner[place[-1]] = value
         bad = path.with_name("bad")
         bad.write_bytes(path.read_bytes())
-        rewrite(bad, {"model": json.dumps(description)})
+        rewrite(bad, {"model": json.dumps(description).replace("Infinity", "1e999")})
         try:
             load(bad)
             loaded.append(value)
         except UserError:
-            assert place[0] in refusal(bad)
+            assert place[0] in refusal(bad) or "NaN is not a number of JSON" in refusal(bad)
     # Neither a text nor a truth value passes for a number.
     assert loaded == {
         "name": ["1", "\n"],
@@ -154,21 +140,6 @@ def test_other_json_values_cause_no_error_but_user_errors(place: tuple[Any, ...]
 def test_bad_metadata_is_refused_by_name(metadata: dict[str, str], said: str, path: Path) -> None:
     rewrite(path, metadata)
     assert said in refusal(path)
-
-
-@pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999", "1e39", "-1.0", "0", "1e-300"])
-@pytest.mark.parametrize("key", ["delta", "lipschitz"])
-def test_a_level_needs_finite_positive_numbers(key: str, number: str, path: Path) -> None:
-    text = json.dumps(described(path)).replace(f'"{key}": 1.0', f'"{key}": {number}', 1)
-    rewrite(path, {"model": text})
-    line = refusal(path)
-    assert key in line or number in line
-
-
-def test_provenance_holds_no_infinity(path: Path) -> None:
-    text = json.dumps(described(path)).replace('"provenance": {', '"provenance": {"loss": 1e999')
-    rewrite(path, {"model": text})
-    assert "provenance" in refusal(path)
 
 
 def test_missing_metadata_and_other_safetensors_files_are_refused(path: Path) -> None:
@@ -233,25 +204,11 @@ def test_a_bad_tensor_is_refused_by_name(name: str, tensor: Any, said: str, path
 
 
 @pytest.mark.parametrize(
-    "name",
-    [
-        "level2.layer0.weight",
-        "level2.layer1.weight",
-        "level1.layer0.weight",
-        "texture.layer0.weight",
-        "level1.layer2.weight",
-    ],
+    "name", ["level2", "level2.layer0.weight", "level1.layer0.weight", "texture.layer0.weight", "level1.layer2.weight"]
 )
 def test_a_missing_tensor_is_refused(name: str, path: Path) -> None:
-    tensors = load_file(path)
-    del tensors[name]
-    rewrite(path, tensors=tensors)
+    rewrite(path, tensors={key: value for key, value in load_file(path).items() if not key.startswith(name)})
     assert name.removesuffix(".weight") in refusal(path)
-
-
-def test_a_missing_level_is_refused(path: Path) -> None:
-    rewrite(path, tensors={key: value for key, value in load_file(path).items() if not key.startswith("level2")})
-    assert "level2: needs at least two layers" in refusal(path)
 
 
 @pytest.mark.parametrize("dtype", ["BF16", "F8_E4M3", "F16", "I32"])

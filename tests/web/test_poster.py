@@ -9,7 +9,6 @@ import pytest
 from PIL import Image
 
 from mplicits.codegen.targets import glsl330
-from mplicits.codegen.targets.uniforms import OPENING_SHADES
 from mplicits.model.model import Model
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
@@ -32,12 +31,11 @@ def decoded(url: str) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "model",
-    [replace(MODEL, front=(215.0, 15.0)), replace(MODEL, texture=None)],
-    ids=["with colors, from its front", "plain, from the usual place"],
+    ("shade", "model"),
+    [("phong", replace(MODEL, texture=None)), ("studio", replace(MODEL, front=(215.0, 15.0)))],
+    ids=["phong, plain, from the usual place", "studio, with colors, from its front"],
 )
-@pytest.mark.parametrize("shade", OPENING_SHADES)
-def test_the_poster_is_the_first_picture(model: Model, shade: str, osmesa: Context) -> None:
+def test_the_poster_is_the_first_picture(shade: str, model: Model, osmesa: Context) -> None:
     poster = decoded(webpage._poster(model, shade))
     side = len(poster)
     renderer = Renderer(osmesa, glsl330.bake(model))
