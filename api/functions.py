@@ -16,7 +16,7 @@ from ..trainer.openmp import prepare_openmp
 from ..trainer.options import ImportOptions, MorphOptions, TrainOptions
 from .field import Field
 from .notebook import Preview
-from .pictures import Pictures
+from .pictures import pictures
 
 if TYPE_CHECKING:
     from ..capture.unprojection import Unprojected
@@ -104,14 +104,14 @@ def _trained(source: "Source", options: TrainArguments | MorphArguments) -> Fiel
     from .hooks import loose_components
 
     preview = Preview() if options.preview is True else None
-    pictures = Pictures(Path(options.preview)) if options.preview and options.preview is not True else None
+    draw = pictures(Path(options.preview)) if options.preview and options.preview is not True else None
 
     def show(model: "Model") -> Field:
         field = Field(model)
         if preview is not None:
             preview.show(field)
-        if pictures is not None:
-            pictures.draw(model)
+        if draw is not None:
+            draw(model)
         return field
 
     def follow(model: "Model") -> None:

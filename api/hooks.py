@@ -26,9 +26,9 @@ def loose_components(model: "Model") -> "Array":
 
 def pictures(folder: Path) -> "Callable[[Model], None]":
     """Return a function that draws a model into `folder`, as a numbered PNG."""
-    from .pictures import Pictures
+    from .pictures import pictures
 
-    return Pictures(folder).draw
+    return pictures(folder)
 
 
 def surface_of(model: "Model", quiet: bool) -> "ModelSurface":

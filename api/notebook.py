@@ -8,7 +8,7 @@ import tempfile
 import webbrowser
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any
 
 from ..model.errors import UserError
 from ..model.page_style import DARK, LIGHT
@@ -92,7 +92,7 @@ class Preview:
         if not in_notebook():
             raise UserError("preview: works in notebooks only; elsewhere name a folder, or use `follow`")
         self._display = import_module("IPython.display").display
-        self._handle: Handle | None = None
+        self._handle: Any = None  # IPython's handle of the display
 
     def show(self, field: "Field") -> None:
         """Replace the picture by one of this model."""
@@ -101,13 +101,6 @@ class Preview:
             self._handle = self._display(bundle, raw=True, display_id=True)
         else:
             self._handle.update(bundle, raw=True)
-
-
-class Handle(Protocol):
-    """IPython's handle of a display."""
-
-    def update(self, bundle: dict[str, str], *, raw: bool) -> None:
-        """Replace the display."""
 
 
 def show(field: "Field") -> None:

@@ -1,5 +1,6 @@
 """Pictures of models without OpenGL, for notebooks and for `train --preview`."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from ..model.errors import UserError
@@ -23,23 +24,24 @@ def file_name(name: str) -> str:
     return "".join(c if c.isalnum() else "-" for c in name)[:60]
 
 
-class Pictures:
-    """A folder with a picture of each level of a training: NAME-1.png, ..., and NAME-2-colors.png at the end."""
+def pictures(folder: Path) -> Callable[[Model], None]:
+    """Return a function that draws a model into `folder`, once for each level of a training.
 
-    def __init__(self, folder: Path) -> None:
-        """Make the folder if it does not exist. Raises UserError where that fails."""
-        self._folder = folder
-        self._files = set[Path]()
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise UserError(f"--preview {show(folder)}: {error.strerror}; name a folder") from None
+    The files are NAME-1.png, ..., and NAME-2-colors.png at the end. Makes the folder if it does not exist. Both
+    functions raise UserError if the system refuses a path.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"--preview {show(folder)}: {error.strerror}; name a folder") from None
+    written = set[Path]()
 
-    def draw(self, model: Model) -> None:
-        """Write the picture of a model's last level, once. Raises UserError where the file cannot be written."""
+    def draw(model: Model) -> None:
         suffix = "" if model.texture is None else "-colors"
-        path = self._folder / f"{file_name(Path(model.name).stem)}-{len(model.levels)}{suffix}.png"
-        if path not in self._files:
-            self._files.add(path)
+        path = folder / f"{file_name(Path(model.name).stem)}-{len(model.levels)}{suffix}.png"
+        if path not in written:
+            written.add(path)
             check_writable(path, kind=PICTURE)
             write_whole(path, png(model))
+
+    return draw

@@ -20,7 +20,7 @@ class Kind:
 
 
 def is_other(path: Path, kind: Kind) -> bool:
-    """Whether a path is a file that is not empty and not of a kind. Raises OSError if it is unreadable."""
+    """Whether a path is a file, not empty, of another kind than `kind`. Raises OSError if it is unreadable."""
     if not path.is_file():
         return False
     with path.open("rb") as file:

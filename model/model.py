@@ -65,12 +65,12 @@ class Level:
     lipschitz: float = 1.0
     """Largest measured |grad f_i| where level i is defined, above 0."""
     step_bound: float = DEFAULT_STEP_BOUND
-    """Largest factor on the steps f_i of sphere tracing for which no measured ray passed through the shape, in (0, 1].
+    """Factor on the steps f_i of sphere tracing, in (0, 1], where level i is the last traced level.
 
-    For level i as the last traced level.
+    It is the largest factor with which no measured ray passed through the shape.
     """
     band_step_bound: float = DEFAULT_STEP_BOUND
-    """The same for steps towards the band of a finer traced level, f_i - delta_i / DELTA_FACTOR."""
+    """Factor on steps towards the band of a finer traced level, f_i - delta_i / DELTA_FACTOR; as `step_bound`."""
 
     def numbers(self) -> dict[str, float | int]:
         """Return the level's numbers by their keys in the file: `LEVEL_KEYS`, and measured `STEP_BOUNDS`."""
@@ -87,7 +87,7 @@ class Model:
     """
 
     name: str
-    """Any text but the empty one; usually the name of the shape's file."""
+    """A text, not empty; usually the name of the shape's file."""
     levels: tuple[Level, ...]
     """At least one, the coarsest first."""
     texture: Network | None = None

@@ -41,11 +41,11 @@ class Declaration:
     """Exclusive lower bound."""
     most: float | None = None
     excludes: str | None = None
-    """Name of an option that must have its default where this one has not."""
+    """Name of another option; a user may set only one of the two."""
     parse: Callable[[str], object] | None = None
-    """Reads the text where the type does not say how. Its UserErrors reach the user as they are."""
+    """Reads the option's text, where the type of the field does not suffice. The user sees its UserErrors unchanged."""
     flags: Sequence[str] = ()
-    """Flags, where these are not --NAME."""
+    """Flags other than --NAME."""
     positional: bool = False
 
 

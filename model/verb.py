@@ -76,7 +76,7 @@ def add_arguments(parser: ArgumentParser, schema: type[Options]) -> None:
 
 
 def read(schema: type[Options], args: Namespace) -> Any:
-    """Return the schema's instance that parsed arguments ask for. Raises UserError."""
+    """Build an instance of a schema from parsed arguments. Raises UserError."""
     return schema(**{name: value for name, value in vars(args).items() if name in declarations(schema)})
 
 
@@ -111,7 +111,7 @@ def _reader(declared: Declaration, types: Sequence[Any]) -> Callable[[str], obje
 
 
 def _numbers(kind: type, counts: Sequence[int]) -> Callable[[str], object]:
-    """Return a reader of numbers joined by commas. counts: how many they may be; any number where it is empty."""
+    """Return a reader of numbers joined by commas. counts: the allowed numbers of values; empty allows any."""
 
     def reader(text: str) -> object:
         try:

@@ -45,7 +45,7 @@ PRINTER = ("facts.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", 
 """Modules in web/app/ that read a model and print its field; scenes are printed by scene.py."""
 SCRIPTS = (
     *PRINTER,
-    *("reference.js", "baked.js", "cells.js", "lowest.js", "camera.js", "embedding.js", "uniforms.js", "device.js"),
+    *("reference.js", "cells.js", "lowest.js", "camera.js", "embedding.js", "uniforms.js", "device.js"),
     *("samples.js", "passes.js", "painter.js", "variants.js", "renderer.js", "memory.js", "messages.js", "gestures.js"),
     *("controls.js", "view.js", "recovery.js", "current_model.js", "page.js"),
 )

@@ -1,4 +1,4 @@
-"""Expressions in time: read, evaluated, bounded, and refused with a reason."""
+"""Expressions in time: parsed, evaluated, bounded, and refused with a reason."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ VALID = (
 
 
 @pytest.mark.parametrize(("text", "expected"), VALID)
-def test_it_is_what_python_makes_of_it_and_within_its_range(text: object, expected: object) -> None:
+def test_an_expression_has_python_s_value_within_its_range(text: object, expected: object) -> None:
     expression = read(text)
     low, high = expression.range()
     for time in np.linspace(0, 1, 57):
@@ -51,7 +51,7 @@ def test_it_is_what_python_makes_of_it_and_within_its_range(text: object, expect
         (float("nan"), "a number is needed"),
     ],
 )
-def test_what_is_none_is_refused_in_a_line(text: object, said: str) -> None:
+def test_an_invalid_expression_is_refused_in_one_line(text: object, said: str) -> None:
     with pytest.raises(UserError, match=said.replace("(", r"\(")) as caught:
         read(text)
     assert "\n" not in str(caught.value)

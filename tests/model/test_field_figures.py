@@ -1,4 +1,4 @@
-"""The figures of a field as a distance, on numbers that are known."""
+"""The errors of a field as a distance, on samples with known errors."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from mplicits.model.field_figures import field_figures, written
 
 
-def test_figures_are_what_their_names_say() -> None:
+def test_the_figures_equal_their_formulas() -> None:
     distance = np.linspace(-0.5, 0.5, 101)
     f = np.where(distance > 0.25, 1.2, 0.9) * distance
     lengths = np.linspace(0, 1, 101, dtype=np.float32)
@@ -25,7 +25,7 @@ def test_a_tenth_of_a_percent_of_the_sphere_is_no_excess() -> None:
     )
 
 
-def test_where_no_distance_is_known_there_is_no_figure() -> None:
+def test_figures_without_a_known_distance_are_none() -> None:
     empty = np.empty(0)
     figures = field_figures((empty, empty), (empty, empty), np.ones((3, 3), np.float32))
     assert (figures.domain_error, figures.domain_excess, figures.band_error) == (None, None, None)

@@ -51,7 +51,7 @@ def test_a_full_disk_leaves_the_old_file(tmp_path: Path) -> None:
         write_whole(Path("/dev/full"), "text")
 
 
-def test_what_a_killed_process_left_is_swept_and_what_another_one_writes_is_not(tmp_path: Path) -> None:
+def test_only_old_temporary_files_of_killed_processes_are_removed(tmp_path: Path) -> None:
     left, written, fresh = (tmp_path / f"{files.TEMPORARY}{name}" for name in ("left", "written", "fresh"))
     for path in (left, written, fresh):
         path.write_bytes(b"half")
@@ -63,7 +63,7 @@ def test_what_a_killed_process_left_is_swept_and_what_another_one_writes_is_not(
     assert {path.name for path in tmp_path.iterdir()} == {"m", written.name, fresh.name}
 
 
-def test_a_reader_of_a_pipe_that_leaves_is_no_user_s_error(tmp_path: Path) -> None:
+def test_a_closed_pipe_is_no_user_error(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
@@ -100,7 +100,7 @@ def test_files_have_the_usual_permissions(tmp_path: Path) -> None:
     assert (tmp_path / "ours").read_text(encoding="utf-8") == "\\udcff é"
 
 
-def test_a_file_is_on_the_disk_before_it_has_its_name_and_its_name_before_the_end(
+def test_data_reaches_the_disk_before_the_rename_and_the_rename_before_the_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     done = []
@@ -122,7 +122,7 @@ def test_a_file_is_on_the_disk_before_it_has_its_name_and_its_name_before_the_en
 
 
 @pytest.mark.parametrize(("number", "stays"), [(errno.EIO, True), (errno.ENOSPC, True), (errno.EINVAL, False)])
-def test_a_disk_that_does_not_take_it_after_all_leaves_the_old_file(
+def test_a_failed_fsync_leaves_the_old_file(
     number: int, stays: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refused(_: int) -> NoReturn:

@@ -47,7 +47,7 @@ def test_the_gallery_has_two_shapes_in_three_sizes() -> None:
 def test_models_are_textured_and_say_where_they_come_from(name: str) -> None:
     model = load(gallery.model_path(name))
     assert model.texture is not None
-    assert model.name == name, "what people read on pages and windows"
+    assert model.name == name, "pages and windows show the name"
     assert model.provenance["source"]["file"] == MESHES[name.partition("-")[0]]
     assert not model.provenance["interrupted"]
     text = (FOLDER / "README.md").read_text(encoding="utf-8")
@@ -97,9 +97,7 @@ def test_the_motion_goes_from_one_mesh_to_the_other(time: float) -> None:
     assert ((color(program, at, time) - surface.colors) ** 2).mean() < 0.02
 
 
-def test_a_name_means_a_file_of_the_user_s_before_a_model_of_the_gallery(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_user_s_file_comes_before_a_model_of_the_gallery(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     assert gallery.model_path("spot") == FOLDER / "spot.safetensors"
     assert gallery.model_path("nobody") == Path("nobody")
@@ -108,7 +106,7 @@ def test_a_name_means_a_file_of_the_user_s_before_a_model_of_the_gallery(
     assert gallery.model_path("spot") == FOLDER / "spot.safetensors", "a folder is no model"
     Path("spot").rmdir()
     Path("spot").write_bytes(b"")
-    assert gallery.model_path("spot") == Path("spot"), "a file of one's own is never hidden"
+    assert gallery.model_path("spot") == Path("spot"), "the gallery hides no file of the user"
 
 
 @pytest.mark.parametrize("verb", ["info", "bake", "render", "view", "mesh"])

@@ -27,7 +27,7 @@ TRAIN = ["train", "ball.ply", "-o", "ball.safetensors", "--levels", "8x1", "--st
 
 @pytest.fixture
 def handler() -> Iterator[None]:
-    """What SIGINT does is as it was after the test."""
+    """Restore the handler of SIGINT after the test."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -58,7 +58,7 @@ def test_an_interrupted_import_ends_the_process_though_the_module_catches_everyt
 
 
 @pytest.mark.usefixtures("handler")
-def test_elsewhere_it_is_an_exception_and_at_work_it_is_everywhere() -> None:
+def test_ctrl_c_is_an_exception_outside_imports_and_everywhere_at_work() -> None:
     end_imports_at_once()
     ours = signal.getsignal(signal.SIGINT)
     with pytest.raises(KeyboardInterrupt):
@@ -68,7 +68,7 @@ def test_elsewhere_it_is_an_exception_and_at_work_it_is_everywhere() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_imports_at_once()
     begin_work()
-    assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN, "what a caller has set stays"
+    assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN, "the caller's handler stays"
 
 
 @pytest.mark.usefixtures("handler")
@@ -89,11 +89,11 @@ def test_ctrl_c_can_be_held_back() -> None:
 
 
 @pytest.mark.slow
-def test_a_terminal_that_is_closed_saves_what_is_learnt(tmp_path: Path) -> None:
+def test_a_closed_terminal_ends_a_training_and_saves_the_model(tmp_path: Path) -> None:
     trimesh.creation.icosphere(1).export(tmp_path / "ball.ply")
     ours, theirs = pty.openpty()
     termios.tcsetwinsize(theirs, (24, 80))
-    # The terminal on stdin becomes that of the process's session, as a shell's is.
+    # The terminal on stdin becomes the terminal of the process's session, as in a shell.
     start = f"import fcntl, termios; fcntl.ioctl(0, termios.TIOCSCTTY, 0)\n{START}"
     command = [sys.executable, "-c", start, *TRAIN[:-1]]
     with subprocess.Popen(
@@ -109,7 +109,7 @@ def test_a_terminal_that_is_closed_saves_what_is_learnt(tmp_path: Path) -> None:
     assert (tmp_path / "ball.part.safetensors").exists()
 
 
-def test_nohup_stays_what_it_is() -> None:
+def test_nohup_stays_in_force() -> None:
     code = "from mplicits.model.interrupts import *; signal.signal(signal.SIGHUP, signal.SIG_IGN); begin_work();"
     code += "signal.raise_signal(signal.SIGHUP); print('still there', ended_by())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT.parent, check=False)

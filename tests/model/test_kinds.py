@@ -1,4 +1,4 @@
-"""Files of a kind are told from others by what is in them."""
+"""The kind of a file is recognized by its content."""
 
 from pathlib import Path
 
@@ -50,14 +50,14 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> dict[Path, object]:
     return kinds
 
 
-def test_each_file_is_of_its_kind_alone(files: dict[Path, object]) -> None:
+def test_each_file_has_exactly_one_kind(files: dict[Path, object]) -> None:
     for path, own in files.items():
         assert path.stat().st_size
         for kind in KINDS:
             assert is_other(path, kind) == (kind is not own), (path.name, kind.name)
 
 
-def test_a_file_that_is_empty_or_missing_is_of_no_other_kind(tmp_path: Path) -> None:
+def test_empty_and_missing_files_are_of_no_kind(tmp_path: Path) -> None:
     (tmp_path / "empty").touch()
     for kind in KINDS:
         assert not is_other(tmp_path / "empty", kind)

@@ -60,7 +60,7 @@ def test_any_name_is_kept(name: str, tmp_path: Path) -> None:
     assert load(tmp_path / "m.safetensors").name == name
 
 
-def test_the_hash_covers_what_a_renderer_depends_on() -> None:
+def test_the_hash_covers_everything_that_changes_a_picture() -> None:
     model = random_model((8, 1), (12, 1), texture=(8, 1))
     same = dataclasses.replace(model, name="other", provenance={"a": 1}, scale=3.0, center=(1.0, 0.0, 0.0))
     assert same.sha256() == model.sha256()
@@ -72,8 +72,8 @@ def test_the_hash_covers_what_a_renderer_depends_on() -> None:
     assert random_model((8, 1), (12, 1), texture=(8, 1), seed=1).sha256() != model.sha256()
 
 
-def test_a_file_without_bounds_means_what_it_did_before_there_were_any(tmp_path: Path) -> None:
-    """tests/data/demo.safetensors is one: steps of 0.8, and its old hash."""
+def test_a_file_without_step_bounds_has_the_default_bounds(tmp_path: Path) -> None:
+    """tests/data/demo.safetensors is such a file; its hash is as old as the file."""
     model = load(DEMO)
     assert {(level.step_bound, level.band_step_bound) for level in model.levels} == {(0.8, 0.8)}
     assert model.sha256().startswith("12706929a4eb")

@@ -55,7 +55,7 @@ def test_every_truncation_is_refused(path: Path) -> None:
         assert "damaged" in refusal(path)
 
 
-def test_corruption_causes_no_error_but_user_errors(path: Path) -> None:
+def test_corruption_causes_only_user_errors(path: Path) -> None:
     whole = path.read_bytes()
     header = 8 + int.from_bytes(whole[:8], "little")
     rng = np.random.default_rng(0)
@@ -93,7 +93,7 @@ PLACES = [
 
 
 @pytest.mark.parametrize("place", PLACES, ids=str)
-def test_other_json_values_cause_no_error_but_user_errors(place: tuple[Any, ...], path: Path) -> None:
+def test_other_json_values_cause_only_user_errors(place: tuple[Any, ...], path: Path) -> None:
     loaded = []
     for value in VALUES:
         description = described(path)
@@ -159,7 +159,7 @@ def test_missing_metadata_and_other_safetensors_files_are_refused(path: Path) ->
         ("-x.npz", "a point cloud; train it with: mplicits train ./-x.npz"),
     ],
 )
-def test_a_shape_in_a_model_s_place_is_told_from_a_damaged_model(
+def test_a_shape_gets_another_message_than_a_damaged_model(
     name: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

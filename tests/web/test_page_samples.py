@@ -56,7 +56,7 @@ def blank(browser: "Browser") -> Iterator["Page"]:
 
 
 @pytest.mark.parametrize(("contrast", "samples"), [(20, 16), (200, 16), (90, 8)])
-def test_the_page_wants_what_the_desktop_wants(contrast: int, samples: int, blank: "Page") -> None:
+def test_the_page_chooses_the_samples_that_the_desktop_chooses(contrast: int, samples: int, blank: "Page") -> None:
     random = np.random.default_rng(contrast)
     picture = np.zeros((30, 40, 4), np.float32)
     picture[..., 1] = np.where(random.random((30, 40)) < 0.01, contrast, 0) / 255
@@ -94,7 +94,7 @@ MIDWAY = [
 
 
 @pytest.mark.slow
-def test_a_grid_that_is_found_midway_in_a_picture_does_not_show(browser: "Browser", tmp_path: Path) -> None:
+def test_a_second_grid_midway_in_a_picture_does_not_show(browser: "Browser", tmp_path: Path) -> None:
     text = standalone(MODEL, poster=False, shade="phong").replace("const PATIENCE = 15000", "const PATIENCE = 300000")
     pictures = []
     for changes, grid in ((MIDWAY, 32), (MIDWAY[1:2], 128)):
@@ -115,7 +115,7 @@ def test_a_grid_that_is_found_midway_in_a_picture_does_not_show(browser: "Browse
     assert not differ(pictures[0], pictures[1])
 
 
-def test_further_samples_are_drawn_where_they_show(browser: "Browser", tmp_path: Path) -> None:
+def test_further_samples_are_drawn_along_edges(browser: "Browser", tmp_path: Path) -> None:
     text = standalone(MODEL, poster=False, shade="phong").replace("const PATIENCE = 15000", "const PATIENCE = 300000")
     pictures, drawn = {}, {}
     for way, adapts in (("along the edges", "get adapts() {"), ("everywhere", "get adapts() { return false;")):

@@ -106,7 +106,7 @@ def test_a_model_that_kills_the_driver_at_its_first_level_leaves_the_poster(brow
         assert visited.page.evaluate("window.losses") == 3
 
 
-def test_a_graphics_process_that_dies_is_survived(browser: "Browser", page_file: Path) -> None:
+def test_the_page_survives_the_death_of_the_graphics_process(browser: "Browser", page_file: Path) -> None:
     with visit(browser, page_file) as visited:
         visited.still()
         browser.new_browser_cdp_session().send("Browser.crashGpuProcess")
@@ -167,7 +167,7 @@ WebGL2RenderingContext.prototype.getParameter = function (name) {
         ("", ("Hit ray = traced(", "Hit ray = nothing("), "This device's compiler refuses the shader: ERROR: 0:"),
     ],
 )
-def test_the_page_says_in_one_message_what_the_device_cannot_do(
+def test_one_message_names_the_limit_of_the_device(
     init: str, replaced: tuple[str, str] | None, expected: str, browser: "Browser", page_file: Path, tmp_path: Path
 ) -> None:
     file = tmp_path / "page.html"

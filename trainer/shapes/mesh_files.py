@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import trimesh
 
-from ...model.strips import mesh_of_strips
+from ...model.mesh_file import mesh_of_strips
 from .checks import check_coordinates
 from .cloud_files import Cloud, cloud_of_ply, cloud_of_vertices
 from .creases import CornerNormals

@@ -1,7 +1,7 @@
 import {shared} from "./facts.js";
 import {widenedValues} from "./reference.js";
 
-// Computes the grid of cells by which rays skip empty space, as field/cells.py.
+// Computes the grid of cells that lets rays skip empty space, as field/cells.py.
 const SLICE = 12; // milliseconds of work between pauses
 const AT_ONCE = 16; // points that are evaluated together
 const EIGHT = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => [k & 1, k >> 1 & 1, k >> 2]); // offsets of a block of eight
@@ -58,8 +58,7 @@ const placeOf = (cell, edge) => [cell % edge, Math.floor(cell / edge) % edge, Ma
 const middle = (cell, edge, half) => placeOf(cell, edge).map((i) => at(i + 0.5, edge, half));
 const everyCell = (edge) => Array.from({length: edge ** 3}, (_, cell) => cell);
 
-// Resolves to the excess of level 1's linear interpolation between successive times, as Cells._slack in cells.py, or
-// null.
+// Resolves to the excess between each two successive times, as Cells._slack in cells.py; null once isWanted() is false.
 async function excessesBetween(model, times, half, pace) {
     const {first} = shared.cells, excesses = times.slice(1).fill(0), step = times[1], [{delta}] = model.levels;
     for (const cell of everyCell(first)) {

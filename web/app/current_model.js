@@ -1,4 +1,3 @@
-import {bakedScene} from "./baked.js";
 import {choose, copyText, fillChoices} from "./controls.js";
 import {facts, shared} from "./facts.js";
 import {printField} from "./field.js";
@@ -7,13 +6,14 @@ import {memoryOf} from "./memory.js";
 import {compiling, element, setState, fail, isExpected, root, say, uncover} from "./messages.js";
 import {afterLoss, reduced, reportRestored, reportLoss} from "./recovery.js";
 import {probes} from "./reference.js";
-import {ModelError, parseModel} from "./safetensors.js";
+import {ModelError, parseModel, readFloats} from "./safetensors.js";
+import {TEXTURE_WIDTH} from "./texels.js";
 import {stepsOf} from "./uniforms.js";
 import {center, draw, goTo, halt, options, renderer, set} from "./view.js";
 
-// The model on the page, its own or a dropped one: {model, probes, storage, shadertoy, memory}. storage: of its second
-// variant; "texture": it has none. shadertoy: the text to copy, or null. whole: the same with all levels, if the driver
-// failed at them. next: what to show after a lost context is restored.
+// `current` is the page's model or a dropped model: {model, probes, storage, shadertoy, memory, whole}. storage: of the
+// second variant; "texture" without a second variant. shadertoy: the text to copy, or null. whole: the same object with
+// all levels; only after the driver failed at them. `next` replaces `current` when a lost context is restored.
 let current = null, next = null;
 const SHADING_LABELS = {phong: "Phong", studio: "Studio", normal: "Normals", depth: "Depth", steps: "Steps", texture: "Texture"};
 
@@ -25,6 +25,15 @@ export function embedded() {
         model: {...model, ground: facts.ground}, probes: {points: facts.points, values: facts.values},
         storage: facts.storage, shadertoy: facts.shadertoy, memory: memoryOf(facts.sha256),
     });
+}
+
+// Returns the page's own scene in the form of parseModel. Its levels have no networks; `field` is what printField would
+// return, printed by web/scene.py. buffer: the texels.
+function bakedScene(buffer) {
+    const {name, front = null, credit = "", scene: {text, loops, texels: count, size, ...more}} = facts;
+    const height = Math.ceil(count / TEXTURE_WIDTH), texels = new Float32Array(4 * TEXTURE_WIDTH * height);
+    texels.set(readFloats(new DataView(buffer), 4 * count, size));
+    return {name, front, credit, ...more, field: {text, texels, height, loops}};
 }
 
 // Shows a model: fills the page, and hands the model to the renderer.

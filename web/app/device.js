@@ -44,8 +44,8 @@ export class Device {
         return /llvmpipe/i.test(this.name);
     }
 
-    // SwiftShader has 512 KiB of stack for a fragment. Each term of a sum in the text takes some; where the stack is
-    // too small, the process dies at the first draw.
+    // SwiftShader has 512 KiB of stack for a fragment. Each term of a sum takes part of the stack. A shader that needs
+    // more stack kills the process at its first draw.
     get hasSmallStack() {
         return /swiftshader/i.test(this.name);
     }

@@ -7,7 +7,7 @@ import {READERS, countLoops, layOut, looped} from "./texels.js";
 // Returns {text, texels, height, loops}: the text of field(), field_gradient() and albedo(); the weight texture,
 // TEXTURE_WIDTH texels wide, of height 0 if there is none; and the loop iterations of a call at each level, as llvmpipe
 // counts them. storage: "texture", "literal", or "auto": for each function the first storage that holds its width.
-// unroll: largest number of 4 x 4 products in one loop iteration. A scene comes with its field (baked.js).
+// unroll: largest number of 4 x 4 products in one loop iteration. A scene comes with its field, printed by Python (web/scene.py).
 export function printField(model, storage, unroll = shared.unroll) {
     if (model.field) return model.field;
     const {constants, values, gradients, texture} = lowered(model);

@@ -1,6 +1,6 @@
-// Remembers, for the model with a hash, the faster variant of an earlier visit: "literal" or "texture"; "trying" after an
-// unfinished trial; null without one. And, while the tab is open, the number of levels that the driver can draw, Infinity
-// for all. With an empty hash, nothing outlives the page.
+// Returns the memory of a model, found by its hash. read() returns the faster variant of the last visit, "literal" or
+// "texture"; "trying" after an unfinished trial; or null. `levels` is the number of levels that the driver can draw,
+// Infinity for all; it lasts until the tab closes. With an empty hash, the memory ends with the page.
 export function memoryOf(hash) {
     const key = `mplicits ${hash}`;
     let last = null, levels = Infinity;

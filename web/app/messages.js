@@ -51,7 +51,7 @@ function announce(text) {
     element("spoken").textContent = text;
 }
 
-// Reports that a model's shader compiles, until listener.stored.
+// Shows that a model's shader compiles. listener.stored ends this state.
 export function compiling() {
     isAwaited = true;
     field = trial = "";
@@ -64,7 +64,7 @@ export function uncover() {
     isOther = true;
 }
 
-// Reports the start of a picture, if one can be drawn.
+// Shows that a new picture begins, if the last picture is complete.
 export function drawing() {
     if (root.dataset.state === "still") setState("drawing", "Drawing");
 }

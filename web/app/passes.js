@@ -5,7 +5,7 @@ import {shared} from "./facts.js";
 const CELL_UNIT = 1; // texture unit of the grid of cells; unit 0 is the default
 export const PLACES_UNIT = 2; // texture unit of the positions of packed samples
 // Texture units of the passes' targets. rays: of near.glsl and trace.glsl; normals: of the first run of normals.glsl;
-// later: of its run for the remaining rays; gate: the mask of a pass in blocks; floor_light: of floor.glsl.
+// later: of the second run of normals.glsl, for the remaining rays; gate: the mask of a pass in blocks; floor_light: of floor.glsl.
 const READ_UNITS = {rays: 3, normals: 4, later: 5, gate: 6, floor_light: 7};
 const BLOCK = 2; // pixels along the side of a block (blocks.vert.glsl)
 const IN_BLOCKS = ["normals", "trace", "color"]; // passes that draw only where an earlier pass set the mask
@@ -63,7 +63,7 @@ export class Passes {
         this.bind(PLACES_UNIT, places);
         this.bind(0, weights);
         if (programs.anywhere) return pass("anywhere", tile);
-        const looks = values.first; // then the normals' alpha is negative for remaining rays
+        const looks = values.first; // a first look writes a negative alpha for the rays that remain
         const left = {wanted: [looks ? -1 : 1]}, near = looks ? rays : tile;
         this.clear([rays, normals], rectangle);
         pass("near", near);

@@ -4,7 +4,7 @@ import {probes} from "./reference.js";
 // After a lost WebGL context. A model with a finished picture comes back unchanged. A model that made the driver fail
 // comes back with half of its levels, repeatedly, down to level 1. After that, for a scene, and if no context comes
 // back, the poster stays.
-const WAIT = 12000; // milliseconds after which a context will hardly come back
+const WAIT = 12000; // milliseconds until the page reports that the context stays lost
 let waiting = 0;
 
 // Returns what to show after the context is restored, or null. current: see current_model.js. variant: the last variant,

@@ -1,8 +1,7 @@
 // Evaluates the field in double precision on the CPU. The page compares the shader of a dropped model with it.
 const TOGETHER = 4; // points with interleaved sums, so that no addition waits for the previous one
 
-// Returns a network's values at `count` points, a multiple of TOGETHER. h: all first coordinates, then all second ones,
-// ...
+// Returns a network's values at `count` points, a multiple of TOGETHER. h: x of all points, then y of all points, ...
 function networkValues(network, h, count) {
     network.forEach(({rows, columns, weight, bias}, j) => {
         const next = new Float64Array(rows * count), bend = j < network.length - 1 ? Math.sin : Number;

@@ -1,11 +1,11 @@
 import {shared} from "./facts.js";
 
-// Selects the pixels that want further samples, and how many, as viewer/draw/adaptive.py; and packs the samples of
-// scattered pixels.
+// Chooses the number of further samples of each pixel, as viewer/draw/adaptive.py, and packs the samples of scattered
+// pixels.
 const SQUARE = shared.samples.block; // texels along a side
 
-// Returns {pixels, counts}: the numbers of these pixels in row order, and their further samples. seen: four bytes per
-// pixel from contrast.glsl. samples: largest number per pixel.
+// Returns {pixels, counts}: indices of the pixels with further samples, in row order, and their numbers of further
+// samples. seen: four bytes per pixel from contrast.glsl. samples: largest number per pixel.
 export function wanted(seen, samples) {
     const bins = new Float64Array(256);
     let covered = 0;

@@ -32,8 +32,8 @@ export function layOut(functions, constants) {
     return {offsets, texels: image, height};
 }
 
-// Returns a function's statements: one loop for each run of ops over the same blocks. Values that only their own run
-// reads are vec4 in the loop, not arrays. most: largest number of 4 x 4 products per iteration.
+// Returns a function's statements: one loop for each run of ops over the same blocks. A value that no later run reads is
+// a vec4 inside the loop. most: largest number of 4 x 4 products per iteration.
 export function looped({ops, blocks, outputs}, offsets, most) {
     const runs = fused(ops, blocks), lines = [];
     runs.forEach((run, i) => {

@@ -33,8 +33,8 @@ export function stepsOf(model, options) {
     return model.levels.map(({iterations}) => Math.max(1, Math.round(iterations * options.iterations)));
 }
 
-// Reduces steps and rounds to what llvmpipe draws completely, as schedule_that_fits in viewer/draw/options.py for the
-// relaxed schedule. If not even one round fits, it is tried nevertheless. first: whether rays have a first look.
+// Reduces steps and rounds until llvmpipe's loop limit suffices, as schedule_that_fits in viewer/draw/loop_limit.py for
+// the relaxed schedule. If one round is too long, returns one round. first: whether rays have a first look.
 function fitting(loops, level, normalLevel, steps, rounds, first = false) {
     if (!loops) return {steps, rounds};
     const studio = shared.studio_evaluations * (1 + loops.value[0]) + 1;

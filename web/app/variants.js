@@ -3,8 +3,8 @@ import {pause} from "./device.js";
 import {TEXTURE_WIDTH} from "./texels.js";
 import {withOptions, uniforms} from "./uniforms.js";
 
-// The model's shader has two variants. The one with weights in a texture is ready at once; the one with literals compiles
-// meanwhile, and stays if it is faster.
+// The model's shader has two variants: weights in a texture, or as literals. The texture variant is ready at once. The
+// literal variant compiles meanwhile, and replaces it if it is faster.
 // A variant is {storage, programs, weights, loops, cost, proven}. storage: "texture" or "literal"; programs: {program,
 // names, inBlocks} by pass, with uniform locations in `names`; weights: a texture, or null; loops: the field's loop
 // iterations (field.js) where the driver limits them, else null; cost: milliseconds per pixel, 0 if unknown; proven:
