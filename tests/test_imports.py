@@ -23,6 +23,7 @@ UNITS: dict[str, set[str]] = {
     "codegen.targets": {"glsl", "model", "ir", "field", "codegen.printers"},
     "codegen": set(),
     "web": {"glsl", "model", "ir", "field", "codegen.printers", "codegen.targets"},
+    "studio": set(),
     "bake": {"model", "ir", "field", "codegen.targets", "web"},
     "trainer.shapes": {"model"},
     "trainer.networks": {"model"},
@@ -47,7 +48,7 @@ UNITS: dict[str, set[str]] = {
 A folder does not include its subfolders. The files at the root, named "", are the front door.
 """
 ROOMS = (
-    *("glsl", "model", "ir", "field", "codegen", "web", "bake"),
+    *("glsl", "model", "ir", "field", "codegen", "web", "studio", "bake"),
     *("trainer", "capture", "scenes", "mesher", "reporting", "viewer", "api"),
 )
 FRONT_DOOR = {path.stem for path in ROOT.glob("*.py")} - {"__init__", "__main__"}
