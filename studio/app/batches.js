@@ -1,0 +1,41 @@
+import {SAMPLE} from "./kernel.js";
+
+// Draws batches of a pool without replacement: each sample once in an epoch, in a new order each time.
+export class Batches {
+    // rows: samples of SAMPLE floats. random: returns numbers in [0, 1).
+    constructor(rows, random) {
+        this.rows = rows;
+        this.order = Uint32Array.from({length: rows.length / SAMPLE}, (_, i) => i);
+        this.random = random;
+        this.next = this.order.length;
+    }
+
+    // Copies `count` samples to an array, from its `start`-th sample on.
+    draw(count, to, start) {
+        for (let i = 0; i < count; ++i) {
+            if (this.next === this.order.length) this.shuffle();
+            const from = SAMPLE * this.order[this.next++];
+            for (let k = 0; k < SAMPLE; ++k) to[SAMPLE * (start + i) + k] = this.rows[from + k];
+        }
+    }
+
+    shuffle() {
+        const {order} = this;
+        for (let i = order.length - 1; i > 0; --i) {
+            const j = Math.floor(this.random() * (i + 1)), other = order[j];
+            order[j] = order[i];
+            order[i] = other;
+        }
+        this.next = 0;
+    }
+}
+
+// Returns a generator of numbers in [0, 1) (mulberry32).
+export function randomNumbers(seed) {
+    return () => {
+        seed = (seed + 0x6d2b79f5) | 0;
+        let t = Math.imul(seed ^ (seed >>> 15), 1 | seed);
+        t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
+        return ((t ^ (t >>> 14)) >>> 0) / 2 ** 32;
+    };
+}

@@ -1,0 +1,38 @@
+// The workers of a training. In a page from a file they share no memory, so each has the shape and its own samples.
+export class Team {
+    // source: text of the workers' script.
+    constructor(source, size) {
+        const url = URL.createObjectURL(new Blob([source], {type: "text/javascript"}));
+        this.asked = 0;
+        this.waiting = new Map();
+        this.workers = Array.from({length: size}, () => this.hire(new Worker(url)));
+        URL.revokeObjectURL(url);
+    }
+
+    hire(worker) {
+        worker.onmessage = ({data: {id, answer, error}}) => {
+            const {resolve, reject} = this.waiting.get(id);
+            this.waiting.delete(id);
+            if (error) reject(new Error(error));
+            else resolve(answer);
+        };
+        worker.onerror = (event) => {
+            for (const {reject} of this.waiting.values()) reject(new Error(event.message));
+            this.waiting.clear();
+        };
+        return worker;
+    }
+
+    // Asks all workers. data: returns the question of the i-th one. Returns their answers.
+    all(name, data) {
+        return Promise.all(this.workers.map((worker, i) => new Promise((resolve, reject) => {
+            const id = ++this.asked;
+            this.waiting.set(id, {resolve, reject});
+            worker.postMessage({id, name, data: data(i)});
+        })));
+    }
+
+    dismiss() {
+        for (const worker of this.workers) worker.terminate();
+    }
+}

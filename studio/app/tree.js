@@ -1,0 +1,195 @@
+// A tree of boxes over triangles: the nearest point of a mesh, and its winding number.
+const LEAF = 4, BINS = 16, DEEPEST = 64;
+
+// vertices: Float64Array (3 V); faces: Uint32Array (3 F).
+export class Tree {
+    constructor(vertices, faces) {
+        const count = faces.length / 3, most = Math.max(1, 2 * count);
+        Object.assign(this, {vertices, faces, order: Uint32Array.from({length: count}, (_, i) => i), nodes: 1});
+        this.box = new Float64Array(6 * most); // lower corner, upper corner
+        this.first = new Int32Array(most); // of a leaf: its first place in `order`; else: the first of two children
+        this.size = new Int32Array(most); // triangles of a leaf; else 0
+        this.triangleBoxes();
+        this.build();
+        this.triangleBox = null;
+        this.stack = new Int32Array(2 * DEEPEST);
+        this.reach = new Float64Array(2 * DEEPEST);
+    }
+
+    triangleBoxes() {
+        const {vertices, faces} = this, boxes = new Float64Array(2 * faces.length);
+        for (let i = 0; i < faces.length / 3; ++i) {
+            for (let k = 0; k < 3; ++k) {
+                const a = vertices[3 * faces[3 * i] + k], b = vertices[3 * faces[3 * i + 1] + k];
+                const c = vertices[3 * faces[3 * i + 2] + k];
+                boxes[6 * i + k] = Math.min(a, b, c);
+                boxes[6 * i + 3 + k] = Math.max(a, b, c);
+            }
+        }
+        this.triangleBox = boxes;
+    }
+
+    build() {
+        const pending = [[0, 0, this.order.length, 0]];
+        while (pending.length) {
+            const [node, from, to, depth] = pending.pop(), middles = this.enclose(node, from, to);
+            const cut = to - from > LEAF && depth < DEEPEST - 1 ? this.split(middles, from, to) : from;
+            if (cut === from) {
+                this.first[node] = from;
+                this.size[node] = to - from;
+                continue;
+            }
+            this.first[node] = this.nodes;
+            this.nodes += 2;
+            pending.push([this.first[node], from, cut, depth + 1], [this.first[node] + 1, cut, to, depth + 1]);
+        }
+    }
+
+    // Sets a node's box, and returns the box of twice the middles of its triangles' boxes.
+    enclose(node, from, to) {
+        const {order, triangleBox, box} = this, at = 6 * node;
+        const middles = [Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity];
+        box.set(middles, at);
+        for (let i = from; i < to; ++i) {
+            const of = 6 * order[i];
+            for (let k = 0; k < 3; ++k) {
+                const low = triangleBox[of + k], high = triangleBox[of + 3 + k];
+                if (low < box[at + k]) box[at + k] = low;
+                if (high > box[at + 3 + k]) box[at + 3 + k] = high;
+                if (low + high < middles[k]) middles[k] = low + high;
+                if (low + high > middles[3 + k]) middles[3 + k] = low + high;
+            }
+        }
+        return middles;
+    }
+
+    // Partitions triangles along the longest side by the surface area heuristic with bins (Wald 2007). Returns the
+    // place of the cut; `from` where all middles are one point.
+    split(middles, from, to) {
+        const {order, triangleBox} = this;
+        const sides = [0, 1, 2].map((k) => middles[3 + k] - middles[k]), axis = sides.indexOf(Math.max(...sides));
+        if (!(sides[axis] > 0)) return from;
+        const scale = BINS * (1 - 1e-12) / sides[axis];
+        const middle = (i) => triangleBox[6 * i + axis] + triangleBox[6 * i + 3 + axis];
+        const bin = (i) => Math.floor((middle(i) - middles[axis]) * scale);
+        const best = this.bestBin(bin, from, to);
+        let left = from, right = to - 1;
+        while (left <= right) {
+            if (bin(order[left]) <= best) {
+                ++left;
+            } else {
+                const other = order[right];
+                order[right--] = order[left];
+                order[left] = other;
+            }
+        }
+        return left;
+    }
+
+    // Returns the last bin of the first part with the smallest sum of (area of the box) x (number of triangles).
+    bestBin(bin, from, to) {
+        const {order, triangleBox} = this, boxes = new Float64Array(6 * BINS), counts = new Int32Array(BINS);
+        for (let b = 0; b < BINS; ++b) boxes.fill(Infinity, 6 * b, 6 * b + 3).fill(-Infinity, 6 * b + 3, 6 * b + 6);
+        const grow = (to, at, from, of) => {
+            for (let k = 0; k < 3; ++k) {
+                to[at + k] = Math.min(to[at + k], from[of + k]);
+                to[at + 3 + k] = Math.max(to[at + 3 + k], from[of + 3 + k]);
+            }
+        };
+        for (let i = from; i < to; ++i) {
+            const b = bin(order[i]);
+            ++counts[b];
+            grow(boxes, 6 * b, triangleBox, 6 * order[i]);
+        }
+        const costs = new Float64Array(BINS);
+        for (const backwards of [false, true]) { // the cost of bins 0 to b, plus the cost of the others
+            const box = [Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity];
+            for (let i = 0, count = 0; i < BINS - 1; ++i) {
+                const b = backwards ? BINS - 1 - i : i;
+                count += counts[b];
+                grow(box, 0, boxes, 6 * b);
+                const [x, y, z] = [0, 1, 2].map((k) => box[3 + k] - box[k]);
+                costs[backwards ? b - 1 : b] += count ? count * (x * y + y * z + z * x) : 0;
+            }
+        }
+        return costs.subarray(0, BINS - 1).indexOf(Math.min(...costs.subarray(0, BINS - 1)));
+    }
+
+    // Returns the squared distance of a node's box from a point.
+    boxDistance(node, x, y, z) {
+        const {box} = this, at = 6 * node;
+        const dx = Math.max(box[at] - x, 0, x - box[at + 3]), dy = Math.max(box[at + 1] - y, 0, y - box[at + 4]);
+        const dz = Math.max(box[at + 2] - z, 0, z - box[at + 5]);
+        return dx * dx + dy * dy + dz * dz;
+    }
+
+    // Returns the triangle nearest to a point, and sets `squared` to the squared distance, and s and t to the place of
+    // the nearest point in the triangle. most: a larger squared distance than this is not of interest; then returns -1.
+    nearest(x, y, z, most = Infinity) {
+        const {stack, reach, first, size, order} = this;
+        let found = -1, depth = 1;
+        stack[0] = 0;
+        reach[0] = this.boxDistance(0, x, y, z);
+        while (depth) {
+            const node = stack[--depth];
+            if (reach[depth] >= most) continue;
+            if (size[node]) {
+                for (let i = first[node]; i < first[node] + size[node]; ++i) {
+                    const squared = this.toTriangle(order[i], x, y, z, most);
+                    if (squared < most) {
+                        most = squared;
+                        found = order[i];
+                    }
+                }
+                continue;
+            }
+            const child = first[node];
+            const one = this.boxDistance(child, x, y, z), two = this.boxDistance(child + 1, x, y, z);
+            const far = one < two ? 1 : 0; // the nearer child is on top of the stack
+            stack[depth] = child + far;
+            reach[depth++] = Math.max(one, two);
+            stack[depth] = child + 1 - far;
+            reach[depth++] = Math.min(one, two);
+        }
+        this.squared = most;
+        return found;
+    }
+
+    // Returns the squared distance of a point from a triangle; where it is less than `most`, s and t are set: the
+    // nearest point is a + s (b - a) + t (c - a).
+    toTriangle(triangle, x, y, z, most) {
+        const {vertices, faces} = this;
+        const a = 3 * faces[3 * triangle], b = 3 * faces[3 * triangle + 1], c = 3 * faces[3 * triangle + 2];
+        const ax = vertices[a], ay = vertices[a + 1], az = vertices[a + 2];
+        const ux = vertices[b] - ax, uy = vertices[b + 1] - ay, uz = vertices[b + 2] - az;
+        const vx = vertices[c] - ax, vy = vertices[c + 1] - ay, vz = vertices[c + 2] - az;
+        const px = x - ax, py = y - ay, pz = z - az;
+        const uu = ux * ux + uy * uy + uz * uz, uv = ux * vx + uy * vy + uz * vz, vv = vx * vx + vy * vy + vz * vz;
+        const pu = px * ux + py * uy + pz * uz, pv = px * vx + py * vy + pz * vz;
+        const area = uu * vv - uv * uv;
+        let s = (vv * pu - uv * pv) / area, t = (uu * pv - uv * pu) / area;
+        if (!(area > 0 && s >= 0 && t >= 0 && s + t <= 1)) { // the nearest point is on an edge
+            const onU = ratio(pu, uu), onV = ratio(pv, vv), between = ratio(pv - pu - uv + uu, uu - 2 * uv + vv);
+            const one = squaredLength(px - onU * ux, py - onU * uy, pz - onU * uz);
+            const two = squaredLength(px - onV * vx, py - onV * vy, pz - onV * vz);
+            const wx = ux + between * (vx - ux), wy = uy + between * (vy - uy), wz = uz + between * (vz - uz);
+            const three = squaredLength(px - wx, py - wy, pz - wz);
+            s = one <= two && one <= three ? onU : two <= three ? 0 : 1 - between;
+            t = one <= two && one <= three ? 0 : two <= three ? onV : between;
+        }
+        const squared = squaredLength(px - s * ux - t * vx, py - s * uy - t * vy, pz - s * uz - t * vz);
+        if (squared < most) {
+            this.s = s;
+            this.t = t;
+        }
+        return squared;
+    }
+}
+
+function squaredLength(x, y, z) {
+    return x * x + y * y + z * z;
+}
+
+function ratio(part, whole) { // within [0, 1]
+    return whole > 0 ? Math.min(1, Math.max(0, part / whole)) : 0;
+}

@@ -1,0 +1,86 @@
+import {Batches, randomNumbers} from "./batches.js";
+import {DISTANCE, GRADIENT, Kernel, NORMAL, SAMPLE, VALUE} from "./kernel.js";
+import {bandSamples, domainSamples, findStrays} from "./sampling.js";
+import {Shape} from "./shape.js";
+
+// A worker of a training. It has the shape, draws its own share of the samples, and computes its share of each step.
+const BLOCK = 4096; // samples that the kernel evaluates at once
+
+let kernel = null, shape = null, task = null, surface = null, volume = null;
+
+const answers = {
+    // module: the compiled kernel; vertices, faces: of the shape, in model space.
+    load({module, vertices, faces}) {
+        kernel = new Kernel(module);
+        shape = new Shape(vertices, faces);
+    },
+
+    // Draws the samples of a level, and prepares for its steps. network: {width, depth, outputs}; levels: the levels
+    // before, [{network, weights, delta}]; pool: number of samples on the surface, and off it; on, around: the same for
+    // one step; team: number of workers; seed: of all random numbers; config: `SamplingConfig` of trainer/config.py.
+    begin({network, levels, pool, on, around, team, seed, config}) {
+        task = {on, around, team};
+        const random = randomNumbers(seed), rows = shape.surface(pool, random);
+        addLevels(levels, rows, false);
+        surface = new Batches(rows, random);
+        volume = new Batches(volumeSamples(levels, pool, team, config, random), random);
+        kernel.prepare(network, on + around);
+    },
+
+    // Returns this worker's share of the gradient and of the terms. loss: `LossWeights`.
+    step({weights, loss}) {
+        const {on, around, team} = task;
+        kernel.weights.set(weights);
+        kernel.setLoss(loss);
+        surface.draw(on, kernel.samples, 0);
+        volume.draw(around, kernel.samples, on);
+        kernel.exports.level_step(on + around, on, on * team, around * team);
+        return {gradient: kernel.gradient.slice(), terms: kernel.terms.slice()};
+    },
+
+    // Measures the last of the levels on the surface. Returns {count, f, angle: sums over points, largest, steepest}.
+    measure({levels, count, seed}) {
+        task = null;
+        const rows = shape.surface(count, randomNumbers(seed));
+        const result = {count, f: 0, angle: 0, largest: 0, steepest: 0};
+        addLevels(levels, rows, false);
+        for (let at = 0; at < rows.length; at += SAMPLE) {
+            const gradient = rows.subarray(at + GRADIENT, at + DISTANCE), length = Math.hypot(...gradient);
+            const normal = rows.subarray(at + NORMAL, at + SAMPLE);
+            const cosine = gradient.reduce((sum, g, k) => sum + g * normal[k], 0) / Math.max(length, 1e-8);
+            result.f += Math.abs(rows[at + VALUE]);
+            result.angle += Math.acos(Math.min(1, Math.max(-1, cosine)));
+            result.largest = Math.max(result.largest, Math.abs(rows[at + VALUE]));
+            result.steepest = Math.max(result.steepest, length);
+        }
+        return result;
+    },
+};
+
+function volumeSamples(levels, pool, team, config, random) {
+    if (!levels.length) return domainSamples(shape, pool, config, random);
+    const {delta} = levels[levels.length - 1], addField = (rows) => addLevels(levels, rows, true);
+    const strays = findStrays(shape, delta, addField, Math.floor(pool * config.stray_share), 1 / team, config, random);
+    return bandSamples(shape, pool, delta, addField, strays, config, random);
+}
+
+// Adds the values and gradients of levels to rows of samples. nested: makes the value infinite where a level is not
+// defined, outside the bands before it (Eq. 3).
+function addLevels(levels, rows, nested) {
+    for (const {network, weights, delta} of levels) {
+        kernel.prepare(network, BLOCK);
+        kernel.weights.set(weights);
+        kernel.addField(rows);
+        for (let at = VALUE; nested && at < rows.length; at += SAMPLE) {
+            if (!(Math.abs(rows[at]) < delta)) rows[at] = Infinity;
+        }
+    }
+}
+
+self.onmessage = ({data: {id, name, data}}) => {
+    try {
+        self.postMessage({id, answer: answers[name](data)});
+    } catch (error) {
+        self.postMessage({id, error: error.message ?? String(error)});
+    }
+};

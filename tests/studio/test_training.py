@@ -1,0 +1,123 @@
+"""The studio's scripts in Chromium: the optimizer, distances, and the training of a mesh to a model file."""
+
+import base64
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import igl
+import numpy as np
+import pytest
+import torch
+import trimesh
+
+from mplicits.field import interpret
+from mplicits.ir.lower import lower
+from mplicits.model.model_file import load
+from mplicits.studio.page import TRAINER, WORKER, kernel, script
+from mplicits.trainer.config import TrainingConfig
+from mplicits.trainer.networks.fit import schedule
+from mplicits.trainer.networks.optimizer import Optimizer
+from support.ball_training import QUICK
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+BYTES = """window.bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;"""
+DISTANCES = """([vertices, faces, points]) => {
+    const at = new Float64Array(bytesOf(points));
+    const shape = new Shape(new Float64Array(bytesOf(vertices)), new Uint32Array(bytesOf(faces)));
+    return Array.from({length: at.length / 3}, (_, i) => shape.distance(at[3 * i], at[3 * i + 1], at[3 * i + 2]));
+}"""
+STEPS = """([start, gradients, rate, factor]) => {
+    const adam = new Adam(Float32Array.from(start), 3, rate, factor);
+    gradients.forEach((gradient, k) => adam.step([gradient, gradient], schedule(k / gradients.length)));
+    return [...adam.weights];
+}"""
+TRAIN = """async ([worker, wasm, vertices, faces, settings, config]) => {
+    const team = new Team(worker, 2), module = await WebAssembly.compile(bytesOf(wasm)), told = [];
+    const mesh = {vertices: new Float64Array(bytesOf(vertices)), faces: new Uint32Array(bytesOf(faces))};
+    await team.all("load", () => ({module, ...mesh}));
+    const tell = ({level, steps, loss}) => { told.push([level, steps, loss]); };
+    const levels = await trainMesh(team, settings, config, tell), shape = {name: "a ball", center: [1, 2, 3], scale: 4};
+    team.dismiss();
+    const figures = levels.map(({meanF, angle}) => [meanF, angle]);
+    return {told, figures, file: [...modelFile(shape, levels, {made_by: "page"})]};
+}"""
+
+
+def packed(array: np.ndarray) -> str:
+    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode()
+
+
+@pytest.fixture
+def page(browser: "Browser") -> "Page":
+    page = browser.new_page()
+    page.evaluate(BYTES)
+    return page
+
+
+def run(page: "Page", names: tuple[str, ...], function: str, arguments: list[Any]) -> Any:
+    """Call a function in the scope of modules."""
+    page.evaluate(f"{{ {script(names)}; window.run = {function}; }} null;")
+    return page.evaluate("arguments_ => window.run(arguments_)", arguments)
+
+
+def test_the_optimizer_is_torch_s(page: "Page") -> None:
+    rng = np.random.default_rng(0)
+    start, gradients = rng.normal(size=(6,)).astype(np.float32), rng.normal(size=(20, 6)).astype(np.float32)
+    weights = [torch.from_numpy(part.copy()) for part in np.split(start, [3, 4])]
+    optimizer = Optimizer(weights, 0.02, 0.3)
+    for k, gradient in enumerate(gradients):
+        for weight, part in zip(weights, np.split(2 * gradient, [3, 4]), strict=True):
+            assert weight.grad is not None
+            weight.grad += torch.from_numpy(part)
+        optimizer.step(schedule(k / len(gradients)))
+    ours = run(page, ("optimizer.js",), STEPS, [start.tolist(), gradients.tolist(), 0.02, 0.3])
+    np.testing.assert_allclose(ours, torch.cat(weights).numpy(), atol=1e-6)
+
+
+def test_distances_and_signs_are_libigl_s(page: "Page") -> None:
+    mesh = trimesh.creation.torus(0.7, 0.25, 60, 30)
+    hole = mesh.faces[np.asarray(mesh.triangles_center)[:, 2] < 0.24]  # an open mesh
+    doubled = np.concatenate((hole, hole[:50], [[0, 0, 1]]))  # twofold faces, and one without area
+    rng = np.random.default_rng(1)
+    points = rng.uniform(-1, 1, (20_000, 3))
+    points[:5000] = mesh.vertices[rng.integers(len(mesh.vertices), size=5000)] + rng.normal(scale=0.01, size=(5000, 3))
+    vertices, faces = np.asarray(mesh.vertices, np.float64), doubled.astype(np.int64)
+    arguments = [packed(vertices), packed(faces.astype(np.uint32)), packed(points)]
+    ours = np.array(run(page, WORKER[1:5], DISTANCES, arguments))
+    exact = np.sqrt(igl.point_mesh_squared_distance(points, vertices, faces)[0])
+    np.testing.assert_allclose(np.abs(ours), exact, atol=1e-9)
+    winding = np.asarray(igl.winding_number(vertices, faces, points))
+    decided = np.abs(winding - 0.5) > 0.02
+    assert decided.mean() > 0.98
+    assert ((ours < 0) == (winding > 0.5))[decided].all()
+
+
+def test_a_trained_mesh_becomes_a_model_file(page: "Page", tmp_path: Path) -> None:
+    """The file holds the field that was trained, and its figures are true."""
+    mesh = trimesh.creation.icosphere(subdivisions=4)
+    settings = {"levels": [{"width": 14, "depth": 1}] * 2, "omegas": [8, 16], "steps": [200, 200], "seed": 3}
+    quick = dataclasses.replace(TrainingConfig(), sampling=QUICK.sampling, measuring=QUICK.measuring)
+    arguments = [script(WORKER), packed(np.frombuffer(kernel(), np.uint8))]
+    arguments += [packed(np.asarray(mesh.vertices, np.float64)), packed(np.asarray(mesh.faces, np.uint32))]
+    trained = run(page, TRAINER, TRAIN, [*arguments, settings, dataclasses.asdict(quick)])
+    assert [told[:2] for told in trained["told"]] == [[level, step] for level in (1, 2) for step in range(1, 201)]
+    assert trained["told"][199][2] < trained["told"][20][2]
+    path = tmp_path / "m.safetensors"
+    path.write_bytes(bytes(trained["file"]))
+    model = load(path)
+    assert (model.name, model.center, model.scale) == ("a ball", (1, 2, 3), 4)
+    assert model.parameters() == 2 * (14 * 4 + 14 * 15 + 15)
+    surface = np.asarray(trimesh.sample.sample_surface(mesh, 5000, seed=1)[0], np.float32)
+    program = lower(model)
+    for level, (mean_f, angle) in enumerate(trained["figures"], start=1):
+        f = np.abs(interpret.field(program, surface, level))
+        assert mean_f == pytest.approx(f.mean(), rel=0.1)
+        assert f.max() < model.levels[level - 1].delta
+        assert angle < 10
+    assert trained["figures"][1][0] < 0.5 * trained["figures"][0][0] < 0.01
+    points = np.random.default_rng(2).uniform(-1, 1, (4000, 3)).astype(np.float32)
+    truth = np.linalg.norm(points, axis=1) - 1
+    assert (interpret.field(program, points, 1) * truth > 0)[np.abs(truth) > 0.05].mean() > 0.95
