@@ -350,7 +350,7 @@ EXPORT void texture_step(int count, int on, float surface, float all_samples, fl
     }
 }
 
-// Evaluates the network at `count` samples, a multiple of TILE. Results: (f, gradient), or (color, unused) of a texture.
+// Evaluates the network at `count` samples, a multiple of TILE: (f, gradient), or (color, unused) of a texture.
 EXPORT void evaluate(int count) {
     Row values[MOST_OUTPUTS], slope[INPUTS];
     for (int start = 0; start < count; start += TILE) {
