@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from mplicits.model.model import Model
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
@@ -22,6 +23,11 @@ MOST_DIFFERENT = 0.005
 """Largest share of different pixels."""
 MEAN_TOLERANCE = 0.6
 """Largest mean difference, of 255."""
+
+
+def remembering(model: Model, storage: str) -> str:
+    """Return a script that stores "texture", "literal" or "trying" for a model (web/app/memory.js)."""
+    return f"localStorage.setItem('mplicits {model.sha256()}', '{storage}');"
 
 
 def desktop(renderer: Renderer, camera: Camera, options: RenderOptions, side: int = SIDE) -> NDArray[np.uint8]:

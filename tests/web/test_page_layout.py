@@ -10,9 +10,9 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from mplicits.model.model_file import save
+from mplicits.model.model_file import to_bytes
 from support.browser import Visit, visit
-from support.page_pictures import MODEL
+from support.page_pictures import MODEL, remembering
 from support.random_model import random_model
 
 if TYPE_CHECKING:
@@ -22,8 +22,7 @@ WINDOW = (1280, 800)
 SHARE = 0.05
 """Device pixels per CSS pixel."""
 BACKGROUNDS = ("slate", "night", "paper", "sky")
-TEXTURE = f'localStorage.setItem("mplicits {MODEL.sha256()}", "texture");'
-"""Stores the choice of a texture, as an earlier visit would."""
+TEXTURE = remembering(MODEL, "texture")
 HOLD = (
     TEXTURE
     + """window.held = window.slow = true;
@@ -285,8 +284,7 @@ def test_without_webgl2_the_panel_is_hidden(browser: "Browser", page_file: Path)
         assert visited.console == []
 
 
-def test_a_dropped_model_is_centered_and_fits(wide: Visit, tmp_path: Path) -> None:
-    save(random_model((4, 0), name="other"), tmp_path / "other.safetensors")
+def test_a_dropped_model_is_centered_and_fits(wide: Visit) -> None:
     wide.follow("#az=100&el=-10&d=2&at=0.5,0.5,0")
-    wide.drop((tmp_path / "other.safetensors").read_bytes(), "other.safetensors")
+    wide.drop(to_bytes(random_model((4, 0), name="other")), "other.safetensors")
     wide.until("location.hash === '#az=100&el=-10' && document.title === 'other'")

@@ -12,7 +12,7 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.web.page import CELLS, standalone
 from oracles.march import march
 from support.browser import visit
-from support.page_pictures import MODEL
+from support.page_pictures import MODEL, remembering
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -43,9 +43,10 @@ def test_rays_take_the_steps_of_the_reference(
     text = standalone(MODEL, poster=False, shade="phong")
     assert text.count(FOUND) == 1
     (tmp_path / "page.html").write_text(text.replace(FOUND, FOUND + TRACE))
-    remember = f"localStorage.setItem('mplicits {MODEL.sha256()}', '{storage}')"
     at = f"#panel=0&az={CAMERA.azimuth}&el={CAMERA.elevation}&d={CAMERA.distance}"
-    with visit(browser, tmp_path / "page.html", (SIDE, SIDE), 1, script=remember, hash_=at) as visited:
+    with visit(
+        browser, tmp_path / "page.html", (SIDE, SIDE), 1, script=remembering(MODEL, storage), hash_=at
+    ) as visited:
         visited.until(f"window.grid === {COUNT} && document.documentElement.dataset.storage === '{storage}'")
         visited.still()
         seen = visited.page.evaluate("() => window.trace()")

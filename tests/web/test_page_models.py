@@ -15,7 +15,7 @@ from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets import glsl330
 from mplicits.field.rounding import in_float16
 from mplicits.model.model import Layer, Model
-from mplicits.model.model_file import save
+from mplicits.model.model_file import save, to_bytes
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
@@ -32,12 +32,6 @@ if TYPE_CHECKING:
 HOSTILE = "</script><script>alert(1)</script>"
 """A model's name that would run, were it not escaped."""
 pytestmark = pytest.mark.slow
-
-
-def model_bytes(tmp_path: Path, model: Model) -> bytes:
-    """Return the bytes of the model's file."""
-    save(model, tmp_path / "other.safetensors")
-    return (tmp_path / "other.safetensors").read_bytes()
 
 
 def changed(data: bytes, change: Callable[[dict[str, Any]], None]) -> bytes:
@@ -102,11 +96,9 @@ BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_a_broken_dropped_model_gets_a_one_line_message_and_the_old_model_stays(
-    name: str, opened: Visit, tmp_path: Path
-) -> None:
+def test_a_broken_dropped_model_gets_a_one_line_message_and_the_old_model_stays(name: str, opened: Visit) -> None:
     spoil, expected = BROKEN[name]
-    data = spoil(model_bytes(tmp_path, fitted_model((4, 4))))
+    data = spoil(to_bytes(fitted_model((4, 4))))
     opened.drop(data, "other.safetensors")
     opened.page.wait_for_selector("#message:not([hidden])")
     line = opened.message()
@@ -127,7 +119,7 @@ def test_the_page_shows_a_dropped_or_opened_model(
     levels = (*model.levels, replace(model.levels[1], network=(hidden, small)))
     three = Model(HOSTILE, levels, None, front=(75.0, -10.0), credit=HOSTILE)
     with visit(browser, page_file, size=(640, 640)) as visited:
-        visited.drop(model_bytes(tmp_path, three), "other.safetensors")
+        visited.drop(to_bytes(three), "other.safetensors")
         visited.until("document.title.includes('alert')")
         visited.still()
         assert visited.page.inner_text("h1") == HOSTILE

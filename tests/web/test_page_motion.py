@@ -13,14 +13,12 @@ from mplicits.viewer.draw.renderer import Renderer
 from mplicits.web.page import standalone
 from support.browser import Visit, visit
 from support.moving_model import moving_model
-from support.page_pictures import desktop, differ
+from support.page_pictures import desktop, differ, remembering
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 MODEL = moving_model((16, 24))
-TEXTURE = f'localStorage.setItem("mplicits {MODEL.sha256()}", "texture");'
-"""Stores the choice of a texture, as an earlier visit would."""
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +26,7 @@ def moving(browser: "Browser", tmp_path_factory: pytest.TempPathFactory) -> Iter
     """The page of MODEL, at the time in its hash."""
     path = tmp_path_factory.mktemp("page") / "moving.html"
     path.write_text(standalone(MODEL, poster=False, shade="phong"))
-    with visit(browser, path, share=0.1, script=TEXTURE, hash_="#t=0.6") as visited:
+    with visit(browser, path, share=0.1, script=remembering(MODEL, "texture"), hash_="#t=0.6") as visited:
         visited.still()
         yield visited
         assert visited.console == []

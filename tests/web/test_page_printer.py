@@ -6,7 +6,6 @@ The scripts and constants run in one blank page in Chromium, without drawing.
 import base64
 import itertools
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +22,7 @@ from mplicits.field.lowest import lowest_point
 from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model
-from mplicits.model.model_file import load, save
+from mplicits.model.model_file import Training, load, to_bytes
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.loop_limit import schedule_that_fits
 from mplicits.web.page import CELL_MOMENTS, MANY, PRINTER, TOO_MANY, facts_json, script
@@ -44,10 +43,10 @@ MODELS = {
     "31 blocks, whose loops are not unrolled": random_model((124, 1)),
 }
 ASK = """
+const modelOf = (bytes) => parseModel(Uint8Array.from(atob(bytes), (letter) => letter.charCodeAt(0)).buffer);
 window.ask = {
     print: ([bytes, storage]) => {
-        const file = Uint8Array.from(atob(bytes), (letter) => letter.charCodeAt(0));
-        const {texels, ...rest} = printField(parseModel(file.buffer), storage);
+        const {texels, ...rest} = printField(modelOf(bytes), storage);
         return {...rest, texels: [...texels]};
     },
     number: (values) => values.map(number),
@@ -59,16 +58,12 @@ window.ask = {
     },
     counts: (model) => countsOf(model),
     cells: async ([bytes, count]) => {
-        const file = Uint8Array.from(atob(bytes), (letter) => letter.charCodeAt(0));
-        const found = await emptyCells(parseModel(file.buffer), count, () => true, async () => {});
+        const found = await emptyCells(modelOf(bytes), count, () => true, async () => {});
         const times = found.grids.map((_, k) => (k + 0.3) / found.grids.length);
         return {...found, grids: times.map((time) => [...gridOf(found, time)])};
     },
-    lowest: (bytes) => lowestPoint(parseModel(Uint8Array.from(atob(bytes), (letter) => letter.charCodeAt(0)).buffer)),
-    widened: ([bytes, points, margin]) => {
-        const file = Uint8Array.from(atob(bytes), (letter) => letter.charCodeAt(0));
-        return [...widenedValues(parseModel(file.buffer), points, 0, margin)];
-    },
+    lowest: (bytes) => lowestPoint(modelOf(bytes)),
+    widened: ([bytes, points, margin]) => [...widenedValues(modelOf(bytes), points, 0, margin)],
     camera: ([hash, turn, factor, aspect]) => {
         const camera = zoomed(orbited(fromHash(hash, homeOf(null)), ...turn), factor, aspect);
         return [FOCAL, matrix(homeOf(null), aspect), matrix(camera, aspect)];
@@ -77,6 +72,11 @@ window.ask = {
 null;
 """
 Ask = Callable[[str, Any], Any]
+
+
+def encoded(model: Model, training: Training | None = None) -> str:
+    """Return a model's file in base64."""
+    return base64.b64encode(to_bytes(model, training=training)).decode()
 
 
 @pytest.fixture(scope="module")
@@ -91,10 +91,8 @@ def ask(browser: "Browser") -> Iterator[Ask]:
 
 @pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
 @pytest.mark.parametrize("storage", ["texture", "literal", "auto"])
-def test_the_page_prints_the_field_that_codegen_prints(ask: Ask, storage: str, model: Model, tmp_path: Path) -> None:
-    save(model, tmp_path / "model.safetensors")
-    data = base64.b64encode((tmp_path / "model.safetensors").read_bytes()).decode()
-    printed = ask("print", [data, storage])
+def test_the_page_prints_the_field_that_codegen_prints(ask: Ask, storage: str, model: Model) -> None:
+    printed = ask("print", [encoded(model), storage])
     field = print_field(lower(model), DIALECT.language, storage, nested=True)
     assert printed["text"] == field.text
     weights = np.zeros((0, 1024, 4), np.float32) if field.weights is None else field.weights
@@ -105,12 +103,10 @@ def test_the_page_prints_the_field_that_codegen_prints(ask: Ask, storage: str, m
     assert printed["loops"]["texture"] == field.texture_loops
 
 
-def test_the_page_ignores_the_state_of_a_training(ask: Ask, tmp_path: Path) -> None:
+def test_the_page_ignores_the_state_of_a_training(ask: Ask) -> None:
     model, printed = MODELS["one level"], []
     for training in (None, ("{}", {"order": np.arange(3, dtype=np.int64)})):
-        save(model, tmp_path / "model.safetensors", training)
-        data = base64.b64encode((tmp_path / "model.safetensors").read_bytes()).decode()
-        printed.append(ask("print", [data, "literal"])["text"])
+        printed.append(ask("print", [encoded(model, training), "literal"])["text"])
     assert printed[0] == printed[1]
 
 
@@ -149,11 +145,8 @@ def test_the_page_fits_its_schedule_to_the_loop_limit_of_llvmpipe(ask: Ask) -> N
     [(load(DEMO), 64, 1), (MODELS["one level"], 32, 1), (MODELS["moving"], 16, CELL_MOMENTS)],
     ids=["demo", "one level", "moving"],
 )
-def test_the_page_finds_the_cells_that_codegen_finds(
-    ask: Ask, model: Model, count: int, moments: int, tmp_path: Path
-) -> None:
-    save(model, tmp_path / "model.safetensors")
-    found = ask("cells", [base64.b64encode((tmp_path / "model.safetensors").read_bytes()).decode(), count])
+def test_the_page_finds_the_cells_that_codegen_finds(ask: Ask, model: Model, count: int, moments: int) -> None:
+    found = ask("cells", [encoded(model), count])
     cells = Cells(lower(model), count, moments)
     assert (found["count"], found["half"]) == (count, pytest.approx(cells.half))
     assert len(found["grids"]) == moments
@@ -175,8 +168,7 @@ def test_the_page_finds_coarse_grids_and_then_a_fine_one(ask: Ask) -> None:
 
 
 def test_the_page_finds_the_floor_that_codegen_finds(ask: Ask) -> None:
-    data = base64.b64encode(DEMO.read_bytes()).decode()
-    assert ask("lowest", data) == pytest.approx(lowest_point(lower(load(DEMO))), abs=5e-3)
+    assert ask("lowest", encoded(load(DEMO))) == pytest.approx(lowest_point(lower(load(DEMO))), abs=5e-3)
 
 
 def test_the_page_s_widened_bands_are_the_reference_s(ask: Ask) -> None:
@@ -186,7 +178,7 @@ def test_the_page_s_widened_bands_are_the_reference_s(ask: Ask) -> None:
     inside = np.abs(expected) < program.bands[0].delta + margin
     assert 0.02 < inside.mean() < 0.5
     expected[inside] = interpret.field(program, points[inside], 2)
-    values = ask("widened", [base64.b64encode(DEMO.read_bytes()).decode(), points.tolist(), margin])
+    values = ask("widened", [encoded(load(DEMO)), points.tolist(), margin])
     np.testing.assert_allclose(values, expected, atol=1e-5)
 
 

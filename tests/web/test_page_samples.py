@@ -10,7 +10,7 @@ import pytest
 from mplicits.viewer.draw import adaptive
 from mplicits.web.page import facts_json, script, standalone
 from support.browser import visit
-from support.page_pictures import MODEL, differ
+from support.page_pictures import MODEL, differ, remembering
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -23,8 +23,7 @@ window.wants = ([seen, samples, side, across]) => {
 };
 null;
 """
-TEXTURE = f"localStorage.setItem('mplicits {MODEL.sha256()}', 'texture');"
-"""Stores the choice of a texture, so that no literals cause a further redraw."""
+TEXTURE = remembering(MODEL, "texture")  # without literals, no further redraw
 COUNT = """window.accumulated = 0;
 const context = WebGL2RenderingContext.prototype, {drawArrays, viewport} = context;
 let area = 0;

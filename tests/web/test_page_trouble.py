@@ -9,7 +9,7 @@ import pytest
 from mplicits.bake.registry import TARGETS
 from mplicits.model.model_file import save
 from support.browser import visit
-from support.page_pictures import MODEL, differ
+from support.page_pictures import MODEL, differ, remembering
 from support.random_model import random_model
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def test_the_faster_variant_is_kept_and_remembered(browser: "Browser", page_file
         visited.until(f"document.documentElement.dataset.storage === '{faster}'")
         assert visited.console == []
     for remembered, expected in (("texture", "texture"), ("trying", "texture"), ("literal", "literal")):
-        with visit(browser, page_file, script=f"localStorage.setItem('{key}', '{remembered}')") as visited:
+        with visit(browser, page_file, script=remembering(MODEL, remembered)) as visited:
             if expected == "literal":
                 visited.until("document.documentElement.dataset.storage === 'literal'")
             visited.still()
