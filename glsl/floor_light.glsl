@@ -4,7 +4,8 @@ uniform vec2 floor_corner; // the tile's first block, counted in blocks from the
 const float FLOOR_BLOCK = 4.0; // pixels along a block's side
 const float FLOOR_SPREAD = 0.05; // largest difference between a block's corners that allows interpolation
 
-// floor_openness(): whether this fragment's openness() is interpolated from its block's corners, which then is `open`.
+// floor_openness(): interpolates openness() between the corners of this fragment's block. Returns whether the corners
+// differ so little that `open` is valid.
 bool floor_openness(out vec3 open) {
     vec2 place = floor(gl_FragCoord.xy + origin) / FLOOR_BLOCK - floor_corner;
     ivec2 low = ivec2(place);

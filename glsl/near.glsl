@@ -5,8 +5,8 @@
 #include "skip.glsl"
 
 // First pass of a frame: finds the rays that come near the shape, by the ball and the grid of empty cells, without the
-// field. Depth and color.a are 1 for these rays and 0 for others. color: as of trace.glsl, for a miss or a hit after one
-// step.
+// field. Depth and color.a are 1 for these rays and 0 for others. color: as trace.glsl writes it, for a hit after one step
+// or for a miss.
 void main() {
     vec3 eye = camera[3].xyz;
     vec3 direction = camera_ray(place(), resolution, camera, focal);

@@ -13,7 +13,7 @@ const bool first = false;
 
 // Passes of a frame that evaluate the gradient. The pass after trace.glsl computes the normals of its hits. The pass before
 // trace.glsl is a first look: the grid of cells has brought most rays so close to the surface that the gradient gives the
-// last step (Newton's) and the normal; the others take the first step of march(). A second first look takes their next step.
+// last step (Newton's) and the normal; the others take the first step of march(), and a second such pass their next step.
 // color: (normal, t) of a hit; (t, before of march.glsl, minus the level) of a ray that continues.
 void main() {
     vec3 eye = camera[3].xyz;

@@ -1,4 +1,4 @@
-// Vertices that add packed samples to the picture: one point for each, in its pixel.
+// Vertices that add packed samples to the picture: one point for each sample, in the sample's pixel.
 uniform sampler2D places; // points of the samples (place.glsl)
 uniform int across; // samples in a row
 uniform vec2 size; // of the picture, pixels

@@ -4,9 +4,9 @@
 #include "march.glsl"
 uniform sampler2D normals; // output of normals.glsl
 
-// Pass of a frame, where near.glsl or rest.glsl sets the mask: traces rays, from the state in which a first look
-// (normals.glsl) has left them, if there was one.
-// color: (t, steps, last level, or minus the level of a ray that has used all its rounds, hit).
+// Pass of a frame, where near.glsl or rest.glsl sets the mask: traces rays. After a first look (normals.glsl), a ray
+// continues from the state that the look wrote.
+// color: (t, steps, last level, hit); the level is negative if the ray has used all its rounds.
 void main() {
     vec3 eye = camera[3].xyz;
     vec3 direction = camera_ray(place(), resolution, camera, focal);

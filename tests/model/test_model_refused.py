@@ -76,20 +76,9 @@ def test_corruption_causes_only_user_errors(path: Path) -> None:
 FLOATS = [1.5, 1e39, 1e-300, math.nan, math.inf, -math.inf]
 VALUES: list[object] = [None, True, False, "", "1", "\n", -1, 0, 10**400, *FLOATS, [], [[[]]], {}, {"loss": math.inf}]
 VALUES += [{"delta": 1}, ["x"] * 3, [True] * 3]
-PLACES = [
-    ("name",),
-    ("inputs",),
-    ("scale",),
-    ("centre",),
-    ("provenance",),
-    ("levels",),
-    ("levels", 1),
-    ("levels", 0, "delta"),
-    ("levels", 0, "iterations"),
-    ("levels", 0, "lipschitz"),
-    ("levels", 0, "step_bound"),
-    ("levels", 0, "band_step_bound"),
-]
+PLACES: list[tuple[str | int, ...]] = [(key,) for key in ("name", "inputs", "scale", "centre", "provenance", "levels")]
+LEVEL_NUMBERS = ("delta", "iterations", "lipschitz", "step_bound", "band_step_bound")
+PLACES += [("levels", 1), *(("levels", 0, key) for key in LEVEL_NUMBERS)]
 
 
 @pytest.mark.parametrize("place", PLACES, ids=str)
