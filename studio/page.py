@@ -3,9 +3,11 @@
 import re
 from importlib.resources import files
 
-WORKER = ("batches.js", "kernel.js", "tree.js", "winding.js", "shape.js", "sampling.js", "worker.js")
+WORKER = ("kernel.js", "batches.js", "tree.js", "winding.js", "shape.js", "sampling.js", "worker.js")
 """Modules of the workers' script, in its order."""
-TRAINER = ("batches.js", "kernel.js", "optimizer.js", "team.js", "fit.js", "training.js", "model_file.js")
+MESHES = ("mesh_parts.js", "obj.js", "ply.js", "stl.js", "glb.js", "mesh_file.js")
+"""Modules that read mesh files, in their order."""
+TRAINER = ("kernel.js", "batches.js", "optimizer.js", "team.js", "fit.js", "training.js", "model_file.js")
 """Modules of the page that train a model, in their order."""
 
 _MODULE_LINE = re.compile(r"^import [^;]*;\n|^export (?=\w)", re.MULTILINE)

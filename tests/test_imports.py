@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from mplicits.studio.page import MESHES, TRAINER, WORKER
 from mplicits.web.page import SCRIPTS
 from support.paths import ROOT
 
@@ -215,10 +216,12 @@ def script_violations(modules: dict[str, str]) -> list[str]:
     return wrong
 
 
-def test_the_page_s_modules_make_one_script() -> None:
-    folder = ROOT / "web" / "app"
-    assert sorted(SCRIPTS) == sorted(path.name for path in folder.glob("*.js"))
-    assert not script_violations({name: (folder / name).read_text(encoding="utf-8") for name in SCRIPTS})
+@pytest.mark.parametrize(("room", "scripts"), [("web", [SCRIPTS]), ("studio", [WORKER, TRAINER, MESHES])])
+def test_modules_of_a_page_make_one_script(room: str, scripts: list[tuple[str, ...]]) -> None:
+    folder = ROOT / room / "app"
+    assert {name for names in scripts for name in names} == {path.name for path in folder.glob("*.js")}
+    for names in scripts:
+        assert not script_violations({name: (folder / name).read_text(encoding="utf-8") for name in names})
 
 
 @pytest.mark.parametrize(
