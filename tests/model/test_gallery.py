@@ -11,11 +11,12 @@ from mplicits import cli
 from mplicits.field.interpret import color, nested_field
 from mplicits.ir.lower import lower
 from mplicits.model import gallery
+from mplicits.model.model import Model
 from mplicits.model.model_file import load, save
 from mplicits.model.verb import add_arguments, read
 from mplicits.trainer.options import CREASE
 from mplicits.trainer.shapes.load import load_shape
-from mplicits.trainer.shapes.shape import Shape
+from mplicits.trainer.shapes.shape import Doubles, Shape, SurfacePoints
 from mplicits.viewer.cli import RenderCommand, ViewCommand
 from mplicits.viewer.draw.camera import Camera
 from support.paths import DATA
@@ -30,9 +31,24 @@ MOST = 1_500_000
 
 
 @cache
-def curved_shape(path: Path) -> Shape:
-    """The shape of a mesh as `train` takes it."""
+def curved_shape(file: str) -> Shape:
+    """Load a mesh as `train` does. Skips the test if the file is missing."""
+    path = DATA / "textured" / file
+    if not path.exists():
+        pytest.skip(f"{file} is not in MPLICITS_DATA")
     return load_shape(str(path), crease=CREASE)[0]
+
+
+def assert_near(
+    model: Model, surface: SurfacePoints, points: Doubles, time: float = 0.0, *, exact: bool = False
+) -> None:
+    """Fail unless a model is 0 and has the right colors on a surface. points: of the surface, in model space."""
+    program, at = lower(model), points.astype(np.float32)
+    value, reached = nested_field(program, at, len(model.levels), time)
+    assert (reached == len(model.levels)).mean() > 0.999
+    assert np.abs(value).mean() < (1e-3 if exact else 3e-3)
+    assert surface.colors is not None
+    assert ((color(program, at, time) - surface.colors) ** 2).mean() < (0.003 if exact else 0.02)
 
 
 def test_the_gallery_has_two_shapes_in_three_sizes() -> None:
@@ -58,23 +74,12 @@ def test_models_are_textured_and_say_where_they_come_from(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_models_are_the_meshes_and_their_colors(name: str) -> None:
-    path = DATA / "textured" / MESHES[name.partition("-")[0]]
-    if not path.exists():
-        pytest.skip(f"{path.name} is not in MPLICITS_DATA")
-    shape = curved_shape(path)
+    shape = curved_shape(MESHES[name.partition("-")[0]])
     surface = shape.surface(4000, np.random.default_rng(1), colors=True)
-    assert surface.colors is not None
     model = load(gallery.model_path(name))
     assert model.provenance["source"] == shape.source, "curved, as `train` takes a mesh"
     points = surface.points * shape.scale + shape.center
-    at = ((points - model.center) / model.scale).astype(np.float32)
-    program = lower(model)
-    value, reached = nested_field(program, at, len(model.levels))
-    small = name.endswith("small")
-    assert (reached == len(model.levels)).mean() > 0.999
-    assert np.abs(value).mean() < (3e-3 if small else 1e-3)
-    error = ((color(program, at) - surface.colors) ** 2).mean()
-    assert error < (0.02 if small else 0.003)
+    assert_near(model, surface, (points - model.center) / model.scale, exact=not name.endswith("small"))
 
 
 @pytest.mark.parametrize("time", [0.0, 1.0])
@@ -83,18 +88,10 @@ def test_the_motion_goes_from_one_mesh_to_the_other(time: float) -> None:
     assert (model.name, model.inputs, model.provenance["interrupted"]) == (MOVING, "xyzt", False)
     assert f"-o model/gallery/{MOVING}.safetensors" in (FOLDER / "README.md").read_text(encoding="utf-8")
     moment = model.provenance["source"]["moments"][int(time)]
-    path = DATA / "textured" / moment["file"]
-    if not path.exists():
-        pytest.skip(f"{path.name} is not in MPLICITS_DATA")
-    shape = curved_shape(path)
+    shape = curved_shape(moment["file"])
     assert moment["sha256"] == shape.source["sha256"]
     surface = shape.surface(4000, np.random.default_rng(1), colors=True)
-    program, at = lower(model), surface.points.astype(np.float32)
-    value, reached = nested_field(program, at, len(model.levels), time)
-    assert (reached == len(model.levels)).mean() > 0.999
-    assert np.abs(value).mean() < 3e-3
-    assert surface.colors is not None
-    assert ((color(program, at, time) - surface.colors) ** 2).mean() < 0.02
+    assert_near(model, surface, surface.points, time)
 
 
 def test_a_user_s_file_comes_before_a_model_of_the_gallery(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
