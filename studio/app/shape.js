@@ -43,6 +43,15 @@ export class Shape {
         return rows;
     }
 
+    // Returns rows of every `step`-th vertex, from the `first` one on.
+    corners(first, step) {
+        const rows = new Float32Array(SAMPLE * Math.ceil((this.vertices.length / 3 - first) / step));
+        for (let at = 0, i = first; at < rows.length; at += SAMPLE, i += step) {
+            rows.set(this.vertices.subarray(3 * i, 3 * i + 3), at);
+        }
+        return rows;
+    }
+
     // Sets the signed distances of rows of samples: negative where the winding number exceeds 1/2.
     setDistances(rows) {
         for (let at = 0; at < rows.length; at += SAMPLE) {

@@ -72,7 +72,8 @@ function lossAt(share, isFirst, loss) {
 // Measures the last level: half-width delta (Eq. 5), largest gradient, mean |f| and mean angle in degrees.
 async function measured(team, levels, measuring, seed) {
     const count = Math.ceil((measuring.points + measuring.band_points) / team.workers.length);
-    const parts = await team.all("measure", (k) => ({levels: levels.map(asQuestion), count, seed: -1 - seed - k}));
+    const parts = await team.all("measure", (k) => (
+        {levels: levels.map(asQuestion), count, seed: -1 - seed - k, worker: k, team: team.workers.length}));
     const sum = (key) => parts.reduce((total, part) => total + part[key], 0);
     const most = (key) => Math.max(...parts.map((part) => part[key]));
     return {

@@ -38,24 +38,31 @@ const answers = {
         return {gradient: kernel.gradient.slice(), terms: kernel.terms.slice()};
     },
 
-    // Measures the last of the levels on the surface. Returns {count, f, angle: sums over points, largest, steepest}.
-    measure({levels, count, seed}) {
+    // Measures the last of the levels on the surface: at `count` new points and at this worker's share of the vertices.
+    // Returns {count, f, angle: sums over new points; largest, steepest: largest |f| and |grad f| of all points}.
+    measure({levels, count, seed, worker, team}) {
         task = null;
-        const rows = shape.surface(count, randomNumbers(seed));
+        const drawn = shape.surface(count, randomNumbers(seed));
         const result = {count, f: 0, angle: 0, largest: 0, steepest: 0};
-        addLevels(levels, rows, false);
-        for (let at = 0; at < rows.length; at += SAMPLE) {
-            const gradient = rows.subarray(at + GRADIENT, at + DISTANCE), length = Math.hypot(...gradient);
-            const normal = rows.subarray(at + NORMAL, at + SAMPLE);
-            const cosine = gradient.reduce((sum, g, k) => sum + g * normal[k], 0) / Math.max(length, 1e-8);
-            result.f += Math.abs(rows[at + VALUE]);
-            result.angle += Math.acos(Math.min(1, Math.max(-1, cosine)));
-            result.largest = Math.max(result.largest, Math.abs(rows[at + VALUE]));
-            result.steepest = Math.max(result.steepest, length);
+        for (const rows of [drawn, shape.corners(worker, team)]) {
+            addLevels(levels, rows, false);
+            for (let at = 0; at < rows.length; at += SAMPLE) {
+                const f = Math.abs(rows[at + VALUE]), gradient = rows.subarray(at + GRADIENT, at + DISTANCE);
+                result.largest = Math.max(result.largest, f);
+                result.steepest = Math.max(result.steepest, Math.hypot(...gradient));
+                if (rows !== drawn) continue;
+                result.f += f;
+                result.angle += angleBetween(gradient, rows.subarray(at + NORMAL, at + SAMPLE));
+            }
         }
         return result;
     },
 };
+
+function angleBetween(gradient, normal) {
+    const along = gradient[0] * normal[0] + gradient[1] * normal[1] + gradient[2] * normal[2];
+    return Math.acos(Math.min(1, Math.max(-1, along / Math.max(Math.hypot(...gradient), 1e-8))));
+}
 
 function volumeSamples(levels, pool, team, config, random) {
     if (!levels.length) return domainSamples(shape, pool, config, random);
