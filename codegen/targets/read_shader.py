@@ -10,8 +10,8 @@ from .shader import Shader
 def read_shader(text: str) -> tuple[Shader, str, tuple[float, float] | None]:
     """Read a baked shader. Returns the shader, the model's name, and its front.
 
-    The header line has the renderer's facts, and the end of the text has the weight texture. Raises UserError where one
-    of them is missing or damaged, or where the text is of another target.
+    The header line has the renderer's facts, and the end of the text has the weight texture. Raises UserError if either
+    is missing or damaged, or if the text is of another target.
     """
     facts = read_header(text)
     if facts.get("target") != DIALECT.target:

@@ -3,11 +3,11 @@
 SHARE = 0.15
 """Largest mean number of samples of a pixel of the shape, as a share of the most samples of a pixel."""
 ROUGH_SHARE = 0.25
-"""The same for a picture that is nearly all edges: while a difference of 1 gets fewer than FEW samples."""
+"""The same share for a picture of many edges, in which SHARE would give fewer than FEW samples to a difference of 1."""
 FEW = 6.0
 """Number of further samples, for a difference of 1 between neighboring pixels, that counts as few."""
 POWER = 2 / 3
-"""Power of a pixel's difference from its neighbors that the number of its further samples follows.
+"""The number of a pixel's further samples grows with this power of its difference from its neighbors.
 
 The variance of a mean of k samples in a pixel falls like k^-1.7 (Lucy, 128 pixels a side). So the error of a picture is
 smallest for the work if k^2.7 follows the variance.

@@ -89,7 +89,7 @@ def bounded(model: Model, step_bound: float, band_step_bound: float) -> Model:
 
 @pytest.mark.slow
 def test_measured_bounds_lose_no_pixel_and_make_fewer_steps(osmesa: Context, renderer: Renderer, model: Model) -> None:
-    """Where a picture with steps of 0.8 differs, dense marching decides; elsewhere the test above has compared it."""
+    """Dense marching decides where the picture differs from a picture with steps of 0.8."""
     levels, deltas = [from_model(level.network) for level in model.levels], [level.delta for level in model.levels]
     points = torch.from_numpy(demo.DemoShape().inputs().astype(np.float32))
     band, last = tracing.measure(levels, deltas, points).step_bounds
