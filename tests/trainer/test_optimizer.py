@@ -1,7 +1,11 @@
-"""The optimizer takes the steps of torch.optim.Adam, without what that class imports."""
+"""The optimizer takes the steps of torch.optim.Adam, without what that class imports; its rate follows a schedule."""
 
 import subprocess
 import sys
+
+import pytest
+
+from mplicits.trainer.networks.fit import WARM_UP, schedule
 
 PROGRAM = """
 import sys, torch
@@ -33,3 +37,8 @@ print(all(torch.equal(a, b) for a, b in zip(ours, theirs)))
 def test_steps_match_torch_optim_adam() -> None:
     run = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True)
     assert run.stdout.split() == ["False", "True"]
+
+
+def test_the_rate_rises_and_then_falls_along_a_cosine() -> None:
+    shares = (0, WARM_UP / 4, WARM_UP / 2, WARM_UP, 0.5 + 0.5 * WARM_UP, 1)
+    assert [schedule(share) for share in shares] == pytest.approx([0, 0.25, 0.5, 1, 0.5, 0])

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.spatial import cKDTree
 
 from mplicits.model.errors import UserError
 from mplicits.trainer import sampling
@@ -29,10 +28,9 @@ def test_dithered_samples_are_in_the_band_and_fill_it() -> None:
     assert sphere(drawn).max() > 0.9 * delta
 
 
-def test_dithering_stays_within_two_delta_of_a_point() -> None:
-    points = on_sphere(500)
-    drawn = sampling.dithered(points, 0.05, lambda x: np.ones(len(x), bool), 2000, np.random.default_rng(0))
-    assert np.max(cKDTree(points).query(drawn, p=np.inf)[0]) <= 0.1
+def test_dithering_reaches_two_delta_from_a_point() -> None:
+    drawn = sampling.dithered(np.zeros((1, 3)), 0.05, lambda x: np.ones(len(x), bool), 2000, np.random.default_rng(0))
+    assert 0.099 < np.abs(drawn).max() <= 0.1
 
 
 def test_dithering_gives_up_on_an_empty_band() -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 import trimesh
 from numpy.typing import NDArray
 from PIL import Image
@@ -19,6 +20,8 @@ from mplicits.model import quantize
 from mplicits.trainer.shapes.image import ImageTexture
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Doubles
+from mplicits.trainer.texture import TextureStep, initial_texture
+from mplicits.trainer.training_samples import Pool
 from support.ball_training import SMALL_SETTINGS, train
 
 SIDE = 64
@@ -149,3 +152,19 @@ def test_packed_networks_are_quantized_and_learn_colors(tmp_path: Path) -> None:
     points = load_shape(str(tmp_path / "ball.obj"))[0].surface(2000, np.random.default_rng(3)).points
     colors = interpret.color(lower(model), points.astype(np.float32))
     assert np.abs(colors - expected(points)).mean() < 0.1, "rounding lets the gradient through"
+
+
+@pytest.mark.parametrize(("gradient", "changes"), [((0, 0, 0, 5), False), ((1, 0, 0, 5), True)])
+def test_colors_are_constant_along_the_normal_not_in_time(gradient: tuple[float, ...], changes: bool) -> None:
+    """The smoothness term is that of the field's gradient in space; its derivative in time does not count."""
+    generator = torch.Generator().manual_seed(1)
+    points, colors = torch.rand((64, 4), generator=generator), torch.rand((64, 3), generator=generator)
+    pool = Pool(
+        points, None, None, torch.zeros(64), torch.tensor([gradient], dtype=torch.float32).repeat(64, 1), colors
+    )
+    weights = initial_texture((8, 1), 5.0, 0, torch.device("cpu"), moving=True)
+    for weight in weights:
+        weight.grad = torch.zeros_like(weight)
+    step = TextureStep(pool, pool, generator)
+    step(weights)
+    assert bool(step.terms["along"] > 0) is changes

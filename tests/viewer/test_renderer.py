@@ -89,6 +89,12 @@ def test_options_do_not_affect_the_next_picture(renderer: Renderer) -> None:
     np.testing.assert_array_equal(renderer.render(SIZE, Camera()), before)
 
 
+def test_the_first_of_two_background_colors_is_at_the_top(renderer: Renderer) -> None:
+    picture = renderer.render(SIZE, Camera(), RenderOptions(background="ff0000,0000ff"))
+    assert picture[0, 0, 0] > picture[0, 0, 2]
+    assert picture[-1, 0, 2] > picture[-1, 0, 0]
+
+
 def test_only_a_dark_background_darkens_toward_the_corners(renderer: Renderer) -> None:
     white, gray = (
         renderer.render(SIZE, Camera(), RenderOptions(background=((shade,) * 3, (shade,) * 3))) for shade in (1.0, 0.4)
