@@ -5,7 +5,7 @@ import io
 import json
 import math
 import re
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from typing import Any
 
@@ -75,37 +75,65 @@ _PLACE = re.compile(r"\{\{(\w+)\}\}")
 PALETTES = {"dark": page_style.variables(page_style.DARK), "light": page_style.variables(page_style.LIGHT)}
 
 
+@dataclass(frozen=True)
+class Extension:
+    """Additions of another room to the page of a model."""
+
+    scripts: str = ""
+    """JavaScript ahead of page.js, in the scope of the page's modules."""
+    stage: str = ""
+    """HTML over the picture."""
+    css: str = ""
+    elements: str = ""
+    """Further elements with data."""
+    facts: dict[str, Any] = field(default_factory=dict)
+    """Further keys of `facts` (web/app/facts.js)."""
+    policy: str = ""
+    """Further sources and directives of the Content-Security-Policy, after script-src."""
+    accept: str = ".safetensors"
+    """Endings of files to open."""
+    open: str = "Open model"
+    hint: str = "Drop a .safetensors model anywhere."
+
+
 def standalone(
-    model: Model, storage: str = "auto", digits: int | None = None, poster: bool = True, shade: str = OPENING_SHADES[0]
+    model: Model,
+    storage: str = "auto",
+    digits: int | None = None,
+    poster: bool = True,
+    shade: str = OPENING_SHADES[0],
+    extension: Extension | None = None,
 ) -> str:
     """Return the text of the page.
 
     storage: "texture" stores the weights in a texture. "auto" also compiles them as literals, for networks up to 64
     wide, and keeps the faster variant; "literal" does so for wider networks too. digits: decimals of the weights, None
     for exact weights. poster: include a small picture of the model, which takes seconds to draw. shade: initial
-    shading, one of OPENING_SHADES. The page stores 16-bit weights if they are exact. Raises UserError for another
-    storage.
+    shading, one of OPENING_SHADES. extension: additions to the page. The page stores 16-bit weights if they are exact.
+    Raises UserError for another storage.
     """
     weights = model if digits is None else in_decimals(model, digits)
+    more = extension or Extension()
     if storage == "packed":
         raise UserError("--storage packed: only target shadertoy takes it; choose literal, texture or auto")
     program = lower(weights)
-    field = print_field(program, DIALECT.language, "texture" if model.scene is None else storage)
+    text = print_field(program, DIALECT.language, "texture" if model.scene is None else storage)
     header = header_facts(model, program, "html")
     # moving: a model dropped on the page may move.
     ground = round(lowest_point(program), 4)
-    prologue = fragment.prologue(header, replace(program, moving=True), DIALECT, field.weights, ground)
-    facts = header | {"ground": ground, "shade": shade} | _facts(model, program, storage, digits)
+    prologue = fragment.prologue(header, replace(program, moving=True), DIALECT, text.weights, ground)
+    facts = header | {"ground": ground, "shade": shade} | _facts(model, program, storage, digits) | more.facts
     if model.scene is not None:
-        facts["scene"] = scene_facts(model, program, field)
+        facts["scene"] = scene_facts(model, program, text)
     parts = {
-        "css": _PLACE.sub(lambda match: PALETTES[match[1]], _read("page.css")),
+        "css": _PLACE.sub(lambda match: PALETTES[match[1]], _read("page.css")) + more.css,
         "poster": _poster(model, shade) if poster else "data:,",
-        "js": script(),
+        "js": script(SCRIPTS[:-1]) + more.scripts + script(SCRIPTS[-1:]),
         "facts": facts_json(facts),
-        "weights": _wrapped(base64.b64encode(_bytes(weights) if model.scene is None else texel_bytes(field)).decode()),
+        "weights": _wrapped(base64.b64encode(_bytes(weights) if model.scene is None else texel_bytes(text)).decode()),
         "prologue": _shader(prologue),
         "glsl": _glsl(),
+        **{name: getattr(more, name) for name in ("stage", "elements", "policy", "accept", "open", "hint")},
     }
     return _PLACE.sub(lambda match: parts[match[1]], _read("page.html"))
 

@@ -21,7 +21,7 @@ export function parseGlb(buffer) {
         const node = gltf.nodes?.[index];
         demand(node && !visited.has(index), "its nodes are damaged");
         visited.add(index);
-        const matrix = product(above, node.matrix ?? matrixOf(node));
+        const matrix = matrixProduct(above, node.matrix ?? matrixOf(node));
         for (const primitive of gltf.meshes?.[node.mesh]?.primitives ?? []) add(primitive, matrix);
         for (const child of node.children ?? []) visit(child, matrix);
     };
@@ -60,7 +60,7 @@ function accessor(gltf, binary, index, width) {
     return values;
 }
 
-function product(a, b) { // of column-major matrices
+function matrixProduct(a, b) { // of column-major matrices
     return IDENTITY.map((_, i) => [0, 1, 2, 3].reduce((sum, k) => sum + a[4 * k + i % 4] * b[4 * (i >> 2) + k], 0));
 }
 

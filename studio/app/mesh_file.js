@@ -11,23 +11,20 @@ const PARSERS = {obj: parseObj, ply: parsePly, stl: parseStl, glb: parseGlb};
 // are triangles. name: of the file, whose ending names the format; buffer: its bytes. Throws MeshError.
 export function parseMesh(name, buffer) {
     const ending = name.slice(name.lastIndexOf(".") + 1).toLowerCase();
-    demand(Object.hasOwn(PARSERS, ending), `${name}: not a mesh that this page reads: OBJ, PLY, STL or GLB`);
-    let mesh;
+    demand(Object.hasOwn(PARSERS, ending), "not a mesh that this page reads: OBJ, PLY, STL or GLB");
     try {
-        mesh = PARSERS[ending](buffer);
+        return checked(merged(PARSERS[ending](buffer)));
     } catch (error) {
-        if (error instanceof MeshError) throw new MeshError(`${name}: ${error.message}`);
-        if (error instanceof RangeError) throw new MeshError(`${name}: the file is cut short or damaged`);
+        if (error instanceof RangeError) throw new MeshError("the file is cut short or damaged");
         throw error;
     }
-    return checked(name, merged(mesh));
 }
 
-function checked(name, {vertices, faces}) {
+function checked({vertices, faces}) {
     const count = vertices.length / 3;
-    demand(count && faces.length, `${name}: the mesh is empty; a shape needs triangles`);
-    demand(vertices.every(Number.isFinite), `${name}: has coordinates that are not finite`);
-    demand(faces.every((index) => index < count), `${name}: a face names a vertex that does not exist`);
+    demand(count && faces.length, "the mesh is empty; a shape needs triangles");
+    demand(vertices.every(Number.isFinite), "has coordinates that are not finite");
+    demand(faces.every((index) => index < count), "a face names a vertex that does not exist");
     return {vertices, faces};
 }
 

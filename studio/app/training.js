@@ -24,7 +24,8 @@ export function initialWeights({width, depth}, padded, omega, outputFactor, rand
 
 // Trains the levels of a mesh that the team has loaded.
 // settings: {levels: [{width, depth}], omegas, steps, seed}; config: `TrainingConfig` of trainer/config.py.
-// afterStep: called after each step with {level, steps, share, loss, terms, weights, levels}; "stop" ends the training.
+// afterStep: called after each step with {level, steps, share, loss, terms, weights, levels, network, layout}, of the
+// level and of finished levels; may return a promise; "stop" ends the training.
 // Returns the levels: [{network, weights, delta, lipschitz, meanF, angle, steps}].
 export async function trainMesh(team, settings, config, afterStep) {
     const levels = [], size = team.workers.length;
@@ -42,9 +43,10 @@ export async function trainMesh(team, settings, config, afterStep) {
         const outcome = await fit(team, {
             start: () => initialWeights(layout, network.width, settings.omegas[i], outputs, random),
             loss: (share) => lossAt(share, i === 0, config.loss), rate, outputFactor, outputs: network.width + 1,
-        }, (step) => step / steps, (state) => afterStep({...state, level: i + 1, levels}));
+        }, (step) => step / steps, (state) => afterStep({...state, level: i + 1, levels, network, layout}));
         levels.push({network, layout, weights: outcome.weights, steps: outcome.steps, delta: 1});
         Object.assign(levels[i], await measured(team, levels, config.measuring, settings.seed));
+        if (outcome.isStopped) break;
     }
     return levels;
 }

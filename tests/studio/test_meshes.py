@@ -107,7 +107,6 @@ def test_damaged_files_end_in_one_line(read: Read) -> None:
         for _ in range(60):
             found = read(f"a.{kind.split()[0]}", damaged(whole, random))
             if "refused" in found:
-                assert str(found["refused"]).startswith("a.")
                 assert "\n" not in str(found["refused"])
     assert "not a mesh" in read("a.step", b"")["refused"]
     assert "empty" in read("a.obj", b"v 0 0 0")["refused"]

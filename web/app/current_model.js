@@ -15,6 +15,7 @@ import {center, draw, goTo, halt, options, renderer, set} from "./view.js";
 // second variant; "texture" without a second variant. shadertoy: the text to copy, or null. whole: the same object with
 // all levels; only after the driver failed at them. `next` replaces `current` when a lost context is restored.
 let current = null, next = null;
+let openShape = refuseShape; // of a file that is the input of a training
 const SHADING_LABELS = {phong: "Phong", studio: "Studio", normal: "Normals", depth: "Depth", steps: "Steps", texture: "Texture"};
 
 // Returns the page's own model.
@@ -79,16 +80,8 @@ function load() {
 export async function openFile(file) {
     if (!file) return;
     try {
-        refuseShape(file.name);
-        const model = parseModel(await file.arrayBuffer());
-        renderer.device.check(printField(model, "texture").height);
-        say("");
-        leave();
-        goTo(0);
-        center(model.front);
-        element("poster").hidden = true;
-        const grounded = {...model, ground: lowestPoint(model)};
-        await start({model: grounded, probes: probes(model), storage: "texture", shadertoy: null, memory: memoryOf("")});
+        if (kindOf(file.name)) await openShape(file);
+        else await startParsed(parseModel(await file.arrayBuffer()));
     } catch (error) {
         if (!isExpected(error)) fail(error);
         say(`${printable(file.name)}: ${error.message}`);
@@ -98,10 +91,28 @@ export async function openFile(file) {
     }
 }
 
+// Shows a model of parseModel.
+export async function startParsed(model) {
+    renderer.device.check(printField(model, "texture").height);
+    say("");
+    leave();
+    goTo(0);
+    center(model.front);
+    element("poster").hidden = true;
+    const grounded = {...model, ground: lowestPoint(model)};
+    await start({model: grounded, probes: probes(model), storage: "texture", shadertoy: null, memory: memoryOf("")});
+}
+
+// Calls `open` with a dropped file that is the input of a training. Errors of `open` become messages.
+export function openShapesWith(open) {
+    openShape = open;
+}
+
+const kindOf = (name) => shared.shapes[name.toLowerCase().match(/\.\w+$/)?.[0]];
+
 // Throws a ModelError for a file that is the input of a training.
-function refuseShape(name) {
-    const kind = shared.shapes[name.toLowerCase().match(/\.\w+$/)?.[0]];
-    if (kind) throw new ModelError(`${kind}; train it with: mplicits train ${quoted(printable(name))}`);
+export function refuseShape({name}) {
+    throw new ModelError(`${kindOf(name)}; train it with: mplicits train ${quoted(printable(name))}`);
 }
 
 // Returns a file's name with unprintable characters escaped.

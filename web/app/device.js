@@ -125,11 +125,18 @@ export class Device {
         const gl = this.gl, texture = gl.createTexture();
         gl.bindTexture(gl.TEXTURE_2D, texture);
         gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
-        if (values) gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RGBA, gl.FLOAT, values);
+        if (values) this.write(texture, width, values);
         const set = (name, value) => gl.texParameteri(gl.TEXTURE_2D, name, value);
         for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) set(name, filter);
         for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) set(name, gl.CLAMP_TO_EDGE);
         return texture;
+    }
+
+    // Writes all texels of a texture. values: see texture().
+    write(texture, width, values) {
+        const gl = this.gl;
+        gl.bindTexture(gl.TEXTURE_2D, texture);
+        gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, values.length / 4 / width, gl.RGBA, gl.FLOAT, values);
     }
 
     // Returns a texture for a grid of count ** 3 bytes.

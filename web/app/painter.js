@@ -5,7 +5,7 @@ import {packed, wanted} from "./samples.js";
 // Draws pictures tile by tile. The model's shaders draw one sample of each pixel to a small target, which is added to
 // the picture, the mean of its samples in linear light. A variant is described in variants.js. A pass {tiles, values}
 // is one sample of all or some pixels: the remaining tiles, or packs of pixels (samples.js), and the uniforms.
-const TILE = 512; // pixels along the side of the small target
+const TILE_SIDE = 512; // pixels, of the small target
 const BATCH = 20; // milliseconds of drawing in one batch
 
 export class Painter {
@@ -26,11 +26,11 @@ export class Painter {
         const device = new Device(this.canvas);
         const opening = "#version 300 es\nprecision highp float;\n";
         const program = (name, vertices) => device.finish(device.begin(opening + this.shader(name), vertices));
-        const target = () => device.target(device.sampleFormat, TILE, TILE, device.gl.NEAREST);
+        const target = () => device.target(device.sampleFormat, TILE_SIDE, TILE_SIDE, device.gl.NEAREST);
         Object.assign(this, {
             device, accumulate: program("accumulate.glsl"), present: program("present.glsl"),
             contrast: program("contrast.glsl"), scatter: program("scatter.glsl", this.vertexShader("scatter")),
-            places: device.texture(device.gl.RG32F, TILE, TILE, device.gl.NEAREST), tile: target(),
+            places: device.texture(device.gl.RG32F, TILE_SIDE, TILE_SIDE, device.gl.NEAREST), tile: target(),
             passes: new Passes(device, target),
         });
     }
@@ -52,7 +52,7 @@ export class Painter {
     // Returns the side of a tile. cost: milliseconds per pixel, 0 if unknown.
     side(cost) {
         const pixels = cost ? BATCH / cost : 4096;
-        return Math.min(TILE, Math.max(32, 2 ** Math.floor(Math.log2(Math.sqrt(pixels)))));
+        return Math.min(TILE_SIDE, Math.max(32, 2 ** Math.floor(Math.log2(Math.sqrt(pixels)))));
     }
 
     // Returns the tiles [x, y, width, height] of a picture, from the center outwards. cost: see side().

@@ -42,6 +42,16 @@ export class Renderer {
         return this.device.unlessLost(this.variants.load(model, field, literal, probes, memory));
     }
 
+    // Draws the current model with other weights, once, and coarsely; until the next change, nothing is refined. model: of
+    // the same layers; texels: of its printField.
+    replace(model, texels) {
+        return this.device.unlessLost(this.painter.exclusively(() => {
+            this.variants.replace(model, texels);
+            this.change(true);
+            this.restAt = Infinity;
+        }));
+    }
+
     // Sets camera and options. moving: coarse pixels suffice for now.
     show(camera, options, moving) {
         Object.assign(this.scene, {camera, options});

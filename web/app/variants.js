@@ -42,6 +42,14 @@ export class Variants {
             device.unlessLost(this.race(literal, isWanted, memory)).catch(this.listener.failed);
     }
 
+    // Replaces the weights of the texture variant. model: of the same layers; texels: of its printField.
+    replace(model, texels) {
+        ++this.generation; // cancels the search for cells of the old weights
+        this.painter.device.write(this.current.weights, TEXTURE_WIDTH, texels);
+        Object.assign(this.scene, {model, cells: null});
+        this.painter.passes.setCells(null);
+    }
+
     // Computes the grids of cells, coarse ones first, while the page draws without.
     async findCells(model, isWanted) {
         for (const count of countsOf(model)) {

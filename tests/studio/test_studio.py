@@ -1,0 +1,99 @@
+"""The studio in Chromium: a dropped mesh trains, and its model opens in Python."""
+
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+import trimesh
+
+from mplicits import cli
+from mplicits.field import interpret
+from mplicits.ir.lower import lower
+from mplicits.model.model_file import load
+from mplicits.studio.page import studio
+from mplicits.trainer.config import TrainingConfig
+from support.ball_training import QUICK
+from support.browser import Visit, visit
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+CONFIG = dataclasses.replace(TrainingConfig(), sampling=QUICK.sampling, measuring=QUICK.measuring)
+CENTER, RADIUS = np.array([1.0, 2.0, 3.0]), 4.0
+
+
+def write_page(path: Path, steps: int) -> Path:
+    path.write_text(studio("14x1,14x1", (steps, steps), CONFIG), encoding="utf-8")
+    return path
+
+
+def ball() -> bytes:
+    mesh = trimesh.creation.icosphere(subdivisions=3, radius=RADIUS)
+    mesh.apply_translation(CENTER)
+    return bytes(mesh.export(file_type="stl"))
+
+
+def saved(visited: Visit, path: Path) -> Path:
+    """Save the trained model."""
+    with visited.page.expect_download() as download:
+        visited.page.click("#download")
+    assert download.value.suggested_filename == "a-ball.safetensors"
+    download.value.save_as(path)
+    return path
+
+
+def test_a_dropped_mesh_trains_to_a_model(browser: "Browser", tmp_path: Path) -> None:
+    with visit(browser, write_page(tmp_path / "studio.html", 200), size=(390, 844), share=0.1) as visited:
+        visited.until("'ready' in document.documentElement.dataset")
+        assert "Drop a mesh" in visited.page.inner_text("#report")
+        visited.drop(ball(), "a ball.stl")
+        visited.page.wait_for_selector("#download", timeout=visited.patience)
+        model = load(saved(visited, tmp_path / "m.safetensors"))
+        visited.still()
+        assert visited.root("error") is not None
+        assert float(visited.root("error") or 1) < 1e-5
+        assert visited.console == []
+    assert (model.name, model.provenance["made_by"]) == ("a ball", "page")
+    np.testing.assert_allclose(model.center, CENTER, atol=1e-6)
+    assert model.scale == pytest.approx(RADIUS)
+    points = np.random.default_rng(0).normal(size=(2000, 3)).astype(np.float32)
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    f = np.abs(interpret.field(lower(model), points, 2)).mean()
+    assert model.provenance["levels"][1]["mean_abs_f"] == pytest.approx(f, rel=0.5)
+    assert f < 0.01
+    assert cli.main(["info", str(tmp_path / "m.safetensors")]) == 0
+
+
+def test_pause_stop_and_bad_files(browser: "Browser", tmp_path: Path) -> None:
+    with visit(browser, write_page(tmp_path / "studio.html", 100_000), size=(390, 844), share=0.1) as visited:
+        visited.until("'ready' in document.documentElement.dataset")
+        for data, name, message in (
+            (b"v 1 2", "bad.obj", "bad.obj: line 1: a vertex needs three numbers"),
+            (b"1 2 3 0 0 1", "cloud.xyz", "cloud.xyz: a point cloud; train it with: mplicits train cloud.xyz"),
+            (b"v 1 1 1\nf 1 1 1", "point.obj", "point.obj: all vertices are at one place, or too far apart"),
+        ):
+            visited.drop(data, name)
+            visited.until(f"document.querySelector('#message p').textContent === {message!r}")
+            assert visited.page.is_visible("#mesh")
+        visited.drop(ball(), "a ball.stl")
+        visited.until("document.getElementById('shapes').textContent.startsWith('14x1')")
+        visited.page.click("#pause")
+        visited.page.wait_for_timeout(500)
+        before = visited.page.inner_text("#report")
+        visited.page.wait_for_timeout(1000)
+        assert visited.page.inner_text("#report") == before
+        visited.page.click("text=Go on")
+        visited.until(f"document.getElementById('report').textContent !== {before!r}")
+        visited.page.click("#stop")
+        visited.page.wait_for_selector("#download", timeout=visited.patience)
+        assert len(load(saved(visited, tmp_path / "m.safetensors")).levels) == 1
+        assert visited.console == []
+
+
+def test_the_verb_writes_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "studio.html"
+    assert cli.main(["studio", "-o", str(path)]) == 0
+    assert "drop a mesh" in capsys.readouterr().err
+    assert '"levels": [{"width": 48, "depth": 1}, {"width": 64, "depth": 4}]' in path.read_text("utf-8")
