@@ -11,11 +11,16 @@ from ..trainer.config import TrainingConfig, default_config
 from ..trainer.settings import DEFAULT_PRESET, PRESETS, networks, omegas
 from ..web.page import Extension, standalone
 
-WORKER = ("kernel.js", "batches.js", "tree.js", "winding.js", "shape.js", "sampling.js", "worker.js")
+WORKER = (
+    *("training_error.js", "kernel.js", "batches.js", "tree.js", "winding.js", "shape.js", "sampling.js", "worker.js"),
+)
 """Modules of the workers' script, in its order."""
 MESHES = ("mesh_parts.js", "obj.js", "ply.js", "stl.js", "glb.js", "mesh_file.js")
 """Modules that read mesh files, in their order."""
-TRAINER = ("kernel.js", "batches.js", "optimizer.js", "team.js", "fit.js", "training.js", "model_file.js")
+TRAINER = (
+    *("training_error.js", "kernel.js", "batches.js", "optimizer.js", "team.js", "fit.js", "training.js"),
+    "model_file.js",
+)
 """Modules of the page that train a model, in their order."""
 STUDIO = (*MESHES, *TRAINER, "live.js", "studio.js")
 """Modules that extend the page of a model, in their order."""

@@ -1,4 +1,5 @@
 import {Adam, schedule} from "./optimizer.js";
+import {TrainingError} from "./training_error.js";
 
 // The optimization of one network (trainer/networks/fit.py): steps along a schedule, and restarts after a divergence.
 const RESTARTS = 3, SLOWER = 3, WINDOW = 50, TERMS = ["value", "normal", "distance", "eikonal"];
@@ -14,7 +15,7 @@ export async function fit(team, task, clock, afterStep) {
         const outcome = await attempt(team, task, task.rate / SLOWER ** restarts, clock, afterStep);
         if (outcome) return {...outcome, restarts};
     }
-    throw new Error("the training diverges; try other levels or frequencies");
+    throw new TrainingError("the training diverges; try other levels or frequencies");
 }
 
 // Returns null where the training diverges.

@@ -1,5 +1,6 @@
 import {DISTANCE, SAMPLE, VALUE} from "./kernel.js";
 import {placeOf} from "./shape.js";
+import {TrainingError} from "./training_error.js";
 
 // The samples of a level (trainer/training_samples.py). Columns of a sample: kernel/siren.c.
 
@@ -39,7 +40,7 @@ export function bandSamples(shape, count, delta, addField, strays, config, rando
             if (Math.abs(drawn[at + VALUE]) < delta) kept.set(drawn.subarray(at, at + SAMPLE), SAMPLE * have++);
         }
         tried += drawn.length / SAMPLE;
-        if (tried > 800 * count) throw new Error("the level before missed the surface; train it longer");
+        if (tried > 800 * count) throw new TrainingError("the level before missed the surface");
     }
     shape.setDistances(kept);
     const most = config.largest_distance * delta;

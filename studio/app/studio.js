@@ -12,6 +12,7 @@ import {probes} from "./reference.js";
 import {ModelError, parseModel} from "./safetensors.js";
 import {Team} from "./team.js";
 import {trainMesh} from "./training.js";
+import {TrainingError} from "./training_error.js";
 import {renderer} from "./view.js";
 
 // The studio: trains a dropped mesh, while the page draws the field of this moment.
@@ -19,6 +20,7 @@ const MOST_WORKERS = 16;
 const BETWEEN_PICTURES = 1000, BETWEEN_REPORTS = 200; // milliseconds
 const PICTURES_SHARE = 0.2; // largest share of the time that pictures may take
 const LIVE_DELTA = 0.03; // half-width of the unfinished level's band; rays enter the ball of radius 1 + delta
+const INVITATION = element("report").textContent;
 const READABLE = /\.(obj|ply|stl|glb)$/i;
 
 // `training` is {team, isPaused, isStopped}, or null; `finished` is {name, bytes} of the last model.
@@ -28,11 +30,10 @@ async function train(file) {
     if (!READABLE.test(file.name)) refuseShape(file);
     if (training) throw new ModelError("stop the training first");
     const mine = training = {team: null, isPaused: false, isStopped: false};
-    offer(null);
     try {
         say("");
         report("Reading the mesh");
-        const {vertices, faces, center, scale} = normalized(await readMesh(file));
+        const {vertices, faces, center, scale} = normalized(parseMesh(file.name, await file.arrayBuffer()));
         const shape = {name: stem(file.name), center, scale, ground: lowest(vertices)};
         mine.team = new Team(element("worker").textContent, Math.min(navigator.hardwareConcurrency || 1, MOST_WORKERS));
         report(`Preparing ${(faces.length / 3).toLocaleString("en")} triangles`);
@@ -40,6 +41,9 @@ async function train(file) {
         await mine.team.all("load", () => ({module, vertices, faces}));
         const levels = await trainMesh(mine.team, facts.studio.settings, facts.studio.config, follow(mine, shape));
         await show(shape, levels);
+    } catch (error) {
+        report(INVITATION);
+        throw error instanceof MeshError || error instanceof TrainingError ? new ModelError(error.message) : error;
     } finally {
         mine.team?.dismiss();
         training = null;
@@ -93,14 +97,6 @@ async function show(shape, levels) {
     await startParsed(parseModel(bytes.buffer));
 }
 
-async function readMesh(file) {
-    try {
-        return parseMesh(file.name, await file.arrayBuffer());
-    } catch (error) {
-        throw error instanceof MeshError ? new ModelError(error.message) : error;
-    }
-}
-
 // Moves the center of the bounding box to the origin, and scales the largest norm to 1, as normalize() in
 // trainer/shapes/shape.py.
 function normalized({vertices, faces}) {
@@ -128,7 +124,6 @@ const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCod
 // Shows a line, and a bar unless share is null.
 function report(line, share = null) {
     const bar = element("trained");
-    element("training").dataset.state = training ? "training" : "ended";
     element("report").textContent = line;
     bar.hidden = share === null;
     bar.value = share ?? 0;
@@ -144,7 +139,7 @@ function showButtons() {
     element("pause").textContent = training?.isPaused ? "Go on" : "Pause";
     element("download").hidden = !finished;
     element("mesh").hidden = Boolean(training);
-    if (finished) element("download").textContent = `Save model (${(finished.bytes.length / 1000).toFixed(1)} kB)`;
+    if (finished) element("download").textContent = `Save ${finished.name} (${(finished.bytes.length / 1000).toFixed(1)} kB)`;
 }
 
 function download() {

@@ -1,3 +1,5 @@
+import {TrainingError} from "./training_error.js";
+
 // The workers of a training. In a page from a file they share no memory, so each has the shape and its own samples.
 export class Team {
     // source: text of the workers' script.
@@ -10,10 +12,10 @@ export class Team {
     }
 
     hire(worker) {
-        worker.onmessage = ({data: {id, answer, error}}) => {
+        worker.onmessage = ({data: {id, answer, error, isExpected}}) => {
             const {resolve, reject} = this.waiting.get(id);
             this.waiting.delete(id);
-            if (error) reject(new Error(error));
+            if (error) reject(new (isExpected ? TrainingError : Error)(error));
             else resolve(answer);
         };
         worker.onerror = (event) => {

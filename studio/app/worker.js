@@ -2,6 +2,7 @@ import {Batches, randomNumbers} from "./batches.js";
 import {DISTANCE, GRADIENT, Kernel, NORMAL, SAMPLE, VALUE} from "./kernel.js";
 import {bandSamples, domainSamples, findStrays} from "./sampling.js";
 import {Shape} from "./shape.js";
+import {TrainingError} from "./training_error.js";
 
 // A worker of a training. It has the shape, draws its own share of the samples, and computes its share of each step.
 const BLOCK = 4096; // samples that the kernel evaluates at once
@@ -88,6 +89,6 @@ self.onmessage = ({data: {id, name, data}}) => {
     try {
         self.postMessage({id, answer: answers[name](data)});
     } catch (error) {
-        self.postMessage({id, error: error.message ?? String(error)});
+        self.postMessage({id, error: error.message ?? String(error), isExpected: error instanceof TrainingError});
     }
 };

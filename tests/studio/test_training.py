@@ -86,7 +86,7 @@ def test_distances_and_signs_are_libigl_s(page: "Page") -> None:
     points[:5000] = mesh.vertices[rng.integers(len(mesh.vertices), size=5000)] + rng.normal(scale=0.01, size=(5000, 3))
     vertices, faces = np.asarray(mesh.vertices, np.float64), doubled.astype(np.int64)
     arguments = [packed(vertices), packed(faces.astype(np.uint32)), packed(points)]
-    ours = np.array(run(page, WORKER[:5], DISTANCES, arguments))
+    ours = np.array(run(page, WORKER[:6], DISTANCES, arguments))
     exact = np.sqrt(igl.point_mesh_squared_distance(points, vertices, faces)[0])
     np.testing.assert_allclose(np.abs(ours), exact, atol=1e-9)
     winding = np.asarray(igl.winding_number(vertices, faces, points))
