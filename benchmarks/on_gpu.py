@@ -17,6 +17,7 @@ import os
 import sys
 import tempfile
 import time
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -39,6 +40,10 @@ def prepare(scratch: Path) -> dict[str, str]:
     site, environment = scratch / "site", dict(os.environ)
     site.mkdir()
     (site / "mplicits").symlink_to(ROOT)
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    metadata = site / f"mplicits-{version}.dist-info" / "METADATA"  # the version that results name
+    metadata.parent.mkdir()
+    metadata.write_text(f"Metadata-Version: 2.1\nName: mplicits\nVersion: {version}\n", encoding="utf-8")
     for wheel in sorted((PACK / "wheels").glob("*.whl")):
         name = wheel.name.split("-")[0]
         if importlib.util.find_spec({"libigl": "igl"}.get(name, name)) is None:

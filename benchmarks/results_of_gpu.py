@@ -207,7 +207,11 @@ def gpu_page(stages: Stages) -> list[str]:
 
 def describe(machine: dict[str, Any]) -> str:
     """Describe the machine in a line."""
-    return ", ".join(str(machine.get(name, "")).replace("\n", ", ") for name in ("gpu", "nvcc", "torch"))
+    names = ("mplicits", "gpu", "nvcc", "torch", "date")
+    words = (
+        f"{name} {machine.get(name, '')}" if name in ("mplicits", "torch") else machine.get(name, "") for name in names
+    )
+    return ", ".join(str(word).replace("\n", ", ") for word in words)
 
 
 def main() -> None:
