@@ -84,7 +84,7 @@ def table2_page(results: dict[str, Any], machine: str) -> list[str]:
         "paper's 20 steps of level 1 and 5 of each finer level, which leaves holes. TFLOP/s, share of the measured "
         f"matrix peak (the larger of mma.sync's and cuBLAS's: {max(peaks.values(), default=None)} TFLOP/s) "
         "and PSNR against simple (float32): of fused, relaxed. "
-        "The paper's column: RTX 5090, its own renderer and networks.",
+        "The paper's column: RTX 5090, its own renderer and networks. Empty cells were not measured.",
         *table(names, rows),
     ]
 
