@@ -78,11 +78,9 @@ def machine(results: Results) -> None:
         results.set(name, run("sh", "-c", command).stdout.strip())
     import torch
 
-    from mplicits.model.version import installed_version
+    from protocol import machine as software
 
-    results.set("mplicits", installed_version())
-    results.set("date", time.strftime("%Y-%m-%d"))
-    results.set("torch", torch.__version__)
+    results.set("software", software())
     side = 512 if REHEARSAL else 8192
     a = torch.rand(side, side, device=DEVICE)
     seconds = []

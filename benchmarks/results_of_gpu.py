@@ -101,7 +101,13 @@ def goals(stages: Stages) -> list[tuple[str, object, str]]:
             ratio = fps[largest, "fused"] / fps[siren, "fused"]
             wanted.append(("its ratio to the (256, 4) SIREN, drawn the same way", ratio, GOAL_OVER_SIREN))
         if layered := found.get((largest, "plain", "layered")):
-            wanted.append(("its ratio to layered", fps[largest, "fused"] / layered["fps"], GOAL_OVER_LAYERED))
+            wanted.append(
+                (
+                    "its ratio to layered",
+                    fps[largest, "fused"] / layered["fps"],
+                    GOAL_OVER_LAYERED,
+                )
+            )
     for frame in stages.get("glsl", {}).get("results", {}).get("frames", []):
         if (frame["model"], frame["shade"], frame["height"], frame["storage"]) == ("spot", "studio", 1080, "auto"):
             wanted.append(("spot, studio, 1080p, GLSL, frames per second", frame["fps"], GOAL_STUDIO_FPS))
@@ -141,6 +147,8 @@ def gpu_page(stages: Stages) -> list[str]:
     lines += [f"{describe(machine)}. float32 products by cuBLAS: {machine.get('float32_tflops')} TFLOP/s.", ""]
     lines += ["## Goals", *table(("goal", "measured", ""), goals(stages))]
     lines += [
+        "layered has the plain schedule and takes every ray to its end; fused is relaxed.",
+        "",
         "The extrapolation multiplies the time of a frame by the card's measured float32 rate over that of the slow "
         "card: it assumes that the shader uses the same share of either card. H100 and H200 run fragment shaders on 2 "
         "of 66 pairs of multiprocessors (NVIDIA's H100 whitepaper); their rate is multiplied by that share.",
@@ -171,7 +179,12 @@ def gpu_page(stages: Stages) -> list[str]:
     columns = ("model", "storage", "shade", "width", "height", "fps", "gpu_ms", "compile_seconds")
     frames = of.get("glsl", {}).get("frames", [])
     lines += table(columns, ([frame[column] for column in columns] for frame in frames))
-    lines += ["## Training", "", "Seconds: until the mean |f| that the CPU's training of the same length ends with."]
+    lines += [
+        "## Training",
+        "",
+        "Both devices train at once, on half of the cores each. "
+        "Seconds: until the mean |f| that the CPU's training of the same length ends with.",
+    ]
     runs = [run for shape in ("armadillo", "lucy") for run in of.get(shape, {}).get("runs", [])]
     lines += table(
         ("shape", "preset", "device", "steps", "mean abs f", "angle, degrees", "seconds"),
@@ -195,7 +208,7 @@ def gpu_page(stages: Stages) -> list[str]:
     ours = [("ours", of["photos"]["ours"])] if "ours" in of.get("photos", {}) else []
     neus = [(f"NeuS's network, {run['factor']:g} times its rate", run) for run in of.get("photos", {}).get("neus", [])]
     rows = ((name, run["steps"], run["psnr"], run["seconds"]) for name, run in (*ours, *neus))
-    lines += table(("scan 24 at half size", "steps", "held-out PSNR, dB", "seconds"), rows)
+    lines += table(("scan 24, 400 x 300 pixels", "steps", "held-out PSNR, dB", "seconds"), rows)
     lines += [
         "## Stages",
         *table(
@@ -208,11 +221,7 @@ def gpu_page(stages: Stages) -> list[str]:
 
 def describe(machine: dict[str, Any]) -> str:
     """Describe the machine in a line."""
-    names = ("mplicits", "gpu", "nvcc", "torch", "date")
-    words = (
-        f"{name} {machine.get(name, '')}" if name in ("mplicits", "torch") else machine.get(name, "") for name in names
-    )
-    return ", ".join(str(word).replace("\n", ", ") for word in words)
+    return ", ".join(str(machine.get(name, "")).replace("\n", ", ") for name in ("software", "gpu", "nvcc"))
 
 
 def main() -> None:
