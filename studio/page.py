@@ -4,45 +4,52 @@ import base64
 import re
 from dataclasses import asdict
 from importlib.resources import files
+from typing import Any
 
+from .. import glsl
+from ..codegen.printers.field import plain_color
 from ..model.gallery import FOLDER, SUFFIX
 from ..model.model_file import load
+from ..model.orientation import UPRIGHT
 from ..trainer.config import TrainingConfig, default_config
-from ..trainer.settings import DEFAULT_PRESET, PRESETS, networks, omegas
+from ..trainer.settings import DEFAULT_PRESET, PRESETS
 from ..web.page import Extension, standalone
 
+MESHES = ("mesh_parts.js", "obj.js", "ply.js", "stl.js", "glb.js", "mesh_file.js", "input.js", "corners.js")
+"""Modules that read shapes, in their order."""
 WORKER = (
+    *MESHES,
     *("training_error.js", "kernel.js", "batches.js", "tree.js", "winding.js", "shape.js", "sampling.js", "worker.js"),
 )
 """Modules of the workers' script, in its order."""
-MESHES = ("mesh_parts.js", "obj.js", "ply.js", "stl.js", "glb.js", "mesh_file.js")
-"""Modules that read mesh files, in their order."""
 TRAINER = (
-    *("training_error.js", "kernel.js", "batches.js", "optimizer.js", "team.js", "fit.js", "training.js"),
-    "model_file.js",
+    *("training_error.js", "kernel.js", "batches.js", "optimizer.js", "team.js", "plan.js", "fit.js", "training.js"),
+    *("orientation.js", "model_file.js"),
 )
 """Modules of the page that train a model, in their order."""
-STUDIO = (*MESHES, *TRAINER, "live.js", "studio.js")
+STUDIO = (*TRAINER, "settings.js", "live.js", "preview.js", "axes.js", "exports.js", "folder.js", "studio.js")
 """Modules that extend the page of a model, in their order."""
 FIRST_MODEL = "bob-small"
 """Model of the gallery that the page shows before a mesh."""
-STEPS = (1000, 2500)
-"""Optimizer steps of each level."""
+LABELS = {"tiny": "Tiny · Shadertoy 5 kB", "small": "Small · 18 kB", "base": "Base · 60 kB"}
+"""Presets of `train` that the page offers, with the bytes of their Shadertoy texts."""
+SECONDS = {"tiny": 10, "small": 30, "base": 60}
+"""Default seconds of a training."""
+LIMITS = {"width": 256, "depth": 7, "levels": 8}
+"""Limits of levels; the kernel's arrays hold 8 layers of sines."""
 
 _MODULE_LINE = re.compile(r"^import [^;]*;\n|^export (?=\w)", re.MULTILINE)
 
 
-def studio(
-    levels: str = PRESETS[DEFAULT_PRESET].levels, steps: tuple[int, ...] = STEPS, config: TrainingConfig | None = None
-) -> str:
+def studio(config: TrainingConfig | None = None, fixed: dict[str, Any] | None = None) -> str:
     """Return the text of the page.
 
-    levels: in the form of --levels. steps: optimizer steps of each level. config: the hyperparameters of a training.
+    config: the hyperparameters of a training. fixed: settings of every training (trainShape in app/training.js), in
+    place of the visitor's, for tests.
     """
-    sizes = networks(levels)
-    layouts = [{"width": width, "depth": depth} for width, depth in sizes]
-    settings = {"levels": layouts, "omegas": omegas(None, sizes), "steps": steps, "seed": 0}
     data = {"worker": script(WORKER), "kernel": base64.b64encode(kernel()).decode()}
+    shaders = {name: glsl.read(name) for name in ("preview.vert.glsl", "preview.glsl")}
+    elements = [f'<script type="text/plain" id="{name}">{text}</script>\n' for name, text in (data | shaders).items()]
     return standalone(
         load(FOLDER / f"{FIRST_MODEL}{SUFFIX}"),
         shade="phong",
@@ -50,14 +57,35 @@ def studio(
             scripts=script(STUDIO),
             stage=_read("studio.html"),
             css=_read("studio.css"),
-            elements="".join(f'<script type="text/plain" id="{name}">{text}</script>\n' for name, text in data.items()),
-            facts={"studio": {"settings": settings, "config": asdict(config or default_config())}},
+            elements=_read("bar.html") + "".join(elements),
+            facts={"studio": page_facts(config) | {"fixed": fixed}},
             policy=" 'wasm-unsafe-eval'; worker-src blob:",
-            accept=".obj,.ply,.stl,.glb,.safetensors",
+            accept=".obj,.mtl,.png,.jpg,.jpeg,.ply,.stl,.glb,.xyz,.safetensors",
             open="Open a file",
-            hint="Drop a mesh or a .safetensors model anywhere.",
+            hint="Drop a mesh, a point cloud or a .safetensors model anywhere.",
         ),
     )
+
+
+def page_facts(config: TrainingConfig | None = None) -> dict[str, Any]:
+    """Return the facts of the studio, `facts.studio` in app/."""
+    config = config or default_config()
+    lengths = config.lengths
+    presets = {
+        name: {"label": label, "levels": PRESETS[name].levels, "packed": PRESETS[name].packed, "seconds": SECONDS[name]}
+        for name, label in LABELS.items()
+    }
+    return {
+        "config": asdict(config),
+        "presets": presets,
+        "preset": DEFAULT_PRESET,
+        "omegas": lengths.omegas,
+        "omega_width": lengths.omega_width,
+        "texture": [*lengths.texture_network, lengths.texture_omega],
+        "limits": LIMITS,
+        "upright": UPRIGHT,
+        "plain": plain_color(),
+    }
 
 
 def script(names: tuple[str, ...]) -> str:

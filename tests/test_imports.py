@@ -24,7 +24,7 @@ UNITS: dict[str, set[str]] = {
     "codegen.targets": {"glsl", "model", "ir", "field", "codegen.printers"},
     "codegen": set(),
     "web": {"glsl", "model", "ir", "field", "codegen.printers", "codegen.targets"},
-    "studio": {"model", "web", "trainer"},
+    "studio": {"glsl", "model", "codegen.printers", "web", "trainer"},
     "bake": {"model", "ir", "field", "codegen.targets", "web"},
     "trainer.shapes": {"model"},
     "trainer.networks": {"model"},

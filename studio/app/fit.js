@@ -1,36 +1,47 @@
 import {Adam, schedule} from "./optimizer.js";
 import {TrainingError} from "./training_error.js";
 
-// The optimization of one network (trainer/networks/fit.py): steps along a schedule, and restarts after a divergence.
-const RESTARTS = 3, SLOWER = 3, WINDOW = 50, TERMS = ["value", "normal", "distance", "eikonal"];
+// The optimization of one network (trainer/networks/fit.py): steps along a schedule, and restarts after a divergence or
+// a collapse, where the network is no better than none.
+const RESTARTS = 3, SLOWER = 3, WINDOW = 50, WATCH_FROM = 0.25, IDLE = 0.97;
 
 // Trains the network of a task that the team has begun.
-// task: {start, loss, rate, outputFactor, outputs}: start returns the first weights; loss returns the factors of the
-// loss at a share of the schedule; outputs is the number of the output layer's weights.
-// clock: returns the finished share of the schedule after a number of steps, in [0, 1].
-// afterStep: called with {steps, share, loss, terms, weights}; may return a promise; "stop" ends the training.
-// Returns {weights, steps, loss, isStopped, restarts}.
-export async function fit(team, task, clock, afterStep) {
+// task: {start, factors, rate, outputFactor, outputs, rounded}: start returns the first weights; factors returns those
+// of the loss at a share of the schedule; outputs is the number of the output layer's weights; rounded returns the
+// weights that a step sees.
+// timer: returns the finished share of the schedule after a number of steps, in [0, 1].
+// afterStep: called with {steps, share, loss, meanF, weights}, means of the last steps; may return a promise; "stop" ends the training.
+// Returns {weights, steps, share, loss, isStopped, restarts}. Throws TrainingError where the network learns nothing.
+export async function fit(team, task, timer, afterStep) {
+    const idle = await lossOf(team, task.start().fill(0), task.factors(0));
     for (let restarts = 0; restarts <= RESTARTS; ++restarts) {
-        const outcome = await attempt(team, task, task.rate / SLOWER ** restarts, clock, afterStep);
+        const outcome = await attempt(team, task, task.rate / SLOWER ** restarts, idle.loss, timer, afterStep);
         if (outcome) return {...outcome, restarts};
     }
-    throw new TrainingError("the training diverges; try other levels or frequencies");
+    throw new TrainingError("the training learns nothing of the shape; try other levels or frequencies");
 }
 
-// Returns null where the training diverges.
-async function attempt(team, task, rate, clock, afterStep) {
+async function lossOf(team, weights, factors) {
+    const answers = await team.all("step", () => ({weights, factors}));
+    const sum = (key) => answers.reduce((total, answer) => total + answer[key], 0);
+    return {loss: sum("loss"), meanF: sum("meanF"), gradients: answers.map(({gradient}) => gradient)};
+}
+
+// Returns null where the training diverges or collapses. idle: loss without the network.
+async function attempt(team, task, rate, idle, timer, afterStep) {
     const weights = task.start(), adam = new Adam(weights, task.outputs, rate, task.outputFactor);
-    let steps = 0, mean = 0, isStopped = false;
-    for (let share = clock(0); share < 1 && !isStopped; share = clock(steps)) {
-        const factors = task.loss(share), answers = await team.all("step", () => ({weights, loss: factors}));
-        const terms = TERMS.map((_, k) => answers.reduce((sum, answer) => sum + answer.terms[k], 0));
-        const loss = TERMS.reduce((sum, name, k) => sum + factors[name] * terms[k], 0);
+    let steps = 0, watched = 0, mean = 0, f = 0, isStopped = false, share = timer(0);
+    while (share < 1 && !isStopped) {
+        const seen = task.rounded(weights), {loss, meanF, gradients} = await lossOf(team, seen, task.factors(share));
         if (!Number.isFinite(loss)) return null;
-        adam.step(answers.map(({gradient}) => gradient), schedule(share));
+        adam.step(gradients, schedule(share));
         ++steps;
-        mean += Math.max(1 / WINDOW, 1 / steps) * (loss - mean);
-        isStopped = await afterStep({steps, share, loss: mean, terms, weights}) === "stop";
+        if (share >= WATCH_FROM) ++watched;
+        mean += Math.max(1 / WINDOW, 1 / Math.max(1, watched)) * (loss - mean);
+        f += Math.max(1 / WINDOW, 1 / steps) * (meanF - f);
+        if (watched >= WINDOW && mean > IDLE * idle) return null;
+        isStopped = await afterStep({steps, share, loss: mean, meanF: f, weights}) === "stop";
+        share = isStopped ? share : timer(steps);
     }
-    return {weights, steps, loss: mean, isStopped};
+    return {weights: task.rounded(weights), steps, share, loss: mean, isStopped};
 }

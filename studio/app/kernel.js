@@ -1,6 +1,7 @@
 // A network in the WebAssembly kernel (kernel/siren.c).
 export const INPUTS = 4, TILE = 64, SAMPLE = 12, RESULT = 4; // floats of a sample, of a result
 export const VALUE = 4, GRADIENT = 5, DISTANCE = 8, NORMAL = 9; // first columns of a sample's entries
+export const DIRECTION = 4, COLOR = 8; // of a texture's sample
 const FACTORS = ["value", "normal", "distance", "eikonal", "length", "excess", "lacking", "near"];
 
 // Number of parameters of a {width, depth, outputs} network in the kernel's order (siren.c).
@@ -24,7 +25,7 @@ export class Kernel {
         this.gradient = floats(exports.gradient_at, parameterCount(network));
         this.samples = floats(exports.samples_at, SAMPLE * most);
         this.results = floats(exports.results_at, RESULT * most);
-        this.terms = floats(exports.terms_at, 4);
+        this.terms = floats(exports.terms_at, 5);
         this.factors = floats(exports.factors_at, FACTORS.length);
     }
 
@@ -40,7 +41,7 @@ export class Kernel {
             this.samples.set(part);
             this.exports.evaluate(TILE * Math.ceil(count / TILE));
             for (let i = 0; i < count; ++i) {
-                for (let k = 0; k < RESULT; ++k) part[SAMPLE * i + INPUTS + k] += this.results[RESULT * i + k];
+                for (let k = 0; k < RESULT; ++k) part[SAMPLE * i + VALUE + k] += this.results[RESULT * i + k];
             }
         }
     }

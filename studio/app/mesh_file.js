@@ -46,3 +46,8 @@ function merged({vertices, faces}) {
     kept.forEach((i, place) => few.set(vertices.subarray(3 * i, 3 * i + 3), 3 * place));
     return {vertices: few, faces: faces.map((i) => (i < count ? index[i] : i))};
 }
+
+export async function readShape([{name, bytes}]) {
+    const {vertices, faces} = parseMesh(name, bytes);
+    return {name, vertices, faces, cloudNormals: null, colors: null, notes: [`${(faces.length / 3).toLocaleString("en")} triangles`], up: null};
+}

@@ -1,11 +1,12 @@
 import {INPUTS} from "./kernel.js";
+import {turned} from "./orientation.js";
 
 // Writes a model file (docs/format.md).
 const FIRST_ITERATIONS = 20, ITERATIONS = 5; // of sphere tracing, as in the paper
 
-// Returns a level's network as a list of layers {rows, columns, weight, bias}, without padding and time. level: of
-// trainMesh (training.js).
-export function layersOf({network: {width, depth, outputs}, layout, weights}) {
+// Returns a network as a list of layers {rows, columns, weight, bias}, without padding and time, turned so that the axis
+// `up` of the file points up. network: of trainShape (training.js).
+export function layersOf({network: {width, depth, outputs}, layout, weights}, up = "y") {
     const layers = [];
     let at = 0;
     const take = (paddedRows, paddedColumns, rows, columns) => {
@@ -19,24 +20,27 @@ export function layersOf({network: {width, depth, outputs}, layout, weights}) {
     take(width, INPUTS, layout.width, 3);
     for (let j = 0; j < depth; ++j) take(width, width, layout.width, layout.width);
     take(outputs, width, outputs, layout.width);
+    layers[0].weight = turned(layers[0].weight, up);
     return layers;
 }
 
-// Returns the bytes of the file. shape: {name, center, scale}: input space = model space * scale + center. levels: of
-// trainMesh. provenance: a JSON object.
-export function modelFile({name, center, scale}, levels, provenance) {
+// Returns the bytes of the file. shape: {name, center, scale, up, front}: input space = model space * scale + center
+// before the turn to y up; front: as parseModel, or null. trained: of trainShape. provenance: a JSON object.
+export function modelFile({name, center, scale, up = "y", front = null}, {levels, texture = null}, provenance) {
     const header = {}, parts = [];
     let end = 0;
     const add = (key, shape, values) => {
         header[key] = {dtype: "F32", shape, data_offsets: [end, end += 4 * values.length]};
         parts.push(values);
     };
-    levels.forEach((level, i) => layersOf(level).forEach(({rows, columns, weight, bias}, j) => {
-        add(`level${i + 1}.layer${j}.weight`, [rows, columns], weight);
-        add(`level${i + 1}.layer${j}.bias`, [rows], bias);
-    }));
+    const addNetwork = (key, network) => layersOf(network, up).forEach(({rows, columns, weight, bias}, j) => {
+        add(`${key}.layer${j}.weight`, [rows, columns], weight);
+        add(`${key}.layer${j}.bias`, [rows], bias);
+    });
+    levels.forEach((level, i) => addNetwork(`level${i + 1}`, level));
+    if (texture) addNetwork("texture", texture);
     const model = {
-        name, inputs: "xyz", centre: center, scale, provenance,
+        name, inputs: "xyz", centre: turned(center, up), scale, ...(up === "y" ? {} : {up}), ...(front ? {front} : {}), provenance,
         levels: levels.map(({delta, lipschitz}, i) => (
             {delta, lipschitz, iterations: i ? ITERATIONS : FIRST_ITERATIONS})),
     };

@@ -24,9 +24,17 @@ export function domainSamples(shape, count, config, random) {
     return rows;
 }
 
-// Draws samples of the band |f| < delta of the levels before, by dithering surface points and strays (Fig. 3a).
-// addField: adds value and gradient of the levels before to rows. strays: rows, may be empty.
+// Draws samples of the band |f| < delta of the levels before, with their distances. See bandPoints.
 export function bandSamples(shape, count, delta, addField, strays, config, random) {
+    const kept = bandPoints(shape, count, delta, addField, strays, random), most = config.largest_distance * delta;
+    shape.setDistances(kept);
+    for (let at = DISTANCE; at < kept.length; at += SAMPLE) kept[at] = Math.min(most, Math.max(-most, kept[at]));
+    return kept;
+}
+
+// Draws points of the band by dithering surface points and strays (Fig. 3a), with value and gradient of the levels
+// before. addField: adds these to rows. strays: rows, may be empty.
+export function bandPoints(shape, count, delta, addField, strays, random) {
     const kept = new Float32Array(SAMPLE * count), seeds = join(bare(shape.surface(count, random)), strays);
     let have = 0, tried = 0;
     while (have < count) {
@@ -42,9 +50,6 @@ export function bandSamples(shape, count, delta, addField, strays, config, rando
         tried += drawn.length / SAMPLE;
         if (tried > 800 * count) throw new TrainingError("the level before missed the surface");
     }
-    shape.setDistances(kept);
-    const most = config.largest_distance * delta;
-    for (let at = DISTANCE; at < kept.length; at += SAMPLE) kept[at] = Math.min(most, Math.max(-most, kept[at]));
     return kept;
 }
 
@@ -84,7 +89,8 @@ function join(one, other) {
     return whole;
 }
 
-function filtered(rows, keep) {
+// Returns the rows that a condition on their first place keeps.
+export function filtered(rows, keep) {
     const kept = new Float32Array(rows.length);
     let end = 0;
     for (let at = 0; at < rows.length; at += SAMPLE) {

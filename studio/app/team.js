@@ -27,11 +27,16 @@ export class Team {
 
     // Asks all workers. data: returns the question of the i-th one. Returns their answers.
     all(name, data) {
-        return Promise.all(this.workers.map((worker, i) => new Promise((resolve, reject) => {
+        return Promise.all(this.workers.map((_, i) => this.ask(i, name, data(i))));
+    }
+
+    // Asks one worker, and returns its answer.
+    ask(worker, name, data) {
+        return new Promise((resolve, reject) => {
             const id = ++this.asked;
             this.waiting.set(id, {resolve, reject});
-            worker.postMessage({id, name, data: data(i)});
-        })));
+            this.workers[worker].postMessage({id, name, data});
+        });
     }
 
     dismiss() {

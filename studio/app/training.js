@@ -1,13 +1,17 @@
 import {randomNumbers} from "./batches.js";
 import {fit} from "./fit.js";
 import {INPUTS, parameterCount, TILE} from "./kernel.js";
+import {stageCosts, timer} from "./plan.js";
 
-// The training of a mesh: level after level, each frozen before the next begins (trainer/train.py).
+// The training of a shape: level after level, each frozen before the next begins, then the texture (trainer/train.py).
+export const MID_GRAY = 0.5; // in every channel of the first texture
+const SEEDS = 1000; // seeds reserved for each seed of the visitor; the last is the texture's
+const TIMED = 4096; // points of a measurement that is timed
 
-// Draws the weights of a new level, in the kernel's order (`initial` of trainer/networks/network.py). The weights of
-// the time and of padding neurons are zero. padded: width with padding.
-export function initialWeights({width, depth}, padded, omega, outputFactor, random) {
-    const weights = new Float32Array(parameterCount({width: padded, depth, outputs: 1}));
+// Draws the weights of a new network, in the kernel's order (`initial` of trainer/networks/network.py). The weights of
+// the time and of padding neurons are zero. layout: {width, depth}; padded: width with padding.
+export function initialWeights({width, depth}, padded, outputs, omega, outputFactor, random) {
+    const weights = new Float32Array(parameterCount({width: padded, depth, outputs}));
     const uniform = (bound) => (2 * random() - 1) * bound, bound = Math.sqrt(6 / width);
     let at = INPUTS * padded;
     for (let o = 0; o < width; ++o) {
@@ -18,45 +22,108 @@ export function initialWeights({width, depth}, padded, omega, outputFactor, rand
     for (let j = 0; j < depth; ++j, at += (padded + 1) * padded) {
         for (let o = 0; o < width; ++o) for (let k = 0; k < width; ++k) weights[at + o * padded + k] = uniform(bound);
     }
-    for (let k = 0; k < width; ++k) weights[at + k] = uniform(bound / omega * outputFactor);
+    for (let c = 0; c < outputs; ++c, at += padded) {
+        for (let k = 0; k < width; ++k) weights[at + k] = uniform(bound / omega * outputFactor);
+    }
     return weights;
 }
 
-// Trains the levels of a mesh that the team has loaded.
-// settings: {levels: [{width, depth}], omegas, steps, seed}; config: `TrainingConfig` of trainer/config.py.
-// afterStep: called after each step with {level, steps, share, loss, terms, weights, levels, network, layout}, of the
-// level and of finished levels; may return a promise; "stop" ends the training.
-// Returns the levels: [{network, weights, delta, lipschitz, meanF, angle, steps}].
-export async function trainMesh(team, settings, config, afterStep) {
-    const levels = [], size = team.workers.length;
-    for (const [i, layout] of settings.levels.entries()) {
-        const network = {width: 4 * Math.ceil(layout.width / 4), depth: layout.depth, outputs: 1};
-        const steps = settings.steps[i], seed = settings.seed * 1000 + i, delta = i ? levels[i - 1].delta : null;
-        const pool = Math.ceil(poolSize(steps, config.sampling) / size);
-        const part = TILE * Math.max(1, Math.round(Math.min(config.step.batch / 2 / size, pool) / TILE));
-        await team.all("begin", (k) => ({
-            network, levels: levels.map(asQuestion), pool, on: part, around: part, team: size, seed: seed * size + k,
-            config: config.sampling,
+// Trains the networks of a shape that the team has loaded.
+// settings: {levels: [{width, depth}], texture: {width, depth}, omegas, steps, seconds, seed, packed}; omegas and steps
+// of the levels, then of the texture; steps: null to train for `seconds`. config: `TrainingConfig` of trainer/config.py.
+// hasColors: whether to train a texture. clock: returns the seconds of the training so far, without pauses; end: of
+// the training, as of the clock. start: {levels, texture, weights, share}, networks of an earlier training: finished
+// levels, and the weights of the next one at a share of its schedule, or null.
+// afterStep: called after each step with {stage, steps, share, done, loss, weights, levels, network, layout}: share of
+// the stage, done of the whole; may return a promise; "stop" ends the training.
+// Returns {levels: [{network, layout, weights, steps, share, loss, restarts, seconds, delta, lipschitz, meanF, angle}],
+// texture: the same without the last four, or null}.
+export async function trainShape(team, settings, config, {hasColors = false, clock, end, start, afterStep}) {
+    const trained = {levels: [...start?.levels ?? []], texture: start?.texture ?? null};
+    const withTexture = hasColors && !trained.texture, costs = stageCosts(settings, config.budget, withTexture);
+    const sum = (numbers) => numbers.reduce((total, number) => total + number, 0);
+    let {weights: resumed = null, share: first = 0} = start ?? {};
+    for (let i = trained.levels.length; i < costs.length; ++i) {
+        const began = clock(), left = sum(costs.slice(i)) - first * costs[i];
+        const due = began + (end - began) * (1 - first) * costs[i] / left, isTexture = i === settings.levels.length;
+        const reserve = settings.steps || isTexture ? 0 : await measuringTime(team, settings, config, trained.levels);
+        const prepare = isTexture ? textureStage : levelStage;
+        const stage = await prepare(team, settings, config, trained.levels, due - began);
+        if (resumed) stage.start = () => resumed.slice();
+        const time = timer(first, settings.steps?.[i], clock, settings.steps ? null : due - reserve);
+        const outcome = await fit(team, stage, time, (state) => afterStep({
+            ...state, stage: i, done: (sum(costs.slice(0, i)) + costs[i] * state.share) / sum(costs),
+            levels: trained.levels, network: stage.network, layout: stage.layout,
         }));
-        const {rate, outputFactor} = rates(layout.width, delta, config.step);
-        const random = randomNumbers(seed), outputs = i ? config.step.residual_output : 1;
-        const outcome = await fit(team, {
-            start: () => initialWeights(layout, network.width, settings.omegas[i], outputs, random),
-            loss: (share) => lossAt(share, i === 0, config.loss), rate, outputFactor, outputs: network.width + 1,
-        }, (step) => step / steps, (state) => afterStep({...state, level: i + 1, levels, network, layout}));
-        levels.push({network, layout, weights: outcome.weights, steps: outcome.steps, delta: 1});
-        Object.assign(levels[i], await measured(team, levels, config.measuring, settings.seed));
+        const {weights, steps, share, loss, restarts} = outcome;
+        const network = {network: stage.network, layout: stage.layout, weights, steps, share, loss, restarts};
+        if (isTexture) {
+            trained.texture = {...network, seconds: clock() - began};
+        } else {
+            trained.levels.push({...network, delta: 1});
+            const figures = await measured(team, trained.levels, config.measuring, settings.seed);
+            Object.assign(trained.levels[i], figures, {seconds: clock() - began});
+        }
         if (outcome.isStopped) break;
+        resumed = null;
+        first = 0;
     }
-    return levels;
+    return trained;
+}
+
+// Prepares the team for the level after finished ones. Returns the task for fit().
+async function levelStage(team, settings, config, levels, seconds) {
+    const i = levels.length, layout = settings.levels[i], network = paddedNetwork(layout, 1);
+    const seed = await begun(team, "begin", settings, config, levels, network, i, seconds, {});
+    const delta = i ? levels[i - 1].delta : null, random = randomNumbers(seed);
+    const {rate, outputFactor} = rates(layout.width, delta, config.step);
+    const outputs = i ? config.step.residual_output : 1;
+    return {
+        network, layout, rate, outputFactor, outputs: network.width + 1, rounded: roundedBy(settings),
+        start: () => initialWeights(layout, network.width, 1, settings.omegas[i], outputs, random),
+        factors: (share) => lossAt(share, i === 0, config.loss),
+    };
+}
+
+async function textureStage(team, settings, config, levels, seconds) {
+    const {texture: {rate, output_factor, smoothness, colors_per_sample}} = config, layout = settings.texture;
+    const network = paddedNetwork(layout, 3), more = {colors: colors_per_sample};
+    const seed = await begun(team, "beginTexture", settings, config, levels, network, SEEDS - 1, seconds, more);
+    const random = randomNumbers(seed), outputs = 3 * (network.width + 1);
+    return {
+        network, layout, rate, outputFactor: output_factor, outputs, rounded: roundedBy(settings),
+        start: () => {
+            const weights = initialWeights(layout, network.width, 3, settings.omegas.at(-1), 1, random);
+            return weights.fill(MID_GRAY, weights.length - 3);
+        },
+        factors: () => ({smoothness}),
+    };
+}
+
+// Returns the kernel's network of a {width, depth}.
+export const paddedNetwork = ({width, depth}, outputs) => ({width: 4 * Math.ceil(width / 4), depth, outputs});
+
+// Asks the team to draw the samples of a stage. index: of its seed. Returns the seed.
+async function begun(team, question, settings, config, levels, network, index, seconds, more) {
+    const {sampling, step} = config, size = team.workers.length, seed = settings.seed * SEEDS + index;
+    const {smallest_pool: least, largest_pool: most, pool_per_step: each, pool_per_second: rate} = sampling;
+    const samples = settings.steps ? settings.steps[Math.min(index, settings.steps.length - 1)] * each : seconds * rate;
+    const pool = Math.ceil(Math.min(Math.max(samples, least), most) / size);
+    const part = TILE * Math.max(1, Math.round(Math.min(step.batch / 2 / size, pool) / TILE));
+    await team.all(question, (k) => ({
+        network, levels: levels.map(asQuestion), pool, on: part, around: part, team: size, seed: seed * size + k,
+        config: sampling, ...more,
+    }));
+    return seed;
 }
 
 function asQuestion({network, weights, delta}) {
     return {network, weights, delta};
 }
 
-function poolSize(steps, {pool_per_step: each, smallest_pool: least, largest_pool: most}) {
-    return Math.min(Math.max(steps * each, least), most);
+// Returns the function `rounded` of a task.
+function roundedBy() {
+    return (weights) => weights;
 }
 
 // `rates` of trainer/level.py.
@@ -72,8 +139,8 @@ function lossAt(share, isFirst, loss) {
 }
 
 // Measures the last level: half-width delta (Eq. 5), largest gradient, mean |f| and mean angle in degrees.
-async function measured(team, levels, measuring, seed) {
-    const count = Math.ceil((measuring.points + measuring.band_points) / team.workers.length);
+async function measured(team, levels, {points, band_points: more}, seed) {
+    const count = Math.ceil((points + more) / team.workers.length);
     const parts = await team.all("measure", (k) => (
         {levels: levels.map(asQuestion), count, seed: -1 - seed - k, worker: k, team: team.workers.length}));
     const sum = (key) => parts.reduce((total, part) => total + part[key], 0);
@@ -82,4 +149,13 @@ async function measured(team, levels, measuring, seed) {
         delta: 1.3 * Math.max(most("largest"), 1e-6), lipschitz: most("steepest"),
         meanF: sum("f") / sum("count"), angle: sum("angle") / sum("count") * 180 / Math.PI,
     };
+}
+
+// Estimates the seconds of measured() after the next level.
+async function measuringTime(team, settings, {measuring}, levels) {
+    const network = paddedNetwork(settings.levels[levels.length], 1), weights = new Float32Array(parameterCount(network));
+    const asked = [...levels, {network, weights, delta: 1}].map(asQuestion), began = performance.now();
+    await team.all("measure", () => ({levels: asked, count: TIMED, seed: 0, worker: null, team: 1}));
+    const points = (measuring.points + measuring.band_points) / team.workers.length;
+    return (performance.now() - began) / 1000 * points / TIMED;
 }

@@ -1,19 +1,30 @@
 import {Batches, randomNumbers} from "./batches.js";
-import {DISTANCE, GRADIENT, Kernel, NORMAL, SAMPLE, VALUE} from "./kernel.js";
-import {bandSamples, domainSamples, findStrays} from "./sampling.js";
+import {cornersOf} from "./corners.js";
+import {input} from "./input.js";
+import {COLOR, DIRECTION, DISTANCE, GRADIENT, Kernel, NORMAL, SAMPLE, VALUE} from "./kernel.js";
+import {MeshError} from "./mesh_parts.js";
+import {bandPoints, bandSamples, domainSamples, filtered, findStrays} from "./sampling.js";
 import {Shape} from "./shape.js";
 import {TrainingError} from "./training_error.js";
 
 // A worker of a training. It has the shape, draws its own share of the samples, and computes its share of each step.
 const BLOCK = 4096; // samples that the kernel evaluates at once
+const TERMS = ["value", "normal", "distance", "eikonal"]; // of a level's loss, in the kernel's order
 
 let kernel = null, shape = null, task = null, surface = null, volume = null;
 
 const answers = {
-    // module: the compiled kernel; vertices, faces: of the shape, in model space.
-    load({module, vertices, faces}) {
+    // Reads a shape, from files or an example, and moves it to model space. See input() and cornersOf(). plain: color of
+    // a shape without colors, sRGB. Returns the input, and the buffers of its preview.
+    async read({files, example, plain}) {
+        const read = await input(files, example);
+        return {...read, preview: cornersOf(read, plain)};
+    },
+
+    // module: the compiled kernel; read: of a shape, as of input().
+    load({module, read}) {
         kernel = new Kernel(module);
-        shape = new Shape(vertices, faces);
+        shape = new Shape(read.vertices, read.faces);
     },
 
     // Draws the samples of a level, and prepares for its steps. network: {width, depth, outputs}; levels: the levels
@@ -28,24 +39,41 @@ const answers = {
         kernel.prepare(network, on + around);
     },
 
-    // Returns this worker's share of the gradient and of the terms. loss: `LossWeights`.
-    step({weights, loss}) {
-        const {on, around, team} = task;
-        kernel.weights.set(weights);
-        kernel.setLoss(loss);
-        surface.draw(on, kernel.samples, 0);
-        volume.draw(around, kernel.samples, on);
-        kernel.exports.level_step(on + around, on, on * team, around * team);
-        return {gradient: kernel.gradient.slice(), terms: kernel.terms.slice()};
+    // Draws the samples of the texture; the same arguments. colors: color samples for each sample of the pool.
+    beginTexture({network, levels, pool, on, around, team, seed, colors}) {
+        task = {on, around, team, isTexture: true};
+        const random = randomNumbers(seed), colored = shape.coloredSurface(pool * colors, random);
+        const addFirst = (some) => addLevels(levels.slice(0, 1), some, false), none = new Float32Array(0);
+        const band = bandPoints(shape, pool, levels[0].delta, addFirst, none, random);
+        surface = new Batches(textureSamples(colored.rows, levels, colored.colors), random);
+        volume = new Batches(textureSamples(band, levels, null), random);
+        kernel.prepare(network, on + around);
     },
 
-    // Measures the last of the levels on the surface: at `count` new points and at this worker's share of the vertices.
+    // Returns this worker's share of the gradient, of the loss, and of the mean |f| on the surface. factors: `LossWeights` of a level, or {smoothness}.
+    step({weights, factors}) {
+        const {on, around, team, isTexture} = task, {exports, terms} = kernel;
+        kernel.weights.set(weights);
+        surface.draw(on, kernel.samples, 0);
+        volume.draw(around, kernel.samples, on);
+        if (isTexture) {
+            exports.texture_step(on + around, on, on * team, (on + around) * team, factors.smoothness);
+            return {gradient: kernel.gradient.slice(), loss: terms[0] + factors.smoothness * terms[1], meanF: 0};
+        }
+        kernel.setLoss(factors);
+        exports.level_step(on + around, on, on * team, around * team);
+        const loss = TERMS.reduce((sum, name, k) => sum + factors[name] * terms[k], 0);
+        return {gradient: kernel.gradient.slice(), loss, meanF: terms[TERMS.length]};
+    },
+
+    // Measures the last of the levels on the surface: at `count` new points and at this worker's share of the vertices;
+    // worker: its number, or null for no vertices.
     // Returns {count, f, angle: sums over new points; largest, steepest: largest |f| and |grad f| of all points}.
     measure({levels, count, seed, worker, team}) {
         task = null;
         const drawn = shape.surface(count, randomNumbers(seed));
         const result = {count, f: 0, angle: 0, largest: 0, steepest: 0};
-        for (const rows of [drawn, shape.corners(worker, team)]) {
+        for (const rows of [drawn, worker === null ? new Float32Array(0) : shape.corners(worker, team)]) {
             addLevels(levels, rows, false);
             for (let at = 0; at < rows.length; at += SAMPLE) {
                 const f = Math.abs(rows[at + VALUE]), gradient = rows.subarray(at + GRADIENT, at + DISTANCE);
@@ -72,6 +100,28 @@ function volumeSamples(levels, pool, team, config, random) {
     return bandSamples(shape, pool, delta, addField, strays, config, random);
 }
 
+// Returns rows in the form of a texture's samples (kernel/siren.c). Their direction is the gradient of the finest level
+// that is defined there (Eq. 3). colors: of the rows; or null.
+function textureSamples(rows, levels, colors) {
+    for (let at = 0; at < rows.length; at += SAMPLE) rows.fill(0, at + VALUE, at + DISTANCE);
+    levels.forEach((level, i) => {
+        const isInside = (at) => !i || Math.abs(rows[at + VALUE]) < levels[i - 1].delta;
+        const inside = filtered(rows, isInside);
+        addLevels([level], inside, false);
+        for (let at = 0, from = 0; at < rows.length; at += SAMPLE) {
+            if (!isInside(at)) continue;
+            rows.set(inside.subarray(from, from + SAMPLE), at);
+            from += SAMPLE;
+        }
+    });
+    for (let at = 0; at < rows.length; at += SAMPLE) {
+        rows.copyWithin(at + DIRECTION, at + GRADIENT, at + GRADIENT + 3);
+        rows[at + DIRECTION + 3] = 0; // of the time
+        if (colors) rows.set(colors.subarray(at / SAMPLE * 3, at / SAMPLE * 3 + 3), at + COLOR);
+    }
+    return rows;
+}
+
 // Adds the values and gradients of levels to rows of samples. nested: makes the value infinite where a level is not
 // defined, outside the bands before it (Eq. 3).
 function addLevels(levels, rows, nested) {
@@ -85,10 +135,19 @@ function addLevels(levels, rows, nested) {
     }
 }
 
-self.onmessage = ({data: {id, name, data}}) => {
+self.onmessage = async ({data: {id, name, data}}) => {
     try {
-        self.postMessage({id, answer: answers[name](data)});
+        const answer = await answers[name](data);
+        self.postMessage({id, answer}, buffersOf(answer));
     } catch (error) {
-        self.postMessage({id, error: error.message ?? String(error), isExpected: error instanceof TrainingError});
+        const isExpected = error instanceof TrainingError || error instanceof MeshError;
+        self.postMessage({id, error: error.message ?? String(error), isExpected});
     }
 };
+
+// Returns the buffers of the arrays in an answer, which it hands over.
+function buffersOf(answer) {
+    const arrays = Object.values(answer ?? {}).flatMap((value) => (
+        ArrayBuffer.isView(value) ? [value] : value?.constructor === Object ? Object.values(value).filter(ArrayBuffer.isView) : []));
+    return [...new Set(arrays.map(({buffer}) => buffer))];
+}

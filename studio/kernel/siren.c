@@ -14,7 +14,7 @@
 typedef float Floats __attribute__((vector_size(16)));
 typedef int Ints __attribute__((vector_size(16)));
 
-enum { TILE = 64, VECTORS = TILE / 4, INPUTS = 4, MOST_LAYERS = 8, MOST_OUTPUTS = 3 };
+enum { TILE = 64, VECTORS = TILE / 4, INPUTS = 4, MOST_LAYERS = 8, MOST_OUTPUTS = 3, TERMS = 5 };
 
 typedef Floats Row[VECTORS]; // one neuron, or one coordinate, at the points of a tile
 
@@ -31,7 +31,7 @@ static struct { float value, normal, distance, eikonal, length, excess, lacking,
 static const float LACK = 0.3f, SHORTEST = 1e-8f; // as in trainer/networks/losses.py
 
 static int width, depth, outputs;
-static float *weights, *gradient, *transposed, *results, terms[4];
+static float *weights, *gradient, *transposed, *results, terms[TERMS];
 static void *samples;
 
 static Row *hidden[MOST_LAYERS + 1]; // the inputs, then the sines of each layer
@@ -288,6 +288,7 @@ static float level_loss(
         float factor = factors.normal / (surface * length);
         for (int k = 0; k < 3; ++k) d_g[k] += factor * (g[k] / length * cosine - s->normal[k]);
         terms[0] += error * error / surface, terms[1] += (1 - cosine) / surface;
+        terms[4] += __builtin_fabsf(error) / surface;
         d_f = factors.value * 2 / surface * error;
     } else {
         float size = __builtin_fabsf(s->distance), outward = s->distance < 0 ? -f : s->distance > 0 ? f : 0, factor = 1;
@@ -301,10 +302,10 @@ static float level_loss(
 
 static void clear_gradient(void) {
     for (float *g = gradient; g < output_biases(gradient) + outputs; ++g) *g = 0;
-    for (int k = 0; k < 4; ++k) terms[k] = 0;
+    for (int k = 0; k < TERMS; ++k) terms[k] = 0;
 }
 
-// Sets the gradient, and the terms value, normal, distance, eikonal, to the part of `count` samples, a multiple of
+// Sets the gradient, the terms value, normal, distance, eikonal, and the mean |f| on the surface, to the part of `count` samples, a multiple of
 // TILE; the first `on` of them lie on the surface. surface, volume: numbers of samples of the whole batch.
 EXPORT void level_step(int count, int on, float surface, float volume) {
     Row f[1], slope[INPUTS], d_f[1], d_slope[INPUTS];

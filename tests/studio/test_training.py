@@ -23,6 +23,7 @@ from support.ball_training import QUICK
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
+SHAPE = ("kernel.js", "tree.js", "winding.js", "shape.js")
 BYTES = """window.bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;"""
 DISTANCES = """([vertices, faces, points]) => {
     const at = new Float64Array(bytesOf(points));
@@ -37,12 +38,13 @@ STEPS = """([start, gradients, rate, factor]) => {
 TRAIN = """async ([worker, wasm, vertices, faces, settings, config]) => {
     const team = new Team(worker, 2), module = await WebAssembly.compile(bytesOf(wasm)), told = [];
     const mesh = {vertices: new Float64Array(bytesOf(vertices)), faces: new Uint32Array(bytesOf(faces))};
-    await team.all("load", () => ({module, ...mesh}));
-    const tell = ({level, steps, loss}) => { told.push([level, steps, loss]); };
-    const levels = await trainMesh(team, settings, config, tell), shape = {name: "a ball", center: [1, 2, 3], scale: 4};
+    await team.all("load", () => ({module, read: mesh}));
+    const afterStep = ({stage, steps, loss}) => { told.push([stage, steps, loss]); };
+    const trained = await trainShape(team, settings, config, {clock: () => 0, end: 1, afterStep});
     team.dismiss();
-    const figures = levels.map(({meanF, angle}) => [meanF, angle]);
-    return {told, figures, file: [...modelFile(shape, levels, {made_by: "page"})]};
+    const figures = trained.levels.map(({meanF, angle}) => [meanF, angle]);
+    const shape = {name: "a ball", center: [1, 2, 3], scale: 4};
+    return {told, figures, file: [...modelFile(shape, trained, {made_by: "page"})]};
 }"""
 
 
@@ -86,7 +88,7 @@ def test_distances_and_signs_are_libigl_s(page: "Page") -> None:
     points[:5000] = mesh.vertices[rng.integers(len(mesh.vertices), size=5000)] + rng.normal(scale=0.01, size=(5000, 3))
     vertices, faces = np.asarray(mesh.vertices, np.float64), doubled.astype(np.int64)
     arguments = [packed(vertices), packed(faces.astype(np.uint32)), packed(points)]
-    ours = np.array(run(page, WORKER[:6], DISTANCES, arguments))
+    ours = np.array(run(page, SHAPE, DISTANCES, arguments))
     exact = np.sqrt(igl.point_mesh_squared_distance(points, vertices, faces)[0])
     np.testing.assert_allclose(np.abs(ours), exact, atol=1e-9)
     winding = np.asarray(igl.winding_number(vertices, faces, points))
@@ -103,7 +105,7 @@ def test_a_trained_mesh_becomes_a_model_file(page: "Page", tmp_path: Path) -> No
     arguments = [script(WORKER), packed(np.frombuffer(kernel(), np.uint8))]
     arguments += [packed(np.asarray(mesh.vertices, np.float64)), packed(np.asarray(mesh.faces, np.uint32))]
     trained = run(page, TRAINER, TRAIN, [*arguments, settings, dataclasses.asdict(quick)])
-    assert [told[:2] for told in trained["told"]] == [[level, step] for level in (1, 2) for step in range(1, 201)]
+    assert [told[:2] for told in trained["told"]] == [[level, step] for level in (0, 1) for step in range(1, 201)]
     assert trained["told"][199][2] < trained["told"][20][2]
     path = tmp_path / "m.safetensors"
     path.write_bytes(bytes(trained["file"]))

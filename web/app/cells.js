@@ -9,7 +9,7 @@ const EIGHT = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => [k & 1, k >> 1 & 1, k >> 2]); 
 // Returns the resolutions of a model's successive grids: fast and coarse ones first. A scene has none; its rays skip by
 // the bounding balls of its shapes.
 export function countsOf(model) {
-    if (model.field) return [];
+    if (model.field || model.isUnfinished) return [];
     const {counts: {first, second, last}, many, too_many: tooMany} = shared.cells;
     if (model.inputs === "xyzt") return [first];
     return [first, ...(model.parameters > many ? [second] : []), ...(model.parameters > tooMany ? [] : [last])];

@@ -60,8 +60,8 @@ export function lightBall(ball, light, onMove) {
     put(light[0], light[1]);
 }
 
-// Calls back with a file dropped on the page; shows `cover` while a file is dragged over the page.
-export function listenToDrops(cover, onFile) {
+// Calls back with what was dropped on the page, a DataTransfer; shows `cover` while a file is dragged over the page.
+export function listenToDrops(cover, onDrop) {
     const hasFiles = (event) => event.dataTransfer?.types.includes("Files");
     addEventListener("dragover", (event) => {
         if (!hasFiles(event)) return;
@@ -75,7 +75,7 @@ export function listenToDrops(cover, onFile) {
         cover.hidden = true;
         if (!hasFiles(event)) return;
         event.preventDefault();
-        onFile(event.dataTransfer.files[0]);
+        onDrop(event.dataTransfer);
     });
 }
 

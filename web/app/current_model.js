@@ -15,7 +15,8 @@ import {center, draw, goTo, halt, options, renderer, set} from "./view.js";
 // second variant; "texture" without a second variant. shadertoy: the text to copy, or null. whole: the same object with
 // all levels; only after the driver failed at them. `next` replaces `current` when a lost context is restored.
 let current = null, next = null;
-let openShape = refuseShape; // of a file that is the input of a training
+let openShape = refuseShape; // of files that are the input of a training
+let listFiles = ({files}) => [...files]; // of a drop
 const SHADING_LABELS = {phong: "Phong", studio: "Studio", normal: "Normals", depth: "Depth", steps: "Steps", texture: "Texture"};
 
 // Returns the page's own model.
@@ -76,11 +77,12 @@ function load() {
     return renderer.load(model, printField(model, "texture", unroll), literal, points, memory);
 }
 
-// Shows the model in a file. For an invalid file, shows a message and keeps the old model.
-export async function openFile(file) {
+// Shows the model in a file. For an invalid file, shows a message and keeps the old model. files: also those of a shape.
+export async function openFiles(files) {
+    const shape = files.find(({name}) => kindOf(name)), file = shape ?? files[0];
     if (!file) return;
     try {
-        if (kindOf(file.name)) await openShape(file);
+        if (shape) await openShape(files);
         else await startParsed(parseModel(await file.arrayBuffer()));
     } catch (error) {
         if (!isExpected(error)) fail(error);
@@ -91,7 +93,12 @@ export async function openFile(file) {
     }
 }
 
-// Shows a model of parseModel.
+// Opens what was dropped. transfer: of the event.
+export async function openDropped(transfer) {
+    await openFiles(await listFiles(transfer));
+}
+
+// Shows a model of parseModel, which may have a `ground`: the height of its lowest point.
 export async function startParsed(model) {
     renderer.device.check(printField(model, "texture").height);
     say("");
@@ -99,19 +106,22 @@ export async function startParsed(model) {
     goTo(0);
     center(model.front);
     element("poster").hidden = true;
-    const grounded = {...model, ground: lowestPoint(model)};
+    const grounded = {...model, ground: model.ground ?? lowestPoint(model)};
     await start({model: grounded, probes: probes(model), storage: "texture", shadertoy: null, memory: memoryOf("")});
 }
 
-// Calls `open` with a dropped file that is the input of a training. Errors of `open` become messages.
-export function openShapesWith(open) {
+// Calls `open` with dropped files that are the input of a training. Errors of `open` become messages.
+// list: returns the files of a drop, from the event's transfer.
+export function openShapesWith(open, list) {
     openShape = open;
+    listFiles = list;
 }
 
 const kindOf = (name) => shared.shapes[name.toLowerCase().match(/\.\w+$/)?.[0]];
 
-// Throws a ModelError for a file that is the input of a training.
-export function refuseShape({name}) {
+// Throws a ModelError for files that are the input of a training.
+export function refuseShape(files) {
+    const {name} = files.find((file) => kindOf(file.name));
     throw new ModelError(`${kindOf(name)}; train it with: mplicits train ${quoted(printable(name))}`);
 }
 

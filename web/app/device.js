@@ -25,18 +25,11 @@ export class Device {
         this.sampleFormat = this.float ? gl.RGBA32F : gl.RGBA8;
         this.pictureFormat = this.half ? gl.RGBA16F : gl.SRGB8_ALPHA8;
         gl.bindVertexArray(gl.createVertexArray());
+        this.name = driverName(gl); // a query waits for the driver, so it is asked once
     }
 
     get lost() {
         return this.gl.isContextLost();
-    }
-
-    // The name of the driver, if the browser reveals it.
-    get name() {
-        const gl = this.gl, plain = String(gl.getParameter(gl.RENDERER));
-        if (plain !== "WebKit WebGL") return plain;
-        const info = gl.getExtension("WEBGL_debug_renderer_info");
-        return info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : plain;
     }
 
     // Whether the driver limits the loop iterations of a fragment (uniforms.js).
@@ -190,3 +183,11 @@ export class Device {
 
 export const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 export const nextFrame = () => new Promise((resolve) => requestAnimationFrame(resolve));
+
+// Returns the name of the driver, if the browser reveals it.
+function driverName(gl) {
+    const plain = String(gl.getParameter(gl.RENDERER));
+    if (plain !== "WebKit WebGL") return plain;
+    const info = gl.getExtension("WEBGL_debug_renderer_info");
+    return info ? String(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : plain;
+}

@@ -4,7 +4,7 @@ import {shared} from "./facts.js";
 import {listenToKeys, listenToPointers} from "./gestures.js";
 import {element, fail, root, say, uncover} from "./messages.js";
 import {
-    contextLost, contextRestored, copy, embedded, goToLevel, leave, openFile, save, setTitle, shade, showSteps, start,
+    contextLost, contextRestored, copy, embedded, goToLevel, leave, openDropped, openFiles, save, setTitle, shade, showSteps, start,
 } from "./current_model.js";
 import {
     canvas, css, followHash, openRenderer, options, pan, play, reset, resize, seek, set, turn, turntable, zoom,
@@ -62,10 +62,10 @@ function wireButtons() {
     for (const [id, action] of Object.entries(buttons)) element(id).addEventListener("click", action);
     element("message").querySelector("button").addEventListener("click", () => say(""));
     element("file").addEventListener("change", ({target}) => {
-        openFile(target.files[0]);
+        openFiles([...target.files]);
         target.value = "";
     });
-    listenToDrops(element("drop"), openFile);
+    listenToDrops(element("drop"), openDropped);
 }
 
 function wireGestures() {

@@ -5,7 +5,7 @@ import {Variants} from "./variants.js";
 
 // Schedules the drawing in slices of some milliseconds, so that the page never freezes: coarse pixels during motion,
 // then all pixels, then further samples where they matter. It draws only after changes.
-const SMOOTH = 33; // milliseconds of a frame during motion
+const SMOOTH = 33, LIVE = 300; // milliseconds of a frame: during motion, and of a training
 const COARSEST = 1 / 16; // smallest resolution relative to the canvas, along each axis
 const REST = 160; // milliseconds without a change before refinement
 const SAMPLES = 16; // largest number of samples per pixel
@@ -22,7 +22,9 @@ export class Renderer {
         Object.assign(this, {canvas, listener, scene: {}, painter: new Painter(canvas, source)});
         this.variants = new Variants(this.painter, this.scene, {...listener, loaded});
         this.version = 0;
-        this.scale = 1 / 8;
+        this.motion = {goal: SMOOTH, scale: 1 / 8}; // milliseconds of a coarse frame, and the resolution for it
+        this.live = {goal: LIVE, scale: 1 / 8};
+        this.pace = this.motion;
         this.patience = PATIENCE;
         this.still = this.quick = null;
     }
@@ -49,12 +51,14 @@ export class Renderer {
             this.variants.replace(model, texels);
             this.change(true);
             this.restAt = Infinity;
+            this.pace = this.live;
         }));
     }
 
     // Sets camera and options. moving: coarse pixels suffice for now.
     show(camera, options, moving) {
         Object.assign(this.scene, {camera, options});
+        this.pace = this.motion;
         this.change(moving);
     }
 
@@ -66,6 +70,11 @@ export class Renderer {
 
     get settled() {
         return !this.busy && this.drawn === this.version;
+    }
+
+    // Whether the coarse picture of the last change is drawn.
+    get seen() {
+        return this.quicked === this.version;
     }
 
     wake() {
@@ -122,7 +131,7 @@ export class Renderer {
     // Draws a frame at a resolution that fits the last frames' times. A model's first frame shows level 1.
     async drawQuick() {
         if (!this.variants.current) return;
-        const {painter, scene, version, fresh} = this, scale = scene.options.resolution === "auto" ? this.scale : 1;
+        const {painter, scene, version, fresh, pace} = this, scale = scene.options.resolution === "auto" ? pace.scale : 1;
         const size = this.size.map((side) => Math.max(1, Math.round(side * scale))), whole = scale === 1;
         if (whole && this.quick) this.device.release(this.quick);
         if (whole) this.still = painter.sized(this.still, size);
@@ -136,9 +145,9 @@ export class Renderer {
         const samples = whole && !fresh ? 1 : 0;
         this.refining = {samples, pass: null, wanted: null, began: performance.now(), spent: 0, frame: spent};
         this.listener.frame({milliseconds: spent, size, samples: 1, settled: false});
-        const factor = Math.sqrt(SMOOTH / Math.max(spent, 1));
-        if (spent > 1.3 * SMOOTH) this.scale = Math.max(COARSEST, this.scale * Math.max(0.35, factor));
-        else if (spent < 0.5 * SMOOTH) this.scale = Math.min(1, this.scale * Math.min(2, factor));
+        const factor = Math.sqrt(pace.goal / Math.max(spent, 1));
+        if (spent > 1.3 * pace.goal) pace.scale = Math.max(COARSEST, pace.scale * Math.max(0.35, factor));
+        else if (spent < 0.5 * pace.goal) pace.scale = Math.min(1, pace.scale * Math.min(2, factor));
         this.fresh = false;
     }
 

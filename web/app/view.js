@@ -18,6 +18,7 @@ export const options = {
     light: light.map((c) => c / Math.hypot(...light)), background: [],
 };
 export let renderer = null;
+let drawer = null; // draws in place of the renderer, or null
 
 // Returns the time in a hash, or 0.
 function timeFrom(hash) {
@@ -35,8 +36,14 @@ export function openRenderer() {
 
 // Draws. moving: coarse pixels suffice for now.
 export function draw(moving) {
-    drawing();
-    renderer.show(camera, {...options}, moving);
+    if (!drawer) drawing();
+    (drawer ?? renderer).show(camera, {...options}, moving);
+}
+
+// Lets another object draw, with the method `show` of a renderer, or with null the renderer again.
+export function drawWith(other) {
+    drawer = other;
+    draw(false);
 }
 
 export function set(change, moving = false) {
@@ -138,6 +145,9 @@ export const turn = (right, up) => move(orbited(camera, -180 * right, -180 * up)
 export const pan = (right, up) => move(panned(camera, -right, -up, aspect()));
 export const zoom = (factor) => move(zoomed(camera, factor, aspect()));
 export const reset = () => move(home);
+
+// Returns the front that the camera looks at: [azimuth, elevation], degrees.
+export const frontOfView = () => [camera.azimuth, camera.elevation].map((angle) => Number(angle.toFixed(1)));
 
 // Centers another model: from its front, or from the current direction.
 export function center(front) {

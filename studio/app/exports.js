@@ -1,0 +1,49 @@
+import {copyText} from "./controls.js";
+import {say} from "./messages.js";
+
+// The ways to keep a trained shape. Each is a button that says its bytes as soon as they are known.
+
+// Fills a row with a button for each kind {id, label, title, ending, make, isQuick, isCopied}. make: returns a string, an
+// array of bytes or a Blob, or a promise of one; isQuick: it is made at once; isCopied: a text for the clipboard, not for
+// a file. name: of the files. onSave: called with the kind's id. guarded: see studio.js.
+export function showExports(row, name, kinds, onSave, guarded) {
+    row.replaceChildren(...kinds.map((kind) => {
+        const button = document.createElement("button"), {id, label, title = "", ending, make, isQuick, isCopied} = kind;
+        let made = null;
+        const content = () => (made ??= Promise.resolve().then(make).then((value) => {
+            button.textContent = `${label} · ${sizeOf(value)}`;
+            return value;
+        }));
+        Object.assign(button, {type: "button", id, title, textContent: label});
+        button.addEventListener("click", guarded(async () => {
+            button.disabled = true;
+            try {
+                const value = await content();
+                if (isCopied) {
+                    await copyText(value);
+                    say("Copied. On shadertoy.com: New, paste over the text in the Image tab, press play.");
+                } else {
+                    saveFile(value, `${name.replace(/[^\p{L}\p{N}_-]+/gu, "-")}.${ending}`);
+                }
+                onSave(id);
+            } finally {
+                button.disabled = false;
+            }
+        }));
+        if (isQuick) guarded(content)();
+        return button;
+    }));
+}
+
+function sizeOf(value) {
+    const bytes = value.size ?? value.byteLength ?? new Blob([value]).size;
+    return bytes < 1e6 ? `${(bytes / 1000).toFixed(1)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
+}
+
+function saveFile(value, name) {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([value]));
+    link.download = name;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}

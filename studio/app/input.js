@@ -1,0 +1,36 @@
+import {readShape} from "./mesh_file.js";
+import {demand} from "./mesh_parts.js";
+
+// Reads the shape to train on, and moves it to model space.
+
+// Returns a shape of readShape() with center and scale: input space = model space * scale + center. files: see
+// readShape(). Throws MeshError.
+export async function input(files) {
+    const read = await readShape(files), {vertices, center, scale} = normalized(read.vertices);
+    return {...read, vertices, center, scale};
+}
+
+// Moves the center of the bounding box to the origin, and scales the largest norm to 1, as normalize() in
+// trainer/shapes/shape.py.
+function normalized(vertices) {
+    const least = [Infinity, Infinity, Infinity], most = [-Infinity, -Infinity, -Infinity];
+    for (let i = 0; i < vertices.length; ++i) {
+        const k = i % 3, c = vertices[i];
+        if (c < least[k]) least[k] = c;
+        if (c > most[k]) most[k] = c;
+    }
+    const center = least.map((c, k) => (c + most[k]) / 2), moved = new Float64Array(vertices.length);
+    let squared = 0;
+    for (let i = 0; i < moved.length; i += 3) {
+        let sum = 0;
+        for (let k = 0; k < 3; ++k) {
+            moved[i + k] = vertices[i + k] - center[k];
+            sum += moved[i + k] ** 2;
+        }
+        if (sum > squared) squared = sum;
+    }
+    const scale = Math.sqrt(squared);
+    demand(scale > 0 && scale < Infinity, "all vertices are at one place, or too far apart");
+    for (let i = 0; i < moved.length; ++i) moved[i] /= scale;
+    return {vertices: moved, center, scale};
+}

@@ -1,0 +1,49 @@
+import {facts} from "./facts.js";
+import {ModelError} from "./safetensors.js";
+
+// The settings of a training, from texts in the form of the command line (trainer/settings.py).
+const {presets, omegas: usual, omega_width: usualWidth, texture: widestTexture, limits} = facts.studio;
+
+// Returns the settings for trainShape. preset: its name; texts: {levels, omegas, seconds, seed}, an empty text is the
+// preset's or the default. Throws ModelError.
+export function settingsOf(preset, texts) {
+    const {levels: sizes, seconds, packed} = presets[preset], levels = levelsOf(texts.levels || sizes);
+    const own = texts.omegas ? numbersOf("omega", texts.omegas, 1e-3, 1e4) : [];
+    refuseIf(own.length && own.length !== levels.length && own.length !== levels.length + 1,
+        `omega: ${levels.length} numbers are needed, one for each level (and one more for the texture)`);
+    const [widest, deepest, omega] = widestTexture, last = levels.at(-1);
+    return {
+        levels, packed, texture: {width: Math.min(last.width, widest), depth: Math.min(last.depth, deepest)},
+        omegas: [...levels.map(({width}, i) => own[i] ?? usualOmega(i, width)), own[levels.length] ?? omega],
+        steps: null, seconds: texts.seconds ? numbersOf("seconds", texts.seconds, 1, 36000)[0] : seconds,
+        seed: texts.seed ? Math.floor(numbersOf("seed", texts.seed, 0, 1e6)[0]) : 0,
+    };
+}
+
+function levelsOf(text) {
+    const levels = text.split(",").map((part) => {
+        const [, width, depth] = /^\s*(\d{1,4})x(\d)\s*$/.exec(part) ?? [];
+        refuseIf(!(width >= 1 && width <= limits.width && depth <= limits.depth),
+            `levels: "${part.trim().slice(0, 20)}" is not NxD, such as 64x2, with N up to ${limits.width} and D up to ${limits.depth}`);
+        return {width: Number(width), depth: Number(depth)};
+    });
+    refuseIf(levels.length > limits.levels, `levels: ${levels.length} levels; at most ${limits.levels}`);
+    return levels;
+}
+
+function numbersOf(name, text, least, most) {
+    const numbers = text.split(",").map((part) => (part.trim() ? Number(part) : NaN));
+    refuseIf(!numbers.every((number) => number >= least && number <= most),
+        `${name}: "${text.slice(0, 30)}" is not a number from ${least} to ${most}`);
+    return numbers;
+}
+
+// `default_omega` of trainer/settings.py.
+function usualOmega(level, width) {
+    const omega = usual[Math.min(level, usual.length - 1)] * Math.min(1, Math.sqrt(width / usualWidth));
+    return Number(omega.toFixed(1));
+}
+
+function refuseIf(condition, message) {
+    if (condition) throw new ModelError(message);
+}
