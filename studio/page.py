@@ -19,7 +19,8 @@ MESHES = ("mesh_parts.js", "obj.js", "ply.js", "stl.js", "glb.js", "mesh_file.js
 """Modules that read shapes, in their order."""
 WORKER = (
     *MESHES,
-    *("training_error.js", "kernel.js", "batches.js", "tree.js", "winding.js", "shape.js", "sampling.js", "worker.js"),
+    *("training_error.js", "kernel.js", "batches.js", "tree.js", "winding.js", "shape.js", "sampling.js"),
+    *("tracing.js", "worker.js"),
 )
 """Modules of the workers' script, in its order."""
 TRAINER = (

@@ -41,8 +41,10 @@ export function modelFile({name, center, scale, up = "y", front = null}, {levels
     if (texture) addNetwork("texture", texture);
     const model = {
         name, inputs: "xyz", centre: turned(center, up), scale, ...(up === "y" ? {} : {up}), ...(front ? {front} : {}), provenance,
-        levels: levels.map(({delta, lipschitz}, i) => (
-            {delta, lipschitz, iterations: i ? ITERATIONS : FIRST_ITERATIONS})),
+        levels: levels.map(({delta, lipschitz, stepBound, bandStepBound}, i) => ({
+            delta, lipschitz, iterations: i ? ITERATIONS : FIRST_ITERATIONS,
+            step_bound: stepBound, band_step_bound: bandStepBound, // JSON leaves out what is undefined
+        })),
     };
     header.__metadata__ = {format: "mplicits", version: "1", model: JSON.stringify(model)};
     const text = new TextEncoder().encode(JSON.stringify(header)), start = 8 + 8 * Math.ceil(text.length / 8);

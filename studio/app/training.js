@@ -36,8 +36,8 @@ export function initialWeights({width, depth}, padded, outputs, omega, outputFac
 // levels, and the weights of the next one at a share of its schedule, or null.
 // afterStep: called after each step with {stage, steps, share, done, loss, weights, levels, network, layout}: share of
 // the stage, done of the whole; may return a promise; "stop" ends the training.
-// Returns {levels: [{network, layout, weights, steps, share, loss, restarts, seconds, delta, lipschitz, meanF, angle}],
-// texture: the same without the last four, or null}.
+// Returns {levels: [{network, layout, weights, steps, share, loss, restarts, seconds, delta, lipschitz,
+// stepBound, bandStepBound, meanF, angle}], texture: the same up to `seconds`, or null}.
 export async function trainShape(team, settings, config, {hasColors = false, clock, end, start, afterStep}) {
     const trained = {levels: [...start?.levels ?? []], texture: start?.texture ?? null};
     const withTexture = hasColors && !trained.texture, costs = stageCosts(settings, config.budget, withTexture);
@@ -60,9 +60,9 @@ export async function trainShape(team, settings, config, {hasColors = false, clo
         if (isTexture) {
             trained.texture = {...network, seconds: clock() - began};
         } else {
-            trained.levels.push({...network, delta: 1});
-            const figures = await measured(team, trained.levels, config.measuring, settings.seed);
-            Object.assign(trained.levels[i], figures, {seconds: clock() - began});
+            trained.levels.push(network);
+            await measured(team, trained.levels, config.measuring, settings.seed);
+            trained.levels[i].seconds = clock() - began;
         }
         if (outcome.isStopped) break;
         resumed = null;
@@ -138,17 +138,24 @@ function lossAt(share, isFirst, loss) {
     return {...loss.residual, value: loss.residual.value * (share >= loss.late ? loss.late_value : 1)};
 }
 
-// Measures the last level: half-width delta (Eq. 5), largest gradient, mean |f| and mean angle in degrees.
-async function measured(team, levels, {points, band_points: more}, seed) {
-    const count = Math.ceil((points + more) / team.workers.length);
+// Measures the last level: half-width delta (Eq. 5), largest gradient, mean |f|, mean angle in degrees, and its step
+// bound; lowers the bounds of the levels before as bands.
+async function measured(team, levels, {points, band_points: more, tracing}, seed) {
+    const count = Math.ceil((points + more) / team.workers.length), size = team.workers.length;
     const parts = await team.all("measure", (k) => (
-        {levels: levels.map(asQuestion), count, seed: -1 - seed - k, worker: k, team: team.workers.length}));
+        {levels: levels.map(asQuestion), count, seed: -1 - seed - k, worker: k, team: size}));
     const sum = (key) => parts.reduce((total, part) => total + part[key], 0);
-    const most = (key) => Math.max(...parts.map((part) => part[key]));
-    return {
-        delta: 1.3 * Math.max(most("largest"), 1e-6), lipschitz: most("steepest"),
+    const most = (of, key) => Math.max(...of.map((part) => part[key]));
+    const level = levels.at(-1), delta = 1.3 * Math.max(most(parts, "largest"), 1e-6);
+    level.delta = delta;
+    const rays = await team.all("trace", (k) => (
+        {levels: levels.map(asQuestion), seed: -1 - seed - k, team: size, config: tracing}));
+    const bounds = levels.map((_, i) => Math.min(...rays.map((part) => part.bounds[i])));
+    levels.slice(0, -1).forEach((band, i) => { band.bandStepBound = Math.min(band.bandStepBound, bounds[i]); });
+    Object.assign(level, {
+        lipschitz: Math.max(most(parts, "steepest"), most(rays, "steepest")), stepBound: bounds.at(-1), bandStepBound: 1,
         meanF: sum("f") / sum("count"), angle: sum("angle") / sum("count") * 180 / Math.PI,
-    };
+    });
 }
 
 // Estimates the seconds of measured() after the next level.
@@ -156,6 +163,7 @@ async function measuringTime(team, settings, {measuring}, levels) {
     const network = paddedNetwork(settings.levels[levels.length], 1), weights = new Float32Array(parameterCount(network));
     const asked = [...levels, {network, weights, delta: 1}].map(asQuestion), began = performance.now();
     await team.all("measure", () => ({levels: asked, count: TIMED, seed: 0, worker: null, team: 1}));
-    const points = (measuring.points + measuring.band_points) / team.workers.length;
-    return (performance.now() - began) / 1000 * points / TIMED;
+    const {rays, rounds, worst, expected_samples: samples} = measuring.tracing;
+    const points = measuring.points + measuring.band_points + (2 * rays + rounds * worst * (levels.length + 1)) * samples;
+    return (performance.now() - began) / 1000 * points / TIMED / team.workers.length;
 }

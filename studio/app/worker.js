@@ -5,6 +5,7 @@ import {COLOR, DIRECTION, DISTANCE, GRADIENT, Kernel, NORMAL, SAMPLE, VALUE} fro
 import {MeshError} from "./mesh_parts.js";
 import {bandPoints, bandSamples, domainSamples, filtered, findStrays} from "./sampling.js";
 import {Shape} from "./shape.js";
+import {traced} from "./tracing.js";
 import {TrainingError} from "./training_error.js";
 
 // A worker of a training. It has the shape, draws its own share of the samples, and computes its share of each step.
@@ -86,6 +87,13 @@ const answers = {
         }
         return result;
     },
+
+    // Measures the step bounds along this worker's share of the rays. See traced().
+    trace({levels, seed, team, config}) {
+        const random = randomNumbers(seed), aims = shape.surface(Math.ceil(config.rays / team), random);
+        const share = {...config, worst: Math.ceil(config.worst / team)};
+        return traced((rows) => addNested(levels, rows), levels.map(({delta}) => delta), aims, random, share);
+    },
 };
 
 function angleBetween(gradient, normal) {
@@ -104,22 +112,30 @@ function volumeSamples(levels, pool, team, config, random) {
 // that is defined there (Eq. 3). colors: of the rows; or null.
 function textureSamples(rows, levels, colors) {
     for (let at = 0; at < rows.length; at += SAMPLE) rows.fill(0, at + VALUE, at + DISTANCE);
-    levels.forEach((level, i) => {
-        const isInside = (at) => !i || Math.abs(rows[at + VALUE]) < levels[i - 1].delta;
-        const inside = filtered(rows, isInside);
-        addLevels([level], inside, false);
-        for (let at = 0, from = 0; at < rows.length; at += SAMPLE) {
-            if (!isInside(at)) continue;
-            rows.set(inside.subarray(from, from + SAMPLE), at);
-            from += SAMPLE;
-        }
-    });
+    addNested(levels, rows);
     for (let at = 0; at < rows.length; at += SAMPLE) {
         rows.copyWithin(at + DIRECTION, at + GRADIENT, at + GRADIENT + 3);
         rows[at + DIRECTION + 3] = 0; // of the time
         if (colors) rows.set(colors.subarray(at / SAMPLE * 3, at / SAMPLE * 3 + 3), at + COLOR);
     }
     return rows;
+}
+
+// Adds value and gradient of the finest level defined at each row (Eq. 3). Returns the level of each, from 0.
+function addNested(levels, rows) {
+    const reached = new Uint8Array(rows.length / SAMPLE);
+    levels.forEach((level, i) => {
+        const isInside = (at) => !i || (reached[at / SAMPLE] === i - 1 && Math.abs(rows[at + VALUE]) < levels[i - 1].delta);
+        const inside = filtered(rows, isInside);
+        addLevels([level], inside, false);
+        for (let at = 0, from = 0; at < rows.length; at += SAMPLE) {
+            if (!isInside(at)) continue;
+            reached[at / SAMPLE] = i;
+            rows.set(inside.subarray(from, from + SAMPLE), at);
+            from += SAMPLE;
+        }
+    });
+    return reached;
 }
 
 // Adds the values and gradients of levels to rows of samples. nested: makes the value infinite where a level is not

@@ -26,7 +26,14 @@ CENTER, RADIUS = np.array([1.0, 2.0, 3.0]), 4.0
 
 def write_page(path: Path, steps: int) -> Path:
     layouts = [{"width": 14, "depth": 1}] * 2
-    fixed = {"levels": layouts, "texture": layouts[0], "omegas": [19, 37, 23], "steps": [steps] * 3, "seconds": 1, "seed": 0}
+    fixed = {
+        "levels": layouts,
+        "texture": layouts[0],
+        "omegas": [19, 37, 23],
+        "steps": [steps] * 3,
+        "seconds": 1,
+        "seed": 0,
+    }
     path.write_text(studio(CONFIG, fixed), encoding="utf-8")
     return path
 

@@ -15,8 +15,10 @@ from mplicits.field import interpret
 from mplicits.ir.lower import lower
 from mplicits.model.model_file import load
 from mplicits.studio.page import TRAINER, WORKER, kernel, script
+from mplicits.trainer import tracing
 from mplicits.trainer.config import TrainingConfig
 from mplicits.trainer.networks.fit import schedule
+from mplicits.trainer.networks.network import from_model
 from mplicits.trainer.networks.optimizer import Optimizer
 from support.ball_training import QUICK
 
@@ -121,6 +123,11 @@ def test_a_trained_mesh_becomes_a_model_file(page: "Page", tmp_path: Path) -> No
         assert max(f.max(), corners.max()) < model.levels[level - 1].delta
         assert angle < 10
     assert trained["figures"][1][0] < 0.5 * trained["figures"][0][0] < 0.01
+    weights, deltas = [from_model(level.network) for level in model.levels], [level.delta for level in model.levels]
+    for count in (1, 2):
+        bounds = tracing.measure(weights[:count], deltas[:count], torch.from_numpy(surface)).step_bounds
+        found = [level.band_step_bound for level in model.levels[: count - 1]] + [model.levels[count - 1].step_bound]
+        np.testing.assert_allclose(found, bounds, atol=0.06)
     points = np.random.default_rng(2).uniform(-1, 1, (4000, 3)).astype(np.float32)
     truth = np.linalg.norm(points, axis=1) - 1
     assert (interpret.field(program, points, 1) * truth > 0)[np.abs(truth) > 0.05].mean() > 0.95
