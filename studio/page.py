@@ -20,7 +20,7 @@ MESHES = ("mesh_parts.js", "obj.js", "ply.js", "stl.js", "glb.js", "mesh_file.js
 WORKER = (
     *MESHES,
     *("training_error.js", "kernel.js", "batches.js", "tree.js", "winding.js", "shape.js", "sampling.js"),
-    *("tracing.js", "worker.js"),
+    *("tracing.js", "marching.js", "isosurface.js", "field_mesh.js", "mesh_writer.js", "worker.js"),
 )
 """Modules of the workers' script, in its order."""
 TRAINER = (

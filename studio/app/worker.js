@@ -1,8 +1,10 @@
 import {Batches, randomNumbers} from "./batches.js";
 import {cornersOf} from "./corners.js";
+import {fieldMesh} from "./field_mesh.js";
 import {input} from "./input.js";
 import {COLOR, DIRECTION, DISTANCE, GRADIENT, Kernel, NORMAL, SAMPLE, VALUE} from "./kernel.js";
 import {MeshError} from "./mesh_parts.js";
+import {glbBytes, plyBytes} from "./mesh_writer.js";
 import {bandPoints, bandSamples, domainSamples, filtered, findStrays} from "./sampling.js";
 import {Shape} from "./shape.js";
 import {traced} from "./tracing.js";
@@ -93,6 +95,13 @@ const answers = {
         const random = randomNumbers(seed), aims = shape.surface(Math.ceil(config.rays / team), random);
         const share = {...config, worst: Math.ceil(config.worst / team)};
         return traced((rows) => addNested(levels, rows), levels.map(({delta}) => delta), aims, random, share);
+    },
+
+    // Returns the surface of a trained model as {bytes, triangles} of a file. module: the compiled kernel; format:
+    // "ply" or "glb"; others: of fieldMesh().
+    mesh({module, format, levels, texture, resolution, place}) {
+        const mesh = fieldMesh(new Kernel(module), levels, texture, resolution, place);
+        return {bytes: format === "glb" ? glbBytes(mesh) : plyBytes(mesh), triangles: mesh.faces.length / 3};
     },
 };
 
