@@ -73,6 +73,7 @@ def test_the_gear_has_sharp_edges_between_flat_faces(examples: dict[str, tuple[A
 
 def test_the_rope_is_the_built_in_shape(examples: dict[str, tuple[Any, np.ndarray | None]]) -> None:
     mesh, colors = examples["rope"]
+    assert colors is not None
     vertices = np.array(mesh.vertices) - mesh.bounds.mean(axis=0)
     vertices /= np.linalg.norm(vertices, axis=1).max()
     shape = DemoShape()

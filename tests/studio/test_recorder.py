@@ -63,7 +63,7 @@ def record(browser: "Browser", tmp_path: Path) -> Recorded:
 def frames(video: str | None) -> tuple[list[float], list[float], float | None, tuple[int, int], str]:
     """Decode a video: times in seconds, mean gray / 220, the file's duration in seconds or None, size, codec."""
     assert video is not None
-    with av.open(io.BytesIO(base64.b64decode(video))) as container:
+    with av.open(io.BytesIO(base64.b64decode(video)), "r") as container:
         stream, duration = container.streams.video[0], container.duration
         shown = [(frame.time, frame.to_ndarray(format="gray").mean() / 220) for frame in container.decode(stream)]
         times, shares = zip(*shown, strict=True)
@@ -79,7 +79,8 @@ def test_a_slowly_drawn_turn_plays_at_the_right_speed(
     supported += f"async (settings) => settings.codec.startsWith({prefix!r}) ? asked(settings) : {{}};"
     told, video = record(supported, slowness=60, seconds=1.5, width=size[0], height=size[1])
     times, shares, duration, found, name = frames(video)
-    assert (name, found, duration) == (codec, size, pytest.approx(1.5))
+    assert (name, found) == (codec, size)
+    assert duration == pytest.approx(1.5)
     assert told == pytest.approx(np.arange(30) / 30)
     np.testing.assert_allclose(times, np.arange(30) / 20, atol=1e-3)
     np.testing.assert_allclose(shares, np.arange(30) / 30, atol=0.02)
@@ -88,7 +89,7 @@ def test_a_slowly_drawn_turn_plays_at_the_right_speed(
 def test_players_can_seek(record: Recorded) -> None:
     _, video = record(seconds=3)
     assert video is not None
-    with av.open(io.BytesIO(base64.b64decode(video))) as container:
+    with av.open(io.BytesIO(base64.b64decode(video)), "r") as container:
         container.seek(2_200_000)
         frame = next(container.decode(video=0))
         assert frame.time == pytest.approx(2)

@@ -91,6 +91,6 @@ def test_firefox_keeps_a_record_and_records_a_video(xvfb: dict[str, str], file: 
         browser.ask("WebDriver:Refresh", {})
         assert resolved(FOUND) == EXPECTED
     assert isinstance(video, str)
-    with av.open(io.BytesIO(base64.b64decode(video))) as container:
+    with av.open(io.BytesIO(base64.b64decode(video)), "r") as container:
         assert len([*container.decode(video=0)]) == 20
         assert container.duration == pytest.approx(1e6)
