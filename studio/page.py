@@ -20,7 +20,8 @@ MESHES = ("mesh_parts.js", "obj.js", "ply.js", "stl.js", "glb.js", "mesh_file.js
 WORKER = (
     *MESHES,
     *("training_error.js", "kernel.js", "batches.js", "tree.js", "winding.js", "shape.js", "sampling.js"),
-    *("tracing.js", "marching.js", "isosurface.js", "field_mesh.js", "mesh_writer.js", "worker.js"),
+    *("tracing.js", "marching.js", "isosurface.js", "field_mesh.js", "mesh_writer.js", "examples.js"),
+    *("worker.js",),
 )
 """Modules of the workers' script, in its order."""
 TRAINER = (
@@ -28,7 +29,11 @@ TRAINER = (
     *("orientation.js", "model_file.js"),
 )
 """Modules of the page that train a model, in their order."""
-STUDIO = (*TRAINER, "settings.js", "live.js", "preview.js", "axes.js", "exports.js", "folder.js", "studio.js")
+STUDIO = (
+    *TRAINER,
+    *("settings.js", "live.js", "preview.js", "axes.js", "storage.js", "webm.js", "recorder.js", "exports.js"),
+    *("folder.js", "studio.js"),
+)
 """Modules that extend the page of a model, in their order."""
 FIRST_MODEL = "bob-small"
 """Model of the gallery that the page shows before a mesh."""
