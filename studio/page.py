@@ -13,7 +13,8 @@ from ..model.model_file import load
 from ..model.orientation import UPRIGHT
 from ..trainer.config import TrainingConfig, default_config
 from ..trainer.settings import DEFAULT_PRESET, PRESETS
-from ..web.page import Extension, standalone
+from ..web.page import TEXTS, Extension, standalone, text_elements, text_facts
+from ..web.page import script as web_script
 
 MESHES = ("mesh_parts.js", "obj.js", "ply.js", "stl.js", "glb.js", "mesh_file.js", "input.js", "corners.js")
 """Modules that read shapes, in their order."""
@@ -60,11 +61,11 @@ def studio(config: TrainingConfig | None = None, fixed: dict[str, Any] | None = 
         load(FOLDER / f"{FIRST_MODEL}{SUFFIX}"),
         shade="phong",
         extension=Extension(
-            scripts=script(STUDIO),
+            scripts=web_script(TEXTS) + script(STUDIO),
             stage=_read("studio.html"),
             css=_read("studio.css"),
-            elements=_read("bar.html") + "".join(elements),
-            facts={"studio": page_facts(config) | {"fixed": fixed}},
+            elements=_read("bar.html") + text_elements() + "".join(elements),
+            facts=text_facts() | {"studio": page_facts(config) | {"fixed": fixed}},
             policy=" 'wasm-unsafe-eval'; worker-src blob:",
             accept=".obj,.mtl,.png,.jpg,.jpeg,.ply,.stl,.glb,.xyz,.safetensors",
             open="Open a file",

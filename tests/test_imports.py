@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from mplicits.studio.page import STUDIO, WORKER
-from mplicits.web.page import SCRIPTS
+from mplicits.web.page import SCRIPTS, TEXTS
 from support.paths import ROOT
 
 UNITS: dict[str, set[str]] = {
@@ -216,11 +216,11 @@ def script_violations(modules: dict[str, str]) -> list[str]:
     return wrong
 
 
-@pytest.mark.parametrize("names", [SCRIPTS, WORKER, (*SCRIPTS[:-1], *STUDIO, SCRIPTS[-1])])
+@pytest.mark.parametrize("names", [SCRIPTS, WORKER, (*SCRIPTS[:-1], *TEXTS, *STUDIO, SCRIPTS[-1])])
 def test_modules_of_a_page_make_one_script(names: tuple[str, ...]) -> None:
     paths = {path.name: path for room in ("web", "studio") for path in (ROOT / room / "app").glob("*.js")}
     assert not script_violations({name: paths[name].read_text(encoding="utf-8") for name in names})
-    assert set(paths) == {*SCRIPTS, *WORKER, *STUDIO}
+    assert set(paths) == {*SCRIPTS, *TEXTS, *WORKER, *STUDIO}
 
 
 @pytest.mark.parametrize(

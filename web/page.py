@@ -20,8 +20,10 @@ from ..codegen.targets.camera import basis, fitting_distance
 from ..codegen.targets.glsl300es import DIALECT
 from ..codegen.targets.header import header_facts
 from ..codegen.targets.motion import PERIOD
+from ..codegen.targets.reserved_names import lower_case_pattern
 from ..codegen.targets.samples import BLOCK, FEW, POWER, ROUGH_SHARE, SHARE, STEEPEST
 from ..codegen.targets.shader import FLOOR_BLOCK, LEAST_STEPS, LOOP_LIMIT
+from ..codegen.targets.shadertoy_text import main_template
 from ..codegen.targets.uniforms import OPENING_SHADES, SHADINGS, UNIFORMS, default
 from ..field import interpret
 from ..field.cell_codes import EMPTY, OVERESTIMATE, REACH
@@ -50,6 +52,8 @@ SCRIPTS = (
     *("controls.js", "view.js", "recovery.js", "current_model.js", "page.js"),
 )
 """All modules in web/app/, in the order in which the page's script holds them."""
+TEXTS = (*("quantize.js", "packed.js", "few_bits.js", "decimals.js", "header.js", "shadertoy.js", "glsl_function.js"),)
+"""Modules in web/app/ that print a model's text for other programs; they follow SCRIPTS, and only some pages have them."""
 POSTER_SIDE = 160
 """Pixels along each side of the picture that the page shows before its first frame."""
 POSTER_QUALITY = 85
@@ -136,6 +140,16 @@ def standalone(
         **{name: getattr(more, name) for name in ("stage", "elements", "policy", "accept", "open", "hint")},
     }
     return _PLACE.sub(lambda match: parts[match[1]], _read("page.html"))
+
+
+def text_elements() -> str:
+    """Return the script elements that TEXTS need."""
+    return f'<script type="x-shader/x-fragment" id="shadertoy.glsl">{_shader(main_template())}</script>\n'
+
+
+def text_facts() -> dict[str, str]:
+    """Return the keys of `facts` that TEXTS need, beyond the header's."""
+    return {"reserved": lower_case_pattern("glsl")}
 
 
 def script(names: tuple[str, ...] = SCRIPTS) -> str:

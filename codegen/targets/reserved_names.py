@@ -142,3 +142,8 @@ FAMILIES = {
 def is_reserved(name: str, target: str) -> bool:
     """Return whether a target's language reserves a name."""
     return name in RESERVED[target] or re.fullmatch(FAMILIES.get(target, ""), name) is not None
+
+
+def lower_case_pattern(target: str) -> str:
+    """Return a regular expression, also of JavaScript, of a language's reserved names without capital letters."""
+    return "|".join([FAMILIES.get(target, ""), *sorted(name for name in RESERVED[target] if name.islower())])

@@ -230,6 +230,11 @@ def _printed_functions(program: Program) -> tuple[Function, ...]:
     return program.values + (() if program.texture is None else (program.texture,))
 
 
+def main_template() -> str:
+    """Return glsl/shadertoy.glsl with the ball's lines for ENTER, squeezed: the template of web/app/shadertoy.js."""
+    return _squeezed(_without_comments("shadertoy.glsl").replace("ENTER", _without_comments("enter_ball.glsl")))
+
+
 def step_bound(program: Program) -> float:
     """Return the factor on every step, rounded down to two digits: the smallest of all levels."""
     *coarser, last = program.bands

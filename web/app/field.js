@@ -32,7 +32,7 @@ function storageOf(code, storage) {
     return storage === "auto" ? shared.storages.find(([limit]) => widest(code) <= limit)[1] : storage;
 }
 
-function printFunction({name, outputs}, body) {
+export function printFunction({name, outputs}, body) {
     const [type, result] = {
         1: ["float", outputs[0]], 2: ["vec4", `vec4(${outputs[0]}.xyz, ${outputs[1]})`],
         3: ["vec3", `vec3(${outputs.join(", ")})`],

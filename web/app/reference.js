@@ -28,7 +28,7 @@ function networkValues(network, h, count) {
 }
 
 // Returns the values of a model's network at points [x, y, z] and a time.
-function valuesAt({inputs}, network, points, time) {
+export function valuesAt({inputs}, network, points, time) {
     const count = TOGETHER * Math.ceil(points.length / TOGETHER), moves = inputs === "xyzt";
     const h = new Float64Array((moves ? 4 : 3) * count);
     points.forEach((point, k) => point.forEach((c, axis) => h[axis * count + k] = c));

@@ -1,0 +1,110 @@
+import {pause} from "./device.js";
+import {isQuantized, quantized} from "./quantize.js";
+import {valuesAt, widenedValues} from "./reference.js";
+
+// Rounds the weights of a model to the fewest bits that keep its surface and its colors, as field/bits.py without the
+// compensation of errors.
+const SHARE = 0.5, ANGLE = 0.7, COLOR = 2.3; // allowed root mean square errors: of f as a share of the last delta,
+// of the normal in degrees, of the colors in steps of 1/255
+const SIZES = [7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 20, 23, 27, 31, 37, 44, 53, 64, 77, 91, 107, 161, 322, 645, 1023, 2047];
+const FINE = 2047; // largest multiple in first and last layers
+const STARTS = 600, FEWEST = 50; // points of the search for the surface, and fewest that must arrive
+const STRIDES = [0.8191725134, 0.6710436067, 0.5497004779]; // of a low-discrepancy sequence
+const HALF_CUBE = 0.9, NEWTON_STEPS = 4, NEIGHBOR = 1e-3;
+
+// Resolves to {model, error}: the model with quantized networks, and its error {f, degrees, colour}, null if they were
+// quantized already. Resolves to null if no number of bits keeps the errors in their limits, or without a surface.
+export async function fewestBits(model) {
+    const {levels, texture} = model;
+    if ([...levels.map(({network}) => network), ...(texture ? [texture] : [])].every(isQuantized)) {
+        return {model, error: null};
+    }
+    const points = await surfacePoints(model, 0);
+    if (points.length < FEWEST) return null;
+    const rounded = {...model, levels: [...levels]}, exact = valuesNear(model, points), color = colorsAt(model, points);
+    for (const [i, level] of levels.entries()) {
+        const share = Math.sqrt((i + 1) / levels.length); // errors of levels are independent
+        const network = await fewestSizes(level.network, (candidate) => {
+            rounded.levels[i] = {...level, network: candidate};
+            const {f, degrees} = errorsOf(exact, valuesNear(rounded, points));
+            return f <= share * SHARE * levels.at(-1).delta && degrees <= share * ANGLE;
+        });
+        if (!network) return null;
+        rounded.levels[i] = {...level, network};
+    }
+    if (texture) {
+        const fits = (candidate) => colorError(color, colorsAt({...model, texture: candidate}, points)) <= COLOR;
+        rounded.texture = await fewestSizes(texture, fits);
+        if (!rounded.texture) return null;
+    }
+    const colour = texture && {colour: colorError(color, colorsAt(rounded, points))};
+    return {model: rounded, error: {...errorsOf(exact, valuesNear(rounded, points)), ...colour}};
+}
+
+// Resolves to points [x, y, z] on the last level's surface at a time.
+export async function surfacePoints(model, time) {
+    let points = Array.from({length: STARTS}, (_, k) => STRIDES.map((s) => HALF_CUBE * (2 * ((k + 1) * s % 1) - 1)));
+    for (let i = 0; i < NEWTON_STEPS; ++i) {
+        await pause(0);
+        const jets = jetsOf(widenedValues(model, withNeighbors(points), time, 0));
+        points = points.map((point, k) => {
+            const [f, ...gradient] = jets[k], steepness = Math.max(innerProduct(gradient, gradient), 0.25);
+            return point.map((c, axis) => c - f / steepness * gradient[axis]);
+        });
+    }
+    const values = widenedValues(model, points, time, Infinity), {delta} = model.levels.at(-1);
+    return points.filter((point, k) => Math.abs(values[k]) < delta && Math.hypot(...point) < 1.05);
+}
+
+// Resolves to a network with quantized weights of the fewest bits that fit; null if none fit.
+async function fewestSizes(network, fits) {
+    if (isQuantized(network)) return network;
+    let best = null, low = 0, high = SIZES.length;
+    while (low < high) {
+        await pause(0);
+        const middle = (low + high) >> 1, sizes = {fine: FINE, hidden: SIZES[middle], clip: Infinity};
+        const candidate = quantized(network, sizes), isFine = fits(candidate);
+        if (isFine) [best, high] = [candidate, middle];
+        else low = middle + 1;
+    }
+    return best;
+}
+
+// Returns each point, then each moved along x, and so on.
+function withNeighbors(points) {
+    return [-1, 0, 1, 2].flatMap((along) => (
+        points.map((point) => point.map((c, axis) => (axis === along ? c + NEIGHBOR : c)))));
+}
+
+// Returns [f, derivatives along x, y, z] of each point, from the values at points of withNeighbors().
+function jetsOf(values) {
+    const count = values.length / 4;
+    return Array.from({length: count}, (_, k) => (
+        [0, 1, 2, 3].map((part) => (part ? (values[part * count + k] - values[k]) / NEIGHBOR : values[k]))));
+}
+
+function valuesNear(model, points) {
+    return widenedValues(model, withNeighbors(points), 0, Infinity);
+}
+
+// Returns the root mean square error of f, and of the normal's angle in degrees.
+function errorsOf(values, others) {
+    const jets = jetsOf(values), pairs = jetsOf(others).map((other, k) => [jets[k], other]);
+    return {
+        f: rootMeanSquare(pairs.map(([[f], [g]]) => f - g)),
+        degrees: rootMeanSquare(pairs.map(([[, ...a], [, ...b]]) => {
+            const cosine = innerProduct(a, b) / Math.max(Math.sqrt(innerProduct(a, a) * innerProduct(b, b)), 1e-9);
+            return Math.acos(Math.min(cosine, 1)) * 180 / Math.PI;
+        })),
+    };
+}
+
+function colorsAt({texture, inputs}, points) {
+    return texture && valuesAt({inputs}, texture, points, 0).map((c) => Math.max(0, Math.min(1, c)));
+}
+
+// Returns the root mean square error of colors, in steps of 1/255.
+const colorError = (a, b) => 255 * rootMeanSquare(a.map((c, i) => c - b[i]));
+
+export const rootMeanSquare = (values) => Math.sqrt(values.reduce((sum, x) => sum + x * x, 0) / values.length);
+const innerProduct = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
