@@ -1,6 +1,7 @@
 """Target html: one page that shows the model offline. Its scripts, style and HTML are in web/app/."""
 
 import base64
+import html
 import io
 import json
 import math
@@ -41,6 +42,7 @@ from ..model.checks import SHAPES, WIDEST
 from ..model.errors import UserError
 from ..model.model import DEFAULT_STEP_BOUND, MOST_ITERATIONS, STEP_BOUNDS, Model
 from ..model.model_file import FORMAT, TRAINING, VERSION, to_bytes
+from ..model.version import installed_version
 from .scene import scene_facts, texel_bytes
 
 PRINTER = ("facts.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js", "field.js")
@@ -58,6 +60,8 @@ POSTER_SIDE = 160
 """Pixels along each side of the picture that the page shows before its first frame."""
 POSTER_QUALITY = 85
 """Quality of its WebP, from 0 to 100."""
+NO_PICTURE = "data:,"
+"""URL in the place of a poster."""
 CELLS = {"first": 32, "second": 64, "last": 128}
 """Cells along an edge of the grids that the page computes: first, and then for models without motion."""
 MANY, TOO_MANY = 100_000, 250_000
@@ -76,6 +80,8 @@ _MODULE_LINE = re.compile(r"^import [^;]*;\n|^export (?=\w)", re.MULTILINE)
 """The imports and exports of a module, which the joined script drops."""
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
 """A placeholder in page.html or page.css."""
+_CONTROL = re.compile(r"[\x00-\x1f]")
+"""Characters that a title does not hold: packed_page.py uses two of them as marks."""
 PALETTES = {"dark": page_style.variables(page_style.DARK), "light": page_style.variables(page_style.LIGHT)}
 
 
@@ -117,7 +123,6 @@ def standalone(
     Raises UserError for another storage.
     """
     weights = model if digits is None else in_decimals(model, digits)
-    more = extension or Extension()
     if storage == "packed":
         raise UserError("--storage packed: only target shadertoy takes it; choose literal, texture or auto")
     program = lower(weights)
@@ -126,18 +131,46 @@ def standalone(
     # moving: a model dropped on the page may move.
     ground = round(lowest_point(program), 4)
     prologue = fragment.prologue(header, replace(program, moving=True), DIALECT, text.weights, ground)
-    facts = header | {"ground": ground, "shade": shade} | _facts(model, program, storage, digits) | more.facts
+    facts = header | {"ground": ground} | _facts(model, program, storage, digits)
     if model.scene is not None:
         facts["scene"] = scene_facts(model, program, text)
+    data = _bytes(weights) if model.scene is None else texel_bytes(text)
+    return _page(model.name, facts, data, prologue, _poster(model, shade) if poster else NO_PICTURE, shade, extension)
+
+
+def without_model(name: str, shade: str = OPENING_SHADES[0], extension: Extension | None = None) -> str:
+    """Return the text of a page that shows no model until a file is dropped.
+
+    name: the page's title. shade, extension: see `standalone`.
+    """
+    facts = {"mplicits": installed_version(), "target": "html", "name": name}
+    program = Program(name, "", (), (), (), None, {}, moving=True)
+    prologue = fragment.prologue(facts, program, DIALECT, np.zeros((1, 1, 4), np.float32), 0.0)
+    return _page(name, facts, b"", prologue, NO_PICTURE, shade, extension)
+
+
+def _page(
+    name: str, facts: dict[str, Any], data: bytes, prologue: str, poster: str, shade: str, extension: Extension | None
+) -> str:
+    """Fill page.html. data: the model's weights; empty for a page without a model. poster: a URL."""
+    more = extension or Extension()
+    marked = {key: f"/*studio*/{text}/*end*/\n" if (text := getattr(more, key)) else "" for key in ("scripts", "css")}
     parts = {
-        "css": _PLACE.sub(lambda match: PALETTES[match[1]], _read("page.css")) + more.css,
-        "poster": _poster(model, shade) if poster else "data:,",
-        "js": script(SCRIPTS[:-1]) + more.scripts + script(SCRIPTS[-1:]),
-        "facts": facts_json(facts),
-        "weights": _wrapped(base64.b64encode(_bytes(weights) if model.scene is None else texel_bytes(text)).decode()),
+        "title": html.escape(_CONTROL.sub("", name)),
+        "state": "" if data else ' data-state="empty"',
+        "css": _PLACE.sub(lambda match: PALETTES[match[1]], _read("page.css")) + marked["css"],
+        "poster": poster,
+        "unseen": " hidden" if poster == NO_PICTURE else "",
+        "js": script(SCRIPTS[:-1]) + marked["scripts"] + script(SCRIPTS[-1:]),
+        "facts": facts_json(facts | {"shade": shade} | more.facts),
+        "weights": _wrapped(base64.b64encode(data).decode()),
         "prologue": _shader(prologue),
         "glsl": _glsl(),
-        **{name: getattr(more, name) for name in ("stage", "elements", "policy", "accept", "open", "hint")},
+        **{
+            key: f"<!--studio-->{text}<!--end-->\n" if (text := getattr(more, key)) else ""
+            for key in ("stage", "elements")
+        },
+        **{key: getattr(more, key) for key in ("policy", "accept", "open", "hint")},
     }
     return _PLACE.sub(lambda match: parts[match[1]], _read("page.html"))
 

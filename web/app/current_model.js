@@ -13,15 +13,17 @@ import {center, draw, goTo, halt, options, renderer, set} from "./view.js";
 
 // `current` is the page's model or a dropped model: {model, probes, storage, shadertoy, memory, whole}. storage: of the
 // second variant; "texture" without a second variant. shadertoy: the text to copy, or null. whole: the same object with
-// all levels; only after the driver failed at them. `next` replaces `current` when a lost context is restored.
+// all levels; only after the driver failed at them. `next` replaces `current` when a lost context is restored. Both are
+// null in a page without a model, until a file is dropped.
 let current = null, next = null;
 let openShape = refuseShape; // of files that are the input of a training
 let listFiles = ({files}) => [...files]; // of a drop
 const SHADING_LABELS = {phong: "Phong", studio: "Studio", normal: "Normals", depth: "Depth", steps: "Steps", texture: "Texture"};
 
-// Returns the page's own model.
+// Returns the page's own model, or null.
 export function embedded() {
     const {buffer} = Uint8Array.from(atob(element("weights").textContent), (letter) => letter.charCodeAt(0));
+    if (!buffer.byteLength) return null;
     const model = facts.scene ? bakedScene(buffer) : parseModel(buffer, true);
     return reduced({
         model: {...model, ground: facts.ground}, probes: {points: facts.points, values: facts.values},
@@ -141,14 +143,14 @@ export function showSteps() {
 }
 
 export function shade(shading) {
-    if (shading === "texture" && !current.model.texture) return;
+    if (shading === "texture" && !current?.model.texture) return;
     choose(element("shading"), shading);
     uncover();
     set({shading});
 }
 
 export function goToLevel(level) {
-    if (level > current.model.levels.length) return;
+    if (!(level <= current?.model.levels.length)) return;
     choose(element("level"), level);
     choose(element("normals"), null);
     uncover();
@@ -156,6 +158,7 @@ export function goToLevel(level) {
 }
 
 export async function save() {
+    if (!current) return;
     element("save").disabled = true;
     halt();
     const link = document.createElement("a");
@@ -173,21 +176,23 @@ export async function copy() {
 
 // Forgets a trial of literals that the visitor ended by leaving: the literals have not failed.
 export function leave() {
-    current.memory.interrupted(null);
+    current?.memory.interrupted(null);
 }
 
 export function contextLost(event) {
     event.preventDefault();
+    if (!current) return;
     next = afterLoss(current, renderer.variants.current);
     reportLoss(next);
 }
 
 export function contextRestored() {
-    if (next) restore().catch(fail);
+    if (next || !current) restore().catch(fail);
 }
 
 async function restore() {
     renderer.open();
+    if (!current) return;
     if (next !== current) return start(next);
     reportRestored(current);
     return load();

@@ -92,15 +92,15 @@ function wireWindow() {
 
 async function main() {
     const own = embedded();
-    setTitle(own.model);
-    element("poster").hidden = hasView; // it shows the first view
+    if (own) setTitle(own.model);
+    if (hasView) element("poster").hidden = true; // it shows the first view
     openRenderer();
     resize();
     for (const wire of [wirePanel, wireButtons, wireGestures, wireWindow]) wire();
     fold(!root.classList.contains("unfolded"));
     root.dataset.ready = "";
     if (turnTime) turntable(turnTime);
-    await start(own);
+    if (own) await start(own);
 }
 
 main().catch(fail);
