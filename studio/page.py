@@ -8,13 +8,11 @@ from typing import Any
 
 from .. import glsl
 from ..codegen.printers.field import plain_color
-from ..model.gallery import FOLDER, SUFFIX
-from ..model.model_file import load
+from ..model.model import Model
 from ..model.orientation import UPRIGHT
 from ..trainer.config import TrainingConfig, default_config
 from ..trainer.settings import DEFAULT_PRESET, PRESETS
-from ..web.page import TEXTS, Extension, standalone, text_elements, text_facts
-from ..web.page import script as web_script
+from ..web import packed_page, page
 
 MESHES = ("mesh_parts.js", "obj.js", "ply.js", "stl.js", "glb.js", "mesh_file.js", "input.js", "corners.js")
 """Modules that read shapes, in their order."""
@@ -36,8 +34,7 @@ STUDIO = (
     *("folder.js", "studio.js"),
 )
 """Modules that extend the page of a model, in their order."""
-FIRST_MODEL = "bob-small"
-"""Model of the gallery that the page shows before a mesh."""
+TITLE = "mplicits studio"
 LABELS = {"tiny": "Tiny · Shadertoy 5 kB", "small": "Small · 18 kB", "base": "Base · 60 kB"}
 """Presets of `train` that the page offers, with the bytes of their Shadertoy texts."""
 SECONDS = {"tiny": 10, "small": 30, "base": 60}
@@ -49,29 +46,40 @@ _MODULE_LINE = re.compile(r"^import [^;]*;\n|^export (?=\w)", re.MULTILINE)
 
 
 def studio(config: TrainingConfig | None = None, fixed: dict[str, Any] | None = None) -> str:
-    """Return the text of the page.
+    """Return the text of the page without a model.
 
     config: the hyperparameters of a training. fixed: settings of every training (trainShape in app/training.js), in
     place of the visitor's, for tests.
     """
-    data = {"worker": script(WORKER), "kernel": base64.b64encode(kernel()).decode()}
-    shaders = {name: glsl.read(name) for name in ("preview.vert.glsl", "preview.glsl")}
-    elements = [f'<script type="text/plain" id="{name}">{text}</script>\n' for name, text in (data | shaders).items()]
-    return standalone(
-        load(FOLDER / f"{FIRST_MODEL}{SUFFIX}"),
-        shade="phong",
-        extension=Extension(
-            scripts=web_script(TEXTS) + script(STUDIO),
-            stage=_read("studio.html"),
-            css=_read("studio.css"),
-            elements=_read("bar.html") + text_elements() + "".join(elements),
-            facts=text_facts() | {"studio": page_facts(config) | {"fixed": fixed}},
-            policy=" 'wasm-unsafe-eval'; worker-src blob:",
-            accept=".obj,.mtl,.png,.jpg,.jpeg,.ply,.stl,.glb,.xyz,.safetensors",
-            open="Open a file",
-            hint="Drop a mesh, a point cloud or a .safetensors model anywhere.",
-        ),
+    return packed_page.packed(page.without_model(TITLE, "phong", extension(config, fixed)))
+
+
+def standalone(model: Model, **options: Any) -> str:
+    """Return the text of a model's page that also trains. options: of `web.page.standalone`. Raises UserError."""
+    return packed_page.packed(page.standalone(model, extension=extension(), **options))
+
+
+def extension(config: TrainingConfig | None = None, fixed: dict[str, Any] | None = None) -> page.Extension:
+    """Return the studio, an addition to the page of a model. config, fixed: see `studio`."""
+    data = _element("worker", packed_page.WORKER, script(WORKER))
+    data += _element("kernel", packed_page.BINARY, base64.b64encode(kernel()).decode())
+    for name in ("preview.vert.glsl", "preview.glsl"):
+        data += _element(name, "x-shader/x-fragment", glsl.read(name))
+    return page.Extension(
+        scripts=page.script(page.TEXTS) + script(STUDIO),
+        stage=_read("studio.html"),
+        css=_read("studio.css"),
+        elements=_read("bar.html") + page.text_elements() + data,
+        facts=page.text_facts() | {"studio": page_facts(config) | {"fixed": fixed}},
+        policy=" 'wasm-unsafe-eval'; worker-src blob:",
+        accept=".obj,.mtl,.png,.jpg,.jpeg,.ply,.stl,.glb,.xyz,.safetensors",
+        open="Open a file",
+        hint="Drop a mesh, a point cloud or a .safetensors model anywhere.",
     )
+
+
+def _element(name: str, kind: str, text: str) -> str:
+    return f'<script type="{kind}" id="{name}">{text}</script>\n'
 
 
 def page_facts(config: TrainingConfig | None = None) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from mplicits.studio.page import studio
 from mplicits.trainer.config import TrainingConfig
 from support.ball_training import QUICK
 from support.browser import Visit, visit
+from support.unpacked import unpacked
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -105,4 +106,4 @@ def test_the_verb_writes_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[
     path = tmp_path / "studio.html"
     assert cli.main(["studio", "-o", str(path)]) == 0
     assert "drop a mesh" in capsys.readouterr().err
-    assert '"levels": [{"width": 48, "depth": 1}, {"width": 64, "depth": 4}]' in path.read_text("utf-8")
+    assert '"levels": [{"width": 48, "depth": 1}, {"width": 64, "depth": 4}]' in unpacked(path.read_text("utf-8"))

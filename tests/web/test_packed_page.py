@@ -1,0 +1,209 @@
+"""Packed pages: the same page, with nothing lost but comments, under the same policy."""
+
+import json
+import re
+import threading
+from collections.abc import Iterator
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from pygments.lexers import JavascriptLexer
+from pygments.token import Comment
+
+from mplicits.studio import page as studio_page
+from mplicits.web import page
+from mplicits.web.packed_page import ascii85, packed, short_script
+from support.browser import visit
+from support.firefox import firefox
+from support.page_pictures import MODEL
+from support.random_model import random_model
+from support.unpacked import unpacked
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+STATE = "document.documentElement.dataset"
+PROBE = """
+const seen = {};
+const wait = (make) => new Promise(make).catch(() => "refused");
+seen.fetch = await fetch("/data").then(() => "sent", () => "refused");
+for (const name of ["img", "script", "iframe"]) {
+    seen[name] = await wait((resolve) => {
+        const one = document.createElement(name);
+        Object.assign(one, {onload: () => resolve("sent"), onerror: () => resolve("refused"), src: `/${name}`});
+        document.body.append(one);
+    });
+}
+seen.worker = await wait((resolve) => {
+    const text = `fetch("${location.origin}/worker").then(() => postMessage("sent"), () => postMessage("refused"))`;
+    const worker = new Worker(URL.createObjectURL(new Blob([text])));
+    worker.onmessage = ({data}) => resolve(data);
+});
+seen.kernel = await WebAssembly.compile(new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0])).then(() => "allowed", String);
+document.documentElement.dataset.seen = JSON.stringify(seen);
+"""
+"""A script that asks for the network in several ways, after the page is unpacked."""
+
+
+def tokens(script: str) -> list[str]:
+    """Return the tokens of JavaScript, without comments and white space, and with lines of literals unindented."""
+    kept = [text for kind, text in JavascriptLexer().get_tokens(script) if kind not in Comment]
+    return [re.sub(r"\s+", " ", text) for text in kept if text.strip()]
+
+
+@pytest.mark.parametrize("names", [page.SCRIPTS, studio_page.STUDIO, studio_page.WORKER])
+def test_scripts_lose_only_comments(names: tuple[str, ...]) -> None:
+    text = page.script(names) if names is page.SCRIPTS else studio_page.script(names)
+    assert tokens(short_script(text)) == tokens(text)
+    assert len(short_script(text)) < 0.9 * len(text)
+
+
+def test_comments_in_strings_stay() -> None:
+    text = 'const a = "x // y"; // a comment\n    // a line\n    const b = `${a} // ${a}`;\n'
+    assert short_script(text) == 'const a = "x // y";\nconst b = `${a} // ${a}`;\n'
+
+
+@pytest.mark.parametrize("size", range(9))
+def test_ascii85_has_no_tags(size: int) -> None:
+    text = ascii85(bytes(range(250, 250 - size, -1)) + bytes(8) + b"\x54" * 40)
+    assert not set(text) & set("<z")
+    assert all(len(line) <= 120 for line in text.splitlines())
+
+
+def test_the_packed_page_holds_the_page(tmp_path: Path) -> None:
+    text = page.standalone(MODEL)
+    inner, small = unpacked(packed(text)), packed(text)
+    for name in ("weights", "facts"):
+        before, after = (re.search(rf'id="{name}">(.*?)</script>', one, re.DOTALL) for one in (text, inner))
+        assert before is not None
+        assert after is not None
+        assert after[1].strip() == before[1].replace("\n", "")
+    assert re.findall(r'<img id="poster"[^>]*>', small) == re.findall(r'<img id="poster"[^>]*>', inner)
+    assert inner.count("<script") == text.count("<script")
+    assert "<title>fitted</title>" in small
+    assert len(small) < 0.5 * len(text)
+
+
+def test_the_packed_page_draws_the_same_model(browser: "Browser", tmp_path: Path) -> None:
+    file = tmp_path / "packed.html"
+    file.write_text(packed(page.standalone(MODEL, shade="phong")), encoding="utf-8")
+    with visit(browser, file, share=0.1, hash_="#az=10&panel=0") as visited:
+        visited.still()
+        assert float(visited.root("error") or "nan") < 5e-6
+        assert visited.page.title() == "fitted"
+        assert visited.page.evaluate("document.compatMode") == "CSS1Compat"
+        assert not visited.page.is_visible("#fold")
+        assert visited.camera() == {"az": "10", "panel": "0"}
+        assert visited.page.evaluate("history.length") == 2, "the blank page, and this"
+        visited.page.reload()
+        visited.until(f"'ready' in {STATE}")
+        visited.page.goto("about:blank")
+        visited.page.go_back()
+        visited.still()
+        assert visited.camera()["panel"] == "0"
+        assert visited.console == []
+
+
+def test_a_packed_page_in_a_frame(browser: "Browser", tmp_path: Path) -> None:
+    (tmp_path / "packed.html").write_text(packed(page.standalone(random_model((4, 0)), poster=False)), encoding="utf-8")
+    (tmp_path / "host.html").write_text('<iframe src="packed.html#panel=0" sandbox="allow-scripts"></iframe>')
+    with visit(browser, tmp_path / "host.html", share=0.1) as visited:
+        frame = visited.page.frames[1]
+        frame.wait_for_function(f"() => 'drawn' in {STATE}", timeout=visited.patience)
+        assert not frame.is_visible("#fold")
+        assert visited.console == []
+
+
+@pytest.mark.parametrize(
+    ("script", "more", "line"),
+    [
+        ("delete globalThis.DecompressionStream", "", "This browser is too old for this page."),
+        ("", "abc", "This file is damaged;"),
+    ],
+)
+def test_one_line_says_why_a_page_does_not_unpack(
+    browser: "Browser", tmp_path: Path, script: str, more: str, line: str
+) -> None:
+    file = tmp_path / "packed.html"
+    text = packed(page.without_model("empty"))
+    file.write_text(text.replace('id="packed">\n', f'id="packed">\n{more}'), encoding="utf-8")
+    with visit(browser, file, script=script) as visited:
+        visited.until(f"document.getElementById('note').textContent.startsWith({line!r})")
+        assert visited.console == []
+
+
+class Asked(SimpleHTTPRequestHandler):
+    """Keeps the paths of all requests."""
+
+    paths: list[str]
+
+    def __init__(self, paths: list[str], *arguments: Any, **options: Any) -> None:
+        self.paths = paths
+        super().__init__(*arguments, **options)
+
+    def log_message(self, format: str, *arguments: Any) -> None:
+        self.paths.append(self.path)
+
+
+@pytest.fixture
+def hosted(tmp_path: Path) -> Iterator[tuple[str, list[str]]]:
+    """The address of a page that asks for the network, and the paths of requests."""
+    text = page.without_model("probe", extension=page.Extension(scripts=PROBE, policy=studio_page.extension().policy))
+    (tmp_path / "probe.html").write_text(packed(text), encoding="utf-8")
+    paths: list[str] = []
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Asked, paths, directory=str(tmp_path)))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield f"http://127.0.0.1:{server.server_port}/probe.html", paths
+    server.shutdown()
+    server.server_close()
+
+
+REFUSED = {"fetch": "refused", "img": "refused", "script": "refused", "worker": "refused", "kernel": "allowed"}
+
+
+def test_the_policy_holds_after_unpacking(browser: "Browser", hosted: tuple[str, list[str]]) -> None:
+    address, paths = hosted
+    tab = browser.new_page()
+    tab.goto(address)
+    tab.wait_for_function(f"() => {STATE}.seen")
+    seen = json.loads(tab.evaluate(f"{STATE}.seen"))
+    tab.close()
+    assert {key: seen[key] for key in REFUSED} == REFUSED
+    assert paths == ["/probe.html"]
+
+
+@pytest.mark.slow
+def test_the_policy_holds_in_firefox(xvfb: dict[str, str], hosted: tuple[str, list[str]], tmp_path: Path) -> None:
+    address, paths = hosted
+    (tmp_path / "profile").mkdir()
+    with firefox(tmp_path / "profile", xvfb) as tab:
+        tab.ask("WebDriver:Navigate", {"url": address})
+        tab.until(f"'seen' in {STATE}")
+        seen = json.loads(tab.evaluate(f"{STATE}.seen"))
+    assert {key: seen[key] for key in REFUSED} == REFUSED
+    assert paths == ["/probe.html"]
+
+
+@pytest.mark.slow
+def test_firefox_draws_a_packed_page(xvfb: dict[str, str], tmp_path: Path) -> None:
+    file = tmp_path / "packed.html"
+    file.write_text(packed(page.standalone(MODEL, storage="texture", shade="phong")), encoding="utf-8")
+    (tmp_path / "profile").mkdir()
+    with firefox(tmp_path / "profile", xvfb) as tab:
+        tab.ask("WebDriver:SetWindowRect", {"width": 450, "height": 250})
+        tab.ask("WebDriver:Navigate", {"url": f"{file.as_uri()}#az=10"})
+        for command in (None, "WebDriver:Refresh"):
+            if command:
+                tab.ask(command, {})
+            tab.until(f"{STATE}.state === 'still'")
+            assert float(tab.evaluate(f"{STATE}.error")) < 5e-6
+            assert tab.evaluate("document.title") == "fitted"
+            assert tab.evaluate("location.hash") == "#az=10"
+        assert tab.evaluate("history.length") == 2
+
+
+def test_the_studio_is_small() -> None:
+    assert len(studio_page.studio().encode()) <= 150_000
