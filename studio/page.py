@@ -14,13 +14,16 @@ from ..trainer.config import TrainingConfig, default_config
 from ..trainer.settings import DEFAULT_PRESET, PRESETS
 from ..web import packed_page, page
 
-MESHES = ("mesh_parts.js", "obj.js", "ply.js", "stl.js", "glb.js", "mesh_file.js", "input.js", "corners.js")
+MESHES = (
+    *("mesh_parts.js", "text_reader.js", "binary.js", "polygons.js", "places.js", "images.js", "surface_colors.js"),
+    *("mtl.js", "obj.js", "ply.js", "stl.js", "xyz.js", "matrices.js", "gltf_data.js", "gltf_materials.js", "glb.js"),
+    *("cloud_points.js", "mesh_colors.js", "mesh_file.js", "examples.js", "input.js", "corners.js"),
+)
 """Modules that read shapes, in their order."""
 WORKER = (
     *MESHES,
     *("training_error.js", "kernel.js", "batches.js", "tree.js", "winding.js", "shape.js", "sampling.js"),
-    *("tracing.js", "marching.js", "isosurface.js", "field_mesh.js", "mesh_writer.js", "examples.js"),
-    *("worker.js",),
+    *("tracing.js", "marching.js", "isosurface.js", "field_mesh.js", "mesh_writer.js", "worker.js"),
 )
 """Modules of the workers' script, in its order."""
 TRAINER = (

@@ -1,78 +1,137 @@
-import {demand} from "./mesh_parts.js";
+import {openGltf} from "./gltf_data.js";
+import {materialOf} from "./gltf_materials.js";
+import {IDENTITY, isMirror, matrixOf, matrixProduct} from "./matrices.js";
+import {demand, demandFew, Growing} from "./mesh_parts.js";
+import {encoded} from "./surface_colors.js";
 
-// Reads the triangles of a binary glTF 2.0 file, placed by its nodes.
-const MAGIC = 0x46546c67, JSON_CHUNK = 0x4e4f534a, TRIANGLES = 4;
-const COMPONENTS = {5121: [1, "getUint8"], 5123: [2, "getUint16"], 5125: [4, "getUint32"], 5126: [4, "getFloat32"]};
-const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
+// Reads the triangles and the colors of a glTF 2.0 file, placed by its nodes and by skins in their pose.
+const TRIANGLES = 4, STRIP = 5, FAN = 6, MOST_INSTANCES = 100_000;
 
-export function parseGlb(buffer) {
-    const {gltf, binary} = chunks(buffer), vertices = [], faces = [];
-    const add = (primitive, matrix) => {
-        if ((primitive.mode ?? TRIANGLES) !== TRIANGLES) return;
-        const points = accessor(gltf, binary, primitive.attributes?.POSITION, 3), first = vertices.length / 3;
-        for (let i = 0; i < points.length; i += 3) vertices.push(...moved(matrix, points.slice(i, i + 3)));
-        const count = points.length / 3;
-        const index = primitive.indices === undefined
-            ? Array.from({length: count}, (_, i) => i) : accessor(gltf, binary, primitive.indices, 1);
-        for (let i = 0; i + 2 < index.length; i += 3) for (let k = 0; k < 3; ++k) faces.push(first + index[i + k]);
+// Returns what parsedShape (mesh_file.js) describes.
+export function parseGlb(bytes, find) {
+    const file = openGltf(bytes, find), {gltf, accessor} = file, placed = placedNodes(gltf), skins = new Map();
+    const points = new Growing(Float64Array), tints = new Growing(Float32Array), uv = new Growing(Float32Array);
+    const faces = new Growing(Uint32Array), material = new Growing(Uint16Array), materials = new Map();
+    let meshes = 0;
+
+    function add(primitive, matrices, weights) {
+        const {attributes = {}, mode = TRIANGLES, indices, material: name} = primitive;
+        if (![TRIANGLES, STRIP, FAN].includes(mode)) return;
+        const {numbers: own} = accessor(attributes.POSITION, ["VEC3"]), count = own.length / 3, first = points.size / 3;
+        const order = indices === undefined ? Float64Array.from({length: count}, (_, i) => i)
+            : accessor(indices, ["SCALAR"]).numbers;
+        const corners = triangles(order, mode, isMirror(matrices(0)));
+        if (!materials.has(name)) materials.set(name, {...materialOf(file, name), index: materials.size});
+        const {index, coordinates, transform} = materials.get(name);
+        demandFew((faces.size + corners.length) / 3, "triangles");
+        demandFew((points.size / 3 + count) / 3, "triangles");
+        placePoints(points, own, matrices, weights);
+        if (attributes.COLOR_0 !== undefined) {
+            const {numbers, width} = accessor(attributes.COLOR_0, ["VEC3", "VEC4"], count, true);
+            tints.fill(1, 3 * first);
+            for (let i = 0; i < numbers.length; i += width) {
+                for (let k = 0; k < 3; ++k) tints.push(encoded(numbers[i + k]));
+            }
+        }
+        const uvIndex = attributes[`TEXCOORD_${coordinates}`];
+        const table = uvIndex === undefined ? null : accessor(uvIndex, ["VEC2"], count).numbers;
+        if (table) uv.fill(0, 2 * faces.size);
+        for (const corner of corners) {
+            demand(corner < count, "a face names a vertex that does not exist");
+            faces.push(first + corner);
+            if (table) for (const c of transform(table[2 * corner], table[2 * corner + 1])) uv.push(c);
+        }
+        material.fill(index, faces.size / 3);
+    }
+
+    for (const [index, matrix] of placed) {
+        const node = gltf.nodes[index], primitives = gltf.meshes?.[node.mesh]?.primitives ?? [];
+        const joints = gltf.skins?.[node.skin];
+        if (joints && !skins.has(joints)) skins.set(joints, jointMatrices(joints, placed, accessor));
+        for (const instance of instances(node, matrix, accessor)) {
+            meshes += primitives.length ? 1 : 0;
+            for (const primitive of primitives) {
+                const matrices = joints ? (i) => skins.get(joints)[i] ?? IDENTITY : () => instance;
+                add(primitive, matrices, joints ? skinWeights(primitive, accessor) : null);
+            }
+        }
+    }
+    if (tints.size) tints.fill(1, points.size);
+    if (uv.size) uv.fill(0, 2 * faces.size);
+    return {
+        vertices: points.filled, faces: faces.filled, tints: tints.size ? tints.filled : null, uv: uv.size ? uv.filled : null,
+        material: material.filled, materials: [...materials.values()], isProduct: true, meshes,
     };
-    const visited = new Set(); // a node has one parent at most
-    const visit = (index, above) => {
-        const node = gltf.nodes?.[index];
-        demand(node && !visited.has(index), "its nodes are damaged");
-        visited.add(index);
+}
+
+// Returns a node's index -> its matrix, of the nodes of the scene.
+function placedNodes({scenes, scene = 0, nodes}) {
+    const placed = new Map(), pending = Array.from(scenes?.[scene]?.nodes ?? [], (index) => [index, IDENTITY]);
+    while (pending.length) {
+        const [index, above] = pending.pop(), node = nodes?.[index];
+        demand(node && !placed.has(index), "its nodes are damaged"); // a node has one parent at most
         const matrix = matrixProduct(above, node.matrix ?? matrixOf(node));
-        for (const primitive of gltf.meshes?.[node.mesh]?.primitives ?? []) add(primitive, matrix);
-        for (const child of node.children ?? []) visit(child, matrix);
-    };
-    for (const root of gltf.scenes?.[gltf.scene ?? 0]?.nodes ?? []) visit(root, IDENTITY);
-    return {vertices: Float64Array.from(vertices), faces: Uint32Array.from(faces)};
-}
-
-function chunks(buffer) {
-    const view = new DataView(buffer);
-    demand(buffer.byteLength >= 20 && view.getUint32(0, true) === MAGIC, "not a GLB file, or a damaged one");
-    const length = view.getUint32(12, true), start = 20 + length;
-    let gltf = null;
-    if (view.getUint32(16, true) === JSON_CHUNK) {
-        try {
-            gltf = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 20, length)));
-        } catch { /* the next line reports it */ }
+        placed.set(index, matrix);
+        for (const child of node.children ?? []) pending.push([child, matrix]);
     }
-    demand(typeof gltf === "object" && gltf !== null, "its JSON is damaged");
-    const needed = String(gltf.extensionsRequired ?? "").slice(0, 40);
-    demand(!needed, `it needs the extension ${needed}; export it without compression`);
-    const size = start + 8 <= buffer.byteLength ? view.getUint32(start, true) : 0;
-    return {gltf, binary: new DataView(buffer, Math.min(start + 8, buffer.byteLength), size)};
+    return placed;
 }
 
-// Returns the numbers of an accessor with `width` components.
-function accessor(gltf, binary, index, width) {
-    const {bufferView, componentType, count, byteOffset = 0} = gltf.accessors?.[index] ?? {};
-    const view = gltf.bufferViews?.[bufferView];
-    demand(view && !view.buffer && Object.hasOwn(COMPONENTS, componentType), "an accessor is damaged");
-    const [size, get] = COMPONENTS[componentType], stride = view.byteStride ?? width * size, values = [];
-    const start = (view.byteOffset ?? 0) + byteOffset, end = start + stride * (count - 1) + width * size;
-    demand(count >= 0 && stride > 0 && end <= binary.byteLength, "an accessor is damaged");
+// Returns the matrices of a node's instances.
+function instances({extensions}, matrix, accessor) {
+    const {TRANSLATION, ROTATION, SCALE} = extensions?.EXT_mesh_gpu_instancing?.attributes ?? {};
+    if ((TRANSLATION ?? ROTATION ?? SCALE) === undefined) return [matrix];
+    const read = (index, type) => (index === undefined ? null : accessor(index, [type]).numbers);
+    const translations = read(TRANSLATION, "VEC3"), rotations = read(ROTATION, "VEC4"), scales = read(SCALE, "VEC3");
+    const count = translations ? translations.length / 3 : rotations ? rotations.length / 4 : scales.length / 3;
+    demand(count <= MOST_INSTANCES, "too many instances");
+    return Array.from({length: count}, (_, i) => matrixProduct(matrix, matrixOf({
+        translation: translations?.subarray(3 * i, 3 * i + 3), rotation: rotations?.subarray(4 * i, 4 * i + 4),
+        scale: scales?.subarray(3 * i, 3 * i + 3),
+    })));
+}
+
+// Returns the matrices of a skin's joints, from the mesh to the scene.
+function jointMatrices({joints, inverseBindMatrices}, placed, accessor) {
+    const inverse = inverseBindMatrices === undefined ? null : accessor(inverseBindMatrices, ["MAT4"]).numbers;
+    return joints.map((joint, i) => {
+        const world = placed.get(joint) ?? IDENTITY;
+        return inverse ? matrixProduct(world, inverse.subarray(16 * i, 16 * i + 16)) : world;
+    });
+}
+
+function skinWeights({attributes = {}}, accessor) {
+    const {JOINTS_0, WEIGHTS_0} = attributes;
+    if (JOINTS_0 === undefined || WEIGHTS_0 === undefined) return null;
+    return {joints: accessor(JOINTS_0, ["VEC4"]).numbers, shares: accessor(WEIGHTS_0, ["VEC4"], undefined, true).numbers};
+}
+
+// Adds points moved by a matrix; with weights, by the mean of their joints' matrices.
+function placePoints(points, own, matrices, weights) {
+    const mean = new Float64Array(16);
+    for (let i = 0; i < own.length / 3; ++i) {
+        let m = matrices(0);
+        if (weights) {
+            m = mean.fill(0);
+            for (let k = 4 * i; k < 4 * i + 4; ++k) {
+                const share = weights.shares[k];
+                if (share) matrices(weights.joints[k]).forEach((c, j) => { mean[j] += share * c; });
+            }
+        }
+        const x = own[3 * i], y = own[3 * i + 1], z = own[3 * i + 2];
+        for (let k = 0; k < 3; ++k) points.push(m[k] * x + m[4 + k] * y + m[8 + k] * z + m[12 + k]);
+    }
+}
+
+// Returns the corners of triangles. order: indices of vertices.
+function triangles(order, mode, isMirrored) {
+    const count = mode === TRIANGLES ? Math.floor(order.length / 3) : Math.max(0, order.length - 2);
+    const corners = new Float64Array(3 * count);
     for (let i = 0; i < count; ++i) {
-        for (let k = 0; k < width; ++k) values.push(binary[get](start + stride * i + size * k, true));
+        const isTurned = mode === STRIP && i % 2 === 1, first = mode === TRIANGLES ? 3 * i : i;
+        const three = [mode === FAN ? 0 : first, first + 1, first + 2];
+        if (isTurned !== isMirrored) three.reverse();
+        for (let k = 0; k < 3; ++k) corners[3 * i + k] = order[three[k]];
     }
-    return values;
-}
-
-function matrixProduct(a, b) { // of column-major matrices
-    return IDENTITY.map((_, i) => [0, 1, 2, 3].reduce((sum, k) => sum + a[4 * k + i % 4] * b[4 * (i >> 2) + k], 0));
-}
-
-function moved(m, [x, y, z]) {
-    return [0, 1, 2].map((i) => m[i] * x + m[4 + i] * y + m[8 + i] * z + m[12 + i]);
-}
-
-function matrixOf({translation: t = [0, 0, 0], rotation: [x, y, z, w] = [0, 0, 0, 1], scale: [a, b, c] = [1, 1, 1]}) {
-    return [
-        a * (1 - 2 * (y * y + z * z)), 2 * a * (x * y + z * w), 2 * a * (x * z - y * w), 0,
-        2 * b * (x * y - z * w), b * (1 - 2 * (x * x + z * z)), 2 * b * (y * z + x * w), 0,
-        2 * c * (x * z + y * w), 2 * c * (y * z - x * w), c * (1 - 2 * (x * x + y * y)), 0,
-        ...t, 1,
-    ];
+    return corners;
 }

@@ -1,50 +1,119 @@
+import {cleanCloud} from "./cloud_points.js";
 import {parseGlb} from "./glb.js";
-import {demand, MeshError} from "./mesh_parts.js";
+import {colorsOf} from "./mesh_colors.js";
+import {demand, MeshError, shownName} from "./mesh_parts.js";
 import {parseObj} from "./obj.js";
+import {firstEqual} from "./places.js";
 import {parsePly} from "./ply.js";
 import {parseStl} from "./stl.js";
+import {parseXyz} from "./xyz.js";
 
-// Reads a mesh file.
-const PARSERS = {obj: parseObj, ply: parsePly, stl: parseStl, glb: parseGlb};
+// Reads a shape from a file and the files beside it.
+const PARSERS = {obj: parseObj, ply: parsePly, stl: parseStl, glb: parseGlb, gltf: parseGlb, xyz: parseXyz};
+const HUGE = 1e100; // coordinate, as in trainer/shapes/checks.py
+const MOST_BYTES = 2 ** 29, MOST_NOTES = 8;
 
-// Returns {vertices: Float64Array (3 V), faces: Uint32Array (3 F)}; vertices at one place are one vertex, and polygons
-// are triangles. name: of the file, whose ending names the format; buffer: its bytes. Throws MeshError.
+// Reads the shape of files that were dropped together: [{name, path, bytes: ArrayBuffer}]. Returns
+// {name: of its file, vertices: Float64Array (3 V), faces: Uint32Array (3 F), cloudNormals: unit vectors of a cloud
+// (which has no faces), Float64Array (3 V), or null, colors, notes: lines for the visitor, up: "y" or null}. Vertices at
+// one place are one vertex, and polygons are triangles. colors is null or {vertex: Float32Array (3 V) or null, uv:
+// Float32Array (6 F) at the corners of faces or null, material: Uint16Array (F), or null where all faces have the first,
+// materials: [{color: [r, g, b], image: {width, height, pixels: RGBA} or null}]}; all sRGB in [0, 1]. Throws MeshError.
+export async function readShape(files) {
+    const shapes = files.filter(({name}) => Object.hasOwn(PARSERS, endingOf(name)))
+        .sort((a, b) => b.bytes.byteLength - a.bytes.byteLength);
+    const [{name, bytes} = {name: "", bytes: null}] = shapes, notes = [];
+    const parsed = parsedShape(name, bytes, finderOf(files)), isCloud = !parsed.faces.length;
+    if (shapes.length > 1) notes.push(`${shapes.length} shapes; ${shownName(name)} is the largest`);
+    notes.push(...parsed.notes ?? []);
+    if (isCloud) demandNormals(parsed, name);
+    const shape = isCloud ? cleanCloud(parsed) : mergedMesh(parsed);
+    notes.push(...shape.notes ?? []);
+    const colors = await colorsOf({...parsed, tints: shape.tints}, files, notes);
+    return {
+        name, vertices: shape.vertices, faces: parsed.faces, cloudNormals: shape.normals ?? null, colors,
+        notes: [summary(parsed, shape, colors), ...notes].slice(0, MOST_NOTES), up: /^gl/i.test(endingOf(name)) ? "y" : null,
+    };
+}
+
+// Returns the vertices and faces of a mesh file alone, as readShape does. buffer: its bytes. Throws MeshError.
 export function parseMesh(name, buffer) {
-    const ending = name.slice(name.lastIndexOf(".") + 1).toLowerCase();
-    demand(Object.hasOwn(PARSERS, ending), "not a mesh that this page reads: OBJ, PLY, STL or GLB");
+    const parsed = parsedShape(name, buffer, () => null);
+    demand(parsed.faces.length, "the mesh is empty; a shape needs triangles");
+    return {vertices: mergedMesh(parsed).vertices, faces: parsed.faces};
+}
+
+// Returns what the format's reader returns: {vertices: Float64Array, faces: Uint32Array; normals: Float64Array, tints:
+// Float32Array (of vertices); uv: Float32Array (of corners), material: Uint16Array (of faces), materials: [{color,
+// image: {name, bytes}}], where a missing color, image or bytes is null; isProduct: whether tints, colors and images
+// multiply; notes; meshes: their number}. All but vertices and faces may be missing. Its indices are not checked.
+// find: returns the bytes of a file by its name, or null.
+function parsedShape(name, buffer, find) {
+    const ending = endingOf(name);
+    demand(Object.hasOwn(PARSERS, ending), "not a mesh or a cloud that this page reads: OBJ, PLY, STL, GLB or XYZ");
+    demand(buffer.byteLength <= MOST_BYTES, `over 512 MB; train it with: mplicits train ${shownName(name)}`);
     try {
-        return checked(merged(PARSERS[ending](buffer)));
+        return PARSERS[ending](new Uint8Array(buffer), find);
     } catch (error) {
-        if (error instanceof RangeError) throw new MeshError("the file is cut short or damaged");
-        throw error;
+        if (error instanceof MeshError) throw error;
+        throw new MeshError("the file is cut short or damaged", {cause: error});
     }
 }
 
-function checked({vertices, faces}) {
-    const count = vertices.length / 3;
-    demand(count && faces.length, "the mesh is empty; a shape needs triangles");
-    demand(vertices.every(Number.isFinite), "has coordinates that are not finite");
-    demand(faces.every((index) => index < count), "a face names a vertex that does not exist");
-    return {vertices, faces};
+const endingOf = (name) => name.slice(name.lastIndexOf(".") + 1).toLowerCase();
+
+// Returns a function that finds a file by a name in another one: by its path, or else by its base name; or else, where
+// it is the only one, by its ending.
+function finderOf(files) {
+    const plain = (path) => path.replaceAll("\\", "/").replace(/^(\.?\/)+/, "").toLowerCase();
+    return (asked, ending = null) => {
+        const path = plain(asked), base = path.slice(path.lastIndexOf("/") + 1);
+        const same = files.filter(({name}) => name.toLowerCase() === base);
+        const alike = same.length || !ending ? [] : files.filter(({name}) => ending.test(name));
+        const found = same.find((file) => `/${plain(file.path ?? file.name)}`.endsWith(`/${path}`)) ?? same[0];
+        const only = found ?? (alike.length === 1 ? alike[0] : null);
+        return only && new Uint8Array(only.bytes);
+    };
 }
 
-// Merges vertices with the same coordinates.
-function merged({vertices, faces}) {
-    const count = vertices.length / 3, places = new Map(), index = new Uint32Array(count), kept = [];
-    for (let i = 0; i < count; ++i) {
-        const key = `${vertices[3 * i]},${vertices[3 * i + 1]},${vertices[3 * i + 2]}`;
-        let place = places.get(key);
-        if (place === undefined) {
-            place = places.size;
-            places.set(key, place);
-            kept.push(i);
+// Merges vertices at one place; the first keeps its color. Writes the new indices to faces.
+function mergedMesh({vertices, faces, tints = null}) {
+    const count = vertices.length / 3, first = firstEqual(vertices), numbers = new Uint32Array(count); // new index + 1
+    const points = new Float64Array(vertices.length), colors = tints && new Float32Array(tints.length);
+    let kept = 0;
+    for (let i = 0; i < faces.length; ++i) {
+        demand(faces[i] < count, "a face names a vertex that does not exist");
+        const from = first[faces[i]];
+        if (!numbers[from]) {
+            for (let k = 0; k < 3; ++k) {
+                const number = vertices[3 * from + k];
+                demand(Math.abs(number) <= HUGE, "has coordinates that are not finite, or huge");
+                points[3 * kept + k] = number;
+                if (tints) colors[3 * kept + k] = tints[3 * from + k];
+            }
+            numbers[from] = ++kept;
         }
-        index[i] = place;
+        faces[i] = numbers[from] - 1;
     }
-    if (kept.length === count) return {vertices, faces};
-    const few = new Float64Array(3 * kept.length);
-    kept.forEach((i, place) => few.set(vertices.subarray(3 * i, 3 * i + 3), 3 * place));
-    return {vertices: few, faces: faces.map((i) => (i < count ? index[i] : i))};
+    return {vertices: points.slice(0, 3 * kept), tints: colors && colors.slice(0, 3 * kept)};
+}
+
+function demandNormals({vertices, normals}, name) {
+    demand(vertices.length, "the mesh is empty; a shape needs triangles, or points with normals");
+    const hasNormals = normals?.some((c) => c !== 0);
+    demand(hasNormals, `a point cloud without normals; train it with: mplicits train ${shownName(name)}`);
+}
+
+// Returns a line that says what was read.
+function summary({faces, meshes = 1}, {vertices}, colors) {
+    const count = (number, name) => `${number.toLocaleString("en")} ${name}`, parts = meshes > 1 ? [count(meshes, "meshes")] : [];
+    parts.push(faces.length ? count(faces.length / 3, "triangles") : count(vertices.length / 3, "points with normals"));
+    const images = new Set(colors?.materials.map(({image}) => image).filter(Boolean)), [{width, height} = {}] = images;
+    if (images.size > 1) parts.push(count(images.size, "textures"));
+    else if (images.size) parts.push(`texture ${width} x ${height}`);
+    if (colors?.vertex) parts.push(`colors of ${faces.length ? "vertices" : "points"}`);
+    else if (colors && !images.size) parts.push("colors of materials");
+    return parts.join(", ");
 }
 
 export async function readShape([{name, bytes}]) {

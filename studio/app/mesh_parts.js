@@ -1,35 +1,80 @@
-// Shared by the readers of mesh files. A MeshError has a one-line message.
+// Shared by the readers of shapes. A MeshError has a one-line message.
+const UTF8 = new TextDecoder("utf-8", {fatal: true}), LATIN1 = new TextDecoder("latin1");
+
 export class MeshError extends Error {}
+
+// Largest number of triangles, and of points, that the page trains with: its trees must fit in each worker's memory.
+const MOST_PARTS = 2_000_000;
+
+// Throws a MeshError if there are too many triangles or points. kind: their name.
+export function demandFew(count, kind) {
+    if (count <= MOST_PARTS) return; // words take time
+    demand(false, `over ${MOST_PARTS.toLocaleString("en")} ${kind}; train it with: mplicits train`);
+}
 
 // Throws a MeshError unless a condition holds.
 export function demand(condition, message) {
     if (!condition) throw new MeshError(message);
 }
 
-// Collects triangles of polygons, as fans.
-export class Faces {
-    constructor(most = 1024) {
-        this.array = new Uint32Array(3 * most);
+// Returns a name as it may stand in a message: one short line.
+export function shownName(name) {
+    return String(name).replace(/[\p{C}\p{Zl}\p{Zp}]/gu, "?").slice(0, 60);
+}
+
+// An array of numbers to which one can add.
+export class Growing {
+    // Type: of the array, such as Float64Array.
+    constructor(Type) {
+        this.array = new Type(1024);
         this.size = 0;
     }
 
-    // Adds a polygon: indices of its corners.
-    add(corners) {
-        for (let k = 2; k < corners.length; ++k) {
-            if (this.size + 3 > this.array.length) this.grow();
-            this.array[this.size++] = corners[0];
-            this.array[this.size++] = corners[k - 1];
-            this.array[this.size++] = corners[k];
+    push(value) {
+        if (this.size === this.array.length) {
+            const larger = new this.array.constructor(2 * this.size);
+            larger.set(this.array);
+            this.array = larger;
         }
+        this.array[this.size++] = value;
     }
 
-    grow() {
-        const larger = new Uint32Array(2 * this.array.length);
-        larger.set(this.array);
-        this.array = larger;
+    // Adds a value until there are `size` numbers.
+    fill(value, size) {
+        while (this.size < size) this.push(value);
     }
 
-    get triangles() {
+    get filled() {
         return this.array.slice(0, this.size);
+    }
+}
+
+// Returns colors within [0, 1], in place. Some programs write numbers up to 255 as floats.
+export function unitColors(colors) {
+    const most = colors.reduce((largest, c) => Math.max(largest, c), 0), scale = most > 1 && most <= 255 ? 1 / 255 : 1;
+    for (let i = 0; i < colors.length; ++i) colors[i] = colors[i] > 0 ? Math.min(1, scale * colors[i]) : 0;
+    return colors;
+}
+
+// Returns the texture coordinates (6 F) of the corners of triangles. table: pairs u, v; places: of the corners in the
+// table, where -1 and missing places are (0, 0). Returns null where no corner has a place.
+export function cornerCoordinates(table, places) {
+    const uv = new Float32Array(2 * places.length);
+    let isUsed = false;
+    places.forEach((place, i) => {
+        if (!(2 * place + 1 < table.length) || place < 0) return;
+        uv[2 * i] = table[2 * place];
+        uv[2 * i + 1] = table[2 * place + 1];
+        isUsed = true;
+    });
+    return isUsed ? uv : null;
+}
+
+// Returns text of bytes: UTF-8, or else Latin 1.
+export function decoded(bytes) {
+    try {
+        return UTF8.decode(bytes);
+    } catch {
+        return LATIN1.decode(bytes);
     }
 }

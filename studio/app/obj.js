@@ -1,36 +1,99 @@
-import {demand, Faces} from "./mesh_parts.js";
+import {cornerCoordinates, demand, Growing, shownName, unitColors} from "./mesh_parts.js";
+import {parseMtl} from "./mtl.js";
+import {Polygons} from "./polygons.js";
+import {TextReader} from "./text_reader.js";
 
-// Reads vertices and faces of a Wavefront OBJ file.
-export function parseObj(buffer) {
-    const text = new TextDecoder().decode(buffer).replaceAll("\\\n", " "), faces = new Faces(), vertices = [];
-    let start = 0, line = 0;
-    while (start < text.length) {
-        let end = text.indexOf("\n", start);
-        if (end < 0) end = text.length;
-        ++line;
-        const isVertex = text.startsWith("v ", start) || text.startsWith("v\t", start);
-        const isFace = text.startsWith("f ", start) || text.startsWith("f\t", start);
-        if (isVertex || isFace) {
-            const words = text.slice(start + 2, end).trim().split(/\s+/);
-            if (isVertex) addVertex(vertices, words, line);
-            else faces.add(words.map((word) => cornerOf(word, vertices.length / 3, line)));
+// Reads a Wavefront OBJ file with its materials, and with colors behind the vertices' coordinates.
+const V = 118, T = 116, F = 102, U = 117, M = 109, SLASH = 47, BLANK = 32;
+const MOST_MATERIALS = 65_000;
+
+// Returns what parsedShape (mesh_file.js) describes.
+export function parseObj(bytes, find) {
+    const text = new TextReader(bytes), points = new Growing(Float64Array), tints = new Growing(Float32Array);
+    const table = new Growing(Float32Array), polygons = new Polygons(), names = new Map(), libraries = [];
+    let material = 0;
+    const use = (name) => {
+        if (!names.has(name)) names.set(name, names.size);
+        demand(names.size <= MOST_MATERIALS, "too many materials");
+        material = names.get(name);
+    };
+    use("");
+    while (text.nextLine()) {
+        const first = text.peek(), second = bytes[text.at + 1];
+        if (first === V && second <= BLANK) {
+            ++text.at;
+            addVertex(text, points, tints);
+        } else if (first === V && second === T) {
+            text.at += 2;
+            table.push(text.number());
+            table.push(text.number());
+        } else if (first === F && second <= BLANK) {
+            ++text.at;
+            addFace(text, points.size / 3, table.size / 2, polygons);
+            polygons.finish(material);
+        } else if (first === U || first === M) {
+            const word = text.word();
+            if (word === "usemtl") use(text.rest());
+            if (word === "mtllib") libraries.push(text.rest());
         }
-        start = end + 1;
     }
-    return {vertices: Float64Array.from(vertices), faces: faces.triangles};
+    if (tints.size) tints.fill(1, points.size);
+    polygons.cutEars(points.array);
+    const {materials, notes} = materialsOf([...names.keys()], libraries, find);
+    const uv = cornerCoordinates(table.filled, polygons.places.filled), used = polygons.materials.filled;
+    uv?.forEach((c, i) => {
+        const {scale, offset} = materials[used[Math.floor(i / 6)]];
+        uv[i] = scale[i % 2] * c + offset[i % 2];
+    });
+    return {
+        vertices: points.filled, faces: polygons.vertices.filled, tints: tints.size ? unitColors(tints.filled) : null, uv,
+        material: used, materials, notes,
+    };
 }
 
-function addVertex(vertices, words, line) {
+function addVertex(text, points, tints) {
     for (let k = 0; k < 3; ++k) {
-        const number = Number(words[k]);
-        demand(words[k] !== undefined && !Number.isNaN(number), `line ${line}: a vertex needs three numbers`);
-        vertices.push(number);
+        const number = text.number();
+        if (Number.isNaN(number)) demand(false, `line ${text.line}: a vertex needs three numbers`);
+        points.push(number);
+    }
+    if (!text.peek()) return;
+    const [r, g, b] = [text.number(), text.number(), text.number()];
+    if (Number.isNaN(b)) return; // a weight
+    tints.fill(1, points.size - 3);
+    for (const c of [r, g, b]) tints.push(c);
+}
+
+// Adds a polygon of corners such as 3, 3/1, 3//2, 3/1/2; -1 is the last vertex so far.
+function addFace(text, count, places, polygons) {
+    const {bytes} = text;
+    while (text.peek()) {
+        const start = text.at, number = text.integer(), index = number < 0 ? count + number : number - 1;
+        if (!(index >= 0 && index < 2 ** 32)) {
+            text.at = start;
+            demand(false, `line ${text.line}: '${text.word().slice(0, 20)}' names no vertex`);
+        }
+        let place = -1;
+        for (let k = 0; k < 2 && bytes[text.at] === SLASH; ++k) {
+            ++text.at;
+            const other = text.integer();
+            if (k === 0) place = other < 0 ? places + other : other > 0 ? other - 1 : -1;
+        }
+        polygons.add(index, place);
     }
 }
 
-// Returns the index of a corner such as 3, 3/1, 3//2, or -1 for the last vertex so far.
-function cornerOf(word, count, line) {
-    const number = Number.parseInt(word, 10), index = number < 0 ? count + number : number - 1;
-    demand(index >= 0 && index < 2 ** 32, `line ${line}: '${word.slice(0, 20)}' names no vertex`);
-    return index;
+// Returns {materials, notes} of names of materials.
+function materialsOf(names, libraries, find) {
+    const known = new Map(), notes = [];
+    for (const library of libraries.length ? libraries.slice(0, 100) : [""]) {
+        const bytes = find(library, /\.mtl$/i);
+        if (bytes) parseMtl(bytes).forEach((material, name) => known.set(name, material));
+        else if (library) notes.push(`the materials ${shownName(library)} are missing`);
+    }
+    const materials = names.map((name) => {
+        const {color = null, file = null, scale = [1, 1], offset = [0, 0]} = known.get(name) ?? {};
+        return {color, image: file && {name: file, bytes: find(file)}, scale, offset};
+    });
+    return {materials, notes};
 }

@@ -1,13 +1,19 @@
-import {demand} from "./mesh_parts.js";
+import {viewOf} from "./binary.js";
+import {demand, demandFew, Growing} from "./mesh_parts.js";
+import {TextReader} from "./text_reader.js";
 
 // Reads a binary or text STL file: triangles without shared vertices.
-export function parseStl(buffer) {
-    const view = new DataView(buffer), count = buffer.byteLength >= 84 ? view.getUint32(80, true) : -1;
-    const vertices = buffer.byteLength === 84 + 50 * count ? binaryStl(view, count) : textStl(buffer);
+const VERTEX_LETTER = 118, LOWER_CASE = 32;
+
+export function parseStl(bytes) {
+    const view = viewOf(bytes), count = bytes.length >= 84 ? view.getUint32(80, true) : Infinity, size = 84 + 50 * count;
+    const isText = /^\s*solid\s[^]*?\sfacet\s/.test(new TextDecoder("latin1").decode(bytes.subarray(0, 2000)));
+    const vertices = bytes.length === size || (bytes.length > size && !isText) ? binaryStl(view, count) : textStl(bytes);
     return {vertices, faces: Uint32Array.from({length: vertices.length / 3}, (_, i) => i)};
 }
 
 function binaryStl(view, count) {
+    demandFew(count, "triangles");
     const vertices = new Float64Array(9 * count);
     for (let i = 0; i < count; ++i) {
         for (let k = 0; k < 9; ++k) vertices[9 * i + k] = view.getFloat32(84 + 50 * i + 12 + 4 * k, true);
@@ -15,15 +21,19 @@ function binaryStl(view, count) {
     return vertices;
 }
 
-function textStl(buffer) {
-    const text = new TextDecoder().decode(buffer);
-    demand(text.trimStart().startsWith("solid"), "not an STL file, or a damaged one");
-    const numbers = [];
-    for (const [, words] of text.matchAll(/^\s*vertex\s+(.*)$/gm)) {
-        const three = words.trim().split(/\s+/).map(Number);
-        demand(three.length === 3 && !three.some(Number.isNaN), "a vertex needs three numbers");
-        numbers.push(...three);
+function textStl(bytes) {
+    const text = new TextReader(bytes), numbers = new Growing(Float64Array);
+    demand(text.nextLine() && text.word().toLowerCase() === "solid", "not an STL file, or a damaged one");
+    while (text.nextLine()) {
+        if ((text.peek() | LOWER_CASE) !== VERTEX_LETTER) continue; // no other line begins so
+        text.number();
+        for (let k = 0; k < 3; ++k) {
+            const number = text.number();
+            if (Number.isNaN(number)) demand(false, `line ${text.line}: a vertex needs three numbers`);
+            numbers.push(number);
+        }
     }
-    demand(numbers.length % 9 === 0, "a facet has not three vertices");
-    return Float64Array.from(numbers);
+    demandFew(numbers.size / 9, "triangles");
+    demand(numbers.size % 9 === 0, "a facet has not three vertices");
+    return numbers.filled;
 }

@@ -1,0 +1,21 @@
+// Column-major matrices of 4 x 4 numbers.
+export const IDENTITY = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
+
+export function matrixProduct(a, b) {
+    return IDENTITY.map((_, i) => [0, 1, 2, 3].reduce((sum, k) => sum + a[4 * k + i % 4] * b[4 * (i >> 2) + k], 0));
+}
+
+// Returns the matrix of a glTF node: translation, rotation (a quaternion) and scale.
+export function matrixOf({translation: t = [0, 0, 0], rotation: [x, y, z, w] = [0, 0, 0, 1], scale: [a, b, c] = [1, 1, 1]}) {
+    return [
+        a * (1 - 2 * (y * y + z * z)), 2 * a * (x * y + z * w), 2 * a * (x * z - y * w), 0,
+        2 * b * (x * y - z * w), b * (1 - 2 * (x * x + z * z)), 2 * b * (y * z + x * w), 0,
+        2 * c * (x * z + y * w), 2 * c * (y * z - x * w), c * (1 - 2 * (x * x + y * y)), 0,
+        ...t, 1,
+    ];
+}
+
+// Whether a matrix turns triangles inside out.
+export function isMirror(m) {
+    return m[0] * (m[5] * m[10] - m[6] * m[9]) + m[1] * (m[6] * m[8] - m[4] * m[10]) + m[2] * (m[4] * m[9] - m[5] * m[8]) < 0;
+}

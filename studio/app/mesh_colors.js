@@ -1,0 +1,58 @@
+import {decodeImage} from "./images.js";
+import {MeshError, shownName} from "./mesh_parts.js";
+
+// The colors of a shape, from what its reader found and from the images beside it.
+const IMAGE = /\.(png|jpe?g|webp)$/i, GRAY = [0.8, 0.8, 0.8]; // of materials without a color
+
+// Returns the colors of readShape (mesh_file.js); null where the shape is of one gray. parsed: what the reader returns.
+// files: that were dropped. notes: gets lines about what is missing.
+export async function colorsOf({faces, tints, uv = null, material = null, materials = [], isProduct}, files, notes) {
+    const drawn = uv ? withSpareImage(materials, files, notes) : materials.map((entry) => ({...entry, image: null}));
+    const images = await decodedImages(drawn, notes), hasImage = [...images.values()].some(Boolean);
+    if (uv && !images.size) notes.push("texture coordinates, but no image; drop it together with the mesh");
+    const vertex = tints && (isProduct || !hasImage) && !isOneGray(tints) ? tints : null;
+    if (vertex && !isProduct) return {vertex, uv: null, material: null, materials: []};
+    const plain = isProduct && vertex ? [1, 1, 1] : GRAY;
+    const found = drawn.map(({color, image}) => {
+        const decoded = image && images.get(image.name);
+        return {color: decoded && !isProduct ? [1, 1, 1] : color ?? (decoded ? [1, 1, 1] : plain), image: decoded || null};
+    });
+    const used = material && found.length > 1 ? material.map((index) => (index < found.length ? index : 0)) : null;
+    const seen = new Set(used ?? [0]), colors = found.filter((_, index) => seen.has(index)).flatMap(({color}) => color);
+    if (!vertex && !hasImage && (!faces.length || isOneGray(colors))) return null;
+    return {vertex, uv: hasImage ? uv.map((c) => (Number.isFinite(c) ? c : 0)) : null, material: used, materials: found};
+}
+
+// Gives the only image that was dropped to materials, if none of their own is there.
+function withSpareImage(materials, files, notes) {
+    const spare = files.filter(({name}) => IMAGE.test(name)), isThere = materials.some(({image}) => image?.bytes);
+    if (isThere || spare.length !== 1) return materials;
+    const [{name, bytes}] = spare, image = {name, bytes: new Uint8Array(bytes)};
+    notes.push(`the texture is ${shownName(name)}, which the mesh does not name`);
+    const isNamed = materials.some((entry) => entry.image);
+    const own = materials.length ? materials : [{color: null, image: null}];
+    return own.map((entry) => ({...entry, image: entry.image || !isNamed ? image : null}));
+}
+
+// Returns the name of each image -> the decoded image, or null.
+async function decodedImages(materials, notes) {
+    const named = new Map(materials.filter(({image}) => image).map(({color, image}) => [image.name, {color, ...image}]));
+    const decoded = new Map();
+    for (const [name, {bytes, color}] of named) {
+        let problem = "is missing";
+        decoded.set(name, null);
+        try {
+            if (bytes) decoded.set(name, await decodeImage(bytes, named.size));
+        } catch (error) {
+            if (!(error instanceof MeshError)) throw error;
+            problem = error.message;
+        }
+        if (!decoded.get(name)) notes.push(`the image ${shownName(name)} ${problem}; ${color ? "its material's color" : "gray"} instead`);
+    }
+    return decoded;
+}
+
+function isOneGray(colors) {
+    for (let i = 0; i < colors.length; ++i) if (colors[i] !== colors[0]) return false;
+    return true;
+}
