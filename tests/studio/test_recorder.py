@@ -2,6 +2,7 @@
 
 import base64
 import io
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -87,8 +88,14 @@ def test_a_slowly_drawn_turn_plays_at_the_right_speed(
 
 
 def test_players_can_seek(record: Recorded) -> None:
+    """Each entry of the file's index leads to a cluster (Matroska's IDs: Segment, CueClusterPosition, Cluster)."""
     _, video = record(seconds=3)
     assert video is not None
+    data = base64.b64decode(video)
+    segment = data.index(bytes.fromhex("18538067")) + 12
+    places = re.findall(b"\\xf1\\x01\\0{6}\\x08(.{8})", data, re.DOTALL)
+    clusters = [segment + int.from_bytes(place) for place in places]
+    assert [data[at : at + 4].hex() for at in clusters] == 3 * ["1f43b675"]
     with av.open(io.BytesIO(base64.b64decode(video)), "r") as container:
         container.seek(2_200_000)
         frame = next(container.decode(video=0))
