@@ -33,8 +33,8 @@ TRAINER = (
 """Modules of the page that train a model, in their order."""
 STUDIO = (
     *TRAINER,
-    *("settings.js", "live.js", "preview.js", "axes.js", "storage.js", "webm.js", "recorder.js", "exports.js"),
-    *("folder.js", "studio.js"),
+    *("settings.js", "live.js", "preview.js", "axes.js", "storage.js", "webm.js", "recorder.js", "video.js"),
+    *("exports.js", "folder.js", "studio.js"),
 )
 """Modules that extend the page of a model, in their order."""
 TITLE = "mplicits studio"

@@ -7,7 +7,7 @@ const [INK, GOLD, CORAL, CREAM, TEAL] = ["104a68", "eeb63e", "d64541", "faecd6",
     [0, 2, 4].map((at) => Number.parseInt(digits.slice(at, at + 2), 16) / 255)));
 
 // The built-in shape of Python (trainer/shapes/demo.py): two striped strands and a string of beads, tied into a knot.
-const RING = 1, SECTION = 0.5, SPREAD = 0.185, TWIST = 9, STRAND = 0.147, BEADS = 59;
+const RING = 1, SECTION = 0.5, ASIDE = 0.185, TWIST = 9, STRAND = 0.147, BEADS = 59;
 const ALONG = 800, AROUND = 40, BEAD_ROWS = 15, BEAD_COLUMNS = 28, SMALL = 1e-4;
 
 function rope() {
@@ -41,7 +41,7 @@ function strandAt(strand, t) {
     const around = [Math.cos(3 * t) * Math.cos(2 * t), Math.cos(3 * t) * Math.sin(2 * t), Math.sin(3 * t)];
     const across = cross(direction(axis, t), around), angle = TWIST * t + TURN * strand / 3;
     const outward = shifted(scaled(around, Math.cos(angle)), across, Math.sin(angle));
-    return {center: shifted(axis(t), outward, SPREAD), outward};
+    return {center: shifted(axis(t), outward, ASIDE), outward};
 }
 
 function tubeFrame(strand, t) {

@@ -11,7 +11,7 @@ export function showExports(row, name, kinds, onSave, guarded) {
         const button = document.createElement("button"), {id, label, title = "", ending, make, isQuick, isCopied} = kind;
         let made = null;
         const content = () => (made ??= Promise.resolve().then(make).then((value) => {
-            button.textContent = `${label} · ${sizeOf(value)}`;
+            button.textContent = `${label} · ${readableSize(value)}`;
             return value;
         }));
         Object.assign(button, {type: "button", id, title, textContent: label});
@@ -35,7 +35,7 @@ export function showExports(row, name, kinds, onSave, guarded) {
     }));
 }
 
-function sizeOf(value) {
+function readableSize(value) {
     const bytes = value.size ?? value.byteLength ?? new Blob([value]).size;
     return bytes < 1e6 ? `${(bytes / 1000).toFixed(1)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
 }

@@ -1,13 +1,20 @@
+import {EXAMPLES} from "./examples.js";
 import {readShape} from "./mesh_file.js";
 import {demand} from "./mesh_parts.js";
 
 // Reads the shape to train on, and moves it to model space.
 
 // Returns a shape of readShape() with center and scale: input space = model space * scale + center. files: see
-// readShape(). Throws MeshError.
-export async function input(files) {
-    const read = await readShape(files), {vertices, center, scale} = normalized(read.vertices);
+// readShape(); or null for an example, which has a number. Throws MeshError.
+export async function input(files, example) {
+    const read = files ? await readShape(files) : exampleShape(EXAMPLES[example]);
+    const {vertices, center, scale} = normalized(read.vertices);
     return {...read, vertices, center, scale};
+}
+
+function exampleShape({name, make}) {
+    const shape = make(), notes = [`${(shape.faces.length / 3).toLocaleString("en")} triangles`];
+    return {name, ...shape, cloudNormals: null, notes, up: "y"};
 }
 
 // Moves the center of the bounding box to the origin, and scales the largest norm to 1, as normalize() in

@@ -1,3 +1,5 @@
+import {linear} from "./surface_colors.js";
+
 // Writes meshes {vertices, normals, faces, colors} of fieldMesh() as files. colors: sRGB in [0, 1], or null.
 
 // Returns the bytes of a binary PLY file.
@@ -58,8 +60,4 @@ function extreme(vertices, k, choose) {
     let found = vertices[k];
     for (let i = k; i < vertices.length; i += 3) found = choose(found, vertices[i]);
     return found;
-}
-
-function linear(srgb) { // model/srgb.py
-    return srgb <= 0.04045 ? srgb / 12.92 : ((srgb + 0.055) / 1.055) ** 2.4;
 }

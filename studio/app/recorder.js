@@ -1,4 +1,4 @@
-import {demand} from "./mesh_parts.js";
+import {TrainingError} from "./training_error.js";
 import {webm} from "./webm.js";
 
 // A video of one turn as a WebM file. Its frames may take longer to draw than to show, so each gets its own time in the
@@ -9,7 +9,7 @@ const MOST_WAITING = 4; // frames that wait to be encoded
 
 // Returns a Blob. canvas: keeps its size; drawAt: draws the frame at a share of the turn, from 0 to 1, and resolves in
 // the task that drew it; tell: called with the share before each frame; "stop" ends the recording: returns null.
-// Throws MeshError where the browser writes no video.
+// Throws TrainingError where the browser writes no video.
 export async function recordTurntable(canvas, {seconds, fps, drawAt}, tell) {
     const {width, height} = canvas, bitrate = Math.round(BITS_PER_PIXEL * width * height * fps);
     for (const [name, codec] of globalThis.VideoEncoder ? Object.entries(CODECS) : []) {
@@ -53,7 +53,7 @@ async function encodedFrames(canvas, settings, count, drawAt, tell) {
 
 async function recordedLive(canvas, {seconds, fps, drawAt}, bitrate, tell) {
     const mimeType = "video/webm", parts = [];
-    demand(globalThis.MediaRecorder?.isTypeSupported(mimeType), "this browser writes no WebM video");
+    if (!globalThis.MediaRecorder?.isTypeSupported(mimeType)) throw new TrainingError("this browser writes no WebM video");
     const stream = canvas.captureStream(0), track = stream.getVideoTracks()[0];
     const recorder = new MediaRecorder(stream, {mimeType, videoBitsPerSecond: bitrate});
     const ended = new Promise((resolve, reject) => {

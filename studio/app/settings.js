@@ -6,7 +6,7 @@ const {presets, omegas: usual, omega_width: usualWidth, texture: widestTexture, 
 
 // Returns the settings for trainShape. preset: its name; texts: {levels, omegas, seconds, seed}, an empty text is the
 // preset's or the default. Throws ModelError.
-export function settingsOf(preset, texts) {
+export function settingsFrom(preset, texts) {
     const {levels: sizes, seconds, packed} = presets[preset], levels = levelsOf(texts.levels || sizes);
     const own = texts.omegas ? numbersOf("omega", texts.omegas, 1e-3, 1e4) : [];
     refuseIf(own.length && own.length !== levels.length && own.length !== levels.length + 1,

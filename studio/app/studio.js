@@ -8,21 +8,26 @@ import {filesOfDrop} from "./folder.js";
 import {LivePicture} from "./live.js";
 import {element, fail, root, say, setState, uncover} from "./messages.js";
 import {modelFile} from "./model_file.js";
+import {functionText} from "./glsl_function.js";
+import {hashOf} from "./header.js";
 import {turned} from "./orientation.js";
 import {Preview} from "./preview.js";
 import {ModelError, parseModel} from "./safetensors.js";
-import {settingsOf} from "./settings.js";
+import {settingsFrom} from "./settings.js";
+import {shadertoyText} from "./shadertoy.js";
 import {Team} from "./team.js";
 import {trainShape} from "./training.js";
 import {TrainingError} from "./training_error.js";
+import {turntableVideo} from "./video.js";
 import {center, draw, drawWith, frontOfView, renderer} from "./view.js";
 
 // The studio: trains a dropped shape, while the page draws its field.
 const MOST_WORKERS = 16;
 const BETWEEN_PICTURES = 1000, BETWEEN_REPORTS = 200; // milliseconds
 const PICTURES_SHARE = 0.2; // largest share of the time that pictures may take
-const LEAST_SHARE = 0.5; // of the seconds, that remains for the training after the preparation
+const LEFT_SHARE = 0.5; // of the seconds, that remains for the training after the preparation
 const LONGER_FROM = 0.6; // share of the last level's schedule at which "Train longer" begins again
+const MESH_CELLS = 256; // along an edge of the grid of an exported mesh
 const UPS = Object.keys(facts.studio.upright);
 const READABLE = /\.(obj|ply|stl|glb|xyz)$/i;
 
@@ -92,7 +97,7 @@ async function train(settings, start, began) {
             await team.all("load", () => ({module, read: shape.read}));
             shape.isLoaded = true;
         }
-        const end = Math.max(settings.seconds, clock() + LEAST_SHARE * settings.seconds);
+        const end = Math.max(settings.seconds, clock() + LEFT_SHARE * settings.seconds);
         const trained = await trainShape(team, settings, facts.studio.config, {
             hasColors: shape.hasColors, clock, end, start, afterStep: follow(mine, live, settings, clock, end),
         });
@@ -140,15 +145,44 @@ async function showResult() {
     update(`Trained in ${Math.round(result.seconds)} s · mean |f| ${meanF.toExponential(1)} of the radius · normals off by ${angle.toFixed(1)}°`);
     showExports(element("exports"), shape.name, kinds(), (id) => { result.isSaved ||= id === "download"; }, guarded);
     showPicture("field");
-    await startParsed({...parseModel(result.bytes.buffer), ground: lowest(turned(shape.positions, shape.up))});
+    await startParsed(modelOf(result));
 }
 
 // Returns what the trained shape can be saved as (exports.js).
 function kinds() {
+    const model = modelOf(result), hash = hashOf(result.bytes.buffer);
+    let text = null;
+    const shadertoy = async () => (text ??= shadertoyText(model, await hash));
+    const inWorker = (format) => async () => {
+        const [levels, texture] = [result.levels, result.texture && [result.texture]].map((networks) => (
+            networks?.map(({network, weights, delta}) => ({network, weights, delta}))));
+        const place = {center: shape.center, scale: shape.scale};
+        const question = {format, levels, texture: texture?.[0] ?? null, resolution: MESH_CELLS, place};
+        return (await shape.team.ask(0, "mesh", question)).bytes;
+    };
     return [
         {id: "download", label: "Model", title: "For mplicits and for this page", ending: "safetensors", make: () => result.bytes, isQuick: true},
+        {id: "copy-text", label: "Copy Shadertoy", title: "Text for the Image tab of shadertoy.com", make: shadertoy, isCopied: true},
+        {id: "save-text", label: "Shadertoy", title: "The same text as a file", ending: "frag", make: shadertoy, isQuick: true},
+        {id: "save-glsl", label: "GLSL", title: "Functions of the field for your shader", ending: "glsl", make: async () => functionText(model, await hash), isQuick: true},
+        {id: "save-ply", label: "PLY", title: "A mesh of the field", ending: "ply", make: inWorker("ply")},
+        {id: "save-glb", label: "GLB", title: "A mesh of the field", ending: "glb", make: inWorker("glb")},
+        {id: "save-webm", label: "Video", title: "One turn, as WebM", ending: "webm", make: recorded},
     ];
 }
+
+// Records a turn; the report shows the progress.
+async function recorded() {
+    const video = await turntableVideo((share) => {
+        update("Recording the video", share);
+        return result && !training ? "" : "stop";
+    });
+    update(video ? "Recorded" : "");
+    if (!video) throw new ModelError("the recording was stopped");
+    return video;
+}
+
+const modelOf = ({bytes}) => ({...parseModel(bytes.buffer), ground: lowest(turned(shape.positions, shape.up))});
 
 // The record of the training, with the keys of `mplicits train`.
 function provenance() {
@@ -244,7 +278,7 @@ function update(line, share = null) {
 
 function chosenSettings() {
     const form = element("settings"), preset = form.querySelector("input[name=preset]:checked").value;
-    return facts.studio.fixed ?? settingsOf(preset, Object.fromEntries(new FormData(form)));
+    return facts.studio.fixed ?? settingsFrom(preset, Object.fromEntries(new FormData(form)));
 }
 
 function fillSettings(preset) {
@@ -276,6 +310,9 @@ function wireStudio() {
         stop: () => { training.isStopped = true; },
     };
     for (const [id, action] of Object.entries(buttons)) element(id).addEventListener("click", guarded(action));
+    for (const button of element("examples").querySelectorAll("button")) {
+        button.addEventListener("click", guarded(() => begin({example: Number(button.dataset.example)}, performance.now())));
+    }
     element("settings").addEventListener("submit", (event) => event.preventDefault());
     addEventListener("beforeunload", (event) => {
         if (training || (result && !result.isSaved)) event.preventDefault();

@@ -6,7 +6,8 @@ export function encoded(c) {
     return c < 1 ? 1.055 * c ** (1 / 2.4) - 0.055 : 1;
 }
 
-function linear(c) {
+// The inverse of encoded().
+export function linear(c) {
     return c > 0.04045 ? ((c + 0.055) / 1.055) ** 2.4 : c / 12.92;
 }
 

@@ -4,11 +4,9 @@ import {TrainingError} from "./training_error.js";
 export class Team {
     // source: text of the workers' script.
     constructor(source, size) {
-        const url = URL.createObjectURL(new Blob([source], {type: "text/javascript"}));
-        this.asked = 0;
+        Object.assign(this, {url: URL.createObjectURL(new Blob([source], {type: "text/javascript"})), asked: 0, failure: null});
         this.waiting = new Map();
-        this.workers = Array.from({length: size}, () => this.hire(new Worker(url)));
-        URL.revokeObjectURL(url);
+        this.workers = Array.from({length: size}, () => this.hire(new Worker(this.url)));
     }
 
     hire(worker) {
@@ -19,7 +17,8 @@ export class Team {
             else resolve(answer);
         };
         worker.onerror = (event) => {
-            for (const {reject} of this.waiting.values()) reject(new Error(event.message));
+            this.failure = new Error(event.message || "a worker of the training does not start");
+            for (const {reject} of this.waiting.values()) reject(this.failure);
             this.waiting.clear();
         };
         return worker;
@@ -33,6 +32,7 @@ export class Team {
     // Asks one worker, and returns its answer.
     ask(worker, name, data) {
         return new Promise((resolve, reject) => {
+            if (this.failure) throw this.failure;
             const id = ++this.asked;
             this.waiting.set(id, {resolve, reject});
             this.workers[worker].postMessage({id, name, data});
@@ -41,5 +41,6 @@ export class Team {
 
     dismiss() {
         for (const worker of this.workers) worker.terminate();
+        URL.revokeObjectURL(this.url);
     }
 }

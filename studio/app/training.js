@@ -7,6 +7,7 @@ import {stageCosts, timer} from "./plan.js";
 export const MID_GRAY = 0.5; // in every channel of the first texture
 const SEEDS = 1000; // seeds reserved for each seed of the visitor; the last is the texture's
 const TIMED = 4096; // points of a measurement that is timed
+const LEAST_SHARE = 0.4; // of a stage's seconds, that remains for its steps after the preparation
 
 // Draws the weights of a new network, in the kernel's order (`initial` of trainer/networks/network.py). The weights of
 // the time and of padding neurons are zero. layout: {width, depth}; padded: width with padding.
@@ -50,7 +51,8 @@ export async function trainShape(team, settings, config, {hasColors = false, clo
         const prepare = isTexture ? textureStage : levelStage;
         const stage = await prepare(team, settings, config, trained.levels, due - began);
         if (resumed) stage.start = () => resumed.slice();
-        const time = timer(first, settings.steps?.[i], clock, settings.steps ? null : due - reserve);
+        const least = clock() + LEAST_SHARE * (due - began), stageEnd = settings.steps ? null : Math.max(due - reserve, least);
+        const time = timer(first, settings.steps?.[i], clock, stageEnd);
         const outcome = await fit(team, stage, time, (state) => afterStep({
             ...state, stage: i, done: (sum(costs.slice(0, i)) + costs[i] * state.share) / sum(costs),
             levels: trained.levels, network: stage.network, layout: stage.layout,
@@ -161,8 +163,11 @@ async function measured(team, levels, {points, band_points: more, tracing}, seed
 // Estimates the seconds of measured() after the next level.
 async function measuringTime(team, settings, {measuring}, levels) {
     const network = paddedNetwork(settings.levels[levels.length], 1), weights = new Float32Array(parameterCount(network));
-    const asked = [...levels, {network, weights, delta: 1}].map(asQuestion), began = performance.now();
-    await team.all("measure", () => ({levels: asked, count: TIMED, seed: 0, worker: null, team: 1}));
+    const asked = [...levels, {network, weights, delta: 1}].map(asQuestion);
+    const measure = () => team.all("measure", () => ({levels: asked, count: TIMED, seed: 0, worker: null, team: 1}));
+    await measure(); // the first run is slow
+    const began = performance.now();
+    await measure();
     const {rays, rounds, worst, expected_samples: samples} = measuring.tracing;
     const points = measuring.points + measuring.band_points + (2 * rays + rounds * worst * (levels.length + 1)) * samples;
     return (performance.now() - began) / 1000 * points / TIMED / team.workers.length;

@@ -4,7 +4,7 @@ import {valuesAt, widenedValues} from "./reference.js";
 
 // Rounds the weights of a model to the fewest bits that keep its surface and its colors, as field/bits.py without the
 // compensation of errors.
-const SHARE = 0.5, ANGLE = 0.7, COLOR = 2.3; // allowed root mean square errors: of f as a share of the last delta,
+const SHARE = 0.5, ANGLE = 0.7, OFF_COLOR = 2.3; // allowed root mean square errors: of f as a share of the last delta,
 // of the normal in degrees, of the colors in steps of 1/255
 const SIZES = [7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 20, 23, 27, 31, 37, 44, 53, 64, 77, 91, 107, 161, 322, 645, 1023, 2047];
 const FINE = 2047; // largest multiple in first and last layers
@@ -33,7 +33,7 @@ export async function fewestBits(model) {
         rounded.levels[i] = {...level, network};
     }
     if (texture) {
-        const fits = (candidate) => colorError(color, colorsAt({...model, texture: candidate}, points)) <= COLOR;
+        const fits = (candidate) => colorError(color, colorsAt({...model, texture: candidate}, points)) <= OFF_COLOR;
         rounded.texture = await fewestSizes(texture, fits);
         if (!rounded.texture) return null;
     }

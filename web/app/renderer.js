@@ -128,6 +128,17 @@ export class Renderer {
         return {...all, tiles: this.painter.packs(pixels, still, jitter(sample), this.variants.current.cost)};
     }
 
+    // Draws one sample of every pixel of the canvas, and resolves in the task that drew the last one.
+    frame(camera) {
+        const {painter, canvas: {width, height}} = this;
+        return painter.exclusively(async () => {
+            const pass = this.pass({...this.scene, camera}, [width, height], 0);
+            this.still = painter.sized(this.still, [width, height]);
+            while (pass.tiles.length) await painter.batch(this.variants.current, pass, this.still, 1);
+            painter.put(this.still);
+        });
+    }
+
     // Draws a frame at a resolution that fits the last frames' times. A model's first frame shows level 1.
     async drawQuick() {
         if (!this.variants.current) return;

@@ -139,6 +139,9 @@ export async function turntable(seconds) {
     }
 }
 
+// Returns the camera after a turn, in degrees.
+export const viewTurned = (degrees) => orbited(camera, degrees, 0);
+
 // Gestures, in shares of the canvas's height to the right and up.
 const aspect = () => canvas.width / canvas.height;
 export const turn = (right, up) => move(orbited(camera, -180 * right, -180 * up));
