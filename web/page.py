@@ -55,7 +55,7 @@ SCRIPTS = (
 )
 """All modules in web/app/, in the order in which the page's script holds them."""
 TEXTS = (*("quantize.js", "packed.js", "few_bits.js", "decimals.js", "header.js", "shadertoy.js", "glsl_function.js"),)
-"""Modules in web/app/ that print a model's text for other programs; they follow SCRIPTS, and only some pages have them."""
+"""Modules in web/app/ that print a model's text for other programs, in their order; only some pages have them."""
 POSTER_SIDE = 160
 """Pixels along each side of the picture that the page shows before its first frame."""
 POSTER_QUALITY = 85

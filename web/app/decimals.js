@@ -19,7 +19,8 @@ export async function fewestDigits(model) {
         cases.push({points, time, values: widenedValues(model, points, time, Infinity)});
     }
     for (let digits = 1; digits < MOST_DIGITS; ++digits) {
-        const levels = model.levels.map((level) => ({...level, network: multiplied(inDecimals(level.network, digits))}));
+        const rounded = (network) => multiplied(inDecimals(network, digits));
+        const levels = model.levels.map((level) => ({...level, network: rounded(level.network)}));
         const isEnough = ({points, time, values}) => {
             const others = widenedValues({...model, levels}, points, time, Infinity);
             return rootMeanSquare(values.map((f, k) => f - others[k])) < ALLOWED * levels.at(-1).delta;
@@ -29,8 +30,8 @@ export async function fewestDigits(model) {
     return MOST_DIGITS;
 }
 
-// Returns the lines of the weights, and of the functions for the levels' values and the color. nameOf: replaces names of
-// functions.
+// Returns the lines of the weights, and of the functions for the levels' values and the color. nameOf: replaces names
+// of functions.
 export function decimalLines(model, digits, nameOf) {
     const levels = model.levels.map((level) => ({...level, network: inDecimals(level.network, digits)}));
     const texture = model.texture && inDecimals(model.texture, digits);

@@ -4,11 +4,16 @@ import {valuesAt, widenedValues} from "./reference.js";
 
 // Rounds the weights of a model to the fewest bits that keep its surface and its colors, as field/bits.py without the
 // compensation of errors.
-const SHARE = 0.5, ANGLE = 0.7, OFF_COLOR = 2.3; // allowed root mean square errors: of f as a share of the last delta,
-// of the normal in degrees, of the colors in steps of 1/255
-const SIZES = [7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 20, 23, 27, 31, 37, 44, 53, 64, 77, 91, 107, 161, 322, 645, 1023, 2047];
-const FINE = 2047; // largest multiple in first and last layers
-const STARTS = 600, FEWEST = 50; // points of the search for the surface, and fewest that must arrive
+// Allowed root mean square errors: of f as a share of the last delta, of the normal in degrees, of the colors in steps
+// of 1/255.
+const SHARE = 0.5, ANGLE = 0.7, OFF_COLOR = 2.3;
+// Candidates for the largest multiple of a hidden layer's step. LARGEST_MULTIPLE of packed.js is the last one.
+const SIZES = [
+    ...[7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 20, 23, 27, 31, 37, 44, 53, 64, 77, 91, 107],
+    ...[161, 322, 645, 1023, 2047, 4095, 8191],
+];
+const FINE = 2047; // least of the largest multiples in first and last layers
+const STARTS = 400, FEWEST = 50; // points of the search for the surface, and fewest that must arrive
 const STRIDES = [0.8191725134, 0.6710436067, 0.5497004779]; // of a low-discrepancy sequence
 const HALF_CUBE = 0.9, NEWTON_STEPS = 4, NEIGHBOR = 1e-3;
 
@@ -22,8 +27,11 @@ export async function fewestBits(model) {
     const points = await surfacePoints(model, 0);
     if (points.length < FEWEST) return null;
     const rounded = {...model, levels: [...levels]}, exact = valuesNear(model, points), color = colorsAt(model, points);
+    const sizes = levels.map(({network}) => network.reduce((sum, {weight}) => sum + weight.length, 0));
+    const upTo = (count) => sizes.slice(0, count).reduce((sum, size) => sum + size, 0);
     for (const [i, level] of levels.entries()) {
-        const share = Math.sqrt((i + 1) / levels.length); // errors of levels are independent
+        // Errors of levels are independent: their squares add up. The text is shortest if they are as the sizes.
+        const share = Math.sqrt(upTo(i + 1) / upTo(levels.length));
         const network = await fewestSizes(level.network, (candidate) => {
             rounded.levels[i] = {...level, network: candidate};
             const {f, degrees} = errorsOf(exact, valuesNear(rounded, points));
@@ -37,6 +45,7 @@ export async function fewestBits(model) {
         rounded.texture = await fewestSizes(texture, fits);
         if (!rounded.texture) return null;
     }
+    await pause(0);
     const colour = texture && {colour: colorError(color, colorsAt(rounded, points))};
     return {model: rounded, error: {...errorsOf(exact, valuesNear(rounded, points)), ...colour}};
 }
@@ -45,12 +54,12 @@ export async function fewestBits(model) {
 export async function surfacePoints(model, time) {
     let points = Array.from({length: STARTS}, (_, k) => STRIDES.map((s) => HALF_CUBE * (2 * ((k + 1) * s % 1) - 1)));
     for (let i = 0; i < NEWTON_STEPS; ++i) {
-        await pause(0);
         const jets = jetsOf(widenedValues(model, withNeighbors(points), time, 0));
         points = points.map((point, k) => {
             const [f, ...gradient] = jets[k], steepness = Math.max(innerProduct(gradient, gradient), 0.25);
             return point.map((c, axis) => c - f / steepness * gradient[axis]);
         });
+        await pause(0);
     }
     const values = widenedValues(model, points, time, Infinity), {delta} = model.levels.at(-1);
     return points.filter((point, k) => Math.abs(values[k]) < delta && Math.hypot(...point) < 1.05);
@@ -62,9 +71,9 @@ async function fewestSizes(network, fits) {
     let best = null, low = 0, high = SIZES.length;
     while (low < high) {
         await pause(0);
-        const middle = (low + high) >> 1, sizes = {fine: FINE, hidden: SIZES[middle], clip: Infinity};
-        const candidate = quantized(network, sizes), isFine = fits(candidate);
-        if (isFine) [best, high] = [candidate, middle];
+        const middle = (low + high) >> 1, hidden = SIZES[middle];
+        const candidate = quantized(network, {fine: Math.max(FINE, hidden), hidden, clip: Infinity});
+        if (fits(candidate)) [best, high] = [candidate, middle];
         else low = middle + 1;
     }
     return best;

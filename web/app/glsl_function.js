@@ -6,26 +6,29 @@ import {declareLiterals, straight} from "./literal.js";
 import {lowered, widest} from "./lower.js";
 import {ModelError} from "./safetensors.js";
 
-// Prints the distance function for GLSL 3.30, GLSL ES 3.00 and Godot, byte for byte as codegen/targets/glsl_function.py.
+// Prints the distance function for GLSL and Godot, byte for byte as codegen/targets/glsl_function.py.
 const WIDEST_LITERAL = 128; // width of a network that drivers compile as literals within minutes
 const LONGEST_NAME = 40;
-const SINES = /vec4 reduced\([^]*?\n}\n\nvec4 sine\([^]*?\n}\n\nvec4 cosine\([^]*?\n}\n/; // in the prologue (glsl/sine.glsl)
+const SINES = /vec4 reduced\([^]*?\n}\n\nvec4 sine\([^]*?\n}\n\nvec4 cosine\([^]*?\n}/; // of glsl/sine.glsl
 
 // Returns the text. sha256: of hashOf(). Throws a ModelError for a model that is too wide.
 export function functionText(model, sha256) {
-    const name = functionName(model.name), {values, gradients, texture, constants} = withPrefix(lowered(model), `${name}_`);
-    const functions = [...values, ...gradients, ...(texture ? [texture] : [])], broadest = Math.max(...functions.map(widest));
+    const name = functionName(model.name), program = withPrefix(lowered(model), `${name}_`);
+    const {values, gradients, texture, constants} = program;
+    const functions = [...values, ...gradients, ...(texture ? [texture] : [])];
+    const broadest = Math.max(...functions.map(widest));
     if (broadest > WIDEST_LITERAL) {
-        throw new ModelError(`a network ${broadest} wide is too large for constants in a shader, which take up to ${WIDEST_LITERAL}`);
+        throw new ModelError(
+            `a network ${broadest} wide is too large for constants in a shader, which take up to ${WIDEST_LITERAL}`);
     }
     const withSines = (line) => line.replace(/ = (sine|cosine)\(/, ` = ${name}_$1(`);
-    const sines = document.getElementById("prologue").textContent.match(SINES)[0].trimEnd();
+    const [sines] = document.getElementById("prologue").textContent.match(SINES);
     const lines = [
         headerLine(model, "glsl", sha256, {function: name, space: "model"}), ...usageComments(model, name), "",
         ...declareLiterals(functions, constants).map(byColumns), "",
         sines.replace(/\b(reduced|sine|cosine)\(/g, `${name}_$1(`),
         ...functions.flatMap((code) => ["", ...printFunction(code, straight(code).map(withSines))]),
-        ...userFunctions(model, name, {values, gradients, texture}),
+        ...userFunctions(model, name, program),
     ];
     return `${lines.join("\n")}\n`;
 }
@@ -54,8 +57,8 @@ function withPrefix({values, gradients, texture, constants}, prefix) {
 // Makes a mat4 of its columns, as Godot does.
 function byColumns(line) {
     return line.replace(/ = mat4\((.*)\)/, (_, text) => {
-        const numbers = text.split(", "), columns = [0, 4, 8, 12].map((k) => `vec4(${numbers.slice(k, k + 4).join(", ")})`);
-        return ` = mat4(${columns.join(", ")})`;
+        const numbers = text.split(", "), column = (k) => `vec4(${numbers.slice(k, k + 4).join(", ")})`;
+        return ` = mat4(${[0, 4, 8, 12].map(column).join(", ")})`;
     });
 }
 
@@ -64,17 +67,20 @@ function usageComments({levels, inputs}, name) {
     return [
         `// A neural signed distance function of ${levels.length} nested level${levels.length > 1 ? "s" : ""}.`,
         "// Points and distances: the shape fits the unit sphere, y is up.",
-        `// ${name}(p${time}): signed distance, negative inside. ${name}_level(p, level${time}): levels 1 to \`level\`.`,
+        `// ${name}(p${time}): signed distance, negative inside. `
+            + `${name}_level(p, level${time}): levels 1 to \`level\`.`,
         `// ${name}_normal(p${time}): its gradient, of length 1. ${name}_color(p${time}): color on the surface, sRGB.`,
     ];
 }
 
 // Returns the functions that a user calls.
 function userFunctions({levels, inputs}, name, {values, gradients, texture}) {
-    const moves = inputs === "xyzt", input = `vec4(p.x, p.y, p.z, ${moves ? "time" : "1."})`, time = moves ? ", float time" : "";
+    const moves = inputs === "xyzt", time = moves ? ", float time" : "";
+    const input = `vec4(p.x, p.y, p.z, ${moves ? "time" : "1."})`;
     const print = (type, suffix, parameters, lines, result) => [
         "", `${type} ${name}${suffix}(vec3 p${parameters}) {`, ...lines, `    return ${result};`, "}"];
-    const value = sumOfLevels(levels, values, input, "float", "level"), gradient = sumOfLevels(levels, gradients, input, "vec4", "");
+    const value = sumOfLevels(levels, values, input, "float", "level");
+    const gradient = sumOfLevels(levels, gradients, input, "vec4", "");
     const [x, y, z] = gradient.results, length = `a${gradient.count + 1}`;
     const squares = `(((${x} * ${x}) + (${y} * ${y})) + (${z} * ${z}))`;
     const color = texture ? ["x", "y", "z"].map((c) => `min(max(r1.${c}, 0.), 1.)`)
@@ -89,9 +95,9 @@ function userFunctions({levels, inputs}, name, {values, gradients, texture}) {
     ];
 }
 
-// Adds the outputs of functions, level by level (Eq. 3), as _ShapeAtPoint of codegen/printers/user_functions.py. type:
-// of the functions, "float" or "vec4"; level: name of the finest level's number, or "". Returns {lines, results, count}:
-// statements, the sums of the components, and the number of variables.
+// Adds the outputs of functions, level by level (Eq. 3), as codegen/printers/user_functions.py. type: of the functions,
+// "float" or "vec4"; level: name of the finest level's number, or "". Returns {lines, results, count}: statements, the
+// sums of the components, and the number of variables.
 function sumOfLevels(levels, functions, input, type, level) {
     const isVector = type === "vec4", lines = [], next = (letter) => letter + ++count;
     const parts = (r) => (isVector ? [`${r}.xyz.x`, `${r}.xyz.y`, `${r}.xyz.z`, `${r}.w`] : [r]);

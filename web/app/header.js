@@ -43,7 +43,8 @@ export function pythonJson(value) {
     if (typeof value === "number") return pythonFloat(value);
     if (Array.isArray(value)) return `[${value.map(pythonJson).join(", ")}]`;
     if (typeof value === "object") {
-        return `{${Object.entries(value).map(([key, entry]) => `${pythonJson(key)}: ${pythonJson(entry)}`).join(", ")}}`;
+        const entries = Object.entries(value).map((entry) => entry.map(pythonJson).join(": "));
+        return `{${entries.join(", ")}}`;
     }
     const escaped = (unit) => `\\u${unit.charCodeAt(0).toString(16).padStart(4, "0")}`;
     return JSON.stringify(value).replace(/[^\0-~]/g, escaped);

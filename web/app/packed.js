@@ -3,7 +3,7 @@ import {printFunction} from "./field.js";
 import {stepOf} from "./quantize.js";
 
 // Prints quantized weights, several in each integer, byte for byte as codegen/printers/packed.py, which explains them.
-const LARGEST_MULTIPLE = 2047, LIMIT = 2 ** 31;
+const LARGEST_MULTIPLE = 8191, LIMIT = 2 ** 31;
 const MACROS = `#define D(v,k)vec4(v/(k)%ivec4(B)-B/2)
 #define L(b,s){const int B=b;const float S=s;
 #define M(v)mat4(D(v,1),D(v,B),D(v,B*B),D(v,B*B*B))
@@ -38,8 +38,10 @@ function multiplesOf(values) {
 // in the first layer, whose bias is a column; the base of the digits; the factors of the first layer's input.
 function firstLayer({matrix}, constants) {
     const {values} = constants.get(matrix);
-    const weights = multiplesOf(values.filter((_, i) => i % 4 < 3)), phases = multiplesOf(values.filter((_, i) => i % 4 === 3));
-    const wholes = Array.from(values, (_, i) => (i % 4 < 3 ? weights.wholes[3 * (i >> 2) + i % 4] : phases.wholes[i >> 2]));
+    const weights = multiplesOf(values.filter((_, i) => i % 4 < 3));
+    const phases = multiplesOf(values.filter((_, i) => i % 4 === 3));
+    const wholeAt = (i) => (i % 4 < 3 ? weights.wholes[3 * (i >> 2) + i % 4] : phases.wholes[i >> 2]);
+    const wholes = Array.from(values, (_, i) => wholeAt(i));
     const base = 2 * Math.max(weights.most, phases.most) + 1, {step} = weights;
     return {wholes, columns: 4, biases: [], base, step: 1, factors: [step, step, step, phases.step]};
 }

@@ -6,7 +6,7 @@ const TRAINED = {fine: 127, hidden: 31, clip: 2};
 const TOLERANCE = 1e-3; // largest distance of a weight from a multiple of its step, in steps
 const DECIMALS = 1e5; // of the last layer's bias
 const HALVES = 1.5 * 2 ** 52; // adding it to a positive number rounds away the digits after the point, half to even
-const TOGETHER_SUMMED = 128, SUMS = 8; // see sumInPairs()
+const TOGETHER_SUMMED = 128, SUMS = new Float32Array(8); // see sumInPairs()
 
 // Returns whether every layer of a network {rows, columns, weight, bias} is quantized.
 export function isQuantized(network) {
@@ -110,11 +110,11 @@ function deviation(values) {
 }
 
 // Adds the powers 1 or 2 of differences from a center, in 32 bits and in NumPy's order: halves down to TOGETHER_SUMMED,
-// then SUMS sums at once.
+// then eight sums at once.
 function sumInPairs(values, start, count, center, power) {
     const {fround} = Math;
     if (count > TOGETHER_SUMMED) {
-        const half = (count >> 1) - (count >> 1) % SUMS;
+        const half = (count >> 1) & ~7;
         return fround(sumInPairs(values, start, half, center, power)
             + sumInPairs(values, start + half, count - half, center, power));
     }
@@ -122,9 +122,10 @@ function sumInPairs(values, start, count, center, power) {
         const difference = fround(values[start + i] - center);
         return power === 1 ? difference : fround(difference * difference);
     };
-    const together = count < SUMS ? 0 : count - count % SUMS, sums = new Float32Array(SUMS);
-    for (let i = 0; i < together; ++i) sums[i % SUMS] += term(i);
-    for (let width = 1; width < SUMS; width *= 2) for (let k = 0; k < SUMS; k += 2 * width) sums[k] += sums[k + width];
-    for (let i = together; i < count; ++i) sums[0] += term(i);
-    return sums[0];
+    const together = count & ~7;
+    SUMS.fill(0);
+    for (let i = 0; i < together; ++i) SUMS[i & 7] += term(i);
+    for (const width of [1, 2, 4]) for (let k = 0; k < 8; k += 2 * width) SUMS[k] += SUMS[k + width];
+    for (let i = together; i < count; ++i) SUMS[0] += term(i);
+    return SUMS[0];
 }

@@ -13,10 +13,11 @@ import {ModelError} from "./safetensors.js";
 // spaces and comments, in an element (text_elements() of web/page.py).
 const WIDEST = 64; // width of a layer that browsers compile
 const STUDIO_SHARE = 0.05; // largest share of the studio in the text without it
+const STUDIO_LINES = /^#ifdef STUDIO\n([^]*?)(?:^#else\n([^]*?))?^#endif\n/gm;
 const DELTA_FACTOR = 1.3; // of a band's half-width, relative to the largest |f| on the surface
 
-// Resolves to the text. model: of parseModel, with `ground`, the height of its lowest point. sha256: of hashOf(). shade:
-// "studio", "phong", or null for the studio where it adds little. Throws a ModelError for a model that is too wide.
+// Resolves to the text. model: of parseModel, with `ground`, the height of its lowest point. sha256: of hashOf().
+// shade: "studio", "phong", or null for the studio where it adds little. Throws a ModelError for too wide a model.
 export async function shadertoyText(model, sha256, shade = null) {
     const networks = [...model.levels.map(({network}) => network), ...(model.texture ? [model.texture] : [])];
     const widest = Math.max(...networks.flat().map(({rows}) => rows));
@@ -35,13 +36,14 @@ export async function shadertoyText(model, sha256, shade = null) {
 // Returns the text. weights: the lines of the weights and networks; further: facts for the header.
 function textOf(model, sha256, shade, weights, further) {
     const by = model.credit ? `, by ${pythonJson(model.credit)}` : "";
+    const floor = `const float G = ${number(Math.round(model.ground * 1e4) / 1e4)}`;
     const text = (studio) => [
         headerLine(model, "shadertoy", sha256, further),
         `// ${pythonJson(model.name)}${by}`,
         "// as a neural signed distance function, made with mplicits. Drag to orbit; edit the settings below.",
         ...settingsOf(model, studio).map((setting) => `#define ${setting}`),
         squeezedGlsl([
-            ...(studio ? ["int k = -1;", `const float G = ${groundOf(model)}, Y = ${threeDigitNumber(model.levels[0].delta)};`] : []),
+            ...(studio ? ["int k = -1;", `${floor}, Y = ${shortNumber(model.levels[0].delta)};`] : []),
             ...weights, ...fieldLines(model, studio), mainOf(model, studio),
         ].join("\n")),
     ].join("\n");
@@ -51,7 +53,7 @@ function textOf(model, sha256, shade, weights, further) {
 
 function settingsOf({front, inputs, levels, texture}, studio) {
     const {camera: {azimuth, elevation}, defaults, plain} = shared;
-    const vector = (values) => `vec${values.length}(${values.map(threeDigitNumber).join(", ")})`;
+    const vector = (values) => `vec${values.length}(${values.map(shortNumber).join(", ")})`;
     return [
         `VIEW ${vector(front ?? [azimuth, elevation])} // initial azimuth and elevation, degrees`,
         "SPEED .3 // speed of the turntable, radians per second",
@@ -71,7 +73,8 @@ function settingsOf({front, inputs, levels, texture}, studio) {
 function fieldLines({levels}, studio) {
     if (levels.length === 1) return [];
     const deeper = levels.slice(0, -1).flatMap(({delta}, i) => [
-        `#if LEVEL >= ${i + 2}`, `if (abs(f) > ${threeDigitNumber(delta)}) return f - ${threeDigitNumber(delta / DELTA_FACTOR)};`,
+        `#if LEVEL >= ${i + 2}`,
+        `if (abs(f) > ${shortNumber(delta)}) return f - ${shortNumber(delta / DELTA_FACTOR)};`,
         `f += network${i + 2}(p);`, "#endif",
     ]);
     return ["float field(vec4 p) {", "float f = network1(p);", ...(studio ? ["if (k > 3) return f;"] : []), ...deeper,
@@ -84,13 +87,12 @@ function mainOf({inputs, levels, texture}, studio) {
     const bound = Math.floor(100 * Math.min(...bounds, 1) + 1e-6) / 100;
     const albedo = texture ? `clamp(COLOR(network_texture(vec4(3.52*m[2]+t*v,${time}))),0.,1.)` : "COLOR";
     return document.getElementById("shadertoy.glsl").textContent
-        .replace(/^#ifdef STUDIO\n([^]*?)(?:^#else\n([^]*?))?^#endif\n/gm, (_, lit, plain = "") => (studio ? lit : plain))
+        .replace(STUDIO_LINES, (_, lit, plain = "") => (studio ? lit : plain))
         .replace(",1));", `,${time}));`).replace("ALBEDO", albedo)
         .replace("f*=BOUND;\n", bound === 1 ? "" : `f*=${number(bound)};\n`);
 }
 
-const groundOf = ({ground}) => number(Math.round(ground * 1e4) / 1e4);
-const threeDigitNumber = (value) => number(withDigits(value, 3));
+const shortNumber = (value) => number(withDigits(value, 3));
 
 // Returns GLSL without indentation, comments and spaces around operators.
 function squeezedGlsl(text) {
