@@ -53,7 +53,7 @@ SCRIPTS = (
     *("samples.js", "passes.js", "painter.js", "variants.js", "renderer.js", "memory.js", "messages.js", "gestures.js"),
     *("controls.js", "view.js", "recovery.js", "current_model.js", "page.js"),
 )
-"""All modules in web/app/, in the order in which the page's script holds them."""
+"""Modules in web/app/ that every page has, in the order in which its script holds them."""
 TEXTS = (*("quantize.js", "packed.js", "few_bits.js", "decimals.js", "header.js", "shadertoy.js", "glsl_function.js"),)
 """Modules in web/app/ that print a model's text for other programs, in their order; only some pages have them."""
 POSTER_SIDE = 160
