@@ -34,7 +34,7 @@ TRAINER = (
 STUDIO = (
     *TRAINER,
     *("settings.js", "live.js", "preview.js", "axes.js", "storage.js", "webm.js", "recorder.js", "video.js"),
-    *("exports.js", "folder.js", "studio.js"),
+    *("poster.js", "page_export.js", "exports.js", "folder.js", "studio.js"),
 )
 """Modules that extend the page of a model, in their order."""
 TITLE = "mplicits studio"
@@ -68,13 +68,15 @@ def extension(config: TrainingConfig | None = None, fixed: dict[str, Any] | None
     data += _element("kernel", packed_page.BINARY, base64.b64encode(kernel()).decode())
     for name in ("preview.vert.glsl", "preview.glsl"):
         data += _element(name, "x-shader/x-fragment", glsl.read(name))
+    policy, viewer = " 'wasm-unsafe-eval'; worker-src blob:", page.Extension()
+    of_viewer = {"policy": policy, "accept": viewer.accept, "open": viewer.open, "hint": viewer.hint}
     return page.Extension(
         scripts=page.script(page.TEXTS) + script(STUDIO),
         stage=_read("studio.html"),
         css=_read("studio.css"),
         elements=_read("bar.html") + page.text_elements() + data,
-        facts=page.text_facts() | {"studio": page_facts(config) | {"fixed": fixed}},
-        policy=" 'wasm-unsafe-eval'; worker-src blob:",
+        facts=page.text_facts() | {"studio": page_facts(config) | {"fixed": fixed, "viewer": of_viewer}},
+        policy=policy,
         accept=".obj,.mtl,.png,.jpg,.jpeg,.ply,.stl,.glb,.xyz,.safetensors",
         open="Open a file",
         hint="Drop a mesh, a point cloud or a .safetensors model anywhere.",

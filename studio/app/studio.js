@@ -11,6 +11,8 @@ import {modelFile} from "./model_file.js";
 import {functionText} from "./glsl_function.js";
 import {hashOf} from "./header.js";
 import {turned} from "./orientation.js";
+import {canWritePage, pageText} from "./page_export.js";
+import {posterOf} from "./poster.js";
 import {Preview} from "./preview.js";
 import {ModelError, parseModel} from "./safetensors.js";
 import {settingsFrom} from "./settings.js";
@@ -163,12 +165,14 @@ function kinds() {
     return [
         {id: "download", label: "Model", title: "For mplicits and for this page", ending: "safetensors", make: () => result.bytes, isQuick: true},
         {id: "copy-text", label: "Copy Shadertoy", title: "Text for the Image tab of shadertoy.com", make: shadertoy, isCopied: true},
+        {id: "save-page", label: "Web page", title: "One file that shows the shape anywhere", ending: "html", make: async () => (
+            pageText(result.bytes, facts.shade, await shadertoy().catch(() => null), await posterOf(renderer, facts.shade)))},
         {id: "save-text", label: "Shadertoy", title: "The same text as a file", ending: "frag", make: shadertoy, isQuick: true},
         {id: "save-glsl", label: "GLSL", title: "Functions of the field for your shader", ending: "glsl", make: async () => functionText(model, await hash), isQuick: true},
         {id: "save-ply", label: "PLY", title: "A mesh of the field", ending: "ply", make: inWorker("ply")},
         {id: "save-glb", label: "GLB", title: "A mesh of the field", ending: "glb", make: inWorker("glb")},
         {id: "save-webm", label: "Video", title: "One turn, as WebM", ending: "webm", make: recorded},
-    ];
+    ].filter(({id}) => canWritePage || id !== "save-page");
 }
 
 // Records a turn; the report shows the progress.

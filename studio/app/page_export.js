@@ -1,0 +1,64 @@
+import {facts, shared} from "./facts.js";
+import {lowered, widest} from "./lower.js";
+import {lowestPoint} from "./lowest.js";
+import {probes} from "./reference.js";
+import {parseModel} from "./safetensors.js";
+
+// Writes the page of a model from this page's own text, which a packed page keeps (web/packed_page.py).
+const STUDIO_PARTS = /(\/\*|<!-{2})studio(\*\/|-{2}>)[^]*?(\/\*|<!-{2})end(\*\/|-{2}>)\n?/g; // marks of web/page.py
+const NO_PICTURE = "data:,", PART = "\x01"; // PART: see MARK in web/packed_page.py
+
+export const canWritePage = Boolean(globalThis.packedPage);
+
+// Resolves to the HTML of the packed page, as `mplicits bake --target html` would write it. bytes: Uint8Array, a model
+// file. shade: first shading; shadertoy: text to copy, or null; poster: of posterOf (poster.js). Throws ModelError.
+export async function pageText(bytes, shade, shadertoy = null, poster = NO_PICTURE) {
+    const {viewer} = facts.studio, model = parseModel(bytes.slice().buffer, true);
+    const parsed = (text) => new DOMParser().parseFromString(text, "text/html");
+    const outer = parsed(packedPage.outer), page = parsed(packedPage.html.replace(STUDIO_PARTS, ""));
+    for (const one of [outer, page]) {
+        const policy = one.querySelector("meta[http-equiv]"), picture = one.getElementById("poster");
+        policy.content = policy.content.replace(viewer.policy, "");
+        one.title = model.name.replaceAll(PART, "");
+        picture.setAttribute("src", one === outer ? poster : `${PART}poster${PART}`);
+        picture.hidden = poster === NO_PICTURE;
+    }
+    delete page.documentElement.dataset.state;
+    page.getElementById("file").accept = viewer.accept;
+    page.querySelector(".hint").textContent = viewer.hint;
+    const texts = {
+        open: viewer.open, weights: `\n${PART}${bytes.length}${PART}\n`,
+        facts: JSON.stringify(await factsOf(model, bytes, shade, shadertoy)).replaceAll("<", "\\u003c"),
+    };
+    for (const [id, text] of Object.entries(texts)) page.getElementById(id).textContent = text;
+    outer.getElementById("packed").textContent = `\n${await packed85(new Blob([written(page), "\0", bytes]))}\n`;
+    return written(outer);
+}
+
+const written = (page) => `<!doctype html>\n${page.documentElement.outerHTML}\n`;
+
+// Resolves to the facts of web/page.py. Their hash is that of the file, and empty where the browser offers none.
+async function factsOf(model, bytes, shade, shadertoy) {
+    const {mplicits, target} = facts, {name, front, credit, levels} = model, {values, texture} = lowered(model);
+    const narrowest = Math.min(...[...values, ...(texture ? [texture] : [])].map(widest));
+    const hash = new Uint8Array(await crypto.subtle?.digest("SHA-256", bytes) ?? 0);
+    return {
+        mplicits, target, name, front, credit, shade, shadertoy, shared, ...probes(model, 32),
+        sha256: Array.from(hash, (byte) => byte.toString(16).padStart(2, "0")).join(""),
+        levels: levels.map(({network}) => `${network[0].rows}x${network.length - 2}`),
+        ground: Number(lowestPoint(model).toFixed(4)), storage: narrowest <= shared.storages[0][0] ? "auto" : "texture",
+    };
+}
+
+// Resolves to a blob's deflate stream as text, which app/packed.html reads.
+async function packed85(blob) {
+    const stream = blob.stream().pipeThrough(new CompressionStream("deflate-raw"));
+    const data = new Uint8Array(await new Response(stream).arrayBuffer());
+    const padded = new DataView(new ArrayBuffer(4 * Math.ceil(data.length / 4))), groups = [];
+    new Uint8Array(padded.buffer).set(data);
+    for (let i = 0; i < data.length; i += 4) {
+        const value = padded.getUint32(i), digits = [4, 3, 2, 1, 0].map((k) => 33 + Math.floor(value / 85 ** k) % 85);
+        groups.push(String.fromCharCode(...digits));
+    }
+    return groups.join("").slice(0, Math.ceil(5 * data.length / 4)).replaceAll("<", "v").replace(/.{120}/g, "$&\n");
+}

@@ -1,0 +1,43 @@
+"""A page without a model of its own: every key and a lost context do no harm, and a dropped model appears."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mplicits.model.model_file import to_bytes
+from mplicits.web.page import without_model
+from support.browser import visit
+from support.page_pictures import MODEL
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+LOSE = """() => {
+    const gl = document.getElementById("view").getContext("webgl2"), lost = gl.getExtension("WEBGL_lose_context");
+    const restored = new Promise((done) => view.addEventListener("webglcontextrestored", done, {once: true}));
+    lost.loseContext();
+    setTimeout(() => lost.restoreContext(), 50);
+    return restored;
+}"""
+
+
+def test_a_page_without_a_model_waits_for_one(browser: "Browser", tmp_path: Path) -> None:
+    file = tmp_path / "empty.html"
+    file.write_text(without_model("an <empty> stage"), encoding="utf-8")
+    with visit(browser, file, share=0.1, hash_="#turntable=20") as visited:
+        visited.until("'ready' in document.documentElement.dataset")
+        assert visited.page.title() == "an <empty> stage"
+        for key in ("s", "1", "9", "p", "t", "x", "r", "h", "h", " ", "+", "ArrowLeft", "Escape"):
+            visited.page.keyboard.press(key)
+        visited.drop(b"not a model", "other.safetensors")
+        visited.page.wait_for_selector("#message:not([hidden])")
+        for hidden in ("#side", "#fold", "header", "#status", "#poster", "#progress"):
+            assert not visited.page.is_visible(hidden), hidden
+        visited.page.evaluate(LOSE)
+        visited.drop(to_bytes(MODEL), "ball.safetensors")
+        visited.until("document.documentElement.dataset.error")
+        visited.still()
+        assert visited.message() == ""
+        assert visited.page.is_visible("#status")
+        assert visited.page.title() == "fitted"
+        assert float(visited.root("error") or "nan") < 1e-5
+        assert visited.console == []
