@@ -16,8 +16,9 @@ from ..web import packed_page, page
 
 MESHES = (
     *("mesh_parts.js", "text_reader.js", "binary.js", "polygons.js", "places.js", "images.js", "surface_colors.js"),
-    *("mtl.js", "obj.js", "ply.js", "stl.js", "xyz.js", "matrices.js", "gltf_data.js", "gltf_materials.js", "glb.js"),
-    *("cloud_points.js", "mesh_colors.js", "mesh_file.js", "examples.js", "input.js", "corners.js"),
+    *("mtl.js", "obj.js", "ply_header.js", "ply_faces.js", "ply.js", "stl.js", "xyz.js", "matrices.js", "gltf_data.js"),
+    *("gltf_materials.js", "glb.js", "cloud_points.js", "mesh_colors.js", "mesh_file.js", "examples.js", "input.js"),
+    "corners.js",
 )
 """Modules that read shapes, in their order."""
 WORKER = (

@@ -2,7 +2,8 @@ import {demand, demandFew} from "./mesh_parts.js";
 import {firstEqual} from "./places.js";
 
 // Checks and merges the points of a cloud (trainer/shapes/checks.py, duplicates.py).
-const FEWEST = 100, APART = 1e-6; // points this close, as a share of half the bounding box's diagonal, are one
+const FEWEST = 100, FARTHEST_POINT = 1e100;
+const APART = 1e-6; // points this close, as a share of half the bounding box's diagonal, are one
 const CANCELED = 0.1; // length of a mean normal below which the normals at one place contradict each other
 
 // Returns {vertices, normals, tints, notes} of points with normals of any length; tints may be null. Leaves out points
@@ -19,13 +20,21 @@ export function cleanCloud(shape) {
 }
 
 function withUnitNormals({vertices, normals, tints}) {
-    const lengths = Float64Array.from({length: vertices.length / 3}, (_, i) => {
-        const isPlace = [0, 1, 2].every((k) => Math.abs(vertices[3 * i + k]) <= 1e100);
-        return isPlace ? Math.hypot(normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]) : 0;
-    });
-    const keep = (i) => lengths[Math.floor(i / 3)] > 0 && lengths[Math.floor(i / 3)] < Infinity;
-    const kept = (array) => array && array.filter((_, i) => keep(i));
-    return {vertices: kept(vertices), normals: kept(normals.map((c, i) => c / lengths[Math.floor(i / 3)])), tints: kept(tints)};
+    const isPlace = (_, i) => [0, 1, 2].every((k) => Math.abs(vertices[3 * i + k]) <= FARTHEST_POINT);
+    const lengths = lengthsOf(normals), places = lengths.map(isPlace);
+    return scaledRows({vertices, normals, tints}, lengths, (i) => places[i] && lengths[i] > 0 && lengths[i] < Infinity);
+}
+
+function lengthsOf(rows) {
+    const length = (i) => Math.hypot(rows[3 * i], rows[3 * i + 1], rows[3 * i + 2]);
+    return Float64Array.from({length: rows.length / 3}, (_, i) => length(i));
+}
+
+// Returns the rows that are to be kept, with normals divided by their lengths. tints may be null.
+function scaledRows({vertices, normals, tints}, lengths, isKept) {
+    const kept = (array) => array && array.filter((_, i) => isKept(Math.floor(i / 3)));
+    const units = normals.map((c, i) => c / lengths[Math.floor(i / 3)]);
+    return {vertices: kept(vertices), normals: kept(units), tints: kept(tints)};
 }
 
 function mergedPoints({vertices, normals, tints}) {
@@ -36,19 +45,14 @@ function mergedPoints({vertices, normals, tints}) {
     });
     const cell = APART * Math.hypot(...low.map((c, k) => high[k] - c)) / 2;
     const first = firstEqual(vertices.map((c, i) => Math.floor((c - low[i % 3]) / cell)));
-    const counts = new Uint32Array(first.length), means = new Float64Array(normals.length), colors = tints && new Float32Array(tints.length);
-    first.forEach((to, i) => {
-        ++counts[to];
-        for (let k = 0; k < 3; ++k) {
-            means[3 * to + k] += normals[3 * i + k];
-            if (colors) colors[3 * to + k] += tints[3 * i + k];
-        }
+    const counts = new Uint32Array(first.length), sums = new Float64Array(normals.length);
+    first.forEach((to) => ++counts[to]);
+    const means = tints && new Float32Array(tints.length);
+    normals.forEach((c, i) => {
+        const row = first[Math.floor(i / 3)], to = 3 * row + i % 3;
+        sums[to] += c;
+        if (means) means[to] += tints[i] / counts[row];
     });
-    const lengths = Float64Array.from(counts, (_, i) => Math.hypot(means[3 * i], means[3 * i + 1], means[3 * i + 2]));
-    const keep = (i) => counts[Math.floor(i / 3)] && lengths[Math.floor(i / 3)] >= CANCELED * counts[Math.floor(i / 3)];
-    const kept = (array, value) => array.map(value).filter((_, i) => keep(i));
-    return {
-        vertices: kept(vertices, (c) => c), normals: kept(means, (c, i) => c / lengths[Math.floor(i / 3)]),
-        tints: colors && kept(colors, (c, i) => c / counts[Math.floor(i / 3)]),
-    };
+    const lengths = lengthsOf(sums), isKept = (i) => counts[i] && lengths[i] >= CANCELED * counts[i];
+    return scaledRows({vertices, normals: sums, tints: means}, lengths, isKept);
 }

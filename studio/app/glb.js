@@ -1,7 +1,7 @@
 import {openGltf} from "./gltf_data.js";
 import {materialOf} from "./gltf_materials.js";
 import {IDENTITY, isMirror, matrixOf, matrixProduct} from "./matrices.js";
-import {demand, demandFew, Growing} from "./mesh_parts.js";
+import {demand, demandFew, firstNumbers, Growing} from "./mesh_parts.js";
 import {encoded} from "./surface_colors.js";
 
 // Reads the triangles and the colors of a glTF 2.0 file, placed by its nodes and by skins in their pose.
@@ -18,7 +18,7 @@ export function parseGlb(bytes, find) {
         const {attributes = {}, mode = TRIANGLES, indices, material: name} = primitive;
         if (![TRIANGLES, STRIP, FAN].includes(mode)) return;
         const {numbers: own} = accessor(attributes.POSITION, ["VEC3"]), count = own.length / 3, first = points.size / 3;
-        const order = indices === undefined ? Float64Array.from({length: count}, (_, i) => i)
+        const order = indices === undefined ? firstNumbers(Float64Array, count)
             : accessor(indices, ["SCALAR"]).numbers;
         const corners = triangles(order, mode, isMirror(matrices(0)));
         if (!materials.has(name)) materials.set(name, {...materialOf(file, name), index: materials.size});
@@ -59,8 +59,9 @@ export function parseGlb(bytes, find) {
     if (tints.size) tints.fill(1, points.size);
     if (uv.size) uv.fill(0, 2 * faces.size);
     return {
-        vertices: points.filled, faces: faces.filled, tints: tints.size ? tints.filled : null, uv: uv.size ? uv.filled : null,
-        material: material.filled, materials: [...materials.values()], isProduct: true, meshes,
+        vertices: points.filled, faces: faces.filled, tints: tints.size ? tints.filled : null,
+        uv: uv.size ? uv.filled : null, material: material.filled, materials: [...materials.values()],
+        isProduct: true, meshes,
     };
 }
 
@@ -103,7 +104,8 @@ function jointMatrices({joints, inverseBindMatrices}, placed, accessor) {
 function skinWeights({attributes = {}}, accessor) {
     const {JOINTS_0, WEIGHTS_0} = attributes;
     if (JOINTS_0 === undefined || WEIGHTS_0 === undefined) return null;
-    return {joints: accessor(JOINTS_0, ["VEC4"]).numbers, shares: accessor(WEIGHTS_0, ["VEC4"], undefined, true).numbers};
+    const {numbers: shares} = accessor(WEIGHTS_0, ["VEC4"], undefined, true);
+    return {joints: accessor(JOINTS_0, ["VEC4"]).numbers, shares};
 }
 
 // Adds points moved by a matrix; with weights, by the mean of their joints' matrices.
@@ -126,6 +128,7 @@ function placePoints(points, own, matrices, weights) {
 // Returns the corners of triangles. order: indices of vertices.
 function triangles(order, mode, isMirrored) {
     const count = mode === TRIANGLES ? Math.floor(order.length / 3) : Math.max(0, order.length - 2);
+    if (mode === TRIANGLES && !isMirrored) return order.subarray(0, 3 * count);
     const corners = new Float64Array(3 * count);
     for (let i = 0; i < count; ++i) {
         const isTurned = mode === STRIP && i % 2 === 1, first = mode === TRIANGLES ? 3 * i : i;

@@ -1,25 +1,29 @@
 import {numberAt, SIZES, viewOf} from "./binary.js";
-import {demand, demandFew} from "./mesh_parts.js";
+import {demand, demandFew, shownName} from "./mesh_parts.js";
 
 // The JSON and the numbers of a glTF 2.0 file, binary (GLB) or text with other files.
-const MAGIC = 0x46546c67, JSON_CHUNK = 0x4e4f534a;
+const MAGIC = 0x46546c67; // "glTF"
 const COMPONENTS = {5120: "int8", 5121: "uint8", 5122: "int16", 5123: "uint16", 5125: "uint32", 5126: "float32"};
 const WIDTHS = {SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT4: 16};
 // Extensions that a file may require: those that are read, and those that change no shape.
-const KNOWN = /^(KHR_(mesh_quantization|texture_transform|texture_basisu|materials_\w+|lights_\w+)|EXT_(mesh_gpu_instancing|texture_webp))$/;
+const KNOWN = RegExp(
+    "^(KHR_(mesh_quantization|texture_transform|texture_basisu|materials_\\w+|lights_\\w+)|"
+    + "EXT_(mesh_gpu_instancing|texture_webp))$",
+);
 
 // Returns {gltf, accessor, dataOf}: the JSON, and functions that read from it. find: returns the bytes of a file.
 export function openGltf(bytes, find) {
     const {gltf, binary} = chunksOf(bytes);
-    const unknown = (gltf.extensionsRequired ?? []).filter((name) => !KNOWN.test(name)).map((name) => String(name).slice(0, 40));
-    demand(!unknown.length, `it needs the extension ${unknown[0]}, which this page has not; export it without compression`);
+    const [unknown] = (gltf.extensionsRequired ?? []).filter((name) => !KNOWN.test(name)).map(shownName);
+    demand(unknown === undefined, `it needs the extension ${unknown}; export it without compression`);
 
     // Returns the bytes of a buffer view, or of a file or URL that an object names; null where they are missing.
     function dataOf({bufferView, uri}) {
         if (bufferView === undefined) return uri === undefined ? null : resourceOf(String(uri), find);
-        const {buffer, byteOffset = 0, byteLength} = gltf.bufferViews[bufferView], {uri: file} = gltf.buffers?.[buffer] ?? {};
+        const {buffer, byteOffset = 0, byteLength} = gltf.bufferViews[bufferView];
+        const {uri: file} = gltf.buffers?.[buffer] ?? {};
         const whole = file === undefined ? binary : resourceOf(String(file), find);
-        demand(whole, `the file ${String(file).slice(0, 40)} is missing; drop the whole folder`);
+        demand(whole, `the file ${shownName(file)} is missing; drop the whole folder`);
         demand(byteOffset >= 0 && byteOffset + byteLength <= whole.length, "a buffer is cut short");
         return whole.subarray(byteOffset, byteOffset + byteLength);
     }
@@ -27,7 +31,8 @@ export function openGltf(bytes, find) {
     // Returns the numbers of an accessor, {numbers: Float64Array (width x count), width}. types: that are allowed;
     // count: that it must have, if any; isColor: integers are shares of the largest.
     function accessor(index, types, expected, isColor = false) {
-        const {bufferView, componentType, count, type, byteOffset = 0, normalized, sparse} = gltf.accessors?.[index] ?? {};
+        const found = gltf.accessors?.[index] ?? {}, {componentType, count, type} = found;
+        const {bufferView, byteOffset = 0, normalized, sparse} = found;
         demand(types.includes(type) && Object.hasOwn(COMPONENTS, componentType), "an accessor is damaged");
         demand(Number.isInteger(count) && count >= 0 && count === (expected ?? count), "an accessor's count is wrong");
         demandFew(count / 6, "triangles");
@@ -37,16 +42,18 @@ export function openGltf(bytes, find) {
             fill(numbers, width, dataOf({bufferView}), component, byteOffset, byteStride);
         }
         if (sparse) replace(numbers, width, component, sparse);
-        const most = component === "float32" ? 1 : 2 ** (8 * SIZES[component] - (component.startsWith("u") ? 0 : 1)) - 1;
-        if (normalized || isColor) for (let i = 0; i < numbers.length; ++i) numbers[i] = Math.max(-1, numbers[i] / most);
+        if ((normalized || isColor) && component !== "float32") {
+            const most = 2 ** (8 * SIZES[component] - (component.startsWith("u") ? 0 : 1)) - 1;
+            for (let i = 0; i < numbers.length; ++i) numbers[i] = Math.max(-1, numbers[i] / most);
+        }
         return {numbers, width};
     }
 
     function replace(numbers, width, component, {count, indices, values}) {
         demand(count >= 0 && width * count <= numbers.length, "an accessor is damaged");
         const places = new Float64Array(count), others = new Float64Array(width * count);
-        const places32 = COMPONENTS[indices.componentType];
-        fill(places, 1, dataOf(indices), places32, indices.byteOffset ?? 0, SIZES[places32]);
+        const type = COMPONENTS[indices.componentType];
+        fill(places, 1, dataOf(indices), type, indices.byteOffset ?? 0, SIZES[type]);
         fill(others, width, dataOf(values), component, values.byteOffset ?? 0, width * SIZES[component]);
         places.forEach((place, i) => numbers.set(others.subarray(width * i, width * (i + 1)), width * place));
     }
@@ -74,7 +81,6 @@ function chunksOf(bytes) {
     let text = bytes, binary = null;
     if (isBinary) {
         const length = view.getUint32(12, true), start = 20 + length;
-        demand(view.getUint32(16, true) === JSON_CHUNK, "its JSON is missing");
         text = bytes.subarray(20, start);
         if (start + 8 <= bytes.length) binary = bytes.subarray(start + 8, start + 8 + view.getUint32(start, true));
     }
@@ -82,6 +88,6 @@ function chunksOf(bytes) {
     try {
         gltf = JSON.parse(new TextDecoder().decode(text));
     } catch { /* the next line reports it */ }
-    demand(typeof gltf === "object" && gltf !== null, isBinary ? "its JSON is damaged" : "not a glTF file, or a damaged one");
+    demand(typeof gltf === "object" && gltf !== null, "not a glTF file, or a damaged one");
     return {gltf, binary};
 }

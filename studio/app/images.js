@@ -17,8 +17,9 @@ export async function decodeImage(bytes, count) {
     } catch {
         demand(false, "is damaged");
     }
-    const scale = Math.min(1, MOST_SIDE / bitmap.width, MOST_SIDE / bitmap.height, Math.sqrt(MOST_PIXELS / count / (wide * high)));
-    const width = Math.max(1, Math.floor(scale * bitmap.width)), height = Math.max(1, Math.floor(scale * bitmap.height));
+    const most = MOST_PIXELS / count, sides = [bitmap.width, bitmap.height];
+    const scale = Math.min(1, MOST_SIDE / Math.max(...sides), Math.sqrt(most / (wide * high)));
+    const [width, height] = sides.map((side) => Math.max(1, Math.floor(scale * side)));
     const context = new OffscreenCanvas(width, height).getContext("2d", {willReadFrequently: true});
     context.imageSmoothingQuality = "high";
     context.drawImage(bitmap, 0, 0, width, height);

@@ -6,7 +6,8 @@ export function matrixProduct(a, b) {
 }
 
 // Returns the matrix of a glTF node: translation, rotation (a quaternion) and scale.
-export function matrixOf({translation: t = [0, 0, 0], rotation: [x, y, z, w] = [0, 0, 0, 1], scale: [a, b, c] = [1, 1, 1]}) {
+export function matrixOf({translation: t = [0, 0, 0], rotation = [0, 0, 0, 1], scale: [a, b, c] = [1, 1, 1]}) {
+    const [x, y, z, w] = rotation;
     return [
         a * (1 - 2 * (y * y + z * z)), 2 * a * (x * y + z * w), 2 * a * (x * z - y * w), 0,
         2 * b * (x * y - z * w), b * (1 - 2 * (x * x + z * z)), 2 * b * (y * z + x * w), 0,
@@ -17,5 +18,6 @@ export function matrixOf({translation: t = [0, 0, 0], rotation: [x, y, z, w] = [
 
 // Whether a matrix turns triangles inside out.
 export function isMirror(m) {
-    return m[0] * (m[5] * m[10] - m[6] * m[9]) + m[1] * (m[6] * m[8] - m[4] * m[10]) + m[2] * (m[4] * m[9] - m[5] * m[8]) < 0;
+    const x = m[5] * m[10] - m[6] * m[9], y = m[6] * m[8] - m[4] * m[10], z = m[4] * m[9] - m[5] * m[8];
+    return m[0] * x + m[1] * y + m[2] * z < 0;
 }

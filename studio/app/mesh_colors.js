@@ -7,26 +7,30 @@ const IMAGE = /\.(png|jpe?g|webp)$/i, GRAY = [0.8, 0.8, 0.8]; // of materials wi
 // Returns the colors of readShape (mesh_file.js); null where the shape is of one gray. parsed: what the reader returns.
 // files: that were dropped. notes: gets lines about what is missing.
 export async function colorsOf({faces, tints, uv = null, material = null, materials = [], isProduct}, files, notes) {
-    const drawn = uv ? withSpareImage(materials, files, notes) : materials.map((entry) => ({...entry, image: null}));
+    const bare = () => materials.map((entry) => ({...entry, image: null}));
+    const drawn = uv ? withSpareImage(materials, files, notes) : bare();
     const images = await decodedImages(drawn, notes), hasImage = [...images.values()].some(Boolean);
-    if (uv && !images.size) notes.push("texture coordinates, but no image; drop it together with the mesh");
     const vertex = tints && (isProduct || !hasImage) && !isOneGray(tints) ? tints : null;
     if (vertex && !isProduct) return {vertex, uv: null, material: null, materials: []};
     const plain = isProduct && vertex ? [1, 1, 1] : GRAY;
     const found = drawn.map(({color, image}) => {
-        const decoded = image && images.get(image.name);
-        return {color: decoded && !isProduct ? [1, 1, 1] : color ?? (decoded ? [1, 1, 1] : plain), image: decoded || null};
+        const decoded = (image && images.get(image.name)) ?? null, own = decoded && !isProduct ? null : color;
+        return {color: own ?? (decoded ? [1, 1, 1] : plain), image: decoded};
     });
     const used = material && found.length > 1 ? material.map((index) => (index < found.length ? index : 0)) : null;
     const seen = new Set(used ?? [0]), colors = found.filter((_, index) => seen.has(index)).flatMap(({color}) => color);
-    if (!vertex && !hasImage && (!faces.length || isOneGray(colors))) return null;
-    return {vertex, uv: hasImage ? uv.map((c) => (Number.isFinite(c) ? c : 0)) : null, material: used, materials: found};
+    if (!vertex && !hasImage && (!faces.length || isOneGray(colors))) {
+        if (uv && !images.size) notes.push("texture coordinates, but no image; drop it together with the mesh");
+        return null;
+    }
+    const finite = hasImage ? uv.map((c) => (Number.isFinite(c) ? c : 0)) : null;
+    return {vertex, uv: finite, material: used, materials: found};
 }
 
 // Gives the only image that was dropped to materials, if none of their own is there.
 function withSpareImage(materials, files, notes) {
-    const spare = files.filter(({name}) => IMAGE.test(name)), isThere = materials.some(({image}) => image?.bytes);
-    if (isThere || spare.length !== 1) return materials;
+    const spare = files.filter(({name}) => IMAGE.test(name));
+    if (spare.length !== 1 || materials.some(({image}) => image?.bytes)) return materials;
     const [{name, bytes}] = spare, image = {name, bytes: new Uint8Array(bytes)};
     notes.push(`the texture is ${shownName(name)}, which the mesh does not name`);
     const isNamed = materials.some((entry) => entry.image);
@@ -36,8 +40,8 @@ function withSpareImage(materials, files, notes) {
 
 // Returns the name of each image -> the decoded image, or null.
 async function decodedImages(materials, notes) {
-    const named = new Map(materials.filter(({image}) => image).map(({color, image}) => [image.name, {color, ...image}]));
-    const decoded = new Map();
+    const decoded = new Map(), named = new Map();
+    for (const {color, image} of materials) if (image) named.set(image.name, {color, ...image});
     for (const [name, {bytes, color}] of named) {
         let problem = "is missing";
         decoded.set(name, null);
@@ -47,7 +51,8 @@ async function decodedImages(materials, notes) {
             if (!(error instanceof MeshError)) throw error;
             problem = error.message;
         }
-        if (!decoded.get(name)) notes.push(`the image ${shownName(name)} ${problem}; ${color ? "its material's color" : "gray"} instead`);
+        const instead = color ? "the material's color" : "gray";
+        if (!decoded.get(name)) notes.push(`the image ${shownName(name)} ${problem}; ${instead} instead`);
     }
     return decoded;
 }

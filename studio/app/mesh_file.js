@@ -11,14 +11,15 @@ import {parseXyz} from "./xyz.js";
 // Reads a shape from a file and the files beside it.
 const PARSERS = {obj: parseObj, ply: parsePly, stl: parseStl, glb: parseGlb, gltf: parseGlb, xyz: parseXyz};
 const HUGE = 1e100; // coordinate, as in trainer/shapes/checks.py
+const SAME = 1e-8; // distance of vertices at one place, as a share of the mesh's size
 const MOST_BYTES = 2 ** 29, MOST_NOTES = 8;
 
-// Reads the shape of files that were dropped together: [{name, path, bytes: ArrayBuffer}]. Returns
-// {name: of its file, vertices: Float64Array (3 V), faces: Uint32Array (3 F), cloudNormals: unit vectors of a cloud
-// (which has no faces), Float64Array (3 V), or null, colors, notes: lines for the visitor, up: "y" or null}. Vertices at
+// Reads the shape of files that were dropped together: [{name, path, bytes: ArrayBuffer}]. Throws MeshError. Returns
+// {name: of its file, vertices: Float64Array (3 V), faces: Uint32Array (3 F), cloudNormals: unit vectors of a cloud,
+// which has no faces, Float64Array (3 V), or null; colors, notes: lines for the visitor, up: "y" or null}. Vertices at
 // one place are one vertex, and polygons are triangles. colors is null or {vertex: Float32Array (3 V) or null, uv:
-// Float32Array (6 F) at the corners of faces or null, material: Uint16Array (F), or null where all faces have the first,
-// materials: [{color: [r, g, b], image: {width, height, pixels: RGBA} or null}]}; all sRGB in [0, 1]. Throws MeshError.
+// Float32Array (6 F) at the corners of faces or null, material: Uint16Array (F), or null where all faces have the
+// first, materials: [{color: [r, g, b], image: {width, height, pixels: RGBA} or null}]}; colors are sRGB in [0, 1].
 export async function readShape(files) {
     const shapes = files.filter(({name}) => Object.hasOwn(PARSERS, endingOf(name)))
         .sort((a, b) => b.bytes.byteLength - a.bytes.byteLength);
@@ -32,7 +33,8 @@ export async function readShape(files) {
     const colors = await colorsOf({...parsed, tints: shape.tints}, files, notes);
     return {
         name, vertices: shape.vertices, faces: parsed.faces, cloudNormals: shape.normals ?? null, colors,
-        notes: [summary(parsed, shape, colors), ...notes].slice(0, MOST_NOTES), up: /^gl/i.test(endingOf(name)) ? "y" : null,
+        notes: [summary(parsed, shape, colors), ...notes].slice(0, MOST_NOTES),
+        up: PARSERS[endingOf(name)] === parseGlb ? "y" : null,
     };
 }
 
@@ -78,7 +80,8 @@ function finderOf(files) {
 
 // Merges vertices at one place; the first keeps its color. Writes the new indices to faces.
 function mergedMesh({vertices, faces, tints = null}) {
-    const count = vertices.length / 3, first = firstEqual(vertices), numbers = new Uint32Array(count); // new index + 1
+    const cell = SAME * extent(vertices, faces) || 1, first = firstEqual(vertices.map((c) => Math.round(c / cell)));
+    const count = vertices.length / 3, numbers = new Uint32Array(count); // new index + 1
     const points = new Float64Array(vertices.length), colors = tints && new Float32Array(tints.length);
     let kept = 0;
     for (let i = 0; i < faces.length; ++i) {
@@ -98,6 +101,19 @@ function mergedMesh({vertices, faces, tints = null}) {
     return {vertices: points.slice(0, 3 * kept), tints: colors && colors.slice(0, 3 * kept)};
 }
 
+// Returns the longest side of the box around the vertices of faces.
+function extent(vertices, faces) {
+    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    for (const index of faces) {
+        for (let k = 0; k < 3; ++k) {
+            const number = vertices[3 * index + k];
+            if (number < low[k]) low[k] = number;
+            if (number > high[k]) high[k] = number;
+        }
+    }
+    return Math.max(...low.map((least, k) => high[k] - least));
+}
+
 function demandNormals({vertices, normals}, name) {
     demand(vertices.length, "the mesh is empty; a shape needs triangles, or points with normals");
     const hasNormals = normals?.some((c) => c !== 0);
@@ -106,7 +122,8 @@ function demandNormals({vertices, normals}, name) {
 
 // Returns a line that says what was read.
 function summary({faces, meshes = 1}, {vertices}, colors) {
-    const count = (number, name) => `${number.toLocaleString("en")} ${name}`, parts = meshes > 1 ? [count(meshes, "meshes")] : [];
+    const count = (number, name) => `${number.toLocaleString("en")} ${name}`;
+    const parts = meshes > 1 ? [count(meshes, "meshes")] : [];
     parts.push(faces.length ? count(faces.length / 3, "triangles") : count(vertices.length / 3, "points with normals"));
     const images = new Set(colors?.materials.map(({image}) => image).filter(Boolean)), [{width, height} = {}] = images;
     if (images.size > 1) parts.push(count(images.size, "textures"));

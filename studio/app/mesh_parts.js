@@ -49,6 +49,13 @@ export class Growing {
     }
 }
 
+// Returns an array of a type with the numbers 0, 1, 2, ...
+export function firstNumbers(Type, count) {
+    const numbers = new Type(count);
+    for (let i = 0; i < count; ++i) numbers[i] = i;
+    return numbers;
+}
+
 // Returns colors within [0, 1], in place. Some programs write numbers up to 255 as floats.
 export function unitColors(colors) {
     const most = colors.reduce((largest, c) => Math.max(largest, c), 0), scale = most > 1 && most <= 255 ? 1 / 255 : 1;

@@ -1,7 +1,7 @@
 import {TextReader} from "./text_reader.js";
 
 // Reads the materials of a Wavefront MTL file.
-const ARGUMENTS = /^-(?:(?:o|s|t|mm|bm|boost|texres)(?:\s+[-+.\de]+)+|(?:blendu|blendv|cc|clamp|imfchan|type)\s+\S+)\s+/;
+const OPTION = /^-(?:(?:o|s|t|mm|bm|boost|texres)(?:\s+[-+.\de]+)+|(?:blendu|blendv|cc|clamp|imfchan|type)\s+\S+)\s+/;
 
 // Returns name -> {color, file, scale, offset}. color: Kd, sRGB, or null; file: name of the image, or null; scale,
 // offset: of its texture coordinates.
@@ -27,8 +27,9 @@ export function parseMtl(bytes) {
 function mapOf(line) {
     const map = {};
     let found;
-    while ((found = ARGUMENTS.exec(line))) {
-        const [option, ...numbers] = found[0].trim().split(/\s+/), [u = 0, v = option === "-s" ? u : 0] = numbers.map(Number);
+    while ((found = OPTION.exec(line))) {
+        const [option, ...numbers] = found[0].trim().split(/\s+/);
+        const [u = 0, v = option === "-s" ? 1 : 0] = numbers.map(Number);
         if (option === "-s") map.scale = [u, v];
         if (option === "-o") map.offset = [u, v];
         line = line.slice(found[0].length);

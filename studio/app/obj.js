@@ -46,8 +46,8 @@ export function parseObj(bytes, find) {
         uv[i] = scale[i % 2] * c + offset[i % 2];
     });
     return {
-        vertices: points.filled, faces: polygons.vertices.filled, tints: tints.size ? unitColors(tints.filled) : null, uv,
-        material: used, materials, notes,
+        vertices: points.filled, faces: polygons.vertices.filled, tints: tints.size ? unitColors(tints.filled) : null,
+        uv, material: used, materials, notes,
     };
 }
 

@@ -14,8 +14,8 @@ export function firstEqual(numbers) {
             slot ^= slot >>> 15;
         }
         for (slot &= mask; slots[slot]; slot = (slot + 1) & mask) {
-            const at = 3 * (slots[slot] - 1);
-            if (numbers[at] === numbers[3 * i] && numbers[at + 1] === numbers[3 * i + 1] && numbers[at + 2] === numbers[3 * i + 2]) break;
+            const at = 3 * (slots[slot] - 1), x = numbers[3 * i], y = numbers[3 * i + 1], z = numbers[3 * i + 2];
+            if (numbers[at] === x && numbers[at + 1] === y && numbers[at + 2] === z) break;
         }
         if (!slots[slot]) slots[slot] = i + 1;
         first[i] = slots[slot] - 1;

@@ -64,8 +64,9 @@ export class Polygons {
             for (let i = first; i < first + count - 2; ++i) {
                 const a = 3 * this.vertices.array[3 * i], b = 3 * this.vertices.array[3 * i + 1];
                 const c = 3 * this.vertices.array[3 * i + 2];
-                const ux = points[b] - points[a], uy = points[b + 1] - points[a + 1], uz = points[b + 2] - points[a + 2];
-                const vx = points[c] - points[a], vy = points[c + 1] - points[a + 1], vz = points[c + 2] - points[a + 2];
+                const ax = points[a], ay = points[a + 1], az = points[a + 2];
+                const ux = points[b] - ax, uy = points[b + 1] - ay, uz = points[b + 2] - az;
+                const vx = points[c] - ax, vy = points[c + 1] - ay, vz = points[c + 2] - az;
                 const x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
                 if (isSecond) {
                     isAgainst ||= x * nx + y * ny + z * nz < 0;

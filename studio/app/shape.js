@@ -1,13 +1,14 @@
 import {DISTANCE, NORMAL, SAMPLE} from "./kernel.js";
+import {SurfaceColors} from "./surface_colors.js";
 import {Tree} from "./tree.js";
 import {Winding} from "./winding.js";
 
 // A triangle mesh in model space, to train on (trainer/shapes/mesh.py): faces are flat.
 
 export class Shape {
-    // vertices: Float64Array (3 V); faces: Uint32Array (3 F).
-    constructor(vertices, faces) {
-        Object.assign(this, {vertices, faces});
+    // vertices: Float64Array (3 V); faces: Uint32Array (3 F); colors: of readShape (mesh_file.js), or null.
+    constructor(vertices, faces, colors = null) {
+        Object.assign(this, {vertices, faces, colors: colors && new SurfaceColors(colors, faces)});
         this.tree = new Tree(vertices, faces);
         this.winding = new Winding(this.tree);
         const count = faces.length / 3;
@@ -27,8 +28,15 @@ export class Shape {
         return length;
     }
 
+    // Draws points of the surface as surface() does. Returns {rows, colors: Float32Array (3 count), sRGB}.
+    coloredSurface(count, random) {
+        const colors = new Float32Array(3 * count);
+        return {rows: this.surface(count, random, colors), colors};
+    }
+
     // Draws points of the surface, uniformly by area. Returns rows of samples with distance 0 and the faces' normals.
-    surface(count, random) {
+    // colors: an array for the points' colors, or null.
+    surface(count, random, colors = null) {
         const {vertices: v, faces, normals, areas} = this, rows = new Float32Array(SAMPLE * count);
         for (let i = 0; i < count; ++i) {
             const face = placeOf(areas, random() * areas[areas.length - 1]);
@@ -39,6 +47,7 @@ export class Shape {
                 rows[SAMPLE * i + k] = (1 - s - t) * v[a + k] + s * v[b + k] + t * v[c + k];
                 rows[SAMPLE * i + NORMAL + k] = normals[3 * face + k];
             }
+            if (colors) this.colors.write(face, s, t, colors, 3 * i);
         }
         return rows;
     }

@@ -1,15 +1,16 @@
 import {viewOf} from "./binary.js";
-import {demand, demandFew, Growing} from "./mesh_parts.js";
+import {demand, demandFew, firstNumbers, Growing} from "./mesh_parts.js";
 import {TextReader} from "./text_reader.js";
 
 // Reads a binary or text STL file: triangles without shared vertices.
 const VERTEX_LETTER = 118, LOWER_CASE = 32;
 
 export function parseStl(bytes) {
-    const view = viewOf(bytes), count = bytes.length >= 84 ? view.getUint32(80, true) : Infinity, size = 84 + 50 * count;
+    const view = viewOf(bytes), count = bytes.length >= 84 ? view.getUint32(80, true) : Infinity;
+    const left = bytes.length - 84 - 50 * count; // some programs add bytes, some begin with "solid"
     const isText = /^\s*solid\s[^]*?\sfacet\s/.test(new TextDecoder("latin1").decode(bytes.subarray(0, 2000)));
-    const vertices = bytes.length === size || (bytes.length > size && !isText) ? binaryStl(view, count) : textStl(bytes);
-    return {vertices, faces: Uint32Array.from({length: vertices.length / 3}, (_, i) => i)};
+    const vertices = left === 0 || (left > 0 && !isText) ? binaryStl(view, count) : textStl(bytes);
+    return {vertices, faces: firstNumbers(Uint32Array, vertices.length / 3)};
 }
 
 function binaryStl(view, count) {

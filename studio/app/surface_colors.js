@@ -26,7 +26,8 @@ export class SurfaceColors {
         const [a, b, c] = [3 * faces[3 * face], 3 * faces[3 * face + 1], 3 * faces[3 * face + 2]], r = 1 - s - t;
         if (material?.image) {
             const i = 6 * face;
-            sample(material.image, r * uv[i] + s * uv[i + 2] + t * uv[i + 4], r * uv[i + 1] + s * uv[i + 3] + t * uv[i + 5], texel);
+            const u = r * uv[i] + s * uv[i + 2] + t * uv[i + 4], v = r * uv[i + 1] + s * uv[i + 3] + t * uv[i + 5];
+            sample(material.image, u, v, texel);
         } else {
             texel.fill(1);
         }

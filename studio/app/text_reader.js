@@ -1,10 +1,10 @@
 import {decoded} from "./mesh_parts.js";
 
-// Reads words and numbers of a text file from its bytes, line by line. A backslash at the end of a line joins the next
-// line to it; # begins a comment. Much faster than strings and regular expressions.
+// Reads words and numbers of a text file from its bytes, line by line, which is faster than strings and regular
+// expressions. A backslash at the end of a line joins the next line to it; # begins a comment.
 const TAB = 9, NEWLINE = 10, RETURN = 13, SPACE = 32, HASH = 35, PLUS = 43, MINUS = 45, POINT = 46, ZERO = 48, E = 101;
 const BACKSLASH = 92;
-const EXACT = 2 ** 53, POWERS = Float64Array.from({length: 23}, (_, i) => Number(`1e${i}`));
+const MOST = 1e300, POWERS = Float64Array.from({length: 309}, (_, i) => Number(`1e${i}`));
 const LONGEST_NUMBER = 1000;
 
 export class TextReader {
@@ -58,13 +58,16 @@ export class TextReader {
         return decoded(this.bytes.subarray(start, this.at)).trim();
     }
 
-    // Returns the next word of the line as a number; NaN where it is none.
+    // Returns the next word of the line as a number; NaN where it is none. One of over 15 digits may be off by a few
+    // parts in 1e16.
     number() {
         this.peek();
         const {bytes} = this, start = this.at;
         let at = start, mantissa = 0, digits = 0, power = 0, byte = bytes[at];
         if (byte === MINUS || byte === PLUS) byte = bytes[++at];
-        for (; byte >= ZERO && byte < ZERO + 10; byte = bytes[++at], ++digits) mantissa = 10 * mantissa + byte - ZERO;
+        for (; byte >= ZERO && byte < ZERO + 10; byte = bytes[++at], ++digits) {
+            mantissa = 10 * mantissa + byte - ZERO;
+        }
         if (byte === POINT) {
             byte = bytes[++at];
             for (; byte >= ZERO && byte < ZERO + 10; byte = bytes[++at], ++digits, --power) {
@@ -81,8 +84,7 @@ export class TextReader {
             power += isSmall ? -exponent : exponent;
         }
         this.at = at;
-        if (!digits || byte > SPACE || mantissa >= EXACT || power < -22 || power > 22) return this.slowNumber(start);
-        // Of an exact mantissa and an exact power of ten, one operation makes the nearest number.
+        if (!digits || byte > SPACE || mantissa > MOST || power < -308 || power > 308) return this.slowNumber(start);
         const size = power < 0 ? mantissa / POWERS[-power] : mantissa * POWERS[power];
         return bytes[start] === MINUS ? -size : size;
     }

@@ -1,5 +1,5 @@
 import {demand, demandFew, Growing, unitColors} from "./mesh_parts.js";
-import {chosenProperties, GROUPS} from "./ply.js";
+import {chosenProperties, GROUPS} from "./ply_header.js";
 import {TextReader} from "./text_reader.js";
 
 // Reads a cloud of text columns: x y z, and normals and colors in any order, by a header or by their numbers.
@@ -20,8 +20,8 @@ export function parseXyz(bytes) {
     const others = width - 3 * Object.values(columns).filter(Boolean).length, tints = take("tints", Float32Array);
     if (others) notes.push(`${others} of ${width} columns are not used`);
     return {
-        vertices: take("vertices", Float64Array), normals: take("normals", Float64Array), tints: tints && unitColors(tints),
-        faces: new Uint32Array(0), materials: [], notes,
+        vertices: take("vertices", Float64Array), normals: take("normals", Float64Array),
+        tints: tints && unitColors(tints), faces: new Uint32Array(0), notes,
     };
 }
 
@@ -68,7 +68,8 @@ function guessedColumns(table, width) {
     const isUnit = (first) => everyRow(first, (x, y, z, length) => Math.abs(length - 1) < UNIT);
     const isPositive = (first) => everyRow(first, (x, y, z) => Math.min(x, y, z) >= 0);
     const grouped = firsts.filter((first) => first % 3 === 0 && width % 3 === 0);
-    const normals = firsts.find((first) => isUnit(first) && !isPositive(first)) ?? grouped.find((first) => !isPositive(first));
+    const normals = firsts.find((first) => isUnit(first) && !isPositive(first))
+        ?? grouped.find((first) => !isPositive(first));
     const free = firsts.filter((first) => normals === undefined || Math.abs(first - normals) > 2);
     const tints = free.length === 1 && isPositive(free[0]) ? free[0] : undefined;
     const three = (first) => (first === undefined ? null : [first, first + 1, first + 2]);
