@@ -22,21 +22,25 @@ export function shownName(name) {
     return String(name).replace(/[\p{C}\p{Zl}\p{Zp}]/gu, "?").slice(0, 60);
 }
 
-// An array of numbers to which one can add.
+// An array of numbers to which one can add. They are doubles until the end, since code for several types of arrays runs
+// much slower.
 export class Growing {
-    // Type: of the array, such as Float64Array.
+    // Type: of the final array, such as Uint32Array.
     constructor(Type) {
-        this.array = new Type(1024);
-        this.size = 0;
+        Object.assign(this, {Type, array: new Float64Array(1024), size: 0});
     }
 
     push(value) {
-        if (this.size === this.array.length) {
-            const larger = new this.array.constructor(2 * this.size);
-            larger.set(this.array);
-            this.array = larger;
-        }
+        if (this.size === this.array.length) this.reserve(1);
         this.array[this.size++] = value;
+    }
+
+    // Makes room for `count` more numbers.
+    reserve(count) {
+        if (this.size + count <= this.array.length) return;
+        const larger = new Float64Array(Math.max(2 * this.size, this.size + count));
+        larger.set(this.array);
+        this.array = larger;
     }
 
     // Adds a value until there are `size` numbers.
@@ -45,7 +49,7 @@ export class Growing {
     }
 
     get filled() {
-        return this.array.slice(0, this.size);
+        return new this.Type(this.array.subarray(0, this.size));
     }
 }
 

@@ -136,6 +136,6 @@ def test_many_damaged_files_are_read_or_refused(read: Reader, whole: list[Files]
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_a_hostile_file_is_refused_soon(name: str, read: Reader) -> None:
-    tries = [read.attempt([HOSTILE[name]]) for _ in range(2)]  # others may use the machine, too
-    assert not tries[0][0]
-    assert min(longest for _, longest in tries) < LONGEST
+    wrong, longest = read.attempt([HOSTILE[name]])
+    assert not wrong
+    assert longest < 3 * LONGEST  # they go to the limits of what is read
