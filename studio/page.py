@@ -23,8 +23,8 @@ MESHES = (
 """Modules that read shapes, in their order."""
 WORKER = (
     *MESHES,
-    *("training_error.js", "kernel.js", "batches.js", "tree.js", "winding.js", "shape.js", "sampling.js"),
-    *("tracing.js", "marching.js", "isosurface.js", "field_mesh.js", "mesh_writer.js", "worker.js"),
+    *("training_error.js", "kernel.js", "batches.js", "tree.js", "winding.js", "shape.js", "neighbors.js"),
+    *("cloud.js", "sampling.js", "tracing.js", "marching.js", "isosurface.js", "field_mesh.js", "mesh_writer.js", "worker.js"),
 )
 """Modules of the workers' script, in its order."""
 TRAINER = (

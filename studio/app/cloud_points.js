@@ -4,6 +4,7 @@ import {firstEqual} from "./places.js";
 // Checks and merges the points of a cloud (trainer/shapes/checks.py, duplicates.py).
 const FEWEST = 100, FARTHEST_POINT = 1e100;
 const APART = 1e-6; // points this close, as a share of half the bounding box's diagonal, are one
+const INWARDS = 0.1; // least mean cosine of normals that point inwards
 const CANCELED = 0.1; // length of a mean normal below which the normals at one place contradict each other
 
 // Returns {vertices, normals, tints, notes} of points with normals of any length; tints may be null. Leaves out points
@@ -16,7 +17,20 @@ export function cleanCloud(shape) {
     const merged = mergedPoints(usable), count = merged.vertices.length / 3, less = usable.vertices.length / 3 - count;
     if (less) notes.push(`merged or left out ${less.toLocaleString("en")} points that share a place`);
     demand(count >= FEWEST, `${count} points at different places; a cloud needs at least ${FEWEST}`);
+    if (turnOutwards(merged)) notes.push("the normals point inwards; turned round");
     return {...merged, notes};
+}
+
+// Turns normals round if most of them clearly point to the middle of the points. Returns whether it did.
+function turnOutwards({vertices, normals}) {
+    const count = vertices.length / 3, middle = [0, 0, 0];
+    vertices.forEach((c, i) => { middle[i % 3] += c / count; });
+    const lengths = lengthsOf(vertices.map((c, i) => c - middle[i % 3]));
+    let along = 0; // sum of cosines
+    normals.forEach((c, i) => { along += c * (vertices[i] - middle[i % 3]) / (lengths[Math.floor(i / 3)] || 1); });
+    if (along > -INWARDS * count) return false;
+    normals.forEach((c, i) => { normals[i] = -c; });
+    return true;
 }
 
 function withUnitNormals({vertices, normals, tints}) {

@@ -208,7 +208,7 @@ def test_a_random_star_keeps_its_area(seed: int, read: Reader) -> None:
         *(("c_float_colours.ply", 3000, True), ("c_diffuse.ply", 3000, True), ("c_normal_x.ply", 3000, True)),
         *(("c_nan_some.ply", 2940, True), ("c_zero_normals_some.ply", 2940, True), ("x_nan_rows.xyz", 1500, False)),
         *(("x_csv.xyz", 1500, False), ("x_header.xyz", 1500, False), ("x_bom.xyz", 1500, False)),
-        ("x_rgb_then_normals.xyz", 1500, True),
+        *(("x_rgb_then_normals.xyz", 1500, True), ("c_inward_normals.ply", 3000, True)),
     ],
 )
 def test_a_cloud_of_the_cases_is_read(name: str, points: int, colored: bool, read: Reader) -> None:

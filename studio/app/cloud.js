@@ -1,0 +1,134 @@
+import {DISTANCE, NORMAL, SAMPLE} from "./kernel.js";
+import {Neighbors} from "./neighbors.js";
+import {Winding} from "./winding.js";
+
+// A point cloud with normals in model space, to train on (trainer/shapes/cloud.py, planes.py): its distance comes from
+// the planes through the nearest points where these agree, and farther away from the nearest point.
+const NEIGHBORS = 12; // whose planes are averaged, and from which a point's area is estimated
+const WIDTH = 0.8; // width of the Gaussian weights, in spacings
+const DEVIATION = 0.4; // largest standard deviation of the distances to the planes, in spacings
+const SIDEWAYS = 1.6; // largest distance along the surface between the nearest point and the foot, in spacings
+const TRUSTED = 8; // least distance, in spacings, at which the distance to the nearest point is used
+const OPEN = 0.3; // if the winding number differs from 1/2 by less, the cloud has a hole there
+
+export class CloudShape {
+    // points: Float64Array (3 N), N at least 100, at different places; normals: unit vectors, Float64Array (3 N);
+    // colors: of readShape (mesh_file.js), or null.
+    constructor(points, normals, colors = null) {
+        Object.assign(this, {points, normals, colors: colors && colors.vertex});
+        this.near = new Neighbors(points, NEIGHBORS + 1);
+        const areas = this.areas();
+        this.spacings = areas.map(Math.sqrt);
+        this.winding = new CloudWinding(Object.assign(this.near.tree, {areas, normals}));
+        this.weights = new Float64Array(NEIGHBORS);
+        this.heights = new Float64Array(NEIGHBORS);
+    }
+
+    // Estimates the surface area of each point: the disc to the k-th neighbor contains k + 1/2 points.
+    areas() {
+        const {near, points} = this, discs = NEIGHBORS * (NEIGHBORS + 2) / 2;
+        return Float64Array.from({length: points.length / 3}, (_, i) => {
+            near.find(points[3 * i], points[3 * i + 1], points[3 * i + 2], NEIGHBORS + 1);
+            return Math.PI * near.squared.reduce((sum, squared) => sum + squared) / discs;
+        });
+    }
+
+    // Draws points, each equally often, as surface() does. Returns {rows, colors: Float32Array (3 count), sRGB}.
+    coloredSurface(count, random) {
+        const colors = new Float32Array(3 * count);
+        return {rows: this.surface(count, random, colors), colors};
+    }
+
+    // Draws points, each equally often. Returns rows of samples with distance 0 and the points' normals. colors: an
+    // array for the points' colors, or null.
+    surface(count, random, colors = null) {
+        const {points, normals} = this, rows = new Float32Array(SAMPLE * count);
+        const order = Uint32Array.from({length: points.length / 3}, (_, i) => i);
+        for (let i = 0; i < count; ++i) {
+            const place = i % order.length, other = place + Math.floor(random() * (order.length - place));
+            const point = order[other];
+            order[other] = order[place];
+            order[place] = point;
+            for (let k = 0; k < 3; ++k) {
+                rows[SAMPLE * i + k] = points[3 * point + k];
+                rows[SAMPLE * i + NORMAL + k] = normals[3 * point + k];
+                if (colors) colors[3 * i + k] = this.colors[3 * point + k];
+            }
+        }
+        return rows;
+    }
+
+    // Returns rows of every `step`-th point, from the `first` one on.
+    corners(first, step) {
+        const rows = new Float32Array(SAMPLE * Math.ceil((this.points.length / 3 - first) / step));
+        for (let at = 0, i = first; at < rows.length; at += SAMPLE, i += step) {
+            rows.set(this.points.subarray(3 * i, 3 * i + 3), at);
+        }
+        return rows;
+    }
+
+    // Sets the signed distances of rows of samples.
+    setDistances(rows) {
+        for (let at = 0; at < rows.length; at += SAMPLE) {
+            rows[at + DISTANCE] = this.distance(rows[at], rows[at + 1], rows[at + 2]);
+        }
+    }
+
+    // Returns the signed distance of a place: NaN where the cloud does not define it.
+    distance(x, y, z) {
+        const {near, spacings} = this;
+        near.find(x, y, z, NEIGHBORS);
+        const nearest = Math.sqrt(near.squared[0]), spacing = spacings[near.index[0]];
+        const f = this.toPlanes(x, y, z, spacing);
+        if (!Number.isNaN(f) || nearest < TRUSTED * spacing) return f;
+        const winding = this.winding.at(x, y, z);
+        return Math.abs(winding - 0.5) < OPEN ? NaN : winding > 0.5 ? -nearest : nearest;
+    }
+
+    // Returns the mean distance to the planes of the nearest points, which `near` has found; NaN where they disagree.
+    // The normal of each is the mean of its point's and the blended normal, so that the bulge of a sphere cancels.
+    toPlanes(x, y, z, spacing) {
+        const {points, normals, weights, heights, near: {index, squared}} = this, n = 3 * index[0];
+        const width = (WIDTH * spacing) ** 2;
+        let sum = 0, bx = 0, by = 0, bz = 0;
+        for (let k = 0; k < NEIGHBORS; ++k) {
+            const at = 3 * index[k], nx = normals[at], ny = normals[at + 1], nz = normals[at + 2];
+            const isAlike = nx * normals[n] + ny * normals[n + 1] + nz * normals[n + 2] > 0;
+            const weight = isAlike ? Math.exp((squared[0] - squared[k]) / width) : 0;
+            weights[k] = weight;
+            sum += weight;
+            bx += weight * nx;
+            by += weight * ny;
+            bz += weight * nz;
+        }
+        const length = Math.hypot(bx, by, bz);
+        let f = 0, spread = 0;
+        for (let k = 0; k < NEIGHBORS; ++k) {
+            const at = 3 * index[k], dx = x - points[at], dy = y - points[at + 1], dz = z - points[at + 2];
+            const own = dx * normals[at] + dy * normals[at + 1] + dz * normals[at + 2];
+            heights[k] = (own + (dx * bx + dy * by + dz * bz) / length) / 2;
+            f += weights[k] / sum * heights[k];
+        }
+        for (let k = 0; k < NEIGHBORS; ++k) spread += weights[k] / sum * (heights[k] - f) ** 2;
+        const isSideways = Math.abs(squared[0] - f * f) >= (SIDEWAYS * spacing) ** 2;
+        return Math.sqrt(spread) < DEVIATION * spacing && !isSideways ? f : NaN;
+    }
+}
+
+// The winding number of a cloud (Barill et al. 2018): its points are small discs. tree: with `areas` and `normals`.
+class CloudWinding extends Winding {
+    facesOf(node) {
+        const {vertices, order, first, size, areas, normals} = this.tree;
+        return Array.from(order.subarray(first[node], first[node] + size[node]), (point) => ({
+            area: areas[point], center: vertices.subarray(3 * point, 3 * point + 3),
+            normal: normals.subarray(3 * point, 3 * point + 3).map((c) => areas[point] * c),
+        }));
+    }
+
+    // Returns the solid angle of a point's disc.
+    ofTriangle(point, x, y, z) {
+        const {vertices: v, areas, normals: n} = this.tree, at = 3 * point;
+        const rx = v[at] - x, ry = v[at + 1] - y, rz = v[at + 2] - z, squared = rx * rx + ry * ry + rz * rz;
+        return areas[point] * (rx * n[at] + ry * n[at + 1] + rz * n[at + 2]) / (squared * Math.sqrt(squared));
+    }
+}
