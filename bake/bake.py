@@ -31,5 +31,6 @@ def bake(model: Model, options: BakeOptions) -> Baked:
         name=options.name,
         space=options.space,
         shade=options.shade,
+        studio=options.studio,
     )
     return Baked(text, rounding)

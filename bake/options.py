@@ -8,6 +8,7 @@ from ..model.options import Options, option
 from .registry import DEFAULT, TARGETS
 
 _FUNCTIONS = ", ".join(name for name, target in TARGETS.items() if target.function)
+_STUDIO = ", ".join(name for name, target in TARGETS.items() if target.studio)
 _OPENING = ", ".join(name for name, target in TARGETS.items() if target.shaded)
 
 
@@ -48,3 +49,4 @@ class BakeOptions(Options):
         "shadertoy)",
         choices=OPENING_SHADES,
     )
+    studio: bool = option(False, f"let the page also train dropped meshes ({_STUDIO})")

@@ -1,6 +1,6 @@
 """The targets of `mplicits bake`. A new target is one file in codegen/targets and one line here (docs/targets.md)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, cast
 
@@ -26,6 +26,8 @@ class Target:
     """Whether the text is a page with a poster, which takes seconds to draw."""
     shaded: bool = False
     """Whether the text has an initial shading mode (--shade)."""
+    studio: str = ""
+    """The module for --studio, below the package; empty for a target without it."""
     function: bool = False
     """Whether the text is only the distance function: it takes --name and --space."""
 
@@ -37,18 +39,24 @@ class Target:
         name: str | None = None,
         space: str | None = None,
         shade: str | None = None,
+        studio: bool = False,
     ) -> str:
         """Return the text of the output file, by the module's function `standalone`.
 
         storage: "auto", or another storage of the target. digits: decimals of the weights; None for all. name: of the
         function; None for the model's name. space: "model" or "input", the space of the function's points; None for
-        model space. shade: initial shading; None for the studio, or for Phong in short texts of Shadertoy. Raises
-        UserError where the target does not take the model or an option.
+        model space. shade: initial shading; None for the studio, or for Phong in short texts of Shadertoy. studio:
+        whether the page also trains dropped meshes. Raises UserError where the target does not take the model or an
+        option.
         """
         if shade is not None and not self.shaded:
             raise UserError(f"--shade: only these targets take it: {_names('shaded')}")
         if shade is not None and shade not in OPENING_SHADES:
             raise UserError(f"--shade {show(shade)}: there is {', '.join(OPENING_SHADES)}")
+        if studio:
+            if not self.studio:
+                raise UserError(f"--studio: only these targets take it: {_names('studio')}")
+            return replace(self, module=self.studio, studio="")(model, storage, digits, name, space, shade)
         if self.function:
             return self._standalone(model, storage=storage, digits=digits, name=name, space=space or "model")
         for option, value in (("name", name), ("space", space)):
@@ -76,7 +84,7 @@ class Target:
 TARGETS = {
     "glsl330": Target("codegen.targets.glsl330", suffix=".glsl"),
     "glsl300es": Target("codegen.targets.glsl300es", suffix=".es.frag"),
-    "html": Target("web.page", suffix=".html", page=True, shaded=True),
+    "html": Target("web.page", suffix=".html", page=True, shaded=True, studio="studio.page"),
     "shadertoy": Target("codegen.targets.shadertoy", suffix=".frag", shaded=True),
     "cuda": Target("codegen.targets.cuda", suffix=".cu"),
     "glsl": Target("codegen.targets.glsl_function", suffix=".sdf.glsl", function=True),

@@ -25,7 +25,7 @@ UNITS: dict[str, set[str]] = {
     "codegen": set(),
     "web": {"glsl", "model", "ir", "field", "codegen.printers", "codegen.targets"},
     "studio": {"glsl", "model", "codegen.printers", "web", "trainer"},
-    "bake": {"model", "ir", "field", "codegen.targets", "web"},
+    "bake": {"model", "ir", "field", "codegen.targets", "web", "studio"},
     "trainer.shapes": {"model"},
     "trainer.networks": {"model"},
     "trainer.folders": {"model"},

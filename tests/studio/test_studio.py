@@ -11,11 +11,12 @@ import trimesh
 from mplicits import cli
 from mplicits.field import interpret
 from mplicits.ir.lower import lower
-from mplicits.model.model_file import load
+from mplicits.model.model_file import load, save
 from mplicits.studio.page import studio
 from mplicits.trainer.config import TrainingConfig
 from support.ball_training import QUICK
 from support.browser import Visit, visit
+from support.fitted_model import fitted_model
 from support.unpacked import unpacked
 
 if TYPE_CHECKING:
@@ -107,3 +108,19 @@ def test_the_verb_writes_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert cli.main(["studio", "-o", str(path)]) == 0
     assert "drop a mesh" in capsys.readouterr().err
     assert '"levels": [{"width": 48, "depth": 1}, {"width": 64, "depth": 4}]' in unpacked(path.read_text("utf-8"))
+
+
+def test_the_page_of_a_model_trains_where_asked(
+    browser: "Browser", tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save(fitted_model((8, 8)), Path("m.safetensors"))
+    assert cli.main(["bake", "m.safetensors", "--target", "html", "--shade", "phong", "--studio"]) == 0
+    with visit(browser, tmp_path / "m.html", share=0.1) as visited:
+        visited.until("document.documentElement.dataset.error")
+        assert visited.page.title() == "fitted"
+        visited.drop(ball(), "a ball.stl")
+        visited.until("document.title === 'a ball'")
+        assert visited.console == []
+    assert cli.main(["bake", "m.safetensors", "--studio"]) == 2
+    assert capsys.readouterr().err.endswith("--studio: only these targets take it: html\n")

@@ -260,9 +260,10 @@ def test_a_phone_starts_folded_and_shows_its_whole_sheet(browser: "Browser", pag
 
 def test_a_dropped_mesh_gets_another_message_than_a_damaged_model(wide: Visit) -> None:
     for name, expected in {
-        "spot.obj": "spot.obj: a mesh; train it with: mplicits train spot.obj",
+        "spot.obj": "spot.obj: a mesh; train it with: mplicits train spot.obj, "
+        "or drop it on the page of: mplicits studio",
         "It's a <b>cow.PLY": "It's a <b>cow.PLY: a mesh or a point cloud; "
-        """train it with: mplicits train 'It'"'"'s a <b>cow.PLY'""",
+        """train it with: mplicits train 'It'"'"'s a <b>cow.PLY', or drop it on the page of: mplicits studio""",
         "-\u202ex.npz": "-\\u{202e}x.npz: a point cloud; train it with: mplicits train './-\\u{202e}x.npz'",
     }.items():
         wide.drop(b"v 0 0 0", name)

@@ -16,8 +16,9 @@ import {center, draw, goTo, halt, options, renderer, set} from "./view.js";
 // all levels; only after the driver failed at them. `next` replaces `current` when a lost context is restored. Both are
 // null in a page without a model, until a file is dropped.
 let current = null, next = null;
-let openShape = refuseShape; // of files that are the input of a training
+let openShape = (files) => refuseShape(files, WITHOUT_STUDIO); // of files that are the input of a training
 let listFiles = ({files}) => [...files]; // of a drop
+const WITHOUT_STUDIO = ", or drop it on the page of: mplicits studio";
 const SHADING_LABELS = {phong: "Phong", studio: "Studio", normal: "Normals", depth: "Depth", steps: "Steps", texture: "Texture"};
 
 // Returns the page's own model, or null.
@@ -121,10 +122,10 @@ export function openShapesWith(open, list) {
 
 const kindOf = (name) => shared.shapes[name.toLowerCase().match(/\.\w+$/)?.[0]];
 
-// Throws a ModelError for files that are the input of a training.
-export function refuseShape(files) {
-    const {name} = files.find((file) => kindOf(file.name));
-    throw new ModelError(`${kindOf(name)}; train it with: mplicits train ${quoted(printable(name))}`);
+// Throws a ModelError for files that are the input of a training. more: end of the message for a mesh.
+export function refuseShape(files, more = "") {
+    const {name} = files.find((file) => kindOf(file.name)), kind = kindOf(name), end = kind.startsWith("a mesh") ? more : "";
+    throw new ModelError(`${kind}; train it with: mplicits train ${quoted(printable(name))}${end}`);
 }
 
 // Returns a file's name with unprintable characters escaped.
