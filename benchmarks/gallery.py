@@ -1,6 +1,6 @@
 """Draws and measures the models of the gallery: writes docs/gallery.md, docs/gallery/ and docs/demo.png.
 
-    python benchmarks/gallery.py [-o docs/gallery.md] [--front | --scene | --pages]
+    python benchmarks/gallery.py [-o docs/gallery.md] [--front | --scene | --studio | --pages]
 
 Web pages of at most PAGE_MOST bytes are written. Models that are named after their mesh are renamed as their file.
 """
@@ -21,6 +21,7 @@ from mplicits.model.files import write_whole
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load, save, to_bytes
 from mplicits.scenes.compose import compose
+from mplicits.studio.page import studio
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context, open_osmesa
 from mplicits.viewer.draw.options import RenderOptions
@@ -34,6 +35,8 @@ WHITE = (1.0, 1.0, 1.0), (1.0, 1.0, 1.0)
 """Background at the top and at the bottom, sRGB."""
 PAGE_MOST = 300_000
 """Most bytes of a web page that is written."""
+STUDIO = "studio.html"
+"""Name of the page that trains."""
 COMMANDS = (
     "view spot",
     "render spot -o spot.png",
@@ -121,15 +124,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--front", action="store_true", help="draw docs/demo.png alone")
     parser.add_argument("--scene", action="store_true", help="draw the scene alone, and print its section")
+    parser.add_argument("--studio", action="store_true", help="write the page that trains alone")
     parser.add_argument("--pages", action="store_true", help="leave the pictures as they are")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/gallery.md"))
     options = parser.parse_args()
+    folder = options.output.with_suffix("")
+    folder.mkdir(exist_ok=True)
+    if options.studio:
+        write_whole(folder / STUDIO, studio())
+        return
     context, front = None if options.pages else open_osmesa(), options.output.with_name("demo.png")
     if options.front and context is not None:
         draw_front(front, context)
         return
-    folder = options.output.with_suffix("")
-    folder.mkdir(exist_ok=True)
     if options.scene:
         print(*scene_lines(folder, context), sep="\n")
         return
@@ -151,6 +158,7 @@ def main() -> None:
     paths = {name: gallery.model_path(name) for name in gallery.names()}
     models = {name: named(name, path) for name, path in paths.items()}
     pages = []
+    write_whole(folder / STUDIO, studio())
     for name, model in models.items():
         assert model.texture is not None
         text = TARGETS["html"](model)
@@ -169,7 +177,7 @@ def main() -> None:
         "",
         "Pages to save and open in a browser, without a network: "
         + ", ".join(f"[{name}.html]({folder.name}/{name}.html)" for name in pages)
-        + ".",
+        + f"; [{STUDIO}]({folder.name}/{STUDIO}) trains a model of a dropped mesh.",
         "",
         f"From left to right: {'; '.join(panels(1))}. A coarse level wears the finest level's texture (the paper's "
         "Fig. 9).",
