@@ -78,7 +78,7 @@ def extension(config: TrainingConfig | None = None, fixed: dict[str, Any] | None
         elements=_read("bar.html") + page.text_elements() + data,
         facts=page.text_facts() | {"studio": page_facts(config) | {"fixed": fixed, "viewer": of_viewer}},
         policy=policy,
-        accept=".obj,.mtl,.png,.jpg,.jpeg,.ply,.stl,.glb,.xyz,.safetensors",
+        accept=".obj,.mtl,.png,.jpg,.jpeg,.webp,.ply,.stl,.glb,.gltf,.bin,.xyz,.safetensors",
         open="Open a file",
         hint="Drop a mesh, a point cloud or a .safetensors model anywhere.",
     )

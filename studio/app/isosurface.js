@@ -7,7 +7,7 @@ import {TrainingError} from "./training_error.js";
 const EXTENT = 1.02, SNAP = 1e-3; // as in mesher/grid.py
 const BLOCKS = 16, SEED = 4; // blocks along the grid at first; cells along the smallest blocks
 const STEEPEST = 1.5; // a larger slope may hide a part of the surface, but not one that another part leads to
-const CHUNK = 2 ** 16, MOST = 2 ** 23; // points to evaluate at once, and in all
+const CHUNK = 2 ** 16, MOST_CELLS = 2 ** 23; // points to evaluate at once, and in all
 const NEWTON_STEPS = 2, SETTLED = 0.1; // sides of a cell
 const LEAST = 50; // settled vertices of a part that is no speck
 
@@ -29,7 +29,7 @@ export function isosurface(evaluate, resolution, slack = 0) {
                 missing.push(cell + offset);
             }
         }
-        if (values.size > MOST) throw new TrainingError("the surface is too large; choose a coarser grid");
+        if (values.size > MOST_CELLS) throw new TrainingError("the surface is too large; choose a coarser grid");
         for (const keys of inChunks(missing)) {
             const rows = evaluated(evaluate, keys.length, (i, k) => place(keys[i], k));
             keys.forEach((key, i) => values.set(key, closed(rows.subarray(SAMPLE * i), SNAP * side)));

@@ -31,7 +31,7 @@ const LEFT_SHARE = 0.5; // of the seconds, that remains for the training after t
 const LONGER_FROM = 0.6; // share of the last level's schedule at which "Train longer" begins again
 const MESH_CELLS = 256; // along an edge of the grid of an exported mesh
 const UPS = Object.keys(facts.studio.upright);
-const READABLE = /\.(obj|ply|stl|glb|xyz)$/i;
+const READABLE = /\.(obj|ply|stl|glb|gltf|xyz)$/i;
 
 // The shape on the stage: {name, center, scale, up, front, read, ground, hasColors, team}; or null.
 let shape = null;

@@ -1,4 +1,5 @@
 import {Batches, randomNumbers} from "./batches.js";
+import {CloudShape} from "./cloud.js";
 import {cornersOf} from "./corners.js";
 import {fieldMesh} from "./field_mesh.js";
 import {input} from "./input.js";
@@ -27,7 +28,8 @@ const answers = {
     // module: the compiled kernel; read: of a shape, as of input().
     load({module, read}) {
         kernel = new Kernel(module);
-        shape = new Shape(read.vertices, read.faces);
+        const {vertices, faces, cloudNormals, colors} = read;
+        shape = cloudNormals ? new CloudShape(vertices, cloudNormals, colors) : new Shape(vertices, faces, colors);
     },
 
     // Draws the samples of a level, and prepares for its steps. network: {width, depth, outputs}; levels: the levels
@@ -97,10 +99,11 @@ const answers = {
         return traced((rows) => addNested(levels, rows), levels.map(({delta}) => delta), aims, random, share);
     },
 
-    // Returns the surface of a trained model as {bytes, triangles} of a file. module: the compiled kernel; format:
-    // "ply" or "glb"; others: of fieldMesh().
-    mesh({module, format, levels, texture, resolution, place}) {
-        const mesh = fieldMesh(new Kernel(module), levels, texture, resolution, place);
+    // Returns the surface of a trained model as {bytes, triangles} of a file. format: "ply" or "glb"; others: of
+    // fieldMesh().
+    mesh({format, levels, texture, resolution, place}) {
+        task = null;
+        const mesh = fieldMesh(kernel, levels, texture, resolution, place);
         return {bytes: format === "glb" ? glbBytes(mesh) : plyBytes(mesh), triangles: mesh.faces.length / 3};
     },
 };

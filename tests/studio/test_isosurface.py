@@ -62,10 +62,12 @@ const FUNCTIONS = {
 };"""
 OF_MODEL = """async ([worker, wasm, question]) => {
     const team = new Team(worker, 1), module = await WebAssembly.compile(bytesOf(wasm));
+    const read = {vertices: Float64Array.of(0, 0, 0, 1, 0, 0, 0, 1, 0), faces: Uint32Array.of(0, 1, 2)};
+    await team.all("load", () => ({module, read}));
     const network = (of) => ({...of, weights: new Float32Array(bytesOf(of.weights))});
     const levels = question.levels.map(network), texture = network(question.texture);
     const answers = await Promise.all(["ply", "glb"].map((format) => (
-        team.all("mesh", () => ({module, ...question, format, levels, texture})))));
+        team.all("mesh", () => ({...question, format, levels, texture})))));
     team.dismiss();
     return Promise.all(answers.map(([{bytes}]) => textOf(bytes)));
 }"""

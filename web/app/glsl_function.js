@@ -9,7 +9,7 @@ import {ModelError} from "./safetensors.js";
 // Prints the distance function for GLSL and Godot, byte for byte as codegen/targets/glsl_function.py.
 const WIDEST_LITERAL = 128; // width of a network that drivers compile as literals within minutes
 const LONGEST_NAME = 40;
-const SINES = /vec4 reduced\([^]*?\n}\n\nvec4 sine\([^]*?\n}\n\nvec4 cosine\([^]*?\n}/; // of glsl/sine.glsl
+const SINES = /vec4 reduced\([^]*?\n}\n+vec4 sine\([^]*?\n}\n+vec4 cosine\([^]*?\n}/; // of glsl/sine.glsl; a packed page has no empty lines
 
 // Returns the text. sha256: of hashOf(). Throws a ModelError for a model that is too wide.
 export function functionText(model, sha256) {
