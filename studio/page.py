@@ -24,12 +24,21 @@ MESHES = (
 WORKER = (
     *MESHES,
     *("training_error.js", "kernel.js", "batches.js", "tree.js", "winding.js", "shape.js", "neighbors.js"),
-    *("cloud.js", "sampling.js", "tracing.js", "marching.js", "isosurface.js", "field_mesh.js", "mesh_writer.js", "worker.js"),
+    *(
+        "cloud.js",
+        "sampling.js",
+        "tracing.js",
+        "marching.js",
+        "isosurface.js",
+        "field_mesh.js",
+        "mesh_writer.js",
+        "worker.js",
+    ),
 )
 """Modules of the workers' script, in its order."""
 TRAINER = (
-    *("training_error.js", "kernel.js", "batches.js", "optimizer.js", "team.js", "plan.js", "fit.js", "training.js"),
-    *("orientation.js", "model_file.js"),
+    *("training_error.js", "kernel.js", "batches.js", "optimizer.js", "team.js", "plan.js", "fit.js"),
+    *("layers.js", "training.js", "orientation.js", "model_file.js"),
 )
 """Modules of the page that train a model, in their order."""
 STUDIO = (

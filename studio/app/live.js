@@ -1,12 +1,13 @@
 import {pause} from "./device.js";
 import {goToLevel, start} from "./current_model.js";
+import {facts} from "./facts.js";
 import {printField} from "./field.js";
 import {memoryOf} from "./memory.js";
 import {modelFile} from "./model_file.js";
 import {probes} from "./reference.js";
 import {parseModel} from "./safetensors.js";
 import {parameterCount} from "./kernel.js";
-import {MID_GRAY, paddedNetwork} from "./training.js";
+import {paddedNetwork} from "./training.js";
 import {renderer} from "./view.js";
 
 // The picture of a training's weights of this moment. Its shader has all networks from the start, so that it compiles
@@ -19,7 +20,8 @@ export class LivePicture {
     constructor(shape, ground, settings, hasColors) {
         const bare = (layout, outputs) => {
             const network = paddedNetwork(layout, outputs), weights = new Float32Array(parameterCount(network));
-            return {network, layout, weights: weights.fill(outputs > 1 ? MID_GRAY : 0, weights.length - outputs)};
+            if (outputs > 1) weights.set(facts.studio.plain, weights.length - outputs);
+            return {network, layout, weights};
         };
         Object.assign(this, {shape, ground, isReady: false, drawnAt: 0, level: 0});
         this.bare = {levels: settings.levels.map((layout) => bare(layout, 1)), texture: hasColors ? bare(settings.texture, 3) : null};

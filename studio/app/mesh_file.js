@@ -132,8 +132,3 @@ function summary({faces, meshes = 1}, {vertices}, colors) {
     else if (colors && !images.size) parts.push("colors of materials");
     return parts.join(", ");
 }
-
-export async function readShape([{name, bytes}]) {
-    const {vertices, faces} = parseMesh(name, bytes);
-    return {name, vertices, faces, cloudNormals: null, colors: null, notes: [`${(faces.length / 3).toLocaleString("en")} triangles`], up: null};
-}

@@ -1,28 +1,8 @@
-import {INPUTS} from "./kernel.js";
+import {layersOf} from "./layers.js";
 import {turned} from "./orientation.js";
 
 // Writes a model file (docs/format.md).
 const FIRST_ITERATIONS = 20, ITERATIONS = 5; // of sphere tracing, as in the paper
-
-// Returns a network as a list of layers {rows, columns, weight, bias}, without padding and time, turned so that the axis
-// `up` of the file points up. network: of trainShape (training.js).
-export function layersOf({network: {width, depth, outputs}, layout, weights}, up = "y") {
-    const layers = [];
-    let at = 0;
-    const take = (paddedRows, paddedColumns, rows, columns) => {
-        const weight = new Float32Array(rows * columns), biases = at + paddedRows * paddedColumns;
-        for (let o = 0; o < rows; ++o) {
-            weight.set(weights.subarray(at + o * paddedColumns, at + o * paddedColumns + columns), o * columns);
-        }
-        layers.push({rows, columns, weight, bias: weights.slice(biases, biases + rows)});
-        at = biases + paddedRows;
-    };
-    take(width, INPUTS, layout.width, 3);
-    for (let j = 0; j < depth; ++j) take(width, width, layout.width, layout.width);
-    take(outputs, width, outputs, layout.width);
-    layers[0].weight = turned(layers[0].weight, up);
-    return layers;
-}
 
 // Returns the bytes of the file. shape: {name, center, scale, up, front}: input space = model space * scale + center
 // before the turn to y up; front: as parseModel, or null. trained: of trainShape. provenance: a JSON object.
@@ -33,8 +13,8 @@ export function modelFile({name, center, scale, up = "y", front = null}, {levels
         header[key] = {dtype: "F32", shape, data_offsets: [end, end += 4 * values.length]};
         parts.push(values);
     };
-    const addNetwork = (key, network) => layersOf(network, up).forEach(({rows, columns, weight, bias}, j) => {
-        add(`${key}.layer${j}.weight`, [rows, columns], weight);
+    const addNetwork = (key, network) => layersOf(network).forEach(({rows, columns, weight, bias}, j) => {
+        add(`${key}.layer${j}.weight`, [rows, columns], j ? weight : turned(weight, up));
         add(`${key}.layer${j}.bias`, [rows], bias);
     });
     levels.forEach((level, i) => addNetwork(`level${i + 1}`, level));

@@ -1,10 +1,12 @@
 import {randomNumbers} from "./batches.js";
 import {fit} from "./fit.js";
 import {INPUTS, parameterCount, TILE} from "./kernel.js";
+import {layersOf, putLayers} from "./layers.js";
 import {stageCosts, timer} from "./plan.js";
+import {clampToQuantized, quantized} from "./quantize.js";
 
 // The training of a shape: level after level, each frozen before the next begins, then the texture (trainer/train.py).
-export const MID_GRAY = 0.5; // in every channel of the first texture
+const MID_GRAY = 0.5; // in every channel of the first texture
 const SEEDS = 1000; // seeds reserved for each seed of the visitor; the last is the texture's
 const TIMED = 4096; // points of a measurement that is timed
 const LEAST_SHARE = 0.4; // of a stage's seconds, that remains for its steps after the preparation
@@ -81,7 +83,7 @@ async function levelStage(team, settings, config, levels, seconds) {
     const {rate, outputFactor} = rates(layout.width, delta, config.step);
     const outputs = i ? config.step.residual_output : 1;
     return {
-        network, layout, rate, outputFactor, outputs: network.width + 1, rounded: roundedBy(settings),
+        network, layout, rate, outputFactor, outputs: network.width + 1, rounded: roundedBy(settings, network, layout),
         start: () => initialWeights(layout, network.width, 1, settings.omegas[i], outputs, random),
         factors: (share) => lossAt(share, i === 0, config.loss),
     };
@@ -93,7 +95,8 @@ async function textureStage(team, settings, config, levels, seconds) {
     const seed = await begun(team, "beginTexture", settings, config, levels, network, SEEDS - 1, seconds, more);
     const random = randomNumbers(seed), outputs = 3 * (network.width + 1);
     return {
-        network, layout, rate, outputFactor: output_factor, outputs, rounded: roundedBy(settings),
+        network, layout, rate, outputFactor: output_factor, outputs,
+        rounded: roundedBy(settings, network, layout),
         start: () => {
             const weights = initialWeights(layout, network.width, 3, settings.omegas.at(-1), 1, random);
             return weights.fill(MID_GRAY, weights.length - 3);
@@ -123,9 +126,15 @@ function asQuestion({network, weights, delta}) {
     return {network, weights, delta};
 }
 
-// Returns the function `rounded` of a task.
-function roundedBy() {
-    return (weights) => weights;
+// Returns the function `rounded` of a task: with packed settings, it quantizes (trainer/networks/quantized.py).
+function roundedBy({packed}, network, layout) {
+    if (!packed) return (weights) => weights;
+    return (weights) => {
+        const own = layersOf({network, layout, weights}), near = quantized(own);
+        clampToQuantized(own, near);
+        putLayers(own, weights, network, layout);
+        return putLayers(near, weights.slice(), network, layout);
+    };
 }
 
 // `rates` of trainer/level.py.

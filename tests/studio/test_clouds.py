@@ -68,7 +68,7 @@ def test_distances_are_python_s(hole: bool, page: "Page") -> None:
 
 
 def test_each_point_of_a_cloud_is_drawn_equally_often(page: "Page") -> None:
-    points = np.float32(trimesh.creation.icosphere(2).vertices)
+    points = np.asarray(trimesh.creation.icosphere(2).vertices, np.float32)
     rows, colors, corners = (np.array(part) for part in page.evaluate(DRAW, [points.ravel().tolist(), 3 * 162]))
     rows = rows.reshape(-1, 12)
     drawn, times = np.unique(rows[:, :3], axis=0, return_counts=True)

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 from random import Random
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -76,10 +76,9 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> list[Files]:
     colored = mesh.copy()
     colored.visual.vertex_colors = np.uint8(127 + 127 * mesh.vertices)
     textured = mesh.copy()
-    materials = trimesh.visual.material
-    textured.visual = trimesh.visual.TextureVisuals(
-        uv=mesh.vertices[:, :2], material=materials.PBRMaterial(baseColorTexture=image)
-    )
+    visual: Any = trimesh.visual
+    material = visual.material.PBRMaterial(baseColorTexture=image)
+    textured.visual = visual.TextureVisuals(uv=mesh.vertices[:, :2], material=material)
     for name, made in (("plain", mesh), ("colored", colored), ("textured", textured)):
         for ending in ("obj", "glb", "gltf", "ply", "stl"):
             (folder / name / ending).mkdir(parents=True)
@@ -103,7 +102,7 @@ def mutations(whole: list[Files], count: int, seed: int) -> Iterator[list[Files]
     """Yield lists of files of which one or more are damaged."""
     random = Random(seed)
     for start in range(0, count, AT_ONCE):
-        cases = []
+        cases: list[Files] = []
         for _ in range(min(AT_ONCE, count - start)):
             files = dict(random.choice(whole))
             for path in random.sample(sorted(files), random.randint(1, len(files))):

@@ -99,6 +99,7 @@ def test_the_exported_page_draws_the_model(browser: "Browser", studio: Path, tmp
     file = tmp_path / "page.html"
     with visit(browser, studio, share=0.2) as visited:
         visited.until("'ready' in document.documentElement.dataset")
+        visited.page.evaluate("document.getElementById('training').hidden = true")  # the viewer has no bar
         visited.drop(to_bytes(MODEL), "ball.safetensors")
         visited.still()
         before = visited.saved()

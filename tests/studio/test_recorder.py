@@ -33,7 +33,7 @@ RECORD = """async ({width, height, seconds, fps, slowness, stopAt}) => {
         reader.readAsDataURL(video);
     })];
 }"""
-MODULES = ("mesh_parts.js", "webm.js", "recorder.js")
+MODULES = ("training_error.js", "webm.js", "recorder.js")
 
 
 Recorded = Callable[..., tuple[list[float], str | None]]

@@ -39,14 +39,15 @@ def image_bytes(kind: str = "PNG") -> bytes:
     return buffer.getvalue()
 
 
-def textured_ball(kind: str = "obj") -> trimesh.Trimesh:
+def textured_ball(kind: str = "obj") -> Any:
     """A ball with texture coordinates beyond [0, 1], and with an image. kind: of the file it is meant for."""
-    mesh = trimesh.creation.icosphere(2)
+    mesh: Any = trimesh.creation.icosphere(2)
     uv = 1.7 * np.asarray(mesh.vertices)[:, :2] - 0.3
     image = Image.open(io.BytesIO(image_bytes()))
-    materials: Any = trimesh.visual.material
+    visual: Any = trimesh.visual
+    materials = visual.material
     material = materials.PBRMaterial(baseColorTexture=image) if kind == "glb" else materials.SimpleMaterial(image=image)
-    mesh.visual = trimesh.visual.TextureVisuals(uv=uv, material=material)
+    mesh.visual = visual.TextureVisuals(uv=uv, material=material)
     return mesh
 
 
@@ -228,7 +229,8 @@ def test_a_cloud_without_normals_names_the_command_line(read: Reader) -> None:
     text = "\n".join(" ".join(f"{c:.5f}" for c in point) for point in points).encode()
     message = "a point cloud without normals; train it with: mplicits train bare.xyz"
     assert read({"bare.xyz": text}) == {"refused": message}
-    ply = trimesh.PointCloud(points).export(file_type="ply")
+    cloud: Any = trimesh.PointCloud
+    ply = cloud(points).export(file_type="ply")
     assert read({"bare.ply": ply})["refused"].startswith("a point cloud without normals")
 
 
@@ -263,7 +265,8 @@ def test_companions_are_found_by_their_paths(read: Reader, tmp_path: Path) -> No
 
 def test_a_gltf_with_its_files_is_a_glb(read: Reader) -> None:
     mesh = trimesh.creation.icosphere(1)
-    files = trimesh.Scene(mesh).export(file_type="gltf")
+    scene: Any = trimesh.Scene(mesh)
+    files = scene.export(file_type="gltf")
     found = read({f"box/{name}": data for name, data in files.items()})
     np.testing.assert_allclose(found["vertices"][found["faces"]], mesh.triangles, atol=1e-6)
     assert "missing" in read({"model.gltf": files["model.gltf"]})["refused"]

@@ -12,6 +12,7 @@ from mplicits import cli
 from mplicits.field import interpret
 from mplicits.ir.lower import lower
 from mplicits.model.model_file import load, save
+from mplicits.model.quantize import is_quantized
 from mplicits.studio.page import studio
 from mplicits.trainer.config import TrainingConfig
 from support.ball_training import QUICK
@@ -35,6 +36,7 @@ def write_page(path: Path, steps: int) -> Path:
         "steps": [steps] * 3,
         "seconds": 1,
         "seed": 0,
+        "packed": True,
     }
     path.write_text(studio(CONFIG, fixed), encoding="utf-8")
     return path
@@ -67,13 +69,14 @@ def test_a_dropped_mesh_trains_to_a_model(browser: "Browser", tmp_path: Path) ->
         assert float(visited.root("error") or 1) < 1e-5
         assert visited.console == []
     assert (model.name, model.provenance["made_by"]) == ("a ball", "page")
+    assert all(map(is_quantized, model.networks().values()))
     np.testing.assert_allclose(model.center, CENTER, atol=1e-6)
     assert model.scale == pytest.approx(RADIUS)
     points = np.random.default_rng(0).normal(size=(2000, 3)).astype(np.float32)
     points /= np.linalg.norm(points, axis=1, keepdims=True)
     f = np.abs(interpret.field(lower(model), points, 2)).mean()
     assert model.provenance["levels"][1]["mean_f"] == pytest.approx(f, rel=0.5)
-    assert f < 0.01
+    assert f < 0.02
     assert cli.main(["info", str(tmp_path / "m.safetensors")]) == 0
 
 
@@ -82,7 +85,11 @@ def test_pause_stop_and_bad_files(browser: "Browser", tmp_path: Path) -> None:
         visited.until("'ready' in document.documentElement.dataset")
         for data, name, message in (
             (b"v 1 2", "bad.obj", "bad.obj: line 1: a vertex needs three numbers"),
-            (b"1 2 3 0 0 1", "cloud.xyz", "cloud.xyz: a point cloud; train it with: mplicits train cloud.xyz"),
+            (
+                b"1 2 3",
+                "cloud.xyz",
+                "cloud.xyz: a point cloud without normals; train it with: mplicits train cloud.xyz",
+            ),
             (b"v 1 1 1\nf 1 1 1", "point.obj", "point.obj: all vertices are at one place, or too far apart"),
         ):
             visited.drop(data, name)
@@ -107,7 +114,7 @@ def test_the_verb_writes_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[
     path = tmp_path / "studio.html"
     assert cli.main(["studio", "-o", str(path)]) == 0
     assert "drop a mesh" in capsys.readouterr().err
-    assert '"levels": [{"width": 48, "depth": 1}, {"width": 64, "depth": 4}]' in unpacked(path.read_text("utf-8"))
+    assert '"levels": "48x1,64x4"' in unpacked(path.read_text("utf-8"))
 
 
 def test_the_page_of_a_model_trains_where_asked(
