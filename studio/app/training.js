@@ -122,7 +122,8 @@ async function begun(team, question, settings, config, levels, network, index, s
     return seed;
 }
 
-function asQuestion({network, weights, delta}) {
+// Returns what the workers need of a network.
+export function asQuestion({network, weights, delta}) {
     return {network, weights, delta};
 }
 

@@ -18,10 +18,11 @@ const TERMS = ["value", "normal", "distance", "eikonal"]; // of a level's loss, 
 let kernel = null, shape = null, task = null, surface = null, volume = null;
 
 const answers = {
-    // Reads a shape, from files or an example, and moves it to model space. See input() and cornersOf(). plain: color of
-    // a shape without colors, sRGB. Returns the input, and the buffers of its preview.
-    async read({files, example, plain}) {
-        const read = await input(files, example);
+    // Reads a shape, from files or an example, and moves it to model space; or takes the input of an earlier call, which
+    // was kept. See input() and cornersOf(). plain: color of a shape without colors, sRGB. Returns the input, and the
+    // buffers of its preview.
+    async read({files, example, earlier, plain}) {
+        const read = earlier ?? await input(files, example);
         return {...read, preview: cornersOf(read, plain)};
     },
 

@@ -1,0 +1,45 @@
+import {facts} from "./facts.js";
+import {functionText} from "./glsl_function.js";
+import {hashOf} from "./header.js";
+import {loadTeam} from "./loading.js";
+import {canWritePage, pageText} from "./page_export.js";
+import {groundOfShape} from "./picture.js";
+import {posterOf} from "./poster.js";
+import {parseModel} from "./safetensors.js";
+import {shadertoyText} from "./shadertoy.js";
+import {asQuestion} from "./training.js";
+import {renderer} from "./view.js";
+
+// What a trained shape can be saved as.
+const MESH_CELLS = 256; // along an edge of the grid of an exported mesh
+
+// Returns the model of a result, with the shape's lowest point.
+export const modelOf = ({bytes}) => ({...parseModel(bytes.buffer), ground: groundOfShape()});
+
+// Returns kinds for showExports (exports.js). shape, result: see state.js; video: returns a promise of a WebM Blob.
+export function kindsOf(shape, result, video) {
+    const model = modelOf(result), hash = hashOf(result.bytes.buffer);
+    let text = null;
+    const shadertoy = async () => (text ??= shadertoyText(model, await hash));
+    const page = async () => (
+        pageText(result.bytes, facts.shade, await shadertoy().catch(() => null), await posterOf(renderer, facts.shade)));
+    const mesh = (format) => async () => {
+        await loadTeam(shape);
+        const {bytes} = await shape.team.ask(0, "mesh", {
+            format, levels: result.levels.map(asQuestion), texture: result.texture && asQuestion(result.texture),
+            resolution: MESH_CELLS, place: {center: shape.center, scale: shape.scale},
+        });
+        return bytes;
+    };
+    const kinds = [
+        {id: "download", label: "Model", ending: "safetensors", title: "For mplicits and for this page", make: () => result.bytes, isQuick: true},
+        {id: "save-page", label: "Web page", ending: "html", title: "One file that shows the shape anywhere", make: page},
+        {id: "copy-text", label: "Copy Shadertoy", title: "Text for the Image tab of shadertoy.com", make: shadertoy, isCopied: true},
+        {id: "save-text", label: "Shadertoy", ending: "frag", title: "The same text as a file", make: shadertoy, isQuick: true},
+        {id: "save-glsl", label: "GLSL", ending: "glsl", title: "Functions of the field for your shader", make: async () => functionText(model, await hash), isQuick: true},
+        {id: "save-ply", label: "PLY", ending: "ply", title: "A mesh of the field", make: mesh("ply")},
+        {id: "save-glb", label: "GLB", ending: "glb", title: "A mesh of the field", make: mesh("glb")},
+        {id: "save-webm", label: "Video", ending: "webm", title: "One turn", make: video},
+    ];
+    return canWritePage ? kinds : kinds.filter(({id}) => id !== "save-page");
+}

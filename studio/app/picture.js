@@ -1,0 +1,60 @@
+import {Axes} from "./axes.js";
+import {fillChoices} from "./controls.js";
+import {element, root, setState} from "./messages.js";
+import {turned} from "./orientation.js";
+import {Preview} from "./preview.js";
+import {state} from "./state.js";
+import {drawWith, renderer} from "./view.js";
+
+// The picture on the stage: the shape itself with the axes of its file, or its field.
+const CHOICES = [{value: "mesh", label: "Mesh"}, {value: "field", label: "Field"}];
+let preview = null, axes = null;
+
+// Shows a shape. corners: of cornersOf (corners.js).
+export function showShape(corners) {
+    axes ??= new Axes(element("axes"));
+    preview ??= new Preview(element("mesh"), (name) => renderer.painter.shader(name));
+    preview.load(corners);
+    turnTo(state.shape.up);
+    showPicture("mesh");
+}
+
+// Shows the "mesh" or the "field".
+export function showPicture(which) {
+    const isMesh = which === "mesh";
+    hidePreview(!isMesh);
+    if (isMesh) {
+        element("poster").hidden = true;
+        root.dataset.drawn = "";
+        setState("still", "");
+    }
+    drawWith(isMesh ? {show: (camera, options) => {
+        preview.show(camera, options);
+        axes.show(camera);
+    }} : null);
+    fillChoices(element("picture"), CHOICES, which, showPicture);
+}
+
+function hidePreview(isHidden) {
+    for (const id of ["mesh", "axes"]) element(id).toggleAttribute("hidden", isHidden);
+    root.toggleAttribute("data-preview", !isHidden);
+}
+
+// Turns the shape so that an axis of the file points up.
+export function turnTo(up) {
+    state.shape.up = preview.up = axes.up = up;
+    element("up").textContent = `Up: ${up.toUpperCase().replace("-", "−")}`;
+}
+
+export function clearPicture() {
+    hidePreview(true);
+    drawWith(null);
+}
+
+// Returns the height of the lowest point of the shape on the stage, model space.
+export function groundOfShape() {
+    const {read: {vertices}, up} = state.shape, upright = turned(vertices, up);
+    let y = Infinity;
+    for (let i = 1; i < upright.length; i += 3) y = Math.min(y, upright[i]);
+    return y;
+}
