@@ -11,6 +11,8 @@ BINARY = "application/octet-stream"
 """Type of the script elements with base64, which is stored as bytes."""
 WORKER = "text/x-worker"
 """Type of the script elements with the text of a worker."""
+LINE = 4000
+"""Characters of a line of the packed text."""
 MARK = "\x01"
 """In the HTML, before and after the number of bytes of a binary part, or before and after "poster"."""
 
@@ -87,7 +89,7 @@ def _outdented(text: str) -> str:
 def ascii85(data: bytes) -> str:
     """Encode bytes as ASCII85 in lines, with v in place of <, so that no tag can start in it."""
     text = base64.a85encode(data).replace(b"z", b"!!!!!").replace(b"<", b"v").decode()
-    return "\n".join(text[i : i + 120] for i in range(0, len(text), 120))
+    return "\n".join(text[i : i + LINE] for i in range(0, len(text), LINE))
 
 
 def _first(pattern: str, page: str) -> str:

@@ -2,8 +2,8 @@ import {viewOf} from "./binary.js";
 import {demand} from "./mesh_parts.js";
 
 // Decodes images of textures.
-const MOST_DECODED = 100e6, MOST_SIDE = 4096; // pixels
-const MOST_PIXELS = 2 ** 25; // of all images together, after they are made smaller
+const MOST_DECODED = 100e6, MOST_SIDE = 2048; // pixels
+const MOST_PIXELS = 2 ** 23; // of all images together, after they are made smaller
 
 // Returns {width, height, pixels: Uint8ClampedArray RGBA} of a PNG, JPEG or WebP, made smaller where it is large.
 // count: of images that the shape has. Throws MeshError.

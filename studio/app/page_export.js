@@ -60,5 +60,5 @@ async function packed85(blob) {
         const value = padded.getUint32(i), digits = [4, 3, 2, 1, 0].map((k) => 33 + Math.floor(value / 85 ** k) % 85);
         groups.push(String.fromCharCode(...digits));
     }
-    return groups.join("").slice(0, Math.ceil(5 * data.length / 4)).replaceAll("<", "v").replace(/.{120}/g, "$&\n");
+    return groups.join("").slice(0, Math.ceil(5 * data.length / 4)).replaceAll("<", "v").replace(/.{4000}/g, "$&\n");
 }
