@@ -7,7 +7,7 @@ import {filesOfDrop} from "./folder.js";
 import {kindsOf, modelOf} from "./kinds.js";
 import {LivePicture} from "./live.js";
 import {loadTeam} from "./loading.js";
-import {element, fail, say} from "./messages.js";
+import {element, fail, root, say} from "./messages.js";
 import {modelFile} from "./model_file.js";
 import {clearPicture, groundOfShape, showPicture, showShape, turnTo} from "./picture.js";
 import {provenanceOf} from "./provenance.js";
@@ -27,6 +27,7 @@ const BETWEEN_PICTURES = 1000, BETWEEN_REPORTS = 200; // milliseconds
 const PICTURES_SHARE = 0.2; // largest share of the time that pictures may take
 const LEFT_SHARE = 0.5; // of the seconds, that remains for the training after the preparation
 const LONGER_FROM = 0.6; // share of the last level's schedule at which "Train longer" begins again
+const hasOwnModel = root.dataset.state !== "empty"; // of `bake --studio`; its page opens without the invitation
 const UPS = Object.keys(facts.studio.upright);
 const READABLE = /\.(obj|ply|stl|glb|gltf|xyz)$/i;
 
@@ -66,7 +67,7 @@ async function showShapeOf(question) {
         showShape(preview);
     } catch (error) {
         team.dismiss();
-        element("welcome").hidden = Boolean(before);
+        element("welcome").hidden = Boolean(before) || hasOwnModel;
         throw understood(error);
     } finally {
         state.training = null;
@@ -205,7 +206,7 @@ function update(line, share = null) {
     bar.value = share ?? 0;
     const shown = {
         picture: shape, up: shape, front: shape, pause: training?.live, stop: training?.live, longer: isIdle && result,
-        again: isIdle, another: isIdle, settings: !training, exports: isIdle && result,
+        again: isIdle, another: !training && (shape || hasOwnModel), settings: !training, exports: isIdle && result,
     };
     for (const [id, isShown] of Object.entries(shown)) element(id).hidden = !isShown;
     element("pause").textContent = training?.isPaused ? "Go on" : "Pause";
@@ -229,6 +230,7 @@ const guarded = (action) => () => Promise.resolve().then(action).catch((error) =
 });
 
 function wireStudio() {
+    element("welcome").hidden = hasOwnModel;
     openShapesWith(openShapeFiles, filesOfDrop);
     element("file").multiple = true;
     const choices = Object.entries(facts.studio.presets).map(([value, {label}]) => ({value, label}));
