@@ -49,7 +49,7 @@ STUDIO = (
 )
 """Modules that extend the page of a model, in their order."""
 TITLE = "mplicits studio"
-LABELS = {"tiny": "Tiny · Shadertoy 5 kB", "small": "Small · 18 kB", "base": "Base · 60 kB"}
+LABELS = {"tiny": "Tiny · 6 kB", "small": "Small · 18 kB", "base": "Base · 60 kB"}
 """Presets of `train` that the page offers, with the bytes of their Shadertoy texts."""
 SECONDS = {"tiny": 10, "small": 30, "base": 60}
 """Default seconds of a training."""

@@ -154,6 +154,7 @@ async function showResult() {
     const {shape, result} = state, {meanF, angle} = result.levels.at(-1);
     result.bytes = modelFile(factsOfShape(shape), result, provenanceOf(shape, result));
     update(`Trained in ${Math.round(result.seconds)} s · mean |f| ${meanF.toExponential(1)} of the radius · normals off by ${angle.toFixed(1)}°`);
+    element("ended").textContent = element("report").textContent;
     const onSave = (id) => { result.isSaved ||= id === "download"; };
     showExports(element("exports"), shape.name, kindsOf(shape, result, recorded), onSave, guarded);
     showPicture("field");
@@ -200,10 +201,13 @@ const understood = (error) => (error instanceof TrainingError ? new ModelError(e
 // Shows a line, and a bar unless share is null; and the buttons of this moment. line: "" keeps the one before.
 function update(line, share = null) {
     const {shape, training, result} = state, bar = element("trained"), isIdle = shape && !training;
-    if (line) element("report").textContent = line;
+    if (line) {
+        element("report").textContent = line;
+        if (share === null) bar.removeAttribute("value"); // unknown
+        else bar.value = share;
+    }
     element("report").parentElement.hidden = !shape && !training;
-    bar.hidden = share === null;
-    bar.value = share ?? 0;
+    bar.hidden = share === null && !training;
     const shown = {
         picture: shape, up: shape, front: shape, pause: training?.live, stop: training?.live, longer: isIdle && result,
         again: isIdle, another: !training && (shape || hasOwnModel), settings: !training, exports: isIdle && result,

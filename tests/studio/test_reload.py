@@ -1,0 +1,46 @@
+"""After a reload, the studio offers the shape of the last visit, with the levels that were finished."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from mplicits.model.model_file import load
+from support.browser import visit
+from support.studio_page import save_model, write_page
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+STEPS = {"whole": 60, "unfinished": 200_000}
+"""Steps of the second level and of the texture: it ends at once, or never."""
+
+
+@pytest.mark.parametrize("kind", STEPS)
+def test_a_reload_offers_the_last_shape(kind: str, browser: "Browser", tmp_path: Path) -> None:
+    page = write_page(tmp_path / "studio.html", (60, STEPS[kind], 60))
+    with visit(browser, page, share=0.1) as visited:
+        visited.page.on("dialog", lambda dialog: dialog.accept())  # leaving asks
+        visited.until("'ready' in document.documentElement.dataset")
+        assert not visited.page.is_visible("#resume")
+        visited.page.click("text=Gear")
+        visited.until("document.getElementById('report').textContent.startsWith('Level 2')")
+        if kind == "whole":
+            visited.page.wait_for_selector("#download", timeout=30_000)
+        visited.page.wait_for_timeout(500)  # the record is written meanwhile
+        visited.page.reload()
+        visited.until("'ready' in document.documentElement.dataset")
+        visited.page.click("text=Go on with gear", timeout=10_000)
+        if kind == "unfinished":
+            visited.until("document.getElementById('report').textContent.startsWith('Level 2')")
+            visited.page.click("#stop")
+        model = load(save_model(visited, tmp_path / "gear.safetensors"))
+        assert (model.name, len(model.levels)) == ("gear", 2)
+        assert model.provenance["levels"][0]["steps"] == 60
+        visited.page.reload()
+        visited.page.click("text=Forget it", timeout=10_000)
+        visited.page.reload()
+        visited.until("'ready' in document.documentElement.dataset")
+        visited.page.wait_for_timeout(300)
+        assert not visited.page.is_visible("#resume")
+        assert visited.console == []
