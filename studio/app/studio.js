@@ -255,6 +255,7 @@ function wireStudio() {
         button.addEventListener("click", guarded(() => openAndTrain(question, performance.now())));
     }
     element("settings").addEventListener("submit", (event) => event.preventDefault());
+    element("more").addEventListener("keydown", ({key, currentTarget}) => { currentTarget.open &&= key !== "Escape"; });
     addEventListener("beforeunload", (event) => {
         if (state.training || (state.result && !state.result.isSaved)) event.preventDefault();
     });

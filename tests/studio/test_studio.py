@@ -1,65 +1,35 @@
 """The studio in Chromium: a dropped mesh trains, and its model opens in Python."""
 
-import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-import trimesh
 
 from mplicits import cli
 from mplicits.field import interpret
 from mplicits.ir.lower import lower
-from mplicits.model.model_file import load, save
+from mplicits.model import model_file
+from mplicits.model.model_file import load
 from mplicits.model.quantize import is_quantized
-from mplicits.studio.page import studio
-from mplicits.trainer.config import TrainingConfig
-from support.ball_training import QUICK
 from support.browser import Visit, visit
 from support.fitted_model import fitted_model
+from support.studio_visit import CENTER, RADIUS, ball, ready, save, write_page
 from support.unpacked import unpacked
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-CONFIG = dataclasses.replace(TrainingConfig(), sampling=QUICK.sampling, measuring=QUICK.measuring)
-CENTER, RADIUS = np.array([1.0, 2.0, 3.0]), 4.0
-
-
-def write_page(path: Path, steps: int) -> Path:
-    layouts = [{"width": 14, "depth": 1}] * 2
-    fixed = {
-        "levels": layouts,
-        "texture": layouts[0],
-        "omegas": [19, 37, 23],
-        "steps": [steps] * 3,
-        "seconds": 1,
-        "seed": 0,
-        "packed": True,
-    }
-    path.write_text(studio(CONFIG, fixed), encoding="utf-8")
-    return path
-
-
-def ball() -> bytes:
-    mesh = trimesh.creation.icosphere(subdivisions=3, radius=RADIUS)
-    mesh.apply_translation(CENTER)
-    return bytes(mesh.export(file_type="stl"))
-
 
 def saved(visited: Visit, path: Path) -> Path:
     """Save the trained model."""
-    with visited.page.expect_download() as download:
-        visited.page.click("#download")
-    assert download.value.suggested_filename == "a-ball.safetensors"
-    download.value.save_as(path)
+    assert save(visited, "#download", path) == "a-ball.safetensors"
     return path
 
 
 def test_a_dropped_mesh_trains_to_a_model(browser: "Browser", tmp_path: Path) -> None:
     with visit(browser, write_page(tmp_path / "studio.html", 200), size=(390, 844), share=0.1) as visited:
-        visited.until("'ready' in document.documentElement.dataset")
+        ready(visited)
         assert "Drop a mesh" in visited.page.inner_text("#welcome")
         visited.drop(ball(), "a ball.stl")
         visited.page.wait_for_selector("#download", timeout=30_000)
@@ -82,7 +52,7 @@ def test_a_dropped_mesh_trains_to_a_model(browser: "Browser", tmp_path: Path) ->
 
 def test_pause_stop_and_bad_files(browser: "Browser", tmp_path: Path) -> None:
     with visit(browser, write_page(tmp_path / "studio.html", 100_000), size=(390, 844), share=0.1) as visited:
-        visited.until("'ready' in document.documentElement.dataset")
+        ready(visited)
         for data, name, message in (
             (b"v 1 2", "bad.obj", "bad.obj: line 1: a vertex needs three numbers"),
             (
@@ -121,7 +91,7 @@ def test_the_page_of_a_model_trains_where_asked(
     browser: "Browser", tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    save(fitted_model((8, 8)), Path("m.safetensors"))
+    model_file.save(fitted_model((8, 8)), Path("m.safetensors"))
     assert cli.main(["bake", "m.safetensors", "--target", "html", "--shade", "phong", "--studio"]) == 0
     with visit(browser, tmp_path / "m.html", share=0.1) as visited:
         visited.until("document.documentElement.dataset.error")

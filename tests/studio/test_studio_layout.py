@@ -1,0 +1,115 @@
+"""The studio for keyboards, screen readers and phones."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from support.browser import Visit, visit
+from support.studio_visit import ball, ready, write_page
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+PHONE: dict[str, Any] = {"size": (390, 844), "share": 0.1, "has_touch": True, "is_mobile": True}
+SMALL_TARGETS = """() => [...document.querySelectorAll("button, summary, fieldset label, #more input")]
+    .filter((target) => target.checkVisibility() && !target.closest("#message"))
+    .filter((target) => Math.min(target.offsetHeight, target.offsetWidth) < 40)
+    .map((target) => target.id || target.textContent)"""
+OUTSIDE = """() => [...document.querySelectorAll("#training *, #welcome *")]
+    .filter((part) => part.checkVisibility() && !part.closest("#exports, .unseen"))
+    .filter((part) => {
+        const {left, right, top, bottom} = part.getBoundingClientRect();
+        return left < 0 || right > innerWidth + 0.5 || top < 0 || bottom > innerHeight + 0.5;
+    })
+    .map((part) => part.id || part.textContent)"""
+FOCUSED = """() => {
+    const {activeElement: at} = document, face = at.nextElementSibling ?? at;
+    const ring = [at, face].some((one) => getComputedStyle(one).outlineStyle !== "none");
+    return [at.id || at.value || at.textContent, ring];
+}"""
+
+
+def violations(visited: Visit) -> list[str]:
+    """Return the violations that axe-core finds in the current page, including its best practices."""
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe-playwright-python is not installed")
+    found: list[dict[str, Any]] = axe.Axe().run(visited.page).response["violations"]
+    return [f"{one['id']}: {node['html']}" for one in found for node in one["nodes"]]
+
+
+@pytest.fixture(scope="module", params=["dark", "light"])
+def opened(
+    request: pytest.FixtureRequest, browser: "Browser", tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Visit]:
+    """The page on a phone."""
+    file = write_page(tmp_path_factory.mktemp("studio") / "studio.html", 100_000)
+    with visit(browser, file, **PHONE, color_scheme=request.param) as visited:
+        ready(visited)
+        yield visited
+        assert visited.console == []
+
+
+def test_every_state_is_accessible_and_fits_a_phone(opened: Visit) -> None:
+    page = opened.page
+    assert page.inner_text("h1:visible") == "Open a mesh or a point cloud"
+    assert page.evaluate(
+        "document.getElementById('welcome').scrollHeight <= document.getElementById('welcome').clientHeight"
+    )
+    opened.drop(b"v 1 2", "bad.obj")
+    page.wait_for_selector("#message")
+    page.click("#more summary")
+    assert (violations(opened), page.evaluate(SMALL_TARGETS), page.evaluate(OUTSIDE)) == ([], [], [])
+    page.keyboard.press("Escape")
+    assert page.is_hidden("#message")
+    page.click("#more summary")
+    opened.drop(ball(), "a ball with a name that is too long for one line of a phone.stl")
+    page.wait_for_selector("#stop")
+    assert (violations(opened), page.evaluate(SMALL_TARGETS), page.evaluate(OUTSIDE)) == ([], [], [])
+    height = page.evaluate("document.getElementById('training').offsetHeight")
+    page.click("#pause")
+    assert page.evaluate("document.getElementById('training').offsetHeight") == height
+    assert page.evaluate("document.getElementById('trained').value") > 0
+    assert page.inner_text("#ended") == ""
+    page.click("#stop")
+    page.wait_for_selector("#download")
+    assert page.inner_text("#ended").startswith("Trained in ")
+    assert page.evaluate("document.getElementById('stage').offsetHeight") > 422
+    assert (violations(opened), page.evaluate(SMALL_TARGETS), page.evaluate(OUTSIDE)) == ([], [], [])
+    page.click("#fold")
+    assert page.is_hidden("#exports")
+    assert page.evaluate("document.getElementById('stage').offsetHeight") > 200
+
+
+def test_the_keyboard_reaches_everything(browser: "Browser", tmp_path: Path) -> None:
+    with visit(browser, write_page(tmp_path / "studio.html", 20), size=(1280, 800), share=0.05) as visited:
+        ready(visited)
+        assert follow_tab(visited, "More") == ["choose", "Rope", "Vase", "Gear", "base", "More"]
+        visited.page.focus("[data-example='2']")
+        visited.page.keyboard.press("Space")
+        visited.page.wait_for_selector("#download", timeout=60_000)
+        visited.page.focus("#view")
+        order = follow_tab(visited, "save-webm")
+        view, settings, saves = (
+            "field up front",
+            "base More again longer",
+            "download save-page save-text copy-text save-webm",
+        )
+        wanted = f"fold another {view} {settings} {saves}".split()
+        assert [name for name in order if name in wanted] == wanted, order
+        assert visited.console == []
+
+
+def follow_tab(visited: Visit, last: str) -> list[str]:
+    """Return what Tab reaches, up to `last`, or to the end."""
+    names: list[str] = []
+    for _ in range(60):
+        visited.page.keyboard.press("Tab")
+        name, ring = visited.page.evaluate(FOCUSED)
+        if name in names[:1]:
+            break
+        assert ring, name
+        names.append(name)
+        if name == last:
+            break
+    return names

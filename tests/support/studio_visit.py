@@ -1,0 +1,52 @@
+"""The studio in Chromium: a page with quick trainings, a ball to drop, and what its buttons save."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from mplicits.studio.page import studio
+from mplicits.trainer.config import TrainingConfig
+
+from .ball_training import QUICK
+from .browser import Visit
+
+CONFIG = dataclasses.replace(TrainingConfig(), sampling=QUICK.sampling, measuring=QUICK.measuring)
+CENTER, RADIUS = np.array([1.0, 2.0, 3.0]), 4.0
+
+
+def write_page(path: Path, steps: int, width: int = 14) -> Path:
+    """Write a studio whose trainings take `steps` steps for each network."""
+    layouts = [{"width": width, "depth": 1}] * 2
+    fixed = {
+        "levels": layouts,
+        "texture": layouts[0],
+        "omegas": [19, 37, 23],
+        "steps": [steps] * 3,
+        "seconds": 1,
+        "seed": 0,
+        "packed": True,
+    }
+    path.write_text(studio(CONFIG, fixed), encoding="utf-8")
+    return path
+
+
+def ball() -> bytes:
+    """Return an STL file."""
+    mesh = trimesh.creation.icosphere(subdivisions=3, radius=RADIUS)
+    mesh.apply_translation(CENTER)
+    return bytes(mesh.export(file_type="stl"))
+
+
+def save(visited: Visit, button: str, path: Path) -> str:
+    """Save what a button offers. Returns the file's suggested name."""
+    with visited.page.expect_download() as download:
+        visited.page.click(button)
+    download.value.save_as(path)
+    return download.value.suggested_filename
+
+
+def ready(visited: Visit) -> None:
+    """Wait until the page listens."""
+    visited.until("'ready' in document.documentElement.dataset")
