@@ -194,8 +194,12 @@ def declared(source: str) -> Iterator[str]:
     """The names that a JavaScript module declares outside of functions, each in its declaration's first line."""
     yield from re.findall(r"^(?:export )?(?:async )?(?:function|class) (\w+)", source, re.MULTILINE)
     for text in re.findall(r"^(?:export )?(?:const|let) (.*)", source, re.MULTILINE):
-        taken_apart = re.match(r"\{(.*?)\}", text)
-        yield from re.findall(r"\w+", taken_apart[1]) if taken_apart else re.findall(r"(\w+) = ", text)
+        for pattern in re.findall(r"(?:^|, )([\[{][^=]*[\]}]) = ", text):
+            yield from re.findall(r"\b\w+\b(?!:)", pattern)
+        names = re.sub(r'"[^"]*"', "", text)
+        while names != (names := re.sub(r"\([^()]*\)|\[[^\[\]]*\]|\{[^{}]*\}", "", names)):
+            pass
+        yield from re.findall(r"(?:^|, )(\w+)(?= =|;|,|$)", re.sub(r"[(\[{].*", "", names))
 
 
 def script_violations(modules: dict[str, str]) -> list[str]:
@@ -211,8 +215,9 @@ def script_violations(modules: dict[str, str]) -> list[str]:
         lines = [line for line in source.splitlines() if line.startswith("export ")]
         exported[module] = set(declared("\n".join(lines)))
         for name in declared(source):
-            if owner.setdefault(name, module) != module:
+            if name in owner:
                 wrong.append(f"{module}: {name} is {owner[name]}'s")
+            owner.setdefault(name, module)
     return wrong
 
 
@@ -232,6 +237,12 @@ def test_modules_of_a_page_make_one_script(names: tuple[str, ...]) -> None:
         "const third = 1, first = 2;",
         "let first = 3;",
         "const {third, first} = second;",
+        "const [third, first] = second;",
+        "const third = (fourth) => fourth, {third: first} = second;",
+        "const {first: third} = second, first = third;",
+        "let third, first;",
+        "function third() {\n}\nexport function third() {\n}",
+        "const third = 1;\nlet third = 2;",
         "class first {\n}",
         "function first() {\n}",
         "export async function first() {\n}",
