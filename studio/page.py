@@ -17,14 +17,15 @@ from ..web import packed_page, page
 MESHES = (
     *("mesh_parts.js", "text_reader.js", "binary.js", "polygons.js", "places.js", "images.js", "surface_colors.js"),
     *("mtl.js", "obj.js", "ply_header.js", "ply_faces.js", "ply.js", "stl.js", "xyz.js", "matrices.js", "gltf_data.js"),
-    *("gltf_materials.js", "glb.js", "cloud_points.js", "mesh_colors.js", "mesh_file.js", "examples.js", "input.js"),
-    "corners.js",
+    *("gltf_materials.js", "glb.js", "cloud_points.js", "mesh_colors.js", "mesh_file.js", "examples.js", "facing.js"),
+    *("input.js", "corners.js"),
 )
 """Modules that read shapes, in their order."""
 WORKER = (
     *MESHES,
-    *("training_error.js", "kernel.js", "batches.js", "tree.js", "winding.js", "shape.js", "neighbors.js"),
+    *("training_error.js", "kernel.js", "batches.js", "curve.js", "tree.js", "winding.js", "shape.js"),
     *(
+        "neighbors.js",
         "cloud.js",
         "sampling.js",
         "tracing.js",

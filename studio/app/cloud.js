@@ -1,3 +1,4 @@
+import {nearbyInTurn} from "./curve.js";
 import {DISTANCE, NORMAL, SAMPLE} from "./kernel.js";
 import {Neighbors} from "./neighbors.js";
 import {Winding} from "./winding.js";
@@ -69,7 +70,7 @@ export class CloudShape {
 
     // Sets the signed distances of rows of samples.
     setDistances(rows) {
-        for (let at = 0; at < rows.length; at += SAMPLE) {
+        for (const at of nearbyInTurn(rows)) {
             rows[at + DISTANCE] = this.distance(rows[at], rows[at + 1], rows[at + 2]);
         }
     }
@@ -117,18 +118,24 @@ export class CloudShape {
 
 // The winding number of a cloud (Barill et al. 2018): its points are small discs. tree: with `areas` and `normals`.
 class CloudWinding extends Winding {
-    facesOf(node) {
-        const {vertices, order, first, size, areas, normals} = this.tree;
-        return Array.from(order.subarray(first[node], first[node] + size[node]), (point) => ({
-            area: areas[point], center: vertices.subarray(3 * point, 3 * point + 3),
-            normal: normals.subarray(3 * point, 3 * point + 3).map((c) => areas[point] * c),
-        }));
+    measure(point) {
+        const {part, tree: {vertices, areas, normals}} = this;
+        part[0] = areas[point];
+        for (let k = 0; k < 3; ++k) {
+            part[1 + k] = vertices[3 * point + k];
+            part[4 + k] = areas[point] * normals[3 * point + k];
+        }
     }
 
-    // Returns the solid angle of a point's disc.
-    ofTriangle(point, x, y, z) {
-        const {vertices: v, areas, normals: n} = this.tree, at = 3 * point;
-        const rx = v[at] - x, ry = v[at + 1] - y, rz = v[at + 2] - z, squared = rx * rx + ry * ry + rz * rz;
-        return areas[point] * (rx * n[at] + ry * n[at + 1] + rz * n[at + 2]) / (squared * Math.sqrt(squared));
+    // Returns the solid angle of discs of points.
+    ofLeaf(from, to, x, y, z) {
+        const {vertices: v, order, areas, normals: n} = this.tree;
+        let angle = 0;
+        for (let i = from; i < to; ++i) {
+            const at = 3 * order[i], rx = v[at] - x, ry = v[at + 1] - y, rz = v[at + 2] - z;
+            const squared = rx * rx + ry * ry + rz * rz, flux = rx * n[at] + ry * n[at + 1] + rz * n[at + 2];
+            angle += areas[order[i]] * flux / (squared * Math.sqrt(squared));
+        }
+        return angle;
     }
 }

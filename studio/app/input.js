@@ -1,15 +1,17 @@
 import {EXAMPLES} from "./examples.js";
+import {faceOutwards} from "./facing.js";
 import {readShape} from "./mesh_file.js";
 import {demand} from "./mesh_parts.js";
 
-// Reads the shape to train on, and moves it to model space.
+// Reads the shape to train on, moves it to model space, and turns its faces outwards.
 
 // Returns a shape of readShape() with center and scale: input space = model space * scale + center. files: see
 // readShape(); or null for an example, which has a number. Throws MeshError.
 export async function input(files, example) {
     const read = files ? await readShape(files) : exampleShape(EXAMPLES[example]);
     const {vertices, center, scale} = normalized(read.vertices);
-    return {...read, vertices, center, scale};
+    const notes = read.faces.length ? faceOutwards({...read, vertices}) : [];
+    return {...read, vertices, center, scale, notes: [...read.notes, ...notes]};
 }
 
 function exampleShape({name, make}) {

@@ -1,12 +1,17 @@
+import {randomNumbers} from "./batches.js";
+import {nearbyInTurn} from "./curve.js";
 import {DISTANCE, NORMAL, SAMPLE} from "./kernel.js";
+import {demand} from "./mesh_parts.js";
 import {SurfaceColors} from "./surface_colors.js";
 import {Tree} from "./tree.js";
 import {Winding} from "./winding.js";
 
 // A triangle mesh in model space, to train on (trainer/shapes/mesh.py): faces are flat.
+const PROBES = 2000; // points below the surface, where a mesh must enclose some volume
 
 export class Shape {
     // vertices: Float64Array (3 V); faces: Uint32Array (3 F); colors: of readShape (mesh_file.js), or null.
+    // Throws MeshError if the mesh encloses no volume.
     constructor(vertices, faces, colors = null) {
         Object.assign(this, {vertices, faces, colors: colors && new SurfaceColors(colors, faces)});
         this.tree = new Tree(vertices, faces);
@@ -15,16 +20,31 @@ export class Shape {
         this.normals = new Float64Array(3 * count);
         this.areas = new Float64Array(count); // cumulative
         for (let i = 0, sum = 0; i < count; ++i) this.areas[i] = sum += this.measure(i);
+        this.demandVolume();
+    }
+
+    // Throws MeshError if no point just below the surface is inside the mesh.
+    demandVolume() {
+        const rows = this.surface(PROBES, randomNumbers(0));
+        for (let at = 0; at < rows.length; at += SAMPLE) {
+            const depth = 1e-4 * 3000 ** (at / rows.length);
+            const below = (k) => rows[at + k] - depth * rows[at + NORMAL + k];
+            if (this.winding.isInside(below(0), below(1), below(2))) return;
+        }
+        demand(false, "the mesh encloses no volume; use a closed surface, or: mplicits train --thicken T");
     }
 
     // Sets the normal of a face, and returns twice its area.
     measure(face) {
         const {vertices: v, faces, normals} = this;
-        const [a, b, c] = [0, 1, 2].map((k) => 3 * faces[3 * face + k]);
-        const u = [0, 1, 2].map((k) => v[b + k] - v[a + k]), w = [0, 1, 2].map((k) => v[c + k] - v[a + k]);
-        const normal = [u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]];
-        const length = Math.hypot(...normal);
-        for (let k = 0; k < 3; ++k) normals[3 * face + k] = length > 0 ? normal[k] / length : 0;
+        const a = 3 * faces[3 * face], b = 3 * faces[3 * face + 1], c = 3 * faces[3 * face + 2];
+        const ux = v[b] - v[a], uy = v[b + 1] - v[a + 1], uz = v[b + 2] - v[a + 2];
+        const wx = v[c] - v[a], wy = v[c + 1] - v[a + 1], wz = v[c + 2] - v[a + 2];
+        const nx = uy * wz - uz * wy, ny = uz * wx - ux * wz, nz = ux * wy - uy * wx;
+        const length = Math.sqrt(nx * nx + ny * ny + nz * nz), factor = length > 0 ? 1 / length : 0;
+        normals[3 * face] = nx * factor;
+        normals[3 * face + 1] = ny * factor;
+        normals[3 * face + 2] = nz * factor;
         return length;
     }
 
@@ -63,14 +83,14 @@ export class Shape {
 
     // Sets the signed distances of rows of samples: negative where the winding number exceeds 1/2.
     setDistances(rows) {
-        for (let at = 0; at < rows.length; at += SAMPLE) {
+        for (const at of nearbyInTurn(rows)) {
             rows[at + DISTANCE] = this.distance(rows[at], rows[at + 1], rows[at + 2]);
         }
     }
 
     distance(x, y, z) {
         this.tree.nearest(x, y, z);
-        return Math.sqrt(this.tree.squared) * (this.winding.at(x, y, z) > 0.5 ? -1 : 1);
+        return Math.sqrt(this.tree.squared) * (this.winding.isInside(x, y, z) ? -1 : 1);
     }
 }
 

@@ -1,19 +1,42 @@
 // A tree of boxes over triangles: the nearest point of a mesh, and its winding number.
-const LEAF = 4, BINS = 16, DEEPEST = 64;
+import {firstNumbers} from "./mesh_parts.js";
 
-// vertices: Float64Array (3 V); faces: Uint32Array (3 F).
+const LEAF = 4, BINS = 16, DEEPEST = 64;
+const ROUNDING = 1e-7; // model units by which boxes are larger: they are rounded to 32 bits
+
+// vertices: Float64Array (3 V) in model space; faces: Uint32Array (3 F).
 export class Tree {
     constructor(vertices, faces) {
         const count = faces.length / 3, most = Math.max(1, 2 * count);
-        Object.assign(this, {vertices, faces, order: Uint32Array.from({length: count}, (_, i) => i), nodes: 1});
-        this.box = new Float64Array(6 * most); // lower corner, upper corner
+        Object.assign(this, {vertices, faces, order: firstNumbers(Uint32Array, count), nodes: 1, last: 0});
+        this.box = new Float32Array(6 * most); // lower corner, upper corner
         this.first = new Int32Array(most); // of a leaf: its first place in `order`; else: the first of two children
         this.size = new Int32Array(most); // triangles of a leaf; else 0
-        this.triangleBoxes();
         this.build();
-        this.triangleBox = null;
         this.stack = new Int32Array(2 * DEEPEST);
         this.reach = new Float64Array(2 * DEEPEST);
+    }
+
+    build() {
+        const scratch = {
+            boxes: this.triangleBoxes(), binOf: new Uint8Array(this.order.length), bins: new Float64Array(6 * BINS),
+            counts: new Int32Array(BINS), costs: new Float64Array(BINS - 1),
+            middles: new Float64Array(6), box: new Float64Array(6),
+        };
+        const pending = [[0, 0, this.order.length, 0]];
+        while (pending.length) {
+            const [node, from, to, depth] = pending.pop();
+            this.enclose(node, from, to, scratch);
+            const cut = to - from > LEAF && depth < DEEPEST - 1 ? this.split(from, to, scratch) : from;
+            if (cut === from) {
+                this.first[node] = from;
+                this.size[node] = to - from;
+                continue;
+            }
+            this.first[node] = this.nodes;
+            this.nodes += 2;
+            pending.push([this.first[node], from, cut, depth + 1], [this.first[node] + 1, cut, to, depth + 1]);
+        }
     }
 
     triangleBoxes() {
@@ -26,93 +49,74 @@ export class Tree {
                 boxes[6 * i + 3 + k] = Math.max(a, b, c);
             }
         }
-        this.triangleBox = boxes;
+        return boxes;
     }
 
-    build() {
-        const pending = [[0, 0, this.order.length, 0]];
-        while (pending.length) {
-            const [node, from, to, depth] = pending.pop(), middles = this.enclose(node, from, to);
-            const cut = to - from > LEAF && depth < DEEPEST - 1 ? this.split(middles, from, to) : from;
-            if (cut === from) {
-                this.first[node] = from;
-                this.size[node] = to - from;
-                continue;
-            }
-            this.first[node] = this.nodes;
-            this.nodes += 2;
-            pending.push([this.first[node], from, cut, depth + 1], [this.first[node] + 1, cut, to, depth + 1]);
-        }
-    }
-
-    // Sets a node's box, and returns the box of twice the middles of its triangles' boxes.
-    enclose(node, from, to) {
-        const {order, triangleBox, box} = this, at = 6 * node;
-        const middles = [Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity];
-        box.set(middles, at);
+    // Sets a node's box, and `middles`: the box of twice the middles of its triangles' boxes.
+    enclose(node, from, to, {boxes, middles, box}) {
+        const {order} = this;
+        empty(middles);
+        empty(box);
         for (let i = from; i < to; ++i) {
             const of = 6 * order[i];
+            grow(box, 0, boxes, of);
             for (let k = 0; k < 3; ++k) {
-                const low = triangleBox[of + k], high = triangleBox[of + 3 + k];
-                if (low < box[at + k]) box[at + k] = low;
-                if (high > box[at + 3 + k]) box[at + 3 + k] = high;
-                if (low + high < middles[k]) middles[k] = low + high;
-                if (low + high > middles[3 + k]) middles[3 + k] = low + high;
+                const middle = boxes[of + k] + boxes[of + 3 + k];
+                if (middle < middles[k]) middles[k] = middle;
+                if (middle > middles[3 + k]) middles[3 + k] = middle;
             }
         }
-        return middles;
+        for (let k = 0; k < 6; ++k) this.box[6 * node + k] = box[k] + (k < 3 ? -ROUNDING : ROUNDING);
     }
 
     // Partitions triangles along the longest side by the surface area heuristic with bins (Wald 2007). Returns the
     // place of the cut; `from` where all middles are one point.
-    split(middles, from, to) {
-        const {order, triangleBox} = this;
-        const sides = [0, 1, 2].map((k) => middles[3 + k] - middles[k]), axis = sides.indexOf(Math.max(...sides));
-        if (!(sides[axis] > 0)) return from;
-        const scale = BINS * (1 - 1e-12) / sides[axis];
-        const middle = (i) => triangleBox[6 * i + axis] + triangleBox[6 * i + 3 + axis];
-        const bin = (i) => Math.floor((middle(i) - middles[axis]) * scale);
-        const best = this.bestBin(bin, from, to);
+    split(from, to, scratch) {
+        const {order} = this, {boxes, binOf, middles} = scratch, side = (k) => middles[3 + k] - middles[k];
+        const axis = side(0) >= side(1) && side(0) >= side(2) ? 0 : side(1) >= side(2) ? 1 : 2, low = middles[axis];
+        if (!(side(axis) > 0)) return from;
+        const scale = BINS * (1 - 1e-12) / side(axis);
+        for (let i = from; i < to; ++i) {
+            const at = 6 * order[i] + axis;
+            binOf[i] = (boxes[at] + boxes[at + 3] - low) * scale;
+        }
+        const best = this.bestBin(from, to, scratch);
         let left = from, right = to - 1;
         while (left <= right) {
-            if (bin(order[left]) <= best) {
+            if (binOf[left] <= best) {
                 ++left;
             } else {
                 const other = order[right];
-                order[right--] = order[left];
+                order[right] = order[left];
                 order[left] = other;
+                binOf[left] = binOf[right--];
             }
         }
         return left;
     }
 
     // Returns the last bin of the first part with the smallest sum of (area of the box) x (number of triangles).
-    bestBin(bin, from, to) {
-        const {order, triangleBox} = this, boxes = new Float64Array(6 * BINS), counts = new Int32Array(BINS);
-        for (let b = 0; b < BINS; ++b) boxes.fill(Infinity, 6 * b, 6 * b + 3).fill(-Infinity, 6 * b + 3, 6 * b + 6);
-        const grow = (to, at, from, of) => {
-            for (let k = 0; k < 3; ++k) {
-                to[at + k] = Math.min(to[at + k], from[of + k]);
-                to[at + 3 + k] = Math.max(to[at + 3 + k], from[of + 3 + k]);
-            }
-        };
+    bestBin(from, to, {boxes, binOf, bins, counts, costs, box}) {
+        const {order} = this;
+        empty(bins);
+        counts.fill(0);
         for (let i = from; i < to; ++i) {
-            const b = bin(order[i]);
-            ++counts[b];
-            grow(boxes, 6 * b, triangleBox, 6 * order[i]);
+            ++counts[binOf[i]];
+            grow(bins, 6 * binOf[i], boxes, 6 * order[i]);
         }
-        const costs = new Float64Array(BINS);
-        for (const backwards of [false, true]) { // the cost of bins 0 to b, plus the cost of the others
-            const box = [Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity];
-            for (let i = 0, count = 0; i < BINS - 1; ++i) {
-                const b = backwards ? BINS - 1 - i : i;
+        costs.fill(0);
+        for (const step of [1, -1]) { // the cost of bins 0 to b, plus the cost of the others
+            empty(box);
+            for (let i = 0, count = 0, b = step > 0 ? 0 : BINS - 1; i < BINS - 1; ++i, b += step) {
                 count += counts[b];
-                grow(box, 0, boxes, 6 * b);
-                const [x, y, z] = [0, 1, 2].map((k) => box[3 + k] - box[k]);
-                costs[backwards ? b - 1 : b] += count ? count * (x * y + y * z + z * x) : 0;
+                grow(box, 0, bins, 6 * b);
+                const x = box[3] - box[0], y = box[4] - box[1], z = box[5] - box[2];
+                costs[step > 0 ? b : b - 1] += count ? count * (x * y + y * z + z * x) : 0;
             }
         }
-        return costs.subarray(0, BINS - 1).indexOf(Math.min(...costs.subarray(0, BINS - 1)));
+        let best = 0;
+        for (let b = 1; b < costs.length; ++b) if (costs[b] < costs[best]) best = b;
+        return best;
     }
 
     // Returns the squared distance of a node's box from a point.
@@ -124,10 +128,10 @@ export class Tree {
     }
 
     // Returns the triangle nearest to a point, and sets `squared` to the squared distance, and s and t to the place of
-    // the nearest point in the triangle. most: a larger squared distance than this is not of interest; then returns -1.
-    nearest(x, y, z, most = Infinity) {
+    // the nearest point in the triangle. It is fast if the point of the last call was near.
+    nearest(x, y, z) {
         const {stack, reach, first, size, order} = this;
-        let found = -1, depth = 1;
+        let found = this.last, most = this.toTriangle(found, x, y, z, Infinity), depth = 1;
         stack[0] = 0;
         reach[0] = this.boxDistance(0, x, y, z);
         while (depth) {
@@ -152,7 +156,7 @@ export class Tree {
             reach[depth++] = Math.min(one, two);
         }
         this.squared = most;
-        return found;
+        return this.last = found;
     }
 
     // Returns the squared distance of a point from a triangle; where it is less than `most`, s and t are set: the
@@ -183,6 +187,19 @@ export class Tree {
             this.t = t;
         }
         return squared;
+    }
+}
+
+// Makes boxes empty.
+function empty(boxes) {
+    for (let i = 0; i < boxes.length; ++i) boxes[i] = i % 6 < 3 ? Infinity : -Infinity;
+}
+
+// Enlarges a box by another one.
+function grow(to, at, from, of) {
+    for (let k = 0; k < 3; ++k) {
+        if (from[of + k] < to[at + k]) to[at + k] = from[of + k];
+        if (from[of + 3 + k] > to[at + 3 + k]) to[at + 3 + k] = from[of + 3 + k];
     }
 }
 

@@ -25,7 +25,7 @@ from support.ball_training import QUICK
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-SHAPE = ("kernel.js", "tree.js", "winding.js", "shape.js")
+SHAPE = WORKER[:-1]
 BYTES = """window.bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;"""
 DISTANCES = """([vertices, faces, points]) => {
     const at = new Float64Array(bytesOf(points));
