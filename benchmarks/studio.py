@@ -1,0 +1,320 @@
+"""Compares the page that trains with the command line, shape by shape: writes docs/results/studio.md.
+
+    PYTHONPATH=tests python benchmarks/studio.py [--shapes NAME,..] [--seconds S] [--repeat N] [--keep FOLDER] [-o FILE]
+    PYTHONPATH=tests python benchmarks/studio.py --picture docs/studio.png
+
+Each shape is trained in headless Chromium, then by `mplicits train`, for the same seconds; leave the machine alone
+meanwhile. The same code measures both models. The page of results is written after every shape.
+"""
+
+import argparse
+import io
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+import studio_page
+from mplicits.field import interpret
+from mplicits.ir.lower import lower
+from mplicits.mesher.evaluation import evaluate
+from mplicits.mesher.metrics import angles
+from mplicits.mesher.options import EvalOptions
+from mplicits.model.files import write_whole
+from mplicits.model.model import Model
+from mplicits.model.model_file import load
+from mplicits.trainer.options import CREASE
+from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.shapes.shape import Shape
+from protocol import DATA, Page, machine
+
+POINTS = 100_000
+"""Points of a surface at which fields and colors are measured."""
+SAMPLES = 300_000
+"""Points on each surface for the Chamfer distance."""
+PICTURE = "spot"
+"""Shape of the picture."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A shape of the table."""
+
+    files: tuple[str, ...] = ()
+    """In the data folder, the shape's first, then those that it names; none: an example of the page."""
+    preset: str = "base"
+    seconds: float = 60
+    built_in: bool = False
+    """Whether `mplicits train demo` has the shape, and the page trains it by its button."""
+
+
+CASES = {
+    "bunny": Case(("meshes/bunny.ply",)),
+    "armadillo": Case(("meshes/armadillo.ply",)),
+    "spot": Case(tuple(f"textured/{name}" for name in ("spot.obj", "spot.mtl", "spot_texture.png"))),
+    "gear": Case(),
+    "64764": Case(("thingi32/64764.ply",)),
+    "rope": Case(preset="tiny", seconds=10, built_in=True),
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """A trained model's figures, or their medians. Lengths in radii of the shape, angles in degrees."""
+
+    seconds: float
+    """From the drop, or the start of the command, to the end."""
+    steps: float
+    """Of the last level."""
+    flat_f: float
+    """Mean |f| on the flat faces of the file."""
+    flat_angle: float
+    """Mean angle between the field's gradient and the faces' normals."""
+    curved_f: float
+    """Mean |f| on the curved surface that `mplicits train` makes of the faces."""
+    curved_angle: float
+    chamfer: float
+    """Chamfer distance to the file's faces, divided by its floor."""
+    components: float
+    """Closed components of the model's surface."""
+    colors: float
+    """Mean squared error of the colors, sRGB in [0, 1]; NaN without colors."""
+    memory: float
+    """Most memory of the process that trains, bytes."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """The trainings of a shape."""
+
+    page: list[Row]
+    command: list[Row]
+    watched: list[studio_page.Watched]
+
+
+class Truth:
+    """A shape's file, as it is and as `mplicits train` curves it."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.flat, _ = load_shape(str(path), crease=None)
+        self.curved, _ = load_shape(str(path), crease=CREASE)
+
+    def measure(self, file: Path, seconds: float, memory: float) -> Row:
+        """Measure the model in a file. seconds, memory: of its training."""
+        model = load(file)
+        flat_f, flat_angle, colors = on_surface(model, self.flat)
+        curved_f, curved_angle, _ = on_surface(model, self.curved)
+        figures = evaluate(model, self.path, EvalOptions(samples=SAMPLES, quiet=True)).figures
+        return Row(
+            seconds=seconds,
+            steps=model.provenance["levels"][-1]["steps"],
+            flat_f=flat_f,
+            flat_angle=flat_angle,
+            curved_f=curved_f,
+            curved_angle=curved_angle,
+            chamfer=figures.chamfer / figures.floor,
+            components=figures.components,
+            colors=colors,
+            memory=memory,
+        )
+
+
+def on_surface(model: Model, shape: Shape) -> tuple[float, float, float]:
+    """Measure a model at points of a shape. Returns mean |f|, mean angle, and the colors' mean squared error."""
+    drawn = shape.surface(POINTS, np.random.default_rng(0), held_out=True, colors=shape.colored)
+    points = (drawn.points * shape.scale + shape.center - model.center) / model.scale
+    program, level = lower(model), len(model.levels)
+    gradient, f = interpret.field_gradient(program, points.astype(np.float32), level)
+    directions = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
+    error = float("nan")
+    if drawn.colors is not None and model.colored:
+        error = float(np.square(interpret.color(program, points.astype(np.float32)) - drawn.colors).mean())
+    return float(np.abs(f).mean()), float(angles(directions, drawn.normals).mean()), error
+
+
+def in_page(case: Case, name: str, path: Path, seed: int, output: Path) -> studio_page.Watched:
+    """Train in the page, and save the model. path: the shape's file."""
+    files = studio_page.EXAMPLES[name] if case.built_in else [path, *(DATA / more for more in case.files[1:])]
+    with tempfile.TemporaryDirectory() as folder, studio_page.opened(Path(folder)) as visited:
+        watched = studio_page.train(visited, files, case.preset, case.seconds, seed)
+        studio_page.save(visited, output)
+    return watched
+
+
+def by_command(case: Case, path: Path, seed: int, output: Path) -> tuple[float, float]:
+    """Train by `mplicits train`. Returns the seconds of its process and its peak memory, bytes."""
+    shape = "demo" if case.built_in else str(path)
+    command = [sys.executable, "-m", "mplicits", "train", shape, "-o", str(output), "--force", "--quiet"]
+    command += ["--preset", case.preset, "--seconds", f"{case.seconds:g}", "--seed", str(seed)]
+    began = time.perf_counter()
+    process = subprocess.Popen(command)
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise RuntimeError(f"mplicits train ended with {process.returncode}")
+    return time.perf_counter() - began, 1024.0 * usage.ru_maxrss
+
+
+def compare(case: Case, name: str, repeat: int, folder: Path) -> Result:
+    """Train a shape in the page and by the command, in turn, and measure the models, which stay in `folder`."""
+    if case.files:
+        path = DATA / case.files[0]
+    else:
+        path = folder / f"{name}.ply"
+        studio_page.write_example(name, path)
+    truth, result = Truth(path), Result([], [], [])
+    for seed in range(repeat):
+        ours, theirs = (folder / f"{name}-{seed}-{side}.safetensors" for side in ("page", "train"))
+        watched = in_page(case, name, path, seed, ours)
+        print(f"{name}: {watched}", file=sys.stderr)
+        seconds, memory = by_command(case, path, seed, theirs)
+        result.watched.append(watched)
+        result.page.append(truth.measure(ours, watched.seconds, watched.memory))
+        result.command.append(truth.measure(theirs, seconds, memory))
+    return result
+
+
+def median(rows: list[Row]) -> Row:
+    """Return the medians of all figures."""
+    return Row(*(statistics.median(column) for column in zip(*(vars(row).values() for row in rows), strict=True)))
+
+
+def table_rows(name: str, case: Case, result: Result) -> list[str]:
+    """Return the lines of a shape in the first table."""
+    page, command = median(result.page), median(result.command)
+
+    def line(head: str, row: Row) -> str:
+        colors = "" if np.isnan(row.colors) else f"{row.colors:.2e}"
+        return (
+            f"| {head} | {row.seconds:.1f} | {row.steps:,.0f} | {row.flat_f:.2e} | {row.flat_angle:.2f} | "
+            f"{row.curved_f:.2e} | {row.curved_angle:.2f} | {row.chamfer:.2f} | {row.components:g} | {colors} | "
+            f"{row.memory / 1e6:,.0f} |"
+        )
+
+    def ratio(of: Callable[[Row], float]) -> str:
+        return f"{of(page) / of(command):.2f}"
+
+    colors, shown = "" if np.isnan(page.colors) else ratio(lambda row: row.colors), f"{name}, `{case.preset}`"
+    return [
+        line(f"{shown} | page", page),
+        line(f"{shown} | train", command),
+        f"| {shown} | page / train | {ratio(lambda row: row.seconds)} | {ratio(lambda row: row.steps)} | "
+        f"{ratio(lambda row: row.flat_f)} | {ratio(lambda row: row.flat_angle)} | {ratio(lambda row: row.curved_f)} | "
+        f"{ratio(lambda row: row.curved_angle)} | {ratio(lambda row: row.chamfer)} | | {colors} | "
+        f"{ratio(lambda row: row.memory)} |",
+    ]
+
+
+def page_row(name: str, watched: list[studio_page.Watched]) -> str:
+    """Return a shape's line in the table of the page alone."""
+
+    def middle(of: Callable[[studio_page.Watched], float | None]) -> float:
+        known = [number for one in watched if (number := of(one)) is not None]
+        return statistics.median(known) if known else float("nan")
+
+    return (
+        f"| {name} | {middle(lambda one: one.mesh):.2f} | {middle(lambda one: one.field):.2f} | "
+        f"{1000 * middle(lambda one: one.block):.0f} | {middle(lambda one: one.memory) / 1e6:,.0f} | "
+        f"{middle(lambda one: one.browser) / 1e6:,.0f} |"
+    )
+
+
+def report(output: Path, changed: str, repeat: int, rows: list[str], page_rows: list[str]) -> None:
+    """Write the page of results. changed: the options that are not the default, as text."""
+    Page(
+        output,
+        "# The page that trains against `mplicits train`",
+        "",
+        f"Printed by `PYTHONPATH=tests python benchmarks/studio.py{changed}`. {machine()}.",
+        "",
+        "Headless Chromium with SwiftShader, a window of 1280 x 800, then `mplicits train`, in turn and alone on the "
+        f"machine; the same preset, seconds and seed{f', medians of {repeat}' if repeat > 1 else ''}. "
+        "The gear is the page's example, the rope its built-in shape (`mplicits train demo`).",
+        "",
+        "- Seconds: from the drop to the end, or of the whole command, which starts Python and also surveys the surface. "
+        "Steps: of the last level.",
+        f"- Mean abs f, in radii of the shape, and mean angle between gradient and normal, in degrees, at {POINTS:,} "
+        "points: on the file's flat faces, which the page trains; on the curved surface that `mplicits train` makes of "
+        "them (`--crease`). The rope's file is the page's mesh; `train` knows the exact shape.",
+        f"- Chamfer: to the file's faces, squared L2, {SAMPLES:,} samples on each side, marching cubes at 512^3, "
+        "divided by its floor, that of two samplings of the file. Components: closed ones of that surface.",
+        "- Colors: mean squared error at the same points, sRGB in [0, 1]. Memory: peak of the page's process, or of "
+        "the command, MB.",
+        "",
+        "| shape | by | seconds | steps | flat: mean abs f | flat: angle | curved: mean abs f | curved: angle | "
+        "Chamfer of the floor | components | colors | memory |",
+        "| --- | --- |" + " ---: |" * 10,
+        *rows,
+        "",
+        "## What a visitor sees",
+        "",
+        "Seconds from the drop to the mesh's picture, and to the first picture of the field. Longest block: the "
+        "longest time between two ticks of a timer of 10 ms, from the drop to the end. Memory: peaks of the page's "
+        "process, and of all processes of the browser, whose shared pages count several times.",
+        "",
+        "| shape | mesh, s | field, s | longest block, ms | page, MB | browser, MB |",
+        "| --- |" + " ---: |" * 5,
+        *page_rows,
+    )
+
+
+def picture(path: Path, case: Case) -> None:
+    """Train a shape in the page, and save a picture of the page."""
+    files = [DATA / name for name in case.files]
+    with tempfile.TemporaryDirectory() as folder, studio_page.opened(Path(folder), "light") as visited:
+        studio_page.train(visited, files, case.preset, case.seconds)
+        visited.still()
+        taken = Image.open(io.BytesIO(visited.page.screenshot())).convert("RGB")
+    stream = io.BytesIO()
+    taken.quantize(256, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.FLOYDSTEINBERG).save(
+        stream, "PNG", optimize=True
+    )
+    write_whole(path, stream.getvalue())
+
+
+def main() -> None:
+    """Write the table, or the picture."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--shapes", default=",".join(CASES), metavar="NAME,..")
+    parser.add_argument("--seconds", type=int, help="of every training (default: 60; 10 for the rope)")
+    parser.add_argument("--repeat", type=int, default=1, help="trainings of each shape; the table has medians")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="folder for the models")
+    parser.add_argument("--picture", type=Path, metavar="FILE.png", help="draw the page after a training, and no more")
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/studio.md"))
+    options = parser.parse_args()
+    cases = {name: replace(case, seconds=options.seconds or case.seconds) for name, case in CASES.items()}
+    if options.picture:
+        picture(options.picture, cases[PICTURE])
+        return
+    given = {key: getattr(options, key) for key in ("shapes", "seconds", "repeat")}
+    changed = "".join(f" --{key} {value}" for key, value in given.items() if value != parser.get_default(key))
+    rows: list[str] = []
+    page_rows: list[str] = []
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = options.keep or Path(temporary)
+        folder.mkdir(exist_ok=True)
+        for name in options.shapes.split(","):
+            case = cases[name]
+            try:
+                result = compare(case, name, options.repeat, folder)
+            except Exception as error:  # one shape must not lose the others
+                traceback.print_exc()
+                rows.append(f"| {name} | failed: {str(error).splitlines()[0][:80]} |" + " |" * 10)
+            else:
+                rows += table_rows(name, case, result)
+                page_rows.append(page_row(name, result.watched))
+            report(options.output, changed, options.repeat, rows, page_rows)
+
+
+if __name__ == "__main__":
+    main()
