@@ -43,6 +43,8 @@ SAMPLES = 300_000
 """Points on each surface for the Chamfer distance."""
 PICTURE = "spot"
 """Shape of the picture."""
+VIEW = "#az=225&el=15"
+"""Hash of the page's address in the picture."""
 
 
 @dataclass(frozen=True)
@@ -241,8 +243,8 @@ def report(output: Path, changed: str, repeat: int, rows: list[str], page_rows: 
         f"machine; the same preset, seconds and seed{f', medians of {repeat}' if repeat > 1 else ''}. "
         "The gear is the page's example, the rope its built-in shape (`mplicits train demo`).",
         "",
-        "- Seconds: from the drop to the end, or of the whole command, which starts Python and also surveys the surface. "
-        "Steps: of the last level.",
+        "- Seconds: from the drop to the end, or of the whole command, which starts Python and also surveys the "
+        "surface. Steps: of the last level.",
         f"- Mean abs f, in radii of the shape, and mean angle between gradient and normal, in degrees, at {POINTS:,} "
         "points: on the file's flat faces, which the page trains; on the curved surface that `mplicits train` makes of "
         "them (`--crease`). The rope's file is the page's mesh; `train` knows the exact shape.",
@@ -273,12 +275,11 @@ def picture(path: Path, case: Case) -> None:
     files = [DATA / name for name in case.files]
     with tempfile.TemporaryDirectory() as folder, studio_page.opened(Path(folder), "light") as visited:
         studio_page.train(visited, files, case.preset, case.seconds)
+        visited.follow(VIEW)
         visited.still()
         taken = Image.open(io.BytesIO(visited.page.screenshot())).convert("RGB")
     stream = io.BytesIO()
-    taken.quantize(256, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.FLOYDSTEINBERG).save(
-        stream, "PNG", optimize=True
-    )
+    taken.save(stream, "PNG", optimize=True)
     write_whole(path, stream.getvalue())
 
 
@@ -303,6 +304,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as temporary:
         folder = options.keep or Path(temporary)
         folder.mkdir(exist_ok=True)
+        report(options.output, changed, options.repeat, rows, page_rows)
         for name in options.shapes.split(","):
             case = cases[name]
             try:
