@@ -5,21 +5,14 @@ from shutil import which
 
 import numpy as np
 import pytest
-import torch
 import wasmtime
 from torch import Tensor
 
 from mplicits.studio.compile import SOURCE, compile_kernel
-from mplicits.trainer.config import LossWeights
-from mplicits.trainer.level import level_loss
-from mplicits.trainer.networks.network import initial, value
-from mplicits.trainer.texture import texture_loss
-from mplicits.trainer.training_samples import Pool
+from support import training_steps
+from support.training_steps import COUNT, ON, SMOOTHNESS, WEIGHT, assert_near, level_samples, network, texture_samples
 
 KERNEL = SOURCE.with_suffix(".wasm")
-COUNT, ON = 128, 64
-"""Samples of a batch, and the first of them that lie on the surface."""
-WEIGHT = LossWeights(100.0, 10.0, 3.0, 40.0, excess=4.0, lacking=2.5, length=1.7, near=0.05)
 
 
 class Kernel:
@@ -31,9 +24,9 @@ class Kernel:
         self._exports, self._store = wasmtime.Instance(store, module, []).exports(store), store
         width, outputs = len(weights[0]), len(weights[-1])
         self.call("prepare", width, len(weights) // 2 - 2, outputs, COUNT)
-        packed = np.concatenate([w.detach().numpy().astype(np.float32).ravel() for w in weights])
+        packed = training_steps.packed(weights)
         self.floats("weights_at", len(packed))[:] = packed
-        self._shapes = [w.shape for w in weights]
+        self._weights = weights
 
     def call(self, name: str, *arguments: float) -> int:
         """Call a function of the kernel."""
@@ -48,24 +41,8 @@ class Kernel:
 
     def gradient(self) -> list[np.ndarray]:
         """Return the gradient in the shapes of the weights."""
-        sizes = [shape.numel() for shape in self._shapes]
-        parts = np.split(self.floats("gradient_at", sum(sizes)).copy(), np.cumsum(sizes)[:-1])
-        return [part.reshape(shape) for part, shape in zip(parts, self._shapes, strict=True)]
-
-
-def network(width: int, depth: int, outputs: int) -> list[Tensor]:
-    weights = initial((width, depth), 30.0, outputs, torch.Generator().manual_seed(width), moving=True)
-    return [w.double().requires_grad_() for w in weights]
-
-
-def random_samples() -> np.ndarray:
-    """Return samples (COUNT, 12): point, time, f and grad f of the levels before, distance, normal."""
-    samples = np.random.default_rng(1).uniform(-1, 1, (COUNT, 12))
-    samples[:, 4:9] *= 0.3
-    samples[:ON, 8] *= 0.01
-    samples[[3, -3], 8] = np.nan
-    samples[:, 9:] /= np.linalg.norm(samples[:, 9:], axis=1, keepdims=True)
-    return samples.astype(np.float32)
+        count = sum(w.numel() for w in self._weights)
+        return training_steps.unpacked(self.floats("gradient_at", count).copy(), self._weights)
 
 
 def run_level(weights: list[Tensor], samples: np.ndarray, on: int) -> Kernel:
@@ -79,32 +56,20 @@ def run_level(weights: list[Tensor], samples: np.ndarray, on: int) -> Kernel:
     return kernel
 
 
-def assert_near(kernel: list[np.ndarray], expected: tuple[Tensor, ...]) -> None:
-    for ours, truth in zip(kernel, expected, strict=True):
-        np.testing.assert_allclose(ours, truth.numpy(), atol=1e-5 * truth.abs().max().item())
-
-
 @pytest.mark.parametrize(("width", "depth"), [(8, 0), (16, 1), (64, 2), (20, 3)])
 def test_the_level_step_equals_autograd(width: int, depth: int) -> None:
-    weights, samples = network(width, depth, 1), random_samples()
+    weights, samples = network(width, depth, 1), level_samples()
     kernel = run_level(weights, samples, ON)
 
-    rows = torch.from_numpy(samples.astype(np.float64))
-    points = rows[:, :4].clone().requires_grad_()
-    f = value(weights, points)[:, 0]
-    (slope,) = torch.autograd.grad(f.sum(), points, create_graph=True)
-    gradient = slope + torch.cat((rows[:, 5:8], torch.zeros(COUNT, 1)), dim=1)
-    pool = Pool(points, rows[:, 8], rows[:, 9:], rows[:, 4], rows[:, 5:8])
-    on, around = pool.take(slice(ON)), pool.take(slice(ON, None))
-    with torch.no_grad():
-        _, d_f, d_gradient, terms = level_loss(f + rows[:, 4], gradient, on, around, WEIGHT)
-    assert_near(kernel.gradient(), torch.autograd.grad((f, slope), weights, (d_f, d_gradient)))
-    np.testing.assert_allclose(kernel.floats("terms_at", 4), [float(term) for term in terms.values()], rtol=1e-5)
+    truth = training_steps.level_truth(weights, samples)
+    assert_near(kernel.gradient(), truth.gradient)
+    np.testing.assert_allclose(kernel.floats("terms_at", 4), truth.terms, rtol=1e-5)
 
     kernel.call("evaluate", COUNT)
     results = kernel.floats("results_at", 4 * COUNT).reshape(COUNT, 4)
-    np.testing.assert_allclose(results[:, 0], f.detach(), atol=1e-6)
-    np.testing.assert_allclose(results[:, 1:], slope[:, :3].detach(), atol=1e-4)
+    np.testing.assert_allclose(results[:, 0], truth.values, atol=1e-6)
+    assert truth.slope is not None
+    np.testing.assert_allclose(results[:, 1:], truth.slope[:, :3], atol=1e-4)
 
 
 @pytest.mark.slow
@@ -119,7 +84,7 @@ def test_the_compiled_kernel_is_that_of_the_source(tmp_path: Path, monkeypatch: 
 
 
 def test_shares_of_a_batch_add_up() -> None:
-    weights, samples = network(16, 2, 1), random_samples()
+    weights, samples = network(16, 2, 1), level_samples()
     whole = run_level(weights, samples, ON).gradient()
     shares = [run_level(weights, samples[:ON], ON).gradient(), run_level(weights, samples[ON:], 0).gradient()]
     for all_of_it, one, other in zip(whole, *shares, strict=True):
@@ -128,22 +93,15 @@ def test_shares_of_a_batch_add_up() -> None:
 
 @pytest.mark.parametrize(("width", "depth"), [(12, 0), (16, 2)])
 def test_the_texture_step_equals_autograd(width: int, depth: int) -> None:
-    weights, samples, smoothness = network(width, depth, 3), random_samples(), 0.02
-    samples[:, 8:11] = np.abs(samples[:, 9:])
+    weights, samples = network(width, depth, 3), texture_samples()
     kernel = Kernel(weights)
     kernel.floats("samples_at", samples.size)[:] = samples.ravel()
-    kernel.call("texture_step", COUNT, ON, float(ON), float(COUNT), smoothness)
+    kernel.call("texture_step", COUNT, ON, float(ON), float(COUNT), SMOOTHNESS)
 
-    rows = torch.from_numpy(samples.astype(np.float64))
-    points, directions, truth = rows[:, :4].clone().requires_grad_(), rows[:, 4:8], rows[:ON, 8:11]
-    colors = value(weights, points)
-    slopes = [torch.autograd.grad(channel.sum(), points, create_graph=True)[0] for channel in colors.T]
-    along = torch.stack([(slope * directions).sum(1) for slope in slopes], dim=1)
-    with torch.no_grad():
-        _, d_colors, d_along, terms = texture_loss(colors, along.clone(), truth, smoothness)
-    assert_near(kernel.gradient(), torch.autograd.grad((colors, along), weights, (d_colors, d_along)))
-    np.testing.assert_allclose(kernel.floats("terms_at", 2), [float(term) for term in terms.values()], rtol=1e-5)
+    truth = training_steps.texture_truth(weights, samples)
+    assert_near(kernel.gradient(), truth.gradient)
+    np.testing.assert_allclose(kernel.floats("terms_at", 2), truth.terms, rtol=1e-5)
 
     kernel.call("evaluate", COUNT)
     results = kernel.floats("results_at", 4 * COUNT).reshape(COUNT, 4)
-    np.testing.assert_allclose(results[:, :3], colors.detach(), atol=1e-6)
+    np.testing.assert_allclose(results[:, :3], truth.values, atol=1e-6)
