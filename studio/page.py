@@ -39,6 +39,7 @@ WORKER = (
 """Modules of the workers' script, in its order."""
 TRAINER = (
     *("training_error.js", "kernel.js", "batches.js", "optimizer.js", "team.js", "plan.js", "fit.js"),
+    *("gpu_kernel.js", "gpu_steps.js"),
     *("layers.js", "training.js", "orientation.js", "model_file.js"),
 )
 """Modules of the page that train a model, in their order."""
@@ -78,6 +79,7 @@ def extension(config: TrainingConfig | None = None, fixed: dict[str, Any] | None
     """Return the studio, an addition to the page of a model. config, fixed: see `studio`."""
     data = _element("worker", packed_page.WORKER, script(WORKER))
     data += _element("kernel", packed_page.BINARY, base64.b64encode(kernel()).decode())
+    data += _element("step.wgsl", packed_page.COMPUTE, (files(__package__) / "kernel" / "step.wgsl").read_text("utf-8"))
     for name in ("preview.vert.glsl", "preview.glsl"):
         data += _element(name, "x-shader/x-fragment", glsl.read(name))
     policy, viewer = " 'wasm-unsafe-eval'; worker-src blob:", page.Extension()

@@ -11,6 +11,8 @@ BINARY = "application/octet-stream"
 """Type of the script elements with base64, which is stored as bytes."""
 WORKER = "text/x-worker"
 """Type of the script elements with the text of a worker."""
+COMPUTE = "x-shader/x-compute"
+"""Type of the script elements with WGSL."""
 LINE = 4000
 """Characters of a line of the packed text."""
 MARK = "\x01"
@@ -66,7 +68,7 @@ def _short(match: re.Match[str], parts: list[bytes]) -> str:
     content, kind = match[4], _TYPE.search(match[3])
     if match[2] == "style":
         return _outdented(_STYLE_COMMENT.sub("", content))
-    if kind is None or kind[1] in ("module", WORKER, "x-shader/x-fragment"):
+    if kind is None or kind[1] in ("module", WORKER, COMPUTE, "x-shader/x-fragment"):
         return short_script(content)
     if kind[1] != BINARY or not content.strip():
         return content
@@ -75,7 +77,7 @@ def _short(match: re.Match[str], parts: list[bytes]) -> str:
 
 
 def short_script(text: str) -> str:
-    """Return JavaScript or GLSL without indentation, and without comments from // to the line's end.
+    """Return JavaScript, GLSL or WGSL without indentation, and without comments from // to the line's end.
 
     Lines of the text that lie in a string must not look like comments, and their indentation is lost.
     """

@@ -87,8 +87,9 @@ async function train(settings, start, began) {
         mine.live.compile().catch(fail);
         await loadTeam(shape);
         const end = Math.max(settings.seconds, clock() + LEFT_SHARE * settings.seconds);
-        const afterStep = follow(mine, settings, clock, end);
-        const trained = await trainShape(team, settings, facts.studio.config, {hasColors, clock, end, start, afterStep});
+        const afterStep = follow(mine, settings, clock, end), gpu = element("step.wgsl").textContent;
+        const options = {hasColors, gpu, clock, end, start, afterStep};
+        const trained = await trainShape(team, settings, facts.studio.config, options);
         state.result = {...trained, settings, seconds: clock(), isSaved: false};
         remember(state.result);
     } catch (error) {

@@ -1,5 +1,6 @@
 import {randomNumbers} from "./batches.js";
 import {fit} from "./fit.js";
+import {stepperOf} from "./gpu_steps.js";
 import {INPUTS, parameterCount, TILE} from "./kernel.js";
 import {layersOf, putLayers} from "./layers.js";
 import {stageCosts, timer} from "./plan.js";
@@ -32,16 +33,16 @@ export function initialWeights({width, depth}, padded, outputs, omega, outputFac
 }
 
 // Trains the networks of a shape that the team has loaded.
-// settings: {levels: [{width, depth}], texture: {width, depth}, omegas, steps, seconds, seed, packed}; omegas and steps
-// of the levels, then of the texture; steps: null to train for `seconds`. config: `TrainingConfig` of trainer/config.py.
-// hasColors: whether to train a texture. clock: returns the seconds of the training so far, without pauses; end: of
+// settings: {levels: [{width, depth}], texture: {width, depth}, omegas, steps, seconds, seed, packed, isOnGpu}; omegas and steps
+// of the levels, then of the texture; steps: null to train for `seconds`; isOnGpu: see stepperOf. config: `TrainingConfig` of
+// trainer/config.py. hasColors: whether to train a texture. gpu: text of the WebGPU kernel, or undefined. clock: returns the seconds of the training so far, without pauses; end: of
 // the training, as of the clock. start: {levels, texture, weights, share}, networks of an earlier training: finished
 // levels, and the weights of the next one at a share of its schedule, or null.
 // afterStep: called after each step with {stage, steps, share, done, loss, weights, levels, network, layout}: share of
 // the stage, done of the whole; may return a promise; "stop" ends the training.
 // Returns {levels: [{network, layout, weights, steps, share, loss, restarts, seconds, delta, lipschitz,
 // stepBound, bandStepBound, meanF, angle}], texture: the same up to `seconds`, or null}.
-export async function trainShape(team, settings, config, {hasColors = false, clock, end, start, afterStep}) {
+export async function trainShape(team, settings, config, {hasColors = false, gpu, clock, end, start, afterStep}) {
     const trained = {levels: [...start?.levels ?? []], texture: start?.texture ?? null};
     const withTexture = hasColors && !trained.texture, costs = stageCosts(settings, config.budget, withTexture);
     const sum = (numbers) => numbers.reduce((total, number) => total + number, 0);
@@ -55,10 +56,11 @@ export async function trainShape(team, settings, config, {hasColors = false, clo
         if (resumed) stage.start = () => resumed.slice();
         const least = clock() + LEAST_SHARE * (due - began), stageEnd = settings.steps ? null : Math.max(due - reserve, least);
         const time = timer(first, settings.steps?.[i], clock, stageEnd);
-        const outcome = await fit(team, stage, time, (state) => afterStep({
+        const stepper = await stepperOf(team, gpu, stage.network, stage.part, settings.isOnGpu);
+        const outcome = await fit(stepper, stage, time, (state) => afterStep({
             ...state, stage: i, done: (sum(costs.slice(0, i)) + costs[i] * state.share) / sum(costs),
             levels: trained.levels, network: stage.network, layout: stage.layout,
-        }));
+        })).finally(stepper.end);
         const {weights, steps, share, loss, restarts} = outcome;
         const network = {network: stage.network, layout: stage.layout, weights, steps, share, loss, restarts};
         if (isTexture) {
@@ -78,12 +80,12 @@ export async function trainShape(team, settings, config, {hasColors = false, clo
 // Prepares the team for the level after finished ones. Returns the task for fit().
 async function levelStage(team, settings, config, levels, seconds) {
     const i = levels.length, layout = settings.levels[i], network = paddedNetwork(layout, 1);
-    const seed = await begun(team, "begin", settings, config, levels, network, i, seconds, {});
+    const {seed, part} = await begun(team, "begin", settings, config, levels, network, i, seconds, {});
     const delta = i ? levels[i - 1].delta : null, random = randomNumbers(seed);
     const {rate, outputFactor} = rates(layout.width, delta, config.step);
     const outputs = i ? config.step.residual_output : 1;
     return {
-        network, layout, rate, outputFactor, outputs: network.width + 1, rounded: roundedBy(settings, network, layout),
+        network, layout, part, rate, outputFactor, outputs: network.width + 1, rounded: roundedBy(settings, network, layout),
         start: () => initialWeights(layout, network.width, 1, settings.omegas[i], outputs, random),
         factors: (share) => lossAt(share, i === 0, config.loss),
     };
@@ -92,10 +94,10 @@ async function levelStage(team, settings, config, levels, seconds) {
 async function textureStage(team, settings, config, levels, seconds) {
     const {texture: {rate, output_factor, smoothness, colors_per_sample}} = config, layout = settings.texture;
     const network = paddedNetwork(layout, 3), more = {colors: colors_per_sample};
-    const seed = await begun(team, "beginTexture", settings, config, levels, network, SEEDS - 1, seconds, more);
+    const {seed, part} = await begun(team, "beginTexture", settings, config, levels, network, SEEDS - 1, seconds, more);
     const random = randomNumbers(seed), outputs = 3 * (network.width + 1);
     return {
-        network, layout, rate, outputFactor: output_factor, outputs,
+        network, layout, part, rate, outputFactor: output_factor, outputs,
         rounded: roundedBy(settings, network, layout),
         start: () => {
             const weights = initialWeights(layout, network.width, 3, settings.omegas.at(-1), 1, random);
@@ -108,7 +110,8 @@ async function textureStage(team, settings, config, levels, seconds) {
 // Returns the kernel's network of a {width, depth}.
 export const paddedNetwork = ({width, depth}, outputs) => ({width: 4 * Math.ceil(width / 4), depth, outputs});
 
-// Asks the team to draw the samples of a stage. index: of its seed. Returns the seed.
+// Asks the team to draw the samples of a stage. index: of its seed. Returns the seed, and a worker's samples on the surface in a step, as
+// many as off it.
 async function begun(team, question, settings, config, levels, network, index, seconds, more) {
     const {sampling, step} = config, size = team.workers.length, seed = settings.seed * SEEDS + index;
     const {smallest_pool: least, largest_pool: most, pool_per_step: each, pool_per_second: rate} = sampling;
@@ -119,7 +122,7 @@ async function begun(team, question, settings, config, levels, network, index, s
         network, levels: levels.map(asQuestion), pool, on: part, around: part, team: size, seed: seed * size + k,
         config: sampling, ...more,
     }));
-    return seed;
+    return {seed, part};
 }
 
 // Returns what the workers need of a network.

@@ -60,8 +60,7 @@ const answers = {
     step({weights, factors}) {
         const {on, around, team, isTexture} = task, {exports, terms} = kernel;
         kernel.weights.set(weights);
-        surface.draw(on, kernel.samples, 0);
-        volume.draw(around, kernel.samples, on);
+        drawBatch();
         if (isTexture) {
             exports.texture_step(on + around, on, on * team, (on + around) * team, factors.smoothness);
             return {gradient: kernel.gradient.slice(), loss: terms[0] + factors.smoothness * terms[1], meanF: 0};
@@ -70,6 +69,12 @@ const answers = {
         exports.level_step(on + around, on, on * team, around * team);
         const loss = TERMS.reduce((sum, name, k) => sum + factors[name] * terms[k], 0);
         return {gradient: kernel.gradient.slice(), loss, meanF: terms[TERMS.length]};
+    },
+
+    // Returns this worker's samples of the last step, or of a new one.
+    samples({isNew}) {
+        if (isNew) drawBatch();
+        return kernel.samples.slice();
     },
 
     // Measures the last of the levels on the surface: at `count` new points and at this worker's share of the vertices;
@@ -108,6 +113,11 @@ const answers = {
         return {bytes: format === "glb" ? glbBytes(mesh) : plyBytes(mesh), triangles: mesh.faces.length / 3};
     },
 };
+
+function drawBatch() {
+    surface.draw(task.on, kernel.samples, 0);
+    volume.draw(task.around, kernel.samples, task.on);
+}
 
 function angleBetween(gradient, normal) {
     const along = gradient[0] * normal[0] + gradient[1] * normal[1] + gradient[2] * normal[2];
@@ -176,7 +186,7 @@ self.onmessage = async ({data: {id, name, data}}) => {
 
 // Returns the buffers of the arrays in an answer, which it hands over.
 function buffersOf(answer) {
-    const arrays = Object.values(answer ?? {}).flatMap((value) => (
+    const arrays = ArrayBuffer.isView(answer) ? [answer] : Object.values(answer ?? {}).flatMap((value) => (
         ArrayBuffer.isView(value) ? [value] : value?.constructor === Object ? Object.values(value).filter(ArrayBuffer.isView) : []));
     return [...new Set(arrays.map(({buffer}) => buffer))];
 }

@@ -1,9 +1,8 @@
 """The studio's scripts in Chromium: the optimizer, distances, and the training of a mesh to a model file."""
 
-import base64
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import igl
 import numpy as np
@@ -21,12 +20,12 @@ from mplicits.trainer.networks.fit import schedule
 from mplicits.trainer.networks.network import from_model
 from mplicits.trainer.networks.optimizer import Optimizer
 from support.ball_training import QUICK
+from support.page_scripts import BYTES, packed, run
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 SHAPE = WORKER[:-1]
-BYTES = """window.bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;"""
 DISTANCES = """([vertices, faces, points]) => {
     const at = new Float64Array(bytesOf(points));
     const shape = new Shape(new Float64Array(bytesOf(vertices)), new Uint32Array(bytesOf(faces)));
@@ -50,21 +49,11 @@ TRAIN = """async ([worker, wasm, vertices, faces, settings, config]) => {
 }"""
 
 
-def packed(array: np.ndarray) -> str:
-    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode()
-
-
 @pytest.fixture
 def page(browser: "Browser") -> "Page":
     page = browser.new_page()
     page.evaluate(BYTES)
     return page
-
-
-def run(page: "Page", names: tuple[str, ...], function: str, arguments: list[Any]) -> Any:
-    """Call a function in the scope of modules."""
-    page.evaluate(f"{{ {script(names)}; window.run = {function}; }} null;")
-    return page.evaluate("arguments_ => window.run(arguments_)", arguments)
 
 
 def test_the_optimizer_is_torch_s(page: "Page") -> None:

@@ -35,15 +35,18 @@ _FOLLOW = """hash => new Promise(done => {
 
 
 @contextmanager
-def chromium(driver: str = "SwiftShader") -> Iterator["Browser"]:
-    """Start Debian's Chromium, headless, on one of DRIVERS. Skips the test where it or Playwright is not installed."""
+def chromium(driver: str = "SwiftShader", *more: str) -> Iterator["Browser"]:
+    """Start Debian's Chromium, headless, on one of DRIVERS. Skips the test where it or Playwright is not installed.
+
+    more: further flags.
+    """
     sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed (pip: playwright)")
     path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if path is None:
         pytest.skip("Chromium is not installed (Debian: chromium)")
     with sync_api.sync_playwright() as playwright:
         flags = ["--use-gl=angle", f"--use-angle={DRIVERS[driver]}"]
-        flags += ["--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+        flags += ["--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", *more]
         environment = {**os.environ, "EGL_PLATFORM": "surfaceless"}
         browser = playwright.chromium.launch(executable_path=path, args=flags, env=environment)
         yield browser

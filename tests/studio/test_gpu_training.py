@@ -1,0 +1,84 @@
+"""Training in Chromium by WebGPU in software: its quality, and what happens when the device is lost."""
+
+import dataclasses
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from mplicits.studio.compile import SOURCE
+from mplicits.studio.page import TRAINER, WORKER, kernel, script
+from mplicits.trainer.config import StepConfig, TrainingConfig
+from support.ball_training import QUICK
+from support.browser import chromium
+from support.page_scripts import BYTES, packed, run
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+STEPS, STAGES, BATCH = 120, 2, 256
+TRIED = 20
+"""Steps of a stage that the workers take, too."""
+TRAIN = """async ([worker, wasm, vertices, faces, settings, config, gpu, lostAt]) => {
+    const {requestDevice} = GPUAdapter.prototype, {submit} = GPUQueue.prototype;
+    const counts = {gpu: 0, workers: 0, steps: 0};
+    let device = null;
+    GPUAdapter.prototype.requestDevice = async function () { return device = await requestDevice.call(this); };
+    GPUQueue.prototype.submit = function (work) { ++counts.gpu; submit.call(this, work); };
+    const team = new Team(worker, 2), module = await WebAssembly.compile(bytesOf(wasm)), all = team.all.bind(team);
+    team.all = (name, data) => { counts.workers += name === "step"; return all(name, data); };
+    const mesh = {vertices: new Float64Array(bytesOf(vertices)), faces: new Uint32Array(bytesOf(faces))};
+    mesh.colors = {vertex: new Float32Array(mesh.vertices.length).fill(0.7), materials: [{color: [1, 1, 1]}]};
+    await team.all("load", () => ({module, read: mesh}));
+    const afterStep = ({steps}) => { ++counts.steps; if (steps === lostAt) device.destroy(); };
+    const trained = await trainShape(team, settings, config, {hasColors: true, gpu, clock: () => 0, end: 1, afterStep});
+    team.dismiss();
+    Object.assign(GPUAdapter.prototype, {requestDevice});
+    Object.assign(GPUQueue.prototype, {submit});
+    const [{meanF, angle}] = trained.levels;
+    return {...counts, meanF, angle, colorLoss: trained.texture.loss};
+}"""
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator["Page"]:
+    path = tmp_path_factory.mktemp("page") / "empty.html"  # WebGPU needs a page with an address
+    path.write_text("<!doctype html><title>empty</title>")
+    with chromium("SwiftShader", "--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader") as browser:
+        page = browser.new_page()
+        page.goto(path.as_uri())
+        page.evaluate(BYTES)
+        if not page.evaluate("async () => Boolean(await navigator.gpu?.requestAdapter())"):
+            pytest.skip("this Chromium has no WebGPU")
+        yield page
+
+
+def train(page: "Page", is_forced: bool = True, lost_at: int | None = None) -> Any:
+    """Train a ball with a color on a GPU: one level, and the texture."""
+    mesh, network = trimesh.creation.icosphere(subdivisions=3), {"width": 14, "depth": 1}
+    settings = {"levels": [network], "texture": network, "omegas": [8, 16], "steps": [STEPS] * STAGES, "seed": 3}
+    quick = TrainingConfig(step=StepConfig(batch=BATCH), sampling=QUICK.sampling, measuring=QUICK.measuring)
+    arguments: list[Any] = [script(WORKER), packed(np.frombuffer(kernel(), np.uint8))]
+    arguments += [packed(np.asarray(mesh.vertices, np.float64)), packed(np.asarray(mesh.faces, np.uint32))]
+    arguments += [{**settings, "isOnGpu": is_forced}, dataclasses.asdict(quick)]
+    return run(page, TRAINER, TRAIN, [*arguments, SOURCE.with_name("step.wgsl").read_text(), lost_at])
+
+
+def test_the_gpu_trains_as_well_as_the_workers(page: "Page") -> None:
+    on_gpu, on_workers = train(page), train(page, is_forced=False)
+    # The first step of a stage is that of an idle network.
+    assert (on_gpu["gpu"], on_gpu["workers"]) == (STAGES * (STEPS + 1), STAGES * TRIED)
+    assert (on_workers["gpu"], on_workers["workers"]) == (0, STAGES * (STEPS + 1))  # a GPU in software is left alone
+    for key in ("meanF", "angle", "colorLoss"):
+        assert on_gpu[key] == pytest.approx(on_workers[key], rel=0.2)
+
+
+@pytest.mark.parametrize("lost_at", [TRIED // 2, 2 * TRIED])
+def test_a_lost_device_goes_on_in_the_workers(page: "Page", lost_at: int) -> None:
+    """It is lost while both take the steps, and while it takes them alone."""
+    trained = train(page, lost_at=lost_at)
+    assert trained["steps"] == STAGES * STEPS
+    assert trained["gpu"] <= STAGES * (lost_at + 2)
+    assert trained["meanF"] < 0.02
