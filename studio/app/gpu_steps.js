@@ -1,4 +1,4 @@
-import {gpuDevice, gpuKernel} from "./gpu_kernel.js";
+import {gpuKernel} from "./gpu_kernel.js";
 
 // The steps of a stage on a GPU, where there is one that is faster than the workers.
 const TRIED = 20; // steps that both take at the start, with the same samples
@@ -9,48 +9,36 @@ const AGREEMENT = 1e-3; // of their losses, relative
 // source: text of kernel/step.wgsl, or undefined for no GPU; network: of the stage; part: samples on the surface, and as
 // many off it, of a worker; isForced: uses a software or a slower GPU, too, for tests.
 export async function stepperOf(team, source, network, part, isForced) {
-    let device = null, kernel = null, tried = 0, fastest = Infinity, spent = 0, next = null;
+    let kernel = null, tried = 0, fastest = Infinity, spent = 0, next = null;
     const end = () => {
-        device?.destroy();
-        device = kernel = null;
+        kernel?.destroy();
+        kernel = null;
     };
-    try {
-        device = source ? await gpuDevice(isForced) : null;
-        const batch = {count: 2 * part * team.workers.length, share: 2 * part, on: part};
-        kernel = device && await gpuKernel(device, source, network, batch);
-    } catch {
-        end();
-    }
+    const elseEnd = (work) => work().catch(end); // without the GPU
+    const samples = (isNew) => team.all("samples", () => ({isNew}));
+    const batch = {count: 2 * part * team.workers.length, share: 2 * part, on: part};
+    if (source) await elseEnd(async () => { kernel = await gpuKernel(source, network, batch, isForced); });
 
     // Lets the GPU take the team's step, too.
-    async function compare({loss}, question) {
-        const samples = await team.all("samples", () => ({isNew: false})), began = performance.now();
-        const own = await kernel(samples, question);
+    async function compare(answers, question) {
+        const taken = await samples(false), loss = answers.reduce((sum, answer) => sum + answer.loss, 0);
+        const began = performance.now(), own = await kernel.step(taken, question);
         if (tried++) spent += performance.now() - began; // the first step is slow
-        const isSlower = tried > 1 && spent > TRIED * fastest;
-        if (!(Math.abs(own.loss - loss) <= AGREEMENT * loss) || (isSlower && !isForced)) end();
+        const isFaster = isForced || spent < TRIED * fastest;
+        if (!(isFaster && Math.abs(own.loss - loss) <= AGREEMENT * loss)) end();
     }
-
-    return {
-        end,
-        async all(name, question) {
-            try {
-                if (kernel && tried === TRIED) {
-                    const samples = await (next ?? team.all("samples", () => ({isNew: true})));
-                    next = team.all("samples", () => ({isNew: true}));
-                    return [await kernel(samples, question())];
-                }
-            } catch {
-                end();
-            }
-            const began = performance.now(), answers = await team.all(name, question);
-            fastest = Math.min(fastest, performance.now() - began);
-            try {
-                if (kernel) await compare({loss: answers.reduce((sum, {loss}) => sum + loss, 0)}, question());
-            } catch {
-                end();
-            }
-            return answers;
-        },
-    };
+    async function alone(question) {
+        const drawn = await (next ?? samples(true));
+        next = samples(true);
+        return [await kernel.step(drawn, question)];
+    }
+    async function all(name, question) {
+        const answer = kernel && tried === TRIED ? await elseEnd(() => alone(question())) : null;
+        if (answer) return answer;
+        const began = performance.now(), answers = await team.all(name, question);
+        fastest = Math.min(fastest, performance.now() - began);
+        if (kernel) await elseEnd(() => compare(answers, question()));
+        return answers;
+    }
+    return {all, end};
 }
