@@ -55,6 +55,8 @@ LABELS = {"tiny": "Tiny · 6 kB", "small": "Small · 18 kB", "base": "Base · 60
 """Presets of `train` that the page offers, with the bytes of their Shadertoy texts."""
 SECONDS = {"tiny": 10, "small": 30, "base": 60}
 """Default seconds of a training."""
+CONFIG = ("loss", "step", "sampling", "texture", "measuring", "budget")
+"""Parts of `TrainingConfig` that the page reads."""
 LIMITS = {"width": 256, "depth": 7, "levels": 8}
 """Limits of levels; the kernel's arrays hold 8 layers of sines."""
 
@@ -110,7 +112,7 @@ def page_facts(config: TrainingConfig | None = None) -> dict[str, Any]:
         for name, label in LABELS.items()
     }
     return {
-        "config": asdict(config),
+        "config": {name: asdict(getattr(config, name)) for name in CONFIG},
         "presets": presets,
         "preset": DEFAULT_PRESET,
         "omegas": lengths.omegas,

@@ -45,7 +45,7 @@ def packed(page: str) -> str:
         "policy": _first(r'http-equiv="Content-Security-Policy"\s+content="([^"]*)"', page),
         "title": _first(r"<title>(.*?)</title>", page),
         "poster": _first('<img id="poster"[^>]*>', page),
-        "packed": ascii85(data),
+        "packed": base94(data),
     }
     outer = files(__package__).joinpath("app", "packed.html").read_text("utf-8")
     return re.sub(r"\{\{(\w+)\}\}", lambda match: slots[match[1]], outer)
@@ -88,9 +88,21 @@ def _outdented(text: str) -> str:
     return _EMPTY.sub("\n", _INDENT.sub("", text))
 
 
-def ascii85(data: bytes) -> str:
-    """Encode bytes as ASCII85 in lines, with v in place of <, so that no tag can start in it."""
-    text = base64.a85encode(data).replace(b"z", b"!!!!!").replace(b"<", b"v").decode()
+def base94(data: bytes) -> str:
+    """Encode bytes in lines of the printable characters but <, so that no tag can start in the text.
+
+    Nine bytes, a big-endian number, are eleven digits: characters 33 to 126, with a space in place of <. A last group of
+    fewer bytes, filled with zeros, loses the digits that it does not need.
+    """
+    groups = []
+    for at in range(0, len(data), 9):
+        part = data[at : at + 9]
+        value, digits = int.from_bytes(part.ljust(9, b"\0")), []
+        for _ in range(11):
+            value, digit = divmod(value, 94)
+            digits.append(chr(33 + digit))
+        groups.append("".join(reversed(digits))[: -(-11 * len(part) // 9)])
+    text = "".join(groups).replace("<", " ")
     return "\n".join(text[i : i + LINE] for i in range(0, len(text), LINE))
 
 

@@ -31,7 +31,7 @@ export async function pageText(bytes, shade, shadertoy = null, poster = NO_PICTU
         facts: JSON.stringify(await factsOf(model, bytes, shade, shadertoy)).replaceAll("<", "\\u003c"),
     };
     for (const [id, text] of Object.entries(texts)) page.getElementById(id).textContent = text;
-    outer.getElementById("packed").textContent = `\n${await packed85(new Blob([written(page), "\0", bytes]))}\n`;
+    outer.getElementById("packed").textContent = `\n${await packed94(new Blob([written(page), "\0", bytes]))}\n`;
     return written(outer);
 }
 
@@ -51,14 +51,17 @@ async function factsOf(model, bytes, shade, shadertoy) {
 }
 
 // Resolves to a blob's deflate stream as text, which app/packed.html reads.
-async function packed85(blob) {
+async function packed94(blob) {
     const stream = blob.stream().pipeThrough(new CompressionStream("deflate-raw"));
-    const data = new Uint8Array(await new Response(stream).arrayBuffer());
-    const padded = new DataView(new ArrayBuffer(4 * Math.ceil(data.length / 4))), groups = [];
+    const data = new Uint8Array(await new Response(stream).arrayBuffer()), digits = [];
+    const padded = new DataView(new ArrayBuffer(9 * Math.ceil(data.length / 9)));
     new Uint8Array(padded.buffer).set(data);
-    for (let i = 0; i < data.length; i += 4) {
-        const value = padded.getUint32(i), digits = [4, 3, 2, 1, 0].map((k) => 33 + Math.floor(value / 85 ** k) % 85);
-        groups.push(String.fromCharCode(...digits));
+    for (let i = 0; i < data.length; i += 9) {
+        const value = (BigInt(padded.getUint8(i)) << 64n) | padded.getBigUint64(i + 1), least = 94n ** 6n;
+        for (const [part, count] of [[value / least, 5], [value % least, 6]]) {
+            for (let k = count - 1; k >= 0; --k) digits.push(33 + Math.floor(Number(part) / 94 ** k) % 94);
+        }
     }
-    return groups.join("").slice(0, Math.ceil(5 * data.length / 4)).replaceAll("<", "v").replace(/.{4000}/g, "$&\n");
+    const text = digits.slice(0, Math.ceil(11 * data.length / 9)).map((digit) => String.fromCharCode(digit)).join("");
+    return text.replaceAll("<", " ").replace(/.{4000}/g, "$&\n");
 }

@@ -5,13 +5,25 @@ import re
 import zlib
 
 
+def bytes_of(text: str) -> bytes:
+    """Decode base94()."""
+    digits = text.replace("\n", "").replace(" ", "<")
+    data = b""
+    for at in range(0, len(digits), 11):
+        value = 0
+        for letter in digits[at : at + 11].ljust(11, "~"):
+            value = 94 * value + ord(letter) - 33
+        data += value.to_bytes(9)
+    return data[: 9 * len(digits) // 11]
+
+
 def unpacked(page: str) -> str:
     """Return the HTML in a packed page."""
     found = re.search(r'id="packed">(.*?)</script>', page, re.DOTALL)
     poster = re.search(r'<img id="poster"[^>]* src="([^"]*)"', page)
     assert found is not None
     assert poster is not None
-    data = zlib.decompress(base64.a85decode(found[1].replace("v", "<")), -zlib.MAX_WBITS)
+    data = zlib.decompress(bytes_of(found[1]), -zlib.MAX_WBITS)
     html, _, rest = data.partition(b"\0")
     pieces = iter(re.split(r"\x01(\w+)\x01", html.decode()))
     text = next(pieces)

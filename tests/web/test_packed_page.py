@@ -15,12 +15,12 @@ from pygments.token import Comment
 
 from mplicits.studio import page as studio_page
 from mplicits.web import page
-from mplicits.web.packed_page import ascii85, packed, short_script
+from mplicits.web.packed_page import LINE, base94, packed, short_script
 from support.browser import visit
 from support.firefox import firefox
 from support.page_pictures import MODEL
 from support.random_model import random_model
-from support.unpacked import unpacked
+from support.unpacked import bytes_of, unpacked
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -66,11 +66,13 @@ def test_comments_in_strings_stay() -> None:
     assert short_script(text) == 'const a = "x // y";\nconst b = `${a} // ${a}`;\n'
 
 
-@pytest.mark.parametrize("size", range(9))
-def test_ascii85_has_no_tags(size: int) -> None:
-    text = ascii85(bytes(range(250, 250 - size, -1)) + bytes(8) + b"\x54" * 40)
-    assert not set(text) & set("<z")
-    assert all(len(line) <= 120 for line in text.splitlines())
+@pytest.mark.parametrize("size", range(20))
+def test_the_packed_text_has_no_tags(size: int) -> None:
+    for data in (bytes(range(250, 250 - size, -1)), bytes(size), b"\xff" * size, b"\x1b" * (5000 + size)):
+        text = base94(data)
+        assert "<" not in text
+        assert all(len(line) <= LINE for line in text.splitlines())
+        assert bytes_of(text) == data
 
 
 def test_the_packed_page_holds_the_page(tmp_path: Path) -> None:
