@@ -17,7 +17,7 @@ export class Shape {
         this.tree = new Tree(vertices, faces);
         this.winding = new Winding(this.tree);
         const count = faces.length / 3;
-        this.normals = new Float64Array(3 * count);
+        this.normal = new Float64Array(3);
         this.areas = new Float64Array(count); // cumulative
         for (let i = 0, sum = 0; i < count; ++i) this.areas[i] = sum += this.measure(i);
         this.demandVolume();
@@ -34,17 +34,17 @@ export class Shape {
         demand(false, "the mesh encloses no volume; use a closed surface, or: mplicits train --thicken T");
     }
 
-    // Sets the normal of a face, and returns twice its area.
+    // Sets `normal` to that of a face, and returns twice its area.
     measure(face) {
-        const {vertices: v, faces, normals} = this;
+        const {vertices: v, faces, normal} = this;
         const a = 3 * faces[3 * face], b = 3 * faces[3 * face + 1], c = 3 * faces[3 * face + 2];
         const ux = v[b] - v[a], uy = v[b + 1] - v[a + 1], uz = v[b + 2] - v[a + 2];
         const wx = v[c] - v[a], wy = v[c + 1] - v[a + 1], wz = v[c + 2] - v[a + 2];
         const nx = uy * wz - uz * wy, ny = uz * wx - ux * wz, nz = ux * wy - uy * wx;
         const length = Math.sqrt(nx * nx + ny * ny + nz * nz), factor = length > 0 ? 1 / length : 0;
-        normals[3 * face] = nx * factor;
-        normals[3 * face + 1] = ny * factor;
-        normals[3 * face + 2] = nz * factor;
+        normal[0] = nx * factor;
+        normal[1] = ny * factor;
+        normal[2] = nz * factor;
         return length;
     }
 
@@ -57,15 +57,16 @@ export class Shape {
     // Draws points of the surface, uniformly by area. Returns rows of samples with distance 0 and the faces' normals.
     // colors: an array for the points' colors, or null.
     surface(count, random, colors = null) {
-        const {vertices: v, faces, normals, areas} = this, rows = new Float32Array(SAMPLE * count);
+        const {vertices: v, faces, normal, areas} = this, rows = new Float32Array(SAMPLE * count);
         for (let i = 0; i < count; ++i) {
             const face = placeOf(areas, random() * areas[areas.length - 1]);
             let s = random(), t = random();
             if (s + t > 1) [s, t] = [1 - s, 1 - t];
-            const [a, b, c] = [0, 1, 2].map((k) => 3 * faces[3 * face + k]);
+            const a = 3 * faces[3 * face], b = 3 * faces[3 * face + 1], c = 3 * faces[3 * face + 2];
+            this.measure(face);
             for (let k = 0; k < 3; ++k) {
                 rows[SAMPLE * i + k] = (1 - s - t) * v[a + k] + s * v[b + k] + t * v[c + k];
-                rows[SAMPLE * i + NORMAL + k] = normals[3 * face + k];
+                rows[SAMPLE * i + NORMAL + k] = normal[k];
             }
             if (colors) this.colors.write(face, s, t, colors, 3 * i);
         }
