@@ -93,6 +93,7 @@ async function train(settings, start, began) {
         state.result = {...trained, settings, seconds: clock(), isSaved: false};
         remember(state.result);
     } catch (error) {
+        update("Not trained");
         throw understood(error);
     } finally {
         state.training = null;

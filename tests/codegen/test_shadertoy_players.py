@@ -1,16 +1,11 @@
 """Other players draw Shadertoy texts like OSMesa."""
 
-import importlib.util
 import io
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pytest
 from PIL import Image
 
 from mplicits.codegen.targets.motion import PERIOD
@@ -21,6 +16,7 @@ from support.fitted_model import fitted_model
 from support.moving_model import moving_model
 from support.random_model import random_model
 from support.shadertoy import INPUTS, MAIN, SHADERTOY, SIZE, literal_text, picture
+from support.shadertoy_player import player_picture
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -44,17 +40,8 @@ gl.drawArrays(gl.TRIANGLES, 0, 3);
 gl.finish();
 window.done = true;
 </script>"""
-PLAYER = """
-import sys
-from wgpu_shadertoy import Shadertoy
-from PIL import Image
-text, size, output = open(sys.argv[1]).read(), tuple(map(int, sys.argv[2].split("x"))), sys.argv[3]
-drawn = Shadertoy(text, resolution=size).snapshot(float(sys.argv[4]))
-Image.frombytes("RGBA", size, bytes(drawn)).convert("RGB").save(output)
-"""
 
 
-@pytest.mark.skipif(importlib.util.find_spec("wgpu_shadertoy") is None, reason="wgpu-shadertoy is not installed")
 def test_another_shadertoy_player_draws_the_same(osmesa: Context, tmp_path: Path) -> None:
     """The moving model is at time 0.5 after a quarter of its period."""
     packed = SHADERTOY(quantize.quantized_model(random_model((16, 1), (8, 0))), "packed")
@@ -66,21 +53,7 @@ def test_another_shadertoy_player_draws_the_same(osmesa: Context, tmp_path: Path
         (moving, PERIOD / 4),
     ]
     for text, time in texts:
-        (tmp_path / "text.frag").write_text(text)
-        command = [sys.executable, "-c", PLAYER, "text.frag", "x".join(map(str, SIZE)), "player.png", str(time)]
-        player = subprocess.run(
-            command,
-            cwd=tmp_path,
-            env={**os.environ, "WGPU_FORCE_OFFSCREEN": "true"},
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=600,
-        )
-        if "adapter" in player.stderr.lower() and player.returncode:
-            pytest.skip("no Vulkan driver (Debian: mesa-vulkan-drivers)")
-        assert player.returncode == 0, player.stderr
-        theirs = np.asarray(Image.open(tmp_path / "player.png"), np.int16)
+        theirs = player_picture(text, SIZE, tmp_path, time)
         difference = np.abs(picture(osmesa, text, time=time) - theirs).max(-1)
         assert (difference > 4).mean() < 0.005, time
 

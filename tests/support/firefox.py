@@ -60,6 +60,11 @@ class Firefox:
                 raise TimeoutError(f"{condition} after {PATIENCE} s: {self.evaluate('document.body.innerText')}")
             time.sleep(0.2)
 
+    def choose_file(self, selector: str, path: Path) -> None:
+        """Choose a file in an input."""
+        found = self.ask("WebDriver:FindElement", {"using": "css selector", "value": selector})["value"]
+        self.ask("WebDriver:ElementSendKeys", {"id": next(iter(found.values())), "text": str(path)})
+
     def _read(self) -> Any:
         length = b""
         while not length.endswith(b":"):
@@ -69,11 +74,15 @@ class Firefox:
 
 @contextmanager
 def firefox(profile: Path, environment: dict[str, str]) -> Iterator[Firefox]:
-    """Start Firefox with a new profile in an empty folder. Skips the test if it is not installed."""
+    """Start Firefox with a new profile in an empty folder, to which it also downloads.
+
+    Skips the test if it is not installed.
+    """
     path = shutil.which("firefox-esr") or shutil.which("firefox")
     if path is None:
         pytest.skip("Firefox is not installed (Debian: firefox-esr)")
-    lines = [f"user_pref({json.dumps(name)}, {json.dumps(value)});\n" for name, value in PREFERENCES.items()]
+    preferences = PREFERENCES | {"browser.download.folderList": 2, "browser.download.dir": str(profile)}
+    lines = [f"user_pref({json.dumps(name)}, {json.dumps(value)});\n" for name, value in preferences.items()]
     (profile / "user.js").write_text("".join(lines))
     command = [path, "--marionette", "--no-remote", "--profile", str(profile), "about:blank"]
     process = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

@@ -1,0 +1,125 @@
+"""The studio from a file to its saves: in Firefox, in another Shadertoy player, and with its longest saves."""
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import av
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+from mplicits import cli
+from mplicits.bake.registry import TARGETS
+from mplicits.field import interpret
+from mplicits.ir.lower import lower
+from mplicits.model.model_file import load
+from mplicits.studio.page import studio
+from mplicits.viewer.draw.context import Context
+from support.browser import visit
+from support.firefox import PATIENCE, firefox
+from support.shadertoy import picture
+from support.shadertoy_player import player_picture
+from support.studio_visit import ball, ready, save, write_page
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+pytestmark = pytest.mark.slow
+
+SIZE = (512, 384)
+WATCH = """() => {
+    window.longest = {};
+    let last = performance.now();
+    setInterval(() => {
+        const now = performance.now(), [stage] = document.getElementById("report").textContent.split(" ");
+        window.longest[stage] = Math.max(window.longest[stage] ?? 0, Math.round(now - last - 10));
+        last = now;
+    }, 10);
+}"""
+"""Measures the longest time, milliseconds, in which the page answers nothing, by the first word of the report."""
+
+
+def test_firefox_trains_and_saves_a_model(xvfb: dict[str, str], tmp_path: Path) -> None:
+    file, profile = write_page(tmp_path / "studio.html", 200), tmp_path / "profile"
+    (tmp_path / "a ball.stl").write_bytes(ball())
+    profile.mkdir()
+    with firefox(profile, xvfb) as browser:
+        browser.ask("WebDriver:SetWindowRect", {"width": 500, "height": 400})
+        browser.ask("WebDriver:Navigate", {"url": file.as_uri()})
+        browser.until("'ready' in document.documentElement.dataset")
+        browser.choose_file("#file", tmp_path / "a ball.stl")
+        browser.until("document.getElementById('download') !== null")
+        browser.evaluate("document.getElementById('download').click()")
+        saved, end = profile / "a-ball.safetensors", time.monotonic() + PATIENCE
+        while not (saved.exists() and saved.stat().st_size):
+            assert time.monotonic() < end, browser.evaluate("document.body.innerText")
+            time.sleep(0.2)
+        model = load(saved)
+        browser.until("document.documentElement.dataset.error")
+        assert float(browser.evaluate("document.documentElement.dataset.error")) < 1e-5
+        assert browser.evaluate("document.getElementById('message').hidden")
+    points = np.random.default_rng(0).normal(size=(2000, 3)).astype(np.float32)
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    assert np.abs(interpret.field(lower(model), points, 2)).mean() < 0.02
+
+
+def psnr(ours: NDArray[np.number], theirs: NDArray[np.number]) -> float:
+    """Compare pictures with values from 0 to 255. Returns dB."""
+    return float(10 * np.log10(255**2 / max(np.square(ours - theirs, dtype=float).mean(), 1e-9)))
+
+
+def test_the_shadertoy_text_draws_the_model_elsewhere(browser: "Browser", osmesa: Context, tmp_path: Path) -> None:
+    """As the text that `mplicits bake` writes of the saved model; `mplicits render` shades otherwise than short texts."""
+    with visit(browser, write_page(tmp_path / "studio.html", 200), size=(900, 500), share=0.1) as visited:
+        ready(visited)
+        visited.drop(ball(), "a ball.stl")
+        visited.page.wait_for_selector("#download", timeout=60_000)
+        save(visited, "#download", tmp_path / "m.safetensors")
+        save(visited, "#save-text", tmp_path / "text.frag")
+    theirs = player_picture((tmp_path / "text.frag").read_text(), SIZE, tmp_path)
+    baked = picture(osmesa, TARGETS["shadertoy"](load(tmp_path / "m.safetensors")), size=SIZE)
+    options = ["--size", f"{SIZE[0]}x{SIZE[1]}", "--samples", "1", "--camera", "30,20"]
+    assert cli.main(["render", str(tmp_path / "m.safetensors"), *options, "-o", str(tmp_path / "m.png")]) == 0
+    rendered = np.asarray(Image.open(tmp_path / "m.png").convert("RGB"))
+    print(f"{psnr(baked, theirs):.1f} dB to the baked text, {psnr(rendered, theirs):.1f} dB to render")
+    assert psnr(baked, theirs) > 40
+    assert psnr(rendered, theirs) > 25
+
+
+def test_the_page_answers_while_it_trains(browser: "Browser", tmp_path: Path) -> None:
+    page_file = tmp_path / "studio.html"
+    page_file.write_text(studio(), encoding="utf-8")
+    with visit(browser, page_file, size=(900, 500), share=0.2) as visited:
+        ready(visited)
+        visited.page.check("input[value=tiny]", force=True)
+        visited.page.evaluate(WATCH)
+        visited.page.click("[data-example='0']")
+        visited.page.wait_for_selector("#download", timeout=120_000)
+        longest = visited.page.evaluate("window.longest")
+        print(f"longest tasks, milliseconds: {longest}")
+        assert max(longest["Level"], longest.get("Colors", 0)) < 100
+        assert visited.console == []
+
+
+def test_the_saved_page_draws_and_the_video_plays(browser: "Browser", tmp_path: Path) -> None:
+    with visit(browser, write_page(tmp_path / "studio.html", 200), size=(600, 400), share=0.3) as visited:
+        ready(visited)
+        visited.drop(ball(), "a ball.stl")
+        visited.page.wait_for_selector("#download", timeout=60_000)
+        visited.still()
+        assert save(visited, "#save-page", tmp_path / "page.html") == "a-ball.html"
+        visited.page.set_default_timeout(300_000)
+        assert save(visited, "#save-webm", tmp_path / "turn.webm") == "a-ball.webm"
+        assert visited.page.inner_text("#report") == "Recorded"
+        assert visited.console == []
+    with visit(browser, tmp_path / "page.html", share=0.1) as visited:
+        visited.still()
+        assert visited.page.title() == "a ball"
+        assert float(visited.root("error") or "nan") < 1e-5
+        assert visited.console == []
+    with av.open(str(tmp_path / "turn.webm")) as container:
+        frames = [frame.to_ndarray(format="gray") for frame in container.decode(container.streams.video[0])]
+    assert len(frames) == 144
+    assert all(np.ptp(frame) > 80 for frame in frames)
