@@ -5,7 +5,7 @@ const POINTS = 32; // of a tile
 const REDUCED = 256; // vectors of four sums that a pair of work groups reduces
 
 // Returns {step, destroy}, or null where there is no GPU, or only one in software. isForced: takes that one, too.
-// source: the kernel's text. on: the first samples of each `share` of the `count` samples of a batch lie on the surface.
+// source: the kernel's text. on: number of the samples on the surface, the first of each `share` of a batch of `count`.
 // step: takes arrays of `share` samples, and {weights, factors}; returns {gradient, loss, meanF}, as the workers' step.
 export async function gpuKernel(source, {width, depth, outputs}, {count, share, on}, isForced) {
     const adapter = await navigator.gpu?.requestAdapter({powerPreference: "high-performance"});

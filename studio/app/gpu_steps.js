@@ -6,8 +6,8 @@ const AGREEMENT = 1e-3; // of their losses, relative
 
 // Returns {all, end}: `all` of the team for a stage's steps. A GPU takes them after TRIED steps; where it is slower,
 // wrong or lost, or there is none, the team takes them. end: frees the GPU.
-// source: text of kernel/step.wgsl, or undefined for no GPU; network: of the stage; part: samples on the surface, and as
-// many off it, of a worker; isForced: uses a software or a slower GPU, too, for tests.
+// source: text of kernel/step.wgsl, or undefined for no GPU; network: of the stage; part: a worker's samples on the
+// surface, and as many off it; isForced: uses a software or a slower GPU, too, for tests.
 export async function stepperOf(team, source, network, part, isForced) {
     let kernel = null, tried = 0, fastest = Infinity, spent = 0, next = null;
     const end = () => {

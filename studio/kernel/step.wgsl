@@ -1,9 +1,9 @@
-// A training step of a SIREN on a GPU: the loss of a batch, and its derivative by the weights; the same samples, weights
-// and passes as siren.c. The host puts WIDTH (a multiple of 4), DEPTH (hidden layers after the first) and OUTPUTS before
-// this text.
+// A training step of a SIREN on a GPU: the loss of a batch, and its derivative by the weights; samples, weights and
+// passes are those of siren.c. The host puts WIDTH (a multiple of 4), DEPTH (hidden layers after the first) and OUTPUTS
+// before this text.
 //
-// A work group takes tiles of TILE points in turn. Its arrays are [neuron][point], in memory of its own; a matrix here is
-// a block of one: each column is a neuron, at four points. A thread computes blocks; between two layers all threads wait.
+// A work group takes tiles of TILE points in turn. Its arrays are [neuron][point], in memory of its own; a matrix is a
+// block of one: each column is a neuron, at four points. A thread computes blocks; between layers all threads wait.
 // Each group adds up its own gradient; then those of the groups are added up, in a fixed order.
 // A level's products take 12 WIDTH^2 DEPTH + 48 WIDTH operations a sample: 0.12 GFLOP a step of 4096 samples of 48x1,
 // 0.82 GFLOP of 64x4.

@@ -21,6 +21,8 @@ DRIVERS = {"SwiftShader": "swiftshader", "llvmpipe": "gl-egl"}
 """Name of a software GL -> ANGLE's name for the back end that reaches it."""
 PATIENCE = 300_000
 """Timeout of a picture, milliseconds."""
+NO_WEBGPU = "No available adapters."
+"""Chromium's line where a page asks for a WebGPU device and there is none."""
 _DROP = """([bytes, name]) => {
     const transfer = new DataTransfer();
     transfer.items.add(new File([new Uint8Array(bytes)], name));
@@ -59,7 +61,7 @@ class Visit:
 
     page: "Page"
     console: list[str] = field(default_factory=list)
-    """Lines on the console, uncaught errors included."""
+    """Lines on the console but NO_WEBGPU, uncaught errors included."""
     patience: int = PATIENCE
     """Timeout of `until`, milliseconds."""
 
@@ -131,7 +133,7 @@ def visit(
     context = browser.new_context(offline=True, device_scale_factor=share, **window | options)
     page = context.new_page()
     visited = Visit(page)
-    page.on("console", lambda message: visited.console.append(message.text))
+    page.on("console", lambda message: visited.console.append(message.text) if message.text != NO_WEBGPU else None)
     page.on("pageerror", lambda error: visited.console.append(str(error)))
     if script:
         page.add_init_script(script)
