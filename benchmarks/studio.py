@@ -113,7 +113,8 @@ class Truth:
 
     def measure(self, file: Path, seconds: float, memory: float) -> Row:
         """Measure the model in a file. seconds, memory: of its training."""
-        model = load(file)
+        # All models of a shape have the same model space; `demo` has no file whose center and scale it could name.
+        model = replace(load(file), center=self.flat.center, scale=self.flat.scale)
         flat_f, flat_angle, colors = on_surface(model, self.flat)
         curved_f, curved_angle, _ = on_surface(model, self.curved)
         figures = evaluate(model, self.path, EvalOptions(samples=SAMPLES, quiet=True)).figures
@@ -132,15 +133,14 @@ class Truth:
 
 
 def on_surface(model: Model, shape: Shape) -> tuple[float, float, float]:
-    """Measure a model at points of a shape. Returns mean |f|, mean angle, and the colors' mean squared error."""
+    """Measure a model at points of its shape. Returns mean |f|, mean angle, and the colors' mean squared error."""
     drawn = shape.surface(POINTS, np.random.default_rng(0), held_out=True, colors=shape.colored)
-    points = (drawn.points * shape.scale + shape.center - model.center) / model.scale
-    program, level = lower(model), len(model.levels)
-    gradient, f = interpret.field_gradient(program, points.astype(np.float32), level)
+    points, program = drawn.points.astype(np.float32), lower(model)
+    gradient, f = interpret.field_gradient(program, points, len(model.levels))
     directions = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
     error = float("nan")
     if drawn.colors is not None and model.colored:
-        error = float(np.square(interpret.color(program, points.astype(np.float32)) - drawn.colors).mean())
+        error = float(np.square(interpret.color(program, points) - drawn.colors).mean())
     return float(np.abs(f).mean()), float(angles(directions, drawn.normals).mean()), error
 
 
@@ -293,6 +293,9 @@ def main() -> None:
     parser.add_argument("--picture", type=Path, metavar="FILE.png", help="draw the page after a training, and no more")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/studio.md"))
     options = parser.parse_args()
+    names = options.shapes.split(",")
+    if unknown := [name for name in names if name not in CASES]:
+        parser.error(f"--shapes: no shape is called {unknown[0]}; there are {', '.join(CASES)}")
     cases = {name: replace(case, seconds=options.seconds or case.seconds) for name, case in CASES.items()}
     if options.picture:
         picture(options.picture, cases[PICTURE])
@@ -305,7 +308,7 @@ def main() -> None:
         folder = options.keep or Path(temporary)
         folder.mkdir(exist_ok=True)
         report(options.output, changed, options.repeat, rows, page_rows)
-        for name in options.shapes.split(","):
+        for name in names:
             case = cases[name]
             try:
                 result = compare(case, name, options.repeat, folder)
