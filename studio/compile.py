@@ -11,7 +11,17 @@ from pathlib import Path
 
 SOURCE = Path(__file__).with_name("kernel") / "siren.c"
 FLAGS = (
-    *("--target=wasm32", "-O2", "-msimd128", "-std=c11", "-Wall", "-Wextra", "-Werror", "-fvisibility=hidden"),
+    *(
+        "--target=wasm32",
+        "-O2",
+        "-fno-inline-functions",
+        "-msimd128",
+        "-std=c11",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-fvisibility=hidden",
+    ),
     *("-nostdlib", "-Wl,--no-entry", "-Wl,--export-dynamic", "-Wl,--strip-all"),
 )
 

@@ -95,7 +95,7 @@ static float row_sum(const Floats *row) {
 static Floats select(Ints mask, Floats yes, Floats no) { return (Floats)(((Ints)yes & mask) | ((Ints)no & ~mask)); }
 
 // Sine and cosine, by the nearest multiple of pi / 2 and the polynomials of Cephes (Moshier); error 1e-7.
-static void sine_cosine(Floats x, Floats *sine, Floats *cosine) {
+static inline __attribute__((always_inline)) void sine_cosine(Floats x, Floats *sine, Floats *cosine) {
     Floats turns = (Floats)wasm_f32x4_nearest((v128_t)(x * all(0.63661977236758134f)));
     Floats r = x - turns * all(1.5703125f) - turns * all(4.837512969970703125e-4f) - turns * all(7.549789948768648e-8f);
     Floats q = r * r;
