@@ -33,11 +33,12 @@ export function initialWeights({width, depth}, padded, outputs, omega, outputFac
 }
 
 // Trains the networks of a shape that the team has loaded.
-// settings: {levels: [{width, depth}], texture: {width, depth}, omegas, steps, seconds, seed, packed, isOnGpu}; omegas and steps
-// of the levels, then of the texture; steps: null to train for `seconds`; isOnGpu: see stepperOf. config: `TrainingConfig` of
-// trainer/config.py. hasColors: whether to train a texture. gpu: text of the WebGPU kernel, or undefined. clock: returns the seconds of the training so far, without pauses; end: of
-// the training, as of the clock. start: {levels, texture, weights, share}, networks of an earlier training: finished
-// levels, and the weights of the next one at a share of its schedule, or null.
+// settings: {levels: [{width, depth}], texture: {width, depth}, omegas, steps, seconds, seed, packed, isOnGpu}; omegas and
+// steps of the levels, then of the texture; steps: null to train for `seconds`; isOnGpu: `isForced` of stepperOf.
+// config: `TrainingConfig` of trainer/config.py. hasColors: whether to train a texture. gpu: text of the WebGPU kernel,
+// or undefined. clock: returns the seconds of the training so far, without pauses; end: of the training, as of the
+// clock. start: {levels, texture, weights, share}, networks of an earlier training: finished levels, and the weights of
+// the next one at a share of its schedule, or null.
 // afterStep: called after each step with {stage, steps, share, done, loss, weights, levels, network, layout}: share of
 // the stage, done of the whole; may return a promise; "stop" ends the training.
 // Returns {levels: [{network, layout, weights, steps, share, loss, restarts, seconds, delta, lipschitz,

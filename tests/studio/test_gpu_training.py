@@ -1,7 +1,7 @@
 """Training in Chromium by WebGPU in software: its quality, and what happens when the device is lost."""
 
 import dataclasses
-from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,11 +12,10 @@ from mplicits.studio.compile import SOURCE
 from mplicits.studio.page import TRAINER, WORKER, kernel, script
 from mplicits.trainer.config import StepConfig, TrainingConfig
 from support.ball_training import QUICK
-from support.browser import chromium
 from support.page_scripts import BYTES, packed, run
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Page
+    from playwright.sync_api import Browser, Page
 
 STEPS, STAGES, BATCH = 120, 2, 256
 TRIED = 20
@@ -42,17 +41,16 @@ TRAIN = """async ([worker, wasm, vertices, faces, settings, config, gpu, lostAt]
 }"""
 
 
-@pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator["Page"]:
-    path = tmp_path_factory.mktemp("page") / "empty.html"  # WebGPU needs a page with an address
+@pytest.fixture
+def page(browser: "Browser", tmp_path: Path) -> "Page":
+    path = tmp_path / "empty.html"  # WebGPU needs a page with an address
     path.write_text("<!doctype html><title>empty</title>")
-    with chromium("SwiftShader", "--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader") as browser:
-        page = browser.new_page()
-        page.goto(path.as_uri())
-        page.evaluate(BYTES)
-        if not page.evaluate("async () => Boolean(await navigator.gpu?.requestAdapter())"):
-            pytest.skip("this Chromium has no WebGPU")
-        yield page
+    page = browser.new_page()
+    page.goto(path.as_uri())
+    page.evaluate(BYTES)
+    if not page.evaluate("async () => Boolean(await navigator.gpu?.requestAdapter())"):
+        pytest.skip("this Chromium has no WebGPU")
+    return page
 
 
 def train(page: "Page", is_forced: bool = True, lost_at: int | None = None) -> Any:

@@ -1,4 +1,4 @@
-"""Chromium for tests and measurements of the page: WebGL2 on the CPU, no network, a record of the console."""
+"""Chromium for tests and measurements of the page: WebGL2, WebGPU on the CPU, no network, a record of the console."""
 
 import io
 import os
@@ -21,8 +21,6 @@ DRIVERS = {"SwiftShader": "swiftshader", "llvmpipe": "gl-egl"}
 """Name of a software GL -> ANGLE's name for the back end that reaches it."""
 PATIENCE = 300_000
 """Timeout of a picture, milliseconds."""
-NO_WEBGPU = "No available adapters."
-"""Chromium's line where a page asks for a WebGPU device and there is none."""
 _DROP = """([bytes, name]) => {
     const transfer = new DataTransfer();
     transfer.items.add(new File([new Uint8Array(bytes)], name));
@@ -37,18 +35,16 @@ _FOLLOW = """hash => new Promise(done => {
 
 
 @contextmanager
-def chromium(driver: str = "SwiftShader", *more: str) -> Iterator["Browser"]:
-    """Start Debian's Chromium, headless, on one of DRIVERS. Skips the test where it or Playwright is not installed.
-
-    more: further flags.
-    """
+def chromium(driver: str = "SwiftShader") -> Iterator["Browser"]:
+    """Start Debian's Chromium, headless, on one of DRIVERS. Skips the test where it or Playwright is not installed."""
     sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed (pip: playwright)")
     path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if path is None:
         pytest.skip("Chromium is not installed (Debian: chromium)")
     with sync_api.sync_playwright() as playwright:
         flags = ["--use-gl=angle", f"--use-angle={DRIVERS[driver]}"]
-        flags += ["--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", *more]
+        flags += ["--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+        flags += ["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"]
         environment = {**os.environ, "EGL_PLATFORM": "surfaceless"}
         browser = playwright.chromium.launch(executable_path=path, args=flags, env=environment)
         yield browser
@@ -61,7 +57,7 @@ class Visit:
 
     page: "Page"
     console: list[str] = field(default_factory=list)
-    """Lines on the console but NO_WEBGPU, uncaught errors included."""
+    """Lines on the console, uncaught errors included."""
     patience: int = PATIENCE
     """Timeout of `until`, milliseconds."""
 
@@ -133,7 +129,7 @@ def visit(
     context = browser.new_context(offline=True, device_scale_factor=share, **window | options)
     page = context.new_page()
     visited = Visit(page)
-    page.on("console", lambda message: visited.console.append(message.text) if message.text != NO_WEBGPU else None)
+    page.on("console", lambda message: visited.console.append(message.text))
     page.on("pageerror", lambda error: visited.console.append(str(error)))
     if script:
         page.add_init_script(script)
