@@ -71,7 +71,7 @@ def psnr(ours: NDArray[np.number], theirs: NDArray[np.number]) -> float:
 
 
 def test_the_shadertoy_text_draws_the_model_elsewhere(browser: "Browser", osmesa: Context, tmp_path: Path) -> None:
-    """As the text that `mplicits bake` writes of the saved model; `mplicits render` shades otherwise than short texts."""
+    """As the text that `mplicits bake` writes of the model; `mplicits render` shades otherwise than short texts."""
     with visit(browser, write_page(tmp_path / "studio.html", 200), size=(900, 500), share=0.1) as visited:
         ready(visited)
         visited.drop(ball(), "a ball.stl")

@@ -62,7 +62,7 @@ def test_every_state_is_accessible_and_fits_a_phone(opened: Visit) -> None:
     assert (violations(opened), page.evaluate(SMALL_TARGETS), page.evaluate(OUTSIDE)) == ([], [], [])
     page.keyboard.press("Escape")
     assert page.is_hidden("#message")
-    page.click("#more summary")
+    assert page.is_hidden("#more input")
     opened.drop(ball(), "a ball with a name that is too long for one line of a phone.stl")
     page.wait_for_selector("#stop")
     assert (violations(opened), page.evaluate(SMALL_TARGETS), page.evaluate(OUTSIDE)) == ([], [], [])
