@@ -91,8 +91,8 @@ def _outdented(text: str) -> str:
 def base94(data: bytes) -> str:
     """Encode bytes in lines of the printable characters but <, so that no tag can start in the text.
 
-    Nine bytes, a big-endian number, are eleven digits: characters 33 to 126, with a space in place of <. A last group of
-    fewer bytes, filled with zeros, loses the digits that it does not need.
+    Nine bytes, a big-endian number, are eleven digits: characters 33 to 126, with a space in place of <. A last group
+    of fewer bytes, filled with zeros, loses the digits that it does not need.
     """
     groups = []
     for at in range(0, len(data), 9):

@@ -7,7 +7,7 @@ import pytest
 
 from mplicits.model.model_file import load
 from support.browser import visit
-from support.studio_page import save_model, write_page
+from support.studio_visit import ready, save, write_page
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -21,7 +21,7 @@ def test_a_reload_offers_the_last_shape(kind: str, browser: "Browser", tmp_path:
     page = write_page(tmp_path / "studio.html", (60, STEPS[kind], 60))
     with visit(browser, page, share=0.1) as visited:
         visited.page.on("dialog", lambda dialog: dialog.accept())  # leaving asks
-        visited.until("'ready' in document.documentElement.dataset")
+        ready(visited)
         assert not visited.page.is_visible("#resume")
         visited.page.click("text=Gear")
         visited.until("document.getElementById('report').textContent.startsWith('Level 2')")
@@ -29,18 +29,21 @@ def test_a_reload_offers_the_last_shape(kind: str, browser: "Browser", tmp_path:
             visited.page.wait_for_selector("#download", timeout=30_000)
         visited.page.wait_for_timeout(500)  # the record is written meanwhile
         visited.page.reload()
-        visited.until("'ready' in document.documentElement.dataset")
+        ready(visited)
         visited.page.click("text=Go on with gear", timeout=10_000)
         if kind == "unfinished":
             visited.until("document.getElementById('report').textContent.startsWith('Level 2')")
             visited.page.click("#stop")
-        model = load(save_model(visited, tmp_path / "gear.safetensors"))
+        visited.page.wait_for_selector("#download", timeout=30_000)
+        save(visited, "#download", tmp_path / "gear.safetensors")
+        model = load(tmp_path / "gear.safetensors")
         assert (model.name, len(model.levels)) == ("gear", 2)
         assert model.provenance["levels"][0]["steps"] == 60
         visited.page.reload()
         visited.page.click("text=Forget it", timeout=10_000)
+        visited.page.wait_for_selector("#resume", state="hidden")
         visited.page.reload()
-        visited.until("'ready' in document.documentElement.dataset")
+        ready(visited)
         visited.page.wait_for_timeout(300)
         assert not visited.page.is_visible("#resume")
         assert visited.console == []

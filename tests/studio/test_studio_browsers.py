@@ -122,4 +122,4 @@ def test_the_saved_page_draws_and_the_video_plays(browser: "Browser", tmp_path: 
     with av.open(str(tmp_path / "turn.webm")) as container:
         frames = [frame.to_ndarray(format="gray") for frame in container.decode(container.streams.video[0])]
     assert len(frames) == 144
-    assert all(np.ptp(frame) > 80 for frame in frames)
+    assert all(int(np.ptp(frame)) > 80 for frame in frames)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -96,7 +96,7 @@ def test_the_saved_mesh_is_the_shape(ending: str, trained: Visit, model: Model, 
     assert model.texture is not None
     path = tmp_path / f"box.{ending}"
     assert save(trained, f"#save-{ending}", path) == f"a-box.{ending}"
-    mesh = trimesh.load(path, force="mesh")
+    mesh: Any = trimesh.load(path, force="mesh")
     assert mesh.is_watertight
     np.testing.assert_allclose(mesh.extents, EXTENTS, rtol=0.15)
     np.testing.assert_allclose(mesh.bounds.mean(axis=0), CENTER, atol=0.15)

@@ -16,14 +16,14 @@ CONFIG = dataclasses.replace(TrainingConfig(), sampling=QUICK.sampling, measurin
 CENTER, RADIUS = np.array([1.0, 2.0, 3.0]), 4.0
 
 
-def write_page(path: Path, steps: int, width: int = 14) -> Path:
-    """Write a studio whose trainings take `steps` steps for each network."""
+def write_page(path: Path, steps: int | tuple[int, int, int], width: int = 14) -> Path:
+    """Write a studio whose trainings take `steps` steps: for each network, or for the two levels and the texture."""
     layouts = [{"width": width, "depth": 1}] * 2
     fixed = {
         "levels": layouts,
         "texture": layouts[0],
         "omegas": [19, 37, 23],
-        "steps": [steps] * 3,
+        "steps": (steps,) * 3 if isinstance(steps, int) else steps,
         "seconds": 1,
         "seed": 0,
         "packed": True,
