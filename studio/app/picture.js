@@ -7,7 +7,6 @@ import {state} from "./state.js";
 import {drawWith, renderer} from "./view.js";
 
 // The picture on the stage: the shape itself with the axes of its file, or its field.
-const CHOICES = [{value: "mesh", label: "Mesh"}, {value: "field", label: "Field"}];
 let preview = null, axes = null;
 
 // Shows a shape. corners: of cornersOf (corners.js).
@@ -32,7 +31,8 @@ export function showPicture(which) {
         preview.show(camera, options);
         axes.show(camera);
     }} : null);
-    fillChoices(element("picture"), CHOICES, which, showPicture);
+    const choices = [{value: "mesh", label: preview.isCloud ? "Cloud" : "Mesh"}, {value: "field", label: "Field"}];
+    fillChoices(element("picture"), choices, which, showPicture);
 }
 
 function hidePreview(isHidden) {
