@@ -22,7 +22,7 @@ import {turntableVideo} from "./video.js";
 import {center, draw, frontOfView, renderer} from "./view.js";
 
 // The studio: trains a dropped shape, while the page draws its field.
-const MOST_WORKERS = 16;
+const MOST_WORKERS = 16, MOST_FACES = 4e6; // faces of all workers together, since each has the shape
 const BETWEEN_PICTURES = 1000, BETWEEN_REPORTS = 200; // milliseconds
 const PICTURES_SHARE = 0.2; // largest share of the time that pictures may take
 const LEFT_SHARE = 0.5; // of the seconds, that remains for the training after the preparation
@@ -59,6 +59,7 @@ async function showShapeOf(question) {
     try {
         const {preview, ...read} = await team.ask(0, "read", {...question, plain: facts.studio.plain});
         before?.team.dismiss();
+        team.shrink(Math.max(1, Math.floor(MOST_FACES / read.faces.length * 3)));
         const {center: middle, scale, up} = read, name = stem(read.name);
         state.shape = {name, center: middle, scale, up: up ?? "y", front: null, read, team, loading: null};
         state.result = null;

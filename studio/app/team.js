@@ -39,6 +39,11 @@ export class Team {
         });
     }
 
+    // Dismisses all but the first `count` workers.
+    shrink(count) {
+        for (const worker of this.workers.splice(count)) worker.terminate();
+    }
+
     dismiss() {
         for (const worker of this.workers) worker.terminate();
         URL.revokeObjectURL(this.url);

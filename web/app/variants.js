@@ -96,6 +96,7 @@ export class Variants {
             begun.forEach(([, {program}]) => gl.deleteProgram(program));
             return null;
         }
+        await device.done(); // a query of the result would wait, and block the page, while the device is busy
         const programs = Object.fromEntries(begun.map(([name, one]) => [
             name, {...device.finish(one), inBlocks: passes.inBlocks(name)},
         ]));
