@@ -34,8 +34,8 @@ export function kindsOf(shape, result, video) {
     const kinds = [
         {id: "download", label: "Model", ending: "safetensors", title: "For mplicits and for this page", make: () => result.bytes, isQuick: true},
         {id: "save-page", label: "Web page", ending: "html", title: "One file that shows the shape anywhere", make: page},
-        {id: "copy-text", label: "Copy Shadertoy", title: "Text for the Image tab of shadertoy.com", make: shadertoy, isCopied: true},
-        {id: "save-text", label: "Shadertoy", ending: "frag", title: "The same text as a file", make: shadertoy, isQuick: true},
+        {id: "save-text", label: "Shadertoy", ending: "frag", title: "Text for the Image tab of shadertoy.com", make: shadertoy, isQuick: true},
+        {id: "copy-text", label: "Copy Shadertoy", title: "The same text, to the clipboard", make: shadertoy, isCopied: true},
         {id: "save-glsl", label: "GLSL", ending: "glsl", title: "Functions of the field for your shader", make: async () => functionText(model, await hash), isQuick: true},
         {id: "save-ply", label: "PLY", ending: "ply", title: "A mesh of the field", make: mesh("ply")},
         {id: "save-glb", label: "GLB", ending: "glb", title: "A mesh of the field", make: mesh("glb")},
