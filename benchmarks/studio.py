@@ -9,7 +9,6 @@ meanwhile. The same code measures both models. The page of results is written af
 
 import argparse
 import io
-import os
 import statistics
 import subprocess
 import sys
@@ -90,8 +89,6 @@ class Row:
     """Closed components of the model's surface."""
     colors: float
     """Mean squared error of the colors, sRGB in [0, 1]; NaN without colors."""
-    memory: float
-    """Most memory of the process that trains, bytes."""
 
 
 @dataclass(frozen=True)
@@ -111,8 +108,8 @@ class Truth:
         self.flat, _ = load_shape(str(path), crease=None)
         self.curved, _ = load_shape(str(path), crease=CREASE)
 
-    def measure(self, file: Path, seconds: float, memory: float) -> Row:
-        """Measure the model in a file. seconds, memory: of its training."""
+    def measure(self, file: Path, seconds: float) -> Row:
+        """Measure the model in a file. seconds: of its training."""
         # All models of a shape have the same model space; `demo` has no file whose center and scale it could name.
         model = replace(load(file), center=self.flat.center, scale=self.flat.scale)
         flat_f, flat_angle, colors = on_surface(model, self.flat)
@@ -128,7 +125,6 @@ class Truth:
             chamfer=figures.chamfer / figures.floor,
             components=figures.components,
             colors=colors,
-            memory=memory,
         )
 
 
@@ -153,18 +149,14 @@ def in_page(case: Case, name: str, path: Path, seed: int, output: Path) -> studi
     return watched
 
 
-def by_command(case: Case, path: Path, seed: int, output: Path) -> tuple[float, float]:
-    """Train by `mplicits train`. Returns the seconds of its process and its peak memory, bytes."""
+def by_command(case: Case, path: Path, seed: int, output: Path) -> float:
+    """Train by `mplicits train`. Returns the seconds of its process."""
     shape = "demo" if case.built_in else str(path)
     command = [sys.executable, "-m", "mplicits", "train", shape, "-o", str(output), "--force", "--quiet"]
     command += ["--preset", case.preset, "--seconds", f"{case.seconds:g}", "--seed", str(seed)]
     began = time.perf_counter()
-    process = subprocess.Popen(command)
-    _, status, usage = os.wait4(process.pid, 0)
-    process.returncode = os.waitstatus_to_exitcode(status)
-    if process.returncode:
-        raise RuntimeError(f"mplicits train ended with {process.returncode}")
-    return time.perf_counter() - began, 1024.0 * usage.ru_maxrss
+    subprocess.run(command, check=True)
+    return time.perf_counter() - began
 
 
 def compare(case: Case, name: str, repeat: int, folder: Path) -> Result:
@@ -179,10 +171,10 @@ def compare(case: Case, name: str, repeat: int, folder: Path) -> Result:
         ours, theirs = (folder / f"{name}-{seed}-{side}.safetensors" for side in ("page", "train"))
         watched = in_page(case, name, path, seed, ours)
         print(f"{name}: {watched}", file=sys.stderr)
-        seconds, memory = by_command(case, path, seed, theirs)
+        seconds = by_command(case, path, seed, theirs)
         result.watched.append(watched)
-        result.page.append(truth.measure(ours, watched.seconds, watched.memory))
-        result.command.append(truth.measure(theirs, seconds, memory))
+        result.page.append(truth.measure(ours, watched.seconds))
+        result.command.append(truth.measure(theirs, seconds))
     return result
 
 
@@ -199,8 +191,7 @@ def table_rows(name: str, case: Case, result: Result) -> list[str]:
         colors = "" if np.isnan(row.colors) else f"{row.colors:.2e}"
         return (
             f"| {head} | {row.seconds:.1f} | {row.steps:,.0f} | {row.flat_f:.2e} | {row.flat_angle:.2f} | "
-            f"{row.curved_f:.2e} | {row.curved_angle:.2f} | {row.chamfer:.2f} | {row.components:g} | {colors} | "
-            f"{row.memory / 1e6:,.0f} |"
+            f"{row.curved_f:.2e} | {row.curved_angle:.2f} | {row.chamfer:.2f} | {row.components:g} | {colors} |"
         )
 
     def ratio(of: Callable[[Row], float]) -> str:
@@ -212,8 +203,7 @@ def table_rows(name: str, case: Case, result: Result) -> list[str]:
         line(f"{shown} | train", command),
         f"| {shown} | page / train | {ratio(lambda row: row.seconds)} | {ratio(lambda row: row.steps)} | "
         f"{ratio(lambda row: row.flat_f)} | {ratio(lambda row: row.flat_angle)} | {ratio(lambda row: row.curved_f)} | "
-        f"{ratio(lambda row: row.curved_angle)} | {ratio(lambda row: row.chamfer)} | | {colors} | "
-        f"{ratio(lambda row: row.memory)} |",
+        f"{ratio(lambda row: row.curved_angle)} | {ratio(lambda row: row.chamfer)} | | {colors} |",
     ]
 
 
@@ -250,12 +240,11 @@ def report(output: Path, changed: str, repeat: int, rows: list[str], page_rows: 
         "them (`--crease`). The rope's file is the page's mesh; `train` knows the exact shape.",
         f"- Chamfer: to the file's faces, squared L2, {SAMPLES:,} samples on each side, marching cubes at 512^3, "
         "divided by its floor, that of two samplings of the file. Components: closed ones of that surface.",
-        "- Colors: mean squared error at the same points, sRGB in [0, 1]. Memory: peak of the page's process, or of "
-        "the command, MB.",
+        "- Colors: mean squared error at the same points, sRGB in [0, 1].",
         "",
         "| shape | by | seconds | steps | flat: mean abs f | flat: angle | curved: mean abs f | curved: angle | "
-        "Chamfer of the floor | components | colors | memory |",
-        "| --- | --- |" + " ---: |" * 10,
+        "Chamfer of the floor | components | colors |",
+        "| --- | --- |" + " ---: |" * 9,
         *rows,
         "",
         "## What a visitor sees",
