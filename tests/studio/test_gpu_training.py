@@ -64,6 +64,7 @@ def train(page: "Page", is_forced: bool = True, lost_at: int | None = None) -> A
     return run(page, TRAINER, TRAIN, [*arguments, SOURCE.with_name("step.wgsl").read_text(), lost_at])
 
 
+@pytest.mark.slow
 def test_the_gpu_trains_as_well_as_the_workers(page: "Page") -> None:
     on_gpu, on_workers = train(page), train(page, is_forced=False)
     # The first step of a stage is that of an idle network.

@@ -95,6 +95,7 @@ def test_the_exported_page_is_python_s(browser: "Browser", studio: Path) -> None
         assert Pieces(ours).found == Pieces(theirs).found
 
 
+@pytest.mark.slow
 def test_the_exported_page_draws_the_model(browser: "Browser", studio: Path, tmp_path: Path) -> None:
     file = tmp_path / "page.html"
     with visit(browser, studio, share=0.2) as visited:

@@ -103,6 +103,7 @@ def test_players_can_seek(record: Recorded) -> None:
         assert frame.to_ndarray(format="gray").mean() / 220 == pytest.approx(2 / 3, abs=0.02)
 
 
+@pytest.mark.slow
 def test_without_an_encoder_the_recording_is_live(record: Recorded) -> None:
     _, video = record("delete globalThis.VideoEncoder;", slowness=50, seconds=1.5)
     times, shares, _, size, _ = frames(video)

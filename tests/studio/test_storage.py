@@ -74,6 +74,7 @@ def test_refused_storage_is_silent(page: "Page", refusal: str) -> None:
     page.evaluate("forget()")
 
 
+@pytest.mark.slow
 def test_firefox_keeps_a_record_and_records_a_video(xvfb: dict[str, str], file: Path) -> None:
     profile = file.parent / "profile"
     profile.mkdir()

@@ -80,7 +80,7 @@ def test_the_shadertoy_text_draws_the_model_elsewhere(browser: "Browser", osmesa
         save(visited, "#save-text", tmp_path / "text.frag")
     theirs = player_picture((tmp_path / "text.frag").read_text(), SIZE, tmp_path)
     baked = picture(osmesa, TARGETS["shadertoy"](load(tmp_path / "m.safetensors")), size=SIZE)
-    options = ["--size", f"{SIZE[0]}x{SIZE[1]}", "--samples", "1", "--camera", "30,20"]
+    options = ["--size", f"{SIZE[0]}x{SIZE[1]}", "--samples", "1", "--camera", "30,20", "--shade", "phong"]
     assert cli.main(["render", str(tmp_path / "m.safetensors"), *options, "-o", str(tmp_path / "m.png")]) == 0
     rendered = np.asarray(Image.open(tmp_path / "m.png").convert("RGB"))
     print(f"{psnr(baked, theirs):.1f} dB to the baked text, {psnr(rendered, theirs):.1f} dB to render")

@@ -81,6 +81,7 @@ def test_every_state_is_accessible_and_fits_a_phone(opened: Visit) -> None:
     assert page.evaluate("document.getElementById('stage').offsetHeight") > 200
 
 
+@pytest.mark.slow
 def test_the_keyboard_reaches_everything(browser: "Browser", tmp_path: Path) -> None:
     with visit(browser, write_page(tmp_path / "studio.html", 20), size=(1280, 800), share=0.05) as visited:
         ready(visited)
