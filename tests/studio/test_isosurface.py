@@ -63,7 +63,8 @@ const FUNCTIONS = {
 OF_MODEL = """async ([worker, wasm, question]) => {
     const team = new Team(worker, 1), module = await WebAssembly.compile(bytesOf(wasm));
     const read = {
-        vertices: Float64Array.of(0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1), faces: Uint32Array.of(0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3),
+        vertices: Float64Array.of(0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1),
+        faces: Uint32Array.of(0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3),
     };
     await team.all("load", () => ({module, read}));
     const network = (of) => ({...of, weights: new Float32Array(bytesOf(of.weights))});

@@ -145,7 +145,8 @@ def assert_distances_are_python_s(page: "Page", path: Path, count: int) -> None:
     assert isinstance(content, TexturedMesh)
     theirs = MeshShape(content.mesh, path.name, {}, crease=None)
     ours = understood(page, path.name, path.read_bytes())
-    assert ours["notes"] == [line.removeprefix(f"{path.name}: ") for line in theirs.warnings]
+    notes = [note for note in ours["notes"] if "material" not in note]  # the file is read without its companions
+    assert notes == [line.removeprefix(f"{path.name}: ") for line in theirs.warnings]
     random = np.random.default_rng(3)
     points = random.normal(size=(count, 3))
     points *= 1.1 * random.random((count, 1)) ** (1 / 3) / np.linalg.norm(points, axis=1, keepdims=True)
