@@ -1,5 +1,5 @@
-import {copyText} from "./controls.js";
-import {say} from "./messages.js";
+import {saveFile} from "./controls.js";
+import {copyShadertoy} from "./current_model.js";
 
 // The ways to keep a trained shape. Each is a button that says its bytes as soon as they are known.
 
@@ -20,10 +20,9 @@ export function showExports(row, name, kinds, onSave, guarded) {
             try {
                 const value = await content();
                 if (isCopied) {
-                    await copyText(value);
-                    say("Copied. On shadertoy.com: New, paste over the text in the Image tab, press play.");
+                    await copyShadertoy(value);
                 } else {
-                    saveFile(value, `${name.replace(/[^\p{L}\p{N}_-]+/gu, "-")}.${ending}`);
+                    saveFile(new Blob([value]), name, ending);
                 }
                 onSave(id);
             } finally {
@@ -38,12 +37,4 @@ export function showExports(row, name, kinds, onSave, guarded) {
 function readableSize(value) {
     const bytes = value.size ?? value.byteLength ?? new Blob([value]).size;
     return bytes < 1e6 ? `${(bytes / 1000).toFixed(1)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
-}
-
-function saveFile(value, name) {
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(new Blob([value]));
-    link.download = name;
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }

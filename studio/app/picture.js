@@ -46,11 +46,6 @@ export function turnTo(up) {
     element("up").textContent = `Up: ${up.toUpperCase().replace("-", "−")}`;
 }
 
-export function clearPicture() {
-    hidePreview(true);
-    drawWith(null);
-}
-
 // Returns the height of the lowest point of the shape on the stage, model space.
 export function groundOfShape() {
     const {read: {vertices}, up} = state.shape, upright = turned(vertices, up);

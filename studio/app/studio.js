@@ -9,7 +9,7 @@ import {LivePicture} from "./live.js";
 import {loadTeam} from "./loading.js";
 import {element, fail, root, say} from "./messages.js";
 import {modelFile} from "./model_file.js";
-import {clearPicture, groundOfShape, showPicture, showShape, turnTo} from "./picture.js";
+import {groundOfShape, showPicture, showShape, turnTo} from "./picture.js";
 import {provenanceOf} from "./provenance.js";
 import {ModelError} from "./safetensors.js";
 import {settingsFrom} from "./settings.js";

@@ -92,3 +92,12 @@ export async function copyText(text) {
         area.remove();
     }
 }
+
+// Saves a Blob as a file. name: any text.
+export function saveFile(blob, name, ending) {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(blob);
+    link.download = `${name.replace(/[^\p{L}\p{N}_-]+/gu, "-").slice(0, 60)}.${ending}`;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}

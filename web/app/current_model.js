@@ -1,4 +1,4 @@
-import {choose, copyText, fillChoices} from "./controls.js";
+import {choose, copyText, fillChoices, saveFile} from "./controls.js";
 import {facts, shared} from "./facts.js";
 import {printField} from "./field.js";
 import {lowestPoint} from "./lowest.js";
@@ -162,16 +162,17 @@ export async function save() {
     if (!current) return;
     element("save").disabled = true;
     halt();
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(await renderer.png());
-    link.download = `${current.model.name.replace(/[^\p{L}\p{N}_-]+/gu, "-").slice(0, 60)}.png`;
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+    saveFile(await renderer.png(), current.model.name, "png");
     element("save").disabled = false;
 }
 
 export async function copy() {
-    await copyText(current.shadertoy);
+    await copyShadertoy(current.shadertoy);
+}
+
+// Copies a text for Shadertoy, and says what to do with it.
+export async function copyShadertoy(text) {
+    await copyText(text);
     say("Copied. On shadertoy.com: New, paste over the text in the Image tab, press play.");
 }
 
