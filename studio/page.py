@@ -28,6 +28,7 @@ WORKER = (
         "neighbors.js",
         "cloud.js",
         "sampling.js",
+        "mining.js",
         "tracing.js",
         "marching.js",
         "isosurface.js",
@@ -55,7 +56,7 @@ LABELS = {"tiny": "Tiny · 6 kB", "small": "Small · 18 kB", "base": "Base · 60
 """Presets of `train` that the page offers, with the bytes of their Shadertoy texts."""
 SECONDS = {"tiny": 10, "small": 30, "base": 60}
 """Default seconds of a training."""
-CONFIG = ("loss", "step", "sampling", "texture", "measuring", "budget")
+CONFIG = ("loss", "step", "sampling", "mining", "texture", "measuring", "budget")
 """Parts of `TrainingConfig` that the page reads."""
 LIMITS = {"width": 256, "depth": 7, "levels": 8}
 """Limits of levels; the kernel's arrays hold 8 layers of sines."""

@@ -10,12 +10,12 @@ const RESTARTS = 3, SLOWER = 3, WINDOW = 50, WATCH_FROM = 0.25, IDLE = 0.97;
 // of the loss at a share of the schedule; outputs is the number of the output layer's weights; rounded returns the
 // weights that a step sees.
 // timer: returns the finished share of the schedule after a number of steps, in [0, 1].
-// afterStep: called with {steps, share, loss, meanF, weights}, means of the last steps; may return a promise; "stop" ends the training.
+// afterStep: called with {steps, share, loss, meanF, weights}, means of the last steps; may return a promise. "stop" ends
+// the training; "changed" says that samples or factors are new, so that losses before and after do not compare.
 // Returns {weights, steps, share, loss, isStopped, restarts}. Throws TrainingError where the network learns nothing.
 export async function fit(team, task, timer, afterStep) {
-    const idle = await lossOf(team, task.start().fill(0), task.factors(0));
     for (let restarts = 0; restarts <= RESTARTS; ++restarts) {
-        const outcome = await attempt(team, task, task.rate / SLOWER ** restarts, idle.loss, timer, afterStep);
+        const outcome = await attempt(team, task, task.rate / SLOWER ** restarts, timer, afterStep);
         if (outcome) return {...outcome, restarts};
     }
     throw new TrainingError("the training learns nothing of the shape; try other levels or frequencies");
@@ -27,11 +27,15 @@ async function lossOf(team, weights, factors) {
     return {loss: sum("loss"), meanF: sum("meanF"), gradients: answers.map(({gradient}) => gradient)};
 }
 
-// Returns null where the training diverges or collapses. idle: loss without the network.
-async function attempt(team, task, rate, idle, timer, afterStep) {
+// Returns null where the training diverges or collapses.
+async function attempt(team, task, rate, timer, afterStep) {
     const weights = task.start(), adam = new Adam(weights, task.outputs, rate, task.outputFactor);
-    let steps = 0, watched = 0, mean = 0, f = 0, isStopped = false, share = timer(0);
-    while (share < 1 && !isStopped) {
+    let steps = 0, watched = 0, mean = 0, f = 0, idle = null, answer = "changed", share = timer(0);
+    while (share < 1 && answer !== "stop") {
+        if (answer === "changed") {
+            idle = await lossOf(team, new Float32Array(weights.length), task.factors(share)); // without the network
+            watched = 0;
+        }
         const seen = task.rounded(weights), {loss, meanF, gradients} = await lossOf(team, seen, task.factors(share));
         if (!Number.isFinite(loss)) return null;
         adam.step(gradients, schedule(share));
@@ -39,9 +43,9 @@ async function attempt(team, task, rate, idle, timer, afterStep) {
         if (share >= WATCH_FROM) ++watched;
         mean += Math.max(1 / WINDOW, 1 / Math.max(1, watched)) * (loss - mean);
         f += Math.max(1 / WINDOW, 1 / steps) * (meanF - f);
-        if (watched >= WINDOW && mean > IDLE * idle) return null;
-        isStopped = await afterStep({steps, share, loss: mean, meanF: f, weights}) === "stop";
-        share = isStopped ? share : timer(steps);
+        if (watched >= WINDOW && mean > IDLE * idle.loss) return null;
+        answer = await afterStep({steps, share, loss: mean, meanF: f, weights});
+        if (answer !== "stop") share = timer(steps);
     }
-    return {weights: task.rounded(weights), steps, share, loss: mean, isStopped};
+    return {weights: task.rounded(weights), steps, share, loss: mean, isStopped: answer === "stop"};
 }

@@ -77,12 +77,13 @@ export function findStrays(shape, delta, addField, count, share, config, random)
     return strays;
 }
 
-function bare(rows) { // without normals
+// Returns rows without their normals.
+export function bare(rows) {
     for (let at = 0; at < rows.length; at += SAMPLE) rows.fill(0, at + DISTANCE + 1, at + SAMPLE);
     return rows;
 }
 
-function join(one, other) {
+export function join(one, other) {
     const whole = new Float32Array(one.length + other.length);
     whole.set(one);
     whole.set(other, one.length);

@@ -13,6 +13,7 @@ export class Shape {
     // vertices: Float64Array (3 V); faces: Uint32Array (3 F); colors: of readShape (mesh_file.js), or null.
     // Throws MeshError if the mesh encloses no volume.
     constructor(vertices, faces, colors = null) {
+        this.isExact = true; // its distances
         Object.assign(this, {vertices, faces, colors: colors && new SurfaceColors(colors, faces)});
         this.tree = new Tree(vertices, faces);
         this.winding = new Winding(this.tree);

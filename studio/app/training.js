@@ -58,10 +58,14 @@ export async function trainShape(team, settings, config, {hasColors = false, gpu
         const least = clock() + LEAST_SHARE * (due - began), stageEnd = settings.steps ? null : Math.max(due - reserve, least);
         const time = timer(first, settings.steps?.[i], clock, stageEnd);
         const stepper = await stepperOf(team, gpu, stage.network, stage.part, settings.isOnGpu);
-        const outcome = await fit(stepper, stage, time, (state) => afterStep({
-            ...state, stage: i, done: (sum(costs.slice(0, i)) + costs[i] * state.share) / sum(costs),
-            levels: trained.levels, network: stage.network, layout: stage.layout,
-        })).finally(stepper.end);
+        const mine = isTexture ? () => {} : miner(team, stage, config, () => (stageEnd ?? Infinity) - clock());
+        const outcome = await fit(stepper, stage, time, async (state) => {
+            const isMined = await mine(state);
+            return await afterStep({
+                ...state, stage: i, done: (sum(costs.slice(0, i)) + costs[i] * state.share) / sum(costs),
+                levels: trained.levels, network: stage.network, layout: stage.layout,
+            }) || (isMined && "changed");
+        }).finally(stepper.end);
         const {weights, steps, share, loss, restarts} = outcome;
         const network = {network: stage.network, layout: stage.layout, weights, steps, share, loss, restarts};
         if (isTexture) {
@@ -89,6 +93,22 @@ async function levelStage(team, settings, config, levels, seconds) {
         network, layout, part, rate, outputFactor, outputs: network.width + 1, rounded: roundedBy(settings, network, layout),
         start: () => initialWeights(layout, network.width, 1, settings.omegas[i], outputs, random),
         factors: (share) => lossAt(share, i === 0, config.loss),
+    };
+}
+
+// Returns a function to call after each step of a level: at shares of its schedule, the team mines hard samples, unless
+// that takes too much of the time left (trainer/callbacks.py). left: returns the level's remaining seconds. Returns
+// whether it is such a share, at which the loss's factors may change, too.
+function miner(team, {factors}, {sampling, mining}, left) {
+    let passed = 0, spent = 0;
+    return async ({share, weights}) => {
+        const due = mining.schedule.filter((at) => at <= share).length, isDue = due > passed;
+        passed = due;
+        if (!isDue || spent > mining.longest * left()) return isDue;
+        const began = performance.now();
+        await team.all("mine", () => ({weights, factors: factors(share), config: {sampling, mining}}));
+        spent = (performance.now() - began) / 1000;
+        return true;
     };
 }
 

@@ -6,6 +6,7 @@ import {input} from "./input.js";
 import {COLOR, DIRECTION, DISTANCE, GRADIENT, Kernel, NORMAL, SAMPLE, VALUE} from "./kernel.js";
 import {MeshError} from "./mesh_parts.js";
 import {glbBytes, plyBytes} from "./mesh_writer.js";
+import {hardSamples} from "./mining.js";
 import {bandPoints, bandSamples, domainSamples, filtered, findStrays} from "./sampling.js";
 import {Shape} from "./shape.js";
 import {traced} from "./tracing.js";
@@ -37,8 +38,8 @@ const answers = {
     // before, [{network, weights, delta}]; pool: number of samples on the surface, and off it; on, around: the same for
     // one step; team: number of workers; seed: of all random numbers; config: `SamplingConfig` of trainer/config.py.
     begin({network, levels, pool, on, around, team, seed, config}) {
-        task = {on, around, team};
         const random = randomNumbers(seed), rows = shape.surface(pool, random);
+        task = {on, around, team, pool, network, levels, random, hard: null, hardShare: 0};
         addLevels(levels, rows, false);
         surface = new Batches(rows, random);
         volume = new Batches(volumeSamples(levels, pool, team, config, random), random);
@@ -54,6 +55,23 @@ const answers = {
         surface = new Batches(textureSamples(colored.rows, levels, colored.colors), random);
         volume = new Batches(textureSamples(band, levels, null), random);
         kernel.prepare(network, on + around);
+    },
+
+    // Mines hard samples of the level under training, for its later steps. weights: its present ones; factors: of its
+    // loss; config: {sampling, mining}.
+    mine({weights, factors, config}) {
+        const {on, around, team, pool, network, levels, random, hard} = task, isFirst = !levels.length, {mining} = config;
+        const count = Math.min(pool, Math.floor((isFirst ? mining.first_candidates : mining.candidates) / team));
+        const level = {
+            isFirst, near: factors.near, delta: isFirst ? config.sampling.first_band : levels.at(-1).delta,
+            addFrozen: (some) => addLevels(levels, some, true),
+            addLevel: (some) => addLevels([{network, weights}], some, false),
+        };
+        const rows = hardSamples(shape, level, hard?.rows ?? new Float32Array(0), count, config, random);
+        task.hard = rows.length < SAMPLE * mining.fewest ? null : new Batches(rows, random);
+        task.hardShare = isFirst ? mining.first_share : shape.isExact ? mining.exact_share : mining.share;
+        kernel.prepare(network, on + around);
+        return rows.length / SAMPLE;
     },
 
     // Returns this worker's share of the gradient, of the loss, and of the mean |f| on the surface. factors: `LossWeights` of a level, or {smoothness}.
@@ -115,8 +133,10 @@ const answers = {
 };
 
 function drawBatch() {
-    surface.draw(task.on, kernel.samples, 0);
-    volume.draw(task.around, kernel.samples, task.on);
+    const {on, around, hard, hardShare} = task, mined = hard ? Math.round(hardShare * around) : 0;
+    surface.draw(on, kernel.samples, 0);
+    volume.draw(around - mined, kernel.samples, on);
+    hard?.draw(mined, kernel.samples, on + around - mined);
 }
 
 function angleBetween(gradient, normal) {

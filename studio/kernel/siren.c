@@ -20,7 +20,8 @@ typedef Floats Row[VECTORS]; // one neuron, or one coordinate, at the points of 
 
 typedef struct {
     float point[INPUTS], f, slope[3], distance, normal[3];
-} LevelSample; // f, slope: the field of the levels before, and its gradient. A distance of NaN is unknown.
+} LevelSample; // f, slope: the field of the levels before, and its gradient. A distance of NaN is unknown. Off the
+               // surface, a hard sample has a normal; its distance does not count in the loss that is told.
 
 typedef struct {
     float point[INPUTS], direction[INPUTS], color[3], unused;
@@ -294,7 +295,7 @@ static float level_loss(
         float size = __builtin_fabsf(s->distance), outward = s->distance < 0 ? -f : s->distance > 0 ? f : 0, factor = 1;
         if (__builtin_fabsf(f) > size && size > factors.near) factor = factors.excess;
         if (factors.lacking != 1 && outward < LACK * size) factor = factors.lacking;
-        terms[2] += factor * error * error / volume;
+        if (!s->normal[0]) terms[2] += factor * error * error / volume;
         d_f = factors.distance * 2 / volume * factor * error;
     }
     return d_f;

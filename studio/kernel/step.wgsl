@@ -228,7 +228,7 @@ fn level_loss(i: u32, slope: vec3f, value: f32) -> vec4f {
     var factor = select(1.0, batch.excess, abs(f) > abs(truth) && abs(truth) > batch.near);
     if (batch.lacking != 1.0 && f * sign(truth) < LACK * abs(truth)) { factor = batch.lacking; }
     factor *= batch.distance / (all - surface);
-    told.x += factor * error * error;
+    if (rest.y == 0.0) { told.x += factor * error * error; } // else a hard sample
     return vec4f(eikonal, 2.0 * factor * error);
 }
 fn level_tile() {

@@ -12,8 +12,8 @@ from mplicits.trainer.networks.network import initial, value
 from mplicits.trainer.texture import texture_loss
 from mplicits.trainer.training_samples import Pool
 
-COUNT, ON = 128, 64
-"""Samples of a batch, and the first of them that lie on the surface."""
+COUNT, ON, HARD = 128, 64, 10
+"""Samples of a batch, the first of them that lie on the surface, and the last of them that are hard examples."""
 WEIGHT = LossWeights(100.0, 10.0, 3.0, 40.0, excess=4.0, lacking=2.5, length=1.7, near=0.05)
 SMOOTHNESS = 0.02
 
@@ -53,6 +53,7 @@ def level_samples() -> np.ndarray:
     samples[:ON, 8] *= 0.01
     samples[[3, -3], 8] = np.nan
     samples[:, 9:] /= np.linalg.norm(samples[:, 9:], axis=1, keepdims=True)
+    samples[ON:-HARD, 9:] = 0
     return samples.astype(np.float32)
 
 
@@ -70,10 +71,14 @@ def level_truth(weights: list[Tensor], samples: np.ndarray) -> Truth:
     f = value(weights, points)[:, 0]
     (slope,) = torch.autograd.grad(f.sum(), points, create_graph=True)
     gradient = slope + torch.cat((rows[:, 5:8], torch.zeros(COUNT, 1)), dim=1)
-    pool = Pool(points, rows[:, 8], rows[:, 9:], rows[:, 4], rows[:, 5:8])
-    on, around = pool.take(slice(ON)), pool.take(slice(ON, None))
+    told = rows[:, 8].clone()
+    told[-HARD:] = torch.nan  # The loss does not tell of hard examples.
+    pools = [Pool(points, distance, rows[:, 9:], rows[:, 4], rows[:, 5:8]) for distance in (rows[:, 8], told)]
     with torch.no_grad():
-        _, d_f, d_gradient, terms = level_loss(f + rows[:, 4], gradient, on, around, WEIGHT)
+        (_, d_f, d_gradient, _), (_, _, _, terms) = (
+            level_loss(f + rows[:, 4], gradient, pool.take(slice(ON)), pool.take(slice(ON, None)), WEIGHT)
+            for pool in pools
+        )
     loss = sum(float(term) * getattr(WEIGHT, name) for name, term in terms.items())
     derivative = torch.autograd.grad((f, slope), weights, (d_f, d_gradient))
     return Truth(derivative, loss, [float(term) for term in terms.values()], f.detach(), slope.detach())
