@@ -14,8 +14,8 @@ export function elementwise(op, at) {
 // Returns the shortest literal of a 32-bit float.
 export function number(value) {
     const x = Math.fround(value);
-    let digits = 1;
-    while (digits < 9 && Math.fround(Number(x.toPrecision(digits))) !== x) ++digits;
+    let digits = 9; // most floats need nearly as many
+    while (digits > 1 && Math.fround(Number(x.toPrecision(digits - 1))) === x) --digits;
     const rounded = roundedToEven(x, digits);
     if (x && Math.abs(x) < 1e-4) return rounded.toExponential(digits - 1);
     const text = Object.is(x, -0) ? "-0" : String(rounded);
