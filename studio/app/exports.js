@@ -17,6 +17,7 @@ export function showExports(row, name, kinds, onSave, guarded) {
         Object.assign(button, {type: "button", id, title, textContent: label});
         button.addEventListener("click", guarded(async () => {
             button.disabled = true;
+            if (!made) button.textContent = `${label} · making it …`;
             try {
                 const value = await content();
                 if (isCopied) {
@@ -25,6 +26,9 @@ export function showExports(row, name, kinds, onSave, guarded) {
                     saveFile(new Blob([value]), name, ending);
                 }
                 onSave(id);
+            } catch (error) {
+                button.textContent = label;
+                throw error;
             } finally {
                 button.disabled = false;
             }
