@@ -70,6 +70,7 @@ export async function start(chosen) {
 
 export function setTitle({name}) {
     document.title = element("name").textContent = name;
+    element("shapes").textContent = "";
 }
 
 function load() {
