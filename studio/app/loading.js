@@ -1,3 +1,4 @@
+import {pause} from "./device.js";
 import {element} from "./messages.js";
 
 // Gives the shape on the stage and the kernel to all of its workers, once. shape: see state.js.
@@ -9,5 +10,9 @@ export async function loadTeam(shape) {
 async function toWorkers({team, read}) {
     const wasm = Uint8Array.from(atob(element("kernel").textContent), (letter) => letter.charCodeAt(0));
     const module = await WebAssembly.compile(wasm);
-    await team.all("load", () => ({module, read}));
+    const load = async (_, k) => {
+        await pause(k); // a task for each: a large shape takes long to copy
+        return team.ask(k, "load", {module, read});
+    };
+    await Promise.all(team.workers.map(load));
 }

@@ -9,10 +9,14 @@ import {drawWith, renderer} from "./view.js";
 // The picture on the stage: the shape itself with the axes of its file, or its field.
 let preview = null, axes = null;
 
-// Shows a shape. corners: of cornersOf (corners.js).
-export function showShape(corners) {
+// Compiles what showShape() needs, while workers read a shape.
+export function preparePreview() {
     axes ??= new Axes(element("axes"));
     preview ??= new Preview(element("mesh"), (name) => renderer.painter.shader(name));
+}
+
+// Shows a shape. corners: of cornersOf (corners.js).
+export function showShape(corners) {
     preview.load(corners);
     turnTo(state.shape.up);
     showPicture("mesh");

@@ -25,7 +25,7 @@ export class Preview {
     // Loads the buffers of cornersOf (corners.js).
     load({positions, normals, colors, places, parts, isCloud}) {
         const {gl} = this;
-        Object.assign(this, {parts, isCloud});
+        Object.assign(this, {parts, isCloud, drawn: ""});
         if (!gl) return;
         const columns = [[positions, 3, gl.FLOAT], [normals, 4, gl.BYTE], [colors, 4, gl.UNSIGNED_BYTE], [places, 2, gl.FLOAT]];
         columns.forEach(([values, size, type], k) => {
@@ -55,21 +55,23 @@ export class Preview {
     }
 
     draw() {
-        const {gl, canvas, program, next: {camera, options}} = this, scale = devicePixelRatio || 1;
+        const {gl, canvas, program, next: {camera, options: {light, shading}}} = this, scale = devicePixelRatio || 1;
+        const [width, height] = ["clientWidth", "clientHeight"].map((side) => Math.max(1, Math.round(canvas[side] * scale)));
+        const seen = JSON.stringify([camera, light, shading, this.up, width, height]);
         this.next = null;
-        if (!gl) return;
-        canvas.width = Math.max(1, Math.round(canvas.clientWidth * scale));
-        canvas.height = Math.max(1, Math.round(canvas.clientHeight * scale));
-        const aspect = canvas.width / canvas.height, at = (name) => gl.getUniformLocation(program, name);
-        gl.viewport(0, 0, canvas.width, canvas.height);
+        if (!gl || seen === this.drawn) return; // large meshes take the processor seconds
+        this.drawn = seen;
+        Object.assign(canvas, {width, height});
+        const aspect = width / height, at = (name) => gl.getUniformLocation(program, name);
+        gl.viewport(0, 0, width, height);
         gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
         gl.useProgram(program);
         gl.uniformMatrix4fv(at("camera"), false, matrix(camera, aspect));
         gl.uniformMatrix3fv(at("turn"), true, facts.studio.upright[this.up].flat());
-        const floats = {focal: FOCAL, aspect, dot_size: DOT * FOCAL * canvas.height / 2};
+        const floats = {focal: FOCAL, aspect, dot_size: DOT * FOCAL * height / 2};
         for (const [name, value] of Object.entries(floats)) gl.uniform1f(at(name), value);
-        gl.uniform3fv(at("light"), options.light);
-        const flags = {faces: !this.isCloud, plain: options.shading === "texture", normals: options.shading === "normal"};
+        gl.uniform3fv(at("light"), light);
+        const flags = {faces: !this.isCloud, plain: shading === "texture", normals: shading === "normal"};
         for (const [name, value] of Object.entries(flags)) gl.uniform1i(at(name), Number(value));
         this.parts.forEach(({first, count, color}, k) => {
             gl.uniform1i(at("textured"), Number(Boolean(this.textures[k])));

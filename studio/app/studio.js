@@ -9,7 +9,7 @@ import {LivePicture} from "./live.js";
 import {loadTeam} from "./loading.js";
 import {element, fail, root, say} from "./messages.js";
 import {modelFile} from "./model_file.js";
-import {groundOfShape, showPicture, showShape, turnTo} from "./picture.js";
+import {groundOfShape, preparePreview, showPicture, showShape, turnTo} from "./picture.js";
 import {provenanceOf} from "./provenance.js";
 import {ModelError} from "./safetensors.js";
 import {settingsFrom} from "./settings.js";
@@ -19,7 +19,7 @@ import {Team} from "./team.js";
 import {trainShape} from "./training.js";
 import {TrainingError} from "./training_error.js";
 import {turntableVideo} from "./video.js";
-import {center, draw, frontOfView, renderer} from "./view.js";
+import {center, draw, drawWith, frontOfView, renderer} from "./view.js";
 
 // The studio: trains a dropped shape, while the page draws its field.
 const MOST_WORKERS = 16, MOST_FACES = 4e6; // faces of all workers together, since each has the shape
@@ -30,6 +30,9 @@ const LONGER_FROM = 0.6; // share of the last level's schedule at which "Train l
 const hasOwnModel = root.dataset.state !== "empty"; // of `bake --studio`; its page opens without the invitation
 const UPS = Object.keys(facts.studio.upright);
 const READABLE = /\.(obj|ply|stl|glb|gltf|xyz)$/i;
+const NOTICED = 2500; // milliseconds
+
+let report = "", notice = ""; // the bar's line, and one that covers it for a moment
 
 // Opens the files of a shape, and trains it.
 async function openShapeFiles(files) {
@@ -57,7 +60,9 @@ async function showShapeOf(question) {
     element("welcome").hidden = true;
     update("Reading");
     try {
-        const {preview, ...read} = await team.ask(0, "read", {...question, plain: facts.studio.plain});
+        const answer = team.ask(0, "read", {...question, plain: facts.studio.plain});
+        preparePreview();
+        const {preview, ...read} = await answer;
         before?.team.dismiss();
         team.shrink(Math.max(1, Math.floor(MOST_FACES / read.faces.length * 3)));
         const {center: middle, scale, up} = read, name = stem(read.name);
@@ -88,7 +93,9 @@ async function train(settings, start, began) {
         mine.live.compile().catch(fail);
         await loadTeam(shape);
         const end = Math.max(settings.seconds, clock() + LEFT_SHARE * settings.seconds);
-        const afterStep = follow(mine, settings, clock, end), gpu = element("step.wgsl").textContent;
+        const afterStep = follow(mine, settings, clock, end);
+        // Where the processor draws, WebGPU would be slow, and a request for it waits for the picture and blocks the page.
+        const gpu = renderer.device.isSoftware ? undefined : element("step.wgsl").textContent;
         const options = {hasColors, gpu, clock, end, start, afterStep};
         const trained = await trainShape(team, settings, facts.studio.config, options);
         state.result = {...trained, settings, seconds: clock(), isSaved: false};
@@ -121,8 +128,11 @@ function follow(mine, settings, clock, end) {
         }
         const wait = Math.max(BETWEEN_PICTURES, (renderer.refining?.frame ?? 0) / PICTURES_SHARE);
         if (live.isReady && now > live.drawnAt + wait && !document.hidden) {
+            if (!isSeen) drawWith(null);
             await live.show({levels, unfinished: {network, layout, weights}});
-            if (!isSeen) showPicture("field");
+        }
+        if (!isSeen && live.drawnAt && renderer.seen) {
+            showPicture("field");
             isSeen = true;
         }
         while (mine.isPaused && !mine.isStopped) {
@@ -157,7 +167,7 @@ async function showResult() {
     const {shape, result} = state, {meanF, angle} = result.levels.at(-1);
     result.bytes = modelFile(factsOfShape(shape), result, provenanceOf(shape, result));
     update(`Trained in ${Math.round(result.seconds)} s · mean |f| ${meanF.toExponential(1)} of the radius · normals off by ${angle.toFixed(1)}°`);
-    element("ended").textContent = element("report").textContent;
+    element("ended").textContent = report;
     const onSave = (id) => { result.isSaved ||= id === "download"; };
     showExports(element("exports"), shape.name, kindsOf(shape, result, recorded), onSave, guarded);
     showPicture("field");
@@ -166,7 +176,7 @@ async function showResult() {
 
 // Records a turn; the report shows the progress.
 async function recorded() {
-    const {result} = state, line = element("report").textContent;
+    const {result} = state, line = report;
     const video = await turntableVideo((share) => {
         update("Recording the video", share);
         return state.result === result && !state.training ? "" : "stop";
@@ -194,8 +204,13 @@ async function turnUp() {
 
 // Makes the present view the one on which the model opens.
 async function setFront() {
-    state.shape.front = frontOfView();
+    center(state.shape.front = frontOfView());
     if (state.result && !state.training) await showResult();
+    element("ended").textContent = notice = "The front is set: the model opens on this view";
+    update("");
+    await pause(NOTICED);
+    notice = "";
+    update("");
 }
 
 const stem = (name) => name.replace(/\.\w+$/, "").replace(/[\p{C}\p{Zl}\p{Zp}]/gu, "").slice(0, 60) || "shape";
@@ -205,10 +220,10 @@ const understood = (error) => (error instanceof TrainingError ? new ModelError(e
 function update(line, share = null) {
     const {shape, training, result} = state, bar = element("trained"), isIdle = shape && !training;
     if (line) {
-        element("report").textContent = line;
-        if (share === null) bar.removeAttribute("value"); // unknown
-        else bar.value = share;
+        report = line;
+        bar.value = share ?? 0; // a bar of an unknown share would move, and drawing that slows the training down
     }
+    element("report").textContent = notice || report;
     element("report").parentElement.hidden = !shape && !training;
     bar.hidden = share === null && !training;
     const shown = {

@@ -37,6 +37,11 @@ export class Device {
         return /llvmpipe/i.test(this.name);
     }
 
+    // Whether the processor draws.
+    get isSoftware() {
+        return this.limitsLoops || this.hasSmallStack;
+    }
+
     // SwiftShader has 512 KiB of stack for a fragment. Each term of a sum takes part of the stack. A shader that needs
     // more stack kills the process at its first draw.
     get hasSmallStack() {

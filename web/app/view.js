@@ -42,6 +42,7 @@ export function draw(moving) {
 
 // Lets another object draw, with the method `show` of a renderer, or with null the renderer again.
 export function drawWith(other) {
+    if (other === drawer) return;
     drawer = other;
     draw(false);
 }
