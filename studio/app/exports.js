@@ -17,7 +17,7 @@ export function showExports(row, name, kinds, onSave, guarded) {
         Object.assign(button, {type: "button", id, title, textContent: label});
         button.addEventListener("click", guarded(async () => {
             button.disabled = true;
-            if (!made) button.textContent = `${label} · making it …`;
+            if (!made) button.textContent = `${label} · making …`;
             try {
                 const value = await content();
                 if (isCopied) {

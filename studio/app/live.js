@@ -39,6 +39,7 @@ export class LivePicture {
     async show(moment) {
         const model = this.model(moment), count = this.known(moment).length;
         if (count !== this.level) goToLevel(this.level = count);
+        this.since ??= renderer.version + 1; // of the first picture
         renderer.replace(model, printField(model, "texture", renderer.device.unroll).texels);
         const until = performance.now() + LONGEST;
         await pause(0);

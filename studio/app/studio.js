@@ -88,6 +88,7 @@ async function train(settings, start, began) {
     const clock = () => (performance.now() - began) / 1000 - mine.paused;
     showPicture("mesh");
     update(`Preparing ${read.notes.join(" · ")}`);
+    await pause(0); // a task of its own
     try {
         mine.live = new LivePicture(shape, groundOfShape(), settings, hasColors);
         mine.live.compile().catch(fail);
@@ -131,7 +132,7 @@ function follow(mine, settings, clock, end) {
             if (!isSeen) drawWith(null);
             await live.show({levels, unfinished: {network, layout, weights}});
         }
-        if (!isSeen && live.drawnAt && renderer.seen) {
+        if (!isSeen && renderer.quicked >= live.since) {
             showPicture("field");
             isSeen = true;
         }
@@ -167,7 +168,7 @@ async function showResult() {
     const {shape, result} = state, {meanF, angle} = result.levels.at(-1);
     result.bytes = modelFile(factsOfShape(shape), result, provenanceOf(shape, result));
     update(`Trained in ${Math.round(result.seconds)} s · mean |f| ${meanF.toExponential(1)} of the radius · normals off by ${angle.toFixed(1)}°`);
-    element("ended").textContent = report;
+    element("ended").textContent = notice || report;
     const onSave = (id) => { result.isSaved ||= id === "download"; };
     showExports(element("exports"), shape.name, kindsOf(shape, result, recorded), onSave, guarded);
     showPicture("field");
@@ -204,13 +205,14 @@ async function turnUp() {
 
 // Makes the present view the one on which the model opens.
 async function setFront() {
+    const show = (text) => {
+        notice = text;
+        update("");
+    };
     center(state.shape.front = frontOfView());
+    show(element("ended").textContent = "The front is set: the model opens on this view");
+    setTimeout(show, NOTICED, "");
     if (state.result && !state.training) await showResult();
-    element("ended").textContent = notice = "The front is set: the model opens on this view";
-    update("");
-    await pause(NOTICED);
-    notice = "";
-    update("");
 }
 
 const stem = (name) => name.replace(/\.\w+$/, "").replace(/[\p{C}\p{Zl}\p{Zp}]/gu, "").slice(0, 60) || "shape";

@@ -232,7 +232,7 @@ def test_the_canvas_fills_the_space_beside_the_panel(browser: "Browser", page_fi
                 assert box(visited, "#view") == (0, 0, width, 900)
             visited.unfold()
             assert box(visited, "#view") == (0, 0, box(visited, "#side")[0], 900)
-            visited.until(f"document.getElementById('view').width === Math.round({SHARE} * (innerWidth - 308))")
+            visited.until(f"document.getElementById('view').width === Math.round({SHARE} * (innerWidth - 316))")
 
 
 def test_a_phone_starts_folded_and_shows_its_whole_sheet(browser: "Browser", page_file: Path) -> None:
