@@ -32,10 +32,9 @@ WORKER = (
         "tracing.js",
         "marching.js",
         "isosurface.js",
-        "field_mesh.js",
-        "mesh_writer.js",
-        "worker.js",
+        "nested.js",
     ),
+    *("field_mesh.js", "mesh_writer.js", "worker.js"),
 )
 """Modules of the workers' script, in its order."""
 TRAINER = (

@@ -22,7 +22,7 @@ export function kindsOf(shape, result, video) {
     let text = null;
     const shadertoy = async () => (text ??= shadertoyText(model, await hash));
     const page = async () => (
-        pageText(result.bytes, facts.shade, await shadertoy().catch(() => null), await posterOf(renderer, facts.shade)));
+        pageText(result.bytes, model.ground, facts.shade, await shadertoy().catch(() => null), await posterOf(renderer, facts.shade)));
     const mesh = (format) => async () => {
         await loadTeam(shape);
         const {bytes} = await shape.team.ask(0, "mesh", {

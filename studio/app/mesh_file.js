@@ -38,13 +38,6 @@ export async function readShape(files) {
     };
 }
 
-// Returns the vertices and faces of a mesh file alone, as readShape does. buffer: its bytes. Throws MeshError.
-export function parseMesh(name, buffer) {
-    const parsed = parsedShape(name, buffer, () => null);
-    demand(parsed.faces.length, "the mesh is empty; a shape needs triangles");
-    return {vertices: mergedMesh(parsed).vertices, faces: parsed.faces};
-}
-
 // Returns what the format's reader returns: {vertices: Float64Array, faces: Uint32Array; normals: Float64Array, tints:
 // Float32Array (of vertices); uv: Float32Array (of corners), material: Uint16Array (of faces), materials: [{color,
 // image: {name, bytes}}], where a missing color, image or bytes is null; isProduct: whether tints, colors and images

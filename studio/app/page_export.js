@@ -1,6 +1,5 @@
 import {facts, shared} from "./facts.js";
 import {lowered, widest} from "./lower.js";
-import {lowestPoint} from "./lowest.js";
 import {probes} from "./reference.js";
 import {parseModel} from "./safetensors.js";
 
@@ -11,8 +10,9 @@ const NO_PICTURE = "data:,", PART = "\x01"; // PART: see MARK in web/packed_page
 export const canWritePage = Boolean(globalThis.packedPage);
 
 // Resolves to the HTML of the packed page, as `mplicits bake --target html` would write it. bytes: Uint8Array, a model
-// file. shade: first shading; shadertoy: text to copy, or null; poster: of posterOf (poster.js). Throws ModelError.
-export async function pageText(bytes, shade, shadertoy = null, poster = NO_PICTURE) {
+// file. ground: height of the lowest point; shade: first shading; shadertoy: text to copy, or null; poster: of posterOf
+// (poster.js). Throws ModelError.
+export async function pageText(bytes, ground, shade, shadertoy = null, poster = NO_PICTURE) {
     const {viewer} = facts.studio, model = parseModel(bytes.slice().buffer, true);
     const parsed = (text) => new DOMParser().parseFromString(text, "text/html");
     const outer = parsed(packedPage.outer), page = parsed(packedPage.html.replace(STUDIO_PARTS, ""));
@@ -28,7 +28,7 @@ export async function pageText(bytes, shade, shadertoy = null, poster = NO_PICTU
     page.querySelector(".hint").textContent = viewer.hint;
     const texts = {
         open: viewer.open, weights: `\n${PART}${bytes.length}${PART}\n`,
-        facts: JSON.stringify(await factsOf(model, bytes, shade, shadertoy)).replaceAll("<", "\\u003c"),
+        facts: JSON.stringify(await factsOf({...model, ground}, bytes, shade, shadertoy)).replaceAll("<", "\\u003c"),
     };
     for (const [id, text] of Object.entries(texts)) page.getElementById(id).textContent = text;
     outer.getElementById("packed").textContent = `\n${await packed94(new Blob([written(page), "\0", bytes]))}\n`;
@@ -46,7 +46,7 @@ async function factsOf(model, bytes, shade, shadertoy) {
         mplicits, target, name, front, credit, shade, shadertoy, shared, ...probes(model, 32),
         sha256: Array.from(hash, (byte) => byte.toString(16).padStart(2, "0")).join(""),
         levels: levels.map(({network}) => `${network[0].rows}x${network.length - 2}`),
-        ground: Number(lowestPoint(model).toFixed(4)), storage: narrowest <= shared.storages[0][0] ? "auto" : "texture",
+        ground: Number(model.ground.toFixed(4)), storage: narrowest <= shared.storages[0][0] ? "auto" : "texture",
     };
 }
 

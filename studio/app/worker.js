@@ -7,13 +7,13 @@ import {COLOR, DIRECTION, DISTANCE, GRADIENT, Kernel, NORMAL, SAMPLE, VALUE} fro
 import {MeshError} from "./mesh_parts.js";
 import {glbBytes, plyBytes} from "./mesh_writer.js";
 import {hardSamples} from "./mining.js";
-import {bandPoints, bandSamples, domainSamples, filtered, findStrays} from "./sampling.js";
+import {addNested, addNetwork} from "./nested.js";
+import {bandPoints, bandSamples, domainSamples, findStrays} from "./sampling.js";
 import {Shape} from "./shape.js";
 import {traced} from "./tracing.js";
 import {TrainingError} from "./training_error.js";
 
 // A worker of a training. It has the shape, draws its own share of the samples, and computes its share of each step.
-const BLOCK = 4096; // samples that the kernel evaluates at once
 const TERMS = ["value", "normal", "distance", "eikonal"]; // of a level's loss, in the kernel's order
 
 let kernel = null, shape = null, task = null, surface = null, volume = null;
@@ -65,7 +65,7 @@ const answers = {
         const level = {
             isFirst, near: factors.near, delta: isFirst ? config.sampling.first_band : levels.at(-1).delta,
             addFrozen: (some) => addLevels(levels, some, true),
-            addLevel: (some) => addLevels([{network, weights}], some, false),
+            addLevel: (some) => addNetwork(kernel, {network, weights}, some),
         };
         const rows = hardSamples(shape, level, hard?.rows ?? new Float32Array(0), count, config, random);
         task.hard = rows.length < SAMPLE * mining.fewest ? null : new Batches(rows, random);
@@ -120,7 +120,7 @@ const answers = {
     trace({levels, seed, team, config}) {
         const random = randomNumbers(seed), aims = shape.surface(Math.ceil(config.rays / team), random);
         const share = {...config, worst: Math.ceil(config.worst / team)};
-        return traced((rows) => addNested(levels, rows), levels.map(({delta}) => delta), aims, random, share);
+        return traced((rows) => addNested(kernel, levels, rows), levels.map(({delta}) => delta), aims, random, share);
     },
 
     // Returns the surface of a trained model as {bytes, triangles} of a file. format: "ply" or "glb"; others: of
@@ -155,7 +155,7 @@ function volumeSamples(levels, pool, team, config, random) {
 // that is defined there (Eq. 3). colors: of the rows; or null.
 function textureSamples(rows, levels, colors) {
     for (let at = 0; at < rows.length; at += SAMPLE) rows.fill(0, at + VALUE, at + DISTANCE);
-    addNested(levels, rows);
+    addNested(kernel, levels, rows);
     for (let at = 0; at < rows.length; at += SAMPLE) {
         rows.copyWithin(at + DIRECTION, at + GRADIENT, at + GRADIENT + 3);
         rows[at + DIRECTION + 3] = 0; // of the time
@@ -164,32 +164,13 @@ function textureSamples(rows, levels, colors) {
     return rows;
 }
 
-// Adds value and gradient of the finest level defined at each row (Eq. 3). Returns the level of each, from 0.
-function addNested(levels, rows) {
-    const reached = new Uint8Array(rows.length / SAMPLE);
-    levels.forEach((level, i) => {
-        const isInside = (at) => !i || (reached[at / SAMPLE] === i - 1 && Math.abs(rows[at + VALUE]) < levels[i - 1].delta);
-        const inside = filtered(rows, isInside);
-        addLevels([level], inside, false);
-        for (let at = 0, from = 0; at < rows.length; at += SAMPLE) {
-            if (!isInside(at)) continue;
-            reached[at / SAMPLE] = i;
-            rows.set(inside.subarray(from, from + SAMPLE), at);
-            from += SAMPLE;
-        }
-    });
-    return reached;
-}
-
 // Adds the values and gradients of levels to rows of samples. nested: makes the value infinite where a level is not
 // defined, outside the bands before it (Eq. 3).
 function addLevels(levels, rows, nested) {
-    for (const {network, weights, delta} of levels) {
-        kernel.prepare(network, BLOCK);
-        kernel.weights.set(weights);
-        kernel.addField(rows);
+    for (const level of levels) {
+        addNetwork(kernel, level, rows);
         for (let at = VALUE; nested && at < rows.length; at += SAMPLE) {
-            if (!(Math.abs(rows[at]) < delta)) rows[at] = Infinity;
+            if (!(Math.abs(rows[at]) < level.delta)) rows[at] = Infinity;
         }
     }
 }

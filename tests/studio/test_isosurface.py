@@ -20,7 +20,6 @@ from mplicits.mesher.triangle_mesh import make_mesh
 from mplicits.model.gallery import FOLDER
 from mplicits.model.model import Network
 from mplicits.model.model_file import load
-from mplicits.model.orientation import upright
 from mplicits.model.srgb import to_linear
 from mplicits.studio.page import TRAINER, WORKER, kernel, script
 
@@ -77,10 +76,10 @@ OF_MODEL = """async ([worker, wasm, question]) => {
 OF_LEVELS = """async ([wasm, asked, text, margin]) => {
     const kernel = new Kernel(await WebAssembly.compile(bytesOf(wasm))), rows = new Float32Array(bytesOf(text));
     const levels = asked.map((level) => ({...level, weights: new Float32Array(bytesOf(level.weights))}));
-    nestedField(kernel, levels, rows, margin);
+    addNested(kernel, levels, rows, margin);
     return textOf(rows);
 }"""
-FIELD = ("training_error.js", "kernel.js", "marching.js", "isosurface.js", "field_mesh.js")
+FIELD = ("training_error.js", "kernel.js", "sampling.js", "nested.js")
 Meshed = Callable[..., Any]
 SURFACE = ("training_error.js", "kernel.js", "marching.js", "isosurface.js", "mesh_writer.js")
 
@@ -170,10 +169,10 @@ def test_levels_are_nested_as_in_python(browser: "Browser") -> None:
 
 def test_the_mesh_of_a_model_is_that_of_python(browser: "Browser") -> None:
     model = load(FOLDER / "bob-small.safetensors")
-    model = dataclasses.replace(model, up="z", center=(1.0, 2.0, 3.0), scale=2.0)
+    model = dataclasses.replace(model, center=(1.0, 2.0, 3.0), scale=2.0)
     assert model.texture is not None
     levels = [packed(level.network) | {"delta": level.delta} for level in model.levels]
-    place = {"center": model.center, "scale": model.scale, "up": model.up}
+    place = {"center": model.center, "scale": model.scale}
     question = {"levels": levels, "texture": packed(model.texture), "resolution": 80, "place": place}
     page = browser.new_page()
     page.evaluate(BYTES)
@@ -194,11 +193,11 @@ def test_the_mesh_of_a_model_is_that_of_python(browser: "Browser") -> None:
     assert is_watertight(ply.faces)
     assert ply.volume == pytest.approx(truth.volume, rel=1e-3)
 
-    points = (upright(np.array(ply.vertices), model.up) - model.center) / model.scale
+    points = (np.array(ply.vertices) - model.center) / model.scale
     program = lower(model)
     assert np.abs(interpret.field(program, points.astype(np.float32), 2)).max() < 1e-4
     gradient, _ = interpret.field_gradient(program, points.astype(np.float32), 2)
-    normals = upright(np.array(glb.vertex_normals), model.up)
+    normals = np.array(glb.vertex_normals)
     assert np.einsum("ij,ij->i", normals, gradient / np.linalg.norm(gradient, axis=1, keepdims=True)).min() > 0.999
     colors = interpret.color(program, points.astype(np.float32))
     np.testing.assert_allclose(ply.visual.vertex_colors[:, :3], 255 * colors, atol=1.01)

@@ -15,10 +15,10 @@ from support.fuzzing import damaged
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-READ = """([name, text]) => {
-    const buffer = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
+READ = """async ([name, text]) => {
+    const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
     try {
-        const {vertices, faces} = parseMesh(name, buffer);
+        const {vertices, faces} = await readShape([{name, path: name, bytes}]);
         return {vertices: [...vertices], faces: [...faces]};
     } catch (error) {
         if (error instanceof MeshError) return {refused: error.message};
@@ -109,4 +109,4 @@ def test_damaged_files_end_in_one_line(read: Read) -> None:
             if "refused" in found:
                 assert "\n" not in str(found["refused"])
     assert "not a mesh" in read("a.step", b"")["refused"]
-    assert "empty" in read("a.obj", b"v 0 0 0")["refused"]
+    assert "without normals" in read("a.obj", b"v 0 0 0")["refused"]
