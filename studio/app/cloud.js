@@ -1,6 +1,6 @@
-import {nearbyInTurn} from "./curve.js";
-import {DISTANCE, NORMAL, SAMPLE} from "./kernel.js";
+import {NORMAL, SAMPLE} from "./kernel.js";
 import {Neighbors} from "./neighbors.js";
+import {Surface} from "./surface.js";
 import {Winding} from "./winding.js";
 
 // A point cloud with normals in model space, to train on (trainer/shapes/cloud.py, planes.py): its distance comes from
@@ -12,11 +12,12 @@ const SIDEWAYS = 1.6; // largest distance along the surface between the nearest 
 const TRUSTED = 8; // least distance, in spacings, at which the distance to the nearest point is used
 const OPEN = 0.3; // if the winding number differs from 1/2 by less, the cloud has a hole there
 
-export class CloudShape {
+export class CloudShape extends Surface {
     // points: Float64Array (3 N), N at least 100, at different places; normals: unit vectors, Float64Array (3 N);
     // colors: of readShape (mesh_file.js), or null.
     constructor(points, normals, colors = null) {
-        Object.assign(this, {points, normals, colors: colors && colors.vertex});
+        super();
+        Object.assign(this, {vertices: points, normals, colors: colors && colors.vertex});
         this.near = new Neighbors(points, NEIGHBORS + 1);
         const areas = this.areas();
         this.spacings = areas.map(Math.sqrt);
@@ -27,23 +28,17 @@ export class CloudShape {
 
     // Estimates the surface area of each point: the disc to the k-th neighbor contains k + 1/2 points.
     areas() {
-        const {near, points} = this, discs = NEIGHBORS * (NEIGHBORS + 2) / 2;
+        const {near, vertices: points} = this, discs = NEIGHBORS * (NEIGHBORS + 2) / 2;
         return Float64Array.from({length: points.length / 3}, (_, i) => {
             near.find(points[3 * i], points[3 * i + 1], points[3 * i + 2], NEIGHBORS + 1);
             return Math.PI * near.squared.reduce((sum, squared) => sum + squared) / discs;
         });
     }
 
-    // Draws points, each equally often, as surface() does. Returns {rows, colors: Float32Array (3 count), sRGB}.
-    coloredSurface(count, random) {
-        const colors = new Float32Array(3 * count);
-        return {rows: this.surface(count, random, colors), colors};
-    }
-
     // Draws points, each equally often. Returns rows of samples with distance 0 and the points' normals. colors: an
     // array for the points' colors, or null.
     surface(count, random, colors = null) {
-        const {points, normals} = this, rows = new Float32Array(SAMPLE * count);
+        const {vertices: points, normals} = this, rows = new Float32Array(SAMPLE * count);
         const order = Uint32Array.from({length: points.length / 3}, (_, i) => i);
         for (let i = 0; i < count; ++i) {
             const place = i % order.length, other = place + Math.floor(random() * (order.length - place));
@@ -57,22 +52,6 @@ export class CloudShape {
             }
         }
         return rows;
-    }
-
-    // Returns rows of every `step`-th point, from the `first` one on.
-    corners(first, step) {
-        const rows = new Float32Array(SAMPLE * Math.ceil((this.points.length / 3 - first) / step));
-        for (let at = 0, i = first; at < rows.length; at += SAMPLE, i += step) {
-            rows.set(this.points.subarray(3 * i, 3 * i + 3), at);
-        }
-        return rows;
-    }
-
-    // Sets the signed distances of rows of samples.
-    setDistances(rows) {
-        for (const at of nearbyInTurn(rows)) {
-            rows[at + DISTANCE] = this.distance(rows[at], rows[at + 1], rows[at + 2]);
-        }
     }
 
     // Returns the signed distance of a place: NaN where the cloud does not define it.
@@ -89,7 +68,7 @@ export class CloudShape {
     // Returns the mean distance to the planes of the nearest points, which `near` has found; NaN where they disagree.
     // The normal of each is the mean of its point's and the blended normal, so that the bulge of a sphere cancels.
     toPlanes(x, y, z, spacing) {
-        const {points, normals, weights, heights, near: {index, squared}} = this, n = 3 * index[0];
+        const {vertices: points, normals, weights, heights, near: {index, squared}} = this, n = 3 * index[0];
         const width = (WIDTH * spacing) ** 2;
         let sum = 0, bx = 0, by = 0, bz = 0;
         for (let k = 0; k < NEIGHBORS; ++k) {

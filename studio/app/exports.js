@@ -17,7 +17,6 @@ export function showExports(row, name, kinds, onSave, guarded) {
         Object.assign(button, {type: "button", id, title, textContent: label});
         button.addEventListener("click", guarded(async () => {
             button.disabled = true;
-            if (!made) button.textContent = `${label} · making …`;
             try {
                 const value = await content();
                 if (isCopied) {
@@ -26,9 +25,6 @@ export function showExports(row, name, kinds, onSave, guarded) {
                     saveFile(new Blob([value]), name, ending);
                 }
                 onSave(id);
-            } catch (error) {
-                button.textContent = label;
-                throw error;
             } finally {
                 button.disabled = false;
             }

@@ -12,40 +12,22 @@ export class Neighbors {
     // Finds the `count` points nearest to a place: sets `index` and `squared`, the squared distances, nearest first.
     // Squared distances beyond the cloud's number of points are infinite.
     find(x, y, z, count) {
-        const {tree, squared, index} = this, {stack, reach, first, size, order, vertices} = tree;
-        let depth = 1;
-        squared.fill(Infinity, 0, count);
-        stack[0] = 0;
-        reach[0] = tree.boxDistance(0, x, y, z);
-        while (depth) {
-            const node = stack[--depth], child = first[node];
-            if (reach[depth] >= squared[count - 1]) continue;
-            if (size[node]) {
-                for (let i = child; i < child + size[node]; ++i) {
-                    const at = 3 * order[i], dx = vertices[at] - x, dy = vertices[at + 1] - y;
-                    const dz = vertices[at + 2] - z;
-                    this.insert(order[i], dx * dx + dy * dy + dz * dz, count);
-                }
-                continue;
-            }
-            const one = tree.boxDistance(child, x, y, z), two = tree.boxDistance(child + 1, x, y, z);
-            const far = one < two ? 1 : 0; // the nearer child is on top of the stack
-            stack[depth] = child + far;
-            reach[depth++] = Math.max(one, two);
-            stack[depth] = child + 1 - far;
-            reach[depth++] = Math.min(one, two);
-        }
+        this.count = count;
+        this.squared.fill(Infinity, 0, count);
+        this.tree.descend(x, y, z, Infinity, this);
     }
 
-    insert(point, distance, count) {
-        const {squared, index} = this;
-        if (distance >= squared[count - 1]) return;
+    visit(point, x, y, z) {
+        const {squared, index, count, tree: {vertices}} = this, at = 3 * point;
+        const distance = (vertices[at] - x) ** 2 + (vertices[at + 1] - y) ** 2 + (vertices[at + 2] - z) ** 2;
         let place = count - 1;
+        if (distance >= squared[place]) return squared[place];
         for (; place > 0 && squared[place - 1] > distance; --place) {
             squared[place] = squared[place - 1];
             index[place] = index[place - 1];
         }
         squared[place] = distance;
         index[place] = point;
+        return squared[count - 1];
     }
 }

@@ -1,7 +1,7 @@
 import {randomNumbers} from "./batches.js";
-import {nearbyInTurn} from "./curve.js";
-import {DISTANCE, NORMAL, SAMPLE} from "./kernel.js";
+import {NORMAL, SAMPLE} from "./kernel.js";
 import {demand} from "./mesh_parts.js";
+import {Surface} from "./surface.js";
 import {SurfaceColors} from "./surface_colors.js";
 import {Tree} from "./tree.js";
 import {Winding} from "./winding.js";
@@ -9,10 +9,11 @@ import {Winding} from "./winding.js";
 // A triangle mesh in model space, to train on (trainer/shapes/mesh.py): faces are flat.
 const PROBES = 2000; // points below the surface, where a mesh must enclose some volume
 
-export class Shape {
+export class Shape extends Surface {
     // vertices: Float64Array (3 V); faces: Uint32Array (3 F); colors: of readShape (mesh_file.js), or null.
     // Throws MeshError if the mesh encloses no volume.
     constructor(vertices, faces, colors = null) {
+        super();
         this.isExact = true; // its distances
         Object.assign(this, {vertices, faces, colors: colors && new SurfaceColors(colors, faces)});
         this.tree = new Tree(vertices, faces);
@@ -49,12 +50,6 @@ export class Shape {
         return length;
     }
 
-    // Draws points of the surface as surface() does. Returns {rows, colors: Float32Array (3 count), sRGB}.
-    coloredSurface(count, random) {
-        const colors = new Float32Array(3 * count);
-        return {rows: this.surface(count, random, colors), colors};
-    }
-
     // Draws points of the surface, uniformly by area. Returns rows of samples with distance 0 and the faces' normals.
     // colors: an array for the points' colors, or null.
     surface(count, random, colors = null) {
@@ -74,22 +69,7 @@ export class Shape {
         return rows;
     }
 
-    // Returns rows of every `step`-th vertex, from the `first` one on.
-    corners(first, step) {
-        const rows = new Float32Array(SAMPLE * Math.ceil((this.vertices.length / 3 - first) / step));
-        for (let at = 0, i = first; at < rows.length; at += SAMPLE, i += step) {
-            rows.set(this.vertices.subarray(3 * i, 3 * i + 3), at);
-        }
-        return rows;
-    }
-
-    // Sets the signed distances of rows of samples: negative where the winding number exceeds 1/2.
-    setDistances(rows) {
-        for (const at of nearbyInTurn(rows)) {
-            rows[at + DISTANCE] = this.distance(rows[at], rows[at + 1], rows[at + 2]);
-        }
-    }
-
+    // Returns the signed distance of a place: negative where the winding number exceeds 1/2.
     distance(x, y, z) {
         this.tree.nearest(x, y, z);
         return Math.sqrt(this.tree.squared) * (this.winding.isInside(x, y, z) ? -1 : 1);

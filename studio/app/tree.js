@@ -130,24 +130,25 @@ export class Tree {
     // Returns the triangle nearest to a point, and sets `squared` to the squared distance, and s and t to the place of
     // the nearest point in the triangle. It is fast if the point of the last call was near.
     nearest(x, y, z) {
+        this.squared = this.toTriangle(this.last, x, y, z, Infinity);
+        this.descend(x, y, z, this.squared, this);
+        return this.last;
+    }
+
+    // Tells a visitor the triangles of boxes within `most`, a squared distance from a point, the nearest boxes first.
+    // visit(triangle, x, y, z, most): returns the new `most`.
+    descend(x, y, z, most, visitor) {
         const {stack, reach, first, size, order} = this;
-        let found = this.last, most = this.toTriangle(found, x, y, z, Infinity), depth = 1;
+        let depth = 1;
         stack[0] = 0;
         reach[0] = this.boxDistance(0, x, y, z);
         while (depth) {
-            const node = stack[--depth];
+            const node = stack[--depth], child = first[node];
             if (reach[depth] >= most) continue;
             if (size[node]) {
-                for (let i = first[node]; i < first[node] + size[node]; ++i) {
-                    const squared = this.toTriangle(order[i], x, y, z, most);
-                    if (squared < most) {
-                        most = squared;
-                        found = order[i];
-                    }
-                }
+                for (let i = child; i < child + size[node]; ++i) most = visitor.visit(order[i], x, y, z, most);
                 continue;
             }
-            const child = first[node];
             const one = this.boxDistance(child, x, y, z), two = this.boxDistance(child + 1, x, y, z);
             const far = one < two ? 1 : 0; // the nearer child is on top of the stack
             stack[depth] = child + far;
@@ -155,8 +156,13 @@ export class Tree {
             stack[depth] = child + 1 - far;
             reach[depth++] = Math.min(one, two);
         }
-        this.squared = most;
-        return this.last = found;
+    }
+
+    visit(triangle, x, y, z, most) {
+        const squared = this.toTriangle(triangle, x, y, z, most);
+        if (!(squared < most)) return most;
+        this.last = triangle;
+        return this.squared = squared;
     }
 
     // Returns the squared distance of a point from a triangle; where it is less than `most`, s and t are set: the

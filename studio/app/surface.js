@@ -1,0 +1,27 @@
+import {nearbyInTurn} from "./curve.js";
+import {DISTANCE, SAMPLE} from "./kernel.js";
+
+// What meshes and point clouds to train on have in common, by their own vertices, surface() and distance().
+export class Surface {
+    // Draws points of the surface as surface() does. Returns {rows, colors: Float32Array (3 count), sRGB}.
+    coloredSurface(count, random) {
+        const colors = new Float32Array(3 * count);
+        return {rows: this.surface(count, random, colors), colors};
+    }
+
+    // Returns rows of every `step`-th vertex, from the `first` one on.
+    corners(first, step) {
+        const rows = new Float32Array(SAMPLE * Math.ceil((this.vertices.length / 3 - first) / step));
+        for (let at = 0, i = first; at < rows.length; at += SAMPLE, i += step) {
+            rows.set(this.vertices.subarray(3 * i, 3 * i + 3), at);
+        }
+        return rows;
+    }
+
+    // Sets the signed distances of rows of samples.
+    setDistances(rows) {
+        for (const at of nearbyInTurn(rows)) {
+            rows[at + DISTANCE] = this.distance(rows[at], rows[at + 1], rows[at + 2]);
+        }
+    }
+}
