@@ -23,9 +23,9 @@ MESHES = (
 """Modules that read shapes, in their order."""
 WORKER = (
     *MESHES,
-    *("training_error.js", "kernel.js", "batches.js", "curve.js", "surface.js", "tree.js", "winding.js", "shape.js"),
-    *("neighbors.js", "cloud.js", "sampling.js", "mining.js", "tracing.js", "marching.js", "isosurface.js"),
-    *("nested.js", "field_mesh.js", "mesh_writer.js", "worker.js"),
+    *("training_error.js", "kernel.js", "batches.js", "curve.js", "surface.js", "tree.js", "neighbors.js"),
+    *("winding.js", "shape.js", "cloud.js", "sampling.js", "mining.js", "nested.js", "tracing.js", "marching.js"),
+    *("isosurface.js", "field_mesh.js", "mesh_writer.js", "worker.js"),
 )
 """Modules of the workers' script, in its order."""
 TRAINER = (
@@ -42,8 +42,8 @@ STUDIO = (
 )
 """Modules that extend the page of a model, in their order."""
 TITLE = "mplicits studio"
-LABELS = {"tiny": "Tiny · 6–11 kB", "small": "Small · 17–29 kB", "base": "Base · 60–100 kB"}
-"""Presets of `train` that the page offers, with the sizes of their Shadertoy texts: without colors, and with many."""
+LABELS = {"tiny": "Tiny 6+ kB", "small": "Small 17+ kB", "base": "Base 60+ kB"}
+"""Presets of `train` that the page offers, with the sizes of their Shadertoy texts without colors."""
 SECONDS = {"tiny": 10, "small": 30, "base": 60}
 """Default seconds of a training."""
 CONFIG = ("loss", "step", "sampling", "mining", "texture", "measuring", "budget")

@@ -10,9 +10,8 @@ export async function loadTeam(shape) {
 async function toWorkers({team, read}) {
     const wasm = Uint8Array.from(atob(element("kernel").textContent), (letter) => letter.charCodeAt(0));
     const module = await WebAssembly.compile(wasm);
-    const load = async (_, k) => {
+    await Promise.all(team.workers.map(async (_, k) => {
         await pause(k); // a task for each: a large shape takes long to copy
-        return team.ask(k, "load", {module, read});
-    };
-    await Promise.all(team.workers.map(load));
+        await team.ask(k, "load", {module, read});
+    }));
 }

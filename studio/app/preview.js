@@ -56,10 +56,10 @@ export class Preview {
 
     draw() {
         const {gl, canvas, program, next: {camera, options: {light, shading}}} = this, scale = devicePixelRatio || 1;
-        const [width, height] = ["clientWidth", "clientHeight"].map((side) => Math.max(1, Math.round(canvas[side] * scale)));
+        const [width, height] = ["Width", "Height"].map((side) => Math.round(canvas[`client${side}`] * scale));
         const seen = JSON.stringify([camera, light, shading, this.up, width, height]);
         this.next = null;
-        if (!gl || seen === this.drawn) return; // large meshes take the processor seconds
+        if (!gl || !width || seen === this.drawn) return; // large meshes take the processor seconds
         this.drawn = seen;
         Object.assign(canvas, {width, height});
         const aspect = width / height, at = (name) => gl.getUniformLocation(program, name);

@@ -168,7 +168,7 @@ async function showResult() {
     const {shape, result} = state, {meanF, angle} = result.levels.at(-1);
     result.bytes = modelFile(factsOfShape(shape), result, provenanceOf(shape, result));
     update(`Trained in ${Math.round(result.seconds)} s · mean |f| ${meanF.toExponential(1)} of the radius · normals off by ${angle.toFixed(1)}°`);
-    element("ended").textContent = notice || report;
+    element("ended").textContent = element("report").textContent;
     const onSave = (id) => { result.isSaved ||= id === "download"; };
     showExports(element("exports"), shape.name, kindsOf(shape, result, recorded), onSave, guarded);
     showPicture("field");
@@ -205,14 +205,15 @@ async function turnUp() {
 
 // Makes the present view the one on which the model opens.
 async function setFront() {
-    const show = (text) => {
-        notice = text;
-        update("");
-    };
     center(state.shape.front = frontOfView());
-    show(element("ended").textContent = "The front is set: the model opens on this view");
-    setTimeout(show, NOTICED, "");
+    notify("Front set. The model opens on this view");
+    setTimeout(notify, NOTICED, "");
     if (state.result && !state.training) await showResult();
+}
+
+function notify(text) {
+    element("ended").textContent = notice = text;
+    update("");
 }
 
 const stem = (name) => name.replace(/\.\w+$/, "").replace(/[\p{C}\p{Zl}\p{Zp}]/gu, "").slice(0, 60) || "shape";
@@ -223,7 +224,7 @@ function update(line, share = null) {
     const {shape, training, result} = state, bar = element("trained"), isIdle = shape && !training;
     if (line) {
         report = line;
-        bar.value = share ?? 0; // a bar of an unknown share would move, and drawing that slows the training down
+        bar.value = share; // null is 0: a bar of an unknown share would move, and drawing that slows the training down
     }
     element("report").textContent = notice || report;
     element("report").parentElement.hidden = !shape && !training;

@@ -3,12 +3,6 @@ import {DISTANCE, SAMPLE} from "./kernel.js";
 
 // What meshes and point clouds to train on have in common, by their own vertices, surface() and distance().
 export class Surface {
-    // Draws points of the surface as surface() does. Returns {rows, colors: Float32Array (3 count), sRGB}.
-    coloredSurface(count, random) {
-        const colors = new Float32Array(3 * count);
-        return {rows: this.surface(count, random, colors), colors};
-    }
-
     // Returns rows of every `step`-th vertex, from the `first` one on.
     corners(first, step) {
         const rows = new Float32Array(SAMPLE * Math.ceil((this.vertices.length / 3 - first) / step));

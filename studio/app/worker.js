@@ -49,10 +49,11 @@ const answers = {
     // Draws the samples of the texture; the same arguments. colors: color samples for each sample of the pool.
     beginTexture({network, levels, pool, on, around, team, seed, colors}) {
         task = {on, around, team, isTexture: true};
-        const random = randomNumbers(seed), colored = shape.coloredSurface(pool * colors, random);
+        const random = randomNumbers(seed), tints = new Float32Array(3 * pool * colors);
+        const colored = shape.surface(pool * colors, random, tints);
         const addFirst = (some) => addLevels(levels.slice(0, 1), some, false), none = new Float32Array(0);
         const band = bandPoints(shape, pool, levels[0].delta, addFirst, none, random);
-        surface = new Batches(textureSamples(colored.rows, levels, colored.colors), random);
+        surface = new Batches(textureSamples(colored, levels, tints), random);
         volume = new Batches(textureSamples(band, levels, null), random);
         kernel.prepare(network, on + around);
     },

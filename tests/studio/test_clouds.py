@@ -22,13 +22,13 @@ MEASURE = """([points, normals, places]) => {
 DRAW = """([points, count]) => {
     const array = Float64Array.from(points), colors = {vertex: Float32Array.from(points, Math.abs)};
     const shape = new CloudShape(array, array, colors);
-    const {rows, colors: drawn} = shape.coloredSurface(count, randomNumbers(1));
+    const drawn = new Float32Array(3 * count), rows = shape.surface(count, randomNumbers(1), drawn);
     return [[...rows], [...drawn], [...shape.corners(1, 3)]];
 }"""
 DRAW_MESH = """([vertices, faces, count]) => {
     const vertex = Float32Array.from(vertices, Math.abs);
     const shape = new Shape(Float64Array.from(vertices), Uint32Array.from(faces), {vertex, uv: null, materials: []});
-    const {rows, colors} = shape.coloredSurface(count, randomNumbers(1));
+    const colors = new Float32Array(3 * count), rows = shape.surface(count, randomNumbers(1), colors);
     return [[...rows], [...colors], [...shape.surface(count, randomNumbers(1))]];
 }"""
 

@@ -30,7 +30,8 @@ HOSTILE = '</script><script>document.title = "bad"</script><!-- " & \x01poster\x
 EXPORT = """([bytes, shadertoy, posts]) => globalThis.exported(new Uint8Array(bytes), shadertoy, posts)"""
 HOOK = """
 globalThis.exported = async (bytes, shadertoy, posts) => (
-    pageText(bytes, lowestPoint(parseModel(bytes.slice().buffer)), "phong", shadertoy, posts ? await posterOf(renderer, "phong") : undefined));
+    pageText(bytes, lowestPoint(parseModel(bytes.slice().buffer)), "phong", shadertoy,
+        posts ? await posterOf(renderer, "phong") : undefined));
 """
 
 

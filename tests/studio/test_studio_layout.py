@@ -85,7 +85,7 @@ def test_every_state_is_accessible_and_fits_a_phone(opened: Visit) -> None:
 def test_the_keyboard_reaches_everything(browser: "Browser", tmp_path: Path) -> None:
     with visit(browser, write_page(tmp_path / "studio.html", 20), size=(1280, 800), share=0.05) as visited:
         ready(visited)
-        assert follow_tab(visited, "More") == ["choose", "Knotted rope", "Fluted vase", "Gear wheel", "base", "More"]
+        assert follow_tab(visited, "More") == ["choose", "Rope knot", "Fluted vase", "Gear", "base", "More"]
         visited.page.focus("[data-example='2']")
         visited.page.keyboard.press("Space")
         visited.page.wait_for_selector("#download", timeout=60_000)
