@@ -3,7 +3,6 @@
 import base64
 import html
 import io
-import json
 import math
 import re
 from dataclasses import dataclass, field, replace
@@ -15,34 +14,26 @@ from numpy.typing import NDArray
 
 from .. import glsl
 from ..codegen.printers.field import PLAIN, STORAGES, print_field
-from ..codegen.printers.texels import TEXTURE_WIDTH, UNROLL
 from ..codegen.targets import fragment, orbit, shadertoy
 from ..codegen.targets.camera import basis, fitting_distance
 from ..codegen.targets.glsl300es import DIALECT
 from ..codegen.targets.header import header_facts
-from ..codegen.targets.motion import PERIOD
 from ..codegen.targets.reserved_names import lower_case_pattern
-from ..codegen.targets.samples import BLOCK, FEW, POWER, ROUGH_SHARE, SHARE, STEEPEST
-from ..codegen.targets.shader import FLOOR_BLOCK, LEAST_STEPS, LOOP_LIMIT
 from ..codegen.targets.shadertoy_text import main_template
-from ..codegen.targets.uniforms import OPENING_SHADES, SHADINGS, UNIFORMS, default
+from ..codegen.targets.uniforms import OPENING_SHADES, default
 from ..field import interpret
-from ..field.cell_codes import EMPTY, OVERESTIMATE, REACH
-from ..field.cell_search import FIRST, MISSED
-from ..field.cells import LOOKUPS
 from ..field.lowest import lowest_point
-from ..field.openness import EVALUATIONS
 from ..field.poster import poster as draw_poster
 from ..field.rounding import in_decimals, is_float16
 from ..field.surface_points import near_surface
 from ..ir.lower import lower
 from ..ir.program import Array, Program
 from ..model import page_style
-from ..model.checks import SHAPES, WIDEST
 from ..model.errors import UserError
-from ..model.model import DEFAULT_STEP_BOUND, MOST_ITERATIONS, STEP_BOUNDS, Model
-from ..model.model_file import FORMAT, TRAINING, VERSION, to_bytes
+from ..model.model import Model
+from ..model.model_file import to_bytes
 from ..model.version import installed_version
+from .facts import PAGE_PASSES, facts_json
 from .scene import scene_facts, texel_bytes
 
 PRINTER = ("facts.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js", "field.js")
@@ -62,15 +53,6 @@ POSTER_QUALITY = 85
 """Quality of its WebP, from 0 to 100."""
 NO_PICTURE = "data:,"
 """URL in the place of a poster."""
-CELLS = {"first": 32, "second": 64, "last": 128}
-"""Cells along an edge of the grids that the page computes: first, and then for models without motion."""
-MANY, TOO_MANY = 100_000, 250_000
-"""Numbers of weights above which the second grid is computed, and above which the last is not. At 175,000 weights, the
-second and the last take 5 and 21 seconds, in the background."""
-CELL_MOMENTS = 17
-"""Number of grids for a moving model, evenly spaced in time."""
-PAGE_PASSES = ("near", "normals", "trace", "behind", "floor", "color")
-"""Passes of a frame, in the order of their compilation."""
 SHADERS = ("anywhere", *PAGE_PASSES, "accumulate", "present", "blocks.vert", "contrast", "scatter", "scatter.vert")
 """Files in glsl/ with the shaders of the page."""
 PROBES = 32
@@ -188,65 +170,6 @@ def text_facts() -> dict[str, str]:
 def script(names: tuple[str, ...] = SCRIPTS) -> str:
     """Join modules of web/app/ into one script, without their imports and exports."""
     return "".join(_MODULE_LINE.sub("", _read(name)) for name in names)
-
-
-def facts_json(facts: dict[str, Any]) -> str:
-    """Write the JSON for web/app/facts.js: `facts`, and as `shared` the constants that Python and the page share.
-
-    It is safe in a script element: nothing in it opens or closes a tag or a comment.
-    """
-    shared = {
-        "format": {
-            "name": FORMAT,
-            "version": VERSION,
-            "widest": WIDEST,
-            "most_iterations": MOST_ITERATIONS,
-            "step_bounds": list(STEP_BOUNDS),
-            "default_step_bound": DEFAULT_STEP_BOUND,
-            "training": TRAINING,
-        },
-        "shapes": SHAPES,
-        "storages": STORAGES,
-        "texture_width": TEXTURE_WIDTH,
-        "unroll": UNROLL,
-        "plain": PLAIN,
-        "defaults": {entry.name: entry.default for entry in UNIFORMS if isinstance(entry.default, tuple)},
-        "shadings": SHADINGS,
-        "cells": {
-            "first": FIRST,
-            "counts": CELLS,
-            "many": MANY,
-            "too_many": TOO_MANY,
-            "moments": CELL_MOMENTS,
-            "overestimate": OVERESTIMATE,
-            "reach": REACH,
-            "empty": EMPTY,
-            "missed": MISSED,
-            "lookups": LOOKUPS,
-        },
-        "samples": {
-            "share": SHARE,
-            "roughShare": ROUGH_SHARE,
-            "few": FEW,
-            "power": POWER,
-            "steepest": STEEPEST,
-            "block": BLOCK,
-        },
-        "period": PERIOD,
-        "passes": list(PAGE_PASSES),
-        "floor_block": FLOOR_BLOCK,
-        "loop_limit": LOOP_LIMIT,
-        "studio_evaluations": EVALUATIONS,
-        "least_steps": LEAST_STEPS,
-        "camera": {
-            "azimuth": orbit.AZIMUTH,
-            "elevation": orbit.ELEVATION,
-            "fov": orbit.FOV,
-            "margin": orbit.MARGIN,
-            "zoom": orbit.ZOOM,
-        },
-    }
-    return json.dumps(facts | {"shared": shared}).replace("<", "\\u003c")
 
 
 def _facts(model: Model, program: Program, storage: str, digits: int | None) -> dict[str, Any]:

@@ -28,7 +28,8 @@ from mplicits.model.version import installed_version
 from mplicits.trainer.networks.network import from_model, to_model
 from mplicits.trainer.networks.quantized import quantized_step
 from mplicits.viewer.draw.context import Context
-from mplicits.web.page import PRINTER, TEXTS, facts_json, script, text_elements, text_facts
+from mplicits.web.facts import facts_json
+from mplicits.web.page import PRINTER, TEXTS, script, text_elements, text_facts
 from support.fitted_model import fitted_model
 from support.paths import DEMO
 from support.random_model import random_model, random_network

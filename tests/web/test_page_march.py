@@ -9,7 +9,8 @@ import pytest
 from mplicits.field.cells import Cells
 from mplicits.ir.lower import lower
 from mplicits.viewer.draw.camera import Camera
-from mplicits.web.page import CELLS, standalone
+from mplicits.web.facts import CELLS
+from mplicits.web.page import standalone
 from oracles.march import march
 from support.browser import visit
 from support.page_pictures import MODEL, remembering

@@ -25,7 +25,8 @@ from mplicits.model.model import Model
 from mplicits.model.model_file import Training, load, to_bytes
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.loop_limit import schedule_that_fits
-from mplicits.web.page import CELL_MOMENTS, MANY, PRINTER, TOO_MANY, facts_json, script
+from mplicits.web.facts import CELL_MOMENTS, MANY, TOO_MANY, facts_json
+from mplicits.web.page import PRINTER, script
 from support.paths import DEMO
 from support.random_model import random_model
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from mplicits.viewer.draw import adaptive
-from mplicits.web.page import facts_json, script, standalone
+from mplicits.web.facts import facts_json
+from mplicits.web.page import script, standalone
 from support.browser import visit
 from support.page_pictures import MODEL, differ, remembering
 

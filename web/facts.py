@@ -1,0 +1,88 @@
+"""The constants that Python and the page share, as JSON for web/app/facts.js."""
+
+import json
+from typing import Any
+
+from ..codegen.printers.field import PLAIN, STORAGES
+from ..codegen.printers.texels import TEXTURE_WIDTH, UNROLL
+from ..codegen.targets import orbit
+from ..codegen.targets.motion import PERIOD
+from ..codegen.targets.samples import BLOCK, FEW, POWER, ROUGH_SHARE, SHARE, STEEPEST
+from ..codegen.targets.shader import FLOOR_BLOCK, LEAST_STEPS, LOOP_LIMIT
+from ..codegen.targets.uniforms import SHADINGS, UNIFORMS
+from ..field.cell_codes import EMPTY, OVERESTIMATE, REACH
+from ..field.cell_search import FIRST, MISSED
+from ..field.cells import LOOKUPS
+from ..field.openness import EVALUATIONS
+from ..model.checks import SHAPES, WIDEST
+from ..model.model import DEFAULT_STEP_BOUND, MOST_ITERATIONS, STEP_BOUNDS
+from ..model.model_file import FORMAT, TRAINING, VERSION
+
+CELLS = {"first": 32, "second": 64, "last": 128}
+"""Cells along an edge of the grids that the page computes: first, and then for models without motion."""
+MANY, TOO_MANY = 100_000, 250_000
+"""Numbers of weights above which the second grid is computed, and above which the last is not. At 175,000 weights, the
+second and the last take 5 and 21 seconds, in the background."""
+CELL_MOMENTS = 17
+"""Number of grids for a moving model, evenly spaced in time."""
+PAGE_PASSES = ("near", "normals", "trace", "behind", "floor", "color")
+"""Passes of a frame, in the order of their compilation."""
+
+
+def facts_json(facts: dict[str, Any]) -> str:
+    """Write the JSON for web/app/facts.js: `facts`, and as `shared` the constants that Python and the page share.
+
+    It is safe in a script element: nothing in it opens or closes a tag or a comment.
+    """
+    shared = {
+        "format": {
+            "name": FORMAT,
+            "version": VERSION,
+            "widest": WIDEST,
+            "most_iterations": MOST_ITERATIONS,
+            "step_bounds": list(STEP_BOUNDS),
+            "default_step_bound": DEFAULT_STEP_BOUND,
+            "training": TRAINING,
+        },
+        "shapes": SHAPES,
+        "storages": STORAGES,
+        "texture_width": TEXTURE_WIDTH,
+        "unroll": UNROLL,
+        "plain": PLAIN,
+        "defaults": {entry.name: entry.default for entry in UNIFORMS if isinstance(entry.default, tuple)},
+        "shadings": SHADINGS,
+        "cells": {
+            "first": FIRST,
+            "counts": CELLS,
+            "many": MANY,
+            "too_many": TOO_MANY,
+            "moments": CELL_MOMENTS,
+            "overestimate": OVERESTIMATE,
+            "reach": REACH,
+            "empty": EMPTY,
+            "missed": MISSED,
+            "lookups": LOOKUPS,
+        },
+        "samples": {
+            "share": SHARE,
+            "roughShare": ROUGH_SHARE,
+            "few": FEW,
+            "power": POWER,
+            "steepest": STEEPEST,
+            "block": BLOCK,
+        },
+        "period": PERIOD,
+        "passes": list(PAGE_PASSES),
+        "floor_block": FLOOR_BLOCK,
+        "loop_limit": LOOP_LIMIT,
+        "studio_evaluations": EVALUATIONS,
+        "least_steps": LEAST_STEPS,
+        "camera": {
+            "azimuth": orbit.AZIMUTH,
+            "elevation": orbit.ELEVATION,
+            "fov": orbit.FOV,
+            "margin": orbit.MARGIN,
+            "zoom": orbit.ZOOM,
+        },
+    }
+    return json.dumps(facts | {"shared": shared}).replace("<", "\\u003c")
