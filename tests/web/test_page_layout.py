@@ -147,7 +147,7 @@ def test_bar_status_line_and_live_region_report_the_state(browser: "Browser", pa
         shares = [int(value) for value in dict.fromkeys(seen["bar"]) if value.isdecimal()]
         assert shares == sorted(shares)
         assert seen["bar"][-1] == "gone"
-        assert any(line.startswith("Drawing 49 × 40 · ") for line in seen["status"])
+        assert any(line.startswith("Drawing 48 × 40 · ") for line in seen["status"])
         assert seen["status"][-1].endswith("samples")
         assert seen["spoken"] == ["The picture is drawn"]
         covered = [line for line, covers in zip(seen["status"], seen["covered"], strict=True) if covers]
