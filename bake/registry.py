@@ -10,6 +10,7 @@ from ..model.files import show
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from types import ModuleType
 
     from ..model.model import Model
 
@@ -68,23 +69,25 @@ class Target:
     def size(self, model: "Model") -> int:
         """Return the bytes of the output file without a poster. Raises UserError where the target refuses the model.
 
-        For Shadertoy this is an upper bound, since the search for the fewest bits takes seconds.
+        For tiny and Shadertoy this is an upper bound, since the search for the fewest bits takes seconds.
         """
-        if self.module.endswith(".shadertoy"):
-            from ..codegen.targets.shadertoy import exact
+        write = getattr(self._module, "exact", self._standalone)
+        return len(write(model, **({"poster": False} if self.page else {})).encode())
 
-            return len(exact(model).encode())
-        return len(self._standalone(model, **({"poster": False} if self.page else {})).encode())
+    @property
+    def _module(self) -> "ModuleType":
+        return import_module(f"..{self.module}", __package__)
 
     @property
     def _standalone(self) -> "Callable[..., str]":
-        return cast("Callable[..., str]", import_module(f"..{self.module}", __package__).standalone)
+        return cast("Callable[..., str]", self._module.standalone)
 
 
 TARGETS = {
     "glsl330": Target("codegen.targets.glsl330", suffix=".glsl"),
     "glsl300es": Target("codegen.targets.glsl300es", suffix=".es.frag"),
     "html": Target("web.page", suffix=".html", page=True, shaded=True, studio="studio.page"),
+    "tiny": Target("web.tiny_page", suffix=".tiny.html", shaded=True),
     "shadertoy": Target("codegen.targets.shadertoy", suffix=".frag", shaded=True),
     "cuda": Target("codegen.targets.cuda", suffix=".cu"),
     "glsl": Target("codegen.targets.glsl_function", suffix=".sdf.glsl", function=True),

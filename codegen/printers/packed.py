@@ -39,7 +39,7 @@ Whole = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
-class _Layer:
+class WholeLayer:
     """One layer as integers."""
 
     weights: Whole
@@ -65,7 +65,7 @@ class PackedStorage(Storage):
     def __init__(self, program: Program, language: Language, functions: tuple[Function, ...]) -> None:
         super().__init__(program, language, functions)
         ops = [op for function in functions for op in function.ops if isinstance(op, Affine)]
-        self._layers = {op.matrix: self._first(op) if op.source == INPUT else self._hidden(op) for op in ops}
+        self._layers = {op.matrix: whole_layer(program, op) for op in ops}
         shapes = dict.fromkeys(layer.shape for layer in self._layers.values())
         self._macros = {shape: f"R{k}" for k, shape in enumerate(shapes)}
 
@@ -82,7 +82,7 @@ class PackedStorage(Storage):
         blocks = max(self.program.widths(function).values()) // 4
         yield f"vec4[{blocks}] x,y;"
         outputs = [op for op in function.ops if isinstance(op, Dot)]
-        base = 2 * max(_multiples(self.program.constants[op.row])[1] for op in outputs) + 1
+        base = 2 * max(multiples(self.program.constants[op.row])[1] for op in outputs) + 1
         for op, after in zip(function.ops, (*function.ops[1:], None), strict=True):
             match op, after:
                 case Affine(matrix=matrix), Sine():
@@ -96,24 +96,7 @@ class PackedStorage(Storage):
                 case _:
                     raise ValueError(f"{type(op).__name__} cannot be packed")
 
-    def _first(self, op: Affine) -> _Layer:
-        """Return the first layer. The steps of its matrix and of its bias go into the input."""
-        matrix = self.program.constants[op.matrix]
-        weights, h, step = _multiples(matrix[:, :3])
-        bias, k, bias_step = _multiples(matrix[:, 3:])
-        return _Layer(
-            np.hstack([weights, bias]), np.empty(0, np.int64), 2 * max(h, k) + 1, 1.0, (step, step, step, bias_step)
-        )
-
-    def _hidden(self, op: Affine) -> _Layer:
-        matrix = self.program.constants[op.matrix]
-        bias = self.program.constants[op.bias] if op.bias else np.zeros(len(matrix), np.float32)
-        weights, h, step = _multiples(matrix)
-        if not are_multiples(bias, step):
-            raise ValueError(f"{op.bias} is not quantized with its layer's step")
-        return _Layer(weights, np.rint(bias / step).astype(np.int64), 2 * h + 1, step, ())
-
-    def _layer(self, layer: _Layer) -> Iterator[str]:
+    def _layer(self, layer: WholeLayer) -> Iterator[str]:
         number, name = self.language.number, self._macros[layer.shape]
         if layer.inputs:
             yield f"x[0]=p*vec4({','.join(map(number, layer.inputs))});"
@@ -126,7 +109,7 @@ class PackedStorage(Storage):
 
     def _output(self, op: Dot, base: int) -> str:
         number = self.language.number
-        row, _, step = _multiples(self.program.constants[op.row])
+        row, _, step = multiples(self.program.constants[op.row])
         blocks = row.reshape(-1, 4)
         terms = []
         for k in range(0, len(blocks) - 1, 2):
@@ -134,6 +117,21 @@ class PackedStorage(Storage):
         if len(blocks) % 2:
             terms.append(f"dot(vec4({','.join(map(str, blocks[-1]))}),x[{len(blocks) - 1}])")
         return f"float {op.result}={number(step * op.scale)}*({'+'.join(terms)})+({number(op.bias)});"
+
+
+def whole_layer(program: Program, op: Affine) -> WholeLayer:
+    """Return a layer as integers. Raises ValueError for weights that are not multiples of a step."""
+    matrix = program.constants[op.matrix]
+    if op.source == INPUT:  # The steps of the matrix and of its last column, the bias, go into the input.
+        weights, h, step = multiples(matrix[:, :3])
+        bias, k, bias_step = multiples(matrix[:, 3:])
+        empty = np.empty(0, np.int64)
+        return WholeLayer(np.hstack([weights, bias]), empty, 2 * max(h, k) + 1, 1.0, (step, step, step, bias_step))
+    bias_row = program.constants[op.bias] if op.bias else np.zeros(len(matrix), np.float32)
+    weights, h, step = multiples(matrix)
+    if not are_multiples(bias_row, step):
+        raise ValueError(f"{op.bias} is not quantized with its layer's step")
+    return WholeLayer(weights, np.rint(bias_row / step).astype(np.int64), 2 * h + 1, step, ())
 
 
 def _numbers(rows: Whole, base: int, digits: int) -> list[int]:
@@ -146,7 +144,7 @@ def _numbers(rows: Whole, base: int, digits: int) -> list[int]:
 
 
 def _row_macro(name: str, inputs: int, digits: int, biased: bool) -> str:
-    """Return the macro that computes y[j] from the biases and integers of four rows; see `_Layer.shape`."""
+    """Return the macro that computes y[j] from the biases and integers of four rows; see `WholeLayer.shape`."""
     letters = (letter for letter in ascii_lowercase if letter not in "jxy")
     further = (f"{letter}{k}" for k in count() for letter in ascii_lowercase)
     names = [next(letters, None) or next(further) for _ in range(4 * inputs // digits + 4 * biased)]
@@ -158,10 +156,10 @@ def _row_macro(name: str, inputs: int, digits: int, biased: bool) -> str:
     return f"#define {name}(j,{','.join(names)})y[j]=sin(S*({'+'.join(terms)}));"
 
 
-def _multiples(array: Array) -> tuple[Whole, int, float]:
+def multiples(array: Array) -> tuple[Whole, int, float]:
     """Return weights as multiples of their step, the largest multiple, and the step. Raises ValueError for others."""
     step = step_of(array, LARGEST)
     if step is None:
         raise ValueError(f"weights are not multiples, up to {LARGEST}, of one step")
-    multiples = np.rint(array.astype(np.float64) / step).astype(np.int64)
-    return multiples, max(1, int(np.abs(multiples).max())), step
+    whole = np.rint(array.astype(np.float64) / step).astype(np.int64)
+    return whole, max(1, int(np.abs(whole).max())), step

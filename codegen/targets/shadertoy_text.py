@@ -84,14 +84,14 @@ def shader_text(
     return lit if shade == "studio" or len(lit) <= (1 + STUDIO_SHARE) * len(plain) else plain
 
 
+def weights_text(program: Program, storage: type[Storage]) -> str:
+    """Return the part of the text that holds the weights and the networks."""
+    return _squeezed("\n".join(_weights(program, storage)))
+
+
 def _weights(program: Program, storage: type[Storage]) -> list[str]:
     """Return the lines of the weights and the networks."""
-    if program.composition is not None:
-        functions = tuple(function for part in program.composition.programs for function in _printed_functions(part))
-    elif len(program.values) > 1:
-        functions = _printed_functions(program)
-    else:
-        functions = _printed_functions(replace(program, values=(replace(program.values[0], name="field"),)))
+    functions = printed_functions(program)
     printer = storage(program, LANGUAGE, functions)
     lines = printer.declarations()
     for function in functions:
@@ -225,8 +225,16 @@ def _scene(program: Program, studio: bool) -> list[str]:
     return [*lines, "vec3 albedo(vec4 p) {", *writer.lines(*color), result, "}"]
 
 
-def _printed_functions(program: Program) -> tuple[Function, ...]:
-    """Return the functions of a model in the text: values and texture, no gradients."""
+def printed_functions(program: Program) -> tuple[Function, ...]:
+    """Return the functions in the text: values and texture, no gradients. A single level's network is field()."""
+    if program.composition is not None:
+        return tuple(function for part in program.composition.programs for function in _of_model(part))
+    if len(program.values) == 1:
+        program = replace(program, values=(replace(program.values[0], name="field"),))
+    return _of_model(program)
+
+
+def _of_model(program: Program) -> tuple[Function, ...]:
     return program.values + (() if program.texture is None else (program.texture,))
 
 

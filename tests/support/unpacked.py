@@ -4,17 +4,18 @@ import base64
 import re
 import zlib
 
+from mplicits.web.base124 import GROUP, HELD, SKIPPED
+
 
 def bytes_of(text: str) -> bytes:
-    """Decode base94()."""
-    digits = text.replace("\n", "").replace(" ", "<")
+    """Decode base124()."""
     data = b""
-    for at in range(0, len(digits), 11):
-        value = 0
-        for letter in digits[at : at + 11].ljust(11, "~"):
-            value = 94 * value + ord(letter) - 33
-        data += value.to_bytes(9)
-    return data[: 9 * len(digits) // 11]
+    for at in range(0, len(text), GROUP):
+        group, value = text[at : at + GROUP], 0
+        for code in map(ord, group):
+            value = 124 * value + code - sum(skipped < code for skipped in SKIPPED)
+        data += value.to_bytes(HELD * len(group) // GROUP)
+    return data
 
 
 def unpacked(page: str) -> str:

@@ -1,0 +1,188 @@
+"""Tiny pages: their code, their picture against Shadertoy's text, their controls, and hostile names."""
+
+import io
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+from mplicits.bake.registry import TARGETS
+from mplicits.model.gallery import model_path
+from mplicits.model.model import Model
+from mplicits.model.model_file import load
+from mplicits.model.quantize import quantized_model
+from mplicits.viewer.draw.context import Context
+from mplicits.web.adaptive_code import Encoder
+from mplicits.web.base124 import base124
+from support.browser import Visit, visit
+from support.firefox import firefox
+from support.moving_model import moving_model
+from support.page_pictures import MODEL
+from support.random_model import random_model
+from support.shadertoy import SHADERTOY, picture
+from support.unpacked import bytes_of
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+TINY = TARGETS["tiny"]
+SMALL = replace(quantized_model(MODEL), credit="somebody, CC0", front=(200.0, 15.0))
+SIZE = (195, 422)
+COUNT = """{
+    const request = requestAnimationFrame, old = matchMedia;
+    window.waiting = 0;
+    window.requestAnimationFrame = (draw) => (++waiting, request((now) => (--waiting, draw(now))));
+    window.matchMedia = (query) => (query.includes("motion") ? {matches: true} : old(query));
+}"""
+"""Counts the frames that wait for the browser, and asks for less motion."""
+STILL = "document.querySelector('canvas') && waiting === 0"
+LABEL = 40
+"""Rows at the top of a picture that may hold the credit."""
+HOSTILE = "</title></script><script>document.documentElement.dataset.bad = 1</script><!-- ü@{{packed}}\n\x01"
+
+
+def still(visited: Visit) -> NDArray[np.int16]:
+    """Wait until nothing more is drawn, and return the picture (H, W, 3)."""
+    visited.until(STILL)
+    return np.asarray(Image.open(io.BytesIO(visited.page.screenshot())).convert("RGB"), np.int16)
+
+
+def psnr(ours: NDArray[np.int16], theirs: NDArray[np.int16]) -> float:
+    """Return the similarity of two pictures below the credit, decibels."""
+    return float(10 * np.log10(255**2 / np.square((ours - theirs)[LABEL:].astype(float)).mean()))
+
+
+def page(model: Model, folder: Path, shade: str | None = None) -> Path:
+    """Write a model's tiny page without a search for fewer bits."""
+    file = folder / "tiny.html"
+    file.write_bytes(TINY(model, "packed" if model.inputs == "xyz" else "auto", shade=shade).encode())
+    return file
+
+
+@pytest.mark.parametrize("size", [0, 1, 7, 868, 869, 870, 2000])
+def test_the_text_of_a_page_holds_any_bytes(size: int) -> None:
+    for data in (bytes(size), b"\xff" * size, np.random.default_rng(size).bytes(size)):
+        text = base124(data)
+        assert bytes_of(text) == data
+        assert len(text) <= 1.1508 * size + 1
+        assert not set(text) & {"\0", "\r", "<"}
+        assert text.isascii()
+
+
+def test_the_code_is_near_the_entropy() -> None:
+    values = np.clip(np.rint(np.random.default_rng(0).normal(scale=6, size=4000)), -20, 20).astype(int)
+    _, counts = np.unique(values, return_counts=True)
+    entropy = -(counts * np.log2(counts / len(values))).sum() / 8
+    encoder = Encoder()
+    encoder.numbers(values.tolist(), 20)
+    assert entropy < len(encoder.finish()) < 1.02 * entropy
+
+
+@pytest.mark.parametrize("shade", ["phong", "studio"])
+def test_the_page_draws_the_picture_of_shadertoys_text(
+    browser: "Browser", osmesa: Context, tmp_path: Path, shade: str
+) -> None:
+    text = SHADERTOY(SMALL, "packed", shade=shade)
+    with visit(browser, page(SMALL, tmp_path, shade), size=SIZE, share=1, script=COUNT) as visited:
+        drawn = still(visited)
+        samples = {aa: picture(osmesa, text.replace("AA 1", f"AA {aa}"), size=SIZE) for aa in (1, 2)}
+        assert max(psnr(drawn, other) for other in samples.values()) > 40
+        assert visited.page.title() == "fitted"
+        assert "fitted by somebody, CC0" in visited.page.inner_text("body")
+        assert visited.console == []
+
+
+def test_dragging_turns_and_the_wheel_zooms(browser: "Browser", osmesa: Context, tmp_path: Path) -> None:
+    text = SHADERTOY(SMALL, "packed", shade="phong")
+    with visit(browser, page(SMALL, tmp_path, "phong"), size=SIZE, share=1, script=COUNT) as visited:
+        first, mouse = still(visited), visited.page.mouse
+        mouse.move(60, 200)
+        mouse.down()
+        mouse.move(110, 230, steps=3)
+        mouse.up()
+        turned = still(visited)
+        # Shadertoy's y axis points up.
+        expected = picture(osmesa, text, (110, 422 - 230, 60, 422 - 200), size=SIZE)
+        assert psnr(turned, expected) > 30 > psnr(first, expected)
+        mouse.wheel(0, -200)
+        assert covered(still(visited)) > 1.5 * covered(turned)
+        visited.page.set_viewport_size({"width": 300, "height": 200})
+        assert still(visited).shape == (200, 300, 3)
+        assert visited.page.evaluate("document.querySelector('canvas').width") == 300
+        assert visited.console == []
+
+
+def covered(drawn: NDArray[np.int16]) -> int:
+    """Count the pixels of the shape, which are brighter than the background, or darker."""
+    return int((np.abs(drawn - drawn[:, :1]).max(axis=2) > 30).sum())
+
+
+def test_two_fingers_zoom(browser: "Browser", tmp_path: Path) -> None:
+    with visit(browser, page(SMALL, tmp_path, "phong"), size=SIZE, share=1, script=COUNT) as visited:
+        before = covered(still(visited))
+        visited.page.evaluate("""() => {
+            const canvas = document.querySelector("canvas");
+            canvas.setPointerCapture = () => {};
+            for (const [kind, id, x] of [["down", 1, 90], ["down", 2, 110], ["move", 1, 70], ["move", 2, 130]]) {
+                const touch = {pointerId: id, clientX: x, clientY: 200, pointerType: "touch"};
+                canvas.dispatchEvent(new PointerEvent(`pointer${kind}`, touch));
+            }
+        }""")
+        assert covered(still(visited)) > 1.5 * before
+
+
+def test_the_turntable_turns_until_somebody_drags(browser: "Browser", tmp_path: Path) -> None:
+    with visit(
+        browser, page(SMALL, tmp_path, "phong"), size=(96, 96), share=1, script=COUNT.replace("true", "false")
+    ) as visited:
+        visited.until("waiting > 0")
+        visited.page.wait_for_timeout(500)
+        assert visited.page.evaluate("waiting") == 1
+        visited.page.mouse.click(50, 50)
+        still(visited)
+
+
+def test_a_moving_model_has_its_weights_as_text(browser: "Browser", tmp_path: Path) -> None:
+    with visit(browser, page(moving_model(), tmp_path), size=(96, 96), share=1, script=COUNT) as visited:
+        visited.until("waiting > 0")
+        visited.page.wait_for_timeout(500)
+        assert visited.page.evaluate("waiting") == 1, "it moves on"
+        assert visited.console == []
+
+
+def test_hostile_names_stay_text(browser: "Browser", tmp_path: Path) -> None:
+    model = replace(quantized_model(random_model((8, 0), name=HOSTILE)), credit=HOSTILE)
+    with visit(browser, page(model, tmp_path), size=(96, 96), share=1, script=COUNT) as visited:
+        still(visited)
+        assert visited.root("bad") is None
+        assert "<script>document" in visited.page.title()
+        assert visited.page.evaluate("document.scripts.length") == 3
+        refused = "fetch('data:,').then(() => 'sent', () => 'refused')"
+        assert visited.page.evaluate(refused) == "refused"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "most"), [("spot-small", 10_000), ("spot", 30_000)])
+def test_pages_of_the_gallery_are_tiny(name: str, most: int) -> None:
+    pytest.importorskip("minify", reason="tdewolff-minify is not installed")
+    assert len(TINY(load(model_path(name))).encode()) <= most
+
+
+@pytest.mark.slow
+def test_firefox_draws_a_tiny_page(xvfb: dict[str, str], tmp_path: Path) -> None:
+    file = page(SMALL, tmp_path, "phong")
+    (tmp_path / "profile").mkdir()
+    with firefox(tmp_path / "profile", xvfb) as tab:
+        tab.ask("WebDriver:Navigate", {"url": file.as_uri()})
+        tab.until("document.querySelector('canvas')?.width > 300")
+        pixels = (
+            "(() => {const gl = document.querySelector('canvas').getContext('webgl2'), p = new Uint8Array(4);"
+            "gl.bindFramebuffer(gl.FRAMEBUFFER, null);"
+            "gl.readPixels(gl.drawingBufferWidth / 2, gl.drawingBufferHeight / 2, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, p);"
+            "return [...p];})()"
+        )
+        tab.until(f"{pixels}[0] > 100")

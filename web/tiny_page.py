@@ -1,0 +1,147 @@
+"""Target tiny: a web page of few bytes, which draws Shadertoy's text with weights of few bits (docs/web.md)."""
+
+import html
+import json
+import math
+import re
+import zlib
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from ..codegen.printers.cstyle import Language
+from ..codegen.printers.packed import PackedStorage, multiples, whole_layer
+from ..codegen.targets.orbit import AZIMUTH, ELEVATION
+from ..codegen.targets.shadertoy import Emitted, emitted, storage_without_search
+from ..codegen.targets.shadertoy_text import printed_functions, shader_text, weights_text
+from ..ir.program import Affine, Dot, Function, Program
+from ..model.model import Model
+from ..model.version import installed_version
+from .adaptive_code import Encoder
+from .base124 import base124
+from .minified import minified
+
+HEAD = (
+    "#version 300 es\nprecision highp float;precision highp int;"
+    "uniform vec2 iResolution;uniform vec3 V;uniform float iTime;uniform int iFrame,AA;out vec4 O;\n"
+)
+"""V: azimuth, elevation, zoom. iFrame is 0; it keeps browsers from unrolling loops."""
+CAMERA = {
+    "radians(VIEW)+vec2(SPEED*iTime,0)-3.14*(iMouse.xy-abs(iMouse.zw))/z": "V.xy",
+    "float z=min(r.x,r.y)": "float z=V.z*min(r.x,r.y)",
+}
+"""Text of glsl/shadertoy.glsl -> the page's."""
+DROPPED = re.compile(r"(?m)^//.*\n|^#define (?:VIEW|SPEED|AA)\b.*\n|(?<=\S) // .*$")
+"""Comments, and settings that the page's script has instead."""
+GL = {
+    "COLOR_ATTACHMENT0": 36064,
+    "COLOR_BUFFER_BIT": 16384,
+    "DRAW_FRAMEBUFFER": 36009,
+    "FRAGMENT_SHADER": 35632,
+    "FRAMEBUFFER": 36160,
+    "LINEAR": 9729,
+    "RENDERBUFFER": 36161,
+    "RGBA8": 32856,
+    "SCISSOR_TEST": 3089,
+    "SYNC_GPU_COMMANDS_COMPLETE": 37143,
+    "SYNC_STATUS": 37140,
+    "TRIANGLES": 4,
+    "UNSIGNALED": 37144,
+    "VERTEX_SHADER": 35633,
+}
+"""Constants of WebGL, which are shorter as numbers."""
+WEIGHTS = "@"
+"""In the shader, the place of the networks, which the script prints."""
+
+
+def standalone(model: Model, storage: str = "auto", digits: int | None = None, shade: str | None = None) -> str:
+    """Return the text of the page. Arguments and errors: see `codegen.targets.shadertoy.standalone`."""
+    chosen = emitted(model, storage, digits)
+    return page_text(script_parts(chosen, model, shade), model)
+
+
+def exact(model: Model) -> str:
+    """Return a page without a search for the fewest bits, which is at least as long."""
+    return standalone(model, storage_without_search(model))
+
+
+def script_parts(chosen: Emitted, model: Model, shade: str | None) -> tuple[dict[str, Any], bytes]:
+    """Return the values that tiny/draw.js needs, and the coded weights: none where the shader holds them as text."""
+    program = chosen.program
+    shader = shader_text(program, model, chosen.storage, {}, shade)
+    networks, encoder = [], Encoder()
+    if chosen.storage is PackedStorage and program.composition is None:
+        shader = _replaced(shader, weights_text(program, PackedStorage), WEIGHTS)
+        networks = [_coded(program, function, encoder) for function in printed_functions(program)]
+    for text, replacement in CAMERA.items():
+        shader = _replaced(shader, text, replacement)
+    view = [math.radians(angle) for angle in model.front or (AZIMUTH, ELEVATION)]
+    values = {
+        "NETWORKS": networks,
+        "VIEW": [round(angle, 3) for angle in view],
+        "MOVES": int(program.moving),
+        "SHADER": HEAD + DROPPED.sub("", shader) + "void main(){mainImage(O,gl_FragCoord.xy);}",
+    }
+    return values, encoder.finish()
+
+
+def page_text(parts: tuple[dict[str, Any], bytes], model: Model) -> str:
+    """Return the page. parts: of `script_parts`."""
+    values, weights = parts
+    source = re.sub(r"\bgl\.([A-Z]\w+)", lambda match: str(GL[match[1]]), _read("draw.js"))
+    script = f"{{{minified(_filled(source, values))}}}"  # a block of its own names
+    encoder = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS, 9)
+    data = encoder.compress(script.encode()) + encoder.flush()
+    by = f" by {model.credit}" if model.credit else ""
+    slots = {
+        "title": _escaped(model.name),
+        "label": _escaped(model.name + by),
+        "version": installed_version(),
+        "packed": base124(data + weights),
+        "unpack": f"{{{_filled(minified(_read('unpack.js')), {'SIZE': len(data)})}}}",  # a block of its own names
+    }
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: slots[match[1]], _read("page.html"))
+
+
+def _coded(program: Program, function: Function, encoder: Encoder) -> list[Any]:
+    """Write the weights of a network, and return its description for tiny/draw.js."""
+    number = Language().number
+    layers = []
+    for op in function.ops:
+        if isinstance(op, Affine):
+            layer = whole_layer(program, op)
+            halves = [int(np.abs(values).max(initial=0)) for values in (layer.weights, layer.bias)]
+            encoder.numbers(map(int, layer.weights.ravel()), halves[0])
+            encoder.numbers(map(int, layer.bias), halves[1])
+            factors = [[number(factor) for factor in layer.inputs]] if layer.inputs else []
+            layers.append([*layer.weights.shape, *halves, number(layer.step), *factors])
+    outputs = []
+    for op in function.ops:
+        if isinstance(op, Dot):
+            row, half, step = multiples(program.constants[op.row])
+            encoder.numbers(map(int, row), half)
+            outputs.append([half, number(step * op.scale), f"({number(op.bias)})"])
+    return ["float" if len(outputs) == 1 else "vec3", function.name, layers, outputs]
+
+
+def _filled(text: str, values: dict[str, Any]) -> str:
+    """Replace names by values, as JSON that holds no end of a script."""
+    pattern = re.compile(rf"\b(?:{'|'.join(values)})\b")
+    return pattern.sub(lambda match: json.dumps(values[match[0]], separators=(",", ":")), text)
+
+
+def _replaced(text: str, old: str, new: str) -> str:
+    if (count := text.count(old)) != 1:
+        raise ValueError(f"Shadertoy's text has {old[:40]!r} {count} times instead of once")
+    return text.replace(old, new)
+
+
+def _escaped(text: str) -> str:
+    """Return text for HTML, in printable ASCII."""
+    kept = "".join(letter for letter in text if letter.isprintable())
+    return html.escape(kept, quote=False).encode("ascii", "xmlcharrefreplace").decode()
+
+
+def _read(name: str) -> str:
+    return files(__package__).joinpath("tiny", name).read_text("utf-8")
