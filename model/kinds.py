@@ -49,5 +49,9 @@ PICTURE = Kind("a PNG picture", lambda content: content.startswith(b"\x89PNG\r\n
 VIDEO = Kind("a video", lambda content: content[4:8] == b"ftyp" or content.startswith((b"GIF87a", b"GIF89a")))
 LOG = Kind("a log of a training", lambda content: content.startswith(b'{"level": '))
 REPORT = Kind("a report", lambda content: b'content="mplicits report"' in content)
-GENERATED = Kind("a text that mplicits wrote", lambda content: b'{"mplicits": "' in content)
-"""Output of every target of `bake`: its header line (codegen/targets/header.py) holds this text."""
+GALLERY = Kind("the index of a gallery", lambda content: b'content="mplicits gallery"' in content)
+GENERATED = Kind(
+    "a text that mplicits wrote",
+    lambda content: re.search(rb'\{"mplicits": "|<!-- (?:A page of|Made with) mplicits', content) is not None,
+)
+"""Output of every target of `bake`: its header line (codegen/targets/header.py), or the comment of a packed page."""

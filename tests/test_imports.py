@@ -34,6 +34,7 @@ UNITS: dict[str, set[str]] = {
     "scenes": {"model", "ir", "field"},
     "mesher": {"model", "ir", "field"},
     "reporting": {"model", "ir", "field", "codegen.targets", "web", "bake", "mesher"},
+    "site": {"model", "web", "bake"},
     "viewer.draw": {"glsl", "model", "codegen.targets"},
     "viewer.state": {"glsl", "model", "codegen.targets", "bake", "viewer.draw"},
     "viewer.window": {"model", "codegen.targets", "bake", "viewer.draw", "viewer.state"},
@@ -50,7 +51,7 @@ A folder does not include its subfolders. The files at the root, named "", are t
 """
 ROOMS = (
     *("glsl", "model", "ir", "field", "codegen", "web", "studio", "bake"),
-    *("trainer", "capture", "scenes", "mesher", "reporting", "viewer", "api"),
+    *("trainer", "capture", "scenes", "mesher", "reporting", "site", "viewer", "api"),
 )
 FRONT_DOOR = {path.stem for path in ROOT.glob("*.py")} - {"__init__", "__main__"}
 """Modules at the root: cli, demo, extras."""

@@ -54,7 +54,7 @@ def test_verbs_and_functions_have_the_same_options(name: str) -> None:
 
 
 def test_every_verb_has_a_function() -> None:
-    assert set(cli.verbs()) == {*FUNCTIONS, "demo", "view", "info", "studio"}
+    assert set(cli.verbs()) == {*FUNCTIONS, "demo", "view", "info", "studio", "gallery"}
 
 
 def test_render_equals_the_verb(tmp_path: Path) -> None:

@@ -117,7 +117,9 @@ def standalone(
     if model.scene is not None:
         facts["scene"] = scene_facts(model, program, text)
     data = _bytes(weights) if model.scene is None else texel_bytes(text)
-    return _page(model.name, facts, data, prologue, _poster(model, shade) if poster else NO_PICTURE, shade, extension)
+    return _page(
+        model.name, facts, data, prologue, poster_url(model, shade) if poster else NO_PICTURE, shade, extension
+    )
 
 
 def without_model(name: str, shade: str = OPENING_SHADES[0], extension: Extension | None = None) -> str:
@@ -225,12 +227,12 @@ def poster_pixels(model: Model, side: int, shade: str = "phong") -> NDArray[np.u
     return np.round(255 * draw_poster(model, *view, light, plain, side, shade)).astype(np.uint8)
 
 
-def _poster(model: Model, shade: str) -> str:
-    """Return the first view of the page as the data URL of a WebP of some 3 kB."""
+def poster_url(model: Model, shade: str, side: int = POSTER_SIDE) -> str:
+    """Return the first view of the page as the data URL of a WebP: some 3 kB. side, shade: see `poster_pixels`."""
     from PIL import Image
 
     data = io.BytesIO()
-    pixels = poster_pixels(model, POSTER_SIDE, shade)
+    pixels = poster_pixels(model, side, shade)
     Image.fromarray(pixels).save(data, "WEBP", quality=POSTER_QUALITY, method=6)
     return "data:image/webp;base64," + base64.b64encode(data.getvalue()).decode()
 

@@ -38,11 +38,13 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> dict[Path, object]:
     (folder / "ascii.stl").write_text(trimesh.exchange.stl.export_stl_ascii(ball))
     kinds[folder / "ascii.stl"] = MESH
     small = random_model((4, 0))
-    for target in (glsl330, glsl300es, shadertoy, cuda, webpage):
+    for target in (glsl330, glsl300es, shadertoy, cuda, tiny_page, webpage):
         path = folder / target.__name__
         more = {"poster": False} if target is webpage else {}
         path.write_text(target.standalone(small, **more))
         kinds[path] = GENERATED
+    (folder / "studio").write_text(studio())
+    kinds[folder / "studio"] = GENERATED
     save_file({"x": np.zeros(3, np.float32)}, folder / "other.safetensors", {"format": "pt"})
     (folder / "bytes").write_bytes(bytes(200))
     for path in (folder / "other.safetensors", folder / "bytes", ROOT / "README.md", ROOT / "glsl" / "main.glsl"):

@@ -36,7 +36,7 @@ def decoded(url: str) -> np.ndarray:
     ids=["phong, plain, from the usual place", "studio, with colors, from its front"],
 )
 def test_the_poster_is_the_first_picture(shade: str, model: Model, osmesa: Context) -> None:
-    poster = decoded(webpage._poster(model, shade))
+    poster = decoded(webpage.poster_url(model, shade))
     side = len(poster)
     renderer = Renderer(osmesa, glsl330.bake(model))
 
