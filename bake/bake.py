@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from ..field.rounding import in_float16, rounding_error
 from ..model.model import Model
+from ..web.short_weights import short_weights
 from .options import BakeOptions
 from .registry import TARGETS
 
@@ -15,7 +16,7 @@ class Baked:
     text: str
     """The whole output file."""
     rounding: tuple[float, float] | None
-    """Largest and mean difference of the distance near the surface where weights are float16, model units."""
+    """Largest and mean difference of the distance near the surface where weights are rounded to 16 bits, model units."""
 
 
 def bake(model: Model, options: BakeOptions) -> Baked:
@@ -24,6 +25,8 @@ def bake(model: Model, options: BakeOptions) -> Baked:
     if options.precision == "float16":
         exact, model = model, in_float16(model)
         rounding = rounding_error(exact, model)
+    elif TARGETS[options.target].page and (short := short_weights(model)) is not None:
+        rounding = short.error
     text = TARGETS[options.target](
         model,
         storage=options.storage,

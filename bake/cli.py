@@ -53,7 +53,7 @@ def _bake(command: BakeCommand) -> None:
     if baked.rounding is not None:
         largest, mean = baked.rounding
         print(
-            f"float16: the distance near the surface is off by {largest:.1e} at most, {mean:.1e} on average "
+            f"weights of 16 bits: the distance near the surface is off by {largest:.1e} at most, {mean:.1e} on average "
             "(the shape has radius 1)",
             file=sys.stderr,
         )

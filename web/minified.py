@@ -6,10 +6,16 @@ _INDENT = re.compile(r"^[ \t]+", re.MULTILINE)
 _COMMENT_LINE = re.compile(r"^//.*\n?", re.MULTILINE)
 _COMMENT_AT_END = re.compile(r"[ \t]+// [^\n`'\"]*$", re.MULTILINE)
 """Without quotes, in which the slashes might be text."""
+_DECLARATION = re.compile(r"^(const|let) ", re.MULTILINE)
+"""Start of a declaration in a script without indentation; those in a loop's head do not start a line."""
+_TOKEN = re.compile(r"""'(?:\\.|[^'\\])*'|"(?:\\.|[^"\\])*"|`(?:\\.|[^`\\])*`|[()\[\]{},;]""", re.DOTALL)
+"""A literal (templates in a template do not nest in declarations with patterns), a bracket or a separator."""
+_FENCE = "fence_()"
+_FENCES = re.compile(r",fence_\(\)|fence_\(\)[,;]")
 
 
 def minified(script: str) -> str:
-    """Return JavaScript in few bytes. It may use `await`; its own names are renamed, so that no other script sees them.
+    """Return JavaScript in few bytes. No other script may use its names: all of them are renamed.
 
     tdewolff-minify has no wheels for some machines.
     """
@@ -18,8 +24,53 @@ def minified(script: str) -> str:
     except ImportError:
         return short_script(script)
     # Inside a function, top-level names are local, and are renamed, too.
-    text = minify.string("application/javascript", f"async function _(){{{script}\n}}")
+    source = f"async function _(){{{fenced(short_script(script))}\n}}"
+    text = _FENCES.sub("", minify.string("application/javascript", source))
+    if _FENCE in text:
+        raise ValueError("the minifier moved a fence")
     return re.sub(r"^async function _\(\)\{|\}$", "", text)
+
+
+def fenced(script: str) -> str:
+    """Return a short script in which a call stands before every declaration of a pattern, such as `const [a, b] = c;`.
+
+    tdewolff-minify 2.24 joins declarations, and moves those of patterns ahead of names that they read (its issue 958).
+    It joins none across a call.
+    """
+    pieces, end = [], 0
+    for start in _DECLARATION.finditer(script):
+        if start.start() < end:
+            continue
+        pieces.append(script[end : start.start()])
+        end = _end(script, start.end())
+        names = _split(script[start.end() : end - 1])
+        fences = [f"{_FENCE};" if name.lstrip().startswith(("[", "{")) else "" for name in names]
+        if any(fences):
+            pieces += [f"{fence}{start[0]}{name.strip()};" for fence, name in zip(fences, names, strict=True)]
+        else:
+            pieces.append(script[start.start() : end])
+    return "".join([*pieces, script[end:]])
+
+
+def _end(script: str, at: int) -> int:
+    """Return the index after the semicolon that ends the statement around `at`."""
+    depth = 0
+    for token in _TOKEN.finditer(script, at):
+        depth += (token[0] in "([{") - (token[0] in ")]}")
+        if token[0] == ";" and not depth:
+            return token.end()
+    raise ValueError("a declaration has no end")
+
+
+def _split(declaration: str) -> list[str]:
+    """Split a declaration at the commas between its names."""
+    depth, start, names = 0, 0, []
+    for token in _TOKEN.finditer(declaration):
+        depth += (token[0] in "([{") - (token[0] in ")]}")
+        if token[0] == "," and not depth:
+            names.append(declaration[start : token.start()])
+            start = token.end()
+    return [*names, declaration[start:]]
 
 
 def short_script(text: str) -> str:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .. import glsl
 from ..codegen.printers.field import PLAIN, STORAGES, print_field
-from ..codegen.targets import fragment, orbit, shadertoy
+from ..codegen.targets import fragment, orbit
 from ..codegen.targets.camera import basis, fitting_distance
 from ..codegen.targets.glsl300es import DIALECT
 from ..codegen.targets.header import header_facts
@@ -35,6 +35,7 @@ from ..model.model_file import to_bytes
 from ..model.version import installed_version
 from .facts import PAGE_PASSES, facts_json
 from .scene import scene_facts, texel_bytes
+from .short_weights import short_weights
 
 PRINTER = ("facts.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js", "field.js")
 """Modules in web/app/ that read a model and print its field; scenes are printed by scene.py."""
@@ -42,14 +43,15 @@ SCRIPTS = (
     *PRINTER,
     *("reference.js", "cells.js", "lowest.js", "camera.js", "embedding.js", "uniforms.js", "device.js"),
     *("samples.js", "passes.js", "painter.js", "variants.js", "renderer.js", "memory.js", "messages.js", "gestures.js"),
+    *("quantize.js", "packed.js", "few_bits.js", "decimals.js", "header.js", "shadertoy.js"),
     *("controls.js", "view.js", "recovery.js", "current_model.js", "page.js"),
 )
 """Modules in web/app/ that every page has, in the order in which its script holds them."""
-TEXTS = (*("quantize.js", "packed.js", "few_bits.js", "decimals.js", "header.js", "shadertoy.js", "glsl_function.js"),)
-"""Modules in web/app/ that print a model's text for other programs, in their order; only some pages have them."""
+TEXTS = ("glsl_function.js",)
+"""Modules in web/app/ that print a model's text for other programs; only some pages have them."""
 POSTER_SIDE = 160
 """Pixels along each side of the picture that the page shows before its first frame."""
-POSTER_QUALITY = 85
+POSTER_QUALITY = 75
 """Quality of its WebP, from 0 to 100."""
 NO_PICTURE = "data:,"
 """URL in the place of a poster."""
@@ -95,16 +97,20 @@ def standalone(
     poster: bool = True,
     shade: str = OPENING_SHADES[0],
     extension: Extension | None = None,
+    short: bool = False,
 ) -> str:
     """Return the text of the page.
 
     storage: "texture" stores the weights in a texture. "auto" also compiles them as literals, for networks up to 64
     wide, and keeps the faster variant; "literal" does so for wider networks too. digits: decimals of the weights, None
     for exact weights. poster: include a small picture of the model, which takes seconds to draw. shade: initial
-    shading, one of OPENING_SHADES. extension: additions to the page. The page stores 16-bit weights if they are exact.
-    Raises UserError for another storage.
+    shading, one of OPENING_SHADES. extension: additions to the page. short: store weights as short whole numbers where
+    that keeps the field (short_weights.py). Otherwise, the page stores 16-bit weights if they are exact. Raises
+    UserError for another storage.
     """
     weights = model if digits is None else in_decimals(model, digits)
+    shortened = short_weights(weights) if short else None
+    weights = shortened.model if shortened else weights
     if storage == "packed":
         raise UserError("--storage packed: only target shadertoy takes it; choose literal, texture or auto")
     program = lower(weights)
@@ -113,13 +119,14 @@ def standalone(
     # moving: a model dropped on the page may move.
     ground = round(lowest_point(program), 4)
     prologue = fragment.prologue(header, replace(program, moving=True), DIALECT, text.weights, ground)
-    facts = header | {"ground": ground} | _facts(model, program, storage, digits)
+    facts = header | {"ground": ground} | _facts(program, storage)
     if model.scene is not None:
         facts["scene"] = scene_facts(model, program, text)
-    data = _bytes(weights) if model.scene is None else texel_bytes(text)
-    return _page(
-        model.name, facts, data, prologue, poster_url(model, shade) if poster else NO_PICTURE, shade, extension
-    )
+        data = texel_bytes(text)
+    else:
+        data = shortened.data if shortened else _bytes(weights)
+    picture = poster_url(model, shade) if poster else NO_PICTURE
+    return _page(model.name, facts, data, prologue, picture, shade, extension)
 
 
 def without_model(name: str, shade: str = OPENING_SHADES[0], extension: Extension | None = None) -> str:
@@ -159,11 +166,6 @@ def _page(
     return _PLACE.sub(lambda match: parts[match[1]], _read("page.html"))
 
 
-def text_elements() -> str:
-    """Return the script elements that TEXTS need."""
-    return f'<script type="x-shader/x-fragment" id="shadertoy.glsl">{_shader(main_template())}</script>\n'
-
-
 def text_facts() -> dict[str, str]:
     """Return the keys of `facts` that TEXTS need, beyond the header's."""
     return {"reserved": lower_case_pattern("glsl")}
@@ -174,7 +176,7 @@ def script(names: tuple[str, ...] = SCRIPTS) -> str:
     return "".join(_MODULE_LINE.sub("", _read(name)) for name in names)
 
 
-def _facts(model: Model, program: Program, storage: str, digits: int | None) -> dict[str, Any]:
+def _facts(program: Program, storage: str) -> dict[str, Any]:
     """Return the facts about the page's own model beyond the header's, with `sha256` in full."""
     points = _probes(program)
     widest = [program.widest(function) for function in program.functions()]
@@ -183,31 +185,17 @@ def _facts(model: Model, program: Program, storage: str, digits: int | None) -> 
         "sha256": program.sha256,
         "storage": storage if literal else "texture",
         "points": _numbers(points),
-        "values": _numbers(interpret.field(program, points, len(program.bands))),
-        "shadertoy": _shadertoy(model, digits),
+        "values": _numbers(np.round(interpret.field(program, points, len(program.bands)), 8)),
     }
 
 
 def _probes(program: Program) -> Array:
     """Return points (N, 3) float32 near the surface at time 0, in every level's band and in the unit ball."""
-    points = near_surface(program)
+    points = np.round(near_surface(program), 4)
     points = points[np.linalg.norm(points, axis=1) < 1]
     _, reached = interpret.nested_field(program, points, len(program.bands))
     probes: Array = points[reached == len(program.bands)][:PROBES]
     return probes
-
-
-def _shadertoy(model: Model, digits: int | None) -> str | None:
-    """Return the text for the button "Copy as Shadertoy"; None if that target refuses the model.
-
-    None for a scene, too, whose text would be larger than the rest of the page.
-    """
-    if model.scene is not None:
-        return None
-    try:
-        return shadertoy.exact(model, digits)
-    except UserError:
-        return None
 
 
 def _bytes(model: Model) -> bytes:
@@ -248,9 +236,15 @@ def _shader(text: str) -> str:
 
 
 def _glsl() -> str:
-    """Return the files in glsl/ of SHADERS, each in a script element with the file's name as its id."""
+    """Return the files in glsl/ of SHADERS, each in a script element with the file's name as its id.
+
+    The last one is the template of Shadertoy's text (web/app/shadertoy.js).
+    """
     names = dict.fromkeys(name for shader in SHADERS for name in glsl.load_numbered(f"{shader}.glsl")[1])
-    scripts = [f'<script type="x-shader/x-fragment" id="{name}">{_shader(glsl.read(name))}</script>' for name in names]
+    texts = {name: glsl.read(name) for name in names} | {"shadertoy.glsl": main_template()}
+    scripts = [
+        f'<script type="x-shader/x-fragment" id="{name}">{_shader(text)}</script>' for name, text in texts.items()
+    ]
     return "\n".join(scripts)
 
 

@@ -4,7 +4,6 @@ import html
 import json
 import math
 import re
-import zlib
 from importlib.resources import files
 from typing import Any
 
@@ -20,6 +19,7 @@ from ..model.model import Model
 from ..model.version import installed_version
 from .adaptive_code import Encoder
 from .base124 import base124
+from .deflate import deflated
 from .minified import minified
 
 HEAD = (
@@ -91,8 +91,7 @@ def page_text(parts: tuple[dict[str, Any], bytes], model: Model) -> str:
     values, weights = parts
     source = re.sub(r"\bgl\.([A-Z]\w+)", lambda match: str(GL[match[1]]), _read("draw.js"))
     script = f"{{{minified(_filled(source, values))}}}"  # a block of its own names
-    encoder = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS, 9)
-    data = encoder.compress(script.encode()) + encoder.flush()
+    data = deflated(script.encode())
     by = f" by {model.credit}" if model.credit else ""
     slots = {
         "title": _escaped(model.name),

@@ -30,7 +30,7 @@ export class LivePicture {
     // Compiles the shader. Resolves when it is ready.
     async compile() {
         const model = this.model({levels: []});
-        await start({model, probes: {points: [], values: []}, storage: "texture", shadertoy: null, memory: memoryOf("")});
+        await start({model, probes: {points: [], values: []}, storage: "texture", sha256: "", memory: memoryOf("")});
         this.isReady = true;
     }
 

@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 HOSTILE = '</script><script>document.title = "bad"</script><!-- " & \x01poster\x01'
-EXPORT = """([bytes, shadertoy, posts]) => globalThis.exported(new Uint8Array(bytes), shadertoy, posts)"""
+EXPORT = """([bytes, posts]) => globalThis.exported(new Uint8Array(bytes), posts)"""
 HOOK = """
-globalThis.exported = async (bytes, shadertoy, posts) => (
-    pageText(bytes, lowestPoint(parseModel(bytes.slice().buffer)), "phong", shadertoy,
+globalThis.exported = async (bytes, posts) => (
+    pageText(bytes, lowestPoint(parseModel(bytes.slice().buffer)), "phong",
         posts ? await posterOf(renderer, "phong") : undefined));
 """
 
@@ -44,9 +44,9 @@ def studio(browser: "Browser", tmp_path_factory: pytest.TempPathFactory) -> Path
     return path
 
 
-def exported(visited: Visit, model: Model, shadertoy: str | None = None, poster: bool = False) -> str:
+def exported(visited: Visit, model: Model, poster: bool = False) -> str:
     visited.until("'exported' in globalThis")
-    text = visited.page.evaluate(EXPORT, [list(to_bytes(model)), shadertoy, poster])
+    text = visited.page.evaluate(EXPORT, [list(to_bytes(model)), poster])
     assert isinstance(text, str)
     return text
 
@@ -78,15 +78,14 @@ def facts_of(page: str) -> dict[str, object]:
 def test_the_exported_page_is_python_s(browser: "Browser", studio: Path) -> None:
     model = dataclasses.replace(MODEL, name="a ball", credit="me", front=(40.0, -10.0))
     with visit(browser, studio) as visited:
-        ours = exported(visited, model, "void mainImage() {} // <é>")
+        ours = exported(visited, model)
         assert visited.console == []
     theirs = packed(standalone(model, poster=False, shade="phong"))
     pages = [unpacked(page) for page in (ours, theirs)]
     mine, expected = (facts_of(page) for page in pages)
-    assert mine["shadertoy"] == "void mainImage() {} // <é>"
     assert mine["ground"] == pytest.approx(expected["ground"], abs=2e-3)
     assert sorted(mine) == sorted(expected)
-    for key in set(mine) - {"shadertoy", "ground", "sha256", "points", "values"}:
+    for key in set(mine) - {"ground", "sha256", "points", "values"}:
         assert mine[key] == (list(model.front or ()) if key == "front" else expected[key]), key
     outside = [re.sub(r'(id="packed">)[^<]*', r"\1", page) for page in (ours, theirs)]
     inside = [
@@ -132,7 +131,7 @@ def test_the_exported_page_draws_the_model(browser: "Browser", studio: Path, tmp
 def test_hostile_names_do_nothing(browser: "Browser", studio: Path, tmp_path: Path) -> None:
     file, model = tmp_path / "page.html", random_model((4, 0), name=HOSTILE)
     with visit(browser, studio) as visited:
-        text = exported(visited, dataclasses.replace(model, credit=HOSTILE), shadertoy=HOSTILE)
+        text = exported(visited, dataclasses.replace(model, credit=HOSTILE))
         file.write_text(text, encoding="utf-8")
         assert visited.console == []
     with visit(browser, file) as visited:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from mplicits.codegen.targets import glsl330, shadertoy
+from mplicits.model.quantize import quantized_model
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
@@ -243,18 +244,15 @@ def test_the_page_draws_only_after_changes(opened: Visit) -> None:
     opened.page.keyboard.press("r")
 
 
-def test_the_button_copies_the_text_for_shadertoy(
-    browser: "Browser", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    text = "void mainImage() { } // <é>"
-    monkeypatch.setattr(shadertoy, "standalone", lambda model, storage="auto", digits=None, shade=None: text)
+def test_the_button_copies_the_text_for_shadertoy(browser: "Browser", tmp_path: Path) -> None:
+    model = quantized_model(random_model((4, 0), texture=(4, 0)))
     file = tmp_path / "page.html"
-    file.write_text(standalone(random_model((4, 0)), poster=False))
+    file.write_text(standalone(model, poster=False))
     with visit(browser, file, permissions=["clipboard-read", "clipboard-write"]) as visited:
         visited.unfold()
         visited.page.click("#copy")
         visited.page.wait_for_selector("#message:not([hidden])")
-        assert visited.page.evaluate("navigator.clipboard.readText()") == text
+        assert visited.page.evaluate("navigator.clipboard.readText()") == shadertoy.exact(model)
         assert visited.console == []
 
 

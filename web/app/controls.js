@@ -82,10 +82,10 @@ export function listenToDrops(cover, onDrop) {
 // Copies text, also in browsers without an asynchronous clipboard.
 export async function copyText(text) {
     try {
-        await navigator.clipboard.writeText(text);
+        await navigator.clipboard.write([new ClipboardItem({"text/plain": Promise.resolve(text)})]);
     } catch {
         const area = document.createElement("textarea");
-        area.value = text;
+        area.value = await text;
         document.body.append(area);
         area.select();
         document.execCommand("copy");

@@ -7,12 +7,13 @@ import {compiling, element, setState, fail, isExpected, root, say, uncover} from
 import {afterLoss, reduced, reportRestored, reportLoss} from "./recovery.js";
 import {probes} from "./reference.js";
 import {ModelError, parseModel, readFloats} from "./safetensors.js";
+import {fitsShadertoy, shadertoyText} from "./shadertoy.js";
 import {TEXTURE_WIDTH} from "./texels.js";
 import {stepsOf} from "./uniforms.js";
 import {center, draw, goTo, halt, options, renderer, set} from "./view.js";
 
-// `current` is the page's model or a dropped model: {model, probes, storage, shadertoy, memory, whole}. storage: of the
-// second variant; "texture" without a second variant. shadertoy: the text to copy, or null. whole: the same object with
+// `current` is the page's model or a dropped model: {model, probes, storage, sha256, memory, whole}. storage: of the
+// second variant; "texture" without a second variant. sha256: of the model, or "". whole: the same object with
 // all levels; only after the driver failed at them. `next` replaces `current` when a lost context is restored. Both are
 // null in a page without a model, until a file is dropped.
 let current = null, next = null;
@@ -28,7 +29,7 @@ export function embedded() {
     const model = facts.scene ? bakedScene(buffer) : parseModel(buffer, true);
     return reduced({
         model: {...model, ground: facts.ground}, probes: {points: facts.points, values: facts.values},
-        storage: facts.storage, shadertoy: facts.shadertoy, memory: memoryOf(facts.sha256),
+        storage: facts.storage, sha256: facts.sha256, memory: memoryOf(facts.sha256),
     });
 }
 
@@ -49,7 +50,7 @@ export async function start(chosen) {
     setTitle(model);
     const size = `${model.field ? `${model.shapes} shapes` : networks().join(" > ")} · ${model.parameters.toLocaleString("en")} parameters`;
     element("shapes").textContent = model.credit ? `${size} · ${model.credit}` : size;
-    element("copy").hidden = !chosen.shadertoy;
+    element("copy").hidden = !fitsShadertoy(model);
     const moves = model.inputs === "xyzt";
     element("moment").hidden = !moves;
     goTo(moves ? options.time : 0);
@@ -111,7 +112,7 @@ export async function startParsed(model) {
     center(model.front);
     element("poster").hidden = true;
     const grounded = {...model, ground: model.ground ?? lowestPoint(model)};
-    await start({model: grounded, probes: probes(model), storage: "texture", shadertoy: null, memory: memoryOf("")});
+    await start({model: grounded, probes: probes(model), storage: "texture", sha256: "", memory: memoryOf("")});
 }
 
 // Calls `open` with dropped files that are the input of a training. Errors of `open` become messages.
@@ -168,10 +169,10 @@ export async function save() {
 }
 
 export async function copy() {
-    await copyShadertoy(current.shadertoy);
+    await copyShadertoy(shadertoyText(current.model, current.sha256));
 }
 
-// Copies a text for Shadertoy, and says what to do with it.
+// Copies a text for Shadertoy, or the text of a promise, and says what to do with it.
 export async function copyShadertoy(text) {
     await copyText(text);
     say("Copied. On shadertoy.com: New, paste over the text in the Image tab, press play.");

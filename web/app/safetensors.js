@@ -8,9 +8,9 @@ const LARGEST = 3.4028234663852886e38, SMALLEST = 1.1754943508222875e-38; // of 
 
 // Returns {name, inputs, front, credit, levels: [{network, delta, iterations, bounds}], texture, parameters}. front:
 // [azimuth, elevation] in degrees, or null; a network is a list of layers {rows, columns, weight, bias}; texture: a
-// network or null; parameters: number of weights and biases. half: whether 16-bit tensors are allowed. Throws
-// ModelError.
-export function parseModel(buffer, half = false) {
+// network or null; parameters: number of weights and biases. own: whether it is the page's own model, whose
+// weights may be short (web/short_weights.py). Throws ModelError.
+export function parseModel(buffer, own = false) {
     const header = readHeader(buffer);
     const metadata = header.entries.__metadata__ ?? {};
     refuse(metadata.format !== FORMAT.name, `not an ${FORMAT.name} model (metadata key 'format')`);
@@ -24,10 +24,10 @@ export function parseModel(buffer, half = false) {
         throw new ModelError("a scene of several shapes needs a separate page; "
             + "make it with: mplicits bake SCENE.safetensors --target html");
     }
-    const tensors = new Map();
+    const tensors = new Map(), steps = own ? JSON.parse(metadata.steps ?? "{}") : null;
     for (const [name, entry] of Object.entries(header.entries)) {
         const ofModel = name !== "__metadata__" && !name.startsWith(`${FORMAT.training}.`);
-        if (ofModel) tensors.set(name, readTensor(name, entry, buffer, header.end, half));
+        if (ofModel) tensors.set(name, readTensor(name, entry, buffer, header.end, steps));
     }
     const inputs = description.inputs === "xyzt" ? 4 : 3;
     let parameters = 0;
@@ -94,9 +94,10 @@ function describe(text) {
     return {...description, front, credit};
 }
 
-// Returns {shape, values: Float32Array} of a tensor at an offset from `start`.
-function readTensor(name, entry, buffer, start, half) {
-    const size = {F32: 4, ...(half ? {F16: 2} : {})}[entry?.dtype];
+// Returns {shape, values: Float32Array} of a tensor at an offset from `start`. steps: by the names of tensors of whole
+// numbers; null if all tensors must have 32 bits.
+function readTensor(name, entry, buffer, start, steps) {
+    const size = {F32: 4, ...(steps ? {F16: 2, I16: 2, I8: 1} : {})}[entry?.dtype];
     refuse(!size, `${name}: must be float32`);
     const {shape, data_offsets: offsets} = entry;
     const isSize = (value) => Number.isInteger(value) && value >= 0;
@@ -105,9 +106,17 @@ function readTensor(name, entry, buffer, start, half) {
     const count = shape.reduce((product, side) => product * side, 1);
     const [from, to] = offsets;
     refuse(to - from !== count * size || start + to > buffer.byteLength, `${name}: the file is cut short or damaged`);
-    const values = readFloats(new DataView(buffer, start + from, to - from), count, size);
+    const view = new DataView(buffer, start + from, to - from);
+    const values = steps?.[name] ? readWholes(view, count, size, steps[name]) : readFloats(view, count, size);
     refuse(!values.every(Number.isFinite), `${name}: has values that are not finite`);
     return {shape, values};
+}
+
+// Returns the whole numbers of a DataView times a step: one for all, or one for each row. Of 16-bit numbers, the view
+// holds all high bytes, then all low bytes.
+function readWholes(view, count, size, steps) {
+    const whole = (i) => (size === 1 ? view.getInt8(i) : 256 * view.getInt8(i) + view.getUint8(count + i));
+    return Float32Array.from({length: count}, (_, i) => steps[Math.floor(i * steps.length / count)] * whole(i));
 }
 
 // Returns the first numbers of a DataView, of `size` bytes, 2 or 4.

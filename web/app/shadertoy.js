@@ -19,8 +19,7 @@ const DELTA_FACTOR = 1.3; // of a band's half-width, relative to the largest |f|
 // Resolves to the text. model: of parseModel, with `ground`, the height of its lowest point. sha256: of hashOf().
 // shade: "studio", "phong", or null for the studio where it adds little. Throws a ModelError for too wide a model.
 export async function shadertoyText(model, sha256, shade = null) {
-    const networks = [...model.levels.map(({network}) => network), ...(model.texture ? [model.texture] : [])];
-    const widest = Math.max(...networks.flat().map(({rows}) => rows));
+    const widest = widestOf(model);
     if (widest > WIDEST) throw new ModelError(`a layer is ${widest} wide, and browsers compile ${WIDEST} at most`);
     // A single level's network is the field.
     const nameOf = (name) => (model.levels.length === 1 && name === "network1" ? "field" : name);
@@ -32,6 +31,14 @@ export async function shadertoyText(model, sha256, shade = null) {
     const further = error ? {error: Object.fromEntries(error)} : {};
     return textOf(model, sha256, shade, packedLines(functions, constants), further);
 }
+
+function widestOf({levels, texture}) {
+    const networks = [...levels.map(({network}) => network), ...(texture ? [texture] : [])];
+    return Math.max(...networks.flat().map(({rows}) => rows));
+}
+
+// Whether Shadertoy takes a model: one that has networks, which a scene has not, and none that are too wide.
+export const fitsShadertoy = (model) => !model.field && widestOf(model) <= WIDEST;
 
 // Returns the text. weights: the lines of the weights and networks; further: facts for the header.
 function textOf(model, sha256, shade, weights, further) {
