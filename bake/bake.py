@@ -16,7 +16,7 @@ class Baked:
     text: str
     """The whole output file."""
     rounding: tuple[float, float] | None
-    """Largest and mean difference of the distance near the surface where weights are rounded to 16 bits, model units."""
+    """Largest and mean difference of the distance near the surface where weights are rounded, model units."""
 
 
 def bake(model: Model, options: BakeOptions) -> Baked:

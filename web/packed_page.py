@@ -40,8 +40,9 @@ def packed(page: str, alone: bool = False) -> str:
     """Return a page that replaces itself with `page`, without its comments and indentation.
 
     page: text of `page.standalone` or `page.without_model`. alone: rename all names of its script, whose parts the
-    studio then cannot take out. Its title, policy and poster stay readable, so that the poster is seen before a script runs. `globalThis.packedPage` in the browser is {outer, html}: the text of the page
-    that unpacks, without its first line, and of the unpacked page.
+    studio then cannot take out. Its title, policy and poster stay readable, so that the poster is seen before a script
+    runs. `globalThis.packedPage` in the browser is {outer, html}: the text of the page that unpacks, without its first
+    line, and of the unpacked page.
     """
     parts: list[bytes] = []
     inner = _POSTER.sub(f"{MARK}poster{MARK}", short(page, parts, alone))

@@ -70,7 +70,8 @@ def _coded(tensor: Array) -> tuple[NDArray[np.integer[Any]], list[float]]:
 
 def _decoded(numbers: NDArray[np.integer[Any]], steps: list[float]) -> Array:
     parts = numbers.reshape(len(steps), -1).astype(np.float64) * np.array(steps)[:, None]
-    return parts.reshape(numbers.shape).astype(np.float32)
+    decoded: Array = parts.reshape(numbers.shape).astype(np.float32)
+    return decoded
 
 
 def _network(tensors: Mapping[str, Array], prefix: str, network: Network) -> Network:
