@@ -16,7 +16,7 @@ class Baked:
     text: str
     """The whole output file."""
     rounding: tuple[float, float] | None
-    """Largest and mean difference of the distance near the surface where weights are rounded, model units."""
+    """Largest and mean difference of the distance near the surface, model units, where weights have 16 bits."""
 
 
 def bake(model: Model, options: BakeOptions) -> Baked:

@@ -52,8 +52,9 @@ def _bake(command: BakeCommand) -> None:
     baked = bake(model, command)
     if baked.rounding is not None:
         largest, mean = baked.rounding
+        kind = "float16" if command.precision == "float16" else "weights of 16 bits"
         print(
-            f"weights of 16 bits: the distance near the surface is off by {largest:.1e} at most, {mean:.1e} on average "
+            f"{kind}: the distance near the surface is off by {largest:.1e} at most, {mean:.1e} on average "
             "(the shape has radius 1)",
             file=sys.stderr,
         )

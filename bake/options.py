@@ -32,7 +32,7 @@ class BakeOptions(Options):
     digits: int | None = option(None, "decimals of the weights, 0 to 9 (default: all)", metavar="N", least=0, most=9)
     precision: str = option(
         "float32",
-        "float16 rounds the weights, and prints what that costs; without it, an html page has 8 or 16 bits",
+        "float16 rounds the weights, and prints what that costs; pages have 16 bits anyway, where that keeps the field",
         choices=("float32", "float16"),
         excludes="digits",
     )

@@ -142,7 +142,8 @@ def main() -> None:
         "",
         f"Printed by `python benchmarks/bytes.py`. {machine()}.",
         "",
-        "Bytes: of the whole text, ready to paste. Chamfer: of the weights as emitted, squared L2, both directions "
+        "Bytes: of the whole text, ready to paste; tiny page: of `bake --target tiny`. "
+        "Chamfer: of the weights as emitted, squared L2, both directions "
         f"summed, unit sphere, {options.samples:,} samples on each side, marching cubes at {options.resolution}^3; "
         "floor: that of two samplings of the mesh. Components: of that surface; the shapes have one. "
         f"{options.steps} steps for level 1 and each finer level.",
@@ -157,8 +158,8 @@ def main() -> None:
             "",
             f"## {name}, floor {truth.floor:.2e}",
             "",
-            "| levels | weights | bytes | Chamfer | of the floor | components |",
-            "| --- | --- | ---: | ---: | ---: | ---: |",
+            "| levels | weights | bytes | tiny page | Chamfer | of the floor | components |",
+            "| --- | --- | ---: | ---: | ---: | ---: | ---: |",
         )
         for levels, digits in (*PLAIN, *((levels, None) for levels in PACKED)):
             sizes = settings.networks(levels)
@@ -172,7 +173,7 @@ def main() -> None:
             model = Training(shape, choices, TrainingBar(quiet=True)).run()
             if options.keep:
                 save(model, options.keep / f"{name}-{levels.replace(',', '-')}-{digits or 'packed'}.safetensors")
-            size = len(TARGETS["shadertoy"](model, digits=digits).encode())
+            size, page_size = (len(TARGETS[name](model, digits=digits).encode()) for name in ("shadertoy", "tiny"))
             extraction = extract_model(model if digits is None else in_decimals(model, digits), options.resolution)
             points, _ = SampledSurface(extraction.mesh).sample(options.samples, np.random.default_rng(1))
             distance = chamfer(points, truth.points)
@@ -181,7 +182,7 @@ def main() -> None:
             )
             kind = f"packed{preset_name}" if digits is None else f"{digits} decimals"
             page.add(
-                f"| {levels.replace(',', ', ')} | {kind} | {size:,} | {distance:.2e} "
+                f"| {levels.replace(',', ', ')} | {kind} | {size:,} | {page_size:,} | {distance:.2e} "
                 f"| {distance / truth.floor:.2f} | {extraction.components} |"
             )
 

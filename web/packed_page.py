@@ -39,8 +39,8 @@ def standalone(model: Model, **options: Any) -> str:
 def packed(page: str, alone: bool = False) -> str:
     """Return a page that replaces itself with `page`, without its comments and indentation.
 
-    page: text of `page.standalone` or `page.without_model`. alone: rename all names of its script, whose parts the
-    studio then cannot take out. Its title, policy and poster stay readable, so that the poster is seen before a script
+    page: text of `page.standalone` or `page.without_model`. alone: rename all names of its script; the studio needs
+    them, and its parts, as they are. Title, policy and poster stay readable, so that the poster is seen before a script
     runs. `globalThis.packedPage` in the browser is {outer, html}: the text of the page that unpacks, without its first
     line, and of the unpacked page.
     """

@@ -105,15 +105,16 @@ def standalone(
     wide, and keeps the faster variant; "literal" does so for wider networks too. digits: decimals of the weights, None
     for exact weights. poster: include a small picture of the model, which takes seconds to draw. shade: initial
     shading, one of OPENING_SHADES. extension: additions to the page. short: store weights as short whole numbers where
-    that keeps the field (short_weights.py). Otherwise, the page stores 16-bit weights if they are exact. Raises
-    UserError for another storage.
+    that keeps the field (short_weights.py). 16-bit floats are stored as such. Raises UserError for another storage.
     """
     weights = model if digits is None else in_decimals(model, digits)
-    shortened = short_weights(weights) if short else None
+    shortened = short_weights(weights) if short and not is_float16(weights) else None
     weights = shortened.model if shortened else weights
     if storage == "packed":
         raise UserError("--storage packed: only target shadertoy takes it; choose literal, texture or auto")
     program = lower(weights)
+    if shortened:  # The page names the model's own hash.
+        program = replace(program, sha256=model.sha256())
     text = print_field(program, DIALECT.language, "texture" if model.scene is None else storage)
     header = header_facts(model, program, "html")
     # moving: a model dropped on the page may move.

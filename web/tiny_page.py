@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 
 from ..codegen.printers.cstyle import Language
-from ..codegen.printers.packed import PackedStorage, multiples, whole_layer
+from ..codegen.printers.packed import PackedStorage, Whole, multiples, whole_layer
 from ..codegen.targets.orbit import AZIMUTH, ELEVATION
 from ..codegen.targets.shadertoy import Emitted, emitted, storage_without_search
 from ..codegen.targets.shadertoy_text import printed_functions, shader_text, weights_text
 from ..ir.program import Affine, Dot, Function, Program
 from ..model.model import Model
 from ..model.version import installed_version
-from .adaptive_code import Encoder
 from .base124 import base124
 from .deflate import deflated
 from .minified import minified
@@ -51,6 +50,8 @@ GL = {
     "VERTEX_SHADER": 35633,
 }
 """Constants of WebGL, which are shorter as numbers."""
+SMALL = 127
+"""Largest number of one byte."""
 WEIGHTS = "@"
 """In the shader, the place of the networks, which the script prints."""
 
@@ -67,13 +68,13 @@ def exact(model: Model) -> str:
 
 
 def script_parts(chosen: Emitted, model: Model, shade: str | None) -> tuple[dict[str, Any], bytes]:
-    """Return the values that tiny/draw.js needs, and the coded weights: none where the shader holds them as text."""
+    """Return the values that tiny/draw.js needs, and the bytes of weights: none where the shader has them as text."""
     program = chosen.program
     shader = shader_text(program, model, chosen.storage, {}, shade)
-    networks, encoder = [], Encoder()
+    networks, weights = [], bytearray()
     if chosen.storage is PackedStorage and program.composition is None:
         shader = _replaced(shader, weights_text(program, PackedStorage), WEIGHTS)
-        networks = [_coded(program, function, encoder) for function in printed_functions(program)]
+        networks = [_network(program, function, weights) for function in printed_functions(program)]
     for text, replacement in CAMERA.items():
         shader = _replaced(shader, text, replacement)
     view = [math.radians(angle) for angle in model.front or (AZIMUTH, ELEVATION)]
@@ -83,7 +84,7 @@ def script_parts(chosen: Emitted, model: Model, shade: str | None) -> tuple[dict
         "MOVES": int(program.moving),
         "SHADER": HEAD + DROPPED.sub("", shader) + "void main(){mainImage(O,gl_FragCoord.xy);}",
     }
-    return values, encoder.finish()
+    return values, bytes(weights)
 
 
 def page_text(parts: tuple[dict[str, Any], bytes], model: Model) -> str:
@@ -91,37 +92,42 @@ def page_text(parts: tuple[dict[str, Any], bytes], model: Model) -> str:
     values, weights = parts
     source = re.sub(r"\bgl\.([A-Z]\w+)", lambda match: str(GL[match[1]]), _read("draw.js"))
     script = f"{{{minified(_filled(source, values))}}}"  # a block of its own names
-    data = deflated(script.encode())
+    data = deflated(script.encode() + b"\0" + weights)
     by = f" by {model.credit}" if model.credit else ""
     slots = {
         "title": _escaped(model.name),
         "label": _escaped(model.name + by),
         "version": installed_version(),
-        "packed": base124(data + weights),
-        "unpack": f"{{{_filled(minified(_read('unpack.js')), {'SIZE': len(data)})}}}",  # a block of its own names
+        "packed": base124(data),
+        "unpack": f"{{{minified(_read('unpack.js'))}}}",
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda match: slots[match[1]], _read("page.html"))
 
 
-def _coded(program: Program, function: Function, encoder: Encoder) -> list[Any]:
-    """Write the weights of a network, and return its description for tiny/draw.js."""
+def _network(program: Program, function: Function, weights: bytearray) -> list[Any]:
+    """Add the weights of a network, and return its description for tiny/draw.js."""
     number = Language().number
     layers = []
     for op in function.ops:
         if isinstance(op, Affine):
             layer = whole_layer(program, op)
-            halves = [int(np.abs(values).max(initial=0)) for values in (layer.weights, layer.bias)]
-            encoder.numbers(map(int, layer.weights.ravel()), halves[0])
-            encoder.numbers(map(int, layer.bias), halves[1])
+            halves = [_add(layer.weights, weights), _add(layer.bias, weights)]
             factors = [[number(factor) for factor in layer.inputs]] if layer.inputs else []
             layers.append([*layer.weights.shape, *halves, number(layer.step), *factors])
     outputs = []
     for op in function.ops:
         if isinstance(op, Dot):
-            row, half, step = multiples(program.constants[op.row])
-            encoder.numbers(map(int, row), half)
-            outputs.append([half, number(step * op.scale), f"({number(op.bias)})"])
+            row, _, step = multiples(program.constants[op.row])
+            outputs.append([_add(row, weights), number(step * op.scale), f"({number(op.bias)})"])
     return ["float" if len(outputs) == 1 else "vec3", function.name, layers, outputs]
+
+
+def _add(numbers: Whole, weights: bytearray) -> int:
+    """Add numbers as bytes, and return the largest: no bytes for zeros; above 127 two each, and all high ones first."""
+    half = int(np.abs(numbers).max(initial=0))
+    planes = numbers.ravel().astype("<i2").view(np.uint8).reshape(-1, 2)
+    weights += (planes[:, 1].tobytes() if half > SMALL else b"") + (planes[:, 0].tobytes() if half else b"")
+    return half
 
 
 def _filled(text: str, values: dict[str, Any]) -> str:

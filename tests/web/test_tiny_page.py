@@ -16,7 +16,6 @@ from mplicits.model.model import Model
 from mplicits.model.model_file import load
 from mplicits.model.quantize import quantized_model
 from mplicits.viewer.draw.context import Context
-from mplicits.web.adaptive_code import Encoder
 from mplicits.web.base124 import base124
 from support.browser import Visit, visit
 from support.firefox import firefox
@@ -71,15 +70,6 @@ def test_the_text_of_a_page_holds_any_bytes(size: int) -> None:
         assert len(text) <= 1.1508 * size + 1
         assert not set(text) & {"\0", "\r", "<"}
         assert text.isascii()
-
-
-def test_the_code_is_near_the_entropy() -> None:
-    values = np.clip(np.rint(np.random.default_rng(0).normal(scale=6, size=4000)), -20, 20).astype(int)
-    _, counts = np.unique(values, return_counts=True)
-    entropy = -(counts * np.log2(counts / len(values))).sum() / 8
-    encoder = Encoder()
-    encoder.numbers(values.tolist(), 20)
-    assert entropy < len(encoder.finish()) < 1.02 * entropy
 
 
 @pytest.mark.parametrize("shade", ["phong", "studio"])

@@ -1,46 +1,29 @@
-// The script of a tiny page (web/tiny_page.py). NETWORKS, VIEW, MOVES and SHADER are filled in; `code` is of
+// The script of a tiny page (web/tiny_page.py). NETWORKS, VIEW, MOVES and SHADER are filled in; `weights` is of
 // unpack.js. A network is [type, name, layers, outputs]; a layer [rows, columns, half of its weights, half of its
 // biases, step, factors of the input], an output [half, step, offset].
 
-// Reads whole numbers as web/adaptive_code.py writes them.
-let at = 0, low = 0, high = -1 >>> 0, value = 0;
-const shift = (number, byte) => (number << 8 | byte) >>> 0;
-const read = () => code[at++] ?? 0;
-for (let k = 0; k < 4; ++k) value = shift(value, read());
-
+// Returns the next whole numbers of the weights, as web/tiny_page.py writes them: nothing for zeros, one byte each, or
+// all high bytes before all low bytes.
+let at = 0;
 function numbers(count, half) {
-    const counts = [], bits = 32 - Math.clz32(2 * half);
-    return Array.from({length: count}, () => {
-        let node = 1;
-        for (let k = 0; k < bits; ++k) {
-            const seen = counts[node] ??= [2, 2], middle = low + Math.floor((high - low) * (seen[0] / (seen[0] + seen[1])));
-            const bit = +(value > middle);
-            if (bit) low = middle + 1;
-            else high = middle;
-            ++seen[bit];
-            node = 2 * node + bit;
-            while (!((low ^ high) >>> 24)) {
-                low = shift(low, 0);
-                high = shift(high, 255);
-                value = shift(value, read());
-            }
-        }
-        return node - 2 ** bits - half;
-    });
+    const size = half && 1 + (half > 127), from = at;
+    at += size * count;
+    const signed = (k) => weights[from + k] << 24 >> 24;
+    return Array.from({length: count}, (_, k) => (size > 1 ? 256 * signed(k) + weights[from + count + k] : size && signed(k)));
 }
 
 // Returns the sum of products of a layer's rows with the input. rows: 4 gives mat4, 1 gives vec4.
-const sum = (weights, columns, row, rows) => Array.from({length: columns / 4}, (_, i) => {
-    const block = Array.from({length: 4 * rows}, (_, k) => weights[(row + k % rows) * columns + 4 * i + Math.floor(k / rows)]);
+const sum = (matrix, columns, row, rows) => Array.from({length: columns / 4}, (_, i) => {
+    const block = Array.from({length: 4 * rows}, (_, k) => matrix[(row + k % rows) * columns + 4 * i + Math.floor(k / rows)]);
     return rows > 1 ? `mat4(${block})*x[${i}]` : `dot(vec4(${block}),x[${i}])`;
 }).join("+");
 
 const functions = NETWORKS.map(([type, name, layers, outputs]) => {
     let text = `${type} ${name}(vec4 p){vec4 x[16],y[16];x[0]=p*vec4(${layers[0][5]});`, width = 0;
     for (const [rows, columns, half, halfBias, step] of layers) {
-        const weights = numbers(rows * columns, half), biases = numbers(rows, halfBias);
+        const matrix = numbers(rows * columns, half), biases = numbers(rows, halfBias);
         for (let row = 0; row < rows; row += 4) {
-            text += `y[${row / 4}]=sin(${step}*(vec4(${biases.slice(row, row + 4)})+${sum(weights, columns, row, 4)}));`;
+            text += `y[${row / 4}]=sin(${step}*(vec4(${biases.slice(row, row + 4)})+${sum(matrix, columns, row, 4)}));`;
         }
         text += "x=y;";
         width = rows;
