@@ -39,11 +39,13 @@ from .short_weights import short_weights
 
 PRINTER = ("facts.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js", "field.js")
 """Modules in web/app/ that read a model and print its field; scenes are printed by scene.py."""
+SHADERTOY = ("quantize.js", "packed.js", "few_bits.js", "decimals.js", "header.js", "shadertoy.js")
+"""Modules in web/app/ that print a model's text for Shadertoy."""
 SCRIPTS = (
     *PRINTER,
     *("reference.js", "cells.js", "lowest.js", "camera.js", "embedding.js", "uniforms.js", "device.js"),
     *("samples.js", "passes.js", "painter.js", "variants.js", "renderer.js", "memory.js", "messages.js", "gestures.js"),
-    *("quantize.js", "packed.js", "few_bits.js", "decimals.js", "header.js", "shadertoy.js"),
+    *SHADERTOY,
     *("controls.js", "view.js", "recovery.js", "current_model.js", "page.js"),
 )
 """Modules in web/app/ that every page has, in the order in which its script holds them."""
@@ -237,16 +239,18 @@ def _shader(text: str) -> str:
 
 
 def _glsl() -> str:
-    """Return the files in glsl/ of SHADERS, each in a script element with the file's name as its id.
-
-    The last one is the template of Shadertoy's text (web/app/shadertoy.js).
-    """
+    """Return the files in glsl/ of SHADERS, and Shadertoy's template, each in a script element with its name as id."""
     names = dict.fromkeys(name for shader in SHADERS for name in glsl.load_numbered(f"{shader}.glsl")[1])
-    texts = {name: glsl.read(name) for name in names} | {"shadertoy.glsl": main_template()}
-    scripts = [
-        f'<script type="x-shader/x-fragment" id="{name}">{_shader(text)}</script>' for name, text in texts.items()
-    ]
-    return "\n".join(scripts)
+    return "\n".join([*(_shader_element(name, glsl.read(name)) for name in names), shadertoy_element()])
+
+
+def shadertoy_element() -> str:
+    """Return the script element that SHADERTOY needs, the template of its text."""
+    return _shader_element("shadertoy.glsl", main_template())
+
+
+def _shader_element(name: str, text: str) -> str:
+    return f'<script type="x-shader/x-fragment" id="{name}">{_shader(text)}</script>'
 
 
 def _wrapped(text: str) -> str:

@@ -9,14 +9,20 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 from pygments.lexers import JavascriptLexer
 from pygments.token import Comment
 
+from mplicits.bake.registry import TARGETS
+from mplicits.model.gallery import model_path
+from mplicits.model.model_file import load
+from mplicits.model.quantize import quantized_model
 from mplicits.studio import page as studio_page
 from mplicits.web import page
 from mplicits.web.minified import minified, short_script
 from mplicits.web.packed_page import packed
+from mplicits.web.short_weights import MOST_ERROR, short_weights
 from support.browser import visit
 from support.firefox import firefox
 from support.page_pictures import MODEL
@@ -223,6 +229,26 @@ def test_firefox_draws_a_packed_page(xvfb: dict[str, str], tmp_path: Path) -> No
             assert tab.evaluate("document.title") == "fitted"
             assert tab.evaluate("location.hash") == "#az=10"
         assert tab.evaluate("history.length") == 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "most"), [("spot-small", 60_000), ("spot", 110_000)])
+def test_pages_of_the_gallery_are_light(name: str, most: int) -> None:
+    pytest.importorskip("minify", reason="tdewolff-minify is not installed")
+    text = TARGETS["html"](load(model_path(name)))
+    assert len(text.encode()) <= most
+    assert text.startswith('<!doctype html>\n<html lang="en">\n<!-- A page of mplicits, packed. Its readable source')
+
+
+def test_short_weights_keep_quantized_ones_exactly() -> None:
+    exact = short_weights(quantized_model(MODEL))
+    assert exact is not None
+    for name, tensor in quantized_model(MODEL).tensors().items():
+        if name.endswith("weight"):
+            assert np.array_equal(exact.model.tensors()[name], tensor), name
+    assert exact.error[0] < 2e-6
+    rounded = short_weights(MODEL)
+    assert rounded is None or 0 < rounded.error[0] <= MOST_ERROR
 
 
 def test_the_studio_is_small() -> None:

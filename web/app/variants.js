@@ -86,7 +86,7 @@ export class Variants {
     async compile(storage, {text, texels, height, loops}, model, isWanted, limit = Infinity) {
         const {painter} = this, {device, passes} = painter, {gl} = device, start = performance.now();
         const levels = `const int LEVELS = ${model.levels.length};`;
-        const opening = painter.source("prologue").replace(/const int LEVELS = \d+;/, levels);
+        const opening = painter.source("prologue").replace(/const int LEVELS ?= ?\d+;/, levels);
         const shader = (name) => `${opening}\n${passes.defines(model)}${text}\n${painter.shader(`${name}.glsl`)}`;
         const vertices = (name) => (passes.inBlocks(name) ? painter.vertexShader("blocks") : undefined);
         const begun = passes.names(storage).map((name) => [name, device.begin(shader(name), vertices(name))]);
