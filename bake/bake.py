@@ -35,5 +35,6 @@ def bake(model: Model, options: BakeOptions) -> Baked:
         space=options.space,
         shade=options.shade,
         studio=options.studio,
+        with_march=options.with_march,
     )
     return Baked(text, rounding)

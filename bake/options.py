@@ -9,6 +9,7 @@ from .registry import DEFAULT, TARGETS
 
 _FUNCTIONS = ", ".join(name for name, target in TARGETS.items() if target.function)
 _STUDIO = ", ".join(name for name, target in TARGETS.items() if target.studio)
+_MARCH = ", ".join(name for name, target in TARGETS.items() if target.march)
 _OPENING = ", ".join(name for name, target in TARGETS.items() if target.shaded)
 
 
@@ -49,4 +50,5 @@ class BakeOptions(Options):
         "shadertoy)",
         choices=OPENING_SHADES,
     )
+    with_march: bool = option(False, f"also write NAME_trace, which intersects a ray with the surface ({_MARCH})")
     studio: bool = option(False, f"let the page also train dropped meshes ({_STUDIO})")

@@ -31,6 +31,8 @@ class Target:
     """The module for --studio, below the package; empty for a target without it."""
     function: bool = False
     """Whether the text is only the distance function: it takes --name and --space."""
+    march: bool = False
+    """Whether the text can also intersect rays (--with-march)."""
 
     def __call__(
         self,
@@ -41,14 +43,15 @@ class Target:
         space: str | None = None,
         shade: str | None = None,
         studio: bool = False,
+        with_march: bool = False,
     ) -> str:
         """Return the text of the output file, by the module's function `standalone`.
 
         storage: "auto", or another storage of the target. digits: decimals of the weights; None for all. name: of the
         function; None for the model's name. space: "model" or "input", the space of the function's points; None for
         model space. shade: initial shading; None for the studio, or for Phong in short texts of Shadertoy. studio:
-        whether the page also trains dropped meshes. Raises UserError where the target does not take the model or an
-        option.
+        whether the page also trains dropped meshes. with_march: whether the text also has NAME_trace. Raises UserError
+        where the target does not take the model or an option.
         """
         if shade is not None and not self.shaded:
             raise UserError(f"--shade: only these targets take it: {_names('shaded')}")
@@ -58,8 +61,17 @@ class Target:
             if not self.studio:
                 raise UserError(f"--studio: only these targets take it: {_names('studio')}")
             return replace(self, module=self.studio, studio="")(model, storage, digits, name, space, shade)
+        if with_march and not self.march:
+            raise UserError(f"--with-march: only these targets take it: {_names('march')}")
         if self.function:
-            return self._standalone(model, storage=storage, digits=digits, name=name, space=space or "model")
+            return self._standalone(
+                model,
+                storage=storage,
+                digits=digits,
+                name=name,
+                space=space or "model",
+                **({"march": True} if with_march else {}),
+            )
         for option, value in (("name", name), ("space", space)):
             if value is not None:
                 raise UserError(f"--{option}: only these targets take it: {_names('function')}")
@@ -90,10 +102,10 @@ TARGETS = {
     "tiny": Target("web.tiny_page", suffix=".tiny.html", shaded=True),
     "shadertoy": Target("codegen.targets.shadertoy", suffix=".frag", shaded=True),
     "cuda": Target("codegen.targets.cuda", suffix=".cu"),
-    "glsl": Target("codegen.targets.glsl_function", suffix=".sdf.glsl", function=True),
-    "wgsl": Target("codegen.targets.wgsl", suffix=".wgsl", function=True),
-    "hlsl": Target("codegen.targets.hlsl", suffix=".hlsl", function=True),
-    "c": Target("codegen.targets.c", suffix=".c", function=True),
+    "glsl": Target("codegen.targets.glsl_function", suffix=".sdf.glsl", function=True, march=True),
+    "wgsl": Target("codegen.targets.wgsl", suffix=".wgsl", function=True, march=True),
+    "hlsl": Target("codegen.targets.hlsl", suffix=".hlsl", function=True, march=True),
+    "c": Target("codegen.targets.c", suffix=".c", function=True, march=True),
     "python": Target("codegen.targets.python", suffix=".py", function=True),
 }
 """Name for `--target` -> target."""

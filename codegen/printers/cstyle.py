@@ -17,7 +17,7 @@ class Language:
     """A global constant."""
     function: str = "{type} {name}({parameters})"
     """Head of a function's definition."""
-    out: str = "out int {name}"
+    out: str = "out {type} {name}"
     """An output parameter."""
     suffix: str = ""
     """Suffix of float literals."""
@@ -42,6 +42,10 @@ class Language:
 
     pick: str = "({condition} ? {yes} : {no})"
     """One of two floats by a condition."""
+    assign: str = "{name} = {value};"
+    """A new value of an output parameter."""
+    loop: str = "for (int i = 0; i < {count}; i++) {{"
+    """First line of a loop."""
 
     def type(self, kind: str) -> str:
         """Return the language's name of a type of GLSL."""

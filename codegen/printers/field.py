@@ -121,7 +121,7 @@ def _input(program: Program) -> str:
 def _field(program: Program, language: Language, narrow: bool) -> list[str]:
     """Return field() (Eq. 3)."""
     lines = [
-        language.begin("float", "field", f"vec3 p, int level, {language.out.format(name='reached')}"),
+        language.begin("float", "field", f"vec3 p, int level, {language.out.format(type='int', name='reached')}"),
         f"    vec4 q = {_input(program)};",
         f"    float f = {program.values[0].name}(q);",
         "    reached = 1;",
@@ -136,7 +136,7 @@ def _field(program: Program, language: Language, narrow: bool) -> list[str]:
 def _field_gradient(program: Program, language: Language, nested: bool) -> list[str]:
     """Return field_gradient(), with `nested` also the overload that outputs f and reached."""
     first, *others = [f"{function.name}(q)" for function in program.gradients]
-    outputs = f", out float f, {language.out.format(name='reached')}" if nested else ""
+    outputs = f", out float f, {language.out.format(type='int', name='reached')}" if nested else ""
     lines = [
         language.begin("vec4", "field_gradient", "vec3 p, int level" + outputs),
         f"    vec4 q = {_input(program)};",

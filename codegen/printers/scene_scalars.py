@@ -37,6 +37,8 @@ class SceneAtPoint:
         """The finest level that is defined at the point."""
         self._leaves = [LeafAtPoint(leaf, w, point) for leaf in program.composition.leaves]
         defined: str | None = None
+        self.defined: list[str] = []
+        """The conditions on which level 2 and each further one is defined."""
         self._outside: list[tuple[str, Number]] = []
         for k in range(len(program.bands)):
             if k > 0:
@@ -47,6 +49,7 @@ class SceneAtPoint:
                     inside, outside = (w.both(f"({level} > {k})", entry) for entry in (inside, outside))
                 self._outside.append((outside, w.sub(self.value, w.div(delta, DELTA_FACTOR))))
                 defined = w.let_condition(w.both(defined, inside) if defined else inside)
+                self.defined.append(defined)
                 self.reached = w.add(self.reached, w.pick(defined, 1.0, 0.0))
             for leaf in self._leaves:
                 leaf.refine(k, defined)

@@ -9,10 +9,10 @@ from ...ir.program import Program
 from .cstyle import Language
 from .literal import LiteralStorage
 from .scalars import VectorNotation
-from .user_functions import FunctionLanguage
+from .trace import TracingLanguage
 
 
-class ShaderFunctions(VectorNotation, FunctionLanguage):
+class ShaderFunctions(VectorNotation, TracingLanguage):
     """Weights are constants. Sines are those of glsl/sine.glsl, since the built-in ones are coarse on some devices."""
 
     point = ("p.x", "p.y", "p.z")
@@ -21,6 +21,7 @@ class ShaderFunctions(VectorNotation, FunctionLanguage):
         """name: prefix of all global names."""
         super().__init__(replace(language, sine=f"{name}_sine", cosine=f"{name}_cosine"))
         self._name = name
+        self.vector, self.loop = f"{language.type('vec3')}({{0}}, {{1}}, {{2}})", language.loop
 
     def networks(self, program: Program) -> list[str]:
         storage = LiteralStorage(program, self.language, program.functions())
@@ -35,6 +36,20 @@ class ShaderFunctions(VectorNotation, FunctionLanguage):
         head = self.language.begin(kind, name, self.language.taken(("vec3", "p"), *parameters))
         result = results[0] if kind == "float" else f"{self.language.type(kind)}({', '.join(results)})"
         return [head, *(f"    {line}" for line in lines), f"    return {result};", "}"]
+
+    def results(self, name: str, values: Sequence[str]) -> list[str]:
+        value = values[0] if len(values) == 1 else self.vector.format(*values)
+        return [self.language.assign.format(name=name, value=value)]
+
+    def store_normal(self, name: str, arguments: str) -> list[str]:
+        return self.results("normal", [f"{name}_normal({arguments})"])
+
+    def trace_head(self, name: str, parameters: Sequence[tuple[str, str]]) -> list[str]:
+        out = [
+            self.language.out.format(type=self.language.type(kind), name=result)
+            for kind, result in (("float", "t"), ("vec3", "normal"))
+        ]
+        return [self.language.begin("bool", name, ", ".join([self.language.taken(*parameters), *out]))]
 
     def _sines(self) -> list[str]:
         """Return the functions of glsl/sine.glsl in the language. Raises ValueError at a line of unknown form."""

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from ...ir.lower_scene import prefixed
 from ...ir.program import Function, Program
+from ...model.model import DELTA_FACTOR
 from ...model.orientation import UPRIGHT
 from .field import plain_color
 from .scalars import Notation, Number, Scalar, Triple, Writer
@@ -41,13 +42,16 @@ class FunctionLanguage(Notation):
         """
 
 
-def print_user_functions(program: Program, language: FunctionLanguage, name: str, place: Place) -> list[str]:
+def print_user_functions(
+    program: Program, language: FunctionLanguage, name: str, place: Place, step: bool = False
+) -> list[str]:
     """Return the lines of a program's weights, networks and these four functions, in the space of `place`.
 
     NAME_level(p, level): signed distance with only the levels 1 to `level`, negative inside;
     NAME(p): signed distance with all levels;
     NAME_normal(p): gradient of NAME, normalized;
     NAME_color(p): color, sRGB.
+    step: also NAME_step(p), how far a ray may go from p: negative inside; by the finest level that is defined at p.
     A moving field has a last parameter, `float time`.
     """
     program = prefixed(program, language.private + name)
@@ -75,7 +79,22 @@ def print_user_functions(program: Program, language: FunctionLanguage, name: str
     length = writer.let(writer.call("sqrt", writer.dot((x, y, z), (x, y, z))))
     lines += function("vec3", "_normal", writer, *(writer.div(a, length) for a in (x, y, z)))
     writer, field = at_point()
-    return lines + function("vec3", "_color", writer, *field.color(plain_color()))
+    lines += function("vec3", "_color", writer, *field.color(plain_color()))
+    if step:
+        writer, field = at_point()
+        lines += function("float", "_step", writer, writer.mul(_free_radius(program, writer, field), scale))
+    return lines
+
+
+def _free_radius(program: Program, writer: Writer, field: "_ShapeAtPoint | SceneAtPoint") -> Number:
+    """Return the radius of a sphere around a point without surface, model units: free_radius() of glsl/march.glsl."""
+    *coarser, finest = program.bands
+    value = field.value
+    radius = writer.mul(value, finest.step_bound)
+    for condition, band in reversed(list(zip(field.defined, coarser, strict=True))):
+        outside = writer.mul(writer.sub(value, band.delta / DELTA_FACTOR), band.band_step_bound)
+        radius = writer.let(writer.pick(condition, radius, outside))
+    return radius
 
 
 class _ShapeAtPoint:
@@ -84,6 +103,8 @@ class _ShapeAtPoint:
     def __init__(self, program: Program, writer: Writer, point: Triple, level: str | None) -> None:
         self._program, self._w, self._level = program, writer, level
         self._inputs = (*point, Scalar("time") if program.moving else 1.0)
+        self.defined: list[str] = []
+        """Where `value` has been written: the conditions on which level 2 and each further one is defined."""
 
     @property
     def value(self) -> Number:
@@ -105,11 +126,13 @@ class _ShapeAtPoint:
     def _sum(self, functions: tuple[Function, ...]) -> list[Number]:
         """Add the networks' outputs, level by level (Eq. 3). The last output is the field."""
         w, condition = self._w, None
+        self.defined = []
         total = w.network(functions[0], self._inputs)
         for i, (function, band) in enumerate(zip(functions[1:], self._program.bands, strict=False), start=1):
             inside = w.less(w.call("abs", total[-1]), band.delta)
             inside = w.both(f"({self._level} > {i})", inside) if self._level else inside
             condition = w.let_condition(w.both(condition, inside) if condition else inside)
+            self.defined.append(condition)
             residuals = w.network(function, self._inputs, condition)
             total = [w.let(w.add(a, b)) for a, b in zip(total, residuals, strict=True)]
         return total

@@ -8,18 +8,20 @@ from ...ir.program import Affine, Cosine, Dot, Function, Op, Product, Scale, Sin
 from ..printers.array_functions import ArrayFunctions
 from ..printers.cstyle import Language
 from ..printers.scalars import Inputs, output_count
+from ..printers.trace import TracingLanguage
 from .function_target import function_target
 
 EACH = "float {result}[{width}]; for (int o = 0; o < {width}; o++) "
 SUM = "{{ {result}[o] = %s; for (int i = 0; i < {inner}; i++) {result}[o] += {matrix}[%s] * {source}[i]; }}"
 
 
-class CFunctions(ArrayFunctions):
+class CFunctions(ArrayFunctions, TracingLanguage):
     """Arrays are flat. A network writes its outputs one after the other."""
 
     point = ("p[0]", "p[1]", "p[2]")
     opening = ("// p, the normal and the color are three floats. Link with -lm.", "", "#include <math.h>")
     both, pick = "{0} && {1}", "({condition} ? {yes} : {no})"
+    vector, loop = "(const float[3]){{{0}, {1}, {2}}}", Language.loop
     let, let_condition = "float {name} = {value};", "int {name} = {value};"
     functions = {name: f"{name}f({{0}})" for name in ("sqrt", "sin", "cos")} | {
         "abs": "fabsf({0})",
@@ -65,6 +67,19 @@ class CFunctions(ArrayFunctions):
         words = set(re.findall(r"\w+", " ".join(lines)))
         unused = [f"(void){entry};" for entry in ("p", *(entry for _, entry in parameters)) if entry not in words]
         return [f"{kind} {name}({', '.join(taken)})", "{", *(f"    {line}" for line in [*unused, *lines]), "}"]
+
+    def results(self, name: str, values: Sequence[str]) -> list[str]:
+        if len(values) == 1:
+            return [f"*{name} = {values[0]};"]
+        return [" ".join(f"{name}[{k}] = {value};" for k, value in enumerate(values))]
+
+    def store_normal(self, name: str, arguments: str) -> list[str]:
+        return [f"{name}_normal({arguments}, normal);"]
+
+    def trace_head(self, name: str, parameters: Sequence[tuple[str, str]]) -> list[str]:
+        taken = [f"const float {entry}[3]" if kind == "vec3" else f"{kind} {entry}" for kind, entry in parameters]
+        head = f"bool {name}({', '.join([*taken, 'float *t', 'float normal[3]'])})"
+        return ["#include <stdbool.h>", "", head, "{"]
 
 
 standalone = function_target("c", lambda _: CFunctions())

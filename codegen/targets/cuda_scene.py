@@ -33,7 +33,7 @@ def scene_field(program: Program, language: Language) -> tuple[str, TexelLayout]
             body.append(f"    reached = static_cast<int>({texts.pop()});")
         return [language.begin(kind, quantity, head), *body, f"    return {kind}({', '.join(texts)});", "}"]
 
-    out = language.out.format(name="reached")
+    out = language.out.format(type="int", name="reached")
     lines += function("float", f"vec3 p, int level, {out}", "field")
     lines += function("vec4", "vec3 p, int level", "field_gradient")
     lines += function("vec3", "vec3 p", "albedo", level=None)

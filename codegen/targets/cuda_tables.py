@@ -8,7 +8,7 @@ from .uniforms import GROUND, LEVELS, SCHEDULES, SHADINGS, TIME, UNIFORMS, Unifo
 
 LANGUAGE = Language(
     function="__device__ inline {type} {name}({parameters})",
-    out="int &{name}",
+    out="{type} &{name}",
     suffix="f",
     texel="as_vec4(__ldg(weights + {k}))",
 )

@@ -11,6 +11,7 @@ from ...model.model import MODEL_SPACE, SPACES, Model
 from ..printers.cstyle import Language
 from ..printers.field import STORAGES
 from ..printers.shader_functions import ShaderFunctions
+from ..printers.trace import TracingLanguage, print_trace
 from ..printers.user_functions import FunctionLanguage, print_user_functions
 from .header import header_facts, header_line
 from .reserved_names import is_reserved
@@ -20,8 +21,8 @@ LONGEST_NAME = 40
 WIDEST = 2 * STORAGES[0][0]
 """Widest network that drivers compile as literals within minutes."""
 
-Standalone = Callable[[Model, str, int | None, str | None, str], str]
-"""A target's function: model, storage, digits, name, space -> text (see registry.py)."""
+Standalone = Callable[[Model, str, int | None, str | None, str, bool], str]
+"""A target's function: model, storage, digits, name, space, march -> text (see registry.py)."""
 
 
 def shader_target(target: str, language: Language) -> Standalone:
@@ -33,9 +34,14 @@ def function_target(target: str, language: Callable[[str], FunctionLanguage], wi
     """Make a target. language: from the function's name. widest: the widest network that it takes; None: any."""
 
     def standalone(
-        model: Model, storage: str = "auto", digits: int | None = None, name: str | None = None, space: str = "model"
+        model: Model,
+        storage: str = "auto",
+        digits: int | None = None,
+        name: str | None = None,
+        space: str = "model",
+        march: bool = False,
     ) -> str:
-        """Return the text. Raises UserError where an option or the model does not fit."""
+        """Return the text. march: with NAME_trace. Raises UserError where an option or the model does not fit."""
         if storage not in ("auto", "literal"):
             raise UserError(f"--storage {storage}: {target} has its weights as constants; leave the option out")
         if space not in SPACES:
@@ -51,9 +57,13 @@ def function_target(target: str, language: Callable[[str], FunctionLanguage], wi
         printed = language(called)
         facts = header_facts(model, program, target) | {"function": called, "space": space}
         lines = [header_line(facts, printed.comment)]
-        lines += [f"{printed.comment} {line}" for line in _comments(program, called, space)]
+        lines += [f"{printed.comment} {line}" for line in _comments(program, called, space, march)]
         lines += printed.opening
-        lines += print_user_functions(program, printed, called, model.place if space == "input" else MODEL_SPACE)
+        place = model.place if space == "input" else MODEL_SPACE
+        lines += print_user_functions(program, printed, called, place, step=march)
+        if march:
+            assert isinstance(printed, TracingLanguage)
+            lines += print_trace(program, printed, called, place)
         return "\n".join(lines) + "\n"
 
     return standalone
@@ -79,13 +89,19 @@ def function_name(name: str | None, model_name: str, target: str) -> str:
     return name
 
 
-def _comments(program: Program, name: str, space: str) -> list[str]:
+def _comments(program: Program, name: str, space: str, march: bool) -> list[str]:
     """Return the comment lines that tell a reader how to use the functions."""
     time = ", time" if program.moving else ""
     unit = "the shape fits the unit sphere, y is up" if space == "model" else "as in the shape's file"
-    return [
+    lines = [
         f"A neural signed distance function of {len(program.bands)} nested level{'s' * (len(program.bands) > 1)}.",
         f"Points and distances: {unit}.",
         f"{name}(p{time}): signed distance, negative inside. {name}_level(p, level{time}): levels 1 to `level`.",
         f"{name}_normal(p{time}): its gradient, of length 1. {name}_color(p{time}): color on the surface, sRGB.",
     ]
+    if march:
+        lines += [
+            f"{name}_trace(origin, direction{time}, t, normal): whether origin + t direction meets the surface.",
+            f"{name}_step(p{time}): how far a ray may go from p.",
+        ]
+    return lines

@@ -10,5 +10,8 @@ LANGUAGE = Language(
     parameter="{name}: {type}",
     variable="var {name}: {type} = {value};",
     pick="select({no}, {yes}, {condition})",
+    out="{name}: ptr<function, {type}>",
+    assign="*{name} = {value};",
+    loop="for (var i = 0; i < {count}; i++) {{",
 )
 standalone = shader_target("wgsl", LANGUAGE)

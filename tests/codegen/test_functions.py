@@ -1,7 +1,6 @@
 """The targets that emit only functions compute the numpy reference's field, and two such texts join in one program."""
 
 import importlib.util
-import subprocess
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
@@ -20,20 +19,17 @@ from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model
 from mplicits.model.orientation import as_in_file
-from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context
-from support.compilers import check_c, check_hlsl, webgpu
+from support.function_runners import COUNT, TIME, in_c, in_glsl, in_hlsl, in_wgsl
 from support.random_model import random_model
 from support.scene_models import SCENE, composed
 
 Array = NDArray[np.float32]
 FUNCTION_TARGETS = [name for name, target in TARGETS.items() if target.function]
-COUNT = 4096
 MODEL = replace(
     random_model((16, 1), (18, 2), (12, 0), texture=(10, 1)), center=(0.5, -2.0, 1.0), scale=3.0, up="z", name="Model"
 )
 OTHER = random_model((8, 1), name="other", seed=1)
-TIME = 0.6
 CASES = {
     "model": (MODEL, "model", ""),
     "input": (MODEL, "input", ""),
@@ -75,81 +71,7 @@ def body(vec3: str, time: str) -> str:
     )
 
 
-def in_glsl(texts: str, points: Array, time: str, _: Path, osmesa: Context) -> Array:
-    main = f"""
-uniform sampler2D points; uniform int half_; out vec4 color;
-void main() {{
-    vec3 p = texelFetch(points, ivec2(gl_FragCoord.xy), 0).xyz, n, c; vec4 a, b; float time = {TIME};
-    {body("vec3", time).replace("FOUR", "vec4")}
-    color = half_ == 0 ? a : b;
-}}"""
-    with osmesa as gl:
-        program = gl.program(vertex_shader=VERTEX_SHADER, fragment_shader="#version 330\n" + texts + main)
-        texels = np.concatenate([points, points[:, :1]], axis=1).tobytes()
-        gl.texture((64, 64), 4, texels, dtype="f4").use(0)
-        target, results = gl.framebuffer([gl.texture((64, 64), 4, dtype="f4")]), []
-        for half in (0, 1):
-            program["half_"] = half
-            target.use()
-            gl.vertex_array(program, []).render(vertices=3)
-            results.append(np.frombuffer(target.read(components=4, dtype="f4"), np.float32).reshape(-1, 4))
-    return np.concatenate(results, axis=1)
-
-
-def computed(shader: Any, points: Array) -> Array:
-    """Run a compute shader of WebGPU, in WGSL or SPIR-V, at points (COUNT, 3). Returns (COUNT, 8)."""
-    webgpu()
-    compute = pytest.importorskip("wgpu.utils.compute")
-    buffers = {0: np.ascontiguousarray(points)}
-    out = compute.compute_with_buffers(buffers, {1: (8 * COUNT, "f")}, shader, n=(COUNT // 64, 1, 1))
-    return np.frombuffer(out[1], np.float32).reshape(COUNT, 8)
-
-
-def in_wgsl(texts: str, points: Array, time: str, *_: object) -> Array:
-    main = f"""
-@group(0) @binding(0) var<storage, read> points: array<f32>;
-@group(0) @binding(1) var<storage, read_write> results: array<f32>;
-@compute @workgroup_size(64) fn main(@builtin(global_invocation_id) at: vec3u) {{
-    let i = at.x; let p = vec3f(points[3 * i], points[3 * i + 1], points[3 * i + 2]); let time = f32({TIME});
-    var n: vec3f; var c: vec3f; var a: vec4f; var b: vec4f;
-    {body("vec3f", time).replace("FOUR", "vec4f")}
-    for (var k = 0u; k < 4u; k++) {{ results[8 * i + k] = a[k]; results[8 * i + 4 + k] = b[k]; }}
-}}"""
-    return computed(texts + main, points)
-
-
-def in_hlsl(texts: str, points: Array, time: str, folder: Path, _: Context) -> Array:
-    main = f"""
-[[vk::binding(0, 0)]] StructuredBuffer<float> points;
-[[vk::binding(1, 0)]] RWStructuredBuffer<float> results;
-[numthreads(64, 1, 1)] void main(uint3 at : SV_DispatchThreadID) {{
-    uint i = at.x; float3 p = float3(points[3 * i], points[3 * i + 1], points[3 * i + 2]), n, c; float4 a, b;
-    float time = {TIME};
-    {body("float3", time).replace("FOUR", "float4")}
-    for (uint k = 0; k < 4; k++) {{ results[8 * i + k] = a[k]; results[8 * i + 4 + k] = b[k]; }}
-}}"""
-    return computed(check_hlsl(texts + main, folder, "comp"), points)
-
-
-def in_c(texts: str, points: Array, time: str, folder: Path, _: Context) -> Array:
-    main = f"""
-#include <stdio.h>
-int main(void) {{
-    float p[3], r[8], q[3] = {{.1f, .2f, .3f}}, time = {TIME}f;
-    while (fread(p, 4, 3, stdin) == 3) {{
-        (void)time;
-        r[0] = model(p{time}) + 0.f * other(q); r[1] = model_level(p, 1{time});
-        model_normal(p{time}, r + 2); model_color(p{time}, r + 5);
-        fwrite(r, 4, 8, stdout);
-    }}
-    return 0;
-}}"""
-    check_c(texts + main, folder, "-std=c99", "-O1", "-o", "f")
-    done = subprocess.run([str(folder / "f")], input=points.tobytes(), capture_output=True, check=True)
-    return np.frombuffer(done.stdout, np.float32).reshape(-1, 8)
-
-
-def in_python(texts: str, points: Array, time: str, folder: Path, _: Context) -> Array:
+def in_python(texts: str, time: str, points: Array, folder: Path, _: Context) -> Array:
     path = folder / "module.py"
     path.write_text(texts)
     spec = importlib.util.spec_from_file_location("module", path)
@@ -167,11 +89,19 @@ def in_python(texts: str, points: Array, time: str, folder: Path, _: Context) ->
     return np.asarray(np.concatenate(parts, axis=-1).reshape(-1, 8), np.float32)
 
 
-RUNNERS: dict[str, Callable[[str, Array, str, Path, Context], Array]] = {
-    "glsl": in_glsl,
-    "wgsl": in_wgsl,
-    "hlsl": in_hlsl,
-    "c": in_c,
+def in_c_program(texts: str, time: str, *more: Any) -> Array:
+    statements = (
+        f"float q[3] = {{.1f, .2f, .3f}}; r[0] = model(p{time}) + 0.f * other(q); r[1] = model_level(p, 1{time});"
+        f"model_normal(p{time}, r + 2); model_color(p{time}, r + 5);"
+    )
+    return in_c(texts, statements, *more)
+
+
+RUNNERS: dict[str, Callable[..., Array]] = {
+    "glsl": lambda texts, time, *more: in_glsl(texts, body("vec3", time), *more),
+    "wgsl": lambda texts, time, *more: in_wgsl(texts, body("vec3f", time), *more),
+    "hlsl": lambda texts, time, *more: in_hlsl(texts, body("float3", time), *more),
+    "c": in_c_program,
     "python": in_python,
 }
 
@@ -187,7 +117,7 @@ def test_functions_of_a_shape_equal_the_reference(target: str, case: str, osmesa
     texts = TARGETS[target](model, name="model", space=space) + TARGETS[target](OTHER, name="other", space=space)
     points, expected = reference(model, space)
     assert len(points) == COUNT
-    result = RUNNERS[target](texts, points, time, tmp_path, osmesa)
+    result = RUNNERS[target](texts, time, points, tmp_path, osmesa)
     unit = model.scale if space == "input" else 1.0
     np.testing.assert_allclose(result[:, :2] / unit, expected[:, :2] / unit, rtol=0, atol=1e-5)
     np.testing.assert_allclose(result[:, 2:5], expected[:, 2:5], rtol=0, atol=1e-4)
@@ -203,7 +133,7 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Model:
 def test_functions_of_a_scene_equal_the_reference(target: str, scene: Model, osmesa: Context, tmp_path: Path) -> None:
     points, expected = reference(scene, "input")
     text = TARGETS[target](scene, name="model", space="input") + TARGETS[target](OTHER, name="other")
-    result = RUNNERS[target](text, points, ", time", tmp_path, osmesa)
+    result = RUNNERS[target](text, ", time", points, tmp_path, osmesa)
     assert len({tuple(color) for color in np.round(expected[:, 5:], 2)}) > 20
     apart = np.abs(result - expected)
     unit = scene.scale
