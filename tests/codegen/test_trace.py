@@ -77,12 +77,14 @@ def test_rays_end_where_the_reference_s_do(
     assert 0.25 < hits.hit.mean() < 0.9
     assert ((hit > 0) != hits.hit).mean() < 1e-3
     assert not t[hit == 0].any()
-    both = (hit > 0) & hits.hit
+    # Where parts of this scene meet, its field may jump from above to below 0.
+    still = np.abs(field.sdf(np.nan_to_num(hits.points), space=space, time=TIME)) < 1e-3 * scale
+    both = (hit > 0) & hits.hit & (still | (hits.t == 0))
+    assert both.sum() > 0.8 * hits.hit.sum()
     apart = np.abs(t * np.linalg.norm(directions, axis=1) - hits.t)[both] / scale
-    # The scene's field has jumps, where the bands of its parts end.
-    assert np.quantile(apart, 0.99) < (1e-4 if case == "scene" else 1e-5)
+    assert np.quantile(apart, 0.99) < 1e-5
     turned = np.abs(np.stack(normal, axis=1) - hits.normals)[both].max(axis=1)
-    assert np.quantile(turned, 0.95 if case == "scene" else 0.99) < 1e-3
+    assert np.quantile(turned, 0.99) < 1e-3
 
 
 def test_other_targets_refuse_to_march() -> None:
