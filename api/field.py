@@ -102,15 +102,17 @@ class Field(FieldFunction):
         Raises UserError.
         """
         from ..bake.bake import bake
+        from ..bake.registry import TARGETS
         from ..model.files import check_writable, write_whole
         from ..model.kinds import GENERATED
 
         path = None if options.path is None else Path(options.path)
-        if path is not None:
-            check_writable(path, kind=GENERATED)
+        files = {} if path is None else {path: ""} | TARGETS[options.target].beside(path)
+        for file in files:
+            check_writable(file, kind=GENERATED)
         text = bake(self.model, options).text
-        if path is not None:
-            write_whole(path, text)
+        for file, more in files.items():
+            write_whole(file, more or text)
         return text
 
     @takes(EvalOptions)

@@ -48,7 +48,9 @@ def _bake(command: BakeCommand) -> None:
 
     model = load(command.model)
     output = Path(command.path or command.model.stem + TARGETS[command.target].suffix)
-    check_writable(output, [command.model], kind=GENERATED, force=command.force)
+    more = TARGETS[command.target].beside(output)
+    for path in (output, *more):
+        check_writable(path, [command.model], kind=GENERATED, force=command.force)
     baked = bake(model, command)
     if baked.rounding is not None:
         largest, mean = baked.rounding
@@ -58,7 +60,8 @@ def _bake(command: BakeCommand) -> None:
             "(the shape has radius 1)",
             file=sys.stderr,
         )
-    write_whole(output, baked.text)
+    for path, text in (more | {output: baked.text}).items():
+        write_whole(path, text)
     print(f"{show(output)}: {command.target}, {len(baked.text.encode()):,} bytes", file=sys.stderr)
     error = read_header(baked.text).get("error") if command.target == "shadertoy" else None
     if error:

@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass, replace
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from ..codegen.targets.uniforms import OPENING_SHADES
 from ..model.errors import UserError
-from ..model.files import show
+from ..model.files import is_special, show
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,6 +32,8 @@ class Target:
     """The module for --studio, below the package; empty for a target without it."""
     function: bool = False
     """Whether the text is only the distance function: it takes --name and --space."""
+    types: str = ""
+    """Ending of a second file with the text of the module's function `types`; empty without it."""
     march: bool = False
     """Whether the text can also intersect rays (--with-march)."""
 
@@ -78,6 +81,12 @@ class Target:
         more = {} if shade is None else {"shade": shade}
         return self._standalone(model, storage=storage, digits=digits, **more)
 
+    def beside(self, path: Path) -> dict[Path, str]:
+        """Return the further files of an output file: path -> text. There is none beside a pipe."""
+        if not self.types or is_special(path):
+            return {}
+        return {path.with_suffix(self.types): import_module(f"..{self.module}", __package__).types()}
+
     def size(self, model: "Model") -> int:
         """Return the bytes of the output file without a poster. Raises UserError where the target refuses the model.
 
@@ -100,6 +109,7 @@ TARGETS = {
     "glsl300es": Target("codegen.targets.glsl300es", suffix=".es.frag"),
     "html": Target("web.packed_page", suffix=".html", page=True, shaded=True, studio="studio.page"),
     "tiny": Target("web.tiny_page", suffix=".tiny.html", shaded=True),
+    "module": Target("web.module", suffix=".js", page=True, shaded=True, types=".d.ts"),
     "shadertoy": Target("codegen.targets.shadertoy", suffix=".frag", shaded=True),
     "cuda": Target("codegen.targets.cuda", suffix=".cu"),
     "glsl": Target("codegen.targets.glsl_function", suffix=".sdf.glsl", function=True, march=True),

@@ -43,7 +43,8 @@ SHADERTOY = ("quantize.js", "packed.js", "few_bits.js", "decimals.js", "header.j
 """Modules in web/app/ that print a model's text for Shadertoy."""
 SCRIPTS = (
     *PRINTER,
-    *("reference.js", "cells.js", "lowest.js", "camera.js", "embedding.js", "uniforms.js", "device.js"),
+    *("baked_scene.js", "reference.js", "cells.js", "lowest.js", "camera.js", "backgrounds.js", "embedding.js"),
+    *("uniforms.js", "device.js"),
     *("samples.js", "passes.js", "painter.js", "variants.js", "renderer.js", "memory.js", "messages.js", "gestures.js"),
     *SHADERTOY,
     *("controls.js", "view.js", "recovery.js", "current_model.js", "page.js"),
@@ -62,7 +63,7 @@ SHADERS = ("anywhere", *PAGE_PASSES, "accumulate", "present", "blocks.vert", "co
 PROBES = 32
 """Largest number of points at which the page checks its field."""
 
-_MODULE_LINE = re.compile(r"^import [^;]*;\n|^export (?=\w)", re.MULTILINE)
+MODULE_LINE = re.compile(r"^import [^;]*;\n|^export (?=\w)", re.MULTILINE)
 """The imports and exports of a module, which the joined script drops."""
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
 """A placeholder in page.html or page.css."""
@@ -127,7 +128,7 @@ def standalone(
         facts["scene"] = scene_facts(model, program, text)
         data = texel_bytes(text)
     else:
-        data = shortened.data if shortened else _bytes(weights)
+        data = shortened.data if shortened else model_bytes(weights)
     picture = poster_url(model, shade) if poster else NO_PICTURE
     return _page(model.name, facts, data, prologue, picture, shade, extension)
 
@@ -176,7 +177,7 @@ def text_facts() -> dict[str, str]:
 
 def script(names: tuple[str, ...] = SCRIPTS) -> str:
     """Join modules of web/app/ into one script, without their imports and exports."""
-    return "".join(_MODULE_LINE.sub("", _read(name)) for name in names)
+    return "".join(MODULE_LINE.sub("", _read(name)) for name in names)
 
 
 def _facts(program: Program, storage: str) -> dict[str, Any]:
@@ -201,7 +202,7 @@ def _probes(program: Program) -> Array:
     return probes
 
 
-def _bytes(model: Model) -> bytes:
+def model_bytes(model: Model) -> bytes:
     """Return a model file without its provenance, in 16-bit floats if they are exact."""
     return to_bytes(replace(model, provenance={}), np.float16 if is_float16(model) else np.float32)
 

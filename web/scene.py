@@ -11,7 +11,7 @@ from ..model.scene import shapes_of
 
 
 def scene_facts(model: Model, program: Program, field: FieldText) -> dict[str, Any]:
-    """Return the facts for bakedScene in current_model.js: the keys of parseModel, and the field without its texels."""
+    """Return the facts for baked_scene.js: the keys of parseModel, and the field without its texels."""
     assert model.scene is not None
     levels = [
         {

@@ -60,7 +60,9 @@ def write_target(name: str, model: Model, path: Path) -> Job:
     if name == "model":
         save(model, path)
     else:
-        write_whole(path, (yield from _in_thread(lambda: TARGETS[name](model), (0.0, f"writing {name}"))))
+        text = yield from _in_thread(lambda: TARGETS[name](model), (0.0, f"writing {name}"))
+        for file, content in {path: text, **TARGETS[name].beside(path)}.items():
+            write_whole(file, content)
     return f"saved {show(path)}"
 
 

@@ -1,3 +1,4 @@
+import {bakedScene} from "./baked_scene.js";
 import {choose, copyText, fillChoices, saveFile} from "./controls.js";
 import {facts, shared} from "./facts.js";
 import {printField} from "./field.js";
@@ -6,9 +7,8 @@ import {memoryOf} from "./memory.js";
 import {compiling, element, setState, fail, isExpected, root, say, uncover} from "./messages.js";
 import {afterLoss, reduced, reportRestored, reportLoss} from "./recovery.js";
 import {probes} from "./reference.js";
-import {ModelError, parseModel, readFloats} from "./safetensors.js";
+import {ModelError, parseModel} from "./safetensors.js";
 import {fitsShadertoy, shadertoyText} from "./shadertoy.js";
-import {TEXTURE_WIDTH} from "./texels.js";
 import {stepsOf} from "./uniforms.js";
 import {center, draw, goTo, halt, options, renderer, set} from "./view.js";
 
@@ -26,20 +26,11 @@ const SHADING_LABELS = {phong: "Phong", studio: "Studio", normal: "Normals", dep
 export function embedded() {
     const {buffer} = Uint8Array.from(atob(element("weights").textContent), (letter) => letter.charCodeAt(0));
     if (!buffer.byteLength) return null;
-    const model = facts.scene ? bakedScene(buffer) : parseModel(buffer, true);
+    const model = facts.scene ? bakedScene(facts, buffer) : parseModel(buffer, true);
     return reduced({
         model: {...model, ground: facts.ground}, probes: {points: facts.points, values: facts.values},
         storage: facts.storage, sha256: facts.sha256, memory: memoryOf(facts.sha256),
     });
-}
-
-// Returns the page's own scene in the form of parseModel. Its levels have no networks; `field` is what printField would
-// return, printed by web/scene.py. buffer: the texels.
-function bakedScene(buffer) {
-    const {name, front = null, credit = "", scene: {text, loops, texels: count, size, ...more}} = facts;
-    const height = Math.ceil(count / TEXTURE_WIDTH), texels = new Float32Array(4 * TEXTURE_WIDTH * height);
-    texels.set(readFloats(new DataView(buffer), 4 * count, size));
-    return {name, front, credit, ...more, field: {text, texels, height, loops}};
 }
 
 // Shows a model: fills the page, and hands the model to the renderer.

@@ -2,7 +2,6 @@
 // `turntable=SECONDS` sets the seconds per turn, `background=` is a name or rrggbb.
 const inHash = new URLSearchParams(location.hash.slice(1));
 const [FASTEST, SLOWEST] = [2, 3600]; // seconds
-const LIGHT = 0.6; // mean of the channels above which a color is light, as in glsl/background.glsl
 
 // Whether the hash sets a view or a time.
 export const hasView = ["az", "el", "d", "at", "t"].some((key) => inHash.has(key));
@@ -19,12 +18,3 @@ export const backgroundName = inHash.get("background") ?? "";
 // The part of the hash that stays when the camera is written to it.
 export const keptInHash = ["panel", "turntable", "background"].filter((key) => inHash.has(key))
     .map((key) => `&${key}=${encodeURIComponent(inHash.get(key))}`).join("");
-
-// Returns the background {tone, bottom, top} of six digits rrggbb; null for other text.
-export function plainBackground(text) {
-    const digits = /^#?([0-9a-f]{6})$/i.exec(text)?.[1];
-    if (!digits) return null;
-    const color = [0, 2, 4].map((i) => parseInt(digits.slice(i, i + 2), 16) / 255);
-    const mean = color.reduce((sum, channel) => sum + channel) / 3;
-    return {tone: mean > LIGHT ? "light" : "dark", bottom: color, top: color};
-}

@@ -1,4 +1,4 @@
-// Calls turn, pan, zoom and reset for mouse and touch. `right` and `up` are shares of the canvas's height. Drag: turn.
+// Calls turn, pan, zoom and reset for mouse and touch; pan and zoom may be null. `right` and `up` are shares of the canvas's height. Drag: turn.
 // Drag with the right or middle button, or with shift: pan. Wheel: zoom. One finger turns, two pan and pinch.
 export function listenToPointers(canvas, {turn, pan, zoom, reset}) {
     const fingers = new Map();
@@ -19,13 +19,14 @@ export function listenToPointers(canvas, {turn, pan, zoom, reset}) {
         fingers.set(event.pointerId, {x: event.clientX, y: event.clientY});
         const after = center(), height = canvas.clientHeight;
         const right = (after.x - before.x) / height, up = (before.y - after.y) / height;
-        if (fingers.size > 1 || event.shiftKey || event.buttons & 6) pan(right, up);
+        if (fingers.size > 1 || event.shiftKey || event.buttons & 6) pan?.(right, up);
         else turn(right, up);
-        if (before.spread && after.spread) zoom(before.spread / after.spread);
+        if (before.spread && after.spread) zoom?.(before.spread / after.spread);
     });
     for (const kind of ["pointerup", "pointercancel"])
         canvas.addEventListener(kind, (event) => fingers.delete(event.pointerId));
     canvas.addEventListener("wheel", (event) => {
+        if (!zoom) return;
         event.preventDefault();
         const notches = event.deltaY * [1 / 100, 1 / 3, 1][event.deltaMode];
         zoom(1.1 ** Math.max(-5, Math.min(5, event.ctrlKey ? 8 * notches : notches)));
@@ -34,9 +35,9 @@ export function listenToPointers(canvas, {turn, pan, zoom, reset}) {
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
 }
 
-// Calls actions, an object from keys to functions, except for keys that the focused control uses.
-export function listenToKeys(actions) {
-    addEventListener("keydown", (event) => {
+// Calls actions, an object from keys to functions, except for keys that the focused control uses. target: what gets the keys.
+export function listenToKeys(actions, target = window) {
+    target.addEventListener("keydown", (event) => {
         if (event.ctrlKey || event.metaKey || event.altKey) return;
         const control = event.target.closest?.("input, button, #light"), isButton = control?.localName === "button";
         const isNeeded = control && (isButton ? / / : /^(Arrow|Home|End|Page| )/).test(event.key);

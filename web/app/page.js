@@ -1,6 +1,6 @@
+import {BACKGROUNDS, plainBackground} from "./backgrounds.js";
 import {fillChoices, lightBall, listenToDrops} from "./controls.js";
-import {backgroundName, hasView, plainBackground, turnTime} from "./embedding.js";
-import {shared} from "./facts.js";
+import {backgroundName, hasView, turnTime} from "./embedding.js";
 import {listenToKeys, listenToPointers} from "./gestures.js";
 import {element, fail, root, say, uncover} from "./messages.js";
 import {
@@ -11,13 +11,6 @@ import {
 } from "./view.js";
 
 // Connects the controls to the view.
-const BACKGROUNDS = {
-    slate: {tone: "dark", bottom: shared.defaults.background_bottom, top: shared.defaults.background_top},
-    night: {tone: "dark", bottom: [0.02, 0.02, 0.03], top: [0.07, 0.08, 0.11]},
-    paper: {tone: "light", bottom: [0.85, 0.84, 0.81], top: [0.97, 0.965, 0.95]},
-    sky: {tone: "light", bottom: [0.80, 0.85, 0.88], top: [0.55, 0.69, 0.80]},
-};
-
 function setBackground(name) {
     const {tone, bottom, top} = BACKGROUNDS[name] ?? plainBackground(name);
     root.dataset.tone = tone;

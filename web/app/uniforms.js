@@ -35,7 +35,7 @@ export function stepsOf(model, options) {
 
 // Reduces steps and rounds until llvmpipe's loop limit suffices, as schedule_that_fits in viewer/draw/loop_limit.py for
 // the relaxed schedule. If one round is too long, returns one round. first: whether rays have a first look.
-function fitting(loops, level, normalLevel, steps, rounds, first = false) {
+export function fitting(loops, level, normalLevel, steps, rounds, first = false) {
     if (!loops) return {steps, rounds};
     const studio = shared.studio_evaluations * (1 + loops.value[0]) + 1;
     const look = 6 + shared.cells.lookups + loops.value[level - 1] + loops.gradient[level - 1];

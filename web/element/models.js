@@ -1,0 +1,24 @@
+import {bakedScene} from "./baked_scene.js";
+import {facts} from "./facts.js";
+import {lowestPoint} from "./lowest.js";
+import {ModelError, parseModel} from "./safetensors.js";
+
+// The models of a page's elements: those in the modules, by name, and those in files. A model is that of parseModel with
+// `ground`, the height of its lowest point, and `poster`, the URL of a picture, or null.
+let baked = null;
+
+// Returns the model in this module.
+export function ownModel() {
+    if (baked) return baked;
+    const {buffer} = Uint8Array.from(atob(facts.weights), (letter) => letter.charCodeAt(0));
+    const model = facts.scene ? bakedScene(facts, buffer) : parseModel(buffer, true);
+    return (baked = {...model, ground: facts.ground, poster: facts.poster});
+}
+
+// Resolves to the model in a file. signal: of an AbortController. Throws ModelError.
+export async function loadModel(url, signal = null) {
+    const answer = await fetch(url, {signal});
+    if (!answer.ok) throw new ModelError(`${url}: ${answer.status} ${answer.statusText}`);
+    const model = parseModel(await answer.arrayBuffer(), true);
+    return {...model, ground: lowestPoint(model), poster: null};
+}

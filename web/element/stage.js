@@ -1,0 +1,174 @@
+import {BACKGROUNDS, plainBackground} from "./backgrounds.js";
+import {homeOf, matrix, orbited, panned, zoomed} from "./camera.js";
+import {nextFrame} from "./device.js";
+import {facts, shared} from "./facts.js";
+import {printField} from "./field.js";
+import {listenToKeys, listenToPointers} from "./gestures.js";
+import {memoryOf} from "./memory.js";
+import {probes} from "./reference.js";
+import {Renderer} from "./renderer.js";
+
+// Draws one model on one canvas: its camera, its options and its motion. view.js is the same for a whole page.
+// camera: see camera.js, or null for the model's front.
+export class Stage {
+    // listener: {frame(frame), moved(isByVisitor), failed(error)}; frame: of the renderer.
+    constructor(canvas, listener) {
+        const none = () => {};
+        Object.assign(this, {canvas, listener, camera: null, model: null, isFreed: false, turning: 0, playing: false, phase: 0});
+        const length = Math.hypot(...shared.defaults.light);
+        this.options = {
+            level: Infinity, normalLevel: null, shading: facts.shade, iterations: 1, resolution: "auto", time: 0,
+            light: shared.defaults.light.map((c) => c / length), background: [],
+        };
+        this.setBackground("");
+        this.renderer = new Renderer(canvas, (name) => facts.shaders[name], {
+            frame: (frame) => this.isFreed || listener.frame(frame), progress: none, stored: none, trying: none,
+            failed: (error) => this.isFreed || listener.failed(error),
+        });
+        canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
+        canvas.addEventListener("webglcontextrestored", () => this.isFreed || this.restore());
+    }
+
+    // Resolves when the model's shader is ready.
+    show(model) {
+        this.model = model;
+        this.resize();
+        this.draw(true);
+        const field = printField(model, "texture", this.renderer.device.unroll);
+        return this.renderer.load(model, field, null, model.field ? {points: [], values: []} : probes(model), memoryOf(""));
+    }
+
+    restore() {
+        this.renderer.open();
+        if (this.model) this.show(this.model).catch(this.listener.failed);
+    }
+
+    get home() {
+        return homeOf(this.model?.front ?? null);
+    }
+
+    get view() {
+        return this.camera ?? this.home;
+    }
+
+    get aspect() {
+        return this.canvas.width / this.canvas.height;
+    }
+
+    // Distance from the eye to the target, model units.
+    get distance() {
+        const eye = matrix(this.view, this.aspect).slice(12, 15);
+        return Math.hypot(...eye.map((c, i) => c - this.view.target[i]));
+    }
+
+    draw(moving) {
+        const levels = this.model?.levels.length ?? 1, {options} = this;
+        const shading = options.shading === "texture" && !this.model?.texture ? facts.shade : options.shading;
+        this.renderer.show(this.view, {...options, shading, level: Math.min(options.level, levels)}, moving);
+    }
+
+    set(change, moving = false) {
+        Object.assign(this.options, change);
+        this.draw(moving);
+    }
+
+    // name: of BACKGROUNDS, or rrggbb; else the background that fits the visitor's color scheme. Returns its tone.
+    setBackground(name) {
+        const usual = matchMedia("(prefers-color-scheme: light)").matches ? "paper" : "slate";
+        const known = Object.hasOwn(BACKGROUNDS, name) ? BACKGROUNDS[name] : plainBackground(name) ?? BACKGROUNDS[usual];
+        this.options.background = [known.bottom, known.top];
+        return known;
+    }
+
+    move(camera, isByVisitor = true) {
+        if (isByVisitor) this.turning = 0;
+        this.camera = camera;
+        this.draw(true);
+        this.listener.moved(isByVisitor);
+    }
+
+    turn(right, up) {
+        this.move(orbited(this.view, -180 * right, -180 * up));
+    }
+
+    pan(right, up) {
+        this.move(panned(this.view, -right, -up, this.aspect));
+    }
+
+    zoom(factor) {
+        this.move(zoomed(this.view, factor, this.aspect));
+    }
+
+    reset() {
+        this.move(null);
+    }
+
+    // Lets the visitor move the camera. zooms, pans: whether also these.
+    listen(zooms, pans) {
+        const pan = pans ? (right, up) => this.pan(right, up) : null, zoom = zooms ? (factor) => this.zoom(factor) : null;
+        listenToPointers(this.canvas, {turn: (right, up) => this.turn(right, up), pan, zoom, reset: () => this.reset()});
+        const arrow = (right, up) => ({shiftKey}) => (
+            shiftKey ? pan?.(-0.05 * right, -0.05 * up) : this.turn(-right / 36, -up / 36));
+        listenToKeys({
+            ArrowLeft: arrow(-1, 0), ArrowRight: arrow(1, 0), ArrowUp: arrow(0, 1), ArrowDown: arrow(0, -1), r: () => this.reset(),
+            Home: () => this.reset(), ...(zooms && {"+": () => zoom(0.9), "=": () => zoom(0.9), "-": () => zoom(1 / 0.9)}),
+        }, this.canvas);
+    }
+
+    // Turns the shape until the visitor moves it. seconds: of a turn, negative the other way around; 0 stops.
+    async turntable(seconds) {
+        const token = this.turning = seconds ? {} : 0;
+        for await (const passed of this.frames(() => token && this.turning === token))
+            if (this.renderer.seen) this.move(orbited(this.view, 360 * passed / seconds, 0), false);
+    }
+
+    // Plays a moving model back and forth.
+    async play() {
+        if (this.playing) return;
+        this.playing = true;
+        for await (const passed of this.frames(() => this.playing)) {
+            this.phase = (this.phase + passed / shared.period) % 1;
+            this.set({time: 0.5 - 0.5 * Math.cos(2 * Math.PI * this.phase)}, true);
+        }
+    }
+
+    pause() {
+        this.playing = false;
+    }
+
+    // Yields the seconds between frames while a condition holds.
+    async *frames(holds) {
+        for (let last = performance.now(); ;) {
+            await nextFrame();
+            if (this.isFreed || !holds()) return;
+            const now = performance.now();
+            yield Math.min(now - last, 250) / 1000;
+            last = now;
+        }
+    }
+
+    resize() {
+        const {canvas} = this, {clientWidth, clientHeight} = canvas;
+        const scale = Math.min(devicePixelRatio || 1, 8192 / Math.max(clientWidth, clientHeight, 1));
+        const [width, height] = [clientWidth, clientHeight].map((side) => Math.max(1, Math.round(side * scale)));
+        if (width === canvas.width && height === canvas.height) return;
+        Object.assign(canvas, {width, height});
+        this.renderer.resized();
+        this.draw(true);
+    }
+
+    // Returns the last picture as a 2D canvas.
+    picture() {
+        const copy = document.createElement("canvas"), {width, height} = this.canvas;
+        Object.assign(copy, {width, height});
+        this.renderer.resized();
+        copy.getContext("2d").drawImage(this.canvas, 0, 0);
+        return copy;
+    }
+
+    // Gives the graphics context back. Nothing else is called afterwards.
+    free() {
+        this.isFreed = true;
+        this.renderer.device.gl.getExtension("WEBGL_lose_context")?.loseContext();
+    }
+}
