@@ -10,9 +10,9 @@ vec3 traced_hull() {
     bool perspective = ahead == vec3(0.0);
     vec3 direction = perspective ? normalize(at - eye) : ahead;
     vec3 origin = perspective ? eye : at - (dot(at, ahead) + BEFORE) * ahead;
-    // Width of a pixel at distance 1.
+    // Half the width of a pixel at distance 1: march() accepts hits within half of it.
     vec3 moved = perspective ? direction : origin / BEFORE;
-    float footprint = min(length(dFdx(moved)), length(dFdy(moved)));
+    float footprint = 0.5 * min(length(dFdx(moved)), length(dFdy(moved)));
     Hit ray = march(origin, direction, footprint, level, rounds, STEP_SCALE, SCHEDULE_RELAXED);
     vec3 p = origin + ray.t * direction;
     float z = dot(depth_z, vec4(p, 1.0)), w = dot(depth_w, vec4(p, 1.0));

@@ -169,7 +169,7 @@ export class MplicitsView extends HTMLElement {
     }
 
     // Resolves to the model of `src`, else of `model`, else of the first module.
-    #find(signal) {
+    async #find(signal) {
         const src = this.getAttribute("src"), name = this.getAttribute("model"), {models} = MplicitsView;
         if (src) return loadModel(new URL(src, document.baseURI), signal);
         const own = name === null ? models.values().next().value : models.get(name);
@@ -294,9 +294,6 @@ export class MplicitsView extends HTMLElement {
 
 // Adds this module's model to the element, which the first module of a page defines.
 const TAG = "mplicits-view";
+const {models: known} = customElements.get(TAG) ?? MplicitsView;
+if (!known.has(facts.name)) known.set(facts.name, ownModel);
 if (!customElements.get(TAG)) customElements.define(TAG, MplicitsView);
-export function addModel(name, model) {
-    const {models} = customElements.get(TAG);
-    if (!models.has(name)) models.set(name, model);
-}
-addModel(facts.name, ownModel);

@@ -1,0 +1,133 @@
+"""The module of a model: its text, and its element <mplicits-view> in browsers."""
+
+import gzip
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+import mplicits
+from mplicits.bake.registry import TARGETS
+from mplicits.codegen.targets.header import read_header
+from mplicits.model.errors import UserError
+from mplicits.web.module import standalone
+from support.firefox import firefox
+from support.fitted_model import fitted_model
+from support.module_pages import module_page
+from support.random_model import random_model
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+FIELD = mplicits.Field(fitted_model((8, 16)))
+WATCH = """
+const log = window.log = [];
+for (const view of document.querySelectorAll("mplicits-view"))
+    for (const type of ["load", "error", "poster-dismissed", "camera-change"])
+        view.addEventListener(type, ({detail}) => log.push([view.id, type, detail.source ?? ""]));
+window.of = (id) => document.getElementById(id);
+window.canvases = (id) => of(id).shadowRoot.querySelectorAll("canvas:not(.still)").length;
+"""
+BODY = """<style>mplicits-view { width: 96px; height: 96px; }</style>
+<mplicits-view id="first" alt="A ball" camera-controls shade="phong" camera-orbit="90deg 60deg 200%"></mplicits-view>
+<mplicits-view id="second" background="ffffff" level="1" reveal="manual"><b slot="poster">Poster</b></mplicits-view>
+<mplicits-view id="missing" model="nobody" loading="eager"></mplicits-view>
+<div style="height: 3000px"></div>
+<mplicits-view id="third" turntable="10" shade="normal"></mplicits-view>"""
+
+
+@contextmanager
+def opened(browser: "Browser", folder: Path, body: str = BODY) -> Iterator["Page"]:
+    """Open a page with the module and `body`; the page is at the top."""
+    path = folder / "page.html"
+    path.write_text(module_page(FIELD, body, WATCH), encoding="utf-8")
+    context = browser.new_context(offline=True, viewport={"width": 400, "height": 400})
+    page, errors = context.new_page(), list[str]()
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(path.as_uri())
+    page.wait_for_function("() => window.log")
+    yield page
+    context.close()
+    assert errors == []
+
+
+def told(page: "Page", view: str, kind: str) -> None:
+    """Wait for an event of an element."""
+    page.wait_for_function(f"() => log.some(([view, type]) => view === '{view}' && type === '{kind}')", timeout=40_000)
+
+
+def visit_page(page: "Page") -> None:
+    """Use the elements of BODY as a visitor does."""
+    told(page, "first", "load")
+    told(page, "first", "poster-dismissed")
+    told(page, "missing", "error")
+    # A poster of the page's stays until it is dismissed, without a context.
+    assert page.evaluate("() => [of('second').modelIsVisible, canvases('second'), canvases('third')]") == [False, 0, 0]
+    page.evaluate("() => of('second').dismissPoster()")
+    told(page, "second", "poster-dismissed")
+    orbit = page.evaluate("() => of('first').getCameraOrbit()")
+    np.testing.assert_allclose([orbit["theta"], orbit["phi"]], np.radians([90, 60]), atol=1e-6)
+    assert page.evaluate("() => of('first').shadowRoot.querySelector('canvas').getAttribute('aria-label')").startswith(
+        "A ball: "
+    )
+    page.evaluate("() => of('first').shadowRoot.querySelector('canvas').focus()")
+    page.keyboard.press("ArrowLeft")
+    assert page.evaluate("() => of('first').getCameraOrbit().theta") != orbit["theta"]
+    assert page.evaluate("() => log.at(-1)") == ["first", "camera-change", "user-interaction"]
+    # Out of view, an element frees its context and keeps its picture; back in view, it draws again.
+    page.evaluate("() => of('third').scrollIntoView()")
+    told(page, "third", "poster-dismissed")
+    page.wait_for_function("() => !canvases('first') && !of('first').shadowRoot.querySelector('.still').hidden")
+    theta = page.evaluate("() => of('third').getCameraOrbit().theta")
+    page.wait_for_function("theta => Math.abs(of('third').getCameraOrbit().theta - theta) > 0.05", arg=theta)
+    page.evaluate("() => scrollTo(0, 0)")
+    page.wait_for_function(
+        "() => canvases('first') && of('first').shadowRoot.querySelector('.still').hidden", timeout=40_000
+    )
+
+
+@pytest.mark.slow
+def test_elements_in_chromium(browser: "Browser", tmp_path: Path) -> None:
+    with opened(browser, tmp_path) as page:
+        visit_page(page)
+        size = page.evaluate("async () => (await of('first').toBlob()).size")
+        assert size > 500
+
+
+@pytest.mark.slow
+def test_elements_in_firefox(tmp_path: Path) -> None:
+    pass
+
+
+def test_the_text_names_the_model_and_holds_it() -> None:
+    text = standalone(random_model((4, 0), name="</script><b>\u2028"), poster=False)
+    facts = read_header(text)
+    assert (facts["name"], facts["target"]) == ("</script><b>\u2028", "module")
+    assert "<b>" not in text.split("\n", 1)[1]
+    assert "getElementById" not in text
+    assert text.rstrip().endswith("export {MplicitsView, createMesh, loadModel, ownModel};")
+
+
+def test_a_small_model_packs_to_sixty_kilobytes() -> None:
+    text = standalone(mplicits.load("spot-small").model)
+    assert len(gzip.compress(text.encode(), 9)) < 60_000
+
+
+def test_bake_writes_types_beside_the_module(tmp_path: Path) -> None:
+    path = tmp_path / "ball.js"
+    FIELD.bake("module", path)
+    types = (tmp_path / "ball.d.ts").read_text(encoding="utf-8")
+    assert read_header(types)["target"] == "module"
+    for name in ("MplicitsView", "createMesh", "loadModel", "ownModel"):
+        assert f" {name}" in types
+    (tmp_path / "ball.d.ts").write_text("mine")
+    with pytest.raises(UserError, match="ball.d.ts: it exists"):
+        FIELD.bake("module", path)
+
+
+def test_other_storages_are_refused() -> None:
+    with pytest.raises(UserError, match="--storage literal: module"):
+        TARGETS["module"](FIELD.model, storage="literal")

@@ -1,0 +1,60 @@
+"""createMesh in a scene of three.js: its picture equals that of a fine mesh, where a plane and a box cut both."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import mplicits
+from support.fitted_model import fitted_model
+from support.module_pages import drawn, three_page
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+FIELD = mplicits.Field(fitted_model((24, 48)))
+BACKGROUND, PLANE, BOX = (0x40, 0x54, 0x68), (0x9F, 0xB8, 0x9A), (0xD0, 0x48, 0x2A)
+
+
+def pictures(browser: "Browser", folder: Path, **setup: Any) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Draw the scene with the traced model, and with its meshed copy."""
+    context = browser.new_context(offline=True)
+    page, messages = context.new_page(), list[str]()
+    page.on("console", lambda message: messages.append(message.text))
+    page.on("pageerror", lambda error: messages.append(str(error)))
+    page.goto(three_page(FIELD, folder, cells=192, box=[0.8, 0.2, 0.4], **setup).as_uri())
+    page.wait_for_function("() => window.draw")
+    both = drawn(page, True), drawn(page, False)
+    context.close()
+    assert messages == []
+    return both
+
+
+def labels(picture: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """Say of each pixel whether it shows the background (0), the plane (1), the box (2) or the model (3)."""
+    found = np.full(picture.shape[:2], 3)
+    for label, color in enumerate((BACKGROUND, PLANE, BOX)):
+        found[(np.abs(picture.astype(int) - color) <= 2).all(axis=-1)] = label
+    return found
+
+
+@pytest.mark.parametrize("perspective", [True, False])
+def test_silhouette_and_cuts_equal_those_of_a_mesh(browser: "Browser", tmp_path: Path, perspective: bool) -> None:
+    traced, meshed = pictures(browser, tmp_path, perspective=perspective)
+    ours, expected = labels(traced), labels(meshed)
+    model = expected == 3
+    assert all((expected == label).sum() > 300 for label in range(4))
+    assert (ours != expected).sum() < 0.005 * model.sum()
+    both = model & (ours == 3)
+    wrong = np.abs(traced[both].astype(int) - meshed[both]).max(axis=1)
+    assert np.quantile(wrong, 0.5) <= 2
+    assert np.quantile(wrong, 0.95) <= 12
+
+
+def test_the_shadow_equals_that_of_a_mesh(browser: "Browser", tmp_path: Path) -> None:
+    traced, meshed = (
+        picture.astype(int).sum(axis=-1) for picture in pictures(browser, tmp_path, lit=True, ground=-1.1)
+    )
+    assert (np.abs(traced - meshed) > 60).mean() < 0.002
