@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from mplicits.studio.page import STUDIO, WORKER
+from mplicits.web.module import APP, ELEMENT
 from mplicits.web.page import SCRIPTS, TEXTS
 from support.paths import ROOT
 
@@ -222,11 +223,14 @@ def script_violations(modules: dict[str, str]) -> list[str]:
     return wrong
 
 
-@pytest.mark.parametrize("names", [SCRIPTS, WORKER, (*SCRIPTS[:-1], *TEXTS, *STUDIO, SCRIPTS[-1])])
+@pytest.mark.parametrize(
+    "names", [SCRIPTS, WORKER, (*SCRIPTS[:-1], *TEXTS, *STUDIO, SCRIPTS[-1]), ("facts.js", *APP, *ELEMENT)]
+)
 def test_modules_of_a_page_make_one_script(names: tuple[str, ...]) -> None:
-    paths = {path.name: path for room in ("web", "studio") for path in (ROOT / room / "app").glob("*.js")}
+    folders = ("web/app", "web/element", "studio/app")
+    paths = {path.name: path for folder in folders for path in (ROOT / folder).glob("*.js")}
     assert not script_violations({name: paths[name].read_text(encoding="utf-8") for name in names})
-    assert set(paths) == {*SCRIPTS, *TEXTS, *WORKER, *STUDIO}
+    assert set(paths) == {*SCRIPTS, *TEXTS, *WORKER, *STUDIO, *ELEMENT}
 
 
 @pytest.mark.parametrize(

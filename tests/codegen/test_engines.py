@@ -97,7 +97,7 @@ def test_three_js_draws_the_model(browser: "Browser", tmp_path: Path) -> None:
         pytest.skip("three.js is not installed (Debian: libjs-three)")
     shutil.copy(THREE, tmp_path)
     (tmp_path / "text.js").write_text(f"const spotGlsl = {json.dumps(FIELD.bake('glsl', name='spot'))};\n")
-    (tmp_path / "page.html").write_text(PAGE.replace("SNIPPET", documented("three.js")))
+    (tmp_path / "page.html").write_text(PAGE.replace("SNIPPET", documented("A material of three.js")))
     context = browser.new_context(offline=True)
     page, messages = context.new_page(), list[str]()
     page.on("console", lambda message: messages.append(message.text))

@@ -70,12 +70,25 @@ window.draw = (traces) => {
     scene.remove(object);
     return canvas.toDataURL();
 };
+window.pick = (x, y) => {
+    const caster = new THREE.Raycaster(), object = place(createMesh(THREE));
+    object.updateMatrixWorld();
+    caster.setFromCamera(new THREE.Vector2(x, y), camera);
+    const hits = caster.intersectObject(object).concat(caster.intersectObject(place(meshed())));
+    return hits.map(({distance}) => distance);
+};
 """
-"""A scene that cuts the model with a plane and a box; `draw(traces)` draws the model, or its meshed copy."""
+"""A scene that cuts the model with a plane and a box; `draw(traces)` draws the model, or its meshed copy.
+
+`pick(x, y)` returns the distances of what a ray of the camera meets: first of the model.
+"""
 
 
 def module_page(field: mplicits.Field, body: str, script: str = "", more: str = "") -> str:
-    """Return a page with the module of a model. body, more: HTML of the body and ahead of it; script: it sees the exports."""
+    """Return a page with the module of a model.
+
+    body, more: HTML of the body, and ahead of it. script: it sees the exports.
+    """
     text = standalone(field.model, poster=False)
     head, _, exported = text.rpartition("export {")
     assert exported.startswith(EXPORTS[0])
@@ -83,7 +96,10 @@ def module_page(field: mplicits.Field, body: str, script: str = "", more: str = 
 
 
 def three_page(field: mplicits.Field, folder: Path, *, cells: int, **setup: Any) -> Path:
-    """Write the page of SCENE. cells: of the meshed copy, along an edge. setup: size, perspective, lit, ground, box, turn."""
+    """Write the page of SCENE.
+
+    cells: of the meshed copy, along an edge. setup: size, perspective, lit, ground, box, turn.
+    """
     if not THREE.exists():
         pytest.skip("three.js is not installed (Debian: libjs-three)")
     mesh = field.mesh(cells, space="model", quiet=True)

@@ -27,7 +27,10 @@ WATCH = """
 const log = window.log = [];
 for (const view of document.querySelectorAll("mplicits-view"))
     for (const type of ["load", "error", "poster-dismissed", "camera-change"])
-        view.addEventListener(type, ({detail}) => log.push([view.id, type, detail.source ?? ""]));
+        view.addEventListener(type, ({detail}) => {
+            log.push([view.id, type, detail.source ?? ""]);
+            view.setAttribute(`data-${type}`, "");
+        });
 window.of = (id) => document.getElementById(id);
 window.canvases = (id) => of(id).shadowRoot.querySelectorAll("canvas:not(.still)").length;
 """
@@ -98,8 +101,17 @@ def test_elements_in_chromium(browser: "Browser", tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_elements_in_firefox(tmp_path: Path) -> None:
-    pass
+def test_elements_in_firefox(xvfb: dict[str, str], tmp_path: Path) -> None:
+    path, profile = tmp_path / "page.html", tmp_path / "profile"
+    path.write_text(module_page(FIELD, BODY, WATCH), encoding="utf-8")
+    profile.mkdir()
+    with firefox(profile, xvfb) as tab:
+        tab.ask("WebDriver:Navigate", {"url": path.as_uri()})
+        tab.until("document.querySelector('#first[data-load][data-poster-dismissed]')")
+        assert tab.evaluate("document.querySelector('#second').matches('[data-poster-dismissed]')") is False
+        tab.evaluate("document.querySelector('#third').scrollIntoView()")
+        tab.until("document.querySelector('#third[data-load][data-poster-dismissed]')")
+        tab.until("!document.querySelector('#first').shadowRoot.querySelector('canvas:not(.still)')")
 
 
 def test_the_text_names_the_model_and_holds_it() -> None:
@@ -124,7 +136,7 @@ def test_bake_writes_types_beside_the_module(tmp_path: Path) -> None:
     for name in ("MplicitsView", "createMesh", "loadModel", "ownModel"):
         assert f" {name}" in types
     (tmp_path / "ball.d.ts").write_text("mine")
-    with pytest.raises(UserError, match="ball.d.ts: it exists"):
+    with pytest.raises(UserError, match=r"ball\.d\.ts: it exists"):
         FIELD.bake("module", path)
 
 

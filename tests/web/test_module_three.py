@@ -19,7 +19,7 @@ BACKGROUND, PLANE, BOX = (0x40, 0x54, 0x68), (0x9F, 0xB8, 0x9A), (0xD0, 0x48, 0x
 
 
 def pictures(browser: "Browser", folder: Path, **setup: Any) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Draw the scene with the traced model, and with its meshed copy."""
+    """Draw the scene with the traced model, and with its meshed copy; rays of a Raycaster meet both at one distance."""
     context = browser.new_context(offline=True)
     page, messages = context.new_page(), list[str]()
     page.on("console", lambda message: messages.append(message.text))
@@ -27,6 +27,10 @@ def pictures(browser: "Browser", folder: Path, **setup: Any) -> tuple[NDArray[np
     page.goto(three_page(FIELD, folder, cells=192, box=[0.8, 0.2, 0.4], **setup).as_uri())
     page.wait_for_function("() => window.draw")
     both = drawn(page, True), drawn(page, False)
+    for x, y in ((0, 0), (-0.2, 0.1), (0.15, 0.2)):
+        picked, *copies = page.evaluate("place => pick(...place)", [x, y])
+        assert abs(picked - min(copies)) < 0.003
+    assert page.evaluate("() => pick(0.9, 0.9)") == []
     context.close()
     assert messages == []
     return both
