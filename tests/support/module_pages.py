@@ -71,11 +71,13 @@ window.draw = (traces) => {
     return canvas.toDataURL();
 };
 window.pick = (x, y) => {
-    const caster = new THREE.Raycaster(), object = place(createMesh(THREE));
-    object.updateMatrixWorld();
+    const caster = new THREE.Raycaster(), objects = [createMesh(THREE), meshed()].map(place);
     caster.setFromCamera(new THREE.Vector2(x, y), camera);
-    const hits = caster.intersectObject(object).concat(caster.intersectObject(place(meshed())));
-    return hits.map(({distance}) => distance);
+    return objects.flatMap((object) => {
+        object.updateMatrixWorld();
+        scene.remove(object);
+        return caster.intersectObject(object).map(({distance}) => distance);
+    });
 };
 """
 """A scene that cuts the model with a plane and a box; `draw(traces)` draws the model, or its meshed copy.
