@@ -1,5 +1,7 @@
 """createMesh in a scene of three.js: its picture equals that of a fine mesh, where a plane and a box cut both."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,28 +14,30 @@ from support.fitted_model import fitted_model
 from support.module_pages import drawn, three_page
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser
+    from playwright.sync_api import Browser, Page
 
 FIELD = mplicits.Field(fitted_model((24, 48)))
 BACKGROUND, PLANE, BOX = (0x40, 0x54, 0x68), (0x9F, 0xB8, 0x9A), (0xD0, 0x48, 0x2A)
 
 
-def pictures(browser: "Browser", folder: Path, **setup: Any) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Draw the scene with the traced model, and with its meshed copy; rays of a Raycaster meet both at one distance."""
+@contextmanager
+def opened(browser: "Browser", folder: Path, *, cells: int = 192, **setup: Any) -> Iterator["Page"]:
+    """Open the page of the scene."""
     context = browser.new_context(offline=True)
     page, messages = context.new_page(), list[str]()
     page.on("console", lambda message: messages.append(message.text))
     page.on("pageerror", lambda error: messages.append(str(error)))
-    page.goto(three_page(FIELD, folder, cells=192, box=[0.8, 0.2, 0.4], **setup).as_uri())
+    page.goto(three_page(FIELD, folder, cells=cells, box=[0.8, 0.2, 0.4], **setup).as_uri())
     page.wait_for_function("() => window.draw")
-    both = drawn(page, True), drawn(page, False)
-    for x, y in ((0, 0), (-0.2, 0.1), (0.15, 0.2)):
-        picked, *copies = page.evaluate("place => pick(...place)", [x, y])
-        assert abs(picked - min(copies)) < 0.003
-    assert page.evaluate("() => pick(0.9, 0.9)") == []
+    yield page
     context.close()
     assert messages == []
-    return both
+
+
+def pictures(browser: "Browser", folder: Path, **setup: Any) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Draw the scene with the traced model, and with its meshed copy."""
+    with opened(browser, folder, **setup) as page:
+        return drawn(page, True), drawn(page, False)
 
 
 def labels(picture: NDArray[np.uint8]) -> NDArray[np.int64]:
@@ -62,3 +66,11 @@ def test_the_shadow_equals_that_of_a_mesh(browser: "Browser", tmp_path: Path) ->
         picture.astype(int).sum(axis=-1) for picture in pictures(browser, tmp_path, lit=True, ground=-1.1)
     )
     assert (np.abs(traced - meshed) > 60).mean() < 0.002
+
+
+def test_a_raycaster_meets_the_surface(browser: "Browser", tmp_path: Path) -> None:
+    with opened(browser, tmp_path, cells=64) as page:
+        for x, y in ((0, 0), (-0.2, 0.1), (0.15, 0.2)):
+            traced, *copies = page.evaluate("place => pick(...place)", [x, y])
+            assert abs(traced - min(copies)) < 0.003
+        assert page.evaluate("() => pick(0.9, 0.9)") == []
