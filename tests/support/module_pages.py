@@ -72,6 +72,7 @@ window.draw = (traces) => {
 };
 window.pick = (x, y) => {
     const caster = new THREE.Raycaster(), objects = [createMesh(THREE), meshed()].map(place);
+    camera.updateMatrixWorld();
     caster.setFromCamera(new THREE.Vector2(x, y), camera);
     return objects.flatMap((object) => {
         object.updateMatrixWorld();
