@@ -143,3 +143,29 @@ def test_bake_writes_types_beside_the_module(tmp_path: Path) -> None:
 def test_other_storages_are_refused() -> None:
     with pytest.raises(UserError, match="--storage literal: module"):
         TARGETS["module"](FIELD.model, storage="literal")
+
+
+@pytest.mark.slow
+def test_two_modules_and_a_file_share_a_page(browser: "Browser", tmp_path: Path) -> None:
+    other = mplicits.Field(random_model((8, 0), name="other"))
+    body = f"""<script type="module" src="a.js"></script><script type="module" src="b.js"></script>
+<mplicits-view id="first"></mplicits-view><mplicits-view id="second" model="other"></mplicits-view>
+<mplicits-view id="third" src="ball.safetensors"></mplicits-view><mplicits-view id="damaged" src="a.js"></mplicits-view>
+<script>{WATCH}</script>"""
+    FIELD.bake("module", tmp_path / "a.js")
+    other.bake("module", tmp_path / "b.js")
+    FIELD.save(tmp_path / "ball.safetensors")
+    (tmp_path / "page.html").write_text(f"<!doctype html>{body}")
+    context = browser.new_context(viewport={"width": 700, "height": 900})
+    page, lines = context.new_page(), list[str]()
+    page.on("pageerror", lambda error: lines.append(str(error)))
+    page.on("console", lambda message: lines.append(message.text))
+    page.route("http://page.test/*", lambda route: route.fulfill(path=tmp_path / route.request.url.rpartition("/")[2]))
+    page.goto("http://page.test/page.html")
+    for view in ("first", "second", "third"):
+        told(page, view, "poster-dismissed")
+    told(page, "damaged", "error")
+    names = [page.get_by_role("img", name=name).count() for name in ("fitted", "other")]
+    context.close()
+    assert names == [2, 1]
+    assert lines == ["mplicits-view: not a model file (.safetensors), or a damaged one"]
