@@ -10,6 +10,7 @@ import base64
 import zlib
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -66,12 +67,22 @@ def sizes(model: Model) -> dict[str, int]:
     parts = tiny_page.script_parts(chosen, model, None)
     as_text = Emitted(chosen.program, AsText, chosen.further)
 
-    def size(other: tuple[dict[str, object], bytes] = parts, **changed: object) -> int:
-        with patch.multiple(tiny_page, **changed) if changed else patch.object(tiny_page, "base124", base124):
+    def size(other: tuple[dict[str, Any], bytes] = parts, **changed: Any) -> int:
+        with patch.multiple(tiny_page, **{"base124": base124} | changed):
             return len(tiny_page.page_text(other, model).encode())
 
     runs: list[NDArray[np.int64]] = []
-    with patch.object(tiny_page, "_add", lambda numbers, weights: runs.append(numbers.ravel()) or 0):
+    payload: list[int] = []
+
+    def keep(numbers: NDArray[np.int64], _weights: object) -> int:
+        runs.append(numbers.ravel())
+        return 0
+
+    def count(data: bytes) -> str:
+        payload.append(len(data))
+        return ""
+
+    with patch.object(tiny_page, "_add", keep):
         tiny_page.script_parts(chosen, model, None)
     runs = [run for run in runs if len(run)]
 
@@ -79,9 +90,7 @@ def sizes(model: Model) -> dict[str, int]:
         return size((parts[0], b"")) + round(1000 / 869 * sum(map(bytes_of, runs)))
 
     page = size()
-    outside = size(base124=lambda data: "")
-    payload: list[int] = []
-    size(base124=lambda data: payload.append(len(data)) or "")
+    outside = size(base124=count)
     units = int(np.ceil(8 * payload[0] / np.log2(UNITS)))
     return {
         "Shadertoy's text": len(shader_text(chosen.program, model, chosen.storage, chosen.further, None).encode()),

@@ -17,7 +17,7 @@ from ..model.errors import UserError
 from ..model.model import Model
 from ..model.version import installed_version
 from .facts import facts_json
-from .packed_page import short_script
+from .minified import short_script
 from .page import MODULE_LINE, model_bytes, poster_url, script
 from .scene import scene_facts, texel_bytes
 
