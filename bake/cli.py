@@ -1,14 +1,14 @@
-"""The verbs `info` and `bake`."""
+"""The verbs `info`, `bake` and `pack`."""
 
 import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..model.gallery import model_help, model_path
+from ..model.gallery import SUFFIX, model_help, model_path
 from ..model.options import Options, argument, option
-from ..model.verb import Verb, force_option
-from .options import BakeOptions
+from ..model.verb import Verb, force_option, output_option
+from .options import BakeOptions, PackOptions
 from .registry import TARGETS
 
 
@@ -73,6 +73,32 @@ def _bake(command: BakeCommand) -> None:
         )
 
 
+@dataclass(frozen=True)
+class PackCommand(PackOptions):
+    """Command line of `pack`."""
+
+    model: Path = argument("M", model_help(), model_path)
+    output: Path | None = output_option("M2", "model file (default: M's name, -packed.safetensors, in this folder)")
+    force: bool = force_option()
+
+
+def _pack(command: PackCommand) -> None:
+    """Write a model with weights of few bits. Raises UserError."""
+    from ..field.pack import packed
+    from ..model.files import check_writable, show, write_whole
+    from ..model.kinds import MODEL
+    from ..model.model_file import load, to_bytes
+    from .description import describe_packing
+
+    output = command.output or Path(command.model.stem + "-packed" + SUFFIX)
+    check_writable(output, [command.model], kind=MODEL, force=command.force)
+    bits = command.number()
+    result = packed(load(command.model), bits)
+    data = to_bytes(result.model)
+    write_whole(output, data)
+    print(f"{show(output)}: {describe_packing(result, command.model.stat().st_size, len(data))}")
+
+
 VERBS = (
     Verb("info", "levels, parameters, cost and bytes of a model", InfoCommand, "info spot", _info),
     Verb(
@@ -81,5 +107,12 @@ VERBS = (
         BakeCommand,
         "bake spot --target html -o spot.html",
         _bake,
+    ),
+    Verb(
+        "pack",
+        "round a model's weights to few bits: a file of a fifth of the bytes",
+        PackCommand,
+        "pack spot -o spot-packed.safetensors",
+        _pack,
     ),
 )

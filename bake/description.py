@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from ..field.pack import Packed
 from ..model.files import show
 
 LABEL = 12
@@ -21,12 +22,25 @@ def describe(facts: Mapping[str, Any]) -> list[str]:
     return lines
 
 
+def describe_packing(packed: Packed, before: int, after: int) -> str:
+    """Describe in one line what packing a model did. before, after: bytes of the files."""
+    color = "" if packed.color is None else f", colors by {255 * packed.color:.1f}/255 (root mean square)"
+    bands = ", ".join(f"{level.delta:.5f}" for level in packed.model.levels)
+    return (
+        f"{after:,} bytes instead of {before:,}, {packed.bits:.2f} bits a weight; near the surface, f is off by "
+        f"{packed.distance:.1e} on average (the shape has radius 1), normals by {packed.angle:.2f} degrees{color}; "
+        f"deltas {bands}"
+    )
+
+
 def _rows(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Yield (label, text) of each line above the levels."""
     if facts["shapes"]:
         yield "a scene of", ", ".join(map(show, facts["shapes"]))
     colors = f", colors by {facts['texture']}" if facts["texture"] else "" if facts["shapes"] else ", no colors"
     yield "parameters", f"{facts['parameters']:,}{colors}; sha256 {facts['sha256'][:12]}"
+    file = facts["file"]
+    yield "file", f"{file['bytes']:,} bytes, {file['bits']:.3g} bits a parameter" + ", packed" * file["packed"]
     x, y, z = (f"{c:.4g}" for c in facts["centre"])
     yield "space", f"{facts['up']} is up in the shape's file, its center {x}, {y}, {z}, its radius {facts['scale']:.4g}"
     if facts["front"]:

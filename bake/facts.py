@@ -6,6 +6,8 @@ from ..ir.lower import lower
 from ..ir.program import Cost
 from ..model.errors import UserError
 from ..model.model import Model, level_networks, shape_of, sizes
+from ..model.model_file import to_bytes
+from ..model.packed_weights import pack
 from .registry import TARGETS, Target
 
 
@@ -35,6 +37,7 @@ def model_facts(model: Model) -> dict[str, Any]:
         "sha256": program.sha256,
         "parameters": model.parameters(),
         "levels": levels,
+        "file": _file(model),
         "texture": None if model.texture is None else shape_of(model.texture),
         "shapes": [shape.name for shape in model.shapes],
         "inputs": model.inputs,
@@ -46,6 +49,13 @@ def model_facts(model: Model) -> dict[str, Any]:
         "bytes": {name: _size(model, target) for name, target in TARGETS.items()},
         "provenance": model.provenance,
     }
+
+
+def _file(model: Model) -> dict[str, Any]:
+    """Return the bytes of the model's file, the bits of its weights over their number, and whether they are packed."""
+    packed = pack(model.networks())
+    bits = 32.0 if packed is None else 8 * len(packed) / model.parameters()
+    return {"bytes": len(to_bytes(model)), "bits": bits, "packed": packed is not None}
 
 
 def _size(model: Model, target: Target) -> int | None:

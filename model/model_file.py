@@ -19,14 +19,19 @@ from .errors import UserError
 from .files import show, write_whole
 from .model import DEFAULT_STEP_BOUND, LEVEL_KEYS, STEP_BOUNDS, Array, Layer, Level, Model, Network
 from .orientation import DEFAULT_UP, check_front
+from .packed_weights import pack, sizes_of, unpack
 from .scene import Group, from_json, to_json
 
 FORMAT = "mplicits"
 """Value of the metadata key `format`."""
-VERSION = 2
-"""Newest readable value of the metadata key `version`; the value for scenes."""
+VERSION = 3
+"""Newest readable value of the metadata key `version`; the value for packed weights (packed_weights.py)."""
+SCENE_VERSION = 2
+"""Value of the metadata key `version` for scenes."""
 SHAPE_VERSION = 1
 """Value of the metadata key `version` for models of one shape."""
+PACKED = "packed"
+"""Name of the tensor of packed weights, and of the key under `model` with the sizes of the networks."""
 TRAINING = "training"
 """Metadata key, and prefix of tensors' names (with a dot), of the state of an interrupted training. `load` skips it."""
 MODEL_KEYS = {"name": str, "levels": list, "inputs": str, "centre": list, "scale": float, "provenance": dict}
@@ -37,7 +42,7 @@ A float is any finite JSON number. `levels` is a list of objects with the keys `
 OPTIONAL_KEYS = {"up": str, "front": list, "credit": str}
 """Optional keys of the JSON object under `model` -> type; `Model` has the defaults."""
 SCENE_KEYS = {"shapes": list, "scene": dict}
-"""Further keys of a scene (version 2) -> type: the objects of its models, and the tree of scene.py.
+"""Further keys of a scene -> type: the objects of its models, and the tree of scene.py.
 
 The names of the models' tensors begin with `shape1.`, `shape2.`, ...
 """
@@ -54,12 +59,20 @@ def save(model: Model, path: Path, training: Training | None = None) -> None:
 def to_bytes(model: Model, dtype: type[np.floating] = np.float32, training: Training | None = None) -> bytes:
     """Return the bytes of a model's file; equal models give equal bytes.
 
-    dtype: type of the tensors. `load` reads float32 alone; a web page carries float16.
+    dtype: type of the tensors. `load` reads float32 alone; a web page carries float16. Weights that are multiples of
+    steps, as `mplicits pack` makes them, are packed.
     """
     tensors: dict[str, NDArray[Any]]
-    tensors = {name: np.ascontiguousarray(tensor, dtype) for name, tensor in model.tensors().items()}
-    version = SHAPE_VERSION if model.scene is None else VERSION
-    metadata = {"format": FORMAT, "version": str(version), "model": json.dumps(_description(model))}
+    description, networks = _description(model), model.networks()
+    packed = pack(networks)
+    if packed is None:
+        tensors = {name: np.ascontiguousarray(tensor, dtype) for name, tensor in model.tensors().items()}
+        version = SHAPE_VERSION if model.scene is None else SCENE_VERSION
+    else:
+        tensors = {PACKED: np.frombuffer(packed, np.uint8)}
+        description[PACKED] = {prefix: sizes_of(network) for prefix, network in networks.items()}
+        version = VERSION
+    metadata = {"format": FORMAT, "version": str(version), "model": json.dumps(description)}
     if training is not None:
         text, state = training
         metadata[TRAINING] = text
@@ -84,13 +97,16 @@ def load(path: Path) -> Model:
         with safe_open(path, framework="numpy") as file:
             metadata = file.metadata() or {}
             _check_version(metadata)
-            tensors = {}
+            tensors: dict[str, NDArray[Any]] = {}
             for name in file.keys():  # noqa: SIM118 (not a mapping)
                 if name.startswith(f"{TRAINING}."):
                     continue
-                if file.get_slice(name).get_dtype() != "F32":
-                    raise UserError(f"{name}: must be float32")
+                is_packed = name == PACKED and metadata["version"] == str(VERSION)
+                if file.get_slice(name).get_dtype() != ("U8" if is_packed else "F32"):
+                    raise UserError(f"{name}: must be {'bytes' if is_packed else 'float32'}")
                 tensors[name] = file.get_tensor(name)
+        if metadata["version"] == str(VERSION):
+            tensors |= _unpacked(metadata, tensors)
         return _from_file(metadata, tensors)
     except FileNotFoundError:
         raise UserError(f"{show(path)}: no such file") from None
@@ -185,22 +201,38 @@ def _take_scene(description: dict[str, Any], tensors: dict[str, Array]) -> dict[
     return {"shapes": tuple(shapes), "scene": tree}
 
 
-def _read_description(metadata: Mapping[str, str]) -> dict[str, Any]:
-    """Parse the JSON object in a file's metadata; unknown keys are dropped.
-
-    Raises UserError if it is no JSON, or if a value is missing or has a wrong type.
-    """
+def _json(metadata: Mapping[str, str]) -> dict[str, Any]:
+    """Parse the JSON object in a file's metadata. Raises UserError."""
     if "model" not in metadata:
         raise UserError("metadata key 'model' is missing")
     try:
         description = json.loads(metadata["model"], parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
         raise UserError(f"metadata key 'model' is not JSON ({error})") from None
-    keys = MODEL_KEYS | {key: kind for key, kind in OPTIONAL_KEYS.items() if key in description}
-    if metadata.get("version") == str(VERSION):
+    check_keys("metadata key 'model'", description, {})
+    return dict(description)
+
+
+def _read_description(metadata: Mapping[str, str]) -> dict[str, Any]:
+    """Parse the JSON object in a file's metadata; unknown keys are dropped.
+
+    Raises UserError if it is no JSON, or if a value is missing or has a wrong type.
+    """
+    description = _json(metadata)
+    optional = OPTIONAL_KEYS | (SCENE_KEYS if metadata.get("version") == str(VERSION) else {})
+    keys = MODEL_KEYS | {key: kind for key, kind in optional.items() if key in description}
+    if metadata.get("version") == str(SCENE_VERSION) or SCENE_KEYS.keys() & keys.keys():
         keys |= SCENE_KEYS
     check_keys("metadata key 'model'", description, keys)
     return {key: float(description[key]) if kind is float else description[key] for key, kind in keys.items()}
+
+
+def _unpacked(metadata: Mapping[str, str], tensors: dict[str, NDArray[Any]]) -> dict[str, Array]:
+    """Take the packed weights out of `tensors`, and return the tensors that they hold. Raises UserError."""
+    sizes = _json(metadata).get(PACKED)
+    if PACKED not in tensors or not isinstance(sizes, dict):
+        raise UserError(f"{PACKED}: the tensor or the sizes of the networks are missing")
+    return unpack(sizes, tensors.pop(PACKED).tobytes())
 
 
 def _refuse_constant(constant: str) -> None:

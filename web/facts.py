@@ -14,6 +14,7 @@ from ..field.cell_codes import EMPTY, OVERESTIMATE, REACH
 from ..field.cell_search import FIRST, MISSED
 from ..field.cells import LOOKUPS
 from ..field.openness import EVALUATIONS
+from ..model import packed_weights, range_coder
 from ..model.checks import SHAPES, WIDEST
 from ..model.model import DEFAULT_STEP_BOUND, MOST_ITERATIONS, STEP_BOUNDS
 from ..model.model_file import FORMAT, TRAINING, VERSION
@@ -43,6 +44,18 @@ def facts_json(facts: dict[str, Any]) -> str:
             "step_bounds": list(STEP_BOUNDS),
             "default_step_bound": DEFAULT_STEP_BOUND,
             "training": TRAINING,
+        },
+        "packed": {
+            "widest": WIDEST,
+            "offset": packed_weights.OFFSET,
+            "bias": packed_weights.BIAS,
+            "change": packed_weights.CHANGE,
+            "weights_of_a_byte": packed_weights.WEIGHTS_OF_A_BYTE,
+            "widest_bell": range_coder.WIDEST_BELL,
+            "finest": range_coder.FINEST,
+            "coarsest": range_coder.COARSEST,
+            "total": range_coder.TOTAL,
+            "quarters": range_coder.QUARTERS,
         },
         "shapes": SHAPES,
         "storages": STORAGES,

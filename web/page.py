@@ -37,7 +37,10 @@ from .facts import PAGE_PASSES, facts_json
 from .scene import scene_facts, texel_bytes
 from .short_weights import short_weights
 
-PRINTER = ("facts.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js", "field.js")
+PRINTER = (
+    *("facts.js", "packed_weights.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js"),
+    *("field.js",),
+)
 """Modules in web/app/ that read a model and print its field; scenes are printed by scene.py."""
 SHADERTOY = ("quantize.js", "packed.js", "few_bits.js", "decimals.js", "header.js", "shadertoy.js")
 """Modules in web/app/ that print a model's text for Shadertoy."""

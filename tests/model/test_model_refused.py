@@ -112,7 +112,8 @@ def test_other_json_values_cause_only_user_errors(place: tuple[Any, ...], path: 
     ("metadata", "said"),
     [
         ({"format": "pt"}, "'format'"),
-        ({"version": "3"}, "format version 3 is newer than this program reads (2); update mplicits"),
+        ({"version": "4"}, "format version 4 is newer than this program reads (3); update mplicits"),
+        ({"version": "3"}, "packed: the tensor or the sizes of the networks are missing"),
         ({"version": "2"}, "key 'shapes' is missing"),
         ({"version": "9" * 5000}, "'version'"),
         ({"version": "0"}, "'version'"),

@@ -1,4 +1,5 @@
 import {shared} from "./facts.js";
+import {unpackWeights} from "./packed_weights.js";
 
 // Reads a model file (docs/format.md). A ModelError has a one-line message.
 export class ModelError extends Error {}
@@ -24,10 +25,17 @@ export function parseModel(buffer, own = false) {
         throw new ModelError("a scene of several shapes needs a separate page; "
             + "make it with: mplicits bake SCENE.safetensors --target html");
     }
-    const tensors = new Map(), steps = own ? JSON.parse(metadata.steps ?? "{}") : null;
+    const tensors = new Map(), sizes = {F32: 4, ...(own ? {F16: 2, I16: 2, I8: 1} : {})};
+    const steps = own ? JSON.parse(metadata.steps ?? "{}") : {};
+    const packed = Number(metadata.version) === FORMAT.version && header.entries.packed;
+    if (packed) {
+        const {values} = readTensor("packed", packed, buffer, header.end, {U8: 1});
+        for (const [name, tensor] of unpackWeights(description.packed, values)) tensors.set(name, tensor);
+        delete header.entries.packed;
+    }
     for (const [name, entry] of Object.entries(header.entries)) {
         const ofModel = name !== "__metadata__" && !name.startsWith(`${FORMAT.training}.`);
-        if (ofModel) tensors.set(name, readTensor(name, entry, buffer, header.end, steps));
+        if (ofModel) tensors.set(name, readTensor(name, entry, buffer, header.end, sizes, steps[name]));
     }
     const inputs = description.inputs === "xyzt" ? 4 : 3;
     let parameters = 0;
@@ -94,10 +102,10 @@ function describe(text) {
     return {...description, front, credit};
 }
 
-// Returns {shape, values: Float32Array} of a tensor at an offset from `start`. steps: by the names of tensors of whole
-// numbers; null if all tensors must have 32 bits.
-function readTensor(name, entry, buffer, start, steps) {
-    const size = {F32: 4, ...(steps ? {F16: 2, I16: 2, I8: 1} : {})}[entry?.dtype];
+// Returns {shape, values: Float32Array} of a tensor at an offset from `start`; the values of type U8 are bytes. sizes:
+// bytes of a value by the types that are allowed. steps: of whole numbers.
+function readTensor(name, entry, buffer, start, sizes, steps) {
+    const size = sizes[entry?.dtype];
     refuse(!size, `${name}: must be float32`);
     const {shape, data_offsets: offsets} = entry;
     const isSize = (value) => Number.isInteger(value) && value >= 0;
@@ -106,8 +114,9 @@ function readTensor(name, entry, buffer, start, steps) {
     const count = shape.reduce((product, side) => product * side, 1);
     const [from, to] = offsets;
     refuse(to - from !== count * size || start + to > buffer.byteLength, `${name}: the file is cut short or damaged`);
+    if (sizes.U8) return {shape, values: new Uint8Array(buffer, start + from, count)};
     const view = new DataView(buffer, start + from, to - from);
-    const values = steps?.[name] ? readWholes(view, count, size, steps[name]) : readFloats(view, count, size);
+    const values = steps ? readWholes(view, count, size, steps) : readFloats(view, count, size);
     refuse(!values.every(Number.isFinite), `${name}: has values that are not finite`);
     return {shape, values};
 }
