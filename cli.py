@@ -12,7 +12,7 @@ from contextlib import suppress
 from difflib import get_close_matches
 from typing import NoReturn
 
-from .api.hooks import describe_surface, loose_components, pictures, surface_of
+from .api.hooks import describe_surface, loose_components, pack, pictures, surface_of
 from .demo import demo_verb
 from .extras import advice, install_and_repeat
 from .model.errors import UserError
@@ -42,7 +42,7 @@ class Parser(argparse.ArgumentParser):
 def verbs() -> dict[str, Verb]:
     """Return the verbs by name, in the order of the help. Imports each room's cli.py, which is light."""
     room_verbs = [verb for room in ROOMS for verb in importlib.import_module(f".{room}.cli", __package__).VERBS]
-    trainings = training_verbs(Hooks(describe_surface, loose_components, surface_of, pictures))
+    trainings = training_verbs(Hooks(describe_surface, loose_components, surface_of, pack, pictures))
     return {verb.name: verb for verb in (demo_verb(perform), *trainings, *room_verbs)}
 
 

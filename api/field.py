@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bake.options import BakeOptions
+from ..bake.options import BakeOptions, PackOptions
 from ..mesher.options import EvalOptions, MeshOptions
 from ..model.model import level_networks, shape_of, sizes
 from ..model.model_file import save as save_model
@@ -121,6 +121,14 @@ class Field(FieldFunction):
         from ..mesher.evaluation import evaluate
 
         return evaluate(self.model, Path(shape), options)
+
+    @takes(PackOptions)
+    def pack(self, options: PackOptions) -> "Field":
+        """Round the weights to few bits, and return the model: `save` writes a file of a fifth of the bytes."""
+        from ..field.pack import packed
+        from ..model.bits import read_bits
+
+        return Field(packed(self.model, read_bits(options.bits)).model)
 
     def info(self) -> dict[str, object]:
         """Return the facts of `mplicits info --json`: levels, costs, quality, bytes of each target."""

@@ -80,7 +80,10 @@ def train(shape: "str | Path | Arrays", options: TrainArguments) -> Field:
     prepare_openmp()
     from ..trainer.sources import frames_source, shape_source
 
-    return _trained(frames_source(shape, options) if options.time else shape_source(shape, options), options)
+    trained = _trained(frames_source(shape, options) if options.time else shape_source(shape, options), options)
+    if options.bits is None or trained.model.provenance["interrupted"]:
+        return trained
+    return trained.pack(options.bits)
 
 
 @takes(MorphArguments)

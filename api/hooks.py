@@ -37,3 +37,11 @@ def surface_of(model: "Model", quiet: bool) -> "ModelSurface":
 
     mesh = survey.surface_of(model, quiet)
     return mesh.vertices, mesh.faces, mesh.colors
+
+
+def pack(model: "Model", bits: str | float) -> "Model":
+    """Round the weights of a trained model to few bits (--bits)."""
+    from ..field.pack import packed
+    from ..model.bits import read_bits
+
+    return packed(model, read_bits(bits)).model

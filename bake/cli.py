@@ -85,14 +85,15 @@ class PackCommand(PackOptions):
 def _pack(command: PackCommand) -> None:
     """Write a model with weights of few bits. Raises UserError."""
     from ..field.pack import packed
+    from ..model.bits import read_bits
     from ..model.files import check_writable, show, write_whole
     from ..model.kinds import MODEL
     from ..model.model_file import load, to_bytes
     from .description import describe_packing
 
+    bits = read_bits(command.bits)
     output = command.output or Path(command.model.stem + "-packed" + SUFFIX)
     check_writable(output, [command.model], kind=MODEL, force=command.force)
-    bits = command.number()
     result = packed(load(command.model), bits)
     data = to_bytes(result.model)
     write_whole(output, data)

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..codegen.targets.uniforms import OPENING_SHADES
-from ..model.errors import UserError
-from ..model.files import show
+from ..model.bits import AUTOMATIC
 from ..model.options import Options, option
 from .registry import DEFAULT, TARGETS
 
@@ -56,10 +55,6 @@ class BakeOptions(Options):
     studio: bool = option(False, f"let the page also train dropped meshes ({_STUDIO})")
 
 
-AUTOMATIC = "auto"
-"""Value of --bits that asks for the fewest bits within limits."""
-
-
 @dataclass(frozen=True)
 class PackOptions(Options):
     """Options of `pack`, for the command line and for Python (docs/format.md)."""
@@ -70,15 +65,3 @@ class PackOptions(Options):
         "the angle that the training measured",
         metavar="N|auto",
     )
-
-    def number(self) -> float | None:
-        """Return the bits for each weight; None: the fewest. Raises UserError."""
-        if self.bits == AUTOMATIC:
-            return None
-        try:
-            number = float(self.bits)
-        except ValueError:
-            number = 0.0
-        if not 2 <= number <= 16:
-            raise UserError(f"--bits {show(str(self.bits))}: auto or a number from 2 to 16 is needed")
-        return number

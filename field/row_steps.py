@@ -94,4 +94,4 @@ def _rounded(weights: Double, steps: Double, jacobian: Array, error: Array) -> N
     for i in range(len(best)):
         result[i] = np.rint(best[i] / steps[i]) * steps[i]
         best[i:] -= (best[i] - result[i]) / factor[i, i] * factor[i, i:]
-    return result
+    return result + 0.0  # A file has no -0.

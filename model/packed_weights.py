@@ -78,6 +78,7 @@ def unpack(sizes: Mapping[str, object], data: bytes) -> dict[str, Array]:
             for j, (columns, rows) in enumerate(pairwise(widths)):
                 name = f"{prefix}.layer{j}"
                 tensors[f"{name}.weight"], tensors[f"{name}.bias"] = _read_layer(decoder, rows, columns)
+        decoder.finish()
     except EOFError:
         raise UserError("packed: the file is cut short or damaged") from None
     return tensors

@@ -101,7 +101,7 @@ class Encoder:
 
 
 class Decoder:
-    """Reads what an Encoder wrote. Raises EOFError where the bytes end too early."""
+    """Reads what an Encoder wrote, and zeros after it. Raises EOFError where the bytes end too early."""
 
     def __init__(self, data: bytes) -> None:
         self._bytes, self._at, self._range = data, 4, TOP - 1
@@ -129,6 +129,11 @@ class Decoder:
             if high >= 1 << 2 * ESCAPE - 1:
                 high -= 1 << 2 * ESCAPE
         return high * (1 << shift) + (self.plain(1 << shift) if shift else 0)
+
+    def finish(self) -> None:
+        """Check that all was read. Raises EOFError: damaged bytes hardly ever end where the code is 0."""
+        if self._code or any(self._bytes[self._at :]):
+            raise EOFError
 
     def _take(self, part: int, start: int, size: int) -> None:
         self._code -= part * start

@@ -25,6 +25,7 @@ FUNCTIONS: dict[str, Callable[..., object]] = {
     "unproject": mplicits.unproject,
     "photos": mplicits.photos,
     "bake": mplicits.Field.bake,
+    "pack": mplicits.Field.pack,
     "render": mplicits.Field.render,
     "mesh": mplicits.Field.mesh,
     "eval": mplicits.evaluate,

@@ -32,6 +32,8 @@ class Hooks:
     """Finds the loose components of a model's surface, for the training to remove."""
     surface_of: "Callable[[Model, bool], ModelSurface]"
     """Extracts the surface of a model. The second argument is --quiet."""
+    pack: "Callable[[Model, str | float], Model]"
+    """Rounds the weights to few bits. The second argument is --bits."""
     pictures: "Callable[[Path], Callable[[Model], object]]"
     """Returns a function that draws a model into a folder."""
 
@@ -70,7 +72,7 @@ def _train(command: TrainCommand, hooks: Hooks) -> None:
     from .sources import frames_source, shape_source
 
     source = frames_source(command.shape, command) if command.time else shape_source(command.shape, command)
-    _run(command, command, source, hooks)
+    _run(command, command, source, hooks, command.bits)
 
 
 def _morph(command: MorphCommand, hooks: Hooks) -> None:
@@ -86,8 +88,10 @@ def _morph(command: MorphCommand, hooks: Hooks) -> None:
     _run(command, command, source, hooks)
 
 
-def _run(files: FileOptions, options: TrainingOptions, source: "Source", hooks: Hooks) -> None:
-    """Train, write the model, and print its summary. Raises UserError."""
+def _run(
+    files: FileOptions, options: TrainingOptions, source: "Source", hooks: Hooks, bits: str | float | None = None
+) -> None:
+    """Train, write the model, and print its summary. bits: of --bits. Raises UserError."""
     output = files.output or Path(source.stem + SUFFIX)
     check_writable(output, source.files, kind=MODEL, force=files.force)
     if options.log is not None:
@@ -110,6 +114,12 @@ def _run(files: FileOptions, options: TrainingOptions, source: "Source", hooks: 
         components=hooks.loose_components,
     )
     print(summary(model, output))
+    if bits is not None and not model.provenance["interrupted"]:
+        from ..model.model_file import save
+
+        model = hooks.pack(model, bits)
+        save(model, output)
+        print(f"{show(output)}: {output.stat().st_size:,} bytes, packed")
     if draw is not None:
         draw(model)
     if by := ended_by():

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ..model.bits import read_bits
 from ..model.errors import UserError
 from ..model.options import Options, option
 from ..model.orientation import UPRIGHT
@@ -158,6 +159,12 @@ class TrainOptions(TrainingOptions):
         least=0,
         most=0.1,
     )
+    bits: str | float | None = option(
+        None,
+        "round the weights of the finished model to few bits, as `pack` does: for each weight, or auto",
+        metavar="N|auto",
+        excludes="time",
+    )
     thicken: float | None = option(
         None,
         "treat an open mesh as a sheet with this distance to either side, as a share of its radius, such as 0.02",
@@ -168,6 +175,8 @@ class TrainOptions(TrainingOptions):
 
     def settings(self) -> Settings:
         """Return the settings of the training. Raises UserError."""
+        if self.bits is not None:
+            read_bits(self.bits)
         return replace(super().settings(), noise=self.noise)
 
 

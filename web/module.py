@@ -22,18 +22,9 @@ from .page import MODULE_LINE, model_bytes, poster_url, script
 from .scene import scene_facts, texel_bytes
 
 APP = (
-    *(
-        "safetensors.js",
-        "lower.js",
-        "cstyle.js",
-        "literal.js",
-        "texels.js",
-        "field.js",
-        "baked_scene.js",
-        "reference.js",
-    ),
-    *("cells.js", "lowest.js", "camera.js", "backgrounds.js", "uniforms.js", "device.js", "samples.js", "passes.js"),
-    *("painter.js", "variants.js", "renderer.js", "memory.js", "gestures.js"),
+    *("packed_weights.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js", "field.js"),
+    *("baked_scene.js", "reference.js", "cells.js", "lowest.js", "camera.js", "backgrounds.js", "uniforms.js"),
+    *("device.js", "samples.js", "passes.js", "painter.js", "variants.js", "renderer.js", "memory.js", "gestures.js"),
 )
 """Modules in web/app/ that the module shares with the page, in their order."""
 ELEMENT = (*("models.js", "orbits.js", "stage.js", "view_element.js", "lights.js", "rays.js", "mesh.js"),)

@@ -27,6 +27,7 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.loop_limit import schedule_that_fits
 from mplicits.web.facts import CELL_MOMENTS, MANY, TOO_MANY, facts_json
 from mplicits.web.page import PRINTER, script
+from support.packed_model import packed_model
 from support.paths import DEMO
 from support.random_model import random_model
 
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 MODELS = {
     "one level": random_model((12, 3)),
     "three levels, texture": random_model((16, 1), (18, 2), (64, 1), texture=(10, 1)),
+    "packed, texture": packed_model(random_model((16, 1), (18, 2), texture=(10, 1))),
     "moving": random_model((5, 0), inputs="xyzt"),
     "moving, texture": random_model((8, 1), seed=7, texture=(3, 0), inputs="xyzt"),
     "a level wider than literals may be": random_model((16, 1), (80, 1)),

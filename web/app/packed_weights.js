@@ -1,4 +1,3 @@
-import {ModelError} from "./safetensors.js";
 import {shared} from "./facts.js";
 
 // Unpacks the weights of a model file of version 3, bit for bit as model/packed_weights.py and model/range_coder.py.
@@ -6,8 +5,9 @@ const CODED = shared.packed, CODED_TOP = 2 ** 32, CODED_LEAST = 2 ** 24;
 const bells = new Map();
 
 // Returns the tensors {shape, values} of the networks by name. sizes: prefix -> [inputs, outputs of each layer].
+// Throws an error if the file is damaged.
 export function unpackWeights(sizes, bytes) {
-    const damaged = () => new ModelError("packed: the file is cut short or damaged");
+    const damaged = () => new RangeError("damaged");
     const {widest, offset, bias, change, widest_bell: most} = CODED, tensors = [];
     const isWidth = (n) => n >= 1 && n <= widest && n % 1 === 0;
     let count = 0, range = CODED_TOP - 1, code = 0, at = 0;
@@ -63,6 +63,7 @@ export function unpackWeights(sizes, bytes) {
         tensors.push([`${name}.weight`, {shape: [rows, columns], values: weight}]);
         tensors.push([`${name}.bias`, {shape: [rows], values: biases}]);
     }
+    if (code || bytes.subarray(at).some(Boolean)) throw damaged();
     return tensors;
 }
 

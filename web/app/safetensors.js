@@ -30,7 +30,11 @@ export function parseModel(buffer, own = false) {
     const packed = Number(metadata.version) === FORMAT.version && header.entries.packed;
     if (packed) {
         const {values} = readTensor("packed", packed, buffer, header.end, {U8: 1});
-        for (const [name, tensor] of unpackWeights(description.packed, values)) tensors.set(name, tensor);
+        try {
+            for (const [name, tensor] of unpackWeights(description.packed, values)) tensors.set(name, tensor);
+        } catch {
+            throw new ModelError("packed: the file is cut short or damaged");
+        }
         delete header.entries.packed;
     }
     for (const [name, entry] of Object.entries(header.entries)) {
