@@ -54,7 +54,7 @@ def packed(page: str, alone: bool = False) -> str:
         "poster": _first('<img id="poster"[^>]*>', page),
         "packed": base124(data),
     }
-    outer = short(files(__package__).joinpath("app", "packed.html").read_text("utf-8"), [])
+    outer = short(files(__package__).joinpath("app", "packed.html").read_text("utf-8"), [], alone)
     return re.sub(r"\{\{(\w+)\}\}", lambda match: slots[match[1]], outer)
 
 
@@ -75,7 +75,7 @@ def _short(match: re.Match[str], parts: list[bytes], alone: bool) -> str:
     content, kind = match[4], _TYPE.search(match[3])
     if match[2] == "style":
         return _outdented(_STYLE_COMMENT.sub("", content))
-    if kind is not None and kind[1] == "module" and alone:
+    if alone and (kind is None or kind[1] == "module"):
         return minified(content)
     if kind is None or kind[1] in ("module", WORKER):
         return short_script(content)
