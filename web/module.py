@@ -29,7 +29,7 @@ APP = (
 """Modules in web/app/ that the module shares with the page, in their order."""
 ELEMENT = (*("models.js", "orbits.js", "stage.js", "view_element.js", "lights.js", "rays.js", "mesh.js"),)
 """Modules in web/element/, in their order."""
-SHADERS = ("anywhere", "accumulate", "present", "contrast", "scatter", "scatter.vert", "sine", "half_width", "scene")
+SHADERS = ("anywhere", "accumulate", "present", "contrast", "scatter", "scatter.vert", "sine", "half_width")
 """Files in glsl/ with the shaders of the module."""
 HULL = ("hull.vert.glsl", "hull.frag.glsl", "hull_color.frag.glsl", "hull_depth.frag.glsl")
 """Files in web/element/ with the shaders for three.js."""

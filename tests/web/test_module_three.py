@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 import mplicits
 from support.fitted_model import fitted_model
 from support.module_pages import drawn, three_page
+from support.moving_model import moving_model
+from support.scene_models import STILL, composed
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -21,13 +23,15 @@ BACKGROUND, PLANE, BOX = (0x40, 0x54, 0x68), (0x9F, 0xB8, 0x9A), (0xD0, 0x48, 0x
 
 
 @contextmanager
-def opened(browser: "Browser", folder: Path, *, cells: int = 192, **setup: Any) -> Iterator["Page"]:
-    """Open the page of the scene."""
+def opened(
+    browser: "Browser", folder: Path, field: mplicits.Field = FIELD, *, cells: int = 192, **setup: Any
+) -> Iterator["Page"]:
+    """Open the page of the scene with a model."""
     context = browser.new_context(offline=True)
     page, messages = context.new_page(), list[str]()
     page.on("console", lambda message: messages.append(message.text))
     page.on("pageerror", lambda error: messages.append(str(error)))
-    page.goto(three_page(FIELD, folder, cells=cells, box=[0.8, 0.2, 0.4], **setup).as_uri())
+    page.goto(three_page(field, folder, cells=cells, box=[0.8, 0.2, 0.4], **setup).as_uri())
     page.wait_for_function("() => window.draw")
     yield page
     context.close()
@@ -74,3 +78,13 @@ def test_a_raycaster_meets_the_surface(browser: "Browser", tmp_path: Path) -> No
             traced, *copies = page.evaluate("place => pick(...place)", [x, y])
             assert abs(traced - min(copies)) < 0.003
         assert page.evaluate("() => pick(0.9, 0.9)") == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["scene", "moving"])
+def test_scenes_and_moving_models_are_drawn(browser: "Browser", tmp_path: Path, kind: str) -> None:
+    model = composed(tmp_path, STILL) if kind == "scene" else moving_model((24, 32))
+    with opened(browser, tmp_path, mplicits.Field(model), cells=96) as page:
+        ours, expected = labels(drawn(page, True)), labels(drawn(page, False))
+    assert (expected == 3).sum() > 2000
+    assert (ours != expected).sum() < 0.03 * (expected == 3).sum(), "the mesh rounds the edges of a scene's plate"

@@ -3,7 +3,7 @@
 varying vec3 at;
 flat varying vec3 eye, ahead;
 flat varying vec4 depth_z, depth_w;
-flat varying mat3 turned;
+flat varying mat3 into_world;
 const float BEFORE = 4.0; // distance from the model's center at which the rays of an orthographic camera begin
 
 vec3 traced_hull() {

@@ -10,7 +10,7 @@ vec3 from_srgb(vec3 c) {
 
 void main() {
     vec3 p = traced_hull();
-    vec3 normal = normalize(turned * field_gradient(p, level).xyz);
+    vec3 normal = normalize(into_world * field_gradient(p, level).xyz);
     vec3 light = ambient + mix(ground_light, sky, 0.5 + 0.5 * dot(normal, overhead));
     for (int i = 0; i < LIGHTS; ++i) light += shine[i] * max(dot(normal, toward[i]), 0.0);
 #ifdef TEXTURED

@@ -75,7 +75,6 @@ uniform int level, rounds, iterations[LEVELS];
 uniform float time, delta[LEVELS], step_bound[LEVELS], band_step_bound[LEVELS];
 uniform sampler2D weights;
 ${model.texture ? "#define TEXTURED\n" : ""}${["sine.glsl", "half_width.glsl"].map((file) => plainText(file, seen)).join("\n")}
-${model.field ? plainText("scene.glsl", seen) : ""}
 ${field}
 ${["skip.glsl", "march.glsl", "hull.frag.glsl", name].map((file) => plainText(file, seen)).join("\n")}`
         .replace("OUTPUT_COLORS", `#include <${colors}>`);
