@@ -22,7 +22,7 @@ LEAST_DISTANCE, LEAST_ANGLE = 5e-5, 0.4
 """Smaller errors, in model units and in degrees, are not asked for."""
 USUAL_DISTANCE, USUAL_ANGLE = 0.02, 0.7
 """Errors where the training measured none: of f as a share of the last delta, and of the normals in degrees."""
-COLOR = 2.3 / 255
+COLOR = 1.5 / 255
 """Largest root mean square error of the colors."""
 COARSE = 3.0
 """Factor on the errors of the weights in levels before the last, whose errors the next level mostly corrects."""

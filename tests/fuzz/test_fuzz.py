@@ -26,6 +26,7 @@ from mplicits.trainer.checkpoint import read_network
 from mplicits.trainer.part import Part
 from mplicits.trainer.shapes.load import load_shape
 from support.fuzzing import Case, damaged, damaged_model, survive
+from support.packed_model import packed_model
 from support.random_model import random_model
 from support.scene_models import SCENE
 
@@ -87,6 +88,7 @@ def use_command(path: Path) -> None:
 
 KINDS: dict[str, tuple[Callable[[Path], None], int]] = {
     "model": (use_model, 130),
+    "packed": (use_model, 60),
     "shape": (use_shape, 180),
     "checkpoint": (lambda path: void(read_network(path, None)), 60),
     "part": (use_part, 40),
@@ -135,6 +137,10 @@ def part_file(folder: Path) -> list[Case]:
     return [("m.part.safetensors", (folder / "m.part.safetensors").read_bytes())]
 
 
+def packed_file(folder: Path) -> list[Case]:
+    return [("m.safetensors", to_bytes(packed_model(random_model((4, 1), (4, 0), texture=(4, 0)))))]
+
+
 def scene_file(folder: Path) -> list[Case]:
     text = SCENE.replace("ball.safetensors", "spot-small").replace("coarse.safetensors", "bob-small")
     return [("s.toml", text.encode())]
@@ -165,7 +171,13 @@ def command(random: Random) -> bytes:
 def cases(kind: str, count: int, seed: int, folder: Path) -> Iterator[Case]:
     """Make the damaged files of a kind."""
     random = Random(f"{kind} {seed}")
-    make = {"shape": shape_files, "checkpoint": checkpoint_file, "part": part_file, "scene": scene_file}.get(kind)
+    make = {
+        "packed": packed_file,
+        "shape": shape_files,
+        "checkpoint": checkpoint_file,
+        "part": part_file,
+        "scene": scene_file,
+    }.get(kind)
     whole = make(folder) if make else [("m.safetensors", to_bytes(random_model((4, 1), (4, 0), texture=(4, 0))))]
     for number in range(count):
         name, data = random.choice(whole)
