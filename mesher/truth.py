@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from ..model.errors import UserError
 from ..model.files import show
-from ..model.mesh_file import load_mesh
 from ..model.orientation import DEFAULT_UP, upright
+from ..readers.surface import load_mesh
 from .surface import Mesh
 
 FARTHEST = 100.0

@@ -17,9 +17,11 @@ SHAPES = {
     ".obj": "a mesh",
     ".stl": "a mesh",
     ".glb": "a mesh",
+    ".gltf": "a mesh",
+    ".off": "a mesh",
+    ".3mf": "a mesh",
     ".ply": "a mesh or a point cloud",
-    ".xyz": "a point cloud",
-    ".npz": "a point cloud",
+    **dict.fromkeys((".xyz", ".npz", ".csv", ".txt", ".asc", ".pts", ".pcd", ".las", ".laz", ".e57"), "a point cloud"),
 }
 """Suffix of a file with a shape, in lower case -> its content."""
 

@@ -20,7 +20,7 @@ UPRIGHT = {
 
 With z up, as in modeling programs, the front -y becomes +z.
 """
-FILES_UP = {".glb": "y"}
+FILES_UP = {".glb": "y", ".gltf": "y"}
 """Suffix of a file -> up axis that its format prescribes (glTF 2.0, section 3.4)."""
 DEFAULT_UP = "y"
 

@@ -19,6 +19,7 @@ from support.paths import ROOT
 UNITS: dict[str, set[str]] = {
     "glsl": set(),
     "model": set(),
+    "readers": {"model"},
     "ir": {"model"},
     "field": {"model", "ir"},
     "codegen.printers": {"glsl", "model", "ir"},
@@ -27,16 +28,16 @@ UNITS: dict[str, set[str]] = {
     "web": {"glsl", "model", "ir", "field", "codegen.printers", "codegen.targets"},
     "studio": {"glsl", "model", "codegen.printers", "web", "trainer"},
     "bake": {"model", "ir", "field", "codegen.targets", "web", "studio"},
-    "trainer.shapes": {"model"},
+    "trainer.shapes": {"model", "readers"},
     "trainer.networks": {"model"},
     "trainer.folders": {"model"},
-    "trainer": {"model", "trainer.shapes", "trainer.networks", "trainer.folders"},
+    "trainer": {"model", "readers", "trainer.shapes", "trainer.networks", "trainer.folders"},
     "capture": {"model", "trainer", "trainer.networks"},
     "scenes": {"model", "ir", "field"},
-    "mesher": {"model", "ir", "field"},
+    "mesher": {"model", "readers", "ir", "field"},
     "reporting": {"model", "ir", "field", "codegen.targets", "web", "bake", "mesher"},
     "site": {"model", "web", "bake"},
-    "viewer.draw": {"glsl", "model", "codegen.targets"},
+    "viewer.draw": {"glsl", "model", "readers", "codegen.targets"},
     "viewer.state": {"glsl", "model", "codegen.targets", "bake", "viewer.draw"},
     "viewer.window": {"model", "codegen.targets", "bake", "viewer.draw", "viewer.state"},
     "viewer": {"model", "codegen.targets", "viewer.draw", "viewer.state", "viewer.window"},
@@ -51,7 +52,7 @@ UNITS: dict[str, set[str]] = {
 A folder does not include its subfolders. The files at the root, named "", are the front door.
 """
 ROOMS = (
-    *("glsl", "model", "ir", "field", "codegen", "web", "studio", "bake"),
+    *("glsl", "model", "readers", "ir", "field", "codegen", "web", "studio", "bake"),
     *("trainer", "capture", "scenes", "mesher", "reporting", "site", "viewer", "api"),
 )
 FRONT_DOOR = {path.stem for path in ROOT.glob("*.py")} - {"__init__", "__main__"}

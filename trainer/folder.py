@@ -17,13 +17,13 @@ from ..model.gallery import SUFFIX
 from ..model.interrupts import begin_work, ended_by
 from ..model.model_file import load
 from ..model.verb import command_line
+from ..readers.read import READERS, known_formats
 from .commands import TrainCommand
 from .folders.job import Job, Outcome, Progress, Status
 from .folders.results import PAGE, TABLE, Row, row_of, write_results
 from .folders.workers import here, on_cluster
 from .options import TrainOptions
 from .settings import Settings
-from .shapes.load import READERS
 
 
 def run_folder(command: TrainCommand) -> None:
@@ -70,8 +70,7 @@ def shapes_in(folder: Path) -> dict[str, Path]:
     """
     files = sorted(path for path in folder.iterdir() if path.suffix.lower() in READERS and path.is_file())
     if not files:
-        known = " ".join(suffix[1:].upper() for suffix in READERS)
-        raise UserError(f"{show(folder)}: no shapes in that folder; this program reads {known}")
+        raise UserError(f"{show(folder)}: no shapes in that folder; this program reads {known_formats()}")
     stems = [path.stem for path in files]
     named = {
         path.stem if stems.count(path.stem) == 1 else f"{path.stem}-{path.suffix[1:].lower()}": path for path in files

@@ -8,6 +8,7 @@ from ..model.bits import read_bits
 from ..model.errors import UserError
 from ..model.options import Options, option
 from ..model.orientation import UPRIGHT
+from ..readers.column_names import parse_columns
 from . import settings as parse
 from .level_goal import level_goal
 from .settings import DEFAULT_PRESET, PRESETS, Settings
@@ -159,6 +160,12 @@ class TrainOptions(TrainingOptions):
         least=0,
         most=0.1,
     )
+    columns: str | Sequence[str] | None = option(
+        None,
+        "what the columns of a cloud are: x,y,z,nx,ny,nz,r,g,b in the file's order, - for one that is not used "
+        "(default: by their names, or by their lengths and ranges)",
+        metavar="NAME,..",
+    )
     bits: str | float | None = option(
         None,
         "round the weights of the finished model to few bits, as `pack` does: for each weight, or auto",
@@ -175,6 +182,7 @@ class TrainOptions(TrainingOptions):
 
     def settings(self) -> Settings:
         """Return the settings of the training. Raises UserError."""
+        parse_columns(self.columns)
         if self.bits is not None:
             read_bits(self.bits)
         return replace(super().settings(), noise=self.noise)

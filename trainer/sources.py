@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from ..model.errors import UserError
@@ -17,6 +16,7 @@ from ..model.mesh_file import SUFFIXES, mesh_files
 from ..model.model import Model
 from ..model.model_file import load
 from ..model.orientation import DEFAULT_UP, FILES_UP
+from ..readers.clouds import mesh_of_arrays
 from .networks.callback import TrainingProgress
 from .options import MorphOptions, TrainingOptions, TrainOptions
 from .shapes.arrays import Arrays
@@ -54,7 +54,13 @@ def shape_source(shape: str | Path | Arrays, options: TrainOptions) -> Source:
 
     def load_one(_: TrainingProgress, up: str) -> Loaded:
         return load_shape(
-            shape, image, crease=options.crease_angle, noise=options.noise, up=up, thicken=options.thicken
+            shape,
+            image,
+            columns=options.columns,
+            crease=options.crease_angle,
+            noise=options.noise,
+            up=up,
+            thicken=options.thicken,
         )
 
     if not isinstance(shape, (str, Path)):
@@ -155,10 +161,8 @@ def _of_model(end: str | Model, surface_of: Callable[[Model], ModelSurface]) -> 
         model = load(Path(end))
         source = {"file": Path(end).name, "sha256": hashlib.sha256(Path(end).read_bytes()).hexdigest()}
     vertices, faces, colors = surface_of(model)
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
-    if colors is not None:
-        mesh.visual = trimesh.visual.ColorVisuals(mesh, vertex_colors=np.round(colors * 255).astype(np.uint8))
-    shape = MeshShape(mesh, model.name, source)
+    painted = None if colors is None else colors.astype(np.float64)
+    shape = MeshShape(mesh_of_arrays(vertices.astype(np.float64), faces, None, painted), model.name, source)
     x, y, z = (float(c) for c in np.array(model.center) + model.scale * np.array(shape.center))
     shape.center, shape.scale = (x, y, z), model.scale * shape.scale
     return shape

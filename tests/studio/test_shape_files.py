@@ -11,7 +11,9 @@ import pytest
 import trimesh
 from PIL import Image
 
-from mplicits.trainer.shapes.mesh_files import TexturedMesh, read_mesh
+from mplicits.readers.content import Mesh
+from mplicits.readers.read import read_shape
+from mplicits.readers.tidy import tidy
 from support.paths import DATA
 from support.studio_files import CASES, Reader, files_at, points_of, shape_reader
 
@@ -59,13 +61,14 @@ def exported(mesh: trimesh.Trimesh, folder: Path, kind: str) -> Path:
 
 def assert_colors_are_python_s(found: dict[str, Any], path: Path) -> None:
     """Compare with the Python trainer's texture at the same places of the same faces."""
-    theirs = read_mesh(path, None)
-    assert isinstance(theirs, TexturedMesh)
-    assert theirs.texture is not None
-    np.testing.assert_allclose(found["vertices"][found["faces"]], theirs.mesh.triangles, atol=1e-6)
+    read = read_shape(path)
+    assert isinstance(read, Mesh)
+    theirs = tidy(read)
+    assert theirs.paint is not None
+    np.testing.assert_allclose(found["vertices"][found["faces"]], theirs.vertices[theirs.faces], atol=1e-6)
     s, t = found["sampled"][:, :2].T
     weights = np.stack((1 - s - t, s, t), axis=1)[:, :, None]
-    colors = theirs.texture.colors(np.arange(len(found["faces"])), weights)
+    colors = theirs.paint.at(np.arange(len(found["faces"])), weights)
     np.testing.assert_allclose(found["sampled"][:, 2:], colors, atol=1e-4)
 
 

@@ -13,9 +13,12 @@ import trimesh
 from PIL import Image
 
 from mplicits.model.errors import UserError
+from mplicits.readers.content import Mesh
+from mplicits.readers.from_trimesh import of_mesh
+from mplicits.readers.read import read_shape
+from mplicits.readers.tidy import tidy
 from mplicits.studio.page import WORKER, script
 from mplicits.trainer.shapes.mesh import MeshShape
-from mplicits.trainer.shapes.mesh_files import TexturedMesh, read_mesh, read_ply
 from support.paths import DATA
 
 if TYPE_CHECKING:
@@ -120,7 +123,7 @@ SHAPES = {
 def test_faces_point_outwards_as_in_python(name: str, page: "Page") -> None:
     mesh = SHAPES[name]
     try:
-        theirs = MeshShape(mesh.copy(), "a.ply", {}, crease=None)
+        theirs = MeshShape(tidy(of_mesh(mesh)), "a.ply", {}, crease=None)
     except UserError as error:
         refused = str(error).removeprefix("a.ply: ").partition(";")[0]
         assert understood(page, "a.ply", mesh.export(file_type="ply"))["refused"].startswith(refused)
@@ -142,9 +145,9 @@ def test_texture_coordinates_stay_at_their_corners(page: "Page") -> None:
 
 
 def assert_distances_are_python_s(page: "Page", path: Path, count: int) -> None:
-    content = (read_ply if path.suffix == ".ply" else read_mesh)(path, None)
-    assert isinstance(content, TexturedMesh)
-    theirs = MeshShape(content.mesh, path.name, {}, crease=None)
+    content = read_shape(path)
+    assert isinstance(content, Mesh)
+    theirs = MeshShape(tidy(content), path.name, {}, crease=None)
     ours = understood(page, path.name, path.read_bytes())
     notes = [note for note in ours["notes"] if not re.search("material|texture", note)]  # it is read without companions
     assert notes == [line.removeprefix(f"{path.name}: ") for line in theirs.warnings]

@@ -22,10 +22,11 @@ def on_ball(count: int = 3000) -> tuple[Doubles, Doubles]:
 
 def write_ply(path: Path, columns: dict[str, Doubles]) -> None:
     head = ["ply", "format ascii 1.0", f"element vertex {len(columns['x'])}"]
-    lines = [*head, *(f"property float {name}" for name in columns), "end_header"]
+    kinds = {name: "uchar" if name in {"red", "green", "blue"} else "float" for name in columns}
+    lines = [*head, *(f"property {kind} {name}" for name, kind in kinds.items()), "end_header"]
     path.write_text("\n".join(lines) + "\n")
     with path.open("ab") as file:
-        np.savetxt(file, np.stack(list(columns.values()), axis=1))
+        np.savetxt(file, np.stack(list(columns.values()), axis=1), "%.9g")
 
 
 def write(path: Path, points: Doubles, colors: Doubles) -> None:
@@ -111,6 +112,6 @@ def test_six_columns_are_points_with_normals_or_with_colors(tmp_path: Path) -> N
     shape, warnings = load_shape(str(tmp_path / "normals.xyz"))
     assert not shape.colored
     assert not warnings
-    np.savetxt(tmp_path / "five.xyz", np.ones((200, 5)))
-    with pytest.raises(UserError, match="5 columns"):
-        load_shape(str(tmp_path / "five.xyz"))
+    np.savetxt(tmp_path / "two.xyz", np.ones((200, 2)))
+    with pytest.raises(UserError, match="2 columns"):
+        load_shape(str(tmp_path / "two.xyz"))

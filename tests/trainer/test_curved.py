@@ -7,7 +7,8 @@ import pytest
 import trimesh
 from numpy.typing import NDArray
 
-from mplicits.trainer.shapes.creases import CornerNormals, closed, corner_normals, usable_normals
+from mplicits.readers.values import CornerValues
+from mplicits.trainer.shapes.creases import closed, corner_normals, usable_normals
 from mplicits.trainer.shapes.curved import Facets, curved, flat
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.mesh import MeshShape
@@ -111,12 +112,12 @@ def test_normals_of_a_file_are_used_where_they_fit_the_faces() -> None:
     mesh = trimesh.creation.icosphere(subdivisions=1)
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
     numbers = np.arange(faces.size).reshape(-1, 3)
-    computed = CornerNormals(np.zeros((faces.size, 3)), numbers)
+    computed = CornerValues(np.zeros((faces.size, 3)), numbers)
     stored = 2.0 * vertices[faces]
     stored[0] *= -1
     stored[1] = np.nan
     stored[2] = 0
-    used = usable_normals(vertices, faces, CornerNormals(stored.reshape(-1, 3), numbers), computed)[:]
+    used = usable_normals(vertices, faces, CornerValues(stored.reshape(-1, 3), numbers), computed)[:]
     np.testing.assert_array_equal(used[:3], 0)
     np.testing.assert_allclose(used[3:], vertices[faces][3:])
 

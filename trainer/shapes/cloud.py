@@ -12,6 +12,7 @@ from .cleaning import clean
 from .duplicates import merge
 from .planes import LocalPlanes, NearestPoint
 from .shape import Doubles, SurfacePoints, in_cell_order, unit
+from .taken import Taken
 
 HELD_OUT = 0.05  # share of the points that is held out for evaluation
 NEIGHBORS = 12  # nearest neighbors from which the area of a point is estimated
@@ -37,6 +38,7 @@ class CloudShape:
 
     cloud = True
     moving = False
+    taken: Taken | None = None
 
     def __init__(self, points: SurfacePoints, name: str, source: dict[str, Any], noise: float | None = None) -> None:
         """points: accepted by `check_cloud`, in input space, with normals of any length.

@@ -1,7 +1,6 @@
 """Normals at the corners of a mesh's faces: smooth across edges, except for creases."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from ...readers.values import CornerValues
 from .shape import Doubles, unit
 
 Integers = NDArray[np.int64]
@@ -20,21 +20,7 @@ LEAST_COSINE = 0.2
 """A normal of a file is used if the cosine to its face's normal is larger: it may be damaged, or point inwards."""
 
 
-@dataclass(frozen=True, eq=False)
-class CornerNormals:
-    """Normals at the corners of faces, indexed, since most corners around a vertex share one normal."""
-
-    values: Doubles
-    """(N, 3), unit vectors."""
-    index: NDArray[np.signedinteger[Any]]
-    """(F, 3), the index of each corner's normal."""
-
-    def __getitem__(self, faces: Integers | slice) -> Doubles:
-        """Return the normals (M, 3, 3) at the corners of faces (M,)."""
-        return np.asarray(self.values[self.index[faces]])
-
-
-def corner_normals(vertices: Doubles, faces: Integers, crease: float) -> CornerNormals:
+def corner_normals(vertices: Doubles, faces: Integers, crease: float) -> CornerValues:
     """Average face normals around each vertex, up to the next crease, weighted by the faces' angles.
 
     vertices: (V, 3). faces: (F, 3). crease: least angle of a crease, degrees; see `_creases`.
@@ -52,10 +38,10 @@ def corner_normals(vertices: Doubles, faces: Integers, crease: float) -> CornerN
     if len(canceled):
         group.reshape(-1)[canceled] = groups + np.arange(len(canceled))
         values = np.concatenate((values, of_faces[canceled // 3]))
-    return CornerNormals(values, group)
+    return CornerValues(values, group)
 
 
-def usable_normals(vertices: Doubles, faces: Integers, stored: CornerNormals, computed: CornerNormals) -> CornerNormals:
+def usable_normals(vertices: Doubles, faces: Integers, stored: CornerValues, computed: CornerValues) -> CornerValues:
     """Use a file's normals, and computed ones where these do not fit their faces.
 
     vertices: (V, 3). faces: (F, 3). stored: the file's, of any length.
@@ -67,7 +53,7 @@ def usable_normals(vertices: Doubles, faces: Integers, stored: CornerNormals, co
         outward = np.einsum("fki,fi->fk", normals, face_normals(vertices, faces[part]))
         fit = np.isfinite(normals).all(axis=2) & (outward > LEAST_COSINE * np.linalg.norm(normals, axis=2))
         index[part] = np.where(fit, stored.index[part] + len(computed.values), computed.index[part])
-    return CornerNormals(values, index)
+    return CornerValues(values, index)
 
 
 def closed(faces: Integers) -> bool:
@@ -87,10 +73,11 @@ def face_areas(vertices: Doubles, faces: Integers) -> Doubles:
     return np.concatenate([np.linalg.norm(_cross(vertices, faces[part]), axis=1) / 2 for part in _chunks(len(faces))])
 
 
-def edge_pairs(faces: Integers) -> tuple[Integers, Integers]:
-    """Pair the half edges that run along one edge in opposite directions, if exactly two faces share the edge.
+def edge_pairs(faces: Integers, *, opposite: bool = True) -> tuple[Integers, Integers]:
+    """Pair the half edges that run along one edge, if exactly two faces share the edge.
 
-    Half edge 3 f + k starts at corner k of face f. Returns the half edges of both sides, (E,) and (E,).
+    Half edge 3 f + k starts at corner k of face f. opposite: only those that run in opposite directions. Returns the
+    half edges of both sides, (E,) and (E,).
     """
     keys = _edge_keys(faces)
     order = np.argsort(keys, kind="stable")
@@ -98,9 +85,11 @@ def edge_pairs(faces: Integers) -> tuple[Integers, Integers]:
     at = np.flatnonzero(np.concatenate(([True], keys[1:] != keys[:-1])))
     at = at[np.diff(at, append=len(keys)) == 2]
     first, second = order[at], order[at + 1]
+    if not opposite:
+        return first, second
     corners = faces.ravel()
-    opposite = corners[first] == corners[next_half_edges(second)]
-    return first[opposite], second[opposite]
+    against = corners[first] == corners[next_half_edges(second)]
+    return first[against], second[against]
 
 
 def next_half_edges(half_edges: Integers) -> Integers:

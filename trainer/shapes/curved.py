@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .creases import CornerNormals, Integers, corner_angles, edge_pairs, face_normals
+from ...readers.values import CornerValues
+from .creases import Integers, corner_angles, edge_pairs, face_normals
 from .shape import Doubles, unit
 
 MOST_CUTS = 5  # most facets along an edge; they reduce the chord error of a triangle to a 25th
@@ -28,7 +29,7 @@ class Facets:
     """(V, 3)."""
     faces: Integers
     """(F, 3), indices of vertices."""
-    normals: CornerNormals
+    normals: CornerValues
     """Outward normals of the surface at the corners of facets."""
     parents: Integers
     """(F,), indices of the mesh's faces that the facets were cut from."""
@@ -39,10 +40,10 @@ class Facets:
 def flat(vertices: Doubles, faces: Integers) -> Facets:
     """Use the faces (F, 3) of a mesh with vertices (V, 3) as facets."""
     index = np.broadcast_to(np.arange(len(faces))[:, None], faces.shape)
-    return _uncut(vertices, faces, CornerNormals(face_normals(vertices, faces), index))
+    return _uncut(vertices, faces, CornerValues(face_normals(vertices, faces), index))
 
 
-def curved(vertices: Doubles, faces: Integers, normals: CornerNormals) -> Facets:
+def curved(vertices: Doubles, faces: Integers, normals: CornerValues) -> Facets:
     """Curve and subdivide a mesh; a fine mesh keeps its faces, with curved normals.
 
     vertices: (V, 3). faces: (F, 3). normals: at the corners of faces (creases.py).
@@ -65,7 +66,7 @@ def curved(vertices: Doubles, faces: Integers, normals: CornerNormals) -> Facets
     )
 
 
-def _uncut(vertices: Doubles, faces: Integers, normals: CornerNormals) -> Facets:
+def _uncut(vertices: Doubles, faces: Integers, normals: CornerValues) -> Facets:
     count = len(faces)
     return Facets(vertices, faces, normals, np.arange(count), np.broadcast_to(np.eye(3), (count, 3, 3)))
 
@@ -131,7 +132,7 @@ def _patches(corners: Doubles, edge_points: Doubles, grid: Doubles) -> Doubles:
     return np.asarray(np.einsum("km,fki->fmi", basis, controls, optimize=True))
 
 
-def _own_normals(vertices: Doubles, facets: Integers, mixed: Doubles) -> CornerNormals:
+def _own_normals(vertices: Doubles, facets: Integers, mixed: Doubles) -> CornerValues:
     """Average facet normals around each position.
 
     The interpolated corner normals are not perpendicular to the patch, and a field cannot satisfy both. They only
@@ -146,4 +147,4 @@ def _own_normals(vertices: Doubles, facets: Integers, mixed: Doubles) -> CornerN
     own = unit(sums)
     known = np.linalg.norm(own, axis=1) > 0.5
     index = np.where(known[corners], corners, len(own) + facets)
-    return CornerNormals(np.concatenate((own, mixed)), index)
+    return CornerValues(np.concatenate((own, mixed)), index)

@@ -1,7 +1,7 @@
 """Loads a shape: from a file, from arrays, or the demo shape."""
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypedDict, Unpack
@@ -9,33 +9,30 @@ from typing import Any, TypedDict, Unpack
 import numpy as np
 
 from ...model.errors import UserError
-from ...model.files import is_file, is_folder, show
+from ...model.files import show
 from ...model.orientation import DEFAULT_UP, upright
+from ...readers.column_names import parse_columns
+from ...readers.content import Cloud, Mesh
+from ...readers.read import read_shape
+from ...readers.tidy import tidy
 from .arrays import Arrays, content_of
-from .checks import check_cloud, check_count, name_first
+from .checks import check_cloud, check_coordinates, check_count, name_first
 from .cloud import CloudShape
-from .cloud_files import Cloud, read_npz, read_xyz
+from .cloud_facing import turned_outward
 from .demo import DemoShape
 from .duplicates import merge
 from .mesh import MeshShape
-from .mesh_files import TexturedMesh, read_mesh, read_ply
 from .orient import estimated_normals
 from .shape import Shape, SurfacePoints
 from .sheet import SheetShape
-
-READERS: dict[str, Callable[[Path, Path | None], TexturedMesh | Cloud]] = {
-    ".ply": read_ply,
-    ".obj": read_mesh,
-    ".stl": read_mesh,
-    ".glb": read_mesh,
-    ".xyz": lambda path, _: read_xyz(path),
-    ".npz": lambda path, _: read_npz(path),
-}
+from .taken import Taken, taken_of
 
 
 class ShapeOptions(TypedDict, total=False):
     """How to interpret an input."""
 
+    columns: str | Sequence[str] | None
+    """Roles of a cloud's columns: "x,y,z,nx,ny,nz,r,g,b"; None: by their names, or by their lengths and ranges."""
     crease: float | None
     """Curve a mesh, but keep edges sharp that bend by more than this angle, degrees; None: flat faces."""
     noise: float | None
@@ -49,42 +46,28 @@ class ShapeOptions(TypedDict, total=False):
 def load_shape(
     shape: str | Path | Arrays, image: Path | None = None, **options: Unpack[ShapeOptions]
 ) -> tuple[Shape, list[str]]:
-    """Load a shape. Returns it with warnings for the user.
+    """Load a shape. Returns it with warnings for the user; `Shape.taken` says what was taken.
 
     shape: a path, "demo", or arrays. image: replaces the image of the mesh's material.
 
-    Meshes: PLY, OBJ, STL, GLB. Point clouds: PLY without faces (x y z [nx ny nz] [red green blue]), XYZ (the same as
-    text columns), NPZ (arrays `points` [, `normals`] [, `colors` in 0 to 1]), OBJ without faces, and PLY of Gaussian
-    splats. Missing normals are estimated. Raises UserError for every other input.
+    Meshes: PLY, OBJ, STL, GLB, glTF, OFF, 3MF. Point clouds: PLY and OBJ without faces, text columns (XYZ, CSV, TXT,
+    ASC, PTS), NPZ, PCD, LAS, LAZ, E57, and PLY of Gaussian splats. Missing normals are estimated. Raises UserError for
+    every other input.
     """
+    chosen = parse_columns(options.pop("columns", None))
     if not isinstance(shape, str | Path):
         with name_first("arrays"):
-            content, digest = content_of(shape)
+            content, digest = content_of(shape, chosen)
         return _shape_of(content, "arrays", {"sha256": digest}, **options)
     if shape == "demo":
         return _demo(image, **options)
     path, label = Path(shape), show(Path(shape).name)
-    if is_folder(path):
-        raise UserError(f"{show(path)}: a folder, not a file")
-    if not is_file(path):
-        raise UserError(f"{show(path)}: no such file")
-    read = READERS.get(path.suffix.lower())
-    if read is None:
-        known = " ".join(suffix[1:].upper() for suffix in READERS)
-        raise UserError(f"{label}: unknown shape format; this program reads {known}")
-    try:
-        source: dict[str, Any] = {"file": path.name, "sha256": _sha256(path)}
-        with name_first(label):
-            content = read(path, image)
-    except UserError:
-        raise
-    except Exception as error:  # readers of trimesh and numpy raise anything on damaged files
-        reason = show(str(error).splitlines()[0] if str(error) else type(error).__name__)[:160]
-        raise UserError(f"{label}: not a readable {path.suffix[1:].upper()} file ({reason})") from None
+    content = read_shape(path, image, chosen)
+    source: dict[str, Any] = {"file": path.name, "sha256": _sha256(path)}
     if image is not None:
-        if isinstance(content, Cloud):
-            raise UserError(f"{label}: --texture {show(image)}: a point cloud has no texture coordinates")
         source["texture"] = {"file": image.name, "sha256": _sha256(image)}
+    if chosen is not None:
+        source["columns"] = list(chosen)
     return _shape_of(content, label, source, **options)
 
 
@@ -104,7 +87,7 @@ def _sha256(path: Path) -> str:
 
 
 def _shape_of(
-    content: TexturedMesh | Cloud,
+    content: Mesh | Cloud,
     label: str,
     source: dict[str, Any],
     *,
@@ -114,54 +97,68 @@ def _shape_of(
     thicken: float | None = None,
 ) -> tuple[Shape, list[str]]:
     """Make the shape of a mesh or a cloud. label: its name in messages. source: provenance; options are added."""
-    if isinstance(content, Cloud):
-        with name_first(label):
+    with name_first(label):
+        if isinstance(content, Cloud):
             check_cloud(content.points, content.normals, content.colors)
+        else:
+            check_coordinates(content.vertices)
+            content = tidy(content)
     if up != DEFAULT_UP:
         source["up"] = up
         content = _upright(content, up)
+    said = [f"{label}: {line}" for line in content.facts.warnings]
     if isinstance(content, Cloud):
         if thicken is not None:
             raise UserError(f"{label}: --thicken is for open sheets of triangles; this is a point cloud")
-        return _cloud(content, label, source, noise)
+        shape, warnings, taken = _cloud(content, label, source, noise, up)
+        shape.taken = taken
+        return shape, said + warnings
     if noise:
         raise UserError(f"{label}: --noise is for point clouds; this is a mesh")
     if crease is not None:
         source["crease"] = crease
-    arguments = content.mesh, label, source, content.texture
-    if thicken is None:
-        shape = MeshShape(*arguments, crease=crease, normals=content.normals)
-    else:
-        shape = SheetShape(*arguments, thickness=thicken, crease=crease, normals=content.normals)
-    if content.texture is None and content.unwrapped:
-        shape.warnings.append(f"{label}: texture coordinates, but no readable image; name it with --texture FILE")
-    return shape, shape.warnings
+    solid = (
+        MeshShape(content, label, source, crease=crease)
+        if thicken is None
+        else SheetShape(content, label, source, thickness=thicken, crease=crease)
+    )
+    facing = solid.facing
+    solid.taken = taken_of(content, label, up, parts=facing.parts, turned=0 if thicken else facing.turned)
+    solid.warnings = said + solid.warnings
+    return solid, solid.warnings
 
 
-def _cloud(cloud: Cloud, label: str, source: dict[str, Any], noise: float | None) -> tuple[CloudShape, list[str]]:
-    """Make a shape of a cloud; estimate missing normals, with a warning."""
-    warnings = []
-    normals = cloud.normals
-    if normals is None:
+def _cloud(
+    cloud: Cloud, label: str, source: dict[str, Any], noise: float | None, up: str
+) -> tuple[CloudShape, list[str], Taken]:
+    """Make a shape of a cloud; estimate missing normals, and turn those that point inward, with a warning."""
+    estimated, warnings, turned = cloud.normals is None, list[str](), 0
+    if cloud.normals is None:
         unoriented = SurfacePoints(cloud.points, np.tile([0.0, 0.0, 1.0], (len(cloud.points), 1)), cloud.colors)
         merged = merge(unoriented).surface
         with name_first(label):
             check_count(len(merged.points), "points at different places")
         normals, components = estimated_normals(merged.points)
-        cloud = Cloud(merged.points, normals, merged.colors)
+        cloud = Cloud(merged.points, normals, merged.colors, cloud.facts)
         source["normals"] = "estimated"
         parts = "one component" if components == 1 else f"{components:,} components"
-        warnings = [f"{label}: no normals; estimated, and oriented outwards in {parts}: check the result"]
-    shape = CloudShape(SurfacePoints(cloud.points, normals, cloud.colors), label, source, noise)
-    return shape, warnings + shape.warnings
+        warnings.append(f"{label}: no normals; estimated, and oriented outwards in {parts}: check the result")
+    else:
+        normals, turned, parts_found = turned_outward(cloud.points, cloud.normals)
+        cloud = replace(cloud, normals=normals)
+        if turned:
+            which = "the normals" if turned == parts_found else f"the normals of {turned} of {parts_found} parts"
+            warnings.append(f"{label}: {which} point inwards; turned round")
+    assert cloud.normals is not None
+    shape = CloudShape(SurfacePoints(cloud.points, cloud.normals, cloud.colors), label, source, noise)
+    taken = taken_of(cloud, label, up, parts=0, turned=turned, estimated=estimated)
+    return shape, warnings + shape.warnings, taken
 
 
-def _upright(content: TexturedMesh | Cloud, up: str) -> TexturedMesh | Cloud:
+def _upright(content: Mesh | Cloud, up: str) -> Mesh | Cloud:
     """Rotate a mesh or a cloud so that its axis `up` becomes y."""
     if isinstance(content, Cloud):
         turned = None if content.normals is None else upright(content.normals, up)
-        return Cloud(upright(content.points, up), turned, content.colors)
-    content.mesh.vertices = upright(np.asarray(content.mesh.vertices, np.float64), up)
-    return replace(
-        content, normals=content.normals and replace(content.normals, values=upright(content.normals.values, up))
-    )
+        return replace(content, points=upright(content.points, up), normals=turned)
+    normals = content.normals and replace(content.normals, values=upright(content.normals.values, up))
+    return replace(content, vertices=upright(content.vertices, up), normals=normals)

@@ -5,16 +5,23 @@ from typing import Any
 
 import igl
 import numpy as np
-import trimesh
 from numpy.random import Generator
 from numpy.typing import NDArray
 
 from ...model.errors import UserError
-from .creases import CornerNormals, closed, corner_normals, face_areas, usable_normals
+from ...readers.content import Mesh
+from ...readers.values import CornerValues
+from .creases import closed, corner_normals, face_areas, usable_normals
 from .curved import curved, flat
-from .image import ImageTexture
 from .mesh_distance import MeshDistance
+from .parts import facing, facing_warnings
 from .shape import Doubles, SurfacePoints, as_triple, in_cell_order, normalize, unit
+from .taken import Taken
+
+SHALLOW = 1e-3  # depth below the surface, model units, at which an open mesh is asked what it encloses
+ENCLOSED = 0.65  # least winding number of what an open mesh encloses; that of a flat sheet is 1/2
+LEAST_ENCLOSED = 0.25
+"""An open mesh of which a smaller share has something enclosed below it is a sheet: terrain, a leaf."""
 
 
 class MeshShape:
@@ -27,29 +34,27 @@ class MeshShape:
     noise = 0.0
     cloud = False
     moving = False
+    taken: Taken | None = None
 
     warnings: list[str]
     """Lines for the user."""
 
     def __init__(
         self,
-        mesh: trimesh.Trimesh,
+        mesh: Mesh,
         name: str,
         source: dict[str, Any],
-        texture: ImageTexture | None = None,
         *,
         crease: float | None = None,
-        normals: CornerNormals | None = None,
         margin: float = 0.0,
     ) -> None:
-        """name: in messages. source: for the provenance.
+        """mesh: without vertices at one place (`tidy`). name: in messages. source: for the provenance.
 
-        crease: least angle, degrees, of an edge that stays sharp in the curved surface; None: flat faces. normals: the
-        file's, which the curved surface uses. margin: free space around the mesh, as a share of its radius.
+        crease: least angle, degrees, of an edge that stays sharp in the curved surface, which uses the mesh's normals;
+        None: flat faces. margin: free space around the mesh, as a share of its radius.
         Raises UserError if the mesh has no faces, no extent, or encloses no volume.
         """
-        vertices = np.asarray(mesh.vertices, dtype=np.float64)
-        faces = np.asarray(mesh.faces, dtype=np.int64).reshape(-1, 3)
+        vertices, faces = mesh.vertices, mesh.faces
         if not len(vertices) or not len(faces):
             raise UserError(f"{name}: the mesh is empty; a shape needs triangles, or points with normals")
         used = _used(vertices, faces)
@@ -58,23 +63,25 @@ class MeshShape:
         _, center, scale = normalize(used)
         vertices = (vertices - center) / scale
         self.name, self.source = name, source
-        self.warnings = []
-        if _signed_volume(vertices, faces) < 0:
-            faces, texture = faces[:, ::-1].copy(), None if texture is None else texture.reversed()
-            normals = None if normals is None else replace(normals, index=normals.index[:, ::-1])
-            self.warnings.append(f"{name}: the faces point inwards; reversed")
-        if not closed(faces):
+        self.facing = facing(vertices, faces)
+        self.warnings = [f"{name}: {line}" for line in facing_warnings(self.facing)]
+        if self.facing.flipped.any():
+            mesh = mesh.flipped(self.facing.flipped)
+            faces = mesh.faces
+        self._closed = closed(faces)
+        if not self._closed:
             self.warnings.append(f"{name}: the mesh is not watertight; inside is where its winding number exceeds 1/2")
-        self._texture, self._colors, self._corners = texture, _vertex_colors(mesh), faces
-        self.colored = texture is not None or self._colors is not None
+        self._paint, self._corners = mesh.paint, faces
+        self.colored = mesh.paint is not None
         self.center, self.scale = center, scale
         self._inputs = _used(vertices, faces)
         if crease is None:
             self._facets = flat(vertices, faces)
         else:
             computed = corner_normals(vertices, faces, crease)
+            given = mesh.normals
             self._curve(
-                vertices, faces, computed if normals is None else usable_normals(vertices, faces, normals, computed)
+                vertices, faces, computed if given is None else usable_normals(vertices, faces, given, computed)
             )
         if margin:
             self._facets = replace(self._facets, vertices=self._facets.vertices / (1 + margin))
@@ -121,7 +128,7 @@ class MeshShape:
         weights = igl.barycentric_coordinates(np.ascontiguousarray(closest), a, b, c)
         return self._colors_at(np.asarray(face, np.int64), np.nan_to_num(np.asarray(weights))[:, :, None])
 
-    def _curve(self, vertices: Doubles, faces: NDArray[np.int64], normals: CornerNormals) -> None:
+    def _curve(self, vertices: Doubles, faces: NDArray[np.int64], normals: CornerValues) -> None:
         """Set the facets of the curved surface, and normalize again if they bulge beyond the mesh."""
         self._facets = curved(vertices, faces, normals)
         if self._facets.vertices is vertices:
@@ -136,22 +143,20 @@ class MeshShape:
         """Look up colors (N, 3) at barycentric coordinates (N, 3, 1) of facets (N,); None without colors."""
         parent = self._facets.parents[facet]
         weights = (self._facets.weights[facet] * weights).sum(axis=1)[:, :, None]
-        if self._texture is not None:
-            return self._texture.colors(parent, weights)
-        return None if self._colors is None else (self._colors[self._corners[parent]] * weights).sum(axis=1)
+        return None if self._paint is None else self._paint.at(parent, weights)
 
     def _check_volume(self) -> None:
-        """Raise UserError if no point just below the surface is inside the mesh."""
+        """Raise UserError if nothing, or of an open surface next to nothing, is inside the mesh."""
         samples = self.surface(2000, np.random.default_rng(0))
         depths = np.geomspace(1e-4, 0.3, 2000)[:, None]
         if not (self._winding.winding_number(samples.points - depths * samples.normals) > 0.5).any():
             raise UserError(f"{self.name}: the mesh encloses no volume; use a closed surface, or --thicken T")
-
-
-def _signed_volume(vertices: Doubles, faces: NDArray[np.int64]) -> float:
-    """Compute the enclosed volume; it is negative if the faces point inwards."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
+        below = samples.points - SHALLOW * samples.normals
+        if not self._closed and np.mean(self._winding.winding_number(below) > ENCLOSED) < LEAST_ENCLOSED:
+            raise UserError(
+                f"{self.name}: the mesh is an open sheet, which encloses next to nothing; use a closed surface, or "
+                "--thicken T"
+            )
 
 
 def _used(vertices: Doubles, faces: NDArray[np.int64]) -> Doubles:
@@ -159,10 +164,3 @@ def _used(vertices: Doubles, faces: NDArray[np.int64]) -> Doubles:
     used = np.zeros(len(vertices), np.bool_)
     used[faces] = True
     return vertices if used.all() else vertices[used]
-
-
-def _vertex_colors(mesh: trimesh.Trimesh) -> Doubles | None:
-    """Return the colors (V, 3) of the vertices, sRGB in [0, 1]; None if the mesh has none."""
-    if not isinstance(mesh.visual, trimesh.visual.ColorVisuals) or mesh.visual.kind != "vertex":
-        return None
-    return np.asarray(mesh.visual.vertex_colors, dtype=np.float64)[:, :3] / 255

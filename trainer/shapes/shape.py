@@ -2,11 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from .taken import Taken
 
 Doubles = NDArray[np.float64]
 
@@ -68,6 +71,8 @@ class Shape(Surface, Protocol):
     """Whether the shape depends on a time in [0, 1]; `surface`, `inputs` and `distance` then use points (N, 4)."""
     source: dict[str, Any]
     """The input's record in the model's provenance: file name and sha256."""
+    taken: "Taken | None"
+    """What was taken from the input, for people; None for shapes that are not of one file."""
 
 
 def normalize(points: Doubles) -> tuple[Doubles, tuple[float, float, float], float]:

@@ -8,8 +8,8 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from ...model.errors import UserError
+from ...readers.content import Mesh
 from .creases import closed
-from .image import ImageTexture
 from .mesh import MeshShape
 from .shape import Doubles, SurfacePoints, joined
 
@@ -29,10 +29,9 @@ class SheetShape(MeshShape):
 
     def __init__(
         self,
-        mesh: trimesh.Trimesh,
+        mesh: Mesh,
         name: str,
         source: dict[str, Any],
-        texture: ImageTexture | None = None,
         *,
         thickness: float,
         **options: Any,
@@ -41,9 +40,9 @@ class SheetShape(MeshShape):
 
         Raises UserError if the mesh is closed, too.
         """
-        if closed(np.asarray(mesh.faces, np.int64)):
+        if closed(mesh.faces):
             raise UserError(f"{name}: --thicken is for open sheets; this mesh is closed")
-        super().__init__(mesh, name, source | {"thicken": thickness}, texture, margin=thickness, **options)
+        super().__init__(mesh, name, source | {"thicken": thickness}, margin=thickness, **options)
         self.thickness = thickness / (1 + thickness)
         self.warnings = []  # a sheet need not be watertight
         self._inputs = self.surface(INPUTS, np.random.default_rng(0)).points

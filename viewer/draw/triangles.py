@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from ...model.errors import UserError
 from ...model.files import show
-from ...model.mesh_file import load_mesh
 from ...model.model import MODEL_SPACE, Model
 from ...model.orientation import DEFAULT_UP, upright
+from ...readers.surface import load_mesh
 
 LEAST_REACH, MOST_REACH = 0.01, 100.0
 """Smallest and largest reach of a mesh, in radii of the shape; a mesh outside belongs to another shape or space."""

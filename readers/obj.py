@@ -1,0 +1,233 @@
+"""Reads OBJ files: polygons with texture coordinates, normals, materials and colors of vertices; or points alone."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model.errors import UserError
+from ..model.files import show
+from ..model.srgb import to_linear
+from .clouds import EMPTY, finite_cloud
+from .columns import untyped_colors
+from .content import Cloud, Facts, Mesh
+from .images import Missing, load_picture
+from .mtl import ObjMaterial, read_materials
+from .paint import Material, Paint, Picture
+from .polygons import triangulated
+from .values import CornerValues, Doubles, Integers
+
+PLACEHOLDERS = ((1.0, 1.0, 1.0), (0.8, 0.8, 0.8), (0.4, 0.4, 0.4), (0.0, 0.0, 0.0))
+"""Colors that programs write where nobody chose one; alone they are no color of the shape."""
+NONE = -1  # a corner without texture coordinates or normal
+
+
+@dataclass
+class Lines:
+    """The statements of an OBJ, by kind."""
+
+    vertices: list[str] = field(default_factory=list)
+    coordinates: list[str] = field(default_factory=list)
+    normals: list[str] = field(default_factory=list)
+    faces: list[str] = field(default_factory=list)
+    counts: list[tuple[int, int, int]] = field(default_factory=list)
+    """Numbers of vertices, coordinates and normals before each face, for its negative indices."""
+    materials: list[tuple[int, str]] = field(default_factory=list)
+    """First face and name of each `usemtl`."""
+    libraries: list[str] = field(default_factory=list)
+    groups: set[str] = field(default_factory=set)
+
+
+def read_obj(path: Path, image: Path | None, chosen: Sequence[str] | None = None) -> Mesh | Cloud:
+    """Read an OBJ file; without faces, its vertices are a cloud. image: replaces the materials'. Raises UserError."""
+    lines = _sorted(path)
+    vertices = _numbers(lines.vertices, "v")
+    if not len(vertices):
+        raise UserError(EMPTY)
+    if vertices.shape[1] < 3:
+        raise UserError(f"points have {vertices.shape[1]} coordinates; three are needed")
+    colors = _vertex_colors(vertices)
+    points = vertices[:, :3]
+    if not lines.faces:
+        normals = _numbers(lines.normals, "vn")
+        given = normals[:, :3] if normals.shape == (len(points), 3) else None
+        return finite_cloud(points, given, colors, Facts())
+    sizes, corners = _corners(lines, len(points))
+    triangles, owners = triangulated(points, sizes, corners[:, 0])
+    index = corners[triangles]
+    facts = Facts(meshes=max(1, len(lines.groups)))
+    coordinates, normals = _numbers(lines.coordinates, "vt"), _numbers(lines.normals, "vn")
+    has_uv = index[:, :, 1] != NONE
+    uv = CornerValues(coordinates[:, :2], np.maximum(index[:, :, 1], 0)) if has_uv.any() else None
+    if uv is not None and not np.isfinite(uv.values).all():
+        raise UserError("texture coordinates are not finite (NaN or infinity); repair the file, or --texture none")
+    facts.unwrapped = uv is not None
+    painted = None if colors is None else CornerValues(colors, index[:, :, 0])
+    used = _materials_of(lines, owners)
+    paint = _paint(path, lines, used, uv, painted, image, facts)
+    given = None
+    if len(normals) and normals.shape[1] == 3 and (index[:, :, 2] != NONE).all():
+        given = CornerValues(normals, index[:, :, 2])
+    return Mesh(points, np.ascontiguousarray(index[:, :, 0]), given, paint, facts)
+
+
+def _vertex_colors(vertices: Doubles) -> Doubles | None:
+    """Return the colors (V, 3) after the coordinates: x y z r g b, also with a weight or an opacity; None without."""
+    width = vertices.shape[1]
+    if width < 6:
+        return None
+    start = 4 if width == 7 and (vertices[:, 3] == 1).all() else 3
+    return untyped_colors(vertices[:, start : start + 3])
+
+
+def _sorted(path: Path) -> Lines:
+    """Sort the lines of a file by their keywords, without comments."""
+    text = path.read_bytes().decode("utf-8-sig", errors="surrogateescape")
+    if "\0" in text[:4096]:
+        raise UserError("not a readable OBJ file (it is not text)")
+    found = Lines()
+    kinds = {"v": found.vertices, "vt": found.coordinates, "vn": found.normals}
+    for line in re.sub(r"\\[ \t]*(\r\n|\r|\n)", " ", text).splitlines():
+        keyword, _, rest = line.strip().replace("\t", " ").partition(" ")
+        if keyword in kinds:
+            kinds[keyword].append(rest.partition("#")[0])
+        elif keyword in ("f", "fo"):
+            found.faces.append(rest.partition("#")[0])
+            found.counts.append((len(found.vertices), len(found.coordinates), len(found.normals)))
+        elif keyword == "usemtl":
+            found.materials.append((len(found.faces), rest.strip()))
+        elif keyword == "mtllib":
+            found.libraries.append(rest.strip())
+        elif keyword == "o":
+            found.groups.add(rest.strip())
+    return found
+
+
+def _numbers(lines: list[str], keyword: str) -> Doubles:
+    """Read rows of numbers (N, K); rows of other lengths than the first are cut or filled with zeros."""
+    if not lines:
+        return np.zeros((0, 3))
+    try:
+        flat = np.array(" ".join(lines).split(), dtype="S32").astype(np.float64)
+        width = len(lines[0].split())
+        if len(flat) == width * len(lines) and len(lines[-1].split()) == width:
+            return np.asarray(flat.reshape(len(lines), width))
+        rows = [[float(word) for word in line.split()] for line in lines]
+    except ValueError:
+        raise UserError(f"not a readable OBJ file (a line {keyword} has a word in place of a number)") from None
+    widths = [len(row) for row in rows]
+    width = max(set(widths), key=widths.count)
+    return np.array([(row + [0.0] * width)[:width] for row in rows], np.float64)
+
+
+def _corners(lines: Lines, vertices: int) -> tuple[Integers, Integers]:
+    """Read the corners of all faces: the number of each face's (P,), and their three indices (C, 3), NONE if absent."""
+    words = [face.split() for face in lines.faces]
+    sizes = np.array([len(face) for face in words], np.int64)
+    flat = [word for face in words for word in face]
+    slashes = flat[0].count("/") if flat else 0
+    joined = " ".join(flat)
+    try:
+        if joined.count("/") == slashes * len(flat) and all(word.count("/") == slashes for word in flat):
+            spaced = joined.replace("//", "/0/").replace("/ ", "/0 ").replace("/", " ")
+            spaced += "0" if joined.endswith("/") else ""
+            table = np.array(spaced.split(), dtype="S20").astype(np.int64).reshape(len(flat), slashes + 1)
+        else:
+            table = np.array([[int(part or 0) for part in [*word.split("/"), "", ""][:3]] for word in flat], np.int64)
+    except ValueError:
+        raise UserError("not a readable OBJ file (a face has a corner that is no number)") from None
+    index = np.zeros((len(flat), 3), np.int64)
+    index[:, : table.shape[1]] = table[:, :3]
+    before = np.repeat(np.array(lines.counts, np.int64).reshape(-1, 3), sizes, axis=0)
+    index = np.where(index < 0, before + index, index - 1)  # 1 is the first; -1 the last so far; 0 none
+    limits = (vertices, len(lines.coordinates), len(lines.normals))
+    if len(index) and (index[:, 0].min() < 0 or (index >= limits).any()):
+        raise UserError("triangles refer to missing vertices; repair the file")
+    index[index < 0] = NONE
+    return sizes, index
+
+
+def _materials_of(lines: Lines, owners: Integers) -> tuple[list[str], NDArray[np.int64]]:
+    """Return the names of the materials, "" for none, and the index (F,) of each triangle's."""
+    names = list(dict.fromkeys(["", *(name for _, name in lines.materials)]))
+    starts = np.array([0, *(start for start, _ in lines.materials)], np.int64)
+    of_start = np.array([0, *(names.index(name) for _, name in lines.materials)], np.int64)
+    return names, of_start[np.searchsorted(starts, owners, side="right") - 1]
+
+
+def _paint(
+    path: Path,
+    lines: Lines,
+    used: tuple[list[str], NDArray[np.int64]],
+    uv: CornerValues | None,
+    painted: CornerValues | None,
+    image: Path | None,
+    facts: Facts,
+) -> Paint | None:
+    """Return the colors: of images, else of vertices, else of materials. painted: the colors of vertices."""
+    names, material = used
+    if image is not None:
+        picture = load_picture(path.parent, "", image, unwrapped=uv is not None)
+        return Paint((Material(picture),), np.zeros(len(material), np.int64), uv)
+    library, missing = read_materials(path.parent, lines.libraries)
+    present: list[int] = np.unique(material).tolist()
+    own: dict[int, ObjMaterial] = {index: library.get(names[index], ObjMaterial()) for index in present}
+    pictures: dict[int, Picture] = {}
+    lost: list[Missing] = [Missing(name) for name in missing]
+    if uv is not None:
+        alone = next(iter(library.values())) if len(library) == 1 else None
+        for index in present:
+            # Without `usemtl`, or by a name in another encoding, the only material is meant.
+            own[index] = own[index] if names[index] in library else alone or own[index]
+            if (named := own[index].image) is not None:
+                picture = load_picture(path.parent, named.name, None)
+                if picture is None:
+                    lost.append(Missing(named.name))
+                else:
+                    pictures[index] = Picture(picture.pixels, ("clamp", "clamp") if named.clamped else picture.wraps)
+    colors = {index: own[index].color for index in present}
+    if not pictures:
+        if painted is not None:
+            return Paint((Material(),), np.zeros(len(material), np.int64), colors=painted)
+        if uv is not None and (lost or all(color in (None, *PLACEHOLDERS) for color in colors.values())):
+            facts.warnings.append((lost[0] if lost else Missing("")).line())
+            return None
+        if missing:
+            facts.warnings.append(f"its materials are not there: {', '.join(map(show, missing))}")
+        if all(color in (None, *PLACEHOLDERS) for color in colors.values()):
+            return None
+    elif lost:
+        facts.warnings.append(f"an image was not found beside the file: {', '.join(show(each.name) for each in lost)}")
+    gray = (0.5, 0.5, 0.5)
+    materials = tuple(
+        Material(pictures[index]) if index in pictures else Material(None, _linear(colors.get(index) or gray))
+        for index in range(len(names))
+    )
+    return Paint(materials, material, _transformed(uv, own, material) if pictures else None)
+
+
+def _linear(color: Sequence[float]) -> tuple[float, float, float]:
+    red, green, blue = (float(value) for value in to_linear(np.array(color, np.float64)))
+    return red, green, blue
+
+
+def _transformed(
+    uv: CornerValues | None, own: dict[int, ObjMaterial], material: NDArray[np.int64]
+) -> CornerValues | None:
+    """Scale and move texture coordinates, as the options -s and -o of the materials' images say."""
+    moved: dict[int, Any] = {
+        index: each.image
+        for index, each in own.items()
+        if each.image is not None and (each.image.scale, each.image.offset) != ((1.0, 1.0), (0.0, 0.0))
+    }
+    if uv is None or not moved:
+        return uv
+    corners = uv[:].copy()
+    for index, named in moved.items():
+        here = material == index
+        corners[here] = corners[here] * named.scale + named.offset
+    return CornerValues(corners.reshape(-1, 2), np.arange(3 * len(material)).reshape(-1, 3))

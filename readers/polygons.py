@@ -1,0 +1,58 @@
+"""Cuts polygons into triangles: convex ones as fans, others by their ears."""
+
+import numpy as np
+
+from .values import Doubles, Integers
+
+
+def triangulated(vertices: Doubles, sizes: Integers, corners: Integers) -> tuple[Integers, Integers]:
+    """Cut polygons into triangles.
+
+    vertices: (V, 3). sizes: (P,), corners of each polygon. corners: (sum of sizes,), indices of vertices. Returns the
+    triangles (F, 3), as places in `corners`, and the polygon (F,) of each. Polygons of fewer than three corners vanish.
+    """
+    starts = np.cumsum(sizes) - sizes
+    triangles, owners = [], []
+    for size in np.unique(sizes[sizes >= 3]):
+        which = np.flatnonzero(sizes == size)
+        places = starts[which, None] + np.arange(size)
+        fan = np.stack((np.zeros(size - 2, np.int64), np.arange(1, size - 1), np.arange(2, size)), axis=1)
+        cut = places[:, fan]
+        if size > 3:
+            for row in np.flatnonzero(_concave(vertices[corners[places]])):
+                cut[row] = places[row][_ears(vertices[corners[places[row]]], fan)]
+        triangles.append(cut.reshape(-1, 3))
+        owners.append(np.repeat(which, size - 2))
+    if not triangles:
+        return np.zeros((0, 3), np.int64), np.zeros(0, np.int64)
+    owner = np.concatenate(owners)
+    order = np.argsort(owner, kind="stable")
+    return np.concatenate(triangles)[order], owner[order]
+
+
+def _normals(polygons: Doubles) -> Doubles:
+    """Return the area vectors (P, 3) of polygons (P, N, 3)."""
+    centered = polygons - polygons[:, :1]
+    return np.asarray(np.cross(centered, np.roll(centered, -1, axis=1)).sum(axis=1))
+
+
+def _concave(polygons: Doubles) -> np.typing.NDArray[np.bool_]:
+    """Find the polygons (P, N, 3) for which a fan from the first corner has a triangle that faces backwards."""
+    centered = polygons - polygons[:, :1]
+    fans = np.cross(centered[:, 1:-1], centered[:, 2:])
+    facing = np.einsum("pni,pi->pn", fans, _normals(polygons))
+    return np.asarray((facing < -1e-9 * np.abs(facing).max(axis=1, keepdims=True)).any(axis=1))
+
+
+def _ears(polygon: Doubles, fan: Integers) -> Integers:
+    """Cut one polygon (N, 3) by its ears; the fan, where it crosses itself. Returns triangles (N - 2, 3)."""
+    from igl.predicates import ear_clipping
+
+    normal = _normals(polygon[None])[0]
+    axis = int(np.abs(normal).argmax())
+    flat = np.delete(polygon - polygon[0], axis, axis=1)
+    # Without the axis y, the other two have the opposite orientation.
+    if (normal[axis] < 0) != (axis == 1):
+        flat = flat[:, ::-1]
+    whole, cut = ear_clipping(np.ascontiguousarray(flat))
+    return np.asarray(cut, np.int64) if whole and len(cut) == len(fan) else fan
