@@ -16,6 +16,7 @@ TYPE_CHECKING = False  # `typing` would load before Ctrl-C is handled.
 
 if TYPE_CHECKING:
     from .api.field import Field as Field
+    from .api.functions import check as check
     from .api.functions import compose as compose
     from .api.functions import evaluate as evaluate
     from .api.functions import import_checkpoints as import_checkpoints
@@ -30,8 +31,10 @@ if TYPE_CHECKING:
     from .mesher.evaluation import Evaluation as Evaluation
     from .mesher.triangle_mesh import TriangleMesh as TriangleMesh
     from .model.errors import UserError as UserError
+    from .trainer.check import Checked as Checked
 
 _PLACES = {
+    "Checked": "trainer.check",
     "Evaluation": "mesher.evaluation",
     "Field": "api.field",
     "Hits": "field.hits",
@@ -39,9 +42,21 @@ _PLACES = {
     "Unprojected": "capture.unprojection",
     "UserError": "model.errors",
     **dict.fromkeys(
-        ("compose", "evaluate", "import_checkpoints", "load", "morph", "photos", "report", "train", "unproject"),
+        (
+            "check",
+            "compose",
+            "evaluate",
+            "import_checkpoints",
+            "load",
+            "morph",
+            "photos",
+            "report",
+            "train",
+            "unproject",
+        ),
         "api.functions",
     ),
+    **dict.fromkeys(("photos", "report", "train", "unproject"), "api.functions"),
 }
 """Name -> its module, which the first use imports."""
 __all__ = sorted(_PLACES)  # noqa: PLE0605 (the imports above are for type checkers)

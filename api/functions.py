@@ -13,7 +13,7 @@ from ..model.gallery import model_path
 from ..model.model_file import load as load_model
 from ..model.options import takes
 from ..trainer.openmp import prepare_openmp
-from ..trainer.options import ImportOptions, MorphOptions, TrainOptions
+from ..trainer.options import CheckOptions, ImportOptions, MorphOptions, TrainOptions
 from .field import Field
 from .notebook import Preview
 from .pictures import pictures
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ..capture.unprojection import Unprojected
     from ..mesher.evaluation import Evaluation
     from ..model.model import Model
+    from ..trainer.check import Checked
     from ..trainer.progress import ProgressCallback
     from ..trainer.shapes.arrays import Arrays
     from ..trainer.sources import Source
@@ -68,8 +69,8 @@ class MorphArguments(_PythonArguments, MorphOptions):
 def train(shape: "str | Path | Arrays", options: TrainArguments) -> Field:
     """Train a model of a shape, and return it; `Field.save` writes it to a file. See also docs/training.md.
 
-    shape: the path of a mesh or of an oriented point cloud, the word "demo", a `trimesh.Trimesh`, arrays (vertices,
-    faces), or arrays (points, normals) or (points, normals, colors); with `time`, a folder of meshes.
+    shape: the path of a mesh or of a point cloud, the word "demo", a mesh, point cloud or scene of trimesh, arrays
+    (vertices, faces), points, or arrays (points, normals[, colors]); with `time`, a folder of meshes.
 
     resume: a model to continue. callback: receives the stage, the share of it that is done and the loss, repeatedly; it
     may raise KeyboardInterrupt: the training then ends and keeps its weights. follow: receives a `Field` after
@@ -84,6 +85,18 @@ def train(shape: "str | Path | Arrays", options: TrainArguments) -> Field:
     if options.bits is None or trained.model.provenance["interrupted"]:
         return trained
     return trained.pack(options.bits)
+
+
+@takes(CheckOptions)
+def check(shape: "str | Path | Arrays", options: CheckOptions) -> "Checked":
+    """Read a shape as `train` would: what is taken in one line, the warnings, and a picture.
+
+    shape: as of `train`. Raises UserError.
+    """
+    prepare_openmp()
+    from ..trainer.check import check as checked
+
+    return checked(shape, options)
 
 
 @takes(MorphArguments)

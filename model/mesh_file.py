@@ -39,7 +39,7 @@ def _named(path: Path, keyword: bytes, length: int = -1) -> list[Path]:
         return []
     values = re.findall(rb"^[ \t]*" + keyword + rb"[ \t]+(\S[^\r\n]*)", content, re.MULTILINE)
     names = [value.split()[-1] if value.startswith(b"-") else value.rstrip() for value in values]
-    found = []
+    found: list[Path] = []
     for name in (os.fsdecode(name) for name in names if b"\0" not in name):
         parts = [part for part in re.split(r"[\\/]+", name) if part not in ("", ".")]
         places = [path.parent / name, path.parent.joinpath(*parts), path.parent / (parts[-1] if parts else name)]

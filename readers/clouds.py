@@ -109,12 +109,14 @@ def content_of_arrays(arrays: Mapping[str, NDArray[Any]], chosen: Sequence[str] 
     if points.shape[1] > 3:
         cloud = cloud_of_table(points.astype(np.float64), chosen)
         points, facts.warnings = cloud.points, facts.warnings + cloud.facts.warnings
-        extra = {"normals": cloud.normals, "colors": cloud.colors}
-        found = {name: array for name, array in extra.items() if array is not None} | found
+        if cloud.normals is not None:
+            found.setdefault("normals", cloud.normals)
+        if cloud.colors is not None:
+            found.setdefault("colors", cloud.colors)
     for name in ("normals", "colors"):
-        array = found.get(name)
-        if array is not None and (array.ndim != 2 or len(array) != len(points) or array.shape[1] < 3):
-            raise UserError(f"array `{name}` has shape {array.shape}, expected ({len(points)}, 3)")
+        shape = found[name].shape if name in found else (len(points), 3)
+        if len(shape) != 2 or shape[0] != len(points) or shape[1] < 3:
+            raise UserError(f"array `{name}` has shape {shape}, expected ({len(points)}, 3)")
     normals = found["normals"][:, :3].astype(np.float64) if "normals" in found else None
     colors = typed_colors(found["colors"][:, :3]) if "colors" in found else None
     if "faces" in found:
@@ -145,8 +147,7 @@ def finite_cloud(points: Doubles, normals: Doubles | None, colors: Doubles | Non
 
     Where no point has a normal, the cloud has none. Where most points are damaged, all stay, for `check_cloud` to say.
     """
-    placed = np.isfinite(points).all(axis=1)
-    kept = placed
+    kept = np.asarray(np.isfinite(points).all(axis=1))
     if normals is not None:
         with np.errstate(invalid="ignore"):
             directed = np.isfinite(normals).all(axis=1) & normals.any(axis=1)

@@ -1,7 +1,6 @@
 """What a file of a shape holds: a mesh or a point cloud, and the facts that a person can check."""
 
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,5 +70,5 @@ class Cloud:
 
     def take(self, points: NDArray[np.bool_]) -> "Cloud":
         """Keep the points of a mask (N,)."""
-        parts: Any = (None if part is None else part[points] for part in (self.points, self.normals, self.colors))
-        return Cloud(*parts, self.facts)
+        normals, colors = (None if part is None else part[points] for part in (self.normals, self.colors))
+        return Cloud(self.points[points], normals, colors, self.facts)

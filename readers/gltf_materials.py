@@ -69,7 +69,7 @@ class Materials:
             return Painted(Material(None, (red, green, blue)))
         picture = self._texture(texture.get("index"))
         changed = extension(texture, "KHR_texture_transform") or {}
-        coordinates = changed.get("texCoord", texture.get("texCoord", 0))
+        coordinates = changed.get("texCoord", texture.get("texCoord", 0)) or 0
         if isinstance(picture, str):
             return Painted(Material(None, (red, green, blue)), lost=picture)
         transform = _transform(changed) if changed else None
@@ -79,7 +79,7 @@ class Materials:
         """Return the image of a texture, or its name and why it is not readable."""
         texture = self._gltf.item("textures", index)
         sampler = self._gltf.item("samplers", texture["sampler"]) if "sampler" in texture else {}
-        wraps = WRAPS.get(sampler.get("wrapS"), "repeat"), WRAPS.get(sampler.get("wrapT"), "repeat")
+        wraps = WRAPS.get(sampler.get("wrapS", 0), "repeat"), WRAPS.get(sampler.get("wrapT", 0), "repeat")
         others = [extension(texture, name) for name in ("EXT_texture_webp", "EXT_texture_avif", "KHR_texture_basisu")]
         sources = [texture.get("source"), *(other.get("source") for other in others if other is not None)]
         reason = "a texture without an image"

@@ -94,12 +94,14 @@ def _local(node: Mapping[str, Any]) -> Doubles:
     """Return the matrix (4, 4) of a node to its parent. Raises UserError."""
     try:
         if "matrix" in node:
-            return np.array(node["matrix"], np.float64).reshape(4, 4).T
-        return _matrix(
-            np.array(node.get("translation", (0, 0, 0)), np.float64).reshape(1, 3),
-            np.array(node.get("rotation", (0, 0, 0, 1)), np.float64).reshape(1, 4),
-            np.array(node.get("scale", (1, 1, 1)), np.float64).reshape(1, 3),
-        )[0]
+            return np.asarray(np.array(node["matrix"], np.float64).reshape(4, 4).T)
+        return np.asarray(
+            _matrix(
+                np.array(node.get("translation", (0, 0, 0)), np.float64).reshape(1, 3),
+                np.array(node.get("rotation", (0, 0, 0, 1)), np.float64).reshape(1, 4),
+                np.array(node.get("scale", (1, 1, 1)), np.float64).reshape(1, 3),
+            )[0]
+        )
     except (TypeError, ValueError):
         raise UserError(f"{DAMAGED} (a node's place)") from None
 

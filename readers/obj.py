@@ -54,8 +54,8 @@ def read_obj(path: Path, image: Path | None, chosen: Sequence[str] | None = None
     points = vertices[:, :3]
     if not lines.faces:
         normals = _numbers(lines.normals, "vn")
-        given = normals[:, :3] if normals.shape == (len(points), 3) else None
-        return finite_cloud(points, given, colors, Facts())
+        directed = normals if normals.shape == (len(points), 3) else None
+        return finite_cloud(points, directed, colors, Facts())
     sizes, corners = _corners(lines, len(points))
     triangles, owners = triangulated(points, sizes, corners[:, 0])
     index = corners[triangles]

@@ -25,9 +25,10 @@ def read_with_trimesh(path: Path) -> Mesh:
 
 def read_pcd(path: Path, chosen: Sequence[str] | None = None) -> Cloud:
     """Read a PCD file of PCL. Raises UserError."""
-    from pypcd4 import PointCloud
+    import pypcd4
 
-    cloud: Any = PointCloud.from_path(path)
+    library: Any = pypcd4
+    cloud = library.PointCloud.from_path(path)
     data = cloud.pc_data
     return cloud_of_columns(list(data.dtype.names), [data[name] for name in data.dtype.names], chosen)
 

@@ -247,7 +247,7 @@ def _irregular_rows(data: bytes, at: int, element: Element, order: str) -> int:
 def _ranges(starts: NDArray[np.int64], sizes: NDArray[np.int64]) -> NDArray[np.int64]:
     """Concatenate the ranges that begin at starts (N,) and have these sizes (N,)."""
     ends = np.cumsum(sizes)
-    return np.arange(ends[-1] if len(ends) else 0) + np.repeat(starts - (ends - sizes), sizes)
+    return np.asarray(np.arange(ends[-1] if len(ends) else 0) + np.repeat(starts - (ends - sizes), sizes))
 
 
 def _too_short(element: Element) -> UserError:

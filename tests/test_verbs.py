@@ -21,6 +21,7 @@ from support.random_model import random_model
 
 FUNCTIONS: dict[str, Callable[..., object]] = {
     "train": mplicits.train,
+    "check": mplicits.check,
     "morph": mplicits.morph,
     "unproject": mplicits.unproject,
     "photos": mplicits.photos,

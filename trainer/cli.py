@@ -1,9 +1,11 @@
 """The verbs `train`, `morph` and `import` of the command line."""
 
+import io
+import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..model.errors import UserError
 from ..model.files import check_writable, is_folder, show
@@ -12,7 +14,7 @@ from ..model.interrupts import begin_work, ended_by
 from ..model.kinds import LOG, MODEL
 from ..model.options import argument
 from ..model.verb import Verb, force_option, output_option
-from .commands import FileOptions, MorphCommand, TrainCommand
+from .commands import CheckCommand, FileOptions, MorphCommand, TrainCommand
 from .openmp import prepare_openmp
 from .options import ImportOptions, TrainingOptions
 
@@ -101,9 +103,10 @@ def _run(
         check_writable(log, source.files, kind=LOG)
     draw = None if files.preview is None else hooks.pictures(files.preview)
     from .session import train
-    from .summary import summary
+    from .summary import figures, summary
 
     begin_work(termination=not files.live)
+    read: dict[str, Any] = {}
     model = train(
         source,
         options,
@@ -112,20 +115,52 @@ def _run(
         live=files.live,
         follow=draw,
         components=hooks.loose_components,
+        took=read.update,
     )
-    print(summary(model, output))
-    if bits is not None and not model.provenance["interrupted"]:
+    is_packed = bits is not None and not model.provenance["interrupted"]
+    if is_packed:
         from ..model.model_file import save
 
         model = hooks.pack(model, bits)
         save(model, output)
-        print(f"{show(output)}: {output.stat().st_size:,} bytes, packed")
+    if files.json:
+        print(json.dumps(figures(model, output) | {"input": read}))
+    else:
+        print(summary(model, output))
+        if is_packed:
+            print(f"{show(output)}: {output.stat().st_size:,} bytes, packed")
     if draw is not None:
         draw(model)
     if by := ended_by():
         raise SystemExit(128 + by)
-    if not (files.live or model.provenance["interrupted"]):
+    if not (files.live or files.json or model.provenance["interrupted"]):
         print(hooks.describe_surface(model, options.quiet))
+
+
+def _check(command: CheckCommand) -> None:
+    """Print what a training would read of a shape, and its warnings; draw it with -o. Raises UserError."""
+    from ..model.files import write_whole
+    from ..model.kinds import PICTURE
+    from ..model.mesh_file import mesh_files
+
+    if command.output is not None:
+        reads = [] if command.shape == "demo" else mesh_files(Path(command.shape))
+        check_writable(command.output, reads, kind=PICTURE, force=command.force)
+    from .check import check
+
+    found = check(command.shape, command)
+    if command.output is not None:
+        from PIL import Image
+
+        image = io.BytesIO()
+        Image.fromarray(found.picture()).save(image, "PNG")
+        write_whole(command.output, image.getvalue())
+    if command.json:
+        print(json.dumps(found.facts, indent=2))
+        return
+    print(show(found.line))
+    for line in found.warnings:
+        print(f"warning: {show(line)}")
 
 
 @dataclass(frozen=True)
@@ -161,6 +196,14 @@ def _import(command: ImportCommand) -> None:
 
 
 VERBS = (
+    Verb(
+        "check",
+        "what a training would read of a shape: one line, its warnings, a picture",
+        CheckCommand,
+        "check soldier.glb -o soldier.png",
+        _check,
+        "mesh",
+    ),
     Verb(
         "import",
         "checkpoints of the paper's authors become a model file",

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ..model.options import Options, argument, option
 from ..model.verb import force_option, output_option
-from .options import MorphOptions, TrainOptions
+from .options import CheckOptions, MorphOptions, TrainOptions
 
 OUTPUT_HELP = "model file (default: the shape's name, in this folder)"
 LIVE_HELP = "for programs: progress as lines of JSON on stdout, and the model file is written after every level"
@@ -13,6 +13,9 @@ PREVIEW_HELP = "draw a picture of every trained level into this folder"
 RESUME_HELP = (
     "continue the interrupted training of NAME.part.safetensors, or else the model in the output file: finish an "
     "interrupted level, add missing levels"
+)
+SHAPE_HELP = (
+    "a mesh (PLY OBJ STL GLB glTF OFF 3MF), a point cloud (PLY XYZ CSV NPZ OBJ PCD LAS E57), or the word `demo`"
 )
 END_HELP = "a mesh (PLY OBJ STL GLB), a model (.safetensors), a name of the gallery, or the word `demo`"
 
@@ -26,6 +29,7 @@ class FileOptions(Options):
     resume: bool = option(False, RESUME_HELP)
     preview: Path | None = option(None, PREVIEW_HELP, metavar="DIR")
     live: bool = option(False, LIVE_HELP, excludes="quiet")
+    json: bool = option(False, "print one JSON object: the model's figures, and what was read of the shape")
 
 
 @dataclass(frozen=True)
@@ -34,8 +38,7 @@ class TrainCommand(FileOptions, TrainOptions):
 
     shape: str = argument(
         "SHAPE",
-        "a mesh (PLY OBJ STL GLB), a point cloud (PLY XYZ NPZ OBJ), or the word `demo`; or a folder of them, with "
-        "-o OUT/",
+        SHAPE_HELP + "; or a folder of them, with -o OUT/",
     )
     jobs: int = option(1, "of a folder: number of shapes to train at the same time", metavar="N", least=1, most=1024)
     cluster: str | None = option(
@@ -51,3 +54,13 @@ class MorphCommand(FileOptions, MorphOptions):
 
     first: str = argument("A", f"the shape at t = 0: {END_HELP}")
     second: str = argument("B", "the shape at t = 1, likewise")
+
+
+@dataclass(frozen=True)
+class CheckCommand(CheckOptions):
+    """Command line of `check`."""
+
+    shape: str = argument("SHAPE", SHAPE_HELP)
+    output: Path | None = output_option("P.png", "draw the shape from two sides; red is seen from inside")
+    force: bool = force_option()
+    json: bool = option(False, "print one JSON object")

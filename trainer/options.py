@@ -1,8 +1,9 @@
 """The options of `train`, `morph` and `import`, for the command line and for Python. Nothing here needs torch."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from ..model.bits import read_bits
 from ..model.errors import UserError
@@ -102,7 +103,7 @@ class TrainingOptions(Options):
         "write a line of JSON for every report: the loss, its terms, and mean |f| at held-out points",
         metavar="FILE.jsonl",
     )
-    quiet: bool = option(False, "show no progress bar")
+    quiet: bool = option(False, "show no progress bar, and not what was read of the shape")
 
     @property
     def crease_angle(self) -> float | None:
@@ -186,6 +187,25 @@ class TrainOptions(TrainingOptions):
         if self.bits is not None:
             read_bits(self.bits)
         return replace(super().settings(), noise=self.noise)
+
+
+def _as_in_train(name: str) -> Any:
+    """Declare an option of `train` again."""
+    declared = TrainOptions.__dataclass_fields__[name]
+    return field(default=declared.default, metadata=declared.metadata)
+
+
+@dataclass(frozen=True)
+class CheckOptions(Options):
+    """Options of `check`: those of `train` that say how a shape is read."""
+
+    texture: str = _as_in_train("texture")
+    crease: float = _as_in_train("crease")
+    flat: bool = _as_in_train("flat")
+    up: str | None = _as_in_train("up")
+    noise: float | None = _as_in_train("noise")
+    columns: str | Sequence[str] | None = _as_in_train("columns")
+    thicken: float | None = _as_in_train("thicken")
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from ..model.errors import UserError
 from ..model.files import show
@@ -35,13 +36,15 @@ def train(
     callback: ProgressCallback | None = None,
     follow: Callable[[Model], object] | None = None,
     components: FindComponents | None = None,
+    took: Callable[[dict[str, Any]], object] | None = None,
 ) -> Model:
     """Train a model of a shape, and return it. The user's seconds count from now.
 
     output: model file to write, with checkpoints beside it; None: write no file. resume: a model to continue; True: the
     interrupted training of `output`, or else the model in `output`. live: print progress as JSON, and save after every
     level. callback: receives the progress; its KeyboardInterrupt ends the training, which keeps its weights.
-    follow: receives the model after every level. components: as in `Training`.
+    follow: receives the model after every level. components: as in `Training`. took: receives what was read
+    of the shape, and the warnings, for JSON.
 
     Raises UserError, and KeyboardInterrupt where Ctrl-C came before there was anything to save.
     """
@@ -57,6 +60,10 @@ def train(
         progress = CallingProgress(progress, callback)
     shape, warnings = source.load(progress, settings.up or source.up)
     prepare(device(settings.device))  # Not before loading: glibc would keep the freed blocks of the mesh.
+    if took is not None:
+        took(({} if shape.taken is None else shape.taken.record()) | {"warnings": warnings})
+    if shape.taken is not None and not options.quiet:
+        progress.say(shape.taken.line())
     for warning in warnings:
         progress.say(f"warning: {warning}")
     settings = with_levels(shape, settings, previous, progress, began)

@@ -29,6 +29,23 @@ def summary(model: Model, output: Path) -> str:
     return "\n".join(lines)
 
 
+def figures(model: Model, output: Path) -> dict[str, Any]:
+    """Return what `summary` says, for JSON."""
+    levels = [
+        {key: record.get(key) for key in ("network", "mean_f", "angle", "steps")} | {"delta": level.delta}
+        for level, record in zip(model.levels, model.provenance["levels"], strict=True)
+    ]
+    return {
+        "output": str(output),
+        "parameters": model.parameters(),
+        "seconds": model.provenance["seconds"],
+        "interrupted": model.provenance["interrupted"],
+        "levels": levels,
+        "field": model.provenance["field"],
+        "noise": model.provenance["source"].get("noise"),
+    }
+
+
 def _noise(record: dict[str, Any]) -> str:
     """Describe the noise that was removed from a cloud before training. record: of the provenance."""
     source = "measured" if record["measured"] else "from --noise"

@@ -83,7 +83,13 @@ def texture_loss(
     return color + smoothness * smooth, d_value, d_along.mul_(smoothness), {"colour": color, "along": smooth}
 
 
-def idle_loss(surface: Pool) -> float:
-    """Compute the loss of mid-gray: that of a texture which has collapsed."""
+def mean_color(surface: Pool) -> Tensor:
+    """Return the mean color (3,) of a surface's samples: all that a texture which has collapsed can say."""
     assert surface.colors is not None
-    return losses.color(torch.full_like(surface.colors, GRAY), surface.colors)[0].item()
+    return surface.colors.mean(dim=0)
+
+
+def idle_loss(surface: Pool) -> float:
+    """Compute the loss of the mean color."""
+    assert surface.colors is not None
+    return losses.color(mean_color(surface).expand_as(surface.colors).clone(), surface.colors)[0].item()

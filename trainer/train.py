@@ -215,6 +215,7 @@ class Training:
             idle=texture.idle_loss(surface),
             rate=config.rate,
             output_factor=config.output_factor,
+            rest=texture.mean_color(surface),
             draws=step,
         )
 

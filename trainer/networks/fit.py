@@ -83,7 +83,7 @@ class Outcome:
     interrupted: bool
     """Whether Ctrl-C ended the optimization."""
     failed: bool
-    """Whether the last restart collapsed or diverged; the network then is zero."""
+    """Whether the last restart collapsed or diverged; the network then is constant."""
 
 
 def schedule(progress: float) -> float:
@@ -106,6 +106,8 @@ class Task:
     """Peak rate of the hidden layers."""
     output_factor: float
     """Factor on the rate for the output layer."""
+    rest: torch.Tensor | None = None
+    """Outputs (K,) of a network that never helps; None: zero."""
     draws: Resumable | None = None
     """What changes from step to step beside the weights: random numbers, batches."""
 
@@ -120,7 +122,8 @@ def fit(
     """Train a network until the end of the budget or Ctrl-C.
 
     A network that collapses (its loss is no better than the loss without it) or diverges starts again at a lower rate,
-    at most `RESTARTS` times. A network that never helps ends as zero, marked as failed.
+    at most `RESTARTS` times. A network that never helps ends as zero, or as the task's `rest`, marked
+    as failed.
 
     say: logs a line about a restart. resume: a `FitState.snapshot` of the same task, from which the training resumes;
     with a budget of steps, the result equals that of an uninterrupted training. Raises UserError where
@@ -140,10 +143,13 @@ def fit(
             f"{attempt.failed} at step {attempt.steps} (loss {attempt.loss:.3g}, {task.idle:.3g} without the network)"
         )
         if restarts == RESTARTS or attempt.interrupted:
-            say(f"{line}: it adds nothing, after {restarts} restarts")
+            ending = "it adds nothing" if task.rest is None else "its mean stands for it"
+            say(f"{line}: {ending}, after {restarts} restarts")
             # A model file takes finite weights alone.
             weights = task.start()
             weights[-2:] = [torch.zeros_like(w) for w in weights[-2:]]
+            if task.rest is not None:
+                weights[-1] += task.rest.to(weights[-1])
             attempt.loss = task.idle
             break
         say(f"{line}: restarted with rate {rate / SLOWER:.2g}")

@@ -33,7 +33,7 @@ def turned_outward(points: Doubles, normals: Doubles) -> tuple[Doubles, int, int
     parts, part = connected_components(links, directed=False)
 
     def sums(rows: Doubles) -> Doubles:
-        return np.bincount(part, rows, parts)
+        return np.bincount(part, rows, parts).astype(np.float64)
 
     area = sums(areas)
     large = area >= LEAST * area.sum()

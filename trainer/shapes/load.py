@@ -31,8 +31,6 @@ from .taken import Taken, taken_of
 class ShapeOptions(TypedDict, total=False):
     """How to interpret an input."""
 
-    columns: str | Sequence[str] | None
-    """Roles of a cloud's columns: "x,y,z,nx,ny,nz,r,g,b"; None: by their names, or by their lengths and ranges."""
     crease: float | None
     """Curve a mesh, but keep edges sharp that bend by more than this angle, degrees; None: flat faces."""
     noise: float | None
@@ -44,17 +42,21 @@ class ShapeOptions(TypedDict, total=False):
 
 
 def load_shape(
-    shape: str | Path | Arrays, image: Path | None = None, **options: Unpack[ShapeOptions]
+    shape: str | Path | Arrays,
+    image: Path | None = None,
+    columns: str | Sequence[str] | None = None,
+    **options: Unpack[ShapeOptions],
 ) -> tuple[Shape, list[str]]:
     """Load a shape. Returns it with warnings for the user; `Shape.taken` says what was taken.
 
-    shape: a path, "demo", or arrays. image: replaces the image of the mesh's material.
+    shape: a path, "demo", or arrays. image: replaces the image of the mesh's material. columns: roles of a cloud's
+    columns, "x,y,z,nx,ny,nz,r,g,b"; None: by their names, or by their lengths and ranges.
 
     Meshes: PLY, OBJ, STL, GLB, glTF, OFF, 3MF. Point clouds: PLY and OBJ without faces, text columns (XYZ, CSV, TXT,
     ASC, PTS), NPZ, PCD, LAS, LAZ, E57, and PLY of Gaussian splats. Missing normals are estimated. Raises UserError for
     every other input.
     """
-    chosen = parse_columns(options.pop("columns", None))
+    chosen = parse_columns(columns)
     if not isinstance(shape, str | Path):
         with name_first("arrays"):
             content, digest = content_of(shape, chosen)

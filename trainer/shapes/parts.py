@@ -157,7 +157,7 @@ def _measures(
     openness = np.linalg.norm(across, axis=1) / np.maximum(area, 1e-300)
     closed = openness < 1e-6
     thick = np.abs(volumes) > np.where(closed, 1e-12, FLATTEST) * area**1.5
-    return areas, volumes, np.asarray((openness < OPENEST) & thick)
+    return areas, volumes.astype(np.float64), np.asarray((openness < OPENEST) & thick)
 
 
 def _middles(vertices: Doubles, faces: Integers, part: Integers, count: int) -> Doubles:
