@@ -37,6 +37,8 @@ def _unproject(command: UnprojectCommand) -> None:
     cloud = unprojected(command)
     if cloud.warning:
         print(f"warning: {cloud.warning}", file=sys.stderr)
+    for note in cloud.notes:
+        print(note, file=sys.stderr)
     write_whole(output, cloud.to_ply())
     colored, cut = cloud.colors is not None, cloud.cut
     if command.json:
@@ -47,6 +49,7 @@ def _unproject(command: UnprojectCommand) -> None:
             "size": list(cloud.size),
             "noise": cloud.noise,
             "cut": asdict(cut),
+            "notes": list(cloud.notes),
         }
         print(json.dumps(facts))
         return
@@ -61,8 +64,8 @@ class PhotosCommand(PhotoOptions):
 
     folder: Path = argument(
         "DIR",
-        "photographs with cameras: image/, mask/ and cameras_sphere.npz (IDR, NeuS), or a transforms.json "
-        "(nerfstudio, COLMAP's exports)",
+        "photographs with cameras: image/, mask/ and cameras_sphere.npz (IDR, NeuS), a transforms.json (nerfstudio, "
+        "NeuS2) or transforms_train.json (NeRF), or images/ and sparse/0 (COLMAP)",
         Path,
     )
     output: Path | None = output_option("M.safetensors", "model file (default: the folder's name)")

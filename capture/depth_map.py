@@ -1,5 +1,8 @@
 """Reads depth maps."""
 
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,22 +15,46 @@ from ..model.files import show
 from .cloud import Doubles
 
 SMALLEST, LARGEST = 8, 1 << 15  # bounds of the sides of a depth map, pixels
-DEPTH_CHANNELS = ("z", "depth", "v", "y", "r")
-"""Last parts of the names of depth channels in EXR files, in the order of preference."""
+DEPTH_CHANNELS = (
+    *(r"(^|.*\.)(z?depth|z)\.(z|v|y|r|x)", r"z", r"(z?depth|distance)", r".*\.(depth|z?depth)"),
+    *(r"v", r"y", r"r", r"(?!.*(normal|position|vector|combined|image|uv)).*\.(z|v|y|r)"),
+)
+"""Patterns of the names of depth channels in EXR files, in lower case and in the order of preference."""
+NOTHING = 1e9  # larger depths are nothing: Blender writes 1e10
+HALF = 65_504.0  # largest number of 16 bits: nothing, too
+FULL = 65_535  # in a map of 16-bit whole numbers
+FAR_SHARE, FAR_STEP = 0.01, 4.0
+"""The largest depth is a background if it has a larger share of the pixels, and is this many times the next one."""
 FEW_LEVELS = 4096  # A map with at most this number of different values is treated as rounded; 8 bits give 255
 
 
-def read_depth(path: Path) -> tuple[Doubles, bool]:
+@dataclass(frozen=True, eq=False)
+class DepthMap:
+    """The numbers of a depth map."""
+
+    values: Doubles
+    """(H, W), NaN for missing depths."""
+    whole: bool
+    """Whether they are integers in the file."""
+    notes: tuple[str, ...] = ()
+    """For people: the channel, and a background that is left out."""
+
+
+def read_depth(path: Path) -> DepthMap:
     """Read a depth map: 16-bit or 8-bit PNG, TIFF of integers or floats, EXR, NPY.
 
-    Returns the numbers of the file (H, W), NaN for missing depths (0, negative, infinite or NaN in the file), and
-    whether they are integers. Raises UserError with the file's name.
+    Missing depths are 0, negative, infinite, NaN, or a number that programs write for nothing (`NOTHING`, `HALF`,
+    `FULL`, or a background at one far depth). Raises UserError with the file's name.
     """
     name, suffix = show(path), path.suffix.lower()
     if suffix not in READERS:
         raise UserError(f"{name}: unknown format of depth maps; this program reads PNG, EXR, NPY and TIFF")
+    notes = []
     try:
         values = READERS[suffix](path)
+        if isinstance(values, tuple):
+            values, channel = values
+            notes.append(f"depths from the channel {show(channel)}")
     except UserError as error:
         raise UserError(f"{name}: {error}") from None
     except ModuleNotFoundError:
@@ -40,10 +67,25 @@ def read_depth(path: Path) -> tuple[Doubles, bool]:
         raise UserError(f"{name}: {shape}; a depth map has two axes of {SMALLEST} to {LARGEST:,} pixels")
     depth = values.astype(np.float64)
     with np.errstate(invalid="ignore"):
-        depth[~(np.isfinite(depth) & (depth > 0))] = np.nan
+        depth[~(np.isfinite(depth) & (depth > 0) & (depth < NOTHING))] = np.nan
+        depth[depth == (FULL if values.dtype == np.uint16 else HALF)] = np.nan
+    if (far := _background(depth)) is not None:
+        notes.append(f"{np.count_nonzero(depth == far):,} pixels at the depth {far:g} left out: a background")
+        depth[depth == far] = np.nan
     if np.isnan(depth).all():
         raise UserError(f"{name}: no pixel has a depth: all are 0, negative or not finite")
-    return depth, bool(np.issubdtype(values.dtype, np.integer))
+    return DepthMap(depth, bool(np.issubdtype(values.dtype, np.integer)), tuple(notes))
+
+
+def _background(depth: Doubles) -> float | None:
+    """Return the depth (H, W) that stands for the background: the largest, of many pixels and far away; else None."""
+    known = depth[~np.isnan(depth)]
+    if not len(known):
+        return None
+    far = float(known.max())
+    nearer = known[known < far]
+    is_far = len(nearer) > 0 and far > FAR_STEP * float(nearer.max())
+    return far if is_far and len(known) - len(nearer) > FAR_SHARE * depth.size else None
 
 
 def _read_npy(path: Path) -> NDArray[Any]:
@@ -66,20 +108,28 @@ def _read_image(path: Path) -> NDArray[Any]:
     return values
 
 
-def _read_exr(path: Path) -> NDArray[Any]:
+def _read_exr(path: Path) -> tuple[NDArray[Any], str]:
+    """Return the pixels of the depth channel, and its name. Raises UserError."""
     import OpenEXR
 
     if not path.is_file():
         raise FileNotFoundError
     with OpenEXR.File(str(path), separate_channels=True) as file:
-        channels = {name.rpartition(".")[2].lower(): channel for name, channel in file.channels().items()}
-        found = next((name for name in DEPTH_CHANNELS if name in channels), None)
+        channels = file.channels()
+        names = [(pattern, name) for pattern in DEPTH_CHANNELS for name in channels]
+        found = next((name for pattern, name in names if re.fullmatch(pattern, name.lower())), None)
         if found is None:
-            raise UserError(f"no depth channel; its channels are {', '.join(map(show, file.channels()))}")
-        return np.array(channels[found].pixels)
+            raise UserError(f"no depth channel; its channels are {', '.join(map(show, channels))}")
+        return np.array(channels[found].pixels), found
 
 
-READERS = {".png": _read_image, ".exr": _read_exr, ".npy": _read_npy, ".tif": _read_image, ".tiff": _read_image}
+READERS: dict[str, Callable[[Path], NDArray[Any] | tuple[NDArray[Any], str]]] = {
+    ".png": _read_image,
+    ".exr": _read_exr,
+    ".npy": _read_npy,
+    ".tif": _read_image,
+    ".tiff": _read_image,
+}
 
 
 def from_inverse(values: Doubles, near: float, far: float) -> Doubles:

@@ -1,4 +1,4 @@
-"""Loads a folder of photographs in either layout."""
+"""Loads a folder of photographs in any of the layouts."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -7,6 +7,7 @@ import numpy as np
 
 from ..model.errors import UserError
 from ..model.files import is_folder, show
+from .colmap import find_in_colmap, sparse_model
 from .photograph_files import Layout, load_photograph
 from .photographs import Photographs
 from .sphere_cameras import find_in_sphere
@@ -25,7 +26,7 @@ def read_photographs(
     sphere: tuple[float, float, float, float] | None = None,
     up: str | None = None,
 ) -> tuple[Photographs, list[str]]:
-    """Load the photographs of a folder and their cameras, in the layout of IDR and NeuS or with a transforms.json.
+    """Load the photographs of a folder and their cameras: of IDR and NeuS, with a transforms.json, or of COLMAP.
 
     scale: factor on the photographs' sides, at most 1; None: shrink to `PIXELS`. camera_size: width and height that
     cameras_sphere.npz describes; None: the photographs' size. sphere: center and radius of a ball around the object,
@@ -61,8 +62,14 @@ def _layout(
             if sphere is not None:
                 raise UserError(f"--sphere: {name} already has the ball around the object")
             return find_in_sphere(folder, folder / name, camera_size, up)
-    if (folder / TRANSFORMS).is_file():
+    ball = None if sphere is None else np.array(sphere)
+    for name in TRANSFORMS:
+        if (folder / name).is_file():
+            if camera_size is not None:
+                raise UserError(f"--camera-size: {name} already has the size of the photographs")
+            return find_in_transforms(folder, folder / name, ball, up)
+    if (sparse := sparse_model(folder)) is not None:
         if camera_size is not None:
-            raise UserError(f"--camera-size: {TRANSFORMS} already has the size of the photographs")
-        return find_in_transforms(folder, None if sphere is None else np.array(sphere), up)
-    raise UserError(f"{show(folder)}: no cameras; {CAMERAS[0]} or {TRANSFORMS} is needed")
+            raise UserError("--camera-size: COLMAP's cameras already have the size of the photographs")
+        return find_in_colmap(folder, sparse, ball, up)
+    raise UserError(f"{show(folder)}: no cameras; {CAMERAS[0]}, {TRANSFORMS[0]} or COLMAP's sparse/0 is needed")

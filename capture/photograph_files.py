@@ -1,5 +1,7 @@
 """The files and cameras of photographs, and how they are loaded."""
 
+import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +16,7 @@ from ..model.image_file import open_image
 from ..model.orientation import upright
 from .cloud import Doubles
 from .image_pixels import colors_of, mask_of, opaque
+from .intrinsics import Intrinsics
 from .photographs import Photograph
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
@@ -76,6 +79,49 @@ def up_of(files: Sequence[PhotographFile], default: str) -> str:
     if abs(up[axis]) < AGREED * len(files):
         return default
     return ("-" if up[axis] < 0 else "") + "xyz"[axis]
+
+
+def natural(name: str) -> list[tuple[int, str]]:
+    """Return the key that sorts names with their numbers as numbers: 2.png comes before 10.png."""
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name.lower()) if part]
+
+
+def pictures_in(folder: Path) -> list[Path]:
+    """List the pictures of a folder, by their numbers; hidden files are none."""
+    found = [path for path in folder.glob("*") if path.suffix.lower() in SUFFIXES and not path.name.startswith(".")]
+    return sorted(found, key=lambda path: natural(path.name))
+
+
+def mask_beside(folder: Path, name: str) -> Path | None:
+    """Find the mask of a picture in masks/ or mask/: with its name, or with another ending, or with one more."""
+    for place in ("masks", "mask"):
+        path = folder / place / name
+        for other in (path, *(path.with_suffix(suffix) for suffix in SUFFIXES), Path(f"{path}.png")):
+            if other.is_file():
+                return other
+    return None
+
+
+def reach_of(size: tuple[int, int], camera: Intrinsics) -> float:
+    """Return the sine of half of a camera's narrower angle of view. size: of the picture."""
+    return math.sin(math.atan(min(size[0] / camera.fx, size[1] / camera.fy) / 2))
+
+
+def ball_of(eyes: Doubles, axes: Doubles, reach: Doubles) -> Doubles:
+    """Return center and radius (4,) of a ball that all cameras see, around the point nearest to their axes.
+
+    eyes, axes: (N, 3). reach: (N,), of `reach_of`.
+    """
+    center = nearest_to_axes(eyes, axes)
+    away = np.linalg.norm(eyes - center, axis=1)
+    return np.append(center, max(float((away * reach).min()), 1e-9))
+
+
+def nearest_to_axes(eyes: Doubles, axes: Doubles) -> Doubles:
+    """Return the point (3,) nearest to all of the cameras' axes. eyes, axes: (N, 3)."""
+    across = np.eye(3) - axes[:, :, None] * axes[:, None]
+    found = np.linalg.lstsq(across.sum(axis=0), (across @ eyes[..., None]).sum(axis=0)[:, 0], rcond=None)[0]
+    return np.asarray(found)
 
 
 def size_of(path: Path) -> tuple[int, int]:

@@ -11,6 +11,7 @@ from ..trainer.part import Part
 from ..trainer.progress import TrainingBar
 from .folder import read_photographs
 from .options import PhotoOptions
+from .pairing import pairing_line
 from .reconstruct import Reconstruction
 
 
@@ -19,7 +20,10 @@ def reconstruction(
 ) -> Reconstruction:
     """Load the photographs of a folder, and print warnings above the bar. part, began: of `Reconstruction`."""
     found, warnings = read_photographs(folder, options.scale, options.picture_size, options.ball, options.up)
-    for warning in warnings:
+    line, doubt = pairing_line(found)
+    if not options.quiet:
+        bar.say(line)
+    for warning in [*warnings, *filter(None, [doubt])]:
         bar.say(f"warning: {warning}")
     return Reconstruction(found, options, bar, part, began)
 

@@ -9,7 +9,7 @@ from ..model.errors import UserError
 from ..model.files import show
 from .cloud import Doubles
 from .intrinsics import same_shape
-from .photograph_files import SUFFIXES, Layout, PhotographFile, check_projection, size_of, up_of
+from .photograph_files import Layout, PhotographFile, check_projection, natural, pictures_in, size_of, up_of
 
 OFF_CENTER = 0.25
 """Largest distance of a principal point from the picture's center, as a share of its sides."""
@@ -22,11 +22,14 @@ def find_in_sphere(folder: Path, cameras: Path, camera_size: tuple[int, int] | N
     object. camera_size: width and height that the cameras describe; None: the photographs' size. up: axis of the
     cameras' space that points up; None: as in the photographs, or y. Raises UserError.
     """
-    images, masks = _pictures(folder / "image"), _pictures(folder / "mask")
+    images, masks = pictures_in(folder / "image"), pictures_in(folder / "mask")
     if not images:
         raise UserError(f"{show(folder / 'image')}: no pictures in it")
     if masks and len(masks) != len(images):
         raise UserError(f"{show(folder)}: {len(images)} pictures in image/ and {len(masks)} in mask/")
+    named = {mask.stem: mask for mask in masks}
+    if all(image.stem in named for image in images):
+        masks = [named[image.stem] for image in images] if masks else []
     matrices = _matrices(cameras)
     name = show(cameras)
     if "scale_mat_0" not in matrices:
@@ -34,8 +37,14 @@ def find_in_sphere(folder: Path, cameras: Path, camera_size: tuple[int, int] | N
     scale = matrices["scale_mat_0"]
     check_projection(scale, f"{name}, scale_mat_0")
     files = []
+    warnings: list[str] = []
+    cameras_there = sorted((key for key in matrices if key.startswith("world_mat_")), key=natural)
+    # A picture that is missing leaves a gap in the names, which then are the numbers of the cameras.
+    by_number = len(cameras_there) != len(images) and all(image.stem.isdecimal() for image in images)
+    if len(cameras_there) > len(images) and not by_number:
+        warnings.append(f"{name}: {len(cameras_there)} cameras for {len(images)} pictures; the first ones are taken")
     for i, image in enumerate(images):
-        key = f"world_mat_{i}"
+        key = f"world_mat_{int(image.stem) if by_number else i}"
         if key not in matrices:
             raise UserError(f"{show(image)}: no camera for it; {name} has no {key}")
         projection = check_projection(matrices[key], f"{name}, {key}")
@@ -44,7 +53,7 @@ def find_in_sphere(folder: Path, cameras: Path, camera_size: tuple[int, int] | N
             PhotographFile(image, masks[i] if masks else None, size, _resized(projection, size, camera_size, name))
         )
     radius = abs(np.linalg.det(scale[:3, :3])) ** (1 / 3)
-    return Layout(files, scale[:3, 3], radius, up or up_of(files, "y"))
+    return Layout(files, scale[:3, 3], radius, up or up_of(files, "y"), warnings)
 
 
 def _resized(projection: Doubles, size: tuple[int, int], camera_size: tuple[int, int] | None, name: str) -> Doubles:
@@ -64,10 +73,6 @@ def _resized(projection: Doubles, size: tuple[int, int], camera_size: tuple[int,
     across, down = size[0] / camera_size[0], size[1] / camera_size[1]
     to_corner = np.array([[across, 0, across / 2], [0, down, down / 2], [0, 0, 1]])
     return np.asarray(to_corner @ projection)
-
-
-def _pictures(folder: Path) -> list[Path]:
-    return sorted(path for path in folder.glob("*") if path.suffix.lower() in SUFFIXES)
 
 
 def _matrices(path: Path) -> dict[str, Doubles]:

@@ -12,24 +12,40 @@ from ..model.errors import UserError
 from ..model.files import show
 from .cloud import Doubles
 from .intrinsics import Intrinsics, same_shape
-from .photograph_files import SUFFIXES, Layout, PhotographFile, check_projection, size_of, up_of
+from .photograph_files import (
+    SUFFIXES,
+    Layout,
+    PhotographFile,
+    ball_of,
+    check_projection,
+    mask_beside,
+    nearest_to_axes,
+    reach_of,
+    size_of,
+    up_of,
+)
 
-TRANSFORMS = "transforms.json"
+TRANSFORMS = ("transforms.json", "transforms_train.json")
+"""Names of the file of cameras: nerfstudio's and NeuS2's, and NeRF's synthetic scenes'."""
+PINHOLES = {"", "PINHOLE", "SIMPLE_PINHOLE", "PERSPECTIVE", "OPENCV", "SIMPLE_RADIAL", "RADIAL"}
+"""Camera models that are pinholes but for a distortion, which is ignored with a warning."""
+OPENCV_AXES = np.diag([1.0, -1.0, -1.0, 1.0])
+"""From a camera with y down that looks along z to one with y up that looks along -z."""
 DISTORTIONS = ("k1", "k2", "k3", "k4", "p1", "p2")
 """Names of lens distortions."""
 STRAIGHT = 1e-4  # smaller distortions are ignored without a warning
 
 
-def find_in_transforms(folder: Path, sphere: Doubles | None, up: str | None) -> Layout:
-    """Find the photographs of a transforms.json.
+def find_in_transforms(folder: Path, path: Path, sphere: Doubles | None, up: str | None) -> Layout:
+    """Find the photographs of a transforms.json, which is `path`.
 
     Each frame has a file_path, a transform_matrix from its camera (which looks along -z, y up) to the cameras' space,
     and optionally a mask_path. fl_x, fl_y, cx, cy, w and h, or camera_angle_x, are in each frame or at the top.
     sphere: (4,), center and radius of a ball around the object; None: a ball that all cameras see. up: axis of the
     cameras' space that points up; None: as in the photographs, or z. Raises UserError.
     """
-    path = folder / TRANSFORMS
     content = _read(path)
+    turned = content.get("from_na") is True and _look_away(content["frames"], show(path))
     files, eyes, axes, reach = [], [], [], []
     warnings: list[str] = []
     for i, frame in enumerate(content["frames"]):
@@ -38,7 +54,7 @@ def find_in_transforms(folder: Path, sphere: Doubles | None, up: str | None) -> 
             raise UserError(f"{label}: no file_path")
         image = _picture(folder, frame["file_path"])
         size = size_of(image)
-        pose = _pose(frame, label)
+        pose = _pose(frame, label) @ (OPENCV_AXES if turned else np.eye(4))
         values = {key: value for key, value in content.items() if key != "frames"} | frame
         camera, distorted = _camera(values, size, label)
         if distorted and not warnings:
@@ -46,18 +62,20 @@ def find_in_transforms(folder: Path, sphere: Doubles | None, up: str | None) -> 
         intrinsics = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1.0]])
         projection = intrinsics @ (np.diag([1.0, -1.0, -1.0, 1.0]) @ np.linalg.inv(pose))[:3]
         mask = folder / frame["mask_path"] if isinstance(frame.get("mask_path"), str) else None
+        if mask is None:
+            mask = mask_beside(folder, image.name)
         files.append(PhotographFile(image, mask, size, check_projection(projection, label)))
         eyes.append(pose[:3, 3])
         axes.append(-pose[:3, 2] / np.linalg.norm(pose[:3, 2]))
-        reach.append(math.sin(math.atan(min(size[0] / camera.fx, size[1] / camera.fy) / 2)))
+        reach.append(reach_of(size, camera))
     if sphere is None:
-        sphere = _ball(np.array(eyes), np.array(axes), np.array(reach)) if files else np.array([0.0, 0.0, 0.0, 1.0])
+        sphere = ball_of(np.array(eyes), np.array(axes), np.array(reach)) if files else np.array([0.0, 0.0, 0.0, 1.0])
     return Layout(files, sphere[:3], float(sphere[3]), up or up_of(files, "z"), warnings)
 
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError, RecursionError):
         raise UserError(f"{show(path)}: not readable JSON") from None
     if not isinstance(content, dict) or not isinstance(content.get("frames"), list):
@@ -81,39 +99,49 @@ def _pose(frame: Mapping[str, Any], label: str) -> Doubles:
         pose = np.array(frame["transform_matrix"], np.float64)
     except (TypeError, ValueError):
         pose = np.empty(0)
+    if pose.shape == (3, 4):
+        pose = np.concatenate((pose, [[0.0, 0.0, 0.0, 1.0]]))
     if pose.shape != (4, 4):
         raise UserError(f"{label}: a camera is a matrix of 4 x 4 finite numbers")
     check_projection(pose, label)
     return pose
 
 
+def _look_away(frames: list[Any], label: str) -> bool:
+    """Whether most cameras of NeuS2 look away from the point nearest to their axes: their y then points down."""
+    poses = [_pose(frame, f"{label}, frame {i}") for i, frame in enumerate(frames) if isinstance(frame, dict)]
+    if not poses:
+        return False
+    eyes, axes = np.array([p[:3, 3] for p in poses]), np.array([-p[:3, 2] / np.linalg.norm(p[:3, 2]) for p in poses])
+    ahead = np.einsum("ij,ij->i", nearest_to_axes(eyes, axes) - eyes, axes) > 0
+    return bool(ahead.mean() < 0.5)
+
+
 def _camera(values: Mapping[str, Any], size: tuple[int, int], label: str) -> tuple[Intrinsics, bool]:
     """Read a camera, and whether its lens is distorted. size: of the picture. Raises UserError."""
     width, height = size
+    model = values.get("camera_model", values.get("camera_type", ""))
+    fisheye = values.get("is_fisheye") is True
+    if fisheye or (str(model).upper() not in PINHOLES):
+        shown = show("is_fisheye" if fisheye else str(model))[:40]
+        raise UserError(f"{label}: the camera model {shown} is not known; undistort the pictures to a pinhole")
     try:
         w, h = (float(values.get(key, pixels)) for key, pixels in (("w", width), ("h", height)))
         if "fl_x" in values:
             fx = float(values["fl_x"])
             fy = float(values.get("fl_y", fx))
+        elif isinstance(values.get("intrinsic_matrix"), list):  # NeuS2
+            matrix = np.array(values["intrinsic_matrix"], np.float64)
+            fx, fy = float(matrix[0, 0]), float(matrix[1, 1])
+            values = {"cx": matrix[0, 2], "cy": matrix[1, 2]} | dict(values)
         else:
             fx = fy = w / 2 / math.tan(float(values["camera_angle_x"]) / 2)
         cx, cy = float(values.get("cx", w / 2)), float(values.get("cy", h / 2))
         distorted = any(abs(float(values.get(key, 0))) > STRAIGHT for key in DISTORTIONS)
-    except (KeyError, TypeError, ValueError, ZeroDivisionError):
+    except (KeyError, TypeError, ValueError, ZeroDivisionError, IndexError):
         raise UserError(f"{label}: no camera; fl_x, fl_y, cx, cy or camera_angle_x are needed") from None
     if not all(map(math.isfinite, (fx, fy, cx, cy, w, h))) or min(fx, fy, w, h) <= 0:
         raise UserError(f"{label}: focal lengths and sizes must be above 0, and all numbers finite")
     if not same_shape((w, h), size):
         raise UserError(f"{label}: its camera is for a picture of {w:g} x {h:g}, this is {width} x {height}")
     return Intrinsics(fx, fy, cx, cy).scaled(width / w, height / h), distorted
-
-
-def _ball(eyes: Doubles, axes: Doubles, reach: Doubles) -> Doubles:
-    """Return center and radius (4,) of a ball that all cameras see, around the point nearest to their axes.
-
-    eyes, axes: (N, 3). reach: (N,), sines of half of each camera's narrower angle of view.
-    """
-    across = np.eye(3) - axes[:, :, None] * axes[:, None]
-    center = np.linalg.lstsq(across.sum(axis=0), (across @ eyes[..., None]).sum(axis=0)[:, 0], rcond=None)[0]
-    away = np.linalg.norm(eyes - center, axis=1)
-    return np.append(center, max(float((away * reach).min()), 1e-9))

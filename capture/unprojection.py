@@ -33,6 +33,8 @@ class Unprojected(Cloud):
     """Numbers of pixels without a point."""
     warning: str
     """One line for the user, or ""."""
+    notes: tuple[str, ...] = ()
+    """What was taken of the file: the channel, a background that is left out."""
 
     def __repr__(self) -> str:
         """Describe the cloud in a line."""
@@ -57,7 +59,7 @@ def unprojected(options: UnprojectOptions) -> Unprojected:
     option, named = ("--image", options.image) if options.image else ("--estimate", options.estimate)
     photograph = Path(named) if named else None
     picture = open_upright(photograph, option) if photograph else None
-    values, inverse, whole = _values(options)
+    values, inverse, whole, notes = _values(options)
     height, width = values.shape
     depth = values
     if picture is not None:
@@ -85,18 +87,18 @@ def unprojected(options: UnprojectOptions) -> Unprojected:
     colors = None if picture is None else colors_of(picture)
     cloud, cut, planes = unproject(depth, camera, colors, step, close=options.close)
     warning = "" if known else ASSUMED
-    return Unprojected(cloud.points, cloud.normals, cloud.colors, (width, height), planes.noise, cut, warning)
+    return Unprojected(cloud.points, cloud.normals, cloud.colors, (width, height), planes.noise, cut, warning, notes)
 
 
-def _values(options: UnprojectOptions) -> tuple[Doubles, bool, bool]:
-    """Read or estimate the depths (H, W). Also returns whether they are inverse, and whether they are integers."""
+def _values(options: UnprojectOptions) -> tuple[Doubles, bool, bool, tuple[str, ...]]:
+    """Read or estimate the depths (H, W). Also returns whether they are inverse, or integers, and notes for people."""
     if options.depth is not None:
-        values, whole = read_depth(Path(options.depth))
-        return values, options.relative, whole
+        read = read_depth(Path(options.depth))
+        return read.values, options.relative, read.whole, read.notes
     assert options.estimate is not None
     photograph = open_upright(Path(options.estimate), "--estimate").convert("RGB")
     values, inverse = estimate_depth(photograph, options.estimator)
-    return values, inverse or options.relative, False
+    return values, inverse or options.relative, False, ()
 
 
 def _within(depth: Doubles, mask: NDArray[np.bool_] | None) -> Doubles:

@@ -34,7 +34,7 @@ STAND_INS = {
     "sudo": "#!/bin/sh\nexit 1\n",
 }
 VENV, SETUPTOOLS, PROJECT = "-m venv", "-m pip install -q -c constraints.txt setuptools", "--no-build-isolation -e ."
-ALL = "train,mesh,capture,view,dev"
+ALL = "train,mesh,capture,view,formats,dev"
 CHECKS = ["-m ruff check", "-m ruff format --check", "-m mypy -p mplicits", "-m mypy tests benchmarks"]
 
 

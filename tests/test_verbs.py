@@ -202,7 +202,8 @@ def test_wrong_arguments_of_train_are_refused() -> None:
         ((vertices, np.array([[0, 1]])), r"\(F, 3\) is needed"),
         ((vertices, vertices[:5]), "differ in number"),
         ((vertices[:, :2], vertices), r"\(N, 3\) is needed"),
-        (vertices, "a shape is a file"),
+        (7, "a shape is a file"),
+        ((vertices, vertices + 0.5, vertices, vertices), "a shape is a file"),
     ):
         with pytest.raises(mplicits.UserError, match=message):
             mplicits.train(shape, "8x0", steps=1, quiet=True)

@@ -25,6 +25,9 @@ from .folders.workers import here, on_cluster
 from .options import TrainOptions
 from .settings import Settings
 
+SHAPES = {*READERS} - {".txt", ".csv"}
+"""Endings of the shapes in a folder, where texts and tables are something else."""
+
 
 def run_folder(command: TrainCommand) -> None:
     """Train every shape of the folder `command.shape`, and write models, pictures, the table and the page.
@@ -68,7 +71,7 @@ def shapes_in(folder: Path) -> dict[str, Path]:
 
     The ending becomes part of the name where files differ in nothing else: `cup-ply` and `cup-obj`.
     """
-    files = sorted(path for path in folder.iterdir() if path.suffix.lower() in READERS and path.is_file())
+    files = sorted(path for path in folder.iterdir() if path.suffix.lower() in SHAPES and path.is_file())
     if not files:
         raise UserError(f"{show(folder)}: no shapes in that folder; this program reads {known_formats()}")
     stems = [path.stem for path in files]

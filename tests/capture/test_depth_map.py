@@ -55,7 +55,8 @@ def test_formats(
     depth = METERS.copy()
     depth[0, :3] = 0
     write(tmp_path / name, depth)
-    values, whole = read_depth(tmp_path / name)
+    read = read_depth(tmp_path / name)
+    values, whole = read.values, read.whole
     assert whole == (unit is not None)
     assert np.isnan(values[0, :3]).all()
     np.testing.assert_allclose(values[1:] / (unit or 1), METERS[1:], atol=tolerance)
@@ -65,7 +66,7 @@ def test_bad_depths_become_nan(tmp_path: Path) -> None:
     depth = METERS.copy()
     depth[0, :4] = np.nan, np.inf, -1, 0
     np.save(tmp_path / "d.npy", depth)
-    assert np.isnan(read_depth(tmp_path / "d.npy")[0]).sum() == 4
+    assert np.isnan(read_depth(tmp_path / "d.npy").values).sum() == 4
 
 
 @pytest.mark.parametrize(
