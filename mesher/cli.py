@@ -1,6 +1,7 @@
 """The verbs `mesh` and `eval`."""
 
 import json
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -42,6 +43,8 @@ def _mesh(command: MeshCommand) -> None:
     start = perf_counter()
     mesh = make_mesh(model, command)
     seconds = perf_counter() - start
+    if warning := mesh.warning(output.suffix.lower()):
+        print(f"warning: {warning}", file=sys.stderr)
     write_whole(output, mesh.to_bytes(output.suffix.lower()))
     vertices, faces = len(mesh.vertices), len(mesh.faces)
     if command.json:

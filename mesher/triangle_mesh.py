@@ -1,5 +1,6 @@
 """The surface of a model as a triangle mesh: the work of `mesh`, without its files and messages."""
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,7 +19,7 @@ from .grid import Grid
 from .options import MeshOptions
 from .specks import without_specks
 from .surface import Array, Mesh, Whole
-from .write import as_trimesh, check_suffix, to_bytes
+from .write import as_trimesh, check_suffix, rounding_warning, to_bytes
 
 if TYPE_CHECKING:
     import trimesh
@@ -74,7 +75,13 @@ class TriangleMesh:
         path = Path(path)
         check_suffix(path)
         check_writable(path, kind=MESH)
+        if warning := self.warning(path.suffix.lower()):
+            warnings.warn(warning, stacklevel=2)
         write_whole(path, self.to_bytes(path.suffix.lower()))
+
+    def warning(self, suffix: str) -> str:
+        """Return what a format, by its suffix, would lose of large coordinates; "" for nothing."""
+        return rounding_warning(self.vertices, self._place[1], suffix)
 
     def to_bytes(self, suffix: str) -> bytes:
         """Return the content of a file with the suffix ".ply", ".obj", ".stl" or ".glb"."""

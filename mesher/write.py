@@ -1,5 +1,6 @@
 """Conversion of a mesh to a PLY, OBJ, STL or GLB file, by trimesh."""
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,10 @@ OPTIONS: dict[str, dict[str, Any]] = {
     ".glb": {"include_normals": True},
 }
 """Suffix of an output format -> options of trimesh's writer. STL holds triangles alone."""
+FINE, COARSE = 1e-6, 1e-5
+"""Rounding steps, in radii of the shape: PLY has doubles above the first; STL and GLB warn above the second."""
+SINGLE = (".stl", ".glb")
+"""Formats without doubles."""
 
 
 def check_suffix(path: Path) -> None:
@@ -34,8 +39,51 @@ def to_bytes(mesh: Mesh, suffix: str, center: tuple[float, float, float], scale:
     suffix: a key of OPTIONS. Colors are sRGB, but linear in a GLB, as glTF prescribes.
     """
     written = as_trimesh(mesh, center, scale, up, linear=suffix == ".glb")
-    data = written.export(file_type=suffix[1:], **OPTIONS[suffix])
+    if suffix == ".ply" and rounding(written.vertices, scale) > FINE:
+        return _double_ply(written, mesh.normals is not None, mesh.colors is not None)
+    # Decimals of an OBJ, so that a small shape keeps its digits, too.
+    more = {"digits": max(8, 7 - math.floor(math.log10(scale)))} if suffix == ".obj" else {}
+    data = written.export(file_type=suffix[1:], **OPTIONS[suffix], **more)
     return data.encode() if isinstance(data, str) else bytes(data)
+
+
+def rounding(vertices: NDArray[np.float64], scale: float) -> float:
+    """Return the rounding step of float32 at the largest coordinate of vertices (V, 3), in radii of the shape."""
+    return float(np.spacing(np.float32(np.abs(vertices).max(initial=0.0)))) / scale
+
+
+def rounding_warning(vertices: NDArray[np.float64], scale: float, suffix: str) -> str:
+    """Return a warning where a format rounds the vertices (V, 3) visibly, which names the remedy; else ""."""
+    step = rounding(vertices, scale)
+    if suffix not in SINGLE or step <= COARSE:
+        return ""
+    return (
+        f"{suffix[1:].upper()} stores coordinates as large as {np.abs(vertices).max():.3g} in steps of {step:.1g} of "
+        "the shape's radius; PLY and OBJ keep them, and --space model leaves the place out"
+    )
+
+
+def _double_ply(mesh: trimesh.Trimesh, normals: bool, colors: bool) -> bytes:
+    """Write a PLY whose coordinates are doubles. normals, colors: whether to write those of the vertices."""
+    columns: list[tuple[str, str, NDArray[Any]]] = [
+        (name, "f8", column) for name, column in zip("xyz", mesh.vertices.T, strict=True)
+    ]
+    if normals:
+        columns += [(f"n{name}", "f4", column) for name, column in zip("xyz", mesh.vertex_normals.T, strict=True)]
+    if colors:
+        visual: Any = mesh.visual
+        rgb = np.asarray(visual.vertex_colors)[:, :3].T
+        columns += [(name, "u1", column) for name, column in zip(("red", "green", "blue"), rgb, strict=True)]
+    vertices = np.empty(len(mesh.vertices), [(name, "<" + kind) for name, kind, _ in columns])
+    for name, _, column in columns:
+        vertices[name] = column
+    faces = np.empty(len(mesh.faces), [("count", "u1"), ("index", "<i4", 3)])
+    faces["count"], faces["index"] = 3, mesh.faces
+    words = {"f8": "double", "f4": "float", "u1": "uchar"}
+    lines = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
+    lines += [f"property {words[kind]} {name}" for name, kind, _ in columns]
+    lines += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header", ""]
+    return "\n".join(lines).encode() + vertices.tobytes() + faces.tobytes()
 
 
 def as_trimesh(

@@ -14,8 +14,8 @@ from PIL import Image
 from mplicits.readers.content import Mesh
 from mplicits.readers.read import read_shape
 from mplicits.readers.tidy import tidy
-from support.paths import DATA
-from support.studio_files import CASES, Reader, files_at, points_of, shape_reader
+from support.paths import CASES, DATA
+from support.studio_files import Reader, files_at, points_of, shape_reader
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser

@@ -12,3 +12,5 @@ DEMO = TESTS / "data" / "demo.safetensors"
 """A small trained and textured model."""
 DATA = Path(os.environ.get("MPLICITS_DATA", ROOT.parent / "shared" / "data"))
 """Meshes and scans that are not part of the project; tests that need one skip where it is missing."""
+CASES = DATA.parent / "cases"
+"""Files that people have and that go wrong elsewhere, with what is right in their README; not part of the project."""

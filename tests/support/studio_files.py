@@ -10,13 +10,9 @@ import numpy as np
 
 from mplicits.studio.page import MESHES, script
 
-from .paths import DATA
-
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-CASES = DATA.parent / "cases"
-"""Files that people have and that go wrong elsewhere; not part of the project."""
 Files = Mapping[str, bytes]
 """Path -> content."""
 Read = Callable[[Files], dict[str, Any]]
