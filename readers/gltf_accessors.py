@@ -115,8 +115,7 @@ def _meshopt(gltf: Gltf, compressed: dict[str, Any]) -> bytes:
             return _indices(meshoptimizer.decode_index_buffer(count, stride, data), stride)
         if mode == "INDICES":
             return _indices(meshoptimizer.decode_index_sequence(count, stride, data), stride)
-        decoded = np.asarray(meshoptimizer.decode_vertex_buffer(count, stride, data, dtype=np.dtype(np.uint8)))
-        decoded = np.ascontiguousarray(decoded).view(np.uint8).reshape(-1)
+        decoded = np.frombuffer(np.asarray(meshoptimizer.decode_vertex_buffer(count, stride, data)).tobytes(), np.uint8)
         filters = {
             "OCTAHEDRAL": meshoptimizer.decode_filter_oct,
             "QUATERNION": meshoptimizer.decode_filter_quat,
@@ -129,4 +128,5 @@ def _meshopt(gltf: Gltf, compressed: dict[str, Any]) -> bytes:
 
 
 def _indices(decoded: NDArray[Any], stride: int) -> bytes:
-    return np.asarray(decoded).astype(f"<u{stride}").tobytes()
+    """Return the indices' bytes: the library fills the first ones of an array of 32 bits."""
+    return np.asarray(decoded).tobytes()[: stride * len(decoded)]

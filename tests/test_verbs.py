@@ -4,6 +4,7 @@ import inspect
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -197,14 +198,15 @@ def test_a_callback_may_end_a_training() -> None:
 
 def test_wrong_arguments_of_train_are_refused() -> None:
     vertices = trimesh.creation.icosphere(1).vertices
-    for shape, message in (
+    cases: tuple[tuple[Any, str], ...] = (
         ((vertices, np.array([[0, 1, 99]])), "faces refer to missing vertices"),
         ((vertices, np.array([[0, 1]])), r"\(F, 3\) is needed"),
         ((vertices, vertices[:5]), "differ in number"),
         ((vertices[:, :2], vertices), r"\(N, 3\) is needed"),
         (7, "a shape is a file"),
         ((vertices, vertices + 0.5, vertices, vertices), "a shape is a file"),
-    ):
+    )
+    for shape, message in cases:
         with pytest.raises(mplicits.UserError, match=message):
             mplicits.train(shape, "8x0", steps=1, quiet=True)
     for options, message in (

@@ -138,8 +138,8 @@ def test_without_an_image_there_are_no_colors_but_one_warning(
 
 def test_factors_are_linear_and_multiply() -> None:
     red = np.asarray(to_srgb(np.array((0.8, 0.05, 0.02))))
-    assert_colors(loaded("g_factor_only.glb")[0], red)
-    assert_colors(loaded("g_specgloss.glb")[0], np.asarray(to_srgb(np.array((0.8, 0.1, 0.1)))))
+    assert_colors(loaded("g_factor_only.glb")[0], red.astype(np.float64))
+    assert_colors(loaded("g_specgloss.glb")[0], np.asarray(to_srgb(np.array((0.8, 0.1, 0.1))), np.float64))
     shape, warnings = loaded("o_kd_no_uv.obj")
     assert_colors(shape, np.array((0.8, 0.2, 0.1)))
     assert warnings == []
@@ -294,14 +294,16 @@ def test_photographs_that_cannot_be_used_are_refused() -> None:
 
 def test_python_takes_what_files_hold() -> None:
     mesh: Any = trimesh.load(CASES / "uv_sphere_degenerate.obj", process=False)
-    scene = trimesh.Scene()
-    scene.add_geometry(mesh, transform=trimesh.transformations.translation_matrix((5, 0, 0)))
-    scene.add_geometry(mesh)
+    scene: Any = trimesh.Scene(mesh)
+    moved = np.eye(4)
+    moved[0, 3] = 5
+    scene.add_geometry(mesh, transform=moved)
     line = mplicits.check(scene).line
     assert line.startswith("arrays: 2 meshes, 1,440 triangles, 2 parts")
     with np.load(CASES / "n_colors.npz") as arrays:
         points, colors = arrays["points"], arrays["colors"]
-    cloud: Any = trimesh.PointCloud(points, np.round(colors * 255).astype(np.uint8))
+    point_cloud: Any = trimesh.PointCloud
+    cloud = point_cloud(points, np.round(colors * 255).astype(np.uint8))
     for shape in (cloud, points, (points,), {"xyz": points}):
         assert mplicits.check(shape, noise=0).line.startswith("arrays: 3,000 points, normals estimated")
     assert mplicits.check((mesh.vertices, mesh.faces.astype(float))).line.startswith("arrays: 1 mesh, 720 triangles")
