@@ -42,7 +42,7 @@ def to_bytes(mesh: Mesh, suffix: str, center: tuple[float, float, float], scale:
     if suffix == ".ply" and rounding(written.vertices, scale) > FINE:
         return _double_ply(written, mesh.normals is not None, mesh.colors is not None)
     # Decimals of an OBJ, so that a small shape keeps its digits, too.
-    more = {"digits": max(8, 7 - math.floor(math.log10(scale)))} if suffix == ".obj" else {}
+    more: dict[str, Any] = {"digits": max(8, 7 - math.floor(math.log10(scale)))} if suffix == ".obj" else {}
     data = written.export(file_type=suffix[1:], **OPTIONS[suffix], **more)
     return data.encode() if isinstance(data, str) else bytes(data)
 

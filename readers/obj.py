@@ -19,6 +19,7 @@ from .images import Missing, load_picture
 from .mtl import ObjMaterial, read_materials
 from .paint import Material, Paint, Picture
 from .polygons import triangulated
+from .text_numbers import numbers
 from .values import CornerValues, Doubles, Integers
 
 PLACEHOLDERS = ((1.0, 1.0, 1.0), (0.8, 0.8, 0.8), (0.4, 0.4, 0.4), (0.0, 0.0, 0.0))
@@ -112,7 +113,7 @@ def _numbers(lines: list[str], keyword: str) -> Doubles:
     if not lines:
         return np.zeros((0, 3))
     try:
-        flat = np.array(" ".join(lines).split(), dtype="S32").astype(np.float64)
+        flat = numbers(" ".join(lines))
         width = len(lines[0].split())
         if len(flat) == width * len(lines) and len(lines[-1].split()) == width:
             return np.asarray(flat.reshape(len(lines), width))
@@ -135,7 +136,7 @@ def _corners(lines: Lines, vertices: int) -> tuple[Integers, Integers]:
         if joined.count("/") == slashes * len(flat) and all(word.count("/") == slashes for word in flat):
             spaced = joined.replace("//", "/0/").replace("/ ", "/0 ").replace("/", " ")
             spaced += "0" if joined.endswith("/") else ""
-            table = np.array(spaced.split(), dtype="S20").astype(np.int64).reshape(len(flat), slashes + 1)
+            table = numbers(spaced).astype(np.int64).reshape(len(flat), slashes + 1)
         else:
             table = np.array([[int(part or 0) for part in [*word.split("/"), "", ""][:3]] for word in flat], np.int64)
     except ValueError:

@@ -4,7 +4,6 @@ Why not a library: trimesh refuses rows of different lengths, plyfile is under t
 """
 
 import re
-import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..model.errors import UserError
 from ..model.files import show
+from .text_numbers import numbers
 
 TYPES = {
     **{"char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2"},
@@ -109,16 +109,14 @@ def _header(lines: list[str]) -> tuple[str, list[Element], list[str]]:
 def _read_text(data: bytes, elements: list[Element]) -> None:
     """Fill the columns from text."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")  # it warns of a word in place of a number, and stops there
-            numbers = np.fromstring(data.decode("latin-1"), np.float64, sep=" ")
-    except (ValueError, DeprecationWarning):
+        words = numbers(data.decode("latin-1"))
+    except ValueError:
         raise UserError(f"{DAMAGED} (a word in place of a number)") from None
     at = 0
     for element in elements:
         if not _lists_of(element):
             width = len(element.properties)
-            rows = numbers[at : at + width * element.count]
+            rows = words[at : at + width * element.count]
             if len(rows) < width * element.count:
                 raise _too_short(element)
             table = rows.reshape(element.count, width) if width else rows
@@ -126,10 +124,10 @@ def _read_text(data: bytes, elements: list[Element]) -> None:
                 element.columns[each.name] = table[:, k].astype(each.kind)
             at += width * element.count
             continue
-        at = _text_lists(numbers, at, element)
+        at = _text_lists(words, at, element)
 
 
-def _text_lists(numbers: NDArray[np.float64], at: int, element: Element) -> int:
+def _text_lists(words: NDArray[np.float64], at: int, element: Element) -> int:
     """Fill the columns of an element with lists. Returns the place after it."""
     starts: dict[str, list[int]] = {each.name: [] for each in element.properties}
     lengths: dict[str, list[int]] = {each.name: [] for each in element.properties}
@@ -138,17 +136,17 @@ def _text_lists(numbers: NDArray[np.float64], at: int, element: Element) -> int:
             for each in element.properties:
                 length = 1
                 if each.count:
-                    length, at = int(numbers[at]), at + 1
+                    length, at = int(words[at]), at + 1
                 starts[each.name].append(at)
                 lengths[each.name].append(length)
                 at += length
     except (IndexError, ValueError):
         raise _too_short(element) from None
-    if at > len(numbers):
+    if at > len(words):
         raise _too_short(element)
     for each in element.properties:
         first, sizes = np.array(starts[each.name], np.int64), np.array(lengths[each.name], np.int64)
-        values = numbers[_ranges(first, sizes)].astype(each.kind)
+        values = words[_ranges(first, sizes)].astype(each.kind)
         if each.count:
             element.lists[each.name] = Lists(sizes, values)
         else:

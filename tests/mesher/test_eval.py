@@ -159,7 +159,7 @@ def test_a_mesh_is_compared_with_a_mesh(truth: Path, tmp_path: Path, capsys: pyt
         (b"\x89PNG\r\n\x1a\n" + bytes(64), "picture.png", "not a mesh by its suffix"),
         (b"\x89PNG\r\n\x1a\n" + bytes(64), "picture.ply", "not a readable PLY file"),
         (b"", "empty.obj", "empty.obj"),
-        (b"\x89PNG\r\n\x1a\n" + bytes(range(256)), "picture.obj", "no triangles"),
+        (b"\x89PNG\r\n\x1a\n" + bytes(range(256)), "picture.obj", "not a readable OBJ"),
         (b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "nan.obj", "not finite"),
         (b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "flat.obj", "zero area"),
     ],

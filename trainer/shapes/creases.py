@@ -73,11 +73,10 @@ def face_areas(vertices: Doubles, faces: Integers) -> Doubles:
     return np.concatenate([np.linalg.norm(_cross(vertices, faces[part]), axis=1) / 2 for part in _chunks(len(faces))])
 
 
-def edge_pairs(faces: Integers, *, opposite: bool = True) -> tuple[Integers, Integers]:
-    """Pair the half edges that run along one edge, if exactly two faces share the edge.
+def edge_pairs(faces: Integers) -> tuple[Integers, Integers]:
+    """Pair the half edges that run along one edge in opposite directions, if exactly two faces share the edge.
 
-    Half edge 3 f + k starts at corner k of face f. opposite: only those that run in opposite directions. Returns the
-    half edges of both sides, (E,) and (E,).
+    Half edge 3 f + k starts at corner k of face f. Returns the half edges of both sides, (E,) and (E,).
     """
     keys = _edge_keys(faces)
     order = np.argsort(keys, kind="stable")
@@ -85,11 +84,9 @@ def edge_pairs(faces: Integers, *, opposite: bool = True) -> tuple[Integers, Int
     at = np.flatnonzero(np.concatenate(([True], keys[1:] != keys[:-1])))
     at = at[np.diff(at, append=len(keys)) == 2]
     first, second = order[at], order[at + 1]
-    if not opposite:
-        return first, second
     corners = faces.ravel()
-    against = corners[first] == corners[next_half_edges(second)]
-    return first[against], second[against]
+    opposite = corners[first] == corners[next_half_edges(second)]
+    return first[opposite], second[opposite]
 
 
 def next_half_edges(half_edges: Integers) -> Integers:

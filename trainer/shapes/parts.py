@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from .creases import Integers, edge_pairs, face_areas
+from .creases import Integers, face_areas
 from .shape import Doubles
 
 OPENEST = 0.6
@@ -35,16 +35,37 @@ class Facing:
     """Radius of the part of the largest area, as a share of the whole mesh's."""
 
 
+@dataclass(frozen=True, eq=False)
+class _Edges:
+    """The half edges of faces (F, 3), sorted so that those of one edge follow one another."""
+
+    half: Integers
+    """(3 F,); half edge 3 f + k starts at corner k of face f."""
+    first: Integers
+    """(E,), the place in `half` at which each edge begins."""
+    counts: Integers
+    """(E,), the half edges of each edge."""
+
+
+def _edges(faces: Integers) -> _Edges:
+    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    key = np.minimum(start, end) * (int(faces.max()) + 1) + np.maximum(start, end)
+    half = np.argsort(key, kind="stable")
+    first = np.flatnonzero(np.concatenate(([True], key[half[1:]] != key[half[:-1]])))
+    return _Edges(half, first, np.diff(first, append=len(half)))
+
+
 def facing(vertices: Doubles, faces: Integers) -> Facing:
     """Find the faces to turn, so that each part is consistent and points outward.
 
     vertices: (V, 3). faces: (F, 3). A part that lies inside others and points inward is a cavity, and stays; so does
     an open part without a clear volume, such as terrain.
     """
-    signs, disagreeing = _consistent(vertices, faces)
+    edges = _edges(faces)
+    signs, disagreeing = _consistent(vertices, faces, edges)
     turned_faces = np.where((signs < 0)[:, None], faces[:, ::-1], faces)
-    count, part = _parts(faces)
-    areas, volumes, clear = _measures(vertices, turned_faces, part, count)
+    count, part = _parts(faces, edges)
+    areas, volumes, clear = _measures(vertices, turned_faces, part, count, edges)
     sense = np.where(clear, np.sign(volumes), 0)
     inverted = bool(volumes[clear].sum() < 0)
     flips = np.full(count, inverted) & clear
@@ -55,7 +76,7 @@ def facing(vertices: Doubles, faces: Integers) -> Facing:
         inside = _inside(vertices, faces, part, inward, solid)
         flips[inward[~inside]] ^= True
     if not clear.any() and count > 1:  # triangles without common edges: only the whole may have a volume
-        _, volume, whole = _measures(vertices, turned_faces, np.zeros_like(part), 1)
+        _, volume, whole = _measures(vertices, turned_faces, np.zeros_like(part), 1, edges)
         inverted = bool(whole[0] and volume[0] < 0)
         flips[:] = inverted
     sized = np.bincount(part, areas, count)
@@ -88,13 +109,16 @@ def facing_warnings(found: Facing) -> list[str]:
     return lines
 
 
-def _consistent(vertices: Doubles, faces: Integers) -> tuple[NDArray[np.int64], float]:
+def _consistent(vertices: Doubles, faces: Integers, edges: _Edges) -> tuple[NDArray[np.int64], float]:
     """Return 1 or -1 for each face (F,) so that faces with a common edge agree, and the share of edges that did not.
 
     Edges of three or more faces say nothing. The larger area of each patch keeps its side.
     """
     signs = np.ones(len(faces), np.int64)
-    one, other, agree = _neighbors(faces)
+    pairs = edges.first[edges.counts == 2]
+    one, other = edges.half[pairs], edges.half[pairs + 1]
+    corners = faces.ravel()
+    agree = np.asarray(corners[one] != corners[other])  # they run in opposite ways
     if agree.all():
         return signs, 0.0
     count = len(faces)
@@ -120,28 +144,19 @@ def _consistent(vertices: Doubles, faces: Integers) -> tuple[NDArray[np.int64], 
     return signs, float(np.mean(~agree))
 
 
-def _neighbors(faces: Integers) -> tuple[Integers, Integers, NDArray[np.bool_]]:
-    """Pair the half edges (E,), (E,) of edges with exactly two faces, and say which pairs run in opposite ways."""
-    one, other = edge_pairs(faces, opposite=False)
-    corners = faces.ravel()
-    return one, other, np.asarray(corners[one] != corners[other])
-
-
-def _parts(faces: Integers) -> tuple[int, Integers]:
+def _parts(faces: Integers, edges: _Edges) -> tuple[int, Integers]:
     """Count the parts, which share no edge, and number the part (F,) of each face."""
-    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    key = np.minimum(start, end) * (int(faces.max()) + 1) + np.maximum(start, end)
-    _, edge = np.unique(key, return_inverse=True)
-    face = np.repeat(np.arange(len(faces)), 3)
-    edges = int(edge.max()) + 1
-    size = len(faces) + edges
-    links = coo_array((np.ones(len(face), np.int8), (face, edge.ravel() + len(faces))), shape=(size, size))
+    follows = np.ones(len(edges.half), np.bool_)
+    follows[edges.first] = False
+    at = np.flatnonzero(follows)
+    one, other = edges.half[at - 1] // 3, edges.half[at] // 3
+    links = coo_array((np.ones(len(one), np.int8), (one, other)), shape=(len(faces), len(faces)))
     count, label = connected_components(links, directed=False)
-    return int(count), np.asarray(label[: len(faces)], np.int64)
+    return int(count), np.asarray(label, np.int64)
 
 
 def _measures(
-    vertices: Doubles, faces: Integers, part: Integers, count: int
+    vertices: Doubles, faces: Integers, part: Integers, count: int, edges: _Edges
 ) -> tuple[Doubles, Doubles, NDArray[np.bool_]]:
     """Return the faces' areas (F,), each part's volume (P,), and whether its sign is clear (P,).
 
@@ -150,7 +165,7 @@ def _measures(
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     vectors = np.cross(b - a, c - a) / 2
     areas = np.linalg.norm(vectors, axis=1)
-    middle = _middles(vertices, faces, part, count)
+    middle = _middles(vertices, faces, part, count, edges)
     volumes = np.bincount(part, np.einsum("ij,ij->i", a - middle[part], vectors) / 3, count)
     area = np.bincount(part, areas, count)
     across = np.stack([np.bincount(part, column, count) for column in vectors.T], axis=1)
@@ -160,22 +175,19 @@ def _measures(
     return areas, volumes.astype(np.float64), np.asarray((openness < OPENEST) & thick)
 
 
-def _middles(vertices: Doubles, faces: Integers, part: Integers, count: int) -> Doubles:
+def _middles(vertices: Doubles, faces: Integers, part: Integers, count: int, edges: _Edges) -> Doubles:
     """Return the middle (P, 3) of each part's border; of the whole part where it has none."""
+    border = edges.half[edges.first[edges.counts == 1]]
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    key = np.minimum(start, end) * (int(faces.max()) + 1) + np.maximum(start, end)
-    _, first, counts = np.unique(key, return_index=True, return_counts=True)
-    border = first[counts == 1]
     points = (vertices[start[border]] + vertices[end[border]]) / 2
     owner = part[border // 3]
-    centers = vertices[faces].mean(axis=1)
 
     def means(at: Integers, rows: Doubles) -> Doubles:
         sums = np.stack([np.bincount(at, column, count) for column in rows.T], axis=1)
         return np.asarray(sums / np.maximum(np.bincount(at, minlength=count), 1)[:, None])
 
     has_border = np.bincount(owner, minlength=count) > 0
-    return np.where(has_border[:, None], means(owner, points), means(part, centers))
+    return np.where(has_border[:, None], means(owner, points), means(part, vertices[faces[:, 0]]))
 
 
 def _inside(vertices: Doubles, faces: Integers, part: Integers, asked: Integers, solid: Integers) -> NDArray[np.bool_]:

@@ -1,0 +1,130 @@
+"""Layouts of photographs beyond those of the cases: COLMAP's models, gaps, masks by name, and wrong pairings."""
+
+import json
+import struct
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from mplicits.capture.folder import read_photographs
+from mplicits.capture.pairing import AGREE, agreement, pairing_line
+from mplicits.model.errors import UserError
+from support.ball_photographs import FOCAL, poses, write_sphere_layout, write_transforms_layout
+
+SIZE, COUNT = 48, 12
+
+
+def quaternion(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+    """W x y z of a rotation (3, 3)."""
+    x, y, z, w = Rotation.from_matrix(matrix).as_quat()
+    return np.array((w, x, y, z))
+
+
+def write_colmap(folder: Path, binary: bool, model: str = "PINHOLE") -> None:
+    """Write the ball's photographs in the layout of COLMAP, in reverse order, each with two points."""
+    write_transforms_layout(folder / "images", COUNT, SIZE)
+    (folder / "images" / "transforms.json").unlink()
+    sparse = folder / "sparse" / "0"
+    sparse.mkdir(parents=True)
+    numbers = [FOCAL * SIZE, FOCAL * SIZE, SIZE / 2, SIZE / 2] + [0.0] * (4 if "OPENCV" in model else 0)
+    views = []
+    for k, pose in reversed(list(enumerate(poses(COUNT)))):
+        outside = np.diag([1.0, -1.0, -1.0, 1.0]) @ np.linalg.inv(pose)
+        views.append((k + 1, quaternion(outside[:3, :3]), outside[:3, 3], f"{k:03}.png"))
+    if binary:
+        kinds = {"PINHOLE": 1, "OPENCV": 4, "OPENCV_FISHEYE": 5}
+        head = struct.pack("<QiiQQ", 1, 7, kinds[model], SIZE, SIZE)
+        (sparse / "cameras.bin").write_bytes(head + struct.pack(f"<{len(numbers)}d", *numbers))
+        data = struct.pack("<Q", len(views))
+        for number, turn, moved, name in views:
+            data += struct.pack("<i7di", number, *turn, *moved, 7) + name.encode() + b"\0"
+            data += struct.pack("<Q", 2) + 2 * struct.pack("<ddq", 1, 2, -1)
+        (sparse / "images.bin").write_bytes(data)
+        return
+    (sparse / "cameras.txt").write_text(f"# cameras\n7 {model} {SIZE} {SIZE} {' '.join(map(str, numbers))}\n")
+    lines = ["# two lines for each image"]
+    for number, turn, moved, name in views:
+        lines += [" ".join(map(str, [number, *turn, *moved, 7, name])), "1 2 -1 3 4 -1" if number % 2 else ""]
+    (sparse / "images.txt").write_text("\n".join(lines) + "\n")
+
+
+@pytest.mark.parametrize("binary", [False, True])
+@pytest.mark.parametrize("model", ["PINHOLE", "OPENCV"])
+def test_colmap_s_models_are_read(binary: bool, model: str, tmp_path: Path) -> None:
+    write_colmap(tmp_path, binary, model)
+    found, warnings = read_photographs(tmp_path, sphere=(0.0, 0.0, 0.0, 1.0), up="y")
+    assert warnings == []
+    assert [view.name for view in found.views] == [f"{k:03}.png" for k in range(COUNT)]
+    for view, pose in zip(found.views, poses(COUNT), strict=True):
+        np.testing.assert_allclose(view.eye, pose[:3, 3], atol=1e-9)
+    assert agreement(found) == pytest.approx(1, abs=0.01)
+
+
+@pytest.mark.parametrize("binary", [False, True])
+def test_a_lens_that_is_no_pinhole_is_refused(binary: bool, tmp_path: Path) -> None:
+    write_colmap(tmp_path, binary, "OPENCV_FISHEYE")
+    with pytest.raises(UserError, match="camera model OPENCV_FISHEYE is not known; undistort"):
+        read_photographs(tmp_path)
+
+
+def test_damaged_models_are_one_line(tmp_path: Path) -> None:
+    write_colmap(tmp_path, True)
+    path = tmp_path / "sparse" / "0" / "images.bin"
+    path.write_bytes(path.read_bytes()[:300])
+    with pytest.raises(UserError, match="not a readable sparse model"):
+        read_photographs(tmp_path)
+
+
+def test_a_missing_picture_leaves_a_gap_not_a_shift(tmp_path: Path) -> None:
+    write_sphere_layout(tmp_path / "s", COUNT, SIZE)
+    for folder in ("image", "mask"):
+        (tmp_path / "s" / folder / "003.png").unlink()
+    found, _ = read_photographs(tmp_path / "s")
+    assert len(found.views) == COUNT - 1
+    assert agreement(found) == pytest.approx(1, abs=0.01)
+
+
+def test_hidden_files_are_no_photographs(tmp_path: Path) -> None:
+    write_sphere_layout(tmp_path / "s", COUNT, SIZE)
+    for k in range(COUNT):
+        (tmp_path / "s" / "image" / f"._{k:03}.png").write_bytes(b"\0\5\x16\7mac")
+    assert len(read_photographs(tmp_path / "s")[0].views) == COUNT
+
+
+def test_photographs_of_other_cameras_are_said(tmp_path: Path) -> None:
+    write_sphere_layout(tmp_path / "s", COUNT, SIZE)
+    found, _ = read_photographs(tmp_path / "s")
+    line, warning = pairing_line(found)
+    assert line.startswith(f"s: {COUNT} photographs of {SIZE} x {SIZE}, y up, cameras 3 radii")
+    assert warning == ""
+    # The ball looks alike from all sides: move it out of the middle of each picture.
+    masks = [np.roll(view.mask, (k * 3) % 17, axis=1) for k, view in enumerate(found.views) if view.mask is not None]
+    wrong = replace(found, views=tuple(replace(v, mask=m) for v, m in zip(found.views, masks, strict=True)))
+    share = agreement(wrong)
+    assert share is not None
+    assert share < AGREE
+    assert "in the order of the cameras" in pairing_line(wrong)[1]
+
+
+@pytest.mark.parametrize(("key", "value"), [("camera_model", "EQUIRECTANGULAR"), ("is_fisheye", True)])
+def test_unknown_cameras_of_a_transforms_file_are_refused(key: str, value: object, tmp_path: Path) -> None:
+    write_transforms_layout(tmp_path / "t", 4, SIZE)
+    path = tmp_path / "t" / "transforms.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
+    with pytest.raises(UserError, match="is not known; undistort"):
+        read_photographs(tmp_path / "t")
+
+
+def test_neus2_s_cameras_may_have_y_down(tmp_path: Path) -> None:
+    write_transforms_layout(tmp_path / "t", COUNT, SIZE)
+    path = tmp_path / "t" / "transforms.json"
+    content = json.loads(path.read_text())
+    for frame in content["frames"]:
+        frame["transform_matrix"] = (np.array(frame["transform_matrix"]) @ np.diag([1, -1, -1, 1])).tolist()
+    path.write_text(json.dumps(content | {"from_na": True}))
+    found, _ = read_photographs(tmp_path / "t")
+    assert agreement(found) == pytest.approx(1, abs=0.01)
