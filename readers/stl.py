@@ -48,6 +48,7 @@ def _binary(data: bytes) -> np.typing.NDArray[np.float32]:
 
 def _text(data: bytes) -> np.typing.NDArray[np.float64]:
     """Return the corners (F, 3, 3) of a text of any number of solids."""
+    data = data.replace(b"\r", b"\n")
     rows = re.findall(rb"^\s*vertex\s+(\S+)[ \t]+(\S+)[ \t]+(\S+)", data, re.MULTILINE | re.IGNORECASE)
     try:
         numbers = np.array(rows, dtype="S").astype(np.float64).reshape(-1, 3)

@@ -36,15 +36,16 @@ def read_table(path: Path) -> Table:
     text = _decoded(data)
     lines = [line for line in re.split(r"\r\n|\r|\n", text) if line.strip()]
     delimiter, decimal = _separators(lines)
-    start, head = 0, []
-    while start < len(lines) and start < MOST_HEADER and not _is_row(_cells(lines[start], delimiter, decimal)):
-        head.append(lines[start])
-        start += 1
+    cells = [_cells(line, delimiter, decimal) for line in lines[:MOST_HEADER]]
+    # Rows of numbers alone; or, in a table with columns of words, rows with three numbers.
+    rows_of = [[k for k, each in enumerate(cells) if test(each)] for test in (_is_row, _has_numbers)]
+    start = next((found[0] for found in rows_of if found), MOST_HEADER)
+    head = lines[:start]
     body = [line for line in lines[start:] if not line.lstrip().startswith(("#", "//"))]
     # A count comes before the rows, or alone in the first of them.
     if len(body) > 1 and len(_cells(body[0], delimiter, decimal)) == 1 < len(_cells(body[1], delimiter, decimal)):
         body = body[1:]
-    if not body or start == MOST_HEADER:
+    if not body or start >= len(cells):
         raise UserError(f"not a readable {path.suffix[1:].upper()} file (no rows of numbers)")
     rows = _numbers(body, delimiter, decimal, path.suffix[1:].upper())
     return Table(_names(head, delimiter, rows.shape[1]), rows)
@@ -78,6 +79,10 @@ def _is_row(cells: list[str]) -> bool:
     return bool(cells) and all(_value(cell) is not None for cell in cells) and any(map(_is_number, cells))
 
 
+def _has_numbers(cells: list[str]) -> bool:
+    return sum(map(_is_number, cells)) >= 3
+
+
 def _is_number(cell: str) -> bool:
     return cell.lower() not in MISSING and _value(cell) is not None
 
@@ -104,9 +109,9 @@ def _numbers(body: list[str], delimiter: str | None, decimal: bool, kind: str) -
         cells = _cells(line, delimiter, decimal)
         values = [_value(cell) for cell in cells]
         wrong = next((cell for cell, value in zip(cells, values, strict=True) if value is None), None)
-        if wrong is not None:
+        if wrong is not None and not _has_numbers(cells):
             raise UserError(f"not a readable {kind} file (row {number}: {show(wrong)[:40]!r} is no number)")
-        found.append(values)
+        found.append([np.nan if value is None else value for value in values])
     width = max(map(len, found))
     if short := sum(len(row) < width for row in found):
         if 2 * short > len(found) or not delimiter:

@@ -85,7 +85,7 @@ def frames_source(folder: str | Path | Arrays, options: TrainingOptions) -> Sour
         raise UserError(f"{show(folder)}: {len(paths)} meshes (PLY OBJ STL GLB); a motion needs at least two moments")
 
     def load_moments(progress: TrainingProgress, _: str) -> Loaded:
-        shapes, warnings = _shapes([str(path) for path in paths], None, options)
+        shapes, warnings = _shapes([str(path) for path in paths], None, options, progress)
         place = common_place(shapes)
         moments = [placed(shape, *place) for shape in shapes]
         return _moving(moments, folder.name, place, progress), warnings
@@ -110,7 +110,7 @@ def morph_source(
     paths = [Path(end) for end in ends if isinstance(end, str)]
 
     def load_ends(progress: TrainingProgress, _: str) -> Loaded:
-        shapes, warnings = _shapes(ends, surface_of, options)
+        shapes, warnings = _shapes(ends, surface_of, options, progress)
         if options.in_place:
             place = common_place(shapes)
             moments = [placed(shape, *place) for shape in shapes]
@@ -130,9 +130,12 @@ def _end_path(name: str) -> str:
 
 
 def _shapes(
-    ends: Sequence[str | Model], surface_of: Callable[[Model], ModelSurface] | None, options: TrainingOptions
+    ends: Sequence[str | Model],
+    surface_of: Callable[[Model], ModelSurface] | None,
+    options: TrainingOptions,
+    progress: TrainingProgress,
 ) -> tuple[list[ColoredShape], list[str]]:
-    """Load shapes, and return them with warnings. Raises UserError for point clouds.
+    """Load shapes, say what was read of them, and return them with warnings. Raises UserError for point clouds.
 
     surface_of: extracts the surface of a model; None: there are only meshes. The axis that points up is the user's, or
     that of each file's format.
@@ -150,6 +153,8 @@ def _shapes(
             raise UserError(f"{show(name)}: a point cloud cannot move; train a model of it first, and morph that")
         shapes.append(shape)
         warnings += more
+        if shape.taken is not None and not options.quiet:
+            progress.say(shape.taken.line())
     return shapes, warnings
 
 

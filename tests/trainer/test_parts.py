@@ -1,5 +1,7 @@
 """Each part of a mesh or a cloud is made consistent and turned outward by itself; cavities and open sheets stay."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 import trimesh

@@ -79,16 +79,13 @@ def facing(vertices: Doubles, faces: Integers) -> Facing:
         _, volume, whole = _measures(vertices, turned_faces, np.zeros_like(part), 1, edges)
         inverted = bool(whole[0] and volume[0] < 0)
         flips[:] = inverted
-    sized = np.bincount(part, areas, count)
-    used = vertices[faces[part == int(sized.argmax())]].reshape(-1, 3)
-    reach = _radius(vertices[faces].reshape(-1, 3))
     return Facing(
         flipped=(signs < 0) ^ flips[part],
         parts=count,
         turned=int(np.count_nonzero(flips)),
         whole=bool(flips[clear].all()) if clear.any() else bool(flips.all()),
         disagreeing=disagreeing,
-        main=_radius(used) / reach if reach else 1.0,
+        main=_main_part(vertices, faces, part, areas) if count > 1 else 1.0,
     )
 
 
@@ -202,6 +199,13 @@ def _inside(vertices: Doubles, faces: Integers, part: Integers, asked: Integers,
     winding = igl.FastWindingNumberBVH()
     winding.init(np.ascontiguousarray(vertices), np.ascontiguousarray(solid))
     return np.asarray((winding.winding_number(points) > 0.5).reshape(-1, WITNESSES).mean(axis=1) > 0.5)
+
+
+def _main_part(vertices: Doubles, faces: Integers, part: Integers, areas: Doubles) -> float:
+    """Return the radius of the part of the largest area, as a share of the whole mesh's."""
+    largest = int(np.bincount(part, areas).argmax())
+    reach = _radius(vertices[faces].reshape(-1, 3))
+    return _radius(vertices[faces[part == largest]].reshape(-1, 3)) / reach if reach else 1.0
 
 
 def _radius(points: Doubles) -> float:
