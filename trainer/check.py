@@ -14,6 +14,11 @@ from .shape_picture import SIDE, drawn
 from .shapes.arrays import Arrays
 from .shapes.load import load_shape
 from .shapes.shape import Shape
+from .texture_detail import POINTS as DRAWN
+from .texture_detail import detail_line
+
+TEXTURE = (64, 2)
+"""Width and depth of the largest texture network that `train` chooses by itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,5 +63,9 @@ def check(shape: str | Path | Arrays, options: CheckOptions) -> Checked:
     )
     if loaded.moving:
         raise UserError("check: one shape at a time")
+    if loaded.colored and options.texture != "none":
+        drawn = loaded.surface(DRAWN, np.random.default_rng(0), colors=True)
+        if drawn.colors is not None and (finer := detail_line(drawn.points, drawn.colors, TEXTURE)):
+            warnings = [*warnings, finer]
     line = f"{loaded.name}: the built-in shape" if loaded.taken is None else loaded.taken.line()
     return Checked(loaded, line, tuple(warnings))

@@ -26,6 +26,7 @@ from .networks.snapshot import Snapshot
 from .part import Part
 from .settings import Settings
 from .shapes.shape import Doubles, Shape
+from .texture_detail import detail_line
 from .trained import (
     Trained,
     TrainedLevel,
@@ -207,6 +208,10 @@ class Training:
         sampler = Sampler(self._shape, self._frozen_levels(), np.random.default_rng(stage.seed))
         surface = sampler.colors(config.colors_per_sample * stage.samples)
         band = sampler.first_band(stage.samples)
+        if not self._shape.moving and surface.colors is not None:
+            points, colors = (part.cpu().numpy().astype(np.float64) for part in (surface.points, surface.colors))
+            if line := detail_line(points, colors, stage.network):
+                self._progress.say(f"warning: {line}")
         step = texture.TextureStep(surface, band, torch.Generator().manual_seed(stage.seed), config)
         network, omega, moving = stage.network, stage.omega, self._shape.moving
         task = Task(
