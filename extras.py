@@ -48,13 +48,17 @@ def extra_of(module: str, preferred: str) -> str | None:
 
 
 def advice(error: ModuleNotFoundError, preferred: str) -> str | None:
-    """Say in one line how to install a missing module; None if the error is a bug. preferred: as of `extra_of`."""
+    """Say in one line how to install a missing module; None if the error is a bug. preferred: as of `extra_of`.
+
+    The error's message may be the name of what needs the module.
+    """
     module = missing_module(error)
     if module is None:
         return None
     extra = extra_of(module, preferred)
+    what = str(error) if str(error).isidentifier() else "this"  # the name of an extension of a format
     if extra:
-        return f"this needs the package '{module}'; run: pip install 'mplicits[{extra}]' ({EXTRAS[extra].size})"
+        return f"{what} needs the package '{module}'; run: pip install 'mplicits[{extra}]' ({EXTRAS[extra].size})"
     return f"the package '{module}' is missing; run: pip install {PACKAGES.get(module, module)}"
 
 

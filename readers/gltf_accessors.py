@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..model.errors import UserError
 from ..model.files import show
-from .gltf_file import DAMAGED, Gltf, extension
+from .gltf_file import DAMAGED, Gltf, extension, needing
 from .values import Doubles
 
 TYPES = {5120: "i1", 5121: "u1", 5122: "i2", 5123: "u2", 5125: "u4", 5126: "f4", 5130: "f8"}
@@ -104,7 +104,8 @@ def _view_items(gltf: Gltf, view: object, offset: int, kind: str, width: int, co
 
 def _meshopt(gltf: Gltf, compressed: dict[str, Any]) -> bytes:
     """Decompress a view of meshopt. Raises UserError, and ModuleNotFoundError without meshoptimizer."""
-    import meshoptimizer
+    with needing(MESHOPT[0]):
+        import meshoptimizer
 
     data = np.frombuffer(_slice(gltf, compressed), np.uint8)
     try:

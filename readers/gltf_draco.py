@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..model.errors import UserError
 from ..model.files import show
 from .gltf_accessors import normalized, view_bytes
-from .gltf_file import DAMAGED, Gltf
+from .gltf_file import DAMAGED, Gltf, needing
 
 
 def decompressed(
@@ -18,7 +18,8 @@ def decompressed(
 
     attributes: of the primitive; their accessors say which are normalized. Raises ModuleNotFoundError without DracoPy.
     """
-    import DracoPy
+    with needing("KHR_draco_mesh_compression"):
+        import DracoPy
 
     data = view_bytes(gltf, compressed.get("bufferView"))
     try:

@@ -5,7 +5,8 @@ import binascii
 import json
 import struct
 import urllib.parse
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -85,6 +86,15 @@ def extension(item: Mapping[str, Any], name: str) -> dict[str, Any] | None:
     found = item.get("extensions")
     entry = found.get(name) if isinstance(found, dict) else None
     return entry if isinstance(entry, dict) else None
+
+
+@contextmanager
+def needing(name: str) -> Iterator[None]:
+    """Let a missing package's error say which extension needs it."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(name, name=error.name) from None
 
 
 def open_gltf(path: Path) -> Gltf:

@@ -1,6 +1,7 @@
 """Formats of other libraries: each is written by its own library, or is OFF and 3MF, and read as what was written."""
 
 import json
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from mplicits import cli
 from mplicits.model.errors import UserError
 from mplicits.readers.content import Cloud, Mesh
 from mplicits.readers.read import read_shape
@@ -127,6 +129,24 @@ def test_a_gltf_with_its_files(tmp_path: Path) -> None:
     next(tmp_path.glob("*.bin")).unlink()
     with pytest.raises(UserError, match="is not there; keep it beside the glTF"):
         read_shape(tmp_path / "model.gltf")
+
+
+def test_a_missing_package_is_named_with_its_extension_and_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    glb = Glb()
+    position = glb.described(type="VEC3", componentType=5126, count=8)
+    compressed = {"bufferView": glb.view(b"DRACO"), "attributes": {"POSITION": 0}}
+    extensions = {"KHR_draco_mesh_compression": compressed}
+    write_scene(glb, {"attributes": {"POSITION": position}, "extensions": extensions}, tmp_path)
+    monkeypatch.setitem(sys.modules, "DracoPy", None)
+    monkeypatch.setattr("mplicits.extras.find_spec", lambda module: None)
+    monkeypatch.delenv("MPLICITS_RUN", raising=False)
+    assert cli.main(["check", str(tmp_path / "a.glb")]) == 2
+    said = (
+        "mplicits: KHR_draco_mesh_compression needs the package 'DracoPy'; run: pip install 'mplicits[formats]' (60 MB)"
+    )
+    assert capsys.readouterr().err.strip() == said
 
 
 @pytest.mark.parametrize("name", ["EXT_made_up", "KHR_gaussian_splatting"])

@@ -42,7 +42,8 @@ def read_triangles(path: Path, center: tuple[float, float, float], scale: float,
     try:
         mesh = load_mesh(path)
     except ModuleNotFoundError as error:
-        raise UserError(f"--mesh needs the package '{error.name}'; run: pip install 'mplicits[mesh]'") from None
+        extra = "mesh" if error.name == "trimesh" else "formats"
+        raise UserError(f"--mesh needs the package '{error.name}'; run: pip install 'mplicits[{extra}]'") from None
     if path.suffix.lower() == ".stl":
         mesh.merge_vertices()  # STL has no shared vertices
     with np.errstate(all="ignore"):  # numbers that are not finite fail below
