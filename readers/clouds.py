@@ -145,7 +145,8 @@ def mesh_of_arrays(
 def finite_cloud(points: Doubles, normals: Doubles | None, colors: Doubles | None, facts: Facts) -> Cloud:
     """Make a cloud; leave out points without finite coordinates or without a normal, with a warning that counts them.
 
-    Where no point has a normal, the cloud has none. Where most points are damaged, all stay, for `check_cloud` to say.
+    Colors that are all black are none: many programs write them where they have none. Where no point has a normal, the
+    cloud has none. Where most points are damaged, all stay, for `check_cloud` to say.
     """
     kept = np.asarray(np.isfinite(points).all(axis=1))
     if normals is not None:
@@ -155,6 +156,9 @@ def finite_cloud(points: Doubles, normals: Doubles | None, colors: Doubles | Non
             normals = None
         else:
             kept = kept & directed
+    if colors is not None and not colors.any():
+        colors = None
+        facts.warnings.append("all colors are black: left out")
     cloud = Cloud(points, normals, colors, facts)
     lost = int(np.count_nonzero(~kept))
     if not lost or 2 * lost > len(kept):

@@ -65,6 +65,7 @@ CLOUDS: dict[str, tuple[str | bytes, str, str]] = {
         "",
     ),
     "empty.xyz": (rows(POINTS, 0 * NORMALS, BYTES), "normals estimated, colors", "4 (of 9), 5 (of 9), 6 (of 9)"),
+    "black.npz": (packed(points=POINTS, normals=NORMALS, colors=0 * BYTES), "no colors", "all colors are black"),
     "deep.xyz": (rows(POINTS, BYTES * 257), "columns x y z r g b", ESTIMATED),
     "names.npz": (packed(Points=POINTS, Normals=NORMALS, colour=BYTES.astype("u1"), label=COUNTED), "colors", "label"),
     "single.npz": (packed(**dict(zip("xyz", POINTS.T, strict=True))), "columns x y z", ESTIMATED),
