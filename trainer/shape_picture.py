@@ -10,10 +10,12 @@ SIDE = 512
 SAMPLES = 600_000  # points that are drawn of a mesh
 VIEWS = ((30.0, 20.0), (210.0, -20.0))
 """Degrees around and above of the two views."""
-SPREAD = 1.4  # half the side of a point, in spacings, where points are few
+SPREAD = 1.1  # half the side of a point, in spacings, where points are few
 MARGIN = 1.08  # half the side of a view, in radii of the shape
 BACKGROUND = (1.0, 1.0, 1.0)
 PLAIN = (0.72, 0.72, 0.74)
+MOST_REACH = 15  # pixels
+GRAZING = -0.25  # normals with a smaller cosine to the eye are seen from inside; others may be of the outline
 INSIDE = (0.85, 0.1, 0.1)
 LIGHT = (0.4, 0.6, 0.7)
 """Towards the light, in the view's axes: right, up, to the eye."""
@@ -38,10 +40,10 @@ def _view(points: Doubles, normals: Doubles, colors: Doubles, azimuth: float, el
     shade = normals @ (axes.T @ (np.array(LIGHT) / np.linalg.norm(LIGHT)))
     facing = normals @ eye
     lit = colors * (0.35 + 0.65 * np.clip(shade, 0, 1))[:, None]
-    lit = np.where(facing[:, None] < 0, INSIDE, lit)
+    lit = np.where(facing[:, None] < GRAZING, INSIDE, lit)
     pixel = size / (2 * MARGIN)
     spread = SPREAD if len(points) < SAMPLES else 0.75
-    reach = int(np.clip(np.ceil(spread * pixel * np.sqrt(4 * np.pi / len(points))), 0, 8))
+    reach = int(np.clip(np.ceil(spread * pixel * np.sqrt(4 * np.pi / len(points))), 0, MOST_REACH))
     columns, rows = ((np.array(at) * pixel + size / 2).astype(np.int64) for at in (x, -y))
     nearest = np.full(size * size, -np.inf)
     picture = np.tile(np.array(BACKGROUND), (size * size, 1))
