@@ -144,7 +144,7 @@ def test_a_missing_package_is_named_with_its_extension_and_extra(
     monkeypatch.delenv("MPLICITS_RUN", raising=False)
     assert cli.main(["check", str(tmp_path / "a.glb")]) == 2
     said = (
-        "mplicits: KHR_draco_mesh_compression needs the package 'DracoPy'; run: pip install 'mplicits[formats]' (60 MB)"
+        "mplicits: KHR_draco_mesh_compression needs the package 'DracoPy'; run: pip install 'mplicits[formats]' (90 MB)"
     )
     assert capsys.readouterr().err.strip() == said
 
