@@ -68,7 +68,7 @@ def main() -> None:
         "",
         f"Spot is the gallery's; the others were trained for {arguments.seconds:g} s. Bytes: of the whole file. Bits: "
         "of the weights, over their number. Distance: mean abs(f) on the shape, in its radii; angle: mean, of the "
-        "normals; colors: root mean square difference, of 255; in brackets, over those of the float file. s: of packing.",
+        "normals; colors: root mean square difference, of 255; in brackets, over the float file's. s: of packing.",
         "",
         "| model | weights | parameters | bytes | bits | distance | angle | colors | s | load, s |",
         "| --- | --- | ---: | ---: | ---: | --- | --- | --- | ---: | ---: |",

@@ -2,6 +2,7 @@
 
 import io
 import json
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -117,18 +118,16 @@ def _run(
         components=hooks.loose_components,
         took=read.update,
     )
-    is_packed = bits is not None and not model.provenance["interrupted"]
-    if is_packed:
+    if bits is not None and not model.provenance["interrupted"]:
         from ..model.model_file import save
 
         model = hooks.pack(model, bits)
         save(model, output)
+        print(f"{show(output)}: {output.stat().st_size:,} bytes, packed", file=sys.stderr)
     if files.json:
         print(json.dumps(figures(model, output) | {"input": read}))
     else:
         print(summary(model, output))
-        if is_packed:
-            print(f"{show(output)}: {output.stat().st_size:,} bytes, packed")
     if draw is not None:
         draw(model)
     if by := ended_by():
