@@ -54,7 +54,7 @@ FAST, MANY = 1, 20
 @pytest.fixture(autouse=True)
 def few_targets(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let `info` measure the targets whose texts are fast to write."""
-    fast = {name: TARGETS[name] for name in ("html", "shadertoy", "wgsl", "c", "python")}
+    fast = {name: TARGETS[name] for name in ("shadertoy", "wgsl", "c", "python")}
     monkeypatch.setattr("mplicits.bake.facts.TARGETS", fast)
 
 
