@@ -100,7 +100,7 @@ def test_bad_dropped_files_are_reported(open_viewer: OpenViewer, tmp_path: Path)
         ("bad.glsl", b"void main() {}", "header line"),
         ("bad.glsl", b"\xff\xfe", "not text"),
         ("missing.safetensors", None, "missing.safetensors"),
-        ("notes.txt", b"", "neither a model"),
+        ("notes.docx", b"", "neither a model"),
     ):
         if content is not None:
             (tmp_path / name).write_bytes(content)
