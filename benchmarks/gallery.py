@@ -33,7 +33,7 @@ SIDE, FRONT_SIDE = 240, 420
 """Pixels per side of a panel, and of a picture in docs/demo.png."""
 WHITE = (1.0, 1.0, 1.0), (1.0, 1.0, 1.0)
 """Background at the top and at the bottom, sRGB."""
-PAGE_MOST = 300_000
+PAGE_MOST = 80_000
 """Most bytes of a web page that is written."""
 STUDIO = "studio.html"
 """Name of the page that trains."""
