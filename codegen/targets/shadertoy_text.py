@@ -37,6 +37,8 @@ HULL_LENGTH = 350
 """Approximate characters of a hull."""
 NARROW = ((8, 930, 0.03), (4, 270, 0.02))
 """Grids of narrow bands, the best first: cells along an edge, characters, largest share in the text."""
+TAP = 0.001 * math.sqrt(3)
+"""Distance of a normal's taps from the surface in glsl/shadertoy.glsl."""
 STUDIO_SHARE = 0.05
 """Largest share of the studio in the text without it. Shorter texts have only Phong shading."""
 STUDIO = re.compile(r"(?ms)^#ifdef STUDIO\n(.*?)(?:^#else\n(.*?))?^#endif\n")
@@ -59,8 +61,14 @@ def savings(program: Program, length: int) -> Savings:
         return Savings()
     planes = hull(program) if length * HULL_SHARE >= HULL_LENGTH else None
     count = next((count for count, characters, share in NARROW if characters <= share * length), None)
-    grids = () if count is None or len(program.bands) == 1 else narrow_widths(program, count)
-    return Savings(planes, grids[0] if grids else None)
+    least = narrowest(program)
+    grids = () if count is None or len(program.bands) == 1 or least >= SHARES else narrow_widths(program, count)
+    return Savings(planes, np.maximum(grids[0], np.uint8(least)) if grids else None)
+
+
+def narrowest(program: Program) -> int:
+    """Return the least width of level 1's band in its grid: the taps of a normal must not leave the band."""
+    return math.ceil(SHARES * TAP / (1 - 1 / DELTA_FACTOR) / program.bands[0].delta)
 
 
 def shader_text(

@@ -11,10 +11,12 @@ from mplicits.codegen.targets.shadertoy_text import savings, step_bound
 from mplicits.field.digits import fewest_digits
 from mplicits.field.hull import NORMALS, hull
 from mplicits.field.interpret import field
-from mplicits.field.narrow import Grid, narrow_widths
+from mplicits.field.narrow import SHARES, Grid, narrow_widths
 from mplicits.field.surface_points import on_surface
 from mplicits.ir.lower import lower
-from mplicits.model.model import Model
+from mplicits.model.gallery import model_path
+from mplicits.model.model import DELTA_FACTOR, Model
+from mplicits.model.model_file import load
 from mplicits.trainer.shapes.demo import DemoShape
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
@@ -114,6 +116,15 @@ def test_rays_enter_and_leave_a_hull() -> None:
     near, far = within(0.5 * cube, origin, np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]))
     np.testing.assert_allclose((near[0], far[0]), (2.5, 3.5))
     assert (near[1:] >= far[1:]).all()
+
+
+def test_taps_of_normals_stay_inside_narrow_bands() -> None:
+    """Spot's bands are so narrow that narrower ones left black pixels."""
+    program = lower(load(model_path("spot")))
+    narrow = savings(program, 60_000).narrow
+    assert narrow is not None
+    widths = narrow / SHARES * program.bands[0].delta
+    assert (widths * (1 - 1 / DELTA_FACTOR)).min() > 0.002 * np.sqrt(3) / 2
 
 
 def test_only_long_texts_have_a_hull_and_narrow_bands(model: Model, planes: NDArray[np.float64], narrow: Grid) -> None:
