@@ -26,6 +26,7 @@ from .paint import Material, Paint, joined_paint
 from .values import CornerValues, Doubles, Integers, joined
 
 POINTS, TRIANGLES, STRIP, FAN = 0, 4, 5, 6
+BRIGHTEST = 1.001  # colors of vertices up to this are rounded
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +66,8 @@ def read_gltf(path: Path, image: Path | None, chosen: Sequence[str] | None = Non
     normals = None
     if all(part.normals is not None for part in solid):
         normals = joined([CornerValues(part.normals, part.faces) for part in solid if part.normals is not None])
+    if any(part.colors is not None and part.colors.max(initial=0) > BRIGHTEST for part in solid):
+        facts.warnings.append("COLOR_0 exceeds 1, the brightest color of glTF: larger values are clipped")
     paint = _paint(solid, path, image, facts)
     return Mesh(np.concatenate([part.points for part in solid]), faces, normals, paint, facts)
 
@@ -88,7 +91,10 @@ def _paint(parts: list[Part], path: Path, image: Path | None, facts: Facts) -> P
         picture = load_picture(path.parent, "", image, unwrapped=facts.unwrapped)
         parts = [Part(p.points, p.faces, p.normals, p.uv, None, Painted(Material(picture))) for p in parts]
     lost = sorted({part.painted.lost for part in parts if part.painted.lost})
-    bare = all(part.painted.placeholder and part.colors is None for part in parts)
+    unplaced = [part for part in parts if part.painted.material.picture is not None and part.uv is None]
+    bare = all((part.painted.placeholder or part in unplaced) and part.colors is None for part in parts)
+    if unplaced:
+        facts.warnings.append("an image is not used: its set of texture coordinates is missing")
     if lost:
         named, _, why = lost[0].rpartition(": ")
         if all(part.painted.lost for part in parts) and all(part.colors is None for part in parts):
@@ -96,7 +102,7 @@ def _paint(parts: list[Part], path: Path, image: Path | None, facts: Facts) -> P
             return None
         facts.warnings.append(f"an image is missing: {'; '.join(lost)}")
     elif bare:
-        if facts.unwrapped:
+        if facts.unwrapped and not unplaced:
             facts.warnings.append(Missing("").line())
         return None
     return joined_paint([(_of_part(part), len(part.faces)) for part in parts])
@@ -126,6 +132,8 @@ def _part(gltf: Gltf, primitive: Any, place: Placed, materials: Materials, mesh:
     for weight, target in zip(weights, primitive.get("targets", []), strict=False):
         if weight and "POSITION" in target:
             points = points + weight * doubles(gltf, target["POSITION"], 3)
+        if weight and "NORMAL" in target and normals is not None:
+            normals = normals + weight * doubles(gltf, target["NORMAL"], 3)
     if len(faces) and (faces.min() < 0 or faces.max() >= len(points)):
         raise UserError(f"{DAMAGED} (triangles refer to missing vertices)")
     points, normals = _moved(points, normals, place, arrays)
@@ -209,11 +217,7 @@ def _moved(
     moved = moved + matrices[:, :3, 3]
     if normals is None:
         return moved, None
-    with np.errstate(all="ignore"):
-        turned = (
-            np.linalg.pinv(matrices[:, :3, :3]).transpose(0, 2, 1)
-            * np.sign(np.linalg.det(matrices[:, :3, :3]))[:, None, None]
-        )
+    turned = np.linalg.pinv(matrices[:, :3, :3]).transpose(0, 2, 1)  # outward stays outward in a mirror
     if len(turned) > 1:
         return moved, np.einsum("vij,vj->vi", turned, normals)
     return moved, normals @ turned[0].T

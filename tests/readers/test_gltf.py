@@ -156,15 +156,23 @@ def test_lines_are_no_triangles(tmp_path: Path) -> None:
 def test_morph_targets_have_their_default_weights(tmp_path: Path) -> None:
     scene = Scene()
     moved = scene.glb.array(np.tile(np.array([[0, 0, 2]], np.float32), (4, 1)), "VEC3", 5126)
-    scene.primitive["targets"] = [{"POSITION": moved}]
+    up = scene.glb.array(np.tile(np.array([[0, 0, 1]], np.float32), (4, 1)), "VEC3", 5126)
+    scene.attributes["NORMAL"] = up
+    scene.primitive["targets"] = [{"POSITION": moved, "NORMAL": moved}]
     scene.mesh["weights"] = [0.5]
-    assert scene.read(tmp_path).vertices[:, 2].tolist() == [1.0] * 4
+    mesh = scene.read(tmp_path)
+    assert mesh.vertices[:, 2].tolist() == [1.0] * 4
+    assert mesh.normals is not None
+    assert mesh.normals.values.tolist() == [[0, 0, 2]] * 4
 
 
 def test_a_mirror_keeps_the_side_of_faces(tmp_path: Path) -> None:
     scene = Scene()
     scene.node["scale"] = [-1, 1, 1]
+    scene.attributes["NORMAL"] = scene.glb.array(np.tile(np.array([[-1, 0, 1]], np.float32), (4, 1)), "VEC3", 5126)
     mesh = scene.read(tmp_path)
+    assert mesh.normals is not None
+    assert mesh.normals.values.tolist() == [[1, 0, 1]] * 4
     a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
     assert (np.cross(b - a, c - a)[:, 2] > 0).all()
 
@@ -231,6 +239,20 @@ def test_a_placeholder_is_no_color(tmp_path: Path, factor: list[float] | None) -
     del scene.attributes["TEXCOORD_0"], scene.base["baseColorTexture"]
     scene.base |= {} if factor is None else {"baseColorFactor": factor}
     assert scene.read(tmp_path).paint is None
+
+
+def test_an_image_without_its_coordinates_is_said(tmp_path: Path) -> None:
+    scene = Scene()
+    scene.texture["texCoord"] = 1
+    mesh = scene.read(tmp_path)
+    assert mesh.paint is None
+    assert mesh.facts.warnings == ["an image is not used: its set of texture coordinates is missing"]
+
+
+def test_colors_above_1_are_said(tmp_path: Path) -> None:
+    scene = Scene()
+    scene.attributes["COLOR_0"] = scene.glb.array(np.full((4, 3), 200, np.float32), "VEC3", 5126)
+    assert "COLOR_0 exceeds 1" in scene.read(tmp_path).facts.warnings[0]
 
 
 def test_an_image_that_is_missing_is_named(tmp_path: Path) -> None:
