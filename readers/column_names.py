@@ -71,4 +71,5 @@ def _refuse(name: str) -> str:
 
 def unused(names: Sequence[str], used: Sequence[int]) -> list[str]:
     """List the names of the columns whose places are not in `used`, without those that nobody misses."""
-    return [name for place, name in enumerate(names) if place not in used and plain(name) not in QUIET]
+    left = [place for place, name in enumerate(names) if place not in used and plain(name) not in QUIET]
+    return [names[place] or f"{place + 1} (of {len(names)})" for place in left]

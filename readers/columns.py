@@ -30,6 +30,8 @@ def typed_colors(values: NDArray[Any]) -> Doubles:
     """
     if values.dtype.kind in "iu":
         largest = LARGEST.get(values.dtype.itemsize) if values.dtype.kind == "u" else None
+        if largest == LARGEST[2] and values.max(initial=0) <= LARGEST[1]:
+            largest = LARGEST[1]  # bytes in 16 bits: they would be black
         return values / (largest or _range_of(values.astype(np.float64)))
     found = values.astype(np.float64)
     finite = found[np.isfinite(found)]

@@ -16,6 +16,8 @@ def guessed_roles(table: Doubles) -> tuple[str, ...]:
     if width < 3:
         raise UserError(f"{width} columns; x y z [nx ny nz] [r g b] are needed")
     rows = table[np.isfinite(table).all(axis=1)]
+    if width > 3 and len(rows) > 2 and (np.diff(rows[:, 0]) == 1).all():
+        return "-", *guessed_roles(table[:, 1:])  # numbers of the rows
     roles = ["x", "y", "z"] + ["-"] * (width - 3)
     if not len(rows):
         return tuple(roles)
@@ -29,6 +31,9 @@ def guessed_roles(table: Doubles) -> tuple[str, ...]:
         normals = normals[:1]
     if unclear := [start for start, kind in kinds.items() if kind == "either"]:
         raise UserError(f"columns {unclear[0] + 1} to {unclear[0] + 3} may be normals or colors; {REMEDY}")
+    of_unit = {start for start in normals if _kind(rows[:, start : start + 3], unit_only=True) == "normals"}
+    if normals and not of_unit and _whole(rows[:, :3]) and _kind(rows[:, :3], unit_only=True) == "colors":
+        raise UserError(f"columns 1 to 3 may be points or colors; {REMEDY}")
     if normals:
         roles[normals[0] : normals[0] + 3] = ["nx", "ny", "nz"]
     free = [
@@ -58,16 +63,23 @@ def _kind(values: Doubles, unit_only: bool) -> str:
     if are_unit:
         return "either"
     high = values.max()
-    whole = bool((values == np.round(values)).all())
-    in_range = high <= 1 or high <= 255 or (whole and high <= 65535)
+    in_range = high <= 1 or high <= 255 or (_whole(values) and high <= 65535)
     return "colors" if in_range else ""
 
 
+def _whole(values: Doubles) -> bool:
+    return bool((values == np.round(values)).all())
+
+
 def _colors_of(rows: Doubles, starts: list[int]) -> int:
-    """Choose among places of colors: the last three columns, unless the last is a constant opacity or no color."""
-    whole = [start for start in starts if (rows[:, start : start + 3] == np.round(rows[:, start : start + 3])).all()]
-    starts = whole or starts
-    last = rows[:, starts[-1] + 2]
-    if len(starts) > 1 and (last == last[0]).all() and last[0] in (1.0, 255.0, 65535.0):
-        return starts[-2]
-    return starts[-1]
+    """Choose among places of colors: those of whole numbers, beside a constant intensity or opacity.
+
+    Raises UserError where a column that varies may be a color or not.
+    """
+    starts = [start for start in starts if _whole(rows[:, start : start + 3])] or starts
+    first, last = rows[:, starts[0]], rows[:, starts[-1] + 2]
+    if len(starts) == 1 or (first == first[0]).all():
+        return starts[-1]
+    if (last == last[0]).all():
+        return starts[0]
+    raise UserError(f"columns {starts[0] + 1} to {starts[-1] + 3}, and it is not clear which are colors; {REMEDY}")

@@ -51,16 +51,16 @@ def read_obj(path: Path, image: Path | None, chosen: Sequence[str] | None = None
         raise UserError(EMPTY)
     if vertices.shape[1] < 3:
         raise UserError(f"points have {vertices.shape[1]} coordinates; three are needed")
-    colors = _vertex_colors(vertices)
+    facts = Facts(meshes=max(1, len(lines.groups)))
+    colors = _vertex_colors(vertices, facts)
     points = vertices[:, :3]
     if not lines.faces:
         normals = _numbers(lines.normals, "vn")
         directed = normals if normals.shape == (len(points), 3) else None
-        return finite_cloud(points, directed, colors, Facts())
+        return finite_cloud(points, directed, colors, Facts(warnings=facts.warnings))
     sizes, corners = _corners(lines, len(points))
     triangles, owners = triangulated(points, sizes, corners[:, 0])
     index = corners[triangles]
-    facts = Facts(meshes=max(1, len(lines.groups)))
     coordinates, normals = _numbers(lines.coordinates, "vt"), _numbers(lines.normals, "vn")
     has_uv = index[:, :, 1] != NONE
     uv = CornerValues(coordinates[:, :2], np.maximum(index[:, :, 1], 0)) if has_uv.any() else None
@@ -69,20 +69,30 @@ def read_obj(path: Path, image: Path | None, chosen: Sequence[str] | None = None
     facts.unwrapped = uv is not None
     painted = None if colors is None else CornerValues(colors, index[:, :, 0])
     used = _materials_of(lines, owners)
-    paint = _paint(path, lines, used, uv, painted, image, facts)
+    paint = _paint(path, lines, used, uv, has_uv.all(axis=1), painted, image, facts)
     given = None
     if len(normals) and normals.shape[1] == 3 and (index[:, :, 2] != NONE).all():
         given = CornerValues(normals, index[:, :, 2])
     return Mesh(points, np.ascontiguousarray(index[:, :, 0]), given, paint, facts)
 
 
-def _vertex_colors(vertices: Doubles) -> Doubles | None:
-    """Return the colors (V, 3) after the coordinates: x y z r g b, also with a weight or an opacity; None without."""
+def _vertex_colors(vertices: Doubles, facts: Facts) -> Doubles | None:
+    """Return the colors (V, 3) after the coordinates: x y z r g b, also with a weight or an opacity; None without.
+
+    Vertices without a color have the mean color.
+    """
     width = vertices.shape[1]
     if width < 6:
         return None
     start = 4 if width == 7 and (vertices[:, 3] == 1).all() else 3
-    return untyped_colors(vertices[:, start : start + 3])
+    colors = untyped_colors(vertices[:, start : start + 3])
+    bare = ~np.isfinite(colors).all(axis=1)
+    if bare.all():
+        return None
+    if bare.any():
+        facts.warnings.append(f"{np.count_nonzero(bare):,} vertices without a color have the mean color")
+        colors[bare] = colors[~bare].mean(axis=0)
+    return colors
 
 
 def _sorted(path: Path) -> Lines:
@@ -109,7 +119,7 @@ def _sorted(path: Path) -> Lines:
 
 
 def _numbers(lines: list[str], keyword: str) -> Doubles:
-    """Read rows of numbers (N, K); rows of other lengths than the first are cut or filled with zeros."""
+    """Read rows of numbers (N, K). Rows of other lengths are cut or filled: coordinates with 0, colors with NaN."""
     if not lines:
         return np.zeros((0, 3))
     try:
@@ -122,7 +132,9 @@ def _numbers(lines: list[str], keyword: str) -> Doubles:
         raise UserError(f"not a readable OBJ file (a line {keyword} has a word in place of a number)") from None
     widths = [len(row) for row in rows]
     width = max(set(widths), key=widths.count)
-    return np.array([(row + [0.0] * width)[:width] for row in rows], np.float64)
+    if keyword == "v" and max(widths) >= 6:
+        width = max(widths)
+    return np.array([(row + [0.0] * (3 - len(row)) + [np.nan] * width)[:width] for row in rows], np.float64)
 
 
 def _corners(lines: Lines, vertices: int) -> tuple[Integers, Integers]:
@@ -165,11 +177,15 @@ def _paint(
     lines: Lines,
     used: tuple[list[str], NDArray[np.int64]],
     uv: CornerValues | None,
+    has_uv: NDArray[np.bool_],
     painted: CornerValues | None,
     image: Path | None,
     facts: Facts,
 ) -> Paint | None:
-    """Return the colors: of images, else of vertices, else of materials. painted: the colors of vertices."""
+    """Return the colors: of images, else of vertices, else of materials.
+
+    has_uv: (F,), whether all corners have texture coordinates. painted: the colors of vertices.
+    """
     names, material = used
     if image is not None:
         picture = load_picture(path.parent, "", image, unwrapped=uv is not None)
@@ -191,6 +207,9 @@ def _paint(
                 else:
                     pictures[index] = Picture(picture.pixels, ("clamp", "clamp") if named.clamped else picture.wraps)
     colors = {index: own[index].color for index in present}
+    gone = [names[index] for index in present if names[index] and names[index] not in library and not own[index].image]
+    if library and gone and len(gone) < len(present):
+        facts.warnings.append(f"materials that are not there, and are gray: {', '.join(map(show, gone[:8]))}")
     if not pictures:
         if painted is not None:
             return Paint((Material(),), np.zeros(len(material), np.int64), colors=painted)
@@ -208,7 +227,15 @@ def _paint(
         Material(pictures[index]) if index in pictures else Material(None, _linear(colors.get(index) or gray))
         for index in range(len(names))
     )
-    return Paint(materials, material, _transformed(uv, own, material) if pictures else None)
+    if not pictures:
+        return Paint(materials, material)
+    bare = ~has_uv & np.isin(material, list(pictures))
+    if bare.any():
+        facts.warnings.append(f"{np.count_nonzero(bare):,} triangles without texture coordinates have the mean color")
+        mean = np.mean([picture.pixels.mean(axis=(0, 1)) for picture in pictures.values()], axis=0) / 255
+        materials = (*materials, Material(None, _linear(mean.tolist())))
+        material = np.where(bare, len(materials) - 1, material)
+    return Paint(materials, material, _transformed(uv, own, material))
 
 
 def _linear(color: Sequence[float]) -> tuple[float, float, float]:

@@ -63,6 +63,9 @@ def _separators(lines: list[str]) -> tuple[str | None, bool]:
     sample = lines[len(lines) // 2] if lines else ""
     if ";" in sample:
         return ";", "," in sample and "." not in sample
+    words = sample.split()
+    if len(words) > 2 and "." not in sample and all(re.fullmatch(r"[-+\deE]*(,[\deE+-]+)?", word) for word in words):
+        return None, "," in sample  # 1,5 2,5 3,5
     return ("," if "," in sample else None), False
 
 

@@ -35,6 +35,11 @@ def packed(**arrays: object) -> bytes:
 
 CLOUDS: dict[str, tuple[str | bytes, str, str]] = {
     "count.pts": ("300\n" + rows(POINTS, COUNTED - 50, BYTES), "columns x y z r g b", "4 (of 7)"),
+    "whole.pts": (rows(POINTS, COUNTED % 200, BYTES), "columns x y z r g b", "4 (of 7)"),
+    "numbered.xyz": (rows(COUNTED, POINTS, BYTES), "columns x y z r g b", "1 (of 7)"),
+    "numbered.csv": (",x,y,z\n" + rows(COUNTED, POINTS, by=","), "columns x y z", "not used: 1 (of 4)"),
+    "decimals.txt": (rows(POINTS, BYTES, by="\t").replace(".", ","), "columns x y z r g b", ESTIMATED),
+    "bytes16.npz": (packed(points=POINTS, colors=BYTES.astype("u2")), "colors of points", ESTIMATED),
     "opacity.xyz": (rows(POINTS, BYTES, np.full((300, 1), 255.0)), "columns x y z r g b", "7 (of 7)"),
     "opacity2.xyz": (rows(POINTS, NORMALS, BYTES, np.full((300, 1), 255.0)), "x y z nx ny nz r g b", "10 (of 10)"),
     "commas.csv": ("X;Y;Z;R;G;B\n" + rows(POINTS, BYTES, by=";").replace(".", ","), "X Y Z R G B", ESTIMATED),
@@ -158,6 +163,40 @@ def test_an_image_is_found_beside_the_obj_whatever_its_path(tmp_path: Path) -> N
     np.testing.assert_allclose(colors, np.tile(np.array((10, 200, 30)) / 255, (10, 1)))
 
 
+TINTED = "".join("v {:.9g} {:.9g} {:.9g} 0.2 0.4 0.6\n".format(*vertex) for vertex in BALL.vertices[1:])
+HALF = "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in BALL.faces[:160])
+OTHER = "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in BALL.faces[160:])
+UNWRAPPED = "".join(f"f {a + 1}/1 {b + 1}/1 {c + 1}/1\n" for a, b, c in BALL.faces[160:])
+
+
+@pytest.mark.parametrize(
+    ("text", "says", "mean"),
+    [
+        (VERTICES.splitlines()[0] + "\n" + TINTED + FACES, "1 vertices without a color", (0.2, 0.4, 0.6)),
+        ("mtllib a.mtl\n" + VERTICES + "usemtl m\n" + HALF + "usemtl x\n" + OTHER, "gray: x", None),
+        (
+            "mtllib b.mtl\n" + VERTICES + "vt 0 0\nusemtl m\n" + HALF + UNWRAPPED,
+            "160 triangles without texture coordinates",
+            (0.2, 0.4, 0.6),
+        ),
+    ],
+)
+def test_colors_that_some_parts_lack_are_said(
+    text: str, says: str, mean: tuple[float, ...] | None, tmp_path: Path
+) -> None:
+    (tmp_path / "a.mtl").write_text("newmtl m\nKd 1 0 0\nnewmtl n\nKd 0 1 0\n")
+    (tmp_path / "b.mtl").write_text("newmtl m\nmap_Kd b.png\n")
+    Image.new("RGB", (4, 4), (51, 102, 153)).save(tmp_path / "b.png")
+    (tmp_path / "a.obj").write_text(text)
+    shape, warnings = load_shape(str(tmp_path / "a.obj"))
+    assert len(warnings) == 1
+    assert says in warnings[0]
+    colors = shape.surface(50, np.random.default_rng(0), colors=True).colors
+    assert colors is not None
+    if mean is not None:
+        np.testing.assert_allclose(colors, np.tile(mean, (50, 1)), atol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("name", "content", "says"),
     [
@@ -166,6 +205,8 @@ def test_an_image_is_found_beside_the_obj_whatever_its_path(tmp_path: Path) -> N
             rows(POINTS * (1, 1, 0), np.tile([0.0, 0, 1], (300, 1))),
             "columns 4 to 6 may be normals or colors",
         ),
+        ("last.xyz", rows(POINTS, BYTES, COUNTED % 200), "columns 4 to 7, and it is not clear which are colors"),
+        ("first.xyz", rows(BYTES, POINTS), "columns 1 to 3 may be points or colors"),
         ("two.xyz", rows(POINTS, NORMALS, NORMALS), "not clear which are normals; name them, as in --columns"),
         ("bytes.npz", packed(points=POINTS, colors=BYTES), "in columns of floats; they go from 0 to 1"),
         ("other.npz", packed(stuff=POINTS), "the array `points` is missing; it has stuff"),
