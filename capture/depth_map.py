@@ -17,7 +17,7 @@ from .cloud import Doubles
 SMALLEST, LARGEST = 8, 1 << 15  # bounds of the sides of a depth map, pixels
 DEPTH_CHANNELS = (
     *(r"(^|.*\.)(z?depth|z)\.(z|v|y|r|x)", r"z", r"(z?depth|distance)", r".*\.(depth|z?depth)"),
-    *(r"v", r"y", r"r", r"(?!.*(normal|position|vector|combined|image|uv)).*\.(z|v|y|r)"),
+    *(r"v", r"y", r"r", r"(?!.*(normal|position|vector|combined|image|uv|mist)).*\.(z|v|y|r)"),
 )
 """Patterns of the names of depth channels in EXR files, in lower case and in the order of preference."""
 NOTHING = 1e9  # larger depths are nothing: Blender writes 1e10
@@ -96,8 +96,10 @@ def _read_npy(path: Path) -> NDArray[Any]:
 
 
 def _read_image(path: Path) -> NDArray[Any]:
+    if _is_cut(path):
+        raise UserError("a picture of 16 bits with colors or opacity; save it as gray of 16 bits")
     with Image.open(path) as opened:
-        values = np.asarray(opened)
+        values = np.asarray(opened.convert("RGB") if opened.mode == "P" else opened)  # a palette's numbers say nothing
     if values.dtype == np.bool_:
         raise UserError("a black and white picture; a depth map has many depths")
     if values.ndim == 3:  # gray with alpha, or gray saved as RGB
@@ -106,6 +108,13 @@ def _read_image(path: Path) -> NDArray[Any]:
             raise UserError("a color picture; a depth map has one number per pixel")
         values = np.where(values[..., -1] > 0, values[..., 0], 0) if values.shape[2] in (2, 4) else values[..., 0]
     return values
+
+
+def _is_cut(path: Path) -> bool:
+    """Whether Pillow cuts a PNG file to 8 bits: it has 16, and more than gray."""
+    with path.open("rb") as file:
+        head = file.read(26)
+    return head.startswith(b"\x89PNG") and len(head) == 26 and head[24] == 16 and head[25] != 0
 
 
 def _read_exr(path: Path) -> tuple[NDArray[Any], str]:
@@ -117,10 +126,22 @@ def _read_exr(path: Path) -> tuple[NDArray[Any], str]:
     with OpenEXR.File(str(path), separate_channels=True) as file:
         channels = file.channels()
         names = [(pattern, name) for pattern in DEPTH_CHANNELS for name in channels]
-        found = next((name for pattern, name in names if re.fullmatch(pattern, name.lower())), None)
+        pixels = {name: np.array(channel.pixels) for name, channel in channels.items()}
+        matching = (name for pattern, name in names if re.fullmatch(pattern, name.lower()))
+        found = next((name for name in matching if not _is_one_of_three(name, pixels)), None)
         if found is None:
             raise UserError(f"no depth channel; its channels are {', '.join(map(show, channels))}")
-        return np.array(channels[found].pixels), found
+        return pixels[found], found
+
+
+def _is_one_of_three(name: str, pixels: dict[str, NDArray[Any]]) -> bool:
+    """Whether a channel belongs to a color or a vector: its layer has others of R, G, B or X, Y, Z that differ."""
+    layer, last = name[:-1], name[-1].upper()
+    three = next((each for each in ("RGB", "XYZ") if last in each), "")
+    if three == "XYZ" and not all(layer + other in pixels for other in three):
+        return False
+    others = [pixels[layer + other] for other in three if layer + other in pixels]
+    return any(other.shape != pixels[name].shape or (other != pixels[name]).any() for other in others)
 
 
 READERS: dict[str, Callable[[Path], NDArray[Any] | tuple[NDArray[Any], str]]] = {

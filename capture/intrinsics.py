@@ -80,7 +80,7 @@ def of_file(path: Path, height: int, width: int) -> Intrinsics:
     """
     name = show(path)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise UserError(f"{name}: {error.strerror or error}") from None
     except (ValueError, RecursionError):

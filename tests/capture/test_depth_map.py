@@ -1,6 +1,8 @@
 """Reading depth maps and cameras, and errors for bad files."""
 
 import json
+import struct
+import zlib
 from collections.abc import Callable
 from dataclasses import astuple
 from pathlib import Path
@@ -101,6 +103,48 @@ def test_a_color_picture_is_refused(tmp_path: Path) -> None:
     Image.fromarray(np.random.default_rng(0).integers(0, 255, (9, 9, 3), np.uint8)).save(tmp_path / "d.png")
     with pytest.raises(UserError, match="a color picture"):
         read_depth(tmp_path / "d.png")
+
+
+def test_a_palette_has_no_depths(tmp_path: Path) -> None:
+    picture = Image.fromarray(np.arange(81, dtype=np.uint8).reshape(9, 9)).convert("P")
+    picture.putpalette(list(range(255, -1, -1)) * 3)
+    picture.save(tmp_path / "d.png")
+    with pytest.raises(UserError, match="a color picture"):
+        read_depth(tmp_path / "d.png")
+
+
+def test_16_bits_of_three_channels_are_not_cut_to_8(tmp_path: Path) -> None:
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    rows = (b"\0" + np.full(27, 1000, ">u2").tobytes()) * 9
+    head = struct.pack(">IIBBBBB", 9, 9, 16, 2, 0, 0, 0)
+    parts = chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
+    (tmp_path / "d.png").write_bytes(b"\x89PNG\r\n\x1a\n" + parts)
+    with pytest.raises(UserError, match="16 bits with colors or opacity"):
+        read_depth(tmp_path / "d.png")
+
+
+@pytest.mark.parametrize(
+    ("names", "channel"),
+    [
+        ("R G B", None),
+        ("X Y Z", None),
+        ("View.DiffCol.R View.DiffCol.G View.Mist.Z", None),
+        ("R G B Z", "Z"),
+        ("N.X N.Y N.Z depth.V", "depth.V"),
+    ],
+)
+def test_a_color_or_a_vector_is_no_depth(names: str, channel: str | None, tmp_path: Path) -> None:
+    openexr = pytest.importorskip("OpenEXR")
+    channels = {name: (METERS + k).astype(np.float32) for k, name in enumerate(names.split())}
+    header = {"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
+    openexr.File(header, channels).write(str(tmp_path / "d.exr"))
+    if channel is None:
+        with pytest.raises(UserError, match="no depth channel"):
+            read_depth(tmp_path / "d.exr")
+    else:
+        assert read_depth(tmp_path / "d.exr").notes == (f"depths from the channel {channel}",)
 
 
 def test_a_map_of_few_values_has_a_rounding_step() -> None:
