@@ -162,3 +162,16 @@ def test_cavities_and_views_from_one_side_of_clouds_stay() -> None:
     front = outer[:, 2] > 0.3
     for sign in (1, -1):
         assert turned_outward(outer[front], sign * one[front])[1] == 0
+
+
+def test_boxes_that_touch_at_an_edge_are_turned_one_by_one() -> None:
+    one, other = trimesh.creation.box((1, 1, 1)), trimesh.creation.box((1, 1, 1))
+    other.apply_translation((1, 1, 0))
+    for signs, turned in (((1, 1), 0), ((1, -1), 1), ((-1, -1), 2)):
+        faces = [box.faces[:, ::sign] for box, sign in zip((one, other), signs, strict=True)]
+        mesh = trimesh.Trimesh(np.concatenate((one.vertices, other.vertices)), np.concatenate((faces[0], faces[1] + 8)))
+        shape, _ = load_shape((np.asarray(mesh.vertices), np.asarray(mesh.faces)))
+        assert shape.taken is not None
+        assert (shape.taken.parts, shape.taken.turned) == (2, turned)
+        places = (np.array([(0, 0, 0), (1, 1, 0), (1, 0, 0)]) - shape.center) / shape.scale
+        assert (shape.distance(places) < 0).tolist() == [True, True, False]

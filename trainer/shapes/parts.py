@@ -142,14 +142,29 @@ def _consistent(vertices: Doubles, faces: Integers, edges: _Edges) -> tuple[NDAr
 
 
 def _parts(faces: Integers, edges: _Edges) -> tuple[int, Integers]:
-    """Count the parts, which share no edge, and number the part (F,) of each face."""
+    """Count the parts, and number the part (F,) of each face.
+
+    Parts share no edge, or are closed by themselves and touch at edges of more than two faces.
+    """
     follows = np.ones(len(edges.half), np.bool_)
     follows[edges.first] = False
     at = np.flatnonzero(follows)
     one, other = edges.half[at - 1] // 3, edges.half[at] // 3
-    links = coo_array((np.ones(len(one), np.int8), (one, other)), shape=(len(faces), len(faces)))
-    count, label = connected_components(links, directed=False)
-    return int(count), np.asarray(label, np.int64)
+    ordinary = np.repeat(edges.counts == 2, edges.counts)[at]
+
+    def labels(kept: NDArray[np.bool_]) -> tuple[int, Integers]:
+        links = coo_array((np.ones(kept.sum(), np.int8), (one[kept], other[kept])), shape=(len(faces), len(faces)))
+        count, label = connected_components(links, directed=False)
+        return int(count), np.asarray(label, np.int64)
+
+    if ordinary.all():
+        return labels(ordinary)
+    count, patch = labels(ordinary)
+    # A patch is closed if it has an even number of faces at each edge.
+    edge = np.repeat(np.arange(len(edges.counts)), edges.counts)
+    keys, times = np.unique(edge * count + patch[edges.half // 3], return_counts=True)
+    is_open = np.bincount(keys % count, times % 2, count) > 0
+    return labels(ordinary | (is_open[patch[one]] & is_open[patch[other]]))
 
 
 def _measures(
