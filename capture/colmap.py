@@ -1,5 +1,6 @@
 """The layout of COLMAP: images/ and a sparse model, as text or in binary."""
 
+import math
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -143,14 +144,19 @@ def _text_cameras(path: Path) -> Iterator[tuple[int, Camera]]:
 
 
 def _text_views(path: Path) -> Iterator[View]:
-    lines = [line for line in path.read_text("utf-8-sig").splitlines() if not line.startswith("#")]
-    while lines and not lines[0].strip():
-        lines.pop(0)
-    for line in lines[::2]:  # after each picture comes a line with its points, which may be empty
+    for line in path.read_text("utf-8-sig").splitlines():
         words = line.split(None, 9)
-        if len(words) == 10:
+        # After each picture comes a line with its points, numbers alone; some programs leave out empty ones.
+        if len(words) == 10 and not line.startswith("#") and not _are_numbers(words[9]):
             numbers = np.array([float(word) for word in words[1:8]])
             yield View(words[9].strip(), int(words[8]), numbers[:4], numbers[4:])
+
+
+def _are_numbers(text: str) -> bool:
+    try:
+        return all(map(math.isfinite, map(float, text.split())))
+    except ValueError:
+        return False
 
 
 def _binary_cameras(path: Path) -> Iterator[tuple[int, Camera]]:

@@ -43,8 +43,16 @@ def find_in_sphere(folder: Path, cameras: Path, camera_size: tuple[int, int] | N
     by_number = len(cameras_there) != len(images) and all(image.stem.isdecimal() for image in images)
     if len(cameras_there) > len(images) and not by_number:
         warnings.append(f"{name}: {len(cameras_there)} cameras for {len(images)} pictures; the first ones are taken")
+    # Names from 1 are told by the last of them, which is the number of cameras.
+    numbers = [int(image.stem) for image in images] if by_number else list(range(len(images)))
+    base = int(by_number and min(numbers) > 0 and max(numbers) == len(cameras_there))
+    if by_number:
+        warnings.append(
+            f"{name}: {len(cameras_there)} cameras for {len(images)} pictures; {show(images[0].name)} is taken with "
+            f"world_mat_{numbers[0] - base}, and so on"
+        )
     for i, image in enumerate(images):
-        key = f"world_mat_{int(image.stem) if by_number else i}"
+        key = f"world_mat_{numbers[i] - base}"
         if key not in matrices:
             raise UserError(f"{show(image)}: no camera for it; {name} has no {key}")
         projection = check_projection(matrices[key], f"{name}, {key}")

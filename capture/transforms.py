@@ -120,10 +120,10 @@ def _look_away(frames: list[Any], label: str) -> bool:
 def _camera(values: Mapping[str, Any], size: tuple[int, int], label: str) -> tuple[Intrinsics, bool]:
     """Read a camera, and whether its lens is distorted. size: of the picture. Raises UserError."""
     width, height = size
-    model = values.get("camera_model", values.get("camera_type", ""))
-    fisheye = values.get("is_fisheye") is True
-    if fisheye or (str(model).upper() not in PINHOLES):
-        shown = show("is_fisheye" if fisheye else str(model))[:40]
+    models = [str(values.get(key, "")) for key in ("camera_model", "camera_type")]
+    models += ["is_fisheye"] if values.get("is_fisheye") is True else []
+    if unknown := next((model for model in models if model.upper() not in PINHOLES), None):
+        shown = show(unknown)[:40]
         raise UserError(f"{label}: the camera model {shown} is not known; undistort the pictures to a pinhole")
     try:
         w, h = (float(values.get(key, pixels)) for key, pixels in (("w", width), ("h", height)))
@@ -137,7 +137,8 @@ def _camera(values: Mapping[str, Any], size: tuple[int, int], label: str) -> tup
         else:
             fx = fy = w / 2 / math.tan(float(values["camera_angle_x"]) / 2)
         cx, cy = float(values.get("cx", w / 2)), float(values.get("cy", h / 2))
-        distorted = any(abs(float(values.get(key, 0))) > STRAIGHT for key in DISTORTIONS)
+        lens = [values.get(key, 0) for key in DISTORTIONS] + list(values.get("distortion_params") or ())
+        distorted = any(abs(float(number)) > STRAIGHT for number in lens)
     except (KeyError, TypeError, ValueError, ZeroDivisionError, IndexError):
         raise UserError(f"{label}: no camera; fl_x, fl_y, cx, cy or camera_angle_x are needed") from None
     if not all(map(math.isfinite, (fx, fy, cx, cy, w, h))) or min(fx, fy, w, h) <= 0:

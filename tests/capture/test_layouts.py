@@ -52,6 +52,15 @@ def write_colmap(folder: Path, binary: bool, model: str = "PINHOLE") -> None:
     (sparse / "images.txt").write_text("\n".join(lines) + "\n")
 
 
+def test_a_text_model_without_its_empty_lines_loses_no_picture(tmp_path: Path) -> None:
+    write_colmap(tmp_path, binary=False)
+    path = tmp_path / "sparse" / "0" / "images.txt"
+    path.write_text("\n".join(line for line in path.read_text().splitlines() if line))
+    found, _ = read_photographs(tmp_path, sphere=(0.0, 0.0, 0.0, 1.0), up="y")
+    assert [view.name for view in found.views] == [f"{k:03}.png" for k in range(COUNT)]
+    assert agreement(found) == pytest.approx(1, abs=0.01)
+
+
 @pytest.mark.parametrize("binary", [False, True])
 @pytest.mark.parametrize("model", ["PINHOLE", "OPENCV"])
 def test_colmap_s_models_are_read(binary: bool, model: str, tmp_path: Path) -> None:
@@ -83,9 +92,16 @@ def test_a_missing_picture_leaves_a_gap_not_a_shift(tmp_path: Path) -> None:
     write_sphere_layout(tmp_path / "s", COUNT, SIZE)
     for folder in ("image", "mask"):
         (tmp_path / "s" / folder / "003.png").unlink()
-    found, _ = read_photographs(tmp_path / "s")
+    found, warnings = read_photographs(tmp_path / "s")
     assert len(found.views) == COUNT - 1
     assert agreement(found) == pytest.approx(1, abs=0.01)
+    assert "000.png is taken with world_mat_0, and so on" in warnings[0]
+    eyes = {view.name: view.eye.tolist() for view in found.views}
+    for folder in ("image", "mask"):
+        for k in (number for number in reversed(range(COUNT)) if number != 3):
+            (tmp_path / "s" / folder / f"{k:03}.png").rename(tmp_path / "s" / folder / f"{k + 1}.png")
+    found, _ = read_photographs(tmp_path / "s")
+    assert all(view.eye.tolist() == eyes[f"{int(view.name[:-4]) - 1:03}.png"] for view in found.views)
 
 
 def test_hidden_files_are_no_photographs(tmp_path: Path) -> None:
@@ -110,11 +126,13 @@ def test_photographs_of_other_cameras_are_said(tmp_path: Path) -> None:
     assert "in the order of the cameras" in pairing_line(wrong)[1]
 
 
-@pytest.mark.parametrize(("key", "value"), [("camera_model", "EQUIRECTANGULAR"), ("is_fisheye", True)])
+@pytest.mark.parametrize(
+    ("key", "value"), [("camera_model", "EQUIRECTANGULAR"), ("is_fisheye", True), ("camera_type", "fisheye")]
+)
 def test_unknown_cameras_of_a_transforms_file_are_refused(key: str, value: object, tmp_path: Path) -> None:
     write_transforms_layout(tmp_path / "t", 4, SIZE)
     path = tmp_path / "t" / "transforms.json"
-    path.write_text(json.dumps(json.loads(path.read_text()) | {key: value}))
+    path.write_text(json.dumps({"camera_model": "OPENCV"} | json.loads(path.read_text()) | {key: value}))
     with pytest.raises(UserError, match="is not known; undistort"):
         read_photographs(tmp_path / "t")
 
