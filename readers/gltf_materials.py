@@ -104,13 +104,11 @@ class Materials:
         try:
             data = self._gltf.resource(uri) if isinstance(uri, str) else view_bytes(self._gltf, described["bufferView"])
         except (UserError, KeyError):
-            return f"{name[:80]}: not found beside the file"
+            return f"{show(name[:80])}: not found beside the file"
         if data.startswith(KTX2):
-            return (
-                f"{name[:80]}: a KTX2 image (KHR_texture_basisu), which this program does not read; store PNG or JPEG"
-            )
+            return f"{show(name[:80])}: a KTX2 image (KHR_texture_basisu), which is not read; store PNG or JPEG"
         picture = decoded(data)
-        return f"{name[:80]}: not a readable image" if picture is None else Picture(picture.pixels, wraps)
+        return f"{show(name[:80])}: not a readable image" if picture is None else Picture(picture.pixels, wraps)
 
 
 def _factor(factor: object) -> tuple[float, float, float]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model.errors import UserError
+from ..model.files import show
 from .clouds import EMPTY, cloud_of_columns
 from .column_names import NAMES, QUIET, plain, roles_of
 from .columns import stacked, typed_colors
@@ -48,7 +49,7 @@ def read_ply(path: Path, image: Path | None, chosen: Sequence[str] | None = None
             _checked(found, vertex.count)
             return _mesh(path, ply, vertex, found, None, image)
     if faces is not None and faces.lists and corners is None:
-        raise UserError(f"faces without a list of vertices; it has {', '.join(faces.lists)}")
+        raise UserError(f"faces without a list of vertices; it has {', '.join(map(show, [*faces.lists][:8]))}")
     return cloud_of_columns(list(vertex.columns), list(vertex.columns.values()), chosen)
 
 
@@ -77,7 +78,7 @@ def _points(vertex: Element) -> Doubles:
     names, columns = list(vertex.columns), list(vertex.columns.values())
     points = stacked(columns, roles_of(names), "x y z")
     if points is None:
-        raise UserError(f"no columns x, y, z; it has {', '.join(names)}")
+        raise UserError(f"no columns x, y, z; it has {', '.join(map(show, names))}")
     return points.astype(np.float64)
 
 
@@ -109,7 +110,7 @@ def _mesh(
     used = set(roles.values())
     left = [name for place, name in enumerate(names) if place not in used and plain(name) not in QUIET | KNOWN]
     if left:
-        facts.warnings.append(f"columns that are not used: {', '.join(left[:8])}")
+        facts.warnings.append(f"columns that are not used: {', '.join(map(show, left[:8]))}")
     facts.unwrapped = coordinates is not None
     pictures, looked_for = _pictures(path, ply.comments, coordinates, image)
     if not pictures and coordinates is not None and colors is None:

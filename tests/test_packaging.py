@@ -96,7 +96,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
 def test_the_wheel_holds_the_rooms_and_nothing_else(installed: Installed) -> None:
     names = set(zipfile.ZipFile(installed.wheel).namelist())
     packed = {name for name in names if ".dist-info/" not in name}
-    kinds = {".py", ".glsl", ".cuh", ".html", ".css", ".js", ".md", ".safetensors", ".wasm", ".wgsl"}
+    kinds = {".py", ".glsl", ".cuh", ".html", ".css", ".js", ".md", ".safetensors", ".wasm", ".wgsl", ".ts"}
     rooms = {path.parts[0] for path in packed_folders() if path.parts}
     sources = {path for room in rooms for path in (ROOT / room).rglob("*") if path.suffix in kinds}
     sources |= {*ROOT.glob("*.py"), ROOT / "py.typed"}

@@ -8,6 +8,7 @@ import pytest
 
 from mplicits.bake.registry import TARGETS
 from mplicits.model.model_file import save
+from mplicits.web.page import standalone
 from support.browser import visit
 from support.page_pictures import MODEL, differ, remembering
 from support.random_model import random_model
@@ -168,10 +169,10 @@ WebGL2RenderingContext.prototype.getParameter = function (name) {
     ],
 )
 def test_one_message_names_the_limit_of_the_device(
-    init: str, replaced: tuple[str, str] | None, expected: str, browser: "Browser", page_file: Path, tmp_path: Path
+    init: str, replaced: tuple[str, str] | None, expected: str, browser: "Browser", tmp_path: Path
 ) -> None:
     file = tmp_path / "page.html"
-    file.write_text(page_file.read_text().replace(*replaced or ("", "")))
+    file.write_text(standalone(MODEL, shade="phong").replace(*replaced or ("", "")))  # not packed
     with visit(browser, file, script=init) as visited:
         visited.page.wait_for_selector("#message:not([hidden])")
         assert expected in visited.message()
