@@ -150,7 +150,7 @@ def test_a_name_with_html_appears_as_text(browser: "Browser", tmp_path: Path) ->
         visited.page.keyboard.press("r")
         visited.until("location.hash === '#az=-60&el=5'")
         files = len({name for shader in SHADERS for name in glsl.load_numbered(f"{shader}.glsl")[1]})
-        assert visited.page.locator("script").count() == file.read_text().count("<script") == 5 + files
+        assert visited.page.locator("script").count() == file.read_text().count("<script") == 6 + files
         assert visited.console == []
 
 
