@@ -51,6 +51,10 @@ def chromium(driver: str = "SwiftShader") -> Iterator["Browser"]:
         browser.close()
 
 
+_SHARE = "document.getElementById('view').width / document.getElementById('view').clientWidth"
+"""Drawn pixels of the canvas for each pixel of CSS."""
+
+
 @dataclass
 class Visit:
     """An open page."""
@@ -82,9 +86,11 @@ class Visit:
             self.page.click("#fold")
 
     def fold(self) -> None:
-        """Fold the panel, so that the canvas fills the window."""
+        """Fold the panel, and wait until the canvas has the pixels of the whole window."""
         if self.page.is_visible("#panel"):
+            share = self.page.evaluate(f"() => {_SHARE}")
             self.page.click("#fold")
+            self.until(f"Math.abs({_SHARE} - {share}) < 0.01")
 
     def drop(self, data: bytes, name: str) -> None:
         """Drop a file on the page."""
