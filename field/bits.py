@@ -11,7 +11,7 @@ from ..ir.program import Program
 from ..model.model import Array, Level, Model, Network
 from ..model.quantize import MAX_FINE, MAX_HIDDEN, is_quantized
 from . import interpret
-from .compensated import Samples, Sizes, output, rounded
+from .compensated import Samples, Sizes, output, rounded, samples_around
 from .surface_points import in_last_band, newton
 
 if TYPE_CHECKING:
@@ -188,14 +188,7 @@ def _level_samples(exact: list[Network], earlier: list[Network], surface: Array,
     surface: points (N, 3). reach: standard deviation of the samples from the surface, model units. inside: whether
     further samples fill the unit ball.
     """
-    rng = np.random.default_rng(3)
-    points = surface + rng.normal(scale=reach, size=surface.shape) if reach else surface.astype(np.float64)
-    if inside:
-        directions = rng.normal(size=(len(points) // 3, 3))
-        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-        points = np.concatenate([points, directions * rng.uniform(size=(len(directions), 1)) ** (1 / 3)])
-    steps = np.concatenate([np.zeros((1, 3)), NEAR * np.eye(3)])
-    everywhere = (points[None] + steps[:, None]).reshape(-1, 3).astype(np.float32)
+    everywhere = samples_around(surface, reach, inside, NEAR)
     target = sum(output(network, everywhere) for network in exact) - sum(
         (output(network, everywhere) for network in earlier), np.float32(0)
     )

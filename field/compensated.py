@@ -76,6 +76,24 @@ def rounded(network: Network, samples: Samples, sizes: Sizes) -> Network:
     return tuple(layers)
 
 
+def samples_around(surface: Array, reach: float, inside: bool, near: float) -> Array:
+    """Draw points around a surface, and add three copies of them, moved along x, y and z.
+
+    surface: points (N, 3). reach: standard deviation of the points from the surface, model units. inside: whether
+    further points fill the unit ball. near: how far the copies move. Returns (4 M, 3) float32: the points, then the
+    copies.
+    """
+    rng = np.random.default_rng(3)
+    points = surface + rng.normal(scale=reach, size=surface.shape) if reach else surface.astype(np.float64)
+    if inside:
+        directions = rng.normal(size=(len(points) // 3, 3))
+        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+        points = np.concatenate([points, directions * rng.uniform(size=(len(directions), 1)) ** (1 / 3)])
+    steps = np.concatenate([np.zeros((1, 3)), near * np.eye(3)])
+    everywhere: Array = (points[None] + steps[:, None]).reshape(-1, 3).astype(np.float32)
+    return everywhere
+
+
 def output(network: Network, points: Array) -> Array:
     """Evaluate a network at points (N, 3) float32. Returns (N, outputs) float32."""
     for layer in network[:-1]:

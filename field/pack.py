@@ -11,7 +11,7 @@ from ..model.errors import UserError
 from ..model.model import DELTA_FACTOR, Array, Level, Model, Network
 from ..model.packed_weights import pack
 from . import interpret
-from .compensated import Samples, output
+from .compensated import Samples, output, samples_around
 from .row_steps import rounded_by_rows
 from .surface_points import in_last_band, newton
 
@@ -163,14 +163,7 @@ def _samples(exact: list[Network], earlier: list[Network], surface: Array, reach
     surface: points (N, 3). reach: standard deviation of the samples from it, model units. inside: whether further
     samples fill the unit ball.
     """
-    rng = np.random.default_rng(3)
-    points = surface + rng.normal(scale=reach, size=surface.shape)
-    if inside:
-        directions = rng.normal(size=(len(points) // 3, 3))
-        directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-        points = np.concatenate([points, directions * rng.uniform(size=(len(directions), 1)) ** (1 / 3)])
-    moves = np.concatenate([np.zeros((1, 3)), NEAR * np.eye(3)])
-    everywhere = (points[None] + moves[:, None]).reshape(-1, 3).astype(np.float32)
+    everywhere = samples_around(surface, reach, inside, NEAR)
     target = output(exact[0], everywhere)
     for sign, networks in ((1, exact[1:]), (-1, earlier)):
         for network in networks:
