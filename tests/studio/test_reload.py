@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from mplicits.model.model_file import load
-from support.browser import visit
-from support.studio_visit import ready, save, write_page
+from support.browser import PATIENCE, visit
+from support.studio_visit import ready, recorded, save, until_recorded, write_page
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -24,26 +24,28 @@ def test_a_reload_offers_the_last_shape(kind: str, browser: "Browser", tmp_path:
         ready(visited)
         assert not visited.page.is_visible("#resume")
         visited.page.click("text=Gear")
-        visited.until("document.getElementById('report').textContent.startsWith('Level 2')")
         if kind == "whole":
-            visited.page.wait_for_selector("#download", timeout=30_000)
-        visited.page.wait_for_timeout(500)  # the record is written meanwhile
+            visited.page.wait_for_selector("#download", timeout=PATIENCE)
+        until_recorded(visited, levels=2 if kind == "whole" else 1, texture=False)
+        report = visited.page.inner_text("#report")
         visited.page.reload()
-        ready(visited)
-        visited.page.click("text=Go on with gear", timeout=10_000)
+        visited.page.click("text=Go on with gear", timeout=PATIENCE)
         if kind == "unfinished":
             visited.until("document.getElementById('report').textContent.startsWith('Level 2')")
             visited.page.click("#stop")
-        visited.page.wait_for_selector("#download", timeout=30_000)
+        visited.page.wait_for_selector("#download", timeout=PATIENCE)
+        if kind == "whole":
+            assert visited.page.inner_text("#report") == report, "it trained again"
         save(visited, "#download", tmp_path / "gear.safetensors")
         model = load(tmp_path / "gear.safetensors")
         assert (model.name, len(model.levels)) == ("gear", 2)
         assert model.provenance["levels"][0]["steps"] == 60
         visited.page.reload()
-        visited.page.click("text=Forget it", timeout=10_000)
-        visited.page.wait_for_selector("#resume", state="hidden")
+        visited.page.click("text=Forget it", timeout=PATIENCE)
+        visited.page.wait_for_selector("#resume", state="hidden", timeout=PATIENCE)
+        assert recorded(visited) is None
         visited.page.reload()
         ready(visited)
-        visited.page.wait_for_timeout(300)
+        assert recorded(visited) is None
         assert not visited.page.is_visible("#resume")
         assert visited.console == []

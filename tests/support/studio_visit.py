@@ -1,6 +1,7 @@
 """The studio in Chromium: a page with quick trainings, a ball to drop, and what its buttons save."""
 
 import dataclasses
+import time
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +11,22 @@ from mplicits.studio.page import studio
 from mplicits.trainer.config import TrainingConfig
 
 from .ball_training import QUICK
-from .browser import Visit
+from .browser import PATIENCE, Visit
 
 CONFIG = dataclasses.replace(TrainingConfig(), sampling=QUICK.sampling, measuring=QUICK.measuring)
 CENTER, RADIUS = np.array([1.0, 2.0, 3.0]), 4.0
+_RECORDED = """() => new Promise((resolve, reject) => {
+    const opening = indexedDB.open("mplicits-studio", 1);
+    opening.onerror = () => reject(opening.error);
+    opening.onsuccess = () => {
+        const asked = opening.result.transaction("records").objectStore("records").get("last");
+        asked.onerror = () => reject(asked.error);
+        asked.onsuccess = () => {
+            opening.result.close();
+            resolve(asked.result ? [asked.result.levels.length, Boolean(asked.result.texture)] : null);
+        };
+    };
+})"""
 
 
 def write_page(path: Path, steps: int | tuple[int, int, int], width: int = 14) -> Path:
@@ -50,3 +63,17 @@ def save(visited: Visit, button: str, path: Path) -> str:
 def ready(visited: Visit) -> None:
     """Wait until the page listens."""
     visited.until("'ready' in document.documentElement.dataset")
+
+
+def recorded(visited: Visit) -> list[object] | None:
+    """Return what a reload would offer, studio/app/storage.js: the count of levels, and whether it has a texture."""
+    record: list[object] | None = visited.page.evaluate(_RECORDED)
+    return record
+
+
+def until_recorded(visited: Visit, levels: int, texture: bool) -> None:
+    """Wait until a reload would offer this count of levels, with or without a texture."""
+    end = time.monotonic() + PATIENCE / 1000
+    while recorded(visited) != [levels, texture]:
+        assert time.monotonic() < end, f"{recorded(visited)} is recorded"
+        visited.page.wait_for_timeout(100)
