@@ -12,7 +12,7 @@ from ..model.model import Model
 from ..model.orientation import UPRIGHT
 from ..trainer.config import TrainingConfig, default_config
 from ..trainer.settings import DEFAULT_PRESET, PRESETS
-from ..web import packed_page, page
+from ..web import packed_page, page, tiny_page
 
 MESHES = (
     *("mesh_parts.js", "text_reader.js", "binary.js", "polygons.js", "places.js", "images.js", "surface_colors.js"),
@@ -37,7 +37,17 @@ TRAINER = (
 STUDIO = (
     *TRAINER,
     *("settings.js", "live.js", "state.js", "preview.js", "axes.js", "picture.js", "storage.js", "webm.js"),
-    *("recorder.js", "video.js", "poster.js", "page_export.js", "loading.js", "kinds.js", "exports.js", "folder.js"),
+    *(
+        "recorder.js",
+        "video.js",
+        "poster.js",
+        "page_export.js",
+        "tiny_export.js",
+        "loading.js",
+        "kinds.js",
+        "exports.js",
+        "folder.js",
+    ),
     *("provenance.js", "studio.js"),
 )
 """Modules that extend the page of a model, in their order."""
@@ -82,7 +92,8 @@ def extension(config: TrainingConfig | None = None, fixed: dict[str, Any] | None
         stage=_read("studio.html"),
         css=_read("studio.css"),
         elements=_read("bar.html") + data,
-        facts=page.text_facts() | {"studio": page_facts(config) | {"fixed": fixed, "viewer": of_viewer}},
+        facts=page.text_facts()
+        | {"studio": page_facts(config) | {"fixed": fixed, "viewer": of_viewer, "tiny": tiny_page.page_facts()}},
         policy=policy,
         accept=".obj,.mtl,.png,.jpg,.jpeg,.webp,.ply,.stl,.glb,.gltf,.bin,.xyz,.safetensors",
         open="Open a file",

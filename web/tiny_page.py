@@ -90,18 +90,36 @@ def script_parts(chosen: Emitted, model: Model, shade: str | None) -> tuple[dict
 def page_text(parts: tuple[dict[str, Any], bytes], model: Model) -> str:
     """Return the page. parts: of `script_parts`."""
     values, weights = parts
-    source = re.sub(r"\bgl\.([A-Z]\w+)", lambda match: str(GL[match[1]]), _read("draw.js"))
-    script = f"{{{minified(_filled(source, values))}}}"  # a block of its own names
+    script = f"{{{minified(_filled(_drawing(), values))}}}"  # a block of its own names
     data = deflated(script.encode() + b"\0" + weights)
     by = f" by {model.credit}" if model.credit else ""
-    slots = {
-        "title": _escaped(model.name),
-        "label": _escaped(model.name + by),
-        "version": installed_version(),
-        "packed": base124(data),
-        "unpack": f"{{{minified(_read('unpack.js'))}}}",
+    slots = {"title": _escaped(model.name), "label": _escaped(model.name + by), "packed": base124(data)}
+    return _filled_slots(_read("page.html"), slots | _fixed_slots())
+
+
+def page_facts() -> dict[str, Any]:
+    """Return what the studio's page needs to write a tiny page: texts of script and page, with names to fill in."""
+    return {
+        "script": f"{{{minified(_drawing())}}}",
+        "page": _filled_slots(_read("page.html"), _fixed_slots()),
+        "head": HEAD,
+        "camera": CAMERA,
+        "dropped": DROPPED.pattern.removeprefix("(?m)"),
     }
-    return re.sub(r"\{\{(\w+)\}\}", lambda match: slots[match[1]], _read("page.html"))
+
+
+def _drawing() -> str:
+    """Return the text of draw.js, with WebGL's constants as numbers."""
+    return re.sub(r"\bgl\.([A-Z]\w+)", lambda match: str(GL[match[1]]), _read("draw.js"))
+
+
+def _fixed_slots() -> dict[str, str]:
+    return {"version": installed_version(), "unpack": f"{{{minified(_read('unpack.js'))}}}"}
+
+
+def _filled_slots(text: str, slots: dict[str, str]) -> str:
+    """Replace `{{name}}` in one pass, and leave the names that `slots` lacks."""
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: slots.get(match[1], match[0]), text)
 
 
 def _network(program: Program, function: Function, weights: bytearray) -> list[Any]:

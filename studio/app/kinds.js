@@ -7,6 +7,7 @@ import {groundOfShape} from "./picture.js";
 import {posterOf} from "./poster.js";
 import {parseModel} from "./safetensors.js";
 import {shadertoyText} from "./shadertoy.js";
+import {tinyText} from "./tiny_export.js";
 import {asQuestion} from "./training.js";
 import {renderer} from "./view.js";
 
@@ -33,6 +34,7 @@ export function kindsOf(shape, result, video) {
     const kinds = [
         {id: "download", label: "Model", ending: "safetensors", title: "For mplicits and for this page", make: () => result.bytes, isQuick: true},
         {id: "save-page", label: "Web page", ending: "html", title: "One file that shows the shape anywhere", make: page},
+        {id: "save-tiny", label: "Tiny page", ending: "tiny.html", title: "The same in few bytes, without controls", make: async () => tinyText(model, await shadertoy()), isQuick: true},
         {id: "save-text", label: "Shadertoy", ending: "frag", title: "Text for the Image tab of shadertoy.com", make: shadertoy, isQuick: true},
         {id: "copy-text", label: "Copy Shadertoy", title: "The same text, to the clipboard", make: shadertoy, isCopied: true},
         {id: "save-glsl", label: "GLSL", ending: "glsl", title: "Functions of the field for your shader", make: async () => functionText(model, await hash), isQuick: true},

@@ -50,7 +50,7 @@ async function factsOf(model, bytes, shade) {
 }
 
 // Resolves to a blob's deflate stream as text of base 124, which app/packed.html reads.
-async function packed124(blob) {
+export async function packed124(blob) {
     const stream = blob.stream().pipeThrough(new CompressionStream("deflate-raw"));
     const data = new Uint8Array(await new Response(stream).arrayBuffer());
     let text = "";

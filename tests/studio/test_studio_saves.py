@@ -18,6 +18,7 @@ from mplicits.viewer.draw.context import Context
 from support.browser import Visit, visit
 from support.shadertoy import picture
 from support.studio_visit import ready, save, write_page
+from support.tiny_visit import COUNT, still
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -116,3 +117,18 @@ def test_saved_texts_are_python_s(trained: Visit, osmesa: Context, tmp_path: Pat
     assert np.ptp(ours) > 100
     save(trained, "#save-glsl", tmp_path / "text.glsl")
     assert "float a_box(vec3 p)" in (tmp_path / "text.glsl").read_text()
+
+
+def test_the_saved_tiny_page_is_python_s(trained: Visit, browser: "Browser", tmp_path: Path) -> None:
+    save(trained, "#download", tmp_path / "m.safetensors")
+    assert save(trained, "#save-tiny", tmp_path / "ours.html") == "a-box.tiny.html"
+    (tmp_path / "theirs.html").write_text(TARGETS["tiny"](load(tmp_path / "m.safetensors")))
+    pictures = []
+    for name in ("ours.html", "theirs.html"):
+        with visit(browser, tmp_path / name, share=0.2, script=COUNT) as visited:
+            assert visited.page.title() == "a box"
+            pictures.append(still(visited))
+            assert visited.console == []
+    # Edges differ where one page draws more samples a pixel.
+    assert (np.abs(pictures[0] - pictures[1]).max(-1) > 4).mean() < 0.03
+    assert np.ptp(pictures[0]) > 100

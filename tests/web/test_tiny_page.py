@@ -1,6 +1,5 @@
 """Tiny pages: their code, their picture against Shadertoy's text, their controls, and hostile names."""
 
-import io
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -8,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from PIL import Image
 
 from mplicits.bake.registry import TARGETS
 from mplicits.model.gallery import model_path
@@ -17,12 +15,13 @@ from mplicits.model.model_file import load
 from mplicits.model.quantize import quantized_model
 from mplicits.viewer.draw.context import Context
 from mplicits.web.base124 import base124
-from support.browser import Visit, visit
+from support.browser import visit
 from support.firefox import firefox
 from support.moving_model import moving_model
 from support.page_pictures import MODEL
 from support.random_model import random_model
 from support.shadertoy import SHADERTOY, picture
+from support.tiny_visit import COUNT, still
 from support.unpacked import bytes_of
 
 if TYPE_CHECKING:
@@ -31,23 +30,9 @@ if TYPE_CHECKING:
 TINY = TARGETS["tiny"]
 SMALL = replace(quantized_model(MODEL), credit="somebody, CC0", front=(200.0, 15.0))
 SIZE = (195, 422)
-COUNT = """{
-    const request = requestAnimationFrame, old = matchMedia;
-    window.waiting = 0;
-    window.requestAnimationFrame = (draw) => (++waiting, request((now) => (--waiting, draw(now))));
-    window.matchMedia = (query) => (query.includes("motion") ? {matches: true} : old(query));
-}"""
-"""Counts the frames that wait for the browser, and asks for less motion."""
-STILL = "document.querySelector('canvas') && waiting === 0"
 LABEL = 40
 """Rows at the top of a picture that may hold the credit."""
 HOSTILE = "</title></script><script>document.documentElement.dataset.bad = 1</script><!-- ü@{{packed}}\n\x01"
-
-
-def still(visited: Visit) -> NDArray[np.int16]:
-    """Wait until nothing more is drawn, and return the picture (H, W, 3)."""
-    visited.until(STILL)
-    return np.asarray(Image.open(io.BytesIO(visited.page.screenshot())).convert("RGB"), np.int16)
 
 
 def psnr(ours: NDArray[np.int16], theirs: NDArray[np.int16]) -> float:
