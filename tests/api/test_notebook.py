@@ -120,6 +120,7 @@ def test_twenty_models_share_a_page(browser: "Browser", tmp_path: Path) -> None:
     cells = "".join(f'<div style="width:480px;height:440px">{frame}</div>' for _ in range(COUNT))
     (tmp_path / "notebook.html").write_text(f"<!doctype html><body>{cells}", encoding="utf-8")
     context = browser.new_context(offline=True, device_scale_factor=0.1, viewport={"width": 600, "height": 480})
+    context.set_default_timeout(PATIENCE)
     page, messages = context.new_page(), list[str]()
     page.on("console", lambda message: messages.append(message.text))
     page.on("pageerror", lambda error: messages.append(str(error)))
@@ -140,8 +141,6 @@ def test_twenty_models_share_a_page(browser: "Browser", tmp_path: Path) -> None:
         assert running() == [cell]
         frame_of_cell = page.query_selector_all("iframe")[cell].content_frame()
         assert frame_of_cell is not None
-        frame_of_cell.child_frames[0].wait_for_function(
-            "() => 'drawn' in document.documentElement.dataset", timeout=PATIENCE
-        )
+        frame_of_cell.child_frames[0].wait_for_function("() => 'drawn' in document.documentElement.dataset")
     context.close()
     assert messages == []

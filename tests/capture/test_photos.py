@@ -143,7 +143,7 @@ def test_sigterm_saves_a_model_that_resume_continues(tmp_path: Path) -> None:
         if "held out: " in line:  # a tenth of the steps is over
             break
     working.send_signal(signal.SIGTERM)
-    _, said = working.communicate(timeout=120)
+    _, said = working.communicate(timeout=300)
     assert working.returncode == 128 + signal.SIGTERM
     assert "stopped by SIGTERM; the model so far is saved; --resume continues it" in said
     stopped = load(output).provenance

@@ -21,6 +21,7 @@ from mplicits.model.model_file import save
 from mplicits.reporting import pictures
 from mplicits.reporting.curves import diagram, read_log
 from mplicits.reporting.page import report
+from support.browser import PATIENCE
 from support.paths import DEMO
 from support.random_model import random_model
 
@@ -155,6 +156,7 @@ def test_the_verb_writes_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[
 def test_the_page_in_a_browser(browser: "Browser", log: Path, tmp_path: Path) -> None:
     (tmp_path / "page.html").write_text(mplicits.report(DEMO, log=log))
     context = browser.new_context(offline=True, viewport={"width": 390, "height": 800})
+    context.set_default_timeout(PATIENCE)
     page, said = context.new_page(), list[str]()
     page.on("console", lambda message: said.append(message.text))
     page.goto((tmp_path / "page.html").as_uri())

@@ -9,6 +9,7 @@ import pytest
 
 from mplicits.cli import main
 from mplicits.model.model_file import load, save
+from support.browser import PATIENCE
 from support.random_model import random_model
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ def test_links_lead_to_the_files_of_each_model(browser: "Browser", models: Path,
     site = tmp_path / "a" / "site"
     assert main(["gallery", str(site), "--models", str(models), "--title", HOSTILE]) == 0
     page = browser.new_page()
+    page.set_default_timeout(PATIENCE)
     problems: list[str] = []
     page.on("console", lambda message: problems.append(message.text))
     page.on("dialog", lambda dialog: problems.append(dialog.message))

@@ -115,9 +115,10 @@ def test_without_an_encoder_the_recording_is_live(record: Recorded) -> None:
 
 @pytest.mark.parametrize("before", ["", "delete globalThis.VideoEncoder;"])
 def test_a_stop_ends_it_without_a_video(record: Recorded, before: str) -> None:
-    told, video = record(before, stopAt=0.3)
+    told, video = record(before, seconds=20, stopAt=0.02)
     assert video is None
-    assert told[-1] == pytest.approx(0.3, abs=0.3)
+    assert all(share < 0.02 for share in told[:-1])
+    assert told[-1] >= 0.02
 
 
 def test_a_browser_without_either_is_told(record: Recorded) -> None:

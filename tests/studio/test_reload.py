@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from mplicits.model.model_file import load
-from support.browser import PATIENCE, visit
+from support.browser import visit
 from support.studio_visit import ready, recorded, save, until_recorded, write_page
 
 if TYPE_CHECKING:
@@ -25,15 +25,15 @@ def test_a_reload_offers_the_last_shape(kind: str, browser: "Browser", tmp_path:
         assert not visited.page.is_visible("#resume")
         visited.page.click("text=Gear")
         if kind == "whole":
-            visited.page.wait_for_selector("#download", timeout=PATIENCE)
+            visited.page.wait_for_selector("#download")
         until_recorded(visited, levels=2 if kind == "whole" else 1, texture=False)
         report = visited.page.inner_text("#report")
         visited.page.reload()
-        visited.page.click("text=Go on with gear", timeout=PATIENCE)
+        visited.page.click("text=Go on with gear")
         if kind == "unfinished":
             visited.until("document.getElementById('report').textContent.startsWith('Level 2')")
             visited.page.click("#stop")
-        visited.page.wait_for_selector("#download", timeout=PATIENCE)
+        visited.page.wait_for_selector("#download")
         if kind == "whole":
             assert visited.page.inner_text("#report") == report, "it trained again"
         save(visited, "#download", tmp_path / "gear.safetensors")
@@ -41,8 +41,8 @@ def test_a_reload_offers_the_last_shape(kind: str, browser: "Browser", tmp_path:
         assert (model.name, len(model.levels)) == ("gear", 2)
         assert model.provenance["levels"][0]["steps"] == 60
         visited.page.reload()
-        visited.page.click("text=Forget it", timeout=PATIENCE)
-        visited.page.wait_for_selector("#resume", state="hidden", timeout=PATIENCE)
+        visited.page.click("text=Forget it")
+        visited.page.wait_for_selector("#resume", state="hidden")
         assert recorded(visited) is None
         visited.page.reload()
         ready(visited)

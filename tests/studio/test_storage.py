@@ -10,6 +10,7 @@ import av
 import pytest
 
 from mplicits.studio.page import script
+from support.browser import PATIENCE
 from support.firefox import firefox
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ def file(tmp_path: Path) -> Path:
 @pytest.fixture
 def page(browser: "Browser", file: Path) -> Iterator["Page"]:
     context = browser.new_context()
+    context.set_default_timeout(PATIENCE)
     page = context.new_page()
     page.goto(file.as_uri())
     yield page

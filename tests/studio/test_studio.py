@@ -1,5 +1,6 @@
 """The studio in Chromium: a dropped mesh trains, and its model opens in Python."""
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,7 @@ from mplicits.ir.lower import lower
 from mplicits.model import model_file
 from mplicits.model.model_file import load
 from mplicits.model.quantize import is_quantized
-from support.browser import Visit, visit
+from support.browser import PATIENCE, Visit, visit
 from support.fitted_model import fitted_model
 from support.studio_visit import CENTER, RADIUS, ball, ready, save, write_page
 from support.unpacked import unpacked
@@ -32,7 +33,7 @@ def test_a_dropped_mesh_trains_to_a_model(browser: "Browser", tmp_path: Path) ->
         ready(visited)
         assert "Drop a mesh" in visited.page.inner_text("#welcome")
         visited.drop(ball(), "a ball.stl")
-        visited.page.wait_for_selector("#download", timeout=30_000)
+        visited.page.wait_for_selector("#download")
         model = load(saved(visited, tmp_path / "m.safetensors"))
         visited.still()
         assert visited.root("error") is not None
@@ -48,6 +49,17 @@ def test_a_dropped_mesh_trains_to_a_model(browser: "Browser", tmp_path: Path) ->
     assert model.provenance["levels"][1]["mean_f"] == pytest.approx(f, rel=0.5)
     assert f < 0.02
     assert cli.main(["info", str(tmp_path / "m.safetensors")]) == 0
+
+
+def paused(visited: Visit) -> str:
+    """Wait until the report stays the same for a second. Returns it."""
+    end = time.monotonic() + PATIENCE / 1000
+    while time.monotonic() < end:
+        report = visited.page.inner_text("#report")
+        visited.page.wait_for_timeout(1000)
+        if visited.page.inner_text("#report") == report:
+            return report
+    pytest.fail("the training does not pause")
 
 
 def test_pause_stop_and_bad_files(browser: "Browser", tmp_path: Path) -> None:
@@ -68,14 +80,11 @@ def test_pause_stop_and_bad_files(browser: "Browser", tmp_path: Path) -> None:
         visited.drop(ball(), "a ball.stl")
         visited.until("document.getElementById('shapes').textContent.startsWith('14x1')")
         visited.page.click("#pause")
-        visited.page.wait_for_timeout(500)
-        before = visited.page.inner_text("#report")
-        visited.page.wait_for_timeout(1000)
-        assert visited.page.inner_text("#report") == before
+        before = paused(visited)
         visited.page.click("text=Go on")
         visited.until(f"document.getElementById('report').textContent !== {before!r}")
         visited.page.click("#stop")
-        visited.page.wait_for_selector("#download", timeout=30_000)
+        visited.page.wait_for_selector("#download")
         assert len(load(saved(visited, tmp_path / "m.safetensors")).levels) == 1
         assert visited.console == []
 

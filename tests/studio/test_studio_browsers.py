@@ -75,7 +75,7 @@ def test_the_shadertoy_text_draws_the_model_elsewhere(browser: "Browser", osmesa
     with visit(browser, write_page(tmp_path / "studio.html", 200), size=(900, 500), share=0.1) as visited:
         ready(visited)
         visited.drop(ball(), "a ball.stl")
-        visited.page.wait_for_selector("#download", timeout=60_000)
+        visited.page.wait_for_selector("#download")
         save(visited, "#download", tmp_path / "m.safetensors")
         save(visited, "#save-text", tmp_path / "text.frag")
     theirs = player_picture((tmp_path / "text.frag").read_text(), SIZE, tmp_path)
@@ -96,7 +96,7 @@ def test_the_page_answers_while_it_trains(browser: "Browser", tmp_path: Path) ->
         visited.page.check("input[value=tiny]", force=True)
         visited.page.evaluate(WATCH)
         visited.page.click("[data-example='0']")
-        visited.page.wait_for_selector("#download", timeout=120_000)
+        visited.page.wait_for_selector("#download")
         longest = visited.page.evaluate("window.longest")
         print(f"longest tasks, milliseconds: {longest}")
         assert max(longest["Level"], longest.get("Colors", 0)) < 1000  # 40 on idle cores
@@ -107,10 +107,9 @@ def test_the_saved_page_draws_and_the_video_plays(browser: "Browser", tmp_path: 
     with visit(browser, write_page(tmp_path / "studio.html", 200), size=(600, 400), share=0.3) as visited:
         ready(visited)
         visited.drop(ball(), "a ball.stl")
-        visited.page.wait_for_selector("#download", timeout=60_000)
+        visited.page.wait_for_selector("#download")
         visited.still()
         assert save(visited, "#save-page", tmp_path / "page.html") == "a-ball.html"
-        visited.page.set_default_timeout(300_000)
         assert save(visited, "#save-webm", tmp_path / "turn.webm") == "a-ball.webm"
         assert visited.page.inner_text("#report").startswith("Trained")
         assert visited.console == []

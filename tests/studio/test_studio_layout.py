@@ -65,11 +65,11 @@ def test_every_state_is_accessible_and_fits_a_phone(opened: Visit) -> None:
     assert page.is_hidden("#more input")
     opened.drop(ball(), "a ball with a name that is too long for one line of a phone.stl")
     page.wait_for_selector("#stop")
+    opened.until("document.getElementById('trained').value > 0")
     assert (violations(opened), page.evaluate(SMALL_TARGETS), page.evaluate(OUTSIDE)) == ([], [], [])
     height = page.evaluate("document.getElementById('training').offsetHeight")
     page.click("#pause")
     assert page.evaluate("document.getElementById('training').offsetHeight") == height
-    assert page.evaluate("document.getElementById('trained').value") > 0
     assert page.inner_text("#ended") == ""
     page.click("#stop")
     page.wait_for_selector("#download")
@@ -88,7 +88,7 @@ def test_the_keyboard_reaches_everything(browser: "Browser", tmp_path: Path) -> 
         assert follow_tab(visited, "More") == ["choose", "Rope knot", "Fluted vase", "Gear", "base", "More"]
         visited.page.focus("[data-example='2']")
         visited.page.keyboard.press("Space")
-        visited.page.wait_for_selector("#download", timeout=60_000)
+        visited.page.wait_for_selector("#download")
         visited.page.focus("#view")
         order = follow_tab(visited, "save-webm")
         view, settings, saves = (

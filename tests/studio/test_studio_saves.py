@@ -49,7 +49,7 @@ def trained(browser: "Browser", tmp_path_factory: pytest.TempPathFactory) -> Ite
         ready(visited)
         assert not visited.page.evaluate(ASKS)
         visited.drop(box(), "a box.ply")
-        visited.page.wait_for_selector("#download", timeout=60_000)
+        visited.page.wait_for_selector("#download")
         yield visited
         assert visited.console == []
 

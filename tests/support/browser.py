@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 DRIVERS = {"SwiftShader": "swiftshader", "llvmpipe": "gl-egl"}
 """Name of a software GL -> ANGLE's name for the back end that reaches it."""
 PATIENCE = 300_000
-"""Timeout of a picture, milliseconds."""
+"""Timeout of all that a test waits for, milliseconds: as long as a busy machine takes."""
 _DROP = """([bytes, name]) => {
     const transfer = new DataTransfer();
     transfer.items.add(new File([new Uint8Array(bytes)], name));
@@ -46,7 +46,7 @@ def chromium(driver: str = "SwiftShader") -> Iterator["Browser"]:
         flags += ["--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
         flags += ["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"]
         environment = {**os.environ, "EGL_PLATFORM": "surfaceless"}
-        browser = playwright.chromium.launch(executable_path=path, args=flags, env=environment)
+        browser = playwright.chromium.launch(executable_path=path, args=flags, env=environment, timeout=PATIENCE)
         yield browser
         browser.close()
 
@@ -62,13 +62,11 @@ class Visit:
     page: "Page"
     console: list[str] = field(default_factory=list)
     """Lines on the console, uncaught errors included."""
-    patience: int = PATIENCE
-    """Timeout of `until`, milliseconds."""
 
     def until(self, condition: str) -> None:
         """Wait until a JavaScript expression is true."""
         # As a function, because the page's policy forbids eval().
-        self.page.wait_for_function(f"() => {condition}", timeout=self.patience)
+        self.page.wait_for_function(f"() => {condition}")
 
     def still(self) -> None:
         """Wait until the picture is refined and nothing more is drawn."""
@@ -102,7 +100,7 @@ class Visit:
 
     def saved(self) -> NDArray[np.uint8]:
         """Return the picture from "Save PNG", (H, W, 3)."""
-        with self.page.expect_download(timeout=PATIENCE) as download:
+        with self.page.expect_download() as download:
             self.page.keyboard.press("s")
         return np.asarray(Image.open(io.BytesIO(Path(download.value.path()).read_bytes())).convert("RGB"))
 
@@ -133,6 +131,7 @@ def visit(
     """
     window: dict[str, Any] = {"viewport": {"width": size[0], "height": size[1]}, "color_scheme": "dark"}
     context = browser.new_context(offline=True, device_scale_factor=share, **window | options)
+    context.set_default_timeout(PATIENCE)
     page = context.new_page()
     visited = Visit(page)
     page.on("console", lambda message: visited.console.append(message.text))

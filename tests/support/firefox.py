@@ -25,7 +25,7 @@ PREFERENCES = {
     "toolkit.telemetry.enabled": False,
 }
 """Preferences: any free port, WebGL without a GPU, and no first-start windows."""
-PATIENCE = 120
+PATIENCE = 300
 """Timeout of Firefox's start, and of a condition, seconds."""
 
 

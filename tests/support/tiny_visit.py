@@ -10,15 +10,24 @@ from .browser import Visit
 
 COUNT = """{
     const request = requestAnimationFrame, old = matchMedia;
-    window.waiting = 0;
-    window.requestAnimationFrame = (draw) => (++waiting, request((now) => (--waiting, draw(now))));
+    const context = WebGL2RenderingContext.prototype, {blitFramebuffer} = context;
+    window.asked = window.waiting = window.coarse = 0;
+    context.blitFramebuffer = function (...values) { ++coarse; return blitFramebuffer.apply(this, values); };
+    window.requestAnimationFrame = (draw) => (++asked, ++waiting, request((now) => (--waiting, draw(now))));
     window.matchMedia = (query) => (query.includes("motion") ? {matches: true} : old(query));
 }"""
-"""Script for `visit`: counts the frames that wait for the browser, and asks for less motion."""
-STILL = "document.querySelector('canvas') && waiting === 0"
+"""Script for `visit`: counts the frames that the page asked for, those that it waits for, and its coarse pictures;
+prefers less motion."""
+MOVES = "coarse > 3"
+"""Whether the view or the model moves: the page draws one coarse picture of a view at rest."""
 
 
-def still(visited: Visit) -> NDArray[np.int16]:
-    """Wait until nothing more is drawn, and return the picture (H, W, 3)."""
-    visited.until(STILL)
+def asked(visited: Visit) -> int:
+    """Return how many frames the page asked for."""
+    return int(visited.page.evaluate("asked"))
+
+
+def still(visited: Visit, before: int = 0) -> NDArray[np.int16]:
+    """Wait until the page asked for more frames than `before`, and draws no more; return the picture (H, W, 3)."""
+    visited.until(f"asked > {before} && waiting === 0")
     return np.asarray(Image.open(io.BytesIO(visited.page.screenshot())).convert("RGB"), np.int16)

@@ -1,5 +1,6 @@
 """Viewers that draw with OSMesa, and helpers for their tests."""
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -31,8 +32,9 @@ OpenViewer = Callable[..., Viewer]
 
 
 @pytest.fixture
-def open_viewer(osmesa: Context, tmp_path: Path) -> Iterator[OpenViewer]:
-    """A function that opens a viewer of TWO."""
+def open_viewer(osmesa: Context, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[OpenViewer]:
+    """A function that opens a viewer of TWO, whose messages stay."""
+    monkeypatch.setattr("mplicits.viewer.state.viewer.MESSAGE_SECONDS", math.inf)
     viewers = []
 
     def opened(watch: bool = False, **options: object) -> Viewer:
@@ -49,7 +51,7 @@ def open_viewer(osmesa: Context, tmp_path: Path) -> Iterator[OpenViewer]:
         viewer.close()
 
 
-def settle(viewer: Viewer, until: Callable[[], bool] = lambda: True, seconds: float = 60.0) -> None:
+def settle(viewer: Viewer, until: Callable[[], bool] = lambda: True, seconds: float = 300.0) -> None:
     """Call tick until the condition holds and the viewer is idle; fail after some seconds."""
     end = time.perf_counter() + seconds
     while time.perf_counter() < end:

@@ -33,7 +33,7 @@ def screen():
         data = gl.screen.read(viewport=(0, 0, width, height), components=3)
     return np.frombuffer(data, np.uint8).reshape(height, width, 3)[::-1] / 255.0
 
-def settle(seconds=40.0):
+def settle(seconds=300.0):
     "Runs the loop until nothing is left to do."
     end = time.perf_counter() + seconds
     while time.perf_counter() < end:
@@ -44,6 +44,13 @@ def settle(seconds=40.0):
         time.sleep(0.002)
     raise SystemExit("the window never becomes idle")
 
+def wait(condition, seconds=300.0):
+    "Runs the loop for 0.2 s, and then until the condition holds: the display server takes its time."
+    begin = time.perf_counter()
+    while time.perf_counter() < begin + 0.2 or not condition() and time.perf_counter() < begin + seconds:
+        glfw.wait_events_timeout(0.01)
+        window.step()
+
 def difference():
     "The largest difference, over all pixels and channels, between the window's picture and what render draws."
     x, y, width, height = window.area
@@ -51,10 +58,12 @@ def difference():
     return float(np.abs(screen()[:, x:] - rendered).max())
 
 def user(*actions):
-    "Runs the loop, does one of the actions every 0.25 s beside it, and closes the window at the end."
+    "Runs the loop, does the actions beside it, each 0.25 s later once nothing is left to do, and closes the window."
     def run():
         for action in (*actions, lambda: glfw.set_window_should_close(handle, True)):
             time.sleep(0.25)
+            while not viewer.idle:
+                time.sleep(0.01)
             action()
             glfw.post_empty_event()
     threading.Thread(target=run, daemon=True).start()
@@ -84,7 +93,7 @@ def run(
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=600,
     )
     assert process.returncode == 0, process.stderr + process.stdout
     report: dict[str, Any] = json.loads(process.stdout.splitlines()[-1])

@@ -134,7 +134,7 @@ def test_pools_hold_the_values_of_the_frozen_levels(ball: Shape, model: Model) -
 def test_a_training_takes_the_users_seconds(ball: Shape) -> None:
     began = time.perf_counter()
     train(ball, dataclasses.replace(SMALL_SETTINGS, seconds=4.0))
-    assert 3 < time.perf_counter() - began < 30, "a busy machine is late; how late is for a benchmark"
+    assert 3 < time.perf_counter() - began < 200, "a busy machine is late; how late is for a benchmark"
 
 
 def test_seconds_that_are_over_before_the_first_step_are_refused(ball: Shape) -> None:

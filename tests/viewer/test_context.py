@@ -140,5 +140,5 @@ def test_a_hidden_window_draws_beside_other_contexts(xvfb: dict[str, str]) -> No
         "print(all(square.draw(i) == i for i in range(4) for square in squares), squares[0].context.kind)"
     )
     arguments = [sys.executable, "-c", code]
-    done = subprocess.run(arguments, env=xvfb, capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(arguments, env=xvfb, capture_output=True, text=True, check=False, timeout=300)
     assert done.stdout.split() == ["True", "window"], done.stderr

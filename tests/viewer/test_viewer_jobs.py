@@ -54,7 +54,7 @@ def test_the_viewer_draws_while_a_png_is_encoded(
     may_encode = Event()
 
     def slow(image: NDArray[np.float32], title: str) -> bytes:
-        assert may_encode.wait(60.0)
+        assert may_encode.wait(300.0)
         return to_png(image, title)
 
     monkeypatch.setattr("mplicits.viewer.state.jobs.to_png", slow)
@@ -150,7 +150,7 @@ def test_a_trained_model_is_shown(open_viewer: OpenViewer, tmp_path: Path) -> No
         seen.add((viewer.source.name, viewer.view.levels))
         return viewer.work.training is None
 
-    settle(viewer, done, seconds=60.0)
+    settle(viewer, done)
     assert "is trained" in viewer.message
     assert viewer.source.name == "shape.obj"
     assert viewer.view.levels == 2

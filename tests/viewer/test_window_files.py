@@ -23,7 +23,7 @@ drop("shader.glsl"); settle(); report["shader"] = [viewer.source.name, differenc
 before = screen()
 text = Path("shader.glsl").read_text()
 Path("shader.glsl").write_text(text.replace("vec3 toward = normalize(", "vec3 toward = normalise("))
-end = time.perf_counter() + 20
+end = time.perf_counter() + 300
 while not viewer.log and time.perf_counter() < end:
     window.step()
     time.sleep(0.02)

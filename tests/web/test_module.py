@@ -14,6 +14,7 @@ from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets.header import read_header
 from mplicits.model.errors import UserError
 from mplicits.web.module import standalone
+from support.browser import PATIENCE
 from support.firefox import firefox
 from support.fitted_model import fitted_model
 from support.module_pages import module_page
@@ -48,6 +49,7 @@ def opened(browser: "Browser", folder: Path, body: str = BODY) -> Iterator["Page
     path = folder / "page.html"
     path.write_text(module_page(FIELD, body, WATCH), encoding="utf-8")
     context = browser.new_context(offline=True, viewport={"width": 400, "height": 400})
+    context.set_default_timeout(PATIENCE)
     page, errors = context.new_page(), list[str]()
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.goto(path.as_uri())
@@ -59,7 +61,7 @@ def opened(browser: "Browser", folder: Path, body: str = BODY) -> Iterator["Page
 
 def told(page: "Page", view: str, kind: str) -> None:
     """Wait for an event of an element."""
-    page.wait_for_function(f"() => log.some(([view, type]) => view === '{view}' && type === '{kind}')", timeout=40_000)
+    page.wait_for_function(f"() => log.some(([view, type]) => view === '{view}' && type === '{kind}')")
 
 
 def visit_page(page: "Page") -> None:
@@ -87,9 +89,7 @@ def visit_page(page: "Page") -> None:
     theta = page.evaluate("() => of('third').getCameraOrbit().theta")
     page.wait_for_function("theta => Math.abs(of('third').getCameraOrbit().theta - theta) > 0.05", arg=theta)
     page.evaluate("() => scrollTo(0, 0)")
-    page.wait_for_function(
-        "() => canvases('first') && of('first').shadowRoot.querySelector('.still').hidden", timeout=40_000
-    )
+    page.wait_for_function("() => canvases('first') && of('first').shadowRoot.querySelector('.still').hidden")
 
 
 @pytest.mark.slow
@@ -157,6 +157,7 @@ def test_two_modules_and_a_file_share_a_page(browser: "Browser", tmp_path: Path)
     FIELD.save(tmp_path / "ball.safetensors")
     (tmp_path / "page.html").write_text(f"<!doctype html>{body}")
     context = browser.new_context(viewport={"width": 700, "height": 900})
+    context.set_default_timeout(PATIENCE)
     page, lines = context.new_page(), list[str]()
     page.on("pageerror", lambda error: lines.append(str(error)))
     page.on("console", lambda message: lines.append(message.text))

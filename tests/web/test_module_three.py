@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 import mplicits
+from support.browser import PATIENCE
 from support.fitted_model import fitted_model
 from support.module_pages import drawn, three_page
 from support.moving_model import moving_model
@@ -28,6 +29,7 @@ def opened(
 ) -> Iterator["Page"]:
     """Open the page of the scene with a model."""
     context = browser.new_context(offline=True)
+    context.set_default_timeout(PATIENCE)
     page, messages = context.new_page(), list[str]()
     page.on("console", lambda message: messages.append(message.text))
     page.on("pageerror", lambda error: messages.append(str(error)))

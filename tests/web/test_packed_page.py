@@ -23,7 +23,7 @@ from mplicits.web import page
 from mplicits.web.minified import minified, short_script
 from mplicits.web.packed_page import packed
 from mplicits.web.short_weights import MOST_ERROR, short_weights
-from support.browser import visit
+from support.browser import PATIENCE, visit
 from support.firefox import firefox
 from support.page_pictures import MODEL
 from support.random_model import random_model
@@ -138,7 +138,7 @@ def test_a_packed_page_in_a_frame(browser: "Browser", tmp_path: Path) -> None:
     (tmp_path / "host.html").write_text('<iframe src="packed.html#panel=0" sandbox="allow-scripts"></iframe>')
     with visit(browser, tmp_path / "host.html", share=0.1) as visited:
         frame = visited.page.frames[1]
-        frame.wait_for_function(f"() => 'drawn' in {STATE}", timeout=visited.patience)
+        frame.wait_for_function(f"() => 'drawn' in {STATE}")
         assert not frame.is_visible("#fold")
         assert visited.console == []
 
@@ -193,6 +193,7 @@ REFUSED = {"fetch": "refused", "img": "refused", "script": "refused", "worker": 
 def test_the_policy_holds_after_unpacking(browser: "Browser", hosted: tuple[str, list[str]]) -> None:
     address, paths = hosted
     tab = browser.new_page()
+    tab.set_default_timeout(PATIENCE)
     tab.goto(address)
     tab.wait_for_function(f"() => {STATE}.seen")
     seen = json.loads(tab.evaluate(f"{STATE}.seen"))

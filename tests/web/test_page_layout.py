@@ -153,8 +153,10 @@ def test_bar_status_line_and_live_region_report_the_state(browser: "Browser", pa
         covered = [line for line, covers in zip(seen["status"], seen["covered"], strict=True) if covers]
         assert any("×" in line for line in covered), "frames coarser than the poster stay hidden"
         assert not seen["covered"][-1]
+        page.evaluate("window.held = true")
         page.keyboard.press("ArrowLeft")
         visited.until("document.documentElement.dataset.state === 'drawing'")
+        page.evaluate("window.held = false")
         visited.still()
         assert page.evaluate("window.seen.spoken") == seen["spoken"], "later views are not announced"
         assert visited.console == []

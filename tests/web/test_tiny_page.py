@@ -21,7 +21,7 @@ from support.moving_model import moving_model
 from support.page_pictures import MODEL
 from support.random_model import random_model
 from support.shadertoy import SHADERTOY, picture
-from support.tiny_visit import COUNT, still
+from support.tiny_visit import COUNT, MOVES, asked, still
 from support.unpacked import bytes_of
 
 if TYPE_CHECKING:
@@ -75,18 +75,21 @@ def test_dragging_turns_and_the_wheel_zooms(browser: "Browser", osmesa: Context,
     text = SHADERTOY(SMALL, "packed", shade="phong")
     with visit(browser, page(SMALL, tmp_path, "phong"), size=SIZE, share=1, script=COUNT) as visited:
         first, mouse = still(visited), visited.page.mouse
+        before = asked(visited)
         mouse.move(60, 200)
         mouse.down()
         mouse.move(110, 230, steps=3)
         mouse.up()
-        turned = still(visited)
+        turned = still(visited, before)
         # Shadertoy's y axis points up.
         expected = picture(osmesa, text, (110, 422 - 230, 60, 422 - 200), size=SIZE)
         assert psnr(turned, expected) > 30 > psnr(first, expected)
+        before = asked(visited)
         mouse.wheel(0, -200)
-        assert covered(still(visited)) > 1.5 * covered(turned)
+        assert covered(still(visited, before)) > 1.5 * covered(turned)
+        before = asked(visited)
         visited.page.set_viewport_size({"width": 300, "height": 200})
-        assert still(visited).shape == (200, 300, 3)
+        assert still(visited, before).shape == (200, 300, 3)
         assert visited.page.evaluate("document.querySelector('canvas').width") == 300
         assert visited.console == []
 
@@ -98,7 +101,7 @@ def covered(drawn: NDArray[np.int16]) -> int:
 
 def test_two_fingers_zoom(browser: "Browser", tmp_path: Path) -> None:
     with visit(browser, page(SMALL, tmp_path, "phong"), size=SIZE, share=1, script=COUNT) as visited:
-        before = covered(still(visited))
+        before, frames = covered(still(visited)), asked(visited)
         visited.page.evaluate("""() => {
             const canvas = document.querySelector("canvas");
             canvas.setPointerCapture = () => {};
@@ -107,25 +110,21 @@ def test_two_fingers_zoom(browser: "Browser", tmp_path: Path) -> None:
                 canvas.dispatchEvent(new PointerEvent(`pointer${kind}`, touch));
             }
         }""")
-        assert covered(still(visited)) > 1.5 * before
+        assert covered(still(visited, frames)) > 1.5 * before
 
 
 def test_the_turntable_turns_until_somebody_drags(browser: "Browser", tmp_path: Path) -> None:
     with visit(
         browser, page(SMALL, tmp_path, "phong"), size=(96, 96), share=1, script=COUNT.replace("true", "false")
     ) as visited:
-        visited.until("waiting > 0")
-        visited.page.wait_for_timeout(500)
-        assert visited.page.evaluate("waiting") == 1
+        visited.until(MOVES)
         visited.page.mouse.click(50, 50)
         still(visited)
 
 
 def test_a_moving_model_has_its_weights_as_text(browser: "Browser", tmp_path: Path) -> None:
     with visit(browser, page(moving_model(), tmp_path), size=(96, 96), share=1, script=COUNT) as visited:
-        visited.until("waiting > 0")
-        visited.page.wait_for_timeout(500)
-        assert visited.page.evaluate("waiting") == 1, "it moves on"
+        visited.until(MOVES)
         assert visited.console == []
 
 
