@@ -1,12 +1,14 @@
 """From photographs to a model (Appendix F)."""
 
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import torch
 
 from ..model.errors import UserError
+from ..model.interrupts import SecondInterrupt, between_steps
 from ..model.model import Model, Network
 from ..trainer.machine import device, prepare
 from ..trainer.measured import measured_levels
@@ -71,18 +73,21 @@ class Reconstruction:
         else:
             self._resume(*earlier)
         self._progress.begin("photographs")
-        try:
-            self._train()
-        except KeyboardInterrupt:
-            if not self._steps:
+        with between_steps() as take_signals:
+            try:
+                self._train(take_signals)
+            except SecondInterrupt:
                 raise
-            self.interrupted = True
-            self._save()
+            except KeyboardInterrupt:
+                if not self._steps:
+                    raise
+                self.interrupted = True
+                self._save()
         self._progress.end()
         self._learner.check()
         return self._model()
 
-    def _train(self) -> None:
+    def _train(self, take_signals: Callable[[], None]) -> None:
         seconds = self._options.seconds
         budget = Budget(steps=self._options.steps)
         if seconds is not None:
@@ -90,6 +95,7 @@ class Reconstruction:
         clock = budget.clock()
         reports = int(self._share * REPORTS)
         while (share := clock(self._steps)) < 1:
+            take_signals()
             loss = self._learner.step(share)
             self._loss += max(SMOOTHING, 1 / (self._steps + 1)) * (loss - self._loss)
             self._steps, self._share = self._steps + 1, share

@@ -3,7 +3,7 @@
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
@@ -24,6 +24,10 @@ def end_imports_at_once() -> None:
     usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if usual and threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, _end_or_raise)
+
+
+class SecondInterrupt(KeyboardInterrupt):
+    """A second signal, while the first waits for the end of a step: work stops inside the step, and saves nothing."""
 
 
 def begin_work(*, termination: bool = True) -> None:
@@ -60,6 +64,42 @@ def held_back() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
     if pressed:
         raise KeyboardInterrupt
+
+
+@contextmanager
+def between_steps() -> Iterator[Callable[[], None]]:
+    """Let the signals that end work wait for the end of a step, so that no step is half done.
+
+    Yields a function that the block calls between two steps: if a signal came, it acts on it, which usually raises
+    KeyboardInterrupt. The end of the block does so, too. A second signal before that raises `SecondInterrupt` at once.
+    Changes nothing for signals that the caller ignores or leaves to the system, or outside the main thread.
+    """
+    main = threading.current_thread() is threading.main_thread()
+    found = {number: signal.getsignal(number) for number in (signal.SIGINT, *ENDINGS)} if main else {}
+    before = {number: handler for number, handler in found.items() if callable(handler)}
+    came: list[int] = []
+
+    def note(number: int, frame: FrameType | None) -> None:
+        came.append(number)
+        if len(came) > 1:
+            try:
+                before[signal.Signals(number)](number, frame)
+            except KeyboardInterrupt:
+                raise SecondInterrupt from None
+
+    def act() -> None:
+        if came:
+            number = came.pop(0)
+            before[signal.Signals(number)](number, None)
+
+    for number in before:
+        signal.signal(number, note)
+    try:
+        yield act
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    act()
 
 
 def _raise(number: int, _: FrameType | None) -> None:

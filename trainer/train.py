@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from ..model.errors import UserError
+from ..model.interrupts import SecondInterrupt
 from ..model.model import Model
 from . import plan, quality, texture
 from .callbacks import Checkpoint
@@ -115,8 +116,10 @@ class Training:
                 self._after_level()
             if with_texture and not self.interrupted:
                 self._train_texture(budgets[-1])
+        except SecondInterrupt:
+            raise
         except KeyboardInterrupt:
-            if len(self._trained.levels) == finished:
+            if self.interrupted or len(self._trained.levels) == finished:
                 raise
             self.interrupted = True
         return self._model()
@@ -243,7 +246,10 @@ class Training:
         # The steps of the interrupted run count; of the seconds, the budget has only the remaining ones.
         done = snapshot.real("fraction") if budget.steps is None else 0.0
         began -= snapshot.real("seconds")
-        return Stage(name, network, omega, seed, snapshot.whole("pool"), replace(budget, done=done), began, snapshot)
+        samples = snapshot.whole("pool")
+        if samples > self._config.sampling.largest_pool:
+            raise UserError("training: 'pool' is larger than any")
+        return Stage(name, network, omega, seed, samples, replace(budget, done=done), began, snapshot)
 
     def _fit(
         self,

@@ -3,8 +3,12 @@
 import dataclasses
 import json
 import signal
+import subprocess
+import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from random import Random
 
 import numpy as np
 import pytest
@@ -13,13 +17,14 @@ import trimesh
 
 from mplicits import cli
 from mplicits.model.errors import UserError
-from mplicits.model.interrupts import ENDINGS, begin_work
+from mplicits.model.interrupts import ENDINGS, SecondInterrupt, begin_work, ended_by
 from mplicits.model.model import Model
 from mplicits.model.model_file import TRAINING, load, save
 from mplicits.trainer import level, machine, part
 from mplicits.trainer.config import LossConfig
 from mplicits.trainer.mining import Miner
 from mplicits.trainer.networks.network import initial
+from mplicits.trainer.networks.optimizer import Optimizer
 from mplicits.trainer.networks.snapshot import Snapshot
 from mplicits.trainer.part import Part
 from mplicits.trainer.progress import TrainingBar
@@ -33,6 +38,10 @@ from support.random_model import random_model
 SETTINGS = dataclasses.replace(SMALL_SETTINGS, steps=(60, 60, 60))
 PACKED = dataclasses.replace(SETTINGS, packed=True)
 OUTPUT, PART = Path("ball.safetensors"), Path("ball.part.safetensors")
+START = (
+    "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    "from mplicits.__main__ import main; sys.exit(main())"
+)
 QUICK = ["--levels", "8x0,8x1", "--quiet"]
 
 
@@ -269,3 +278,80 @@ def test_load_ignores_the_state() -> None:
     save(model, OUTPUT, (json.dumps({"steps": 3}), {"weight.0": np.arange(5, dtype=np.int64)}))
     assert TRAINING.encode() in OUTPUT.read_bytes()
     assert load(OUTPUT).sha256() == model.sha256()
+
+
+@pytest.mark.usefixtures("_handlers")
+@pytest.mark.parametrize(
+    ("number", "stage"),
+    [*((signal.SIGINT, stage) for stage in ("level 1", "level 2", "tex")), *((end, "level 2") for end in ENDINGS)],
+)
+def test_a_signal_inside_a_step_waits_for_its_end(
+    number: signal.Signals, stage: str, ball: Shape, unbroken: dict[bool, Model], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The signal comes between gradient and optimizer; the resumed training has every bit of an unbroken one."""
+    log, steps = Log(), [0]
+    take = Optimizer.step
+
+    def pressed(optimizer: Optimizer, factor: float) -> None:
+        steps[0] += log.stages[-1].startswith(stage)
+        if steps[0] == 20:
+            signal.raise_signal(number)
+        take(optimizer, factor)
+
+    begin_work()
+    with monkeypatch.context() as patch:
+        patch.setattr(Optimizer, "step", pressed)
+        stopped = Training(ball, SETTINGS, log, part=Part(OUTPUT, log.say)).run()
+    record = stopped.provenance["texture"] or stopped.provenance["levels"][-1]
+    assert record["steps"] == 20
+    resumed = Training(ball, SETTINGS, log, part=Part(OUTPUT, log.say)).run(*Part(OUTPUT, log.say).read())
+    assert resumed.sha256() == unbroken[False].sha256()
+
+
+@pytest.mark.usefixtures("_handlers")
+def test_a_second_signal_ends_the_training_inside_the_step(ball: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
+    def pressed(_: Optimizer, __: float) -> None:
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGTERM)
+
+    begin_work()
+    monkeypatch.setattr(Optimizer, "step", pressed)
+    with pytest.raises(SecondInterrupt):
+        Training(ball, SETTINGS, Log(), part=Part(OUTPUT, print)).run()
+    assert not PART.exists()
+    assert ended_by() == signal.SIGTERM
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("_handlers")
+@pytest.mark.parametrize("number", [signal.SIGINT, *ENDINGS])
+def test_a_signal_at_any_moment_can_be_resumed_bit_for_bit(number: signal.Signals) -> None:
+    """A training in its own process gets the signal again and again at random moments, until it is through."""
+    trimesh.creation.icosphere(3).export("ball.ply")
+    argv = ["train", "ball.ply", *QUICK, "--steps", "500"]
+
+    def run(output: str, *more: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-c", START, *argv, "-o", output, *more]
+        return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+
+    with run("unbroken.safetensors") as process:
+        began = time.perf_counter()
+        assert process.wait() == 0
+        whole = time.perf_counter() - began
+    moments, stopped = Random(int(number)), 0
+    for _ in range(20):
+        with run(str(OUTPUT), "--resume") as process:
+            try:
+                process.wait(moments.uniform(0.2, 1.0) * whole)
+            except subprocess.TimeoutExpired:
+                process.send_signal(number)
+            code = process.wait()
+        stopped += code == 128 + number
+        assert code in (0, 128 + number)
+        if code == 0:
+            break
+    else:
+        with run(str(OUTPUT), "--resume") as process:
+            assert process.wait() == 0
+    assert stopped
+    assert load(OUTPUT).sha256() == load(Path("unbroken.safetensors")).sha256()

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import torch
 
+from ...model.interrupts import SecondInterrupt, between_steps
 from .callback import Callback, FitState
 from .network import Weights
 from .optimizer import Optimizer
@@ -190,31 +191,44 @@ class _Attempt:
         self._clock = budget.clock()
 
     def run(self) -> None:
-        """Take the steps."""
-        clock = self._clock
-        try:
-            while (share := clock(self.steps)) < 1:
-                state = self._state(share)
+        """Take the steps. Ctrl-C and signals end them between two steps, so that the state can be resumed."""
+        with between_steps() as take_signals:
+            try:
+                while not self.failed:
+                    take_signals()
+                    if not self._step():
+                        break
+            except SecondInterrupt:
+                raise
+            except KeyboardInterrupt:
+                self.interrupted = True
+            if self.failed:
+                return
+            state = self._state(self.share)
+            if not state.finite():
+                self.failed = "diverged"
+            elif self.interrupted and self.steps:
                 for callback in self._callbacks:
-                    callback.before_step(state)
-                clock.resume_at(share)
-                loss = self._task.step(self._weights)
-                self._optimizer.step(schedule(share))
-                self._watch(loss, share)
-                if self.failed:
-                    return
-                state = self._state(share)
-                for callback in self._callbacks:
-                    callback.after_step(state)
+                    callback.after_interrupt(state)
+
+    def _step(self) -> bool:
+        """Take a step with its callbacks. Returns False at the end of the schedule."""
+        share = self._clock(self.steps)
+        if share == 1:
             self.share = 1.0
-        except KeyboardInterrupt:
-            self.interrupted = True
-        state = self._state(self.share)
-        if not state.finite():
-            self.failed = "diverged"
-        elif self.interrupted and self.steps:
+            return False
+        state = self._state(share)
+        for callback in self._callbacks:
+            callback.before_step(state)
+        self._clock.resume_at(share)
+        loss = self._task.step(self._weights)
+        self._optimizer.step(schedule(share))
+        self._watch(loss, share)
+        if not self.failed:
+            state = self._state(share)
             for callback in self._callbacks:
-                callback.after_interrupt(state)
+                callback.after_step(state)
+        return True
 
     def _watch(self, loss: float, share: float) -> None:
         """Count the step, and judge whether the network diverges or collapses."""
