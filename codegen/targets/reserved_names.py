@@ -43,8 +43,12 @@ va_arg va_copy va_end va_start vfprintf vfscanf vfwprintf vfwscanf vprintf vscan
 vswscanf vwprintf vwscanf wcrtomb wcscat wcschr wcscmp wcscoll wcscpy wcscspn wcsftime wcslen wcsncat wcsncmp wcsncpy
 wcspbrk wcsrchr wcsrtombs wcsspn wcsstr wcstod wcstof wcstoimax wcstok wcstol wcstold wcstoll wcstombs wcstoul
 wcstoull wcstoumax wcsxfrm wctob wctomb wctrans wctype wmemchr wmemcmp wmemcpy wmemmove wmemset wprintf wscanf
+BUFSIZ CLOCKS_PER_SEC CMPLX CMPLXF CMPLXL DBL_HAS_SUBNORM FLT_EVAL_METHOD FLT_HAS_SUBNORM FLT_RADIX FLT_ROUNDS I
+LDBL_HAS_SUBNORM L_tmpnam NULL ONCE_FLAG_INIT SEEK_CUR SEEK_END SEEK_SET TIME_UTC TSS_DTOR_ITERATIONS WEOF call_once
+complex imaginary kill_dependency noreturn far max min near small
 """
-"""Keywords of C (C17 6.4.1, C23) and C++, macros of math.h, library functions (C17 7), built-in functions of GCC."""
+"""Keywords of C (C17 6.4.1, C23) and C++, macros and functions of the library (C17 7), built-in functions of GCC, and
+macros of Windows' headers."""
 
 _GLSL = """
 active asm atomic_uint attribute bool break buffer case cast centroid class coherent common const continue default
@@ -130,9 +134,12 @@ RESERVED = {
 }
 """Target -> its reserved names; `FAMILIES` holds those that follow a pattern."""
 FAMILIES = {
+    "c": r"E[0-9A-Z]\w*|(SIG_?|LC_|FE_)[A-Z]\w*|(PRI|SCN)[a-zX]\w*|(ATOMIC|atomic|memory_order|thrd|mtx|cnd|tss)_\w+|"
+    r"[A-Z]\w*_(MAX|MIN|DIG|EPSILON|EXP|C|BIT)",
     "glsl": r"gl_\w+|[bdfhiu]?vec[234]|d?mat[234](x[234])?|[iu]?(sampler|texture|image|subpassInput)[A-Z1-3]\w*|"
-    r"atomic[A-Z]\w+",
+    r"atomic[A-Z]\w+|memoryBarrier\w+|(Emit|End)\w*(Vertex|Primitive)",
     "hlsl": r"(bool|double|dword|float|half|int|uint|min1\w+)[1-4](x[1-4])?|(RW)?Texture\w+|tex(1D|2D|3D|CUBE)\w*|"
+    r"(RasterizerOrdered|Quad|GlobalOrdered)[A-Z]\w+|globallycoherent|(u?int|float)(16|32|64)_t\w*|"
     r"Wave\w+|sampler(1D|2D|3D|CUBE)?|Process\w+TessFactors\w+",
     "wgsl": r"vec[234][fhiu]?|mat[234]x[234][fh]?|texture_\w+|atomic[A-Z]\w+|quad[A-Z]\w+|subgroup[A-Z]\w+",
 }

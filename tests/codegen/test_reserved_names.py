@@ -1,11 +1,14 @@
 """Names that a language reserves are refused, and all other names compile."""
 
+import inspect
 import re
 import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
+from pygments.lexers.c_cpp import CppLexer
+from pygments.lexers.graphics import GLShaderLexer, HLSLShaderLexer
 
 from mplicits import cli
 from mplicits.bake.registry import TARGETS
@@ -23,11 +26,24 @@ INSIDE = set(
 STANDARD_HEADERS = re.findall(
     r"\w+", "complex ctype fenv inttypes locale math setjmp signal stdio stdlib string time uchar wchar wctype"
 )
+FURTHER_HEADERS = re.findall(
+    r"\w+",
+    "assert errno float iso646 limits stdalign stdarg stdatomic stdbool stddef stdint stdnoreturn tgmath threads",
+)
+"""Headers of C11 that declare macros and types alone, or functions that GCC does not list."""
+HIGHLIGHTED = {
+    word
+    for lexer in (GLShaderLexer, HLSLShaderLexer, CppLexer)
+    for base in lexer.__mro__
+    if base.__module__.startswith("pygments.lexers")
+    for word in re.findall(r"\w+", inspect.getsource(base))
+}
+"""The words that an editor highlights, and others of the same files."""
 REFUSED = [
-    *(("c", name) for name in ("log", "exp", "gamma", "y1", "cosf", "printf", "new", "main")),
+    *(("c", name) for name in ("log", "exp", "gamma", "y1", "cosf", "printf", "new", "main", "NULL", "EOF", "E2BIG")),
     *(("python", name) for name in ("lambda", "len", "np")),
     *(("glsl", name) for name in ("step", "length", "distance", "vec3", "dmat2x3", "input", "gl_x")),
-    *(("hlsl", name) for name in ("lerp", "saturate", "float3", "min16float2", "technique")),
+    *(("hlsl", name) for name in ("lerp", "saturate", "float3", "min16float2", "technique", "Texture2D")),
     *(("wgsl", name) for name in ("select", "step", "mat2x3f", "fn", "self")),
 ]
 
@@ -36,7 +52,7 @@ REFUSED = [
 def test_a_reserved_name_is_refused(target: str, name: str) -> None:
     with pytest.raises(UserError, match=f"--name {name}: {target} reserves this name; choose another"):
         function_name(name, "model", target)
-    assert function_name(None, name, target) == f"{name}_sdf"
+    assert function_name(None, name, target) == (f"{name}_sdf" if name.islower() else name.lower())
 
 
 def test_c_reserves_all_functions_of_its_headers(tmp_path: Path) -> None:
@@ -49,6 +65,19 @@ def test_c_reserves_all_functions_of_its_headers(tmp_path: Path) -> None:
         declared = set(re.findall(r"\b([a-z]\w*) \(", (tmp_path / "names.txt").read_text())) - {"void"}
         assert len(declared) > 200
         assert [name for name in sorted(declared) if not is_reserved(name, "c")] == []
+
+
+def test_c_reserves_all_macros_of_its_headers(tmp_path: Path) -> None:
+    need("gcc", "gcc")
+    headers = [*STANDARD_HEADERS, *FURTHER_HEADERS]
+    (tmp_path / "headers.c").write_text("".join(f"#include <{header}.h>\n" for header in headers))
+    command = ["gcc", "-std=c11", "-dM", "-E", "headers.c"]
+    listed = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True).stdout
+    macros = {
+        name for name in re.findall(r"^#define (\w+)", listed, re.MULTILINE) if name[0] != "_" and "__" not in name
+    }
+    assert len(macros) > 500
+    assert [name for name in sorted(macros) if not is_reserved(name, "c")] == []
 
 
 def test_bake_refuses_a_reserved_name_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -90,7 +119,8 @@ def test_every_other_name_compiles(target: str, tmp_path: Path) -> None:
     """A language compiles the reserved words of all other languages, and names that its own text uses inside."""
     text = TARGETS[target](random_model((4, 0)), name="NAME")
     assert HEADS[target].partition(")")[0] in text
-    words = {word for words in RESERVED.values() for word in words if re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", word)}
+    words = {word for words in RESERVED.values() for word in words} | HIGHLIGHTED
+    words = {word for word in words if re.fullmatch(r"[A-Za-z](_?[A-Za-z0-9])*", word)}
     names = [name for name in sorted(words | INSIDE) if not is_reserved(name, target)]
     assert len(names) > 500
     texts = [(text if name in INSIDE else HEADS[target]).replace("NAME", name) for name in names]
