@@ -3,6 +3,7 @@
 import base64
 import io
 import json
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -98,13 +99,9 @@ def module_page(field: mplicits.Field, body: str, script: str = "", more: str = 
     return f'<!doctype html><meta charset="utf-8">{more}<body>{body}<script type="module">{head}\n{script}</script>'
 
 
-def three_page(field: mplicits.Field, folder: Path, *, cells: int, **setup: Any) -> Path:
-    """Write the page of SCENE.
-
-    cells: of the meshed copy, along an edge. setup: size, perspective, lit, ground, box, turn.
-    """
-    if not THREE.exists():
-        pytest.skip("three.js is not installed (Debian: libjs-three)")
+@cache
+def _meshed(field: mplicits.Field, cells: int) -> dict[str, str]:
+    """Return the arrays of the meshed copy in base64."""
     mesh = field.mesh(cells, space="model", quiet=True)
     arrays = {
         "vertices": np.asarray(mesh.vertices, "<f4"),
@@ -112,9 +109,18 @@ def three_page(field: mplicits.Field, folder: Path, *, cells: int, **setup: Any)
         "colors": np.asarray(field.color(mesh.vertices), "<f4"),
         "faces": np.asarray(mesh.faces, "<u4"),
     }
-    texts = {name: base64.b64encode(array.tobytes()).decode() for name, array in arrays.items()}
+    return {name: base64.b64encode(array.tobytes()).decode() for name, array in arrays.items()}
+
+
+def three_page(field: mplicits.Field, folder: Path, *, cells: int, **setup: Any) -> Path:
+    """Write the page of SCENE.
+
+    cells: of the meshed copy, along an edge. setup: size, perspective, lit, ground, box, turn.
+    """
+    if not THREE.exists():
+        pytest.skip("three.js is not installed (Debian: libjs-three)")
     usual = {"size": 256, "fov": FOV, "perspective": True, "lit": False, "ground": -0.4, "box": [0.5, 0.1, 0.3]}
-    script = f"const setup = {json.dumps(usual | {'turn': 0.5} | setup | texts)};{SCENE}"
+    script = f"const setup = {json.dumps(usual | {'turn': 0.5} | setup | _meshed(field, cells))};{SCENE}"
     path = folder / "three.html"
     library = f"<script>{THREE.read_text(encoding='utf-8')}</script>"
     path.write_text(module_page(field, "<canvas></canvas>", script, library), encoding="utf-8")

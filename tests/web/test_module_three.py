@@ -54,7 +54,7 @@ def labels(picture: NDArray[np.uint8]) -> NDArray[np.int64]:
     return found
 
 
-@pytest.mark.parametrize("perspective", [True, False])
+@pytest.mark.parametrize("perspective", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_silhouette_and_cuts_equal_those_of_a_mesh(browser: "Browser", tmp_path: Path, perspective: bool) -> None:
     traced, meshed = pictures(browser, tmp_path, perspective=perspective)
     ours, expected = labels(traced), labels(meshed)

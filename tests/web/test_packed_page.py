@@ -115,8 +115,8 @@ def test_the_packed_page_holds_the_page(tmp_path: Path) -> None:
 
 def test_the_packed_page_draws_the_same_model(browser: "Browser", tmp_path: Path) -> None:
     file = tmp_path / "packed.html"
-    file.write_text(packed(page.standalone(MODEL, shade="phong")), encoding="utf-8")
-    with visit(browser, file, share=0.1, hash_="#az=10&panel=0") as visited:
+    file.write_text(packed(page.standalone(MODEL, poster=False, shade="phong")), encoding="utf-8")
+    with visit(browser, file, share=0.05, hash_="#az=10&panel=0") as visited:
         visited.still()
         assert float(visited.root("error") or "nan") < 5e-6
         assert visited.page.title() == "fitted"
@@ -128,7 +128,7 @@ def test_the_packed_page_draws_the_same_model(browser: "Browser", tmp_path: Path
         visited.until(f"'ready' in {STATE}")
         visited.page.goto("about:blank")
         visited.page.go_back()
-        visited.still()
+        visited.until(f"'ready' in {STATE}")
         assert visited.camera()["panel"] == "0"
         assert visited.console == []
 

@@ -38,13 +38,11 @@ def test_the_page_shows_the_picture_that_osmesa_draws(opened: Visit, renderer: R
     assert differ(ours, turned), "the tolerance tells another view apart"
 
 
-def test_the_page_opens_in_the_studio(browser: "Browser", tmp_path: Path, renderer: Renderer) -> None:
+@pytest.mark.slow
+def test_the_studio_is_the_desktop_s(browser: "Browser", tmp_path: Path, renderer: Renderer) -> None:
     file = tmp_path / "page.html"
     file.write_text(standalone(MODEL, poster=False))
     with visit(browser, file, share=0.1) as visited:
-        visited.still()
-        visited.unfold()
-        assert visited.page.input_value("#shading input:checked") == "studio"
         visited.fold()
         theirs = desktop(renderer, Camera(), RenderOptions(shade="studio"), side=64)
         assert not differ(visited.saved(), theirs, mean=1.2)
@@ -250,6 +248,7 @@ def test_the_button_copies_the_text_for_shadertoy(browser: "Browser", tmp_path: 
     file.write_text(standalone(model, poster=False))
     with visit(browser, file, permissions=["clipboard-read", "clipboard-write"]) as visited:
         visited.unfold()
+        assert visited.page.input_value("#shading input:checked") == "studio", "it opens so"
         visited.page.click("#copy")
         visited.page.wait_for_selector("#message:not([hidden])")
         assert visited.page.evaluate("navigator.clipboard.readText()") == shadertoy.exact(model)

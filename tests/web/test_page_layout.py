@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 WINDOW = (1280, 800)
 SHARE = 0.05
 """Device pixels per CSS pixel."""
-BACKGROUNDS = ("slate", "night", "paper", "sky")
+QUICK, OTHERS = ("slate", "paper"), ("night", "sky")
+"""Backgrounds: a dark and a light one, and the rest."""
 TEXTURE = remembering(MODEL, "texture")
 HOLD = (
     TEXTURE
@@ -115,7 +116,7 @@ def box(opened: Visit, selector: str) -> tuple[float, float, float, float]:
     return found["x"], found["y"], found["x"] + found["width"], found["y"] + found["height"]
 
 
-@pytest.mark.parametrize("scheme", ["dark", "light"])
+@pytest.mark.parametrize("scheme", ["dark", pytest.param("light", marks=pytest.mark.slow)])
 def test_the_first_paint_has_the_background_of_the_picture(scheme: str, browser: "Browser", page_file: Path) -> None:
     with visit(browser, page_file, WINDOW, SHARE, HOLD, "#az=100&el=20", color_scheme=scheme) as visited:
         visited.until("document.documentElement.dataset.state === 'compiling'")
@@ -162,7 +163,7 @@ def test_bar_status_line_and_live_region_report_the_state(browser: "Browser", pa
         assert visited.console == []
 
 
-@pytest.mark.parametrize("background", BACKGROUNDS)
+@pytest.mark.parametrize("background", [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS)])
 def test_every_text_has_contrast_on_every_background(background: str, wide: Visit) -> None:
     wide.page.evaluate("name => document.querySelector(`#background input[value=${name}]`).click()", background)
     for key in "xp":  # on the dark background of the heat map, and on its own

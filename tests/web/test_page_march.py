@@ -35,7 +35,9 @@ window.trace = async () => {
 """Lets a page with a grid return the ends of its rays."""
 
 
-@pytest.mark.parametrize(("storage", "late"), [("texture", True), ("literal", False)])
+@pytest.mark.parametrize(
+    ("storage", "late"), [("texture", True), pytest.param("literal", False, marks=pytest.mark.slow)]
+)
 def test_rays_take_the_steps_of_the_reference(
     storage: str, late: bool, browser: "Browser", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

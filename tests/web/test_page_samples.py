@@ -122,7 +122,7 @@ def test_further_samples_are_drawn_along_edges(browser: "Browser", tmp_path: Pat
         assert text.count("get adapts() {") == 1
         file = tmp_path / "page.html"
         file.write_text(text.replace("get adapts() {", adapts))
-        with visit(browser, file, (96, 96), 1, script=TEXTURE + COUNT, hash_="#panel=0") as visited:
+        with visit(browser, file, (64, 64), 1, script=TEXTURE + COUNT, hash_="#panel=0") as visited:
             visited.still()
             pictures[way] = visited.saved() / 255.0
             drawn[way] = visited.page.evaluate("window.accumulated")

@@ -23,7 +23,7 @@ LOSE = """() => {
 def test_a_page_without_a_model_waits_for_one(browser: "Browser", tmp_path: Path) -> None:
     file = tmp_path / "empty.html"
     file.write_text(without_model("an <empty> stage"), encoding="utf-8")
-    with visit(browser, file, share=0.1, hash_="#turntable=20") as visited:
+    with visit(browser, file, share=0.05, hash_="#turntable=20") as visited:
         visited.until("'ready' in document.documentElement.dataset")
         assert visited.page.title() == "an <empty> stage"
         for key in ("s", "1", "9", "p", "t", "x", "r", "h", "h", " ", "+", "ArrowLeft", "Escape"):
