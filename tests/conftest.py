@@ -1,12 +1,14 @@
 """The fixtures that several test files share, and the one option that rewrites golden files."""
 
 import os
+import zlib
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from zopfli.zlib import compress
 
 from mplicits.bake.registry import TARGETS
 from mplicits.model.errors import UserError
@@ -29,6 +31,20 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ.setdefault("GALLIVM_PERF", "nopt")
     if config.getoption("numprocesses", None):
         os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def quick_deflate() -> Iterator[None]:
+    """Let zlib pack pages: Zopfli takes a second for each. See `zopfli`."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("zopfli.zlib.compress", zlib.compress)
+        yield
+
+
+@pytest.fixture
+def zopfli(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages as small as the package makes them."""
+    monkeypatch.setattr("zopfli.zlib.compress", compress)
 
 
 @pytest.fixture(scope="session")

@@ -233,6 +233,7 @@ def test_firefox_draws_a_packed_page(xvfb: dict[str, str], tmp_path: Path) -> No
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("zopfli")
 @pytest.mark.parametrize(("name", "most"), [("spot-small", 62_000), ("spot", 110_000)])
 def test_pages_of_the_gallery_are_light(name: str, most: int) -> None:
     pytest.importorskip("minify", reason="tdewolff-minify is not installed")
@@ -252,5 +253,6 @@ def test_short_weights_keep_quantized_ones_exactly() -> None:
     assert rounded is None or 0 < rounded.error[0] <= MOST_ERROR
 
 
+@pytest.mark.usefixtures("zopfli")
 def test_the_studio_is_small() -> None:
     assert len(studio_page.studio().encode()) <= 150_000

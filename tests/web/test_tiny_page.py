@@ -140,6 +140,7 @@ def test_hostile_names_stay_text(browser: "Browser", tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("zopfli")
 @pytest.mark.parametrize(("name", "most"), [("spot-small", 10_000), ("spot", 30_000)])
 def test_pages_of_the_gallery_are_tiny(name: str, most: int) -> None:
     pytest.importorskip("minify", reason="tdewolff-minify is not installed")
