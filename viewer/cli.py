@@ -126,6 +126,7 @@ def _render(command: RenderCommand) -> None:
         else:
             coverage = write_video(renderer, output, size, shot, camera, options)
             frame_seconds = (time.perf_counter() - start) / shot.frames
+        mean_samples = renderer.drawn / (size[0] * size[1] * (command.frames or 1))
         rate = None if command.benchmark is None else _frames_per_second(renderer, command, camera)
     if not coverage:
         print(EMPTY_PICTURE, file=sys.stderr)
@@ -134,6 +135,7 @@ def _render(command: RenderCommand) -> None:
         "width": size[0],
         "height": size[1],
         "samples": command.samples,
+        "mean_samples": round(mean_samples, 3),
         "shade": command.shade,
         "time": command.time if moving and shot is None else None,
         "frames": None if shot is None else shot.frames,
@@ -159,8 +161,9 @@ def _summary(report: dict[str, Any], benchmark: int | None) -> str:
 
     video = f"{report['frames']} pictures, {report['fps']} a second, " if report["frames"] else ""
     line = (
-        f"{show(report['output'])}: {video}{report['width']}x{report['height']}, {report['samples']} samples, "
-        f"{report['context']} on {report['renderer']}; compiled in {report['compile_seconds']:.2f} s, "
+        f"{show(report['output'])}: {video}{report['width']}x{report['height']}, "
+        f"{report['mean_samples']:.3g} samples a pixel, {report['context']} on {report['renderer']}; "
+        f"compiled in {report['compile_seconds']:.2f} s, "
         f"drawn in {report['frame_seconds']:.2f} s{' each' if video else ''}"
     )
     if report["frames_per_second"] is not None:

@@ -115,8 +115,8 @@ class PictureOptions(ViewerOptions):
     def rays(self) -> int:
         """Return about how many rays the picture takes."""
         width, height = self.pixels
-        mean = self.samples * (1.0 if self.uniform or self.mesh is not None else SHARE)
-        return round(width * height * max(1.0, mean))
+        share = 1.0 if self.uniform or self.mesh is not None else SHARE
+        return round(width * height * (1 + share * (self.samples - 1)))
 
     def for_levels(self, levels: int) -> "PictureOptions":
         """Return the options for a model with `levels` levels, with the halves of --split chosen. Raises UserError."""

@@ -7,7 +7,7 @@ from ..codegen.printers.field import PLAIN, STORAGES
 from ..codegen.printers.texels import TEXTURE_WIDTH, UNROLL
 from ..codegen.targets import orbit
 from ..codegen.targets.motion import PERIOD
-from ..codegen.targets.samples import BLOCK, FEW, POWER, ROUGH_SHARE, SHARE, STEEPEST
+from ..codegen.targets.samples import BLOCK, PLENTY, POWER, SHARE, STEEPEST
 from ..codegen.targets.shader import FLOOR_BLOCK, LEAST_STEPS, LOOP_LIMIT
 from ..codegen.targets.uniforms import SHADINGS, UNIFORMS
 from ..field.cell_codes import EMPTY, OVERESTIMATE, REACH
@@ -78,8 +78,7 @@ def facts_json(facts: dict[str, Any]) -> str:
         },
         "samples": {
             "share": SHARE,
-            "roughShare": ROUGH_SHARE,
-            "few": FEW,
+            "plenty": PLENTY,
             "power": POWER,
             "steepest": STEEPEST,
             "block": BLOCK,

@@ -1,11 +1,12 @@
 """Adaptive samples of a pixel, by its difference from its neighbors, for the viewer and the page."""
 
-SHARE = 0.15
-"""Largest mean number of samples of a pixel of the shape, as a share of the most samples of a pixel."""
-ROUGH_SHARE = 0.25
-"""The same share for a picture of many edges, in which SHARE would give fewer than FEW samples to a difference of 1."""
-FEW = 6.0
-"""Number of further samples, for a difference of 1 between neighboring pixels, that counts as few."""
+SHARE = 0.1
+"""Largest mean number of further samples of a pixel of the shape, as a share of the most further samples of a pixel."""
+PLENTY = 8.0
+"""Number of further samples, for a difference of 1 between neighboring pixels, from which on SHARE holds.
+
+A picture of many edges, such as a small one, may have more where that leaves k < PLENTY: SHARE times (PLENTY / k)^2.
+"""
 POWER = 2 / 3
 """The number of a pixel's further samples grows with this power of its difference from its neighbors.
 

@@ -76,6 +76,18 @@ def test_json_reports_the_coverage_of_a_transparent_picture(
 
 
 @pytest.mark.usefixtures("osmesa")
+def test_json_reports_the_samples_that_were_drawn(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    means = []
+    for samples in ("1", "3", "3 --uniform"):
+        render(model, "-o", tmp_path / "a.png", *f"--size 24 --force --json --samples {samples}".split())
+        means.append(json.loads(capsys.readouterr().out)["mean_samples"])
+    assert means[0] == 1 < means[1] < 2
+    assert means[2] == 3
+
+
+@pytest.mark.usefixtures("osmesa")
 def test_the_default_output_is_named_after_the_model(
     model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

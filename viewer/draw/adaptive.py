@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ...codegen.targets.samples import BLOCK, FEW, POWER, ROUGH_SHARE, SHARE, STEEPEST
+from ...codegen.targets.samples import BLOCK, PLENTY, POWER, SHARE, STEEPEST
 from .supersampling import Image, jitters
 
 
@@ -21,8 +21,8 @@ def sample_counts(picture: Image, samples: int) -> NDArray[np.int64]:
     covered = (picture[..., 3] > 0).sum()
 
     def exceeds_share(factor: float) -> bool:
-        share = ROUGH_SHARE if factor <= FEW else SHARE
-        return bool(_counts(weights, factor, samples).sum() > max(0.0, share * samples - 1) * covered)
+        most = SHARE * max(1.0, (PLENTY / factor) ** 2) * (samples - 1) * covered
+        return bool(_counts(weights, factor, samples).sum() > most)
 
     least, most = 0.0, STEEPEST
     if not exceeds_share(most):
@@ -34,9 +34,20 @@ def sample_counts(picture: Image, samples: int) -> NDArray[np.int64]:
 
 
 def _counts(weights: NDArray[np.float64], factor: float, samples: int) -> NDArray[np.int64]:
-    """Return whole numbers (H, W) proportional to the weights (H, W), without 1: one more sample is no mean."""
+    """Return whole numbers (H, W) proportional to the weights (H, W).
+
+    One further sample cannot lie opposite a first one at the center: 1 becomes 0, except where 1 is the most.
+    """
     counts = np.minimum(weights * factor, samples - 1).astype(np.int64)
-    return np.where(counts == 1, 0, counts)
+    return np.where((counts == 1) & (samples > 2), 0, counts)
+
+
+def first_offset(samples: int) -> NDArray[np.float32]:
+    """Return the offset (1, 2) of every pixel's first sample, pixels. samples: largest number per pixel.
+
+    It is the center; where there are two samples, they lie on opposite sides of it.
+    """
+    return jitters(2)[:1] if samples == 2 else jitters(1)
 
 
 def sample_points(
@@ -44,13 +55,13 @@ def sample_points(
 ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
     """Return points (N, 2) in pixels, `counts` (H, W) of them in each pixel, and the flat pixel index (N,) of each.
 
-    The points of a pixel are spread around its center, so that their mean does not shift the picture. corner: the
-    picture's pixel at `counts[0, 0]`.
+    The points of a pixel are spread around its center, so that their mean does not shift the picture; a single point
+    lies opposite `first_offset`. corner: the picture's pixel at `counts[0, 0]`.
     """
     each = counts.ravel()
     pixels = np.repeat(np.arange(each.size), each)
     number = np.arange(len(pixels)) - np.repeat(np.cumsum(each) - each, each)
-    spread = np.concatenate([jitters(k) for k in range(1, max(2, int(each.max(initial=0)) + 1))])
+    spread = np.concatenate([jitters(2)[1:], *(jitters(k) for k in range(2, int(each.max(initial=0)) + 1))])
     offsets = spread[np.repeat(each * (each - 1) // 2, each) + number]
     rows, columns = np.divmod(pixels, counts.shape[1])
     centers = np.stack([columns + corner[0], rows + corner[1]], axis=1).astype(np.float32) + np.float32(0.5)

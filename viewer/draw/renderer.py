@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from .adaptive import add_samples, from_blocks, into_blocks, sample_counts, sample_points
+from .adaptive import add_samples, first_offset, from_blocks, into_blocks, sample_counts, sample_points
 from .camera import Camera
 from .framebuffer import check_drawn, read_pixels
 from .options import RenderOptions
@@ -18,6 +18,9 @@ from .tiles import TILE_SIDE, Tile, check_size, largest_tile, tiles, with_border
 
 class Renderer(Sampler):
     """Draws pictures with one shader. Raises UserError if the driver rejects the shader or the weights."""
+
+    drawn = 0
+    """Number of samples of all pictures so far."""
 
     def render(self, size: tuple[int, int], camera: Camera, options: RenderOptions | None = None) -> Image:
         """Draw a picture of `size` (width, height) pixels: (H, W, 4) float32, top row first.
@@ -55,7 +58,7 @@ class Renderer(Sampler):
         after_sample: called after each sample of all pixels.
         """
         adapts, transparent = self.adapts(options), options.transparent
-        offsets = jitters(1) if adapts else _sample_offsets(options)
+        offsets = first_offset(options.samples) if adapts else _sample_offsets(options)
         averaged = adapts or len(offsets) > 1 or transparent
         # Adaptive sampling compares the pixels at the tile's border with their neighbors in the next tile.
         drawn = with_border(tile, size) if adapts else tile
@@ -80,6 +83,7 @@ class Renderer(Sampler):
                 for _ in range(1, options.samples):
                     after_sample()
             check_drawn(gl, self.context.renderer)
+        self.drawn += int(np.broadcast_to(counts, (*total.shape[:2], 1)).sum())
         return from_linear(total / counts, transparent) if averaged else total
 
     def adapts(self, options: RenderOptions) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ... import glsl
-from ..draw.adaptive import add_samples, sample_counts, sample_points
+from ..draw.adaptive import add_samples, first_offset, sample_counts, sample_points
 from ..draw.camera import Camera
 from ..draw.compile import VERTEX_SHADER
 from ..draw.context import Context
@@ -128,7 +128,8 @@ class Picture:
         """Add all samples to the fine picture, and yield after each tile."""
         self.frame_seconds = 0.0
         adapts = renderer.adapts(scene.options)
-        offsets = jitters(1 if adapts else scene.options.samples)
+        samples = scene.options.samples
+        offsets = first_offset(samples) if adapts else jitters(samples)
         seen = np.empty((scene.size[1], scene.size[0], 4), np.float32)
         for k, offset in enumerate(offsets[golden_order(len(offsets))].tolist()):
             for start, (x, y, width, height) in self._sampled_tiles(renderer, scene, (offset[0], offset[1])):
@@ -137,7 +138,7 @@ class Picture:
                 self.frame_seconds += (time.perf_counter() - start) * (k == 0)
                 yield
         if adapts:
-            yield from self._refined_pixels(renderer, scene, sample_counts(seen, scene.options.samples))
+            yield from self._refined_pixels(renderer, scene, sample_counts(seen, samples))
 
     def _sampled_tiles(
         self, renderer: Renderer, scene: Scene, offset: tuple[float, float]

@@ -13,13 +13,13 @@ export function wanted(seen, samples) {
         ++bins[seen[i]];
         if (seen[i + 3]) ++covered;
     }
-    const {share, roughShare, few, power, steepest} = shared.samples;
+    const {share, plenty, power, steepest} = shared.samples;
     const count = (byte, steepness) => {
         const further = Math.min(Math.floor((byte / 255) ** power * steepness), samples - 1);
         return further === 1 ? 0 : further;
     };
     const isTooMuch = (steepness) => {
-        const most = Math.max(0, (steepness <= few ? roughShare : share) * samples - 1) * covered;
+        const most = share * Math.max(1, (plenty / steepness) ** 2) * (samples - 1) * covered;
         return bins.reduce((sum, many, byte) => sum + many * count(byte, steepness), 0) > most;
     };
     let low = 0, high = steepest;
