@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bake.options import BakeOptions, PackOptions
+from ..bake.options import BakeOptions, InfoOptions, PackOptions
 from ..mesher.options import EvalOptions, MeshOptions
 from ..model.model import level_networks, shape_of, sizes
 from ..model.model_file import save as save_model
@@ -130,11 +130,12 @@ class Field(FieldFunction):
 
         return Field(packed(self.model, read_bits(options.bits)).model)
 
-    def info(self) -> dict[str, object]:
-        """Return the facts of `mplicits info --json`: levels, costs, quality, bytes of each target."""
+    @takes(InfoOptions)
+    def info(self, options: InfoOptions) -> dict[str, object]:
+        """Return the facts of `mplicits info --json`: levels, costs, quality; bytes of each target on request."""
         from ..bake.facts import model_facts
 
-        return model_facts(self.model)
+        return model_facts(self.model, sizes=options.sizes)
 
     def save(self, path: str | Path) -> None:
         """Write the model file (docs/format.md), whole or not at all."""

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..model.gallery import SUFFIX, model_help, model_path
-from ..model.options import Options, argument, option
+from ..model.options import argument, option
 from ..model.verb import Verb, force_option, output_option
-from .options import BakeOptions, PackOptions
+from .options import BakeOptions, InfoOptions, PackOptions
 from .registry import TARGETS
 
 
 @dataclass(frozen=True)
-class InfoCommand(Options):
+class InfoCommand(InfoOptions):
     """Command line of `info`."""
 
     model: Path = argument("M", model_help(), model_path)
@@ -26,7 +26,7 @@ def _info(command: InfoCommand) -> None:
     from .description import describe
     from .facts import model_facts
 
-    facts = model_facts(load(command.model))
+    facts = model_facts(load(command.model), sizes=command.sizes)
     print(json.dumps(facts, indent=2) if command.json else "\n".join(describe(facts)))
 
 
@@ -101,7 +101,7 @@ def _pack(command: PackCommand) -> None:
 
 
 VERBS = (
-    Verb("info", "levels, parameters, cost and bytes of a model", InfoCommand, "info spot", _info),
+    Verb("info", "levels, parameters, costs and quality of a model", InfoCommand, "info spot", _info),
     Verb(
         "bake",
         "write a model's weights and the renderer as shader source",

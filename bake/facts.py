@@ -5,14 +5,16 @@ from typing import Any
 from ..ir.lower import lower
 from ..ir.program import Cost
 from ..model.errors import UserError
-from ..model.model import Model, level_networks, shape_of, sizes
+from ..model.model import Model, level_networks, shape_of
+from ..model.model import sizes as sizes_of
 from ..model.model_file import to_bytes
 from ..model.packed_weights import pack
-from .registry import TARGETS, Target
+from ..model.remarks import remarks
+from .registry import TARGETS
 
 
-def model_facts(model: Model) -> dict[str, Any]:
-    """Return the facts that `info --json` prints."""
+def model_facts(model: Model, *, sizes: bool = False) -> dict[str, Any]:
+    """Return the facts that `info --json` prints. sizes: also "bytes", those of each target, which is baked for it."""
     program = lower(model)
     levels = []
     total = Cost(0, 0)
@@ -21,7 +23,7 @@ def model_facts(model: Model) -> dict[str, Any]:
         networks = level_networks(model, i)
         levels.append(
             {
-                "network": sizes(networks),
+                "network": sizes_of(networks),
                 "parameters": sum(layer.weight.size + layer.bias.size for network in networks for layer in network),
                 "multiply_adds": total.multiply_adds,
                 "sines": total.sines,
@@ -46,7 +48,8 @@ def model_facts(model: Model) -> dict[str, Any]:
         "up": model.up,
         "front": model.front,
         "credit": model.credit,
-        "bytes": {name: _size(model, target) for name, target in TARGETS.items()},
+        **({"bytes": _target_sizes(model)} if sizes else {}),
+        "warnings": remarks(model.provenance),
         "provenance": model.provenance,
     }
 
@@ -58,9 +61,12 @@ def _file(model: Model) -> dict[str, Any]:
     return {"bytes": len(to_bytes(model)), "bits": bits, "packed": packed is not None}
 
 
-def _size(model: Model, target: Target) -> int | None:
-    """Return the bytes of a target's text; None if it refuses the model."""
-    try:
-        return target.size(model)
-    except UserError:
-        return None
+def _target_sizes(model: Model) -> dict[str, int | None]:
+    """Return the bytes of each target's text; None where it refuses the model."""
+    found: dict[str, int | None] = {}
+    for name, target in TARGETS.items():
+        try:
+            found[name] = target.size(model)
+        except UserError:
+            found[name] = None
+    return found

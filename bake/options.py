@@ -56,6 +56,13 @@ class BakeOptions(Options):
 
 
 @dataclass(frozen=True)
+class InfoOptions(Options):
+    """Options of `info`, for the command line and for Python."""
+
+    sizes: bool = option(False, "also bake every target to count its bytes, which takes some seconds")
+
+
+@dataclass(frozen=True)
 class PackOptions(Options):
     """Options of `pack`, for the command line and for Python (docs/format.md)."""
 

@@ -88,12 +88,11 @@ class Target:
         return {path.with_suffix(self.types): import_module(f"..{self.module}", __package__).types()}
 
     def size(self, model: "Model") -> int:
-        """Return the bytes of the output file without a poster. Raises UserError where the target refuses the model.
+        """Return the bytes of the output file. Raises UserError where the target refuses the model.
 
         For tiny and Shadertoy this is an upper bound, since the search for the fewest bits takes seconds.
         """
-        write = getattr(self._module, "exact", self._standalone)
-        return len(write(model, **({"poster": False} if self.page else {})).encode())
+        return len(getattr(self._module, "exact", self._standalone)(model).encode())
 
     @property
     def _module(self) -> "ModuleType":

@@ -227,13 +227,17 @@ class _SingleThreadedBlas:
         self._restore: Callable[[], None] | None = None
 
     def __enter__(self) -> bool:
-        """Return False if BLAS cannot be limited: without threadpoolctl, a dependency of the extra `mesh`."""
+        """Return False if BLAS cannot be limited: without threadpoolctl, a dependency of the extra `mesh`.
+
+        The command line limits it from the start (__main__.py).
+        """
+        limited = os.environ.get("OPENBLAS_NUM_THREADS") == "1"
         with self._lock:
             self._inside += 1
-            if self._inside == 1:
+            if self._inside == 1 and not limited:
                 with contextlib.suppress(ModuleNotFoundError):
                     self._restore = _libraries().limit(limits=1, user_api="blas").restore_original_limits
-            return self._restore is not None
+            return limited or self._restore is not None
 
     def __exit__(self, *_: object) -> None:
         with self._lock:

@@ -124,7 +124,7 @@ def test_a_terminal_names_the_network_being_rounded(monkeypatch: pytest.MonkeyPa
     assert bars[False] == ""
 
 
-def test_info_does_not_search(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sizes_are_counted_without_a_search(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shadertoy, "fewest_bits", None)
     model = random_model((8, 1))
     assert TARGETS["shadertoy"].size(model) == len(shadertoy.standalone(model, "literal"))
