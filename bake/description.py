@@ -5,6 +5,7 @@ from typing import Any
 
 from ..field.pack import Packed
 from ..model.files import show
+from ..model.surface_figures import surface_record
 
 LABEL = 12
 """Width of the first column."""
@@ -18,8 +19,8 @@ def describe(facts: Mapping[str, Any]) -> list[str]:
     """Format the facts of a model as lines of text. Escapes texts from its file."""
     lines = [show(facts["name"]) + (f", by {show(facts['credit'])}" if facts["credit"] else "")]
     lines += [f"{label:{LABEL}}{text}" for label, text in _rows(facts)]
-    lines += ["", *_levels(facts), "", *_bytes(facts["bytes"])]
-    return lines
+    lines += ["", *_levels(facts)]
+    return [*lines, "", *_bytes(facts["bytes"])] if "bytes" in facts else lines
 
 
 def describe_packing(packed: Packed, before: int, after: int) -> str:
@@ -49,6 +50,7 @@ def _rows(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     if facts["inputs"] == "xyzt":
         yield "moves", "while t, its fourth input, goes from 0 to 1"
     yield from _history(facts["provenance"])
+    yield from (("warning", line) for line in facts["warnings"])
 
 
 def _history(provenance: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -69,6 +71,8 @@ def _history(provenance: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         counts = f", steps {', '.join(show(str(count)) for count in steps)}" if steps else ""
         unfinished = "; interrupted" if provenance.get("interrupted") else ""
         yield "for", f"{seconds:.0f} s, seed {show(str(provenance.get('seed')))}{counts}{unfinished}"
+    if record := surface_record(provenance):
+        yield from record.told()
     if isinstance(field, dict) and isinstance(error := field.get("domain_error"), float):
         yield "distance", f"off by {error:.1e} of the radius in the mean of the unit ball"
 

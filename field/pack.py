@@ -10,6 +10,7 @@ from ..ir.lower import lower
 from ..model.errors import UserError
 from ..model.model import DELTA_FACTOR, Array, Level, Model, Network
 from ..model.packed_weights import pack
+from ..model.surface_figures import surface_record
 from . import interpret
 from .compensated import Samples, output, samples_around
 from .row_steps import rounded_by_rows
@@ -219,6 +220,11 @@ def _short(provenance: dict[str, Any]) -> dict[str, Any]:
         kept["levels"] = [
             {key: _digits(record[key]) for key in ("steps", "mean_f", "angle") if key in record} for record in records
         ]
+    if record := surface_record(provenance):
+        kept["surface"] = {
+            name: {key: _digits(figure) for key, figure in part.items()} if isinstance(part, dict) else part
+            for name, part in record.to_json().items()
+        }
     return kept
 
 

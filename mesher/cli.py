@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..model.gallery import model_help, model_path
 from ..model.options import argument, option
+from ..model.surface_figures import FAR
 from ..model.verb import Verb, force_option, output_option
 from .options import EvalOptions, MeshOptions
 
@@ -92,14 +93,20 @@ def _eval(command: EvalCommand) -> None:
 
     path = command.model
     evaluation = evaluate(path if path.suffix.lower() in SUFFIXES else load(path), command.shape, command)
-    figures, field = evaluation.figures, evaluation.field
+    figures, field, curved = evaluation.figures, evaluation.field, evaluation.curved
     if command.json:
-        of_field = {} if field is None else {"field": asdict(field)}
+        more = {"field": field, "curved": curved}
+        of_model = {name: asdict(part) for name, part in more.items() if part is not None}
         named = {"model": str(path), "shape": str(command.shape)}
-        print(json.dumps(named | evaluation.extraction | asdict(figures) | of_field, indent=2))
+        print(json.dumps(named | evaluation.extraction | asdict(figures) | of_model, indent=2))
         return
     print(f"{show(path)} against {show(command.shape)}; lengths in radii of the unit sphere")
-    print("\n".join([*_lines(figures), *_field_lines(field)]))
+    lines = [f"surface                  off by {figures.surface().told()}"]
+    if curved is not None and figures.surface().differs(curved):
+        lines.append(f"  its curved surface     off by {curved.told()}, says the training, which curved the faces")
+    print("\n".join([*lines, *_lines(figures), *_field_lines(field)]))
+    if evaluation.warning:
+        print(f"warning: {evaluation.warning}")
 
 
 def _lines(figures: "Figures") -> list[str]:
@@ -111,7 +118,7 @@ def _lines(figures: "Figures") -> list[str]:
         f"Hausdorff                {figures.hausdorff:.3e}",
         f"distance to the truth    {figures.distance_mean:.3e} mean, {figures.distance_99:.3e} 99th percentile",
         f"distance of the truth    {figures.missing_mean:.3e} mean, {figures.missing_99:.3e} 99th percentile",
-        f"normal angle             {figures.normal_angle:.2f} degrees, mean",
+        f"invented surface         {figures.invented:.2%} of the model's, more than {FAR:g} from the truth",
         f"IoU of 0.01 shells       {figures.iou:.4f}",
         f"components               {figures.components}, the truth has {figures.truth_components}; {closed}",
         f"mesh                     {figures.vertices:,} vertices, {figures.faces:,} faces",

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..model.surface_figures import FAR, SurfaceFigures
 from .metrics import SampledSurface, angles, chamfer, shell_iou
 from .parallel import Progress, Silent
 from .surface import Mesh, Whole
@@ -33,6 +34,8 @@ class Figures:
     """99th percentile of the same."""
     normal_angle: float
     """Mean angle, in degrees, between the normals of a sample's face and of the nearest true face."""
+    invented: float
+    """Share of the reconstruction that is farther than `FAR` from the true surface."""
     iou: float
     """Intersection over union of shells (`metrics.shell_iou`)."""
     components: int
@@ -41,18 +44,30 @@ class Figures:
     """Connected components of the ground truth."""
     watertight: bool
     """Whether the reconstruction is closed (`is_watertight`)."""
+    truth_watertight: bool
+    """Whether the ground truth is closed."""
     vertices: int
     """Vertices of the reconstruction."""
     faces: int
     """Faces of the reconstruction."""
 
+    def surface(self) -> SurfaceFigures:
+        """Return those figures that a training measures, too."""
+        return SurfaceFigures(self.distance_mean, self.missing_mean, self.normal_angle, self.invented)
+
 
 def compare(
-    reconstruction: Mesh, truth: Mesh, samples: int = 500_000, seed: int = 0, progress: Progress | None = None
+    reconstruction: Mesh,
+    truth: Mesh,
+    samples: int = 500_000,
+    seed: int = 0,
+    progress: Progress | None = None,
+    thickness: float = 0.0,
 ) -> Figures:
     """Compare a mesh with its ground truth, both in model space.
 
-    samples: number of points on each surface. seed: seed of the points.
+    samples: number of points on each surface. seed: seed of the points. thickness: distance from the truth that the
+    reconstruction has by intention, which does not count as invented.
     """
     progress = progress or Silent()
     progress.begin("comparing", 6)
@@ -82,10 +97,12 @@ def compare(
         missing_mean=float(missing.mean()),
         missing_99=float(np.quantile(missing, 0.99)),
         normal_angle=float(angles(ours.normals[faces], true.normals[closest]).mean()),
+        invented=float((distance > FAR + thickness).mean()),
         iou=iou,
         components=reconstruction.components()[0],
         truth_components=truth.components()[0],
         watertight=is_watertight(reconstruction.faces),
+        truth_watertight=is_watertight(truth.faces),
         vertices=len(reconstruction.vertices),
         faces=len(reconstruction.faces),
     )

@@ -11,6 +11,7 @@ from ..model.errors import UserError
 from ..model.field_figures import FieldFigures
 from ..model.files import show
 from ..model.model import Model
+from ..model.surface_figures import SurfaceFigures, invented_line, surface_record
 from .at_time import chosen_time, place_at
 from .bar import Bar
 from .compare import Figures, compare
@@ -37,11 +38,15 @@ class Evaluation:
     """Of the field as a distance; None where a mesh was compared."""
     extraction: dict[str, float]
     """Grid, parameters, spurious components and seconds of the extracted mesh; empty if the input is a mesh."""
+    curved: SurfaceFigures | None = None
+    """What the training measured, where it curved the faces of the mesh; `figures` are against the flat faces."""
+    warning: str = ""
+    """A line about invented surface."""
 
 
 def evaluate(model: Model | Path, shape: Path, options: EvalOptions) -> Evaluation:
     """Compare a model, or the mesh in a file, with the mesh that is its ground truth (Section 4). Raises UserError."""
-    time, samples, seed = 0.0, options.samples, options.seed
+    time, samples, seed, thickness = 0.0, options.samples, options.seed, 0.0
     bar = Bar(options.quiet)
     extraction: dict[str, float] = {}
     try:
@@ -57,14 +62,25 @@ def evaluate(model: Model | Path, shape: Path, options: EvalOptions) -> Evaluati
             truth = read_mesh(shape)
             reconstruction, extraction = _extracted(model, options.resolution or RESOLUTION, bar, time)
             true = in_model_space(truth, *place_at(model, time))
+            thickness = _thickness(model)
         _warn(reconstruction, true)
-        figures = compare(reconstruction, true, samples, seed, bar)
+        figures = compare(reconstruction, true, samples, seed, bar, thickness)
     finally:
         bar.end()
     if isinstance(model, Path):
         return Evaluation(figures, None, extraction)
     field = compare_field(model, true, min(samples, FIELD_SAMPLES), seed, time)
-    return Evaluation(figures, field, extraction)
+    record = surface_record(model.provenance)
+    curved = None if record is None or record.flat is None or options.level is not None else record.shape
+    warning = invented_line(figures.invented, open_mesh=not (figures.truth_watertight or thickness))
+    return Evaluation(figures, field, extraction, curved, warning)
+
+
+def _thickness(model: Model) -> float:
+    """Return the distance from the mesh that a model of a sheet has by intention (`train --thicken`), model units."""
+    source = model.provenance.get("source")
+    share = source.get("thicken") if isinstance(source, dict) else None
+    return share / (1 + share) if isinstance(share, float) and 0 < share <= 1 else 0.0
 
 
 def _extracted(model: Model, resolution: int, progress: Progress, time: float) -> tuple[Mesh, dict[str, float]]:

@@ -12,6 +12,8 @@ from ..bake.facts import model_facts
 from ..model.errors import UserError
 from ..model.model import Model
 from ..model.page_style import STYLE
+from ..model.remarks import remarks
+from ..model.surface_figures import surface_record
 from . import pictures
 from .curves import diagram, read_log, title_of
 
@@ -61,7 +63,7 @@ def report(model: Model, shape: str | Path | None = None, log: str | Path | None
     """
     if model.scene is not None:
         raise UserError("this model is a scene, which has no training; report the models of its shapes")
-    facts, stages = model_facts(model), None if log is None else read_log(Path(log))
+    facts, stages = model_facts(model, sizes=True), None if log is None else read_log(Path(log))
     distances = None if shape is None else pictures.Distances(model, Path(shape))
     parts = [
         f"{HEAD}<title>{html.escape(model.name)}: report</title><style>{STYLE}{RULES}</style>",
@@ -115,6 +117,9 @@ def _training(model: Model, stages: list[list[dict[str, object]]] | None) -> Ite
         )
     else:
         yield "<p>The model file has no record of its training.</p>"
+    if record := surface_record(model.provenance):
+        yield from (f"<p>{label.capitalize()}: {html.escape(text)}.</p>" for label, text in record.told())
+    yield from (f"<p>Warning: {html.escape(line)}.</p>" for line in remarks(model.provenance))
     if stages is None:
         yield "<p>Without a log: <code>train --log FILE</code> writes one, <code>report --log</code> draws it.</p>"
         return

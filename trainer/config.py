@@ -272,6 +272,20 @@ class TracingConfig:
 
 
 @dataclass(frozen=True)
+class ComparingConfig:
+    """Samples of the surfaces whose distance is measured at the end of a training."""
+
+    lines: int = 16_384
+    """Random lines whose crossings are samples of the field's surface."""
+    along: TracingConfig = TracingConfig()
+    """Steps along the lines."""
+    expected_samples: int = 60
+    """Usual steps along a line, for the estimate of the time."""
+    points: int = 20_000
+    """Held-out points of the shape's surface."""
+
+
+@dataclass(frozen=True)
 class MeasuringConfig:
     """Points at which trained levels are measured."""
 
@@ -292,6 +306,7 @@ class MeasuringConfig:
     field_points: int = 20_000
     """Points of the ball, and of the band, at which the field is compared with the distance."""
     tracing: TracingConfig = TracingConfig()
+    comparing: ComparingConfig = ComparingConfig()
 
 
 @dataclass(frozen=True)
@@ -304,6 +319,8 @@ class BudgetConfig:
     """Seconds of a residual, relative to level 1 with steps of the same cost."""
     texture: float = 0.5
     """Seconds of the texture, relative to the costliest level."""
+    least: float = 0.5
+    """Least share of a stage's seconds for its steps; a preparation that leaves less prolongs the training."""
     checkpoint_every: float = 30.0
     """Seconds between two writes of NAME.part.safetensors, whose loss a crash costs."""
 

@@ -138,7 +138,7 @@ def _say(row: Row) -> None:
         tqdm.write(f"{show(row.name)}: failed: {show(row.reason)}")
     elif row.status is Status.TRAINED:
         missing = f"; {show(row.reason)}" if row.reason else ""
-        tqdm.write(f"{show(row.name)}: mean |f| {row.mean_f:.2e}, {row.angle} degrees, {row.seconds} s{missing}")
+        tqdm.write(f"{show(row.name)}: {row.quality()}, {row.seconds} s{missing}")
 
 
 def _finish(output: Path, rows: Sequence[Row]) -> None:

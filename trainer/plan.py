@@ -1,6 +1,7 @@
 """The plan of a training: time or steps, and the number of samples, of each stage."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,13 +18,15 @@ def budgets(
     began: float,
     measuring: float,
     config: BudgetConfig | None = None,
+    spent: float = 0.0,
 ) -> list[Budget]:
     """Plan a training: return a budget for every level, then one for the texture.
 
     finished: number of levels already trained. done: share of the next level that is. texture: whether to train a
     texture. began: value of time.perf_counter() from which the user's seconds count. measuring: seconds of measuring
-    the field at the end. Each stage's seconds are proportional to the square root of the cost of its step. Level 1 gets
-    the seconds of the largest network: its errors far from the surface cost every residual.
+    the model at the end. spent: the user's seconds that earlier runs took. Each stage's seconds are proportional to the
+    square root of the cost of its step. Level 1 gets the seconds of the largest network: its errors far from the
+    surface cost every residual.
     """
     config = config or BudgetConfig()
     if settings.seconds is None:
@@ -39,9 +42,19 @@ def budgets(
     if finished < len(roots):
         costs[finished] *= 1 - done
     ends = np.cumsum(costs) / max(sum(costs), 1e-9)
-    now = time.perf_counter()
-    left = began + settings.seconds - measuring - config.writing - now
-    return [Budget(deadline=now + left * float(end)) for end in ends]
+    now, seconds = time.perf_counter(), settings.seconds - spent
+    left = max(began + seconds - measuring - config.writing - now, config.least * seconds)
+    return [
+        Budget(deadline=now + left * float(end), seconds=seconds * float(share))
+        for end, share in zip(ends, np.diff(ends, prepend=0.0), strict=True)
+    ]
+
+
+def prepared(budget: Budget, config: BudgetConfig) -> Budget:
+    """Return the budget of a stage whose steps begin now: they get a least share of its seconds."""
+    if budget.steps is not None:
+        return budget
+    return replace(budget, deadline=max(budget.deadline, time.perf_counter() + config.least * budget.seconds))
 
 
 def pool_size(budget: Budget, config: SamplingConfig) -> int:

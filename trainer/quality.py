@@ -114,15 +114,17 @@ class SurfaceProbe:
     def seconds(self, levels: Sequence[Weights]) -> float:
         """Estimate the seconds of `delta`, `tracing`, `lipschitz` and `measure` for networks of these sizes."""
         config = self._config
-        sample = self._held_out[: config.timing_points]
         values = len(self._all) + tracing.evaluations(len(levels), config.tracing)
-        points = values / 2 + config.lipschitz_points + len(self._held_out)  # A value costs half as much.
-        timings = []
-        for _ in range(config.timings):  # Other work may interrupt an evaluation of milliseconds: the shortest counts.
+        return self.seconds_each(levels) * (values / 2 + config.lipschitz_points + len(self._held_out))
+
+    def seconds_each(self, levels: Sequence[Weights]) -> float:
+        """Time a value and a gradient of networks of these sizes at a point; a value costs half as much."""
+        sample, timings = self._held_out[: self._config.timing_points], []
+        for _ in range(self._config.timings):  # Other work may interrupt these milliseconds: the shortest count.
             began = time.perf_counter()
             field_and_gradient(levels, sample)
             timings.append(time.perf_counter() - began)
-        return min(timings) * points / len(sample)
+        return min(timings) / len(sample)
 
 
 def delta(f: Tensor) -> float:

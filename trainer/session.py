@@ -13,6 +13,7 @@ from ..model.files import show
 from ..model.interrupts import ended_by
 from ..model.model import Model
 from ..model.model_file import load, save
+from ..model.remarks import remarks
 from .automatic import with_levels
 from .callbacks import Preview
 from .machine import device, prepare
@@ -74,6 +75,8 @@ def train(
         previews = [Preview(partial(_save_unfinished, output)), *previews]
     training = Training(shape, settings, progress, began, part, previews, components=components)
     model = training.run(previous, snapshot)
+    for line in remarks(model.provenance):
+        progress.say(f"warning: {line}")
     if output is not None and part is not None:
         _save(model, output)
         if training.interrupted:

@@ -6,11 +6,15 @@ from typing import Any
 from ..model.field_figures import written
 from ..model.files import show
 from ..model.model import Model
+from ..model.remarks import remarks
+from ..model.surface_figures import surface_record
 
 
 def summary(model: Model, output: Path) -> str:
-    """Describe a trained model: a line for each level, two for the field, and one for the file."""
-    lines = [
+    """Describe a trained model: its distance from the shape, each level, the field, and the file."""
+    record = surface_record(model.provenance)
+    lines = [] if record is None else [f"{label}: {text}" for label, text in record.told()]
+    lines += [
         f"level {i}: {record['network']}, mean |f| {record['mean_f']:.2e}, "
         f"mean normal angle {record['angle']:.2f} degrees, delta {level.delta:.4f}, {record['steps']} steps"
         for i, (level, record) in enumerate(zip(model.levels, model.provenance["levels"], strict=True), start=1)
@@ -32,7 +36,8 @@ def summary(model: Model, output: Path) -> str:
 def figures(model: Model, output: Path) -> dict[str, Any]:
     """Return what `summary` says, for JSON."""
     levels = [
-        {key: record.get(key) for key in ("network", "mean_f", "angle", "steps")} | {"delta": level.delta}
+        {key: record.get(key) for key in ("network", "mean_f", "angle", "steps", "steps_planned")}
+        | {"delta": level.delta}
         for level, record in zip(model.levels, model.provenance["levels"], strict=True)
     ]
     return {
@@ -40,9 +45,11 @@ def figures(model: Model, output: Path) -> dict[str, Any]:
         "parameters": model.parameters(),
         "seconds": model.provenance["seconds"],
         "interrupted": model.provenance["interrupted"],
+        "surface": model.provenance["surface"],
         "levels": levels,
         "field": model.provenance["field"],
         "noise": model.provenance["source"].get("noise"),
+        "warnings": remarks(model.provenance),
     }
 
 

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import torch
@@ -17,6 +18,7 @@ from . import plan, quality, texture
 from .callbacks import Checkpoint
 from .config import TrainingConfig, default_config
 from .frozen_levels import FrozenLevels
+from .level import initial_level
 from .level_training import LevelTraining, Stage
 from .machine import device
 from .networks.callback import Callback, FitState, Report, TrainingProgress
@@ -24,9 +26,11 @@ from .networks.fit import Budget, Outcome, Step, Task, fit
 from .networks.network import Weights, clone
 from .networks.quantized import quantized, quantized_step
 from .networks.snapshot import Snapshot
+from .pace import Pace
 from .part import Part
 from .settings import Settings
 from .shapes.shape import Doubles, Shape
+from .surface_distance import SurfaceDistance
 from .texture_detail import detail_line
 from .trained import (
     Trained,
@@ -78,6 +82,7 @@ class Training:
         self._device = device(settings.device)
         self._probe = quality.SurfaceProbe(shape, self._device, self._config.measuring)
         self._field_probe = quality.FieldProbe(shape, self._device, self._config.measuring.field_points)
+        self._surface_distance = SurfaceDistance(shape, self._device, self._config.measuring.comparing)
         self._trained = Trained()
 
     def run(self, resume: Model | None = None, snapshot: Snapshot | None = None) -> Model:
@@ -97,6 +102,7 @@ class Training:
             elif snapshot is not None:
                 self._progress.say("the settings differ from the interrupted run's: only its weights are used")
         finished = len(self._trained.levels)
+        measuring = 0.0 if self._settings.seconds is None else self._measuring_seconds()
         done = self._trained.unfinished.fraction if self._trained.unfinished else 0.0
         with_texture = self._shape.colored and self._settings.texture and self._trained.texture is None
         budgets = plan.budgets(
@@ -104,9 +110,10 @@ class Training:
             finished,
             done,
             with_texture,
-            self._began - spent,
-            self._field_probe.seconds,
+            self._began,
+            measuring,
             self._config.budget,
+            spent,
         )
         try:
             for index in range(finished, len(self._settings.networks)):
@@ -124,6 +131,24 @@ class Training:
             self.interrupted = True
         return self._model()
 
+    def _measuring_seconds(self) -> float:
+        """Estimate the seconds of measuring the finished model."""
+        settings = self._settings
+        levels = [
+            initial_level(
+                network,
+                omega,
+                first=index == 0,
+                seed=settings.seed,
+                device=self._device,
+                moving=self._shape.moving,
+                config=self._config.step,
+            )
+            for index, (network, omega) in enumerate(zip(settings.networks, settings.omegas, strict=False))
+        ]
+        each = self._probe.seconds_each(levels)
+        return self._field_probe.seconds + self._surface_distance.seconds(levels, each)
+
     def _check_time(self, spent: float) -> None:
         """Raise UserError where the earlier runs, of `spent` seconds, have used up the user's seconds."""
         seconds = self._settings.seconds
@@ -137,7 +162,7 @@ class Training:
         settings = self._settings
         stage = self._begin(f"level {index + 1}", settings.networks[index], settings.omegas[index], index, budget)
         level = LevelTraining(self._shape, settings, self._config, self._frozen_levels(), stage)
-        start, budget = self._start(stage, level)
+        start, budget, measuring = self._start(stage, level)
         frozen = self._trained.weights()
         watch = self._probe.watcher(frozen)
 
@@ -147,15 +172,12 @@ class Training:
         def so_far(weights: Weights, record: dict[str, object]) -> Trained:
             return self._trained.and_then(weights, self._probe.rough([*frozen, weights]), record)
 
-        measuring = stage.budget.deadline - budget.deadline
         seconds = self._config.mining.component_cost * measuring
         task = level.task(start, self._step(level.step))
-        outcome = self._fit(
-            stage, budget, task, level.callbacks(self._component_search(index, so_far), seconds), figures, so_far
-        )
+        callbacks = level.callbacks(self._component_search(index, so_far), seconds)
+        outcome, record = self._fit(stage, budget, task, callbacks, figures, so_far)
         if index == 0:
             self._check_first_level(outcome)
-        record = training_record(stage.size, stage.omega, outcome, stage.began)
         self._freeze(self._final(outcome.weights), level.points(), record)
 
     def _component_search(
@@ -168,16 +190,17 @@ class Training:
             return None
         return lambda weights: find(self._unmeasured_model(so_far(self._final(weights), {}))).astype(np.float64)
 
-    def _start(self, stage: Stage, level: LevelTraining) -> tuple[Callable[[], Weights], Budget]:
-        """Return what makes the level's first weights, and its budget without the time of measuring the level."""
+    def _start(self, stage: Stage, level: LevelTraining) -> tuple[Callable[[], Weights], Budget, float]:
+        """Return what makes the level's first weights, the budget of its steps, and the seconds of measuring it."""
         start, budget = level.initial, stage.budget
         unfinished, self._trained.unfinished = self._trained.unfinished, None
         if unfinished and stage.resume is None:
             start, budget = partial(clone, unfinished.weights), replace(budget, done=unfinished.fraction)
+        seconds = 0.0
         if budget.steps is None:
             seconds = self._probe.seconds([*self._trained.weights(), start()])
             budget = replace(budget, deadline=budget.deadline - seconds)
-        return start, budget
+        return start, budget, seconds
 
     def _check_first_level(self, outcome: Outcome) -> None:
         """Raise UserError where level 1 is no model of the shape: it failed, or had no time for a step."""
@@ -230,8 +253,7 @@ class Training:
         def so_far(weights: Weights, record: dict[str, object]) -> Trained:
             return replace(self._trained, texture=TrainedTexture(weights, record))
 
-        outcome = self._fit(stage, stage.budget, task, [], lambda _: _numbers(step.terms), so_far)
-        record = training_record(stage.size, omega, outcome, stage.began)
+        outcome, record = self._fit(stage, stage.budget, task, [], lambda _: _numbers(step.terms), so_far)
         self._trained.texture = TrainedTexture(self._final(outcome.weights), record)
 
     def _begin(self, name: str, network: tuple[int, int], omega: float, seed: int, budget: Budget) -> Stage:
@@ -241,7 +263,7 @@ class Training:
         self._progress.begin(f"{name} ({width}x{depth})")
         snapshot, self._snapshot = self._snapshot, Snapshot()
         if snapshot.numbers.get("network") != list(network):
-            samples = plan.pool_size(budget, self._config.sampling)
+            samples = plan.pool_size(plan.prepared(budget, self._config.budget), self._config.sampling)
             return Stage(name, network, omega, seed, samples, budget, began, None)
         # The steps of the interrupted run count; of the seconds, the budget has only the remaining ones.
         done = snapshot.real("fraction") if budget.steps is None else 0.0
@@ -259,8 +281,12 @@ class Training:
         callbacks: Sequence[Callback],
         figures: Callable[[Weights], Mapping[str, float]],
         so_far: Callable[[Weights, dict[str, object]], Trained],
-    ) -> Outcome:
-        """Train the stage's network. so_far: adds the unfinished network, and its record, to the finished ones."""
+    ) -> tuple[Outcome, dict[str, Any]]:
+        """Train the stage's network. Returns the outcome, and its record for the provenance.
+
+        so_far: adds the unfinished network, and its record, to the finished ones.
+        """
+        pace = Pace()
 
         def write(state: FitState) -> None:
             assert self._part is not None
@@ -274,10 +300,12 @@ class Training:
         every = [*callbacks, *self._callbacks, Report(self._progress, figures)]
         if self._part is not None:
             every.append(Checkpoint(self._part, write))
-        outcome = fit(task, budget, self._progress.say, every, stage.resume)
+        budget = plan.prepared(budget, self._config.budget)
+        outcome = fit(task, budget, self._progress.say, [*every, pace], stage.resume)
         self._progress.end()
         self.interrupted = outcome.interrupted
-        return outcome
+        record = training_record(stage.size, stage.omega, outcome, stage.began)
+        return outcome, record | pace.record(outcome.steps, budget.seconds)
 
     def _frozen_levels(self) -> FrozenLevels:
         trained = self._trained
@@ -292,10 +320,12 @@ class Training:
     def _model(self) -> Model:
         """Measure the finished levels, and return the model of them."""
         trained = self._trained
+        weights, deltas = trained.weights(), trained.deltas()
         return trained_model(
             trained,
-            self._probe.measure(trained.weights()),
-            self._field_probe.measure(trained.weights(), trained.deltas()),
+            self._probe.measure(weights),
+            self._field_probe.measure(weights, deltas),
+            self._surface_distance.measure(weights, deltas),
             self._shape,
             self._settings,
             seconds=self._seconds(),
@@ -304,7 +334,7 @@ class Training:
 
     def _unmeasured_model(self, trained: Trained) -> Model:
         seconds = self._seconds()
-        return trained_model(trained, None, None, self._shape, self._settings, seconds=seconds, interrupted=True)
+        return trained_model(trained, None, None, None, self._shape, self._settings, seconds=seconds, interrupted=True)
 
     def _seconds(self) -> float:
         """Return the seconds of all runs of this training."""

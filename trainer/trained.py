@@ -13,6 +13,7 @@ from ..model.errors import UserError
 from ..model.field_figures import FieldFigures
 from ..model.model import DEFAULT_ITERATIONS, DEFAULT_STEP_BOUND, Level, Model, shape_of
 from ..model.orientation import DEFAULT_UP
+from ..model.surface_figures import SurfaceRecord
 from .networks.fit import Outcome
 from .networks.network import Weights, from_model, to_model
 from .networks.snapshot import Snapshot
@@ -125,6 +126,7 @@ def trained_model(
     trained: Trained,
     qualities: list[Quality] | None,
     field: FieldFigures | None,
+    surface: SurfaceRecord | None,
     shape: Shape,
     settings: Settings,
     *,
@@ -133,8 +135,9 @@ def trained_model(
 ) -> Model:
     """Return the model of the finished networks.
 
-    qualities: one for each level; None: not measured. field: figures of the nested field; None: not measured. seconds:
-    of all runs of this training. interrupted: whether the training is unfinished.
+    qualities: one for each level; None: not measured. field: figures of the nested field; None: not measured. surface:
+    figures of its surface; None: not measured. seconds: of all runs of this training. interrupted: whether the training
+    is unfinished.
     """
     first, finer = DEFAULT_ITERATIONS
     texture = trained.texture
@@ -160,6 +163,7 @@ def trained_model(
             "interrupted": interrupted,
             "levels": [level.record | figures for level, figures in zip(trained.levels, measured, strict=True)],
             "field": None if field is None else json.loads(json.dumps(asdict(field))),
+            "surface": None if surface is None else surface.to_json(),
             "texture": None if texture is None else texture.record,
             "versions": {"torch": torch.__version__, "numpy": np.__version__},
         },

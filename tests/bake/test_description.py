@@ -12,6 +12,7 @@ from mplicits.model.model_file import save
 from support.random_model import random_model
 
 RECORD = {"mean_f": 1.5e-4, "angle": 2.25, "steps": 100}
+SURFACE = {"distance_mean": 1e-4, "missing_mean": 3e-4, "normal_angle": 2.5, "invented": 0.42}
 
 
 @pytest.fixture(autouse=True)
@@ -49,6 +50,7 @@ def test_a_model_s_maker_view_and_figures_are_told(tmp_path: Path, capsys: pytes
         "seed": 4,
         "levels": [RECORD, RECORD],
         "field": {"domain_error": 0.0123},
+        "surface": {"shape": SURFACE, "flat": SURFACE | {"normal_angle": 7.5}, "open": True},
     }
     model = dataclasses.replace(
         random_model((4, 0), (4, 1), texture=(8, 1)), provenance=notes, credit="A.\nB", front=(215, 15), up="z"
@@ -65,6 +67,30 @@ def test_a_model_s_maker_view_and_figures_are_told(tmp_path: Path, capsys: pytes
         "61 s, seed 4, steps 100, 100",
         "off by 1.2e-02",
         "1.5e-04    2.2",
+        "surface     off by 2.00e-04 (mean of both directions), normals by 2.50 degrees",
+        "flat faces  off by 2.00e-04 (mean of both directions), normals by 7.50 degrees",
+        "--thicken",
     ):
         assert part in text
-    assert max(map(len, text.splitlines())) < 120
+    assert max(map(len, text.splitlines())) < 170
+
+
+def test_targets_are_baked_for_their_sizes_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A page counts with its poster, as `bake` writes it."""
+    model = random_model((4, 0), (4, 1))
+    save(model, tmp_path / "m.safetensors")
+    calls = []
+
+    def bake(*arguments: object, **_: object) -> str:
+        calls.append(arguments)
+        return "twelve bytes"
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("mplicits.codegen.targets.c.standalone", bake)
+        assert cli.main(["info", str(tmp_path / "m.safetensors")]) == 0
+        assert not calls
+        assert "bytes as" not in capsys.readouterr().out
+        assert cli.main(["info", str(tmp_path / "m.safetensors"), "--sizes"]) == 0
+        assert "bytes as    c 12" in capsys.readouterr().out
+    page = TARGETS["html"]
+    assert page.size(model) == len(page(model).encode())

@@ -10,6 +10,7 @@ import trimesh
 
 from mplicits.model.model import Model
 from mplicits.trainer.config import (
+    ComparingConfig,
     DefaultLengths,
     MeasuringConfig,
     MiningConfig,
@@ -41,6 +42,7 @@ QUICK = TrainingConfig(
         rough_points=2000,
         field_points=2000,
         tracing=TracingConfig(rays=128),
+        comparing=ComparingConfig(lines=2048, points=2000),
     ),
 )
 """Draws and measures fewer points."""

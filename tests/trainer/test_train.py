@@ -11,8 +11,8 @@ import torch
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load, save
-from mplicits.trainer import machine, quality
-from mplicits.trainer.config import SamplingConfig
+from mplicits.trainer import machine, plan, quality
+from mplicits.trainer.config import BudgetConfig, SamplingConfig
 from mplicits.trainer.frozen_levels import FrozenLevels
 from mplicits.trainer.networks.network import from_model
 from mplicits.trainer.settings import Settings
@@ -20,7 +20,7 @@ from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Doubles, Shape
 from mplicits.trainer.train import Training
 from mplicits.trainer.training_samples import Sampler
-from support.ball_training import CPU, SMALL_SETTINGS, Log, train
+from support.ball_training import CPU, QUICK, SMALL_SETTINGS, Log, train
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -137,9 +137,28 @@ def test_a_training_takes_the_users_seconds(ball: Shape) -> None:
     assert 3 < time.perf_counter() - began < 200, "a busy machine is late; how late is for a benchmark"
 
 
-def test_seconds_that_are_over_before_the_first_step_are_refused(ball: Shape) -> None:
+def test_a_slow_preparation_leaves_half_of_each_stage_to_its_steps() -> None:
+    """Here the shape takes longer to read than all the seconds, and the pool of level 2 as long as level 2 may."""
+    settings = dataclasses.replace(SMALL_SETTINGS, seconds=60.0)
+    now = time.perf_counter()
+    budgets = plan.budgets(settings, 0, 0.0, True, now - 75, 2.0)
+    assert sum(budget.seconds for budget in budgets) == pytest.approx(60)
+    assert budgets[-1].deadline == pytest.approx(now + 30, abs=5)
+    first, second, _ = budgets
+    assert second.seconds > first.seconds
+    late = dataclasses.replace(second, deadline=now - 5)
+    assert plan.prepared(late, BudgetConfig()).deadline == pytest.approx(now + second.seconds / 2, abs=5)
+    early = dataclasses.replace(second, deadline=now + 100)
+    assert plan.prepared(early, BudgetConfig()) == early
+    counted = plan.budgets(SMALL_SETTINGS, 0, 0.0, True, now - 75, 2.0)[0]
+    assert plan.prepared(counted, BudgetConfig()) == counted
+
+
+def test_seconds_without_a_step_are_refused(ball: Shape) -> None:
+    config = dataclasses.replace(QUICK, budget=BudgetConfig(least=0.0))
+    settings = dataclasses.replace(SMALL_SETTINGS, seconds=5.0)
     with pytest.raises(UserError, match="--seconds 5: no time was left"):
-        Training(ball, dataclasses.replace(SMALL_SETTINGS, seconds=5.0), Log(), began=time.perf_counter() - 10).run()
+        Training(ball, settings, Log(), began=time.perf_counter() - 10, config=config).run()
 
 
 def test_a_cloud_is_learnt(tmp_path: Path) -> None:

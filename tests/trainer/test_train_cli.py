@@ -17,6 +17,7 @@ from mplicits.api import pictures
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load
+from mplicits.model.surface_figures import surface_record
 from mplicits.trainer import settings
 from mplicits.trainer.config import DefaultLengths
 from mplicits.trainer.progress import TrainingBar, TrainingLog
@@ -51,13 +52,16 @@ def test_the_default_output_is_the_shapes_name(ball: str, capsys: pytest.Capture
     model = load(Path("ball.safetensors"))
     assert [shape_of(level.network) for level in model.levels] == ["8x0", "8x1"]
     printed = capsys.readouterr().out.splitlines()
-    assert len(printed) == 6
-    assert printed[0].startswith("level 1: 8x0, mean |f| ")
-    assert f"{model.provenance['levels'][1]['angle']:.2f} degrees" in printed[1]
-    assert printed[2].startswith("distance: off by ")
-    assert printed[3].startswith("|grad f| on the surface: ")
-    assert printed[4].startswith("ball.safetensors: ")
-    assert printed[5].startswith("surface: ")
+    assert len(printed) == 7
+    record = surface_record(model.provenance)
+    assert record is not None
+    assert printed[0] == f"surface: off by {record.shape.told()}"
+    assert printed[1].startswith("level 1: 8x0, mean |f| ")
+    assert f"{model.provenance['levels'][1]['angle']:.2f} degrees" in printed[2]
+    assert printed[3].startswith("distance: off by ")
+    assert printed[4].startswith("|grad f| on the surface: ")
+    assert printed[5].startswith("ball.safetensors: ")
+    assert printed[6].startswith("surface: ")
 
 
 def test_omega_weights_and_seed_are_in_the_provenance(ball: str) -> None:

@@ -13,6 +13,8 @@ from ...model import page_style
 from ...model.errors import UserError
 from ...model.files import show, write_whole
 from ...model.model_file import load
+from ...model.remarks import remarks
+from ...model.surface_figures import surface_record
 from .job import Outcome, Status
 
 TABLE, PAGE = "models.csv", "index.html"
@@ -45,8 +47,15 @@ class Row:
     """Mean |f| of the last level on the surface, model units."""
     angle: float | str = ""
     """Mean angle between the last level's normals and the true normals, degrees."""
+    distance: float | str = ""
+    """Distance between the surfaces of the model and the shape, mean of both directions, model units."""
     reason: str = ""
-    """`Outcome.reason`."""
+    """`Outcome.reason`, or what there is to say of the training (model/remarks.py)."""
+
+    def quality(self) -> str:
+        """Describe how near the model is to its shape."""
+        near = f"mean |f| {self.mean_f:.2e}" if self.distance == "" else f"off by {self.distance:.2e}"
+        return f"{near}, normals by {self.angle} degrees"
 
 
 def row_of(outcome: Outcome) -> Row:
@@ -63,6 +72,9 @@ def row_of(outcome: Outcome) -> Row:
                 "mean_f": float(f"{last['mean_f']:.4g}"),
                 "angle": round(float(last["angle"]), 2),
             }
+            if record := surface_record(model.provenance):
+                figures["distance"] = float(f"{record.shape.distance:.4g}")
+            reason = "; ".join(filter(None, (reason, *remarks(model.provenance))))
         except (UserError, OSError, KeyError, IndexError, TypeError, ValueError) as error:
             status, reason = Status.FAILED, f"cannot read the model: {show(str(error))[:160]}"
     return Row(job.name, status, Path(job.shape).name, round(seconds, 1), **figures, reason=reason)
@@ -96,7 +108,7 @@ def _page(folder: Path, rows: Sequence[Row], title: str, left: int) -> Iterable[
         if picture.is_file():
             yield f'<img loading=lazy src="{html.escape(quote(picture.name))}" alt="{name}">'
         yield (
-            f'<figcaption><a href="{link}">{name}</a><br>mean |f| {row.mean_f:.2e}, {row.angle} degrees; '
+            f'<figcaption><a href="{link}">{name}</a><br>{row.quality()}; '
             f"{row.parameters:,} parameters, {row.seconds} s{reason and f'<br>{reason}'}</figcaption></figure>"
         )
     yield "</ul></html>\n"

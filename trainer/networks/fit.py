@@ -34,6 +34,8 @@ class Budget:
     """time.perf_counter() at the end of the stage."""
     done: float = 0.0
     """Share of the schedule that an interrupted training finished."""
+    seconds: float = 0.0
+    """The stage's share of the user's seconds, its preparation included; unused with `steps`."""
 
     def clock(self) -> "Clock":
         """Start the clock."""

@@ -1,5 +1,6 @@
 """A triangle mesh as a shape to train on."""
 
+from copy import copy
 from dataclasses import replace
 from typing import Any
 
@@ -36,6 +37,8 @@ class MeshShape:
     moving = False
     taken: Taken | None = None
 
+    open: bool
+    """Whether the surface has a boundary."""
     warnings: list[str]
     """Lines for the user."""
 
@@ -68,13 +71,13 @@ class MeshShape:
         if self.facing.flipped.any():
             mesh = mesh.flipped(self.facing.flipped)
             faces = mesh.faces
-        self._closed = closed(faces)
-        if not self._closed:
+        self.open = not closed(faces)
+        if self.open:
             self.warnings.append(f"{name}: the mesh is not watertight; inside is where its winding number exceeds 1/2")
         self._paint, self._corners = mesh.paint, faces
         self.colored = mesh.paint is not None
         self.center, self.scale = center, scale
-        self._inputs = _used(vertices, faces)
+        self._inputs, self._vertices, self._curved = _used(vertices, faces), vertices, crease is not None
         if crease is None:
             self._facets = flat(vertices, faces)
         else:
@@ -85,15 +88,30 @@ class MeshShape:
             )
         if margin:
             self._facets = replace(self._facets, vertices=self._facets.vertices / (1 + margin))
-            self._inputs, self.scale = self._inputs / (1 + margin), self.scale * (1 + margin)
+            self._inputs, self._vertices = self._inputs / (1 + margin), self._vertices / (1 + margin)
+            self.scale *= 1 + margin
+        self._index()
+        self._check_volume()
+
+    def _index(self) -> None:
+        """Prepare the facets for samples and distances. Raises UserError if they have no area."""
         self._areas = np.cumsum(face_areas(self._facets.vertices, self._facets.faces))
         if not self._areas[-1] > 0:
-            raise UserError(f"{name}: every triangle has zero area; nothing to train on")
+            raise UserError(f"{self.name}: every triangle has zero area; nothing to train on")
         self._tree, self._winding = igl.AABB(), igl.FastWindingNumberBVH()
         self._tree.init(self._facets.vertices, self._facets.faces)
         self._winding.init(self._facets.vertices, self._facets.faces)
         self._unsigned = MeshDistance(self._tree, self._facets.vertices, self._facets.faces, self._areas)
-        self._check_volume()
+
+    def with_flat_faces(self) -> "MeshShape | None":
+        """Return the shape of the file's flat faces in the same space; None where the faces are not curved."""
+        if not self._curved:
+            return None
+        flattened = copy(self)
+        flattened._facets = flat(self._vertices, self._corners)
+        if len(flattened._facets.faces) != len(self._facets.faces):  # Otherwise only the normals differ.
+            flattened._index()
+        return flattened
 
     def surface(self, count: int, rng: Generator, *, held_out: bool = False, colors: bool = False) -> SurfacePoints:
         """Draw `count` points uniformly by area, with the normals of the faces or of the curved surface."""
@@ -135,7 +153,7 @@ class MeshShape:
             return
         vertices, center, scale = normalize(self._facets.vertices)
         self._facets = replace(self._facets, vertices=vertices)
-        self._inputs = (self._inputs - center) / scale
+        self._inputs, self._vertices = (self._inputs - center) / scale, (self._vertices - center) / scale
         self.center = as_triple(np.array(self.center) + self.scale * np.array(center))
         self.scale *= scale
 
@@ -152,7 +170,7 @@ class MeshShape:
         if not (self._winding.winding_number(samples.points - depths * samples.normals) > 0.5).any():
             raise UserError(f"{self.name}: the mesh encloses no volume; use a closed surface, or --thicken T")
         below = samples.points - SHALLOW * samples.normals
-        if not self._closed and np.mean(self._winding.winding_number(below) > ENCLOSED) < LEAST_ENCLOSED:
+        if self.open and np.mean(self._winding.winding_number(below) > ENCLOSED) < LEAST_ENCLOSED:
             raise UserError(
                 f"{self.name}: the mesh is an open sheet, which encloses next to nothing; use a closed surface, or "
                 "--thicken T"

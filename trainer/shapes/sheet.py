@@ -44,7 +44,7 @@ class SheetShape(MeshShape):
             raise UserError(f"{name}: --thicken is for open sheets; this mesh is closed")
         super().__init__(mesh, name, source | {"thicken": thickness}, margin=thickness, **options)
         self.thickness = thickness / (1 + thickness)
-        self.warnings = []  # a sheet need not be watertight
+        self.open, self.warnings = False, []  # the solid around the sheet is closed
         self._inputs = self.surface(INPUTS, np.random.default_rng(0)).points
 
     def surface(self, count: int, rng: Generator, *, held_out: bool = False, colors: bool = False) -> SurfacePoints:
