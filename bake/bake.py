@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from ..field.rounding import in_float16, rounding_error
 from ..model.model import Model
-from ..web.short_weights import short_weights
+from ..web.short_weights import coded_weights, short_weights
 from .options import BakeOptions
 from .registry import TARGETS
 
@@ -16,17 +16,21 @@ class Baked:
     text: str
     """The whole output file."""
     rounding: tuple[float, float] | None
-    """Largest and mean difference of the distance near the surface, model units, where weights have 16 bits."""
+    """Largest and mean difference of the distance near the surface, model units, where weights have few bits."""
+    kind: str
+    """What these weights are, for people."""
 
 
 def bake(model: Model, options: BakeOptions) -> Baked:
     """Write a model as the text of a target. Raises UserError where the target does not take the model or an option."""
-    rounding = None
+    rounding, kind = None, options.precision
     if options.precision == "float16":
         exact, model = model, in_float16(model)
         rounding = rounding_error(exact, model)
-    elif TARGETS[options.target].page and (short := short_weights(model)) is not None:
-        rounding = short.error
+    elif TARGETS[options.target].page:
+        short = (coded_weights if options.target == "module" else short_weights)(model)
+        if short is not None:
+            rounding, kind = short.error, short.kind
     text = TARGETS[options.target](
         model,
         storage=options.storage,
@@ -37,4 +41,4 @@ def bake(model: Model, options: BakeOptions) -> Baked:
         studio=options.studio,
         with_march=options.with_march,
     )
-    return Baked(text, rounding)
+    return Baked(text, rounding, kind)

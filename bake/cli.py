@@ -54,15 +54,16 @@ def _bake(command: BakeCommand) -> None:
     baked = bake(model, command)
     if baked.rounding is not None:
         largest, mean = baked.rounding
-        kind = "float16" if command.precision == "float16" else "weights of 16 bits"
         print(
-            f"{kind}: the distance near the surface is off by {largest:.1e} at most, {mean:.1e} on average "
+            f"{baked.kind}: the distance near the surface is off by {largest:.1e} at most, {mean:.1e} on average "
             "(the shape has radius 1)",
             file=sys.stderr,
         )
     for path, text in (more | {output: baked.text}).items():
         write_whole(path, text)
     print(f"{show(output)}: {command.target}, {len(baked.text.encode()):,} bytes", file=sys.stderr)
+    if (policy := policy_of(baked.text)) is not None:
+        print(f"its policy, for a server that sends a header: {policy}", file=sys.stderr)
     error = read_header(baked.text).get("error") if command.target == "shadertoy" else None
     if error:
         colors = f", colors by {error['colour']:g}/255" if "colour" in error else ""

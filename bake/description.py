@@ -110,7 +110,7 @@ def _figures(record: object) -> tuple[float, float] | None:
 
 def _bytes(sizes: Mapping[str, int | None]) -> Iterator[str]:
     """Yield the lines with the size of each target."""
-    most = {"tiny": "at most ", "shadertoy": "at most "}
+    most = {"tiny": "at most ", "module": "at most ", "shadertoy": "at most "}
     cells = [f"{name} " + ("none" if size is None else f"{most.get(name, '')}{size:,}") for name, size in sizes.items()]
     for first in range(0, len(cells), IN_A_ROW):
         yield f"{'' if first else 'bytes as':{LABEL}}" + ", ".join(cells[first : first + IN_A_ROW])

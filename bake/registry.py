@@ -90,7 +90,7 @@ class Target:
     def size(self, model: "Model") -> int:
         """Return the bytes of the output file. Raises UserError where the target refuses the model.
 
-        For tiny and Shadertoy this is an upper bound, since the search for the fewest bits takes seconds.
+        For tiny, module and Shadertoy this is an upper bound, since the search for the fewest bits takes seconds.
         """
         return len(getattr(self._module, "exact", self._standalone)(model).encode())
 

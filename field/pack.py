@@ -13,6 +13,7 @@ from ..model.packed_weights import pack
 from ..model.surface_figures import surface_record
 from . import interpret
 from .compensated import Samples, output, samples_around
+from .rounding import rounding_error
 from .row_steps import rounded_by_rows
 from .surface_points import in_last_band, newton
 
@@ -35,6 +36,9 @@ WORK = 2.5e8
 """Largest product of samples and weights of a network."""
 ATTEMPTS, CLOSE = 4, 0.85
 """Attempts to reach a limit, and the share of it that is close enough."""
+FINE_POINTS, FINE_SHARE, FINE_CLOSE = 3000, 0.003, 0.5
+"""For a limit of the largest error: the largest number of samples, which costs half a bit and saves three quarters of
+the time; the error that a weight may add, as a share of the limit; and the share of it that is close enough."""
 
 Result = TypeVar("Result")
 
@@ -54,11 +58,12 @@ class Packed:
     """Bits for each weight and bias."""
 
 
-def packed(model: Model, bits: float | None = None) -> Packed:
+def packed(model: Model, bits: float | None = None, most: float | None = None) -> Packed:
     """Round the weights of a model, so that `model_file.save` packs them.
 
-    bits: for each weight, on average; None: the fewest that keep the errors within limits. Raises UserError for moving
-    models, for scenes, and where no surface is found.
+    bits: for each weight, on average; None: the fewest that keep the errors within limits. most: limit of the largest
+    error of f near the surface, model units, in place of the limits of its mean and of the normals; the search is
+    coarser. Raises UserError for moving models, for scenes, and where no surface is found.
     """
     if model.scene is not None or model.inputs != "xyz":
         raise UserError("pack: scenes and moving models stay as they are; pack the models of a scene before `compose`")
@@ -70,7 +75,11 @@ def packed(model: Model, bits: float | None = None) -> Packed:
     if len(surface) < 2 * HELD_OUT:
         raise UserError("pack: the model has no surface, or hardly any")
     surface, checks = surface[HELD_OUT:], surface[:HELD_OUT]
-    levels = _levels(model, surface, checks, bits)
+    if most is None:
+        levels = _levels(model, surface, checks, bits)
+    else:
+        surface = surface[:FINE_POINTS]
+        levels = _fine_levels(model, surface, most)
     texture = model.texture and _texture(model.texture, surface, checks, bits)
     rounded = _measured_anew(model, replace(model, levels=levels, texture=texture), checks)
     distance, angle, _, _ = _errors(model, rounded, checks)
@@ -107,6 +116,17 @@ def _levels(model: Model, surface: Array, checks: Array, bits: float | None) -> 
     )
 
 
+def _fine_levels(model: Model, surface: Array, most: float) -> tuple[Level, ...]:
+    """Return the levels with networks that are rounded within a limit of the largest error of f."""
+    return _search(
+        lambda share: _rounded_levels(model, surface, share),
+        lambda levels: rounding_error(model, replace(model, levels=levels))[0] / most,
+        FINE_SHARE * most,
+        up=True,
+        close=FINE_CLOSE,
+    )
+
+
 def _texture(texture: Network, surface: Array, checks: Array, bits: float | None) -> Network:
     """Return the rounded network of the colors."""
     samples = Samples(surface[: _count(texture)], output(texture, surface[: _count(texture)]))
@@ -121,11 +141,14 @@ def _texture(texture: Network, surface: Array, checks: Array, bits: float | None
     )
 
 
-def _search(make: Callable[[float], Result], excess: Callable[[Result], float], share: float, up: bool) -> Result:
+def _search(
+    make: Callable[[float], Result], excess: Callable[[Result], float], share: float, up: bool, close: float = CLOSE
+) -> Result:
     """Return the coarsest result within a limit, or else the nearest to it.
 
     make: makes a result from the error that a weight may add. excess: a value of a result, over its limit, which is
-    about proportional to that error. up: whether the limit is the largest allowed value; else the smallest.
+    about proportional to that error. up: whether the limit is the largest allowed value; else the smallest. close: the
+    share of it that is close enough.
     """
     tried: list[tuple[bool, float, Result]] = []
     for _ in range(ATTEMPTS):
@@ -133,7 +156,7 @@ def _search(make: Callable[[float], Result], excess: Callable[[Result], float], 
         size = excess(result)
         fits = size <= 1 if up else size >= 1
         tried.append((fits, -abs(np.log(size)), result))
-        if fits and (size if up else 1 / size) > CLOSE:
+        if fits and (size if up else 1 / size) > close:
             break
         share *= (0.95 if up else 1.02) / size
     return max(tried, key=lambda entry: entry[:2])[2]

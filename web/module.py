@@ -1,6 +1,7 @@
 """Target module: an ES module with the element <mplicits-view> and with createMesh for three.js (docs/engines.md)."""
 
 import base64
+from collections.abc import Callable
 from dataclasses import replace
 from importlib.resources import files
 
@@ -11,15 +12,16 @@ from ..codegen.targets.glsl300es import DIALECT
 from ..codegen.targets.header import header_facts, header_line
 from ..codegen.targets.uniforms import OPENING_SHADES
 from ..field.lowest import lowest_point
-from ..field.rounding import in_decimals
+from ..field.rounding import in_decimals, is_float16
 from ..ir.lower import lower
 from ..model.errors import UserError
 from ..model.model import Model
 from ..model.version import installed_version
 from .facts import facts_json
-from .minified import short_script
+from .minified import minified, short_shader
 from .page import MODULE_LINE, model_bytes, poster_url, script
 from .scene import scene_facts, texel_bytes
+from .short_weights import ShortWeights, coded_weights, short_weights
 
 APP = (
     *("packed_weights.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js", "field.js"),
@@ -27,7 +29,10 @@ APP = (
     *("device.js", "samples.js", "passes.js", "painter.js", "variants.js", "renderer.js", "memory.js", "gestures.js"),
 )
 """Modules in web/app/ that the module shares with the page, in their order."""
-ELEMENT = (*("models.js", "orbits.js", "stage.js", "view_element.js", "lights.js", "rays.js", "mesh.js"),)
+ELEMENT = (
+    *("models.js", "orbits.js", "stage.js", "element_tree.js", "view_element.js", "define.js"),
+    *("lights.js", "rays.js", "mesh.js"),
+)
 """Modules in web/element/, in their order."""
 SHADERS = ("anywhere", "accumulate", "present", "contrast", "scatter", "scatter.vert", "sine", "half_width")
 """Files in glsl/ with the shaders of the module."""
@@ -50,26 +55,48 @@ def standalone(
     seconds to draw. shade: shading of elements without `shade`, one of OPENING_SHADES. Raises UserError for a storage
     other than "auto" or "texture".
     """
+    return _text(model, storage, digits, poster, shade, coded_weights)
+
+
+def exact(model: Model, poster: bool = True) -> str:
+    """Return a module without a search for the fewest bits, which is at least as long."""
+    return _text(model, "auto", None, poster, OPENING_SHADES[0], short_weights)
+
+
+def _text(
+    model: Model,
+    storage: str,
+    digits: int | None,
+    poster: bool,
+    shade: str,
+    shorten: Callable[[Model], ShortWeights | None],
+) -> str:
+    """Return the text of the module. shorten: rounds weights. The other arguments are those of `standalone`."""
     if storage not in ("auto", "texture"):
         raise UserError(f"--storage {storage}: module has its weights in a texture; leave the option out")
-    weights = model if digits is None else in_decimals(model, digits)
-    program = lower(weights)
+    chosen = model if digits is None else in_decimals(model, digits)
+    shortened = None if is_float16(chosen) else shorten(chosen)
+    program = replace(lower(shortened.model if shortened else chosen), sha256=chosen.sha256())
     text = print_field(program, DIALECT.language, "texture")
     header = header_facts(model, program, "module")
     ground = round(lowest_point(program), 4)
     facts = header | {"ground": ground, "shade": shade, "poster": poster_url(model, shade) if poster else None}
     if model.scene is not None:
         facts["scene"] = scene_facts(model, program, text)
-    data = model_bytes(weights) if model.scene is None else texel_bytes(text)
+        data = texel_bytes(text)
+    else:
+        data = shortened.data if shortened else model_bytes(chosen)
     facts["weights"] = base64.b64encode(data).decode()
     # moving: a model in a file may move.
     prologue = fragment.prologue(header, replace(program, moving=True), DIALECT, text.weights, ground)
     facts["shaders"] = _shaders(prologue)
+    names = f"{{{', '.join(EXPORTS)}}}"
+    code = script(APP) + "".join(MODULE_LINE.sub("", _read(name)) for name in ELEMENT)
     lines = [
         header_line(header),
         f"const facts = {facts_json(facts)}, {{shared}} = facts;",
-        short_script(script(APP) + "".join(MODULE_LINE.sub("", _read(name)) for name in ELEMENT)),
-        f"export {{{', '.join(EXPORTS)}}};",
+        f"const {names} = (() => {{{minified(f'{code}return {names};')}}})();",
+        f"export {names};",
     ]
     return "\n".join(lines) + "\n"
 
@@ -83,7 +110,7 @@ def _shaders(prologue: str) -> dict[str, str]:
     """Return the shaders' files by their names, without comments. prologue: text before the field."""
     names = dict.fromkeys(name for shader in SHADERS for name in glsl.load_numbered(f"{shader}.glsl")[1])
     texts = {"prologue": prologue} | {name: glsl.read(name) for name in names} | {name: _read(name) for name in HULL}
-    return {name: short_script(text) for name, text in texts.items()}
+    return {name: short_shader(text) for name, text in texts.items()}
 
 
 def _read(name: str) -> str:

@@ -1,25 +1,32 @@
-"""Weights as whole numbers of 8 or 16 bits times a step, for the packed page (app/safetensors.js reads them).
+"""Weights of few bits for the packed page and for the module (app/safetensors.js reads them).
 
-A tensor whose entries are multiples of a step, as training with --packed leaves them, keeps its values exactly. Others
-are rounded to 16 bits, in steps of the largest entry over 32,767: in the range of a layer's weights, that is finer than
-float16, whose steps are finer near 0 alone.
+The page has whole numbers of 8 or 16 bits times a step. A tensor whose entries are multiples of a step, as training
+with --packed leaves them, keeps its values exactly. Others are rounded to 16 bits, in steps of the largest entry over
+32,767: in the range of a layer's weights, that is finer than float16, whose steps are finer near 0 alone. The module,
+whose code is shorter, has packed weights (field/pack.py) instead of 16 bits; their search takes seconds.
 """
 
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..field.pack import packed
 from ..field.rounding import rounding_error
+from ..model.errors import UserError
 from ..model.model import Array, Layer, Model, Network
 from ..model.model_file import to_bytes
+from ..model.packed_weights import pack
 from ..model.quantize import step_of
 
 MOST_ERROR = 1e-4
 """Largest error of the distance near the surface, model units, with which weights are rounded."""
+MOST_PACKED = 40_000
+"""Largest number of weights that are packed here: the search takes a second of a processor for each 2,000."""
 SMALL, LARGE = 127, 32767
 """Largest whole numbers of 8 and of 16 bits."""
 
@@ -35,11 +42,43 @@ class ShortWeights:
     for the tensor or of one for each row. Of 16-bit numbers, it has all high bytes before all low bytes."""
     error: tuple[float, float]
     """Largest and mean difference of the distance near the surface, model units."""
+    kind: str = "weights of 16 bits"
+    """What they are, for people."""
 
 
+def coded_weights(model: Model) -> ShortWeights | None:
+    """Return a model with packed weights, or else what `short_weights` returns."""
+    short = short_weights(model)
+    if (
+        model.scene is not None
+        or model.inputs != "xyz"
+        or model.parameters() > MOST_PACKED
+        or (short and not short.error[0])
+    ):
+        return short
+    return _packed(model) or short
+
+
+@lru_cache(maxsize=1)
+def _packed(model: Model) -> ShortWeights | None:
+    """Return a model with packed weights; None where it is packed, has no surface, or the error exceeds MOST_ERROR."""
+    if pack(model.networks()) is not None:
+        return None
+    try:
+        result = packed(model, most=MOST_ERROR)
+    except UserError:
+        return None
+    error = rounding_error(model, result.model)
+    data = to_bytes(replace(result.model, provenance={}))
+    colors = "" if result.color is None else f", colors off by {255 * result.color:.1f}/255"
+    kind = f"weights of {result.bits:.1f} bits{colors}"
+    return ShortWeights(result.model, data, error, kind) if error[0] <= MOST_ERROR else None
+
+
+@lru_cache(maxsize=1)
 def short_weights(model: Model) -> ShortWeights | None:
-    """Return a model with short weights; None for a scene, or where the field's error exceeds MOST_ERROR."""
-    if model.scene is not None:
+    """Return a model with short weights; None for scenes, packed weights, or where the error exceeds MOST_ERROR."""
+    if model.scene is not None or pack(model.networks()) is not None:
         return None
     coded = {name: _coded(tensor) for name, tensor in model.tensors().items()}
     tensors = {name: _decoded(*numbers) for name, numbers in coded.items()}

@@ -4,7 +4,7 @@ import gzip
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -13,11 +13,15 @@ import mplicits
 from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets.header import read_header
 from mplicits.model.errors import UserError
+from mplicits.model.model_file import to_bytes
 from mplicits.web.module import standalone
+from mplicits.web.short_weights import MOST_ERROR, coded_weights
 from support.browser import PATIENCE
 from support.firefox import firefox
 from support.fitted_model import fitted_model
 from support.module_pages import module_page
+from support.packed_model import packed_model
+from support.page_pictures import MODEL
 from support.random_model import random_model
 
 if TYPE_CHECKING:
@@ -44,11 +48,11 @@ BODY = """<style>mplicits-view { width: 96px; height: 96px; }</style>
 
 
 @contextmanager
-def opened(browser: "Browser", folder: Path, body: str = BODY) -> Iterator["Page"]:
-    """Open a page with the module and `body`; the page is at the top."""
+def opened(browser: "Browser", folder: Path, body: str = BODY, **options: Any) -> Iterator["Page"]:
+    """Open a page with the module and `body`; the page is at the top. options: of Playwright's new_context."""
     path = folder / "page.html"
     path.write_text(module_page(FIELD, body, WATCH), encoding="utf-8")
-    context = browser.new_context(offline=True, viewport={"width": 400, "height": 400})
+    context = browser.new_context(offline=True, viewport={"width": 400, "height": 400}, **options)
     context.set_default_timeout(PATIENCE)
     page, errors = context.new_page(), list[str]()
     page.on("pageerror", lambda error: errors.append(str(error)))
@@ -100,6 +104,22 @@ def test_elements_in_chromium(browser: "Browser", tmp_path: Path) -> None:
         assert size > 500
 
 
+def test_nothing_moves_by_itself_for_visitors_who_want_less_motion(browser: "Browser", tmp_path: Path) -> None:
+    body = """<style>mplicits-view { width: 48px; height: 48px; }</style>
+<mplicits-view id="first" turntable="2" shade="phong"></mplicits-view>"""
+    orbits = []
+    for choice in ("reduce", "no-preference"):
+        with opened(browser, tmp_path, body, reduced_motion=choice) as page:
+            told(page, "first", "load")
+            orbits += page.evaluate("""async () => {
+                const theta = () => of("first").getCameraOrbit().theta, before = theta();
+                for (let i = 0; i < 20; ++i) await new Promise(requestAnimationFrame);
+                return [theta() - before];
+            }""")
+    assert orbits[0] == 0
+    assert orbits[1] != 0
+
+
 @pytest.mark.slow
 def test_elements_in_firefox(xvfb: dict[str, str], tmp_path: Path) -> None:
     path, profile = tmp_path / "page.html", tmp_path / "profile"
@@ -123,9 +143,26 @@ def test_the_text_names_the_model_and_holds_it() -> None:
     assert text.rstrip().endswith("export {MplicitsView, createMesh, loadModel, ownModel};")
 
 
-def test_a_small_model_packs_to_sixty_kilobytes() -> None:
-    text = standalone(mplicits.load("spot-small").model)
-    assert len(gzip.compress(text.encode(), 9)) < 60_000
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "most"), [("spot-small", 45_000), ("spot", 60_000)])
+def test_modules_of_the_gallery_are_light(name: str, most: int) -> None:
+    pytest.importorskip("minify", reason="tdewolff-minify is not installed")
+    text = standalone(mplicits.load(name).model)
+    assert len(gzip.compress(text.encode(), 9)) <= most
+
+
+def test_weights_are_packed_within_the_error(tmp_path: Path) -> None:
+    coded = coded_weights(MODEL)
+    assert coded is not None
+    assert len(coded.data) < 0.7 * len(to_bytes(MODEL))
+    assert 0 < coded.error[0] <= MOST_ERROR
+    path = tmp_path / "packed.safetensors"
+    path.write_bytes(coded.data)
+    points = np.random.default_rng(0).uniform(-0.6, 0.6, (1000, 3)).astype(np.float32)
+    exact, rounded = mplicits.Field(MODEL), mplicits.load(path)
+    near = np.abs(exact(points)) < 0.05
+    assert np.abs(exact(points) - rounded(points))[near].max() < 1.5 * MOST_ERROR
+    assert coded_weights(rounded.model) is None, "a packed model stays as it is"
 
 
 def test_bake_writes_types_beside_the_module(tmp_path: Path) -> None:
@@ -148,13 +185,16 @@ def test_other_storages_are_refused() -> None:
 @pytest.mark.slow
 def test_two_modules_and_a_file_share_a_page(browser: "Browser", tmp_path: Path) -> None:
     other = mplicits.Field(random_model((8, 0), name="other"))
-    body = f"""<script type="module" src="a.js"></script><script type="module" src="b.js"></script>
+    body = f"""<style>mplicits-view {{ width: 96px; height: 96px; }}</style>
+<script type="module" src="a.js"></script><script type="module" src="b.js"></script>
 <mplicits-view id="first"></mplicits-view><mplicits-view id="second" model="other"></mplicits-view>
-<mplicits-view id="third" src="ball.safetensors"></mplicits-view><mplicits-view id="damaged" src="a.js"></mplicits-view>
-<script>{WATCH}</script>"""
+<mplicits-view id="third" src="ball.safetensors"></mplicits-view><mplicits-view id="packed" src="packed.safetensors">
+</mplicits-view><mplicits-view id="damaged" src="a.js"></mplicits-view><script>{WATCH}</script>"""
     FIELD.bake("module", tmp_path / "a.js")
     other.bake("module", tmp_path / "b.js")
     FIELD.save(tmp_path / "ball.safetensors")
+    mplicits.Field(packed_model(FIELD.model)).save(tmp_path / "packed.safetensors")
+    assert b'"packed":{"dtype":"U8"' in (tmp_path / "packed.safetensors").read_bytes()
     (tmp_path / "page.html").write_text(f"<!doctype html>{body}")
     context = browser.new_context(viewport={"width": 700, "height": 900})
     context.set_default_timeout(PATIENCE)
@@ -163,10 +203,10 @@ def test_two_modules_and_a_file_share_a_page(browser: "Browser", tmp_path: Path)
     page.on("console", lambda message: lines.append(message.text))
     page.route("http://page.test/*", lambda route: route.fulfill(path=tmp_path / route.request.url.rpartition("/")[2]))
     page.goto("http://page.test/page.html")
-    for view in ("first", "second", "third"):
+    for view in ("first", "second", "third", "packed"):
         told(page, view, "poster-dismissed")
     told(page, "damaged", "error")
     names = [page.get_by_role("img", name=name).count() for name in ("fitted", "other")]
     context.close()
-    assert names == [2, 1]
+    assert names == [3, 1]
     assert lines == ["mplicits-view: not a model file (.safetensors), or a damaged one"]

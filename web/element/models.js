@@ -22,3 +22,12 @@ export async function loadModel(url, signal = null) {
     const model = parseModel(await answer.arrayBuffer(), true);
     return {...model, ground: lowestPoint(model), poster: null};
 }
+
+// Resolves to the model of an element: of a file, else by its name, else of the first module. src, name: attributes, or
+// null; known: functions of the modules of a page by the names of their models.
+export async function findModel(src, name, known, signal) {
+    if (src) return loadModel(new URL(src, document.baseURI), signal);
+    const own = name === null ? known.values().next().value : known.get(name);
+    if (!own) throw new Error(`model="${name}": no module of this page has it; there is ${[...known.keys()].join(", ")}`);
+    return own();
+}

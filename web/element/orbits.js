@@ -28,6 +28,9 @@ export function writtenOrbit({azimuth, elevation}, radius) {
     return {theta: azimuth * Math.PI / 180, phi: (90 - elevation) * Math.PI / 180, radius};
 }
 
+// Whether the visitor does not ask for less motion.
+export const isMotionWelcome = () => !matchMedia("(prefers-reduced-motion: reduce)").matches;
+
 // Returns the seconds of a turn, 0 for none: of `turntable` (seconds), or of `auto-rotate` with `rotation-per-second`.
 export function readTurn(attribute) {
     if (attribute("turntable") !== null) return Number(attribute("turntable")) || TURN;

@@ -1,25 +1,14 @@
-import {facts} from "./facts.js";
-import {loadModel, ownModel} from "./models.js";
-import {readOrbit, readTurn, writtenOrbit} from "./orbits.js";
+import {ElementTree} from "./element_tree.js";
+import {findModel} from "./models.js";
+import {isMotionWelcome, readOrbit, readTurn, writtenOrbit} from "./orbits.js";
 import {Stage} from "./stage.js";
 
 // <mplicits-view>: a model in a page. Attributes and events are those of Google's <model-viewer> where they mean the
 // same; docs/engines.md lists them. A graphics context exists only while the element is in view.
 const NEAR_VIEW = "200px"; // distance from the window at which an element begins
 const AWAY = 1000; // milliseconds out of view after which an element frees its context
-const STYLE = `
-:host { display: block; position: relative; width: 300px; height: 300px; contain: strict; }
-:host([hidden]) { display: none; }
-canvas, .poster, .poster > *, ::slotted([slot="poster"]) { position: absolute; inset: 0; width: 100%; height: 100%; }
-.poster img { object-fit: contain; }
-.poster, .still { pointer-events: none; }
-[hidden] { display: none; }
-.controls { touch-action: pan-y; cursor: grab; }
-.controls:active { cursor: grabbing; }
-.controls:focus-visible { outline: 2px solid; outline-offset: -2px; }`;
 const CONTROLS = ["camera-controls", "disable-zoom", "disable-pan", "alt"];
 const TURNS = ["turntable", "auto-rotate", "rotation-per-second"];
-const LABELS = "arrow keys turn it, plus and minus zoom, R resets the view";
 
 export class MplicitsView extends HTMLElement {
     static observedAttributes = ["src", "model", "poster", "shade", "level", "background", "camera-orbit", ...CONTROLS, ...TURNS];
@@ -33,24 +22,12 @@ export class MplicitsView extends HTMLElement {
     #dismissed = false;
     #time = 0;
     #away = 0;
-    #parts;
+    #tree;
     #watchers;
 
     constructor() {
         super();
-        const shadow = this.attachShadow({mode: "open"}), style = new CSSStyleSheet();
-        style.replaceSync(STYLE);
-        shadow.adoptedStyleSheets = [style];
-        const [poster, slot, image, still] = ["div", "slot", "img", "canvas"].map((tag) => document.createElement(tag));
-        poster.className = "poster";
-        poster.part = "poster";
-        Object.assign(slot, {name: "poster"});
-        image.alt = "";
-        slot.append(image);
-        poster.append(slot);
-        Object.assign(still, {className: "still", hidden: true});
-        shadow.append(still, poster);
-        this.#parts = {shadow, poster, image, still, canvas: null};
+        this.#tree = new ElementTree(this);
         this.#watchers = [
             new IntersectionObserver(([...all]) => this.#seen(all.at(-1).isIntersecting), {rootMargin: NEAR_VIEW}),
             new ResizeObserver(() => this.#stage?.resize()),
@@ -124,7 +101,7 @@ export class MplicitsView extends HTMLElement {
 
     showPoster() {
         this.#dismissed = this.#shown = false;
-        this.#parts.poster.hidden = false;
+        this.#tree.poster.hidden = false;
     }
 
     // Resolves to the refined picture as a PNG. Rejects before the model is drawn.
@@ -156,7 +133,7 @@ export class MplicitsView extends HTMLElement {
             this.#load = new AbortController();
             const {signal} = this.#load;
             try {
-                const model = await this.#find(signal);
+                const model = await findModel(this.getAttribute("src"), this.getAttribute("model"), MplicitsView.models, signal);
                 if (signal.aborted) return;
                 this.#model = model;
                 this.#showPoster();
@@ -168,19 +145,8 @@ export class MplicitsView extends HTMLElement {
         if (this.#model && this.#near && !this.#stage && isAllowed) await this.#open();
     }
 
-    // Resolves to the model of `src`, else of `model`, else of the first module.
-    async #find(signal) {
-        const src = this.getAttribute("src"), name = this.getAttribute("model"), {models} = MplicitsView;
-        if (src) return loadModel(new URL(src, document.baseURI), signal);
-        const own = name === null ? models.values().next().value : models.get(name);
-        if (!own) throw new Error(`model="${name}": no module of this page has it; there is ${[...models.keys()].join(", ")}`);
-        return own();
-    }
-
     async #open() {
-        const canvas = document.createElement("canvas"), {shadow} = this.#parts;
-        shadow.prepend(canvas); // below the last picture and the poster
-        this.#parts.canvas = canvas;
+        const canvas = this.#tree.open();
         let isFirst = true;
         try {
             this.#stage = new Stage(canvas, {
@@ -204,7 +170,7 @@ export class MplicitsView extends HTMLElement {
             await stage.show(this.#model);
             if (stage !== this.#stage || stage.isFreed) return;
             this.#turn();
-            if (this.hasAttribute("autoplay") && this.#model.inputs === "xyzt") stage.play();
+            if (this.hasAttribute("autoplay") && this.#model.inputs === "xyzt" && isMotionWelcome()) stage.play();
             this.#tell("load", {url: this.getAttribute("src") ?? ""});
         } catch (error) {
             this.#free();
@@ -213,21 +179,15 @@ export class MplicitsView extends HTMLElement {
     }
 
     #listen() {
-        const {canvas} = this.#parts, moves = this.hasAttribute("camera-controls"), alt = this.getAttribute("alt") ?? this.#model.name;
-        canvas.className = moves ? "controls" : "";
-        canvas.setAttribute("role", moves ? "application" : "img");
-        canvas.setAttribute("aria-label", moves ? `${alt}: ${LABELS}` : alt);
-        if (!moves) return;
-        canvas.tabIndex = 0;
-        this.#stage.listen(!this.hasAttribute("disable-zoom"), !this.hasAttribute("disable-pan"));
+        const moves = this.hasAttribute("camera-controls");
+        this.#tree.describe(this.getAttribute("alt") ?? this.#model.name, moves);
+        if (moves) this.#stage.listen(!this.hasAttribute("disable-zoom"), !this.hasAttribute("disable-pan"));
     }
 
     // Sets shading, level and background from the attributes.
     #apply() {
         const text = this.getAttribute("shade"), level = Number(this.getAttribute("level"));
-        const {bottom, top} = this.#stage.setBackground(this.getAttribute("background") ?? "");
-        const css = (color) => `rgb(${color.map((c) => Math.round(255 * c)).join(" ")})`;
-        this.#parts.poster.style.background = `linear-gradient(${css(top)}, ${css(bottom)})`;
+        this.#tree.paint(this.#stage.setBackground(this.getAttribute("background") ?? ""));
         this.#stage.set({...(text && {shading: text}), level: level >= 1 ? level : Infinity});
     }
 
@@ -241,23 +201,20 @@ export class MplicitsView extends HTMLElement {
     }
 
     #turn() {
-        const isWelcome = !matchMedia("(prefers-reduced-motion: reduce)").matches;
-        this.#stage?.turntable(isWelcome ? readTurn((name) => this.getAttribute(name)) : 0);
+        this.#stage?.turntable(isMotionWelcome() ? readTurn((name) => this.getAttribute(name)) : 0);
     }
 
     #showPoster() {
-        const {image} = this.#parts, url = this.getAttribute("poster") ?? this.#model?.poster ?? null;
-        image.hidden = !url;
-        if (url) image.src = url;
+        this.#tree.picture(this.getAttribute("poster") ?? this.#model?.poster ?? null);
     }
 
     #reveal() {
         const isManual = this.getAttribute("reveal") === "manual" && !this.#dismissed;
         if (isManual || !this.#stage) return;
-        this.#parts.still.hidden = true;
+        this.#tree.still.hidden = true;
         if (this.#shown) return;
         this.#shown = true;
-        this.#parts.poster.hidden = true;
+        this.#tree.poster.hidden = true;
         this.#tell("poster-dismissed");
     }
 
@@ -265,7 +222,7 @@ export class MplicitsView extends HTMLElement {
         this.#free();
         this.#load?.abort();
         this.#load = this.#model = this.#camera = null;
-        this.#parts.still.hidden = true;
+        this.#tree.still.hidden = true;
         this.showPoster();
         if (this.#near || this.getAttribute("loading") === "eager") this.#begin();
     }
@@ -279,21 +236,11 @@ export class MplicitsView extends HTMLElement {
 
     // Gives the graphics context back, and leaves the last picture.
     #free() {
-        const stage = this.#stage, {canvas, still} = this.#parts;
-        if (!stage) return canvas?.remove();
-        if (this.#shown && !stage.renderer.device.lost) {
-            Object.assign(still, {width: canvas.width, height: canvas.height, hidden: false});
-            still.getContext("2d").drawImage(stage.picture(), 0, 0);
-        }
+        const stage = this.#stage;
+        this.#tree.close(stage && this.#shown && !stage.renderer.device.lost ? stage.picture() : null);
+        if (!stage) return;
         this.#time = stage.options.time;
         stage.free();
-        canvas.remove();
-        this.#stage = this.#parts.canvas = null;
+        this.#stage = null;
     }
 }
-
-// Adds this module's model to the element, which the first module of a page defines.
-const TAG = "mplicits-view";
-const {models: known} = customElements.get(TAG) ?? MplicitsView;
-if (!known.has(facts.name)) known.set(facts.name, ownModel);
-if (!customElements.get(TAG)) customElements.define(TAG, MplicitsView);
