@@ -44,6 +44,7 @@ def _bake(command: BakeCommand) -> None:
     from ..model.files import check_writable, show, write_whole
     from ..model.kinds import GENERATED
     from ..model.model_file import load
+    from ..web.policy import policy_of
     from .bake import bake
 
     model = load(command.model)

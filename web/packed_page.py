@@ -10,7 +10,8 @@ from ..model.version import installed_version
 from . import page as whole_page
 from .base124 import base124
 from .deflate import deflated
-from .minified import minified, short_script
+from .minified import minified, minified_style, short_script, short_shader
+from .policy import ANY, hashes
 
 BINARY = "application/octet-stream"
 """Type of the script elements with base64, which is stored as bytes."""
@@ -23,10 +24,11 @@ MARK = "\x01"
 
 _ELEMENT = re.compile(r"(<(script|style)\b([^>]*)>)(.*?)(</\2>)", re.DOTALL)
 _TYPE = re.compile(r'type="([^"]*)"')
+_POLICY = re.compile(r'<meta http-equiv="Content-Security-Policy"\s+content="([^"]*)">\n?')
+_STUDIO = re.compile(r"(?:/\*|<!--)studio(?:\*/|-->).*?(?:/\*|<!--)end(?:\*/|-->)\n?", re.DOTALL)
+"""A part of the studio, between the marks of page.py."""
 _POSTER = re.compile(r'(?<=<img id="poster" alt="" src=")[^"]*')
 _INDENT, _EMPTY = re.compile(r"^[ \t]+", re.MULTILINE), re.compile(r"\n{2,}")
-_CODE_LINE, _SPACES = re.compile(r"^[^#\n].*", re.MULTILINE), re.compile(r" *([*/=<>,;{}?:&|]) *")
-"""A line of a shader that is no directive, and spaces that it does not need."""
 _STYLE_COMMENT = re.compile(r"/\* .*?\*/\n?", re.DOTALL)
 """Not the marks of the studio's parts, which have no spaces."""
 
@@ -45,16 +47,18 @@ def packed(page: str, alone: bool = False) -> str:
     line, and of the unpacked page.
     """
     parts: list[bytes] = []
-    inner = _POSTER.sub(f"{MARK}poster{MARK}", short(page, parts, alone))
+    inner = _POLICY.sub("", _POSTER.sub(f"{MARK}poster{MARK}", short(page, parts, alone)))
+    outer = short(files(__package__).joinpath("app", "packed.html").read_text("utf-8"), [], alone)
+    # Browsers keep the outer policy. The page that the studio writes lacks the studio, and has another script.
+    sources = hashes(outer + _STUDIO.sub("", inner) + inner)
     data = deflated(b"\0".join([inner.encode(), b"".join(parts)]))
     slots = {
         "version": installed_version(),
-        "policy": _first(r'http-equiv="Content-Security-Policy"\s+content="([^"]*)"', page),
+        "policy": _first(_POLICY, page).replace(ANY, sources, 1),
         "title": _first(r"<title>(.*?)</title>", page),
         "poster": _first('<img id="poster"[^>]*>', page),
         "packed": base124(data),
     }
-    outer = short(files(__package__).joinpath("app", "packed.html").read_text("utf-8"), [], alone)
     return re.sub(r"\{\{(\w+)\}\}", lambda match: slots[match[1]], outer)
 
 
@@ -74,13 +78,14 @@ def _short(match: re.Match[str], parts: list[bytes], alone: bool) -> str:
     """Shorten the content of an element. match: of _ELEMENT. alone: see `packed`."""
     content, kind = match[4], _TYPE.search(match[3])
     if match[2] == "style":
-        return _outdented(_STYLE_COMMENT.sub("", content))
+        style = _outdented(_STYLE_COMMENT.sub("", content))
+        return minified_style(style) if alone else style
     if alone and (kind is None or kind[1] == "module"):
         return minified(content)
     if kind is None or kind[1] in ("module", WORKER):
         return short_script(content)
     if kind[1] in (COMPUTE, "x-shader/x-fragment"):
-        return _CODE_LINE.sub(lambda line: _SPACES.sub(r"\1", line[0]), short_script(content))
+        return short_shader(content)
     if kind[1] != BINARY or not content.strip():
         return content
     parts.append(base64.b64decode(content))
@@ -91,7 +96,7 @@ def _outdented(text: str) -> str:
     return _EMPTY.sub("\n", _INDENT.sub("", text))
 
 
-def _first(pattern: str, page: str) -> str:
+def _first(pattern: str | re.Pattern[str], page: str) -> str:
     found = re.search(pattern, page)
     assert found is not None
     return " ".join(found[found.re.groups].split())

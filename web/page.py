@@ -63,7 +63,7 @@ NO_PICTURE = "data:,"
 """URL in the place of a poster."""
 SHADERS = ("anywhere", *PAGE_PASSES, "accumulate", "present", "blocks.vert", "contrast", "scatter", "scatter.vert")
 """Files in glsl/ with the shaders of the page."""
-PROBES = 32
+PROBES = 16
 """Largest number of points at which the page checks its field."""
 
 MODULE_LINE = re.compile(r"^import [^;]*;\n|^export (?=\w)", re.MULTILINE)

@@ -20,15 +20,17 @@ from ..model.version import installed_version
 from .base124 import base124
 from .deflate import deflated
 from .minified import minified
+from .policy import hash_of
 
 HEAD = (
     "#version 300 es\nprecision highp float;precision highp int;"
-    "uniform vec2 iResolution;uniform vec3 V;uniform float iTime;uniform int iFrame,AA;out vec4 O;\n"
+    "uniform vec2 iResolution;uniform vec4 V;uniform float iTime;uniform int iFrame,AA;out vec4 O;\n"
 )
-"""V: azimuth, elevation, zoom. iFrame is 0; it keeps browsers from unrolling loops."""
+"""V: azimuth, elevation, zoom, and what is added to the background. iFrame is 0, so that loops are not unrolled."""
 CAMERA = {
     "radians(VIEW)+vec2(SPEED*iTime,0)-3.14*(iMouse.xy-abs(iMouse.zw))/z": "V.xy",
     "float z=min(r.x,r.y)": "float z=V.z*min(r.x,r.y)",
+    "mix(BOTTOM,TOP,u.y/r.y)": "mix(BOTTOM,TOP,u.y/r.y)+V.w",
 }
 """Text of glsl/shadertoy.glsl -> the page's."""
 DROPPED = re.compile(r"(?m)^//.*\n|^#define (?:VIEW|SPEED|AA)\b.*\n|(?<=\S) // .*$")
@@ -93,15 +95,23 @@ def page_text(parts: tuple[dict[str, Any], bytes], model: Model) -> str:
     script = f"{{{minified(_filled(_drawing(), values))}}}"  # a block of its own names
     data = deflated(script.encode() + b"\0" + weights)
     by = f" by {model.credit}" if model.credit else ""
-    slots = {"title": _escaped(model.name), "label": _escaped(model.name + by), "packed": base124(data)}
-    return _filled_slots(_read("page.html"), slots | _fixed_slots())
+    fixed = _fixed_slots()
+    slots = {
+        "title": _escaped(model.name),
+        "label": _escaped(model.name + by),
+        "packed": base124(data),
+        "scripts": f"{hash_of(fixed['unpack'])} {hash_of(script)}",
+    }
+    return _filled_slots(_read("page.html"), slots | fixed)
 
 
 def page_facts() -> dict[str, Any]:
     """Return what the studio's page needs to write a tiny page: texts of script and page, with names to fill in."""
+    fixed = _fixed_slots()
     return {
         "script": f"{{{minified(_drawing())}}}",
-        "page": _filled_slots(_read("page.html"), _fixed_slots()),
+        "page": _filled_slots(_read("page.html"), fixed),
+        "unpacker": hash_of(fixed["unpack"]),
         "head": HEAD,
         "camera": CAMERA,
         "dropped": DROPPED.pattern.removeprefix("(?m)"),

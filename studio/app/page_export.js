@@ -15,9 +15,10 @@ export async function pageText(bytes, ground, shade, poster = NO_PICTURE) {
     const {viewer} = facts.studio, model = parseModel(bytes.slice().buffer, true);
     const parsed = (text) => new DOMParser().parseFromString(text, "text/html");
     const outer = parsed(packedPage.outer), page = parsed(packedPage.html.replace(STUDIO_PARTS, ""));
+    const policy = outer.querySelector("meta[http-equiv]");
+    policy.content = policy.content.replace(new RegExp(` \\S+${viewer.policy}`), ""); // with the hash of the studio's script
     for (const one of [outer, page]) {
-        const policy = one.querySelector("meta[http-equiv]"), picture = one.getElementById("poster");
-        policy.content = policy.content.replace(viewer.policy, "");
+        const picture = one.getElementById("poster");
         one.title = model.name.replaceAll(PART, "");
         picture.setAttribute("src", one === outer ? poster : `${PART}poster${PART}`);
         picture.hidden = poster === NO_PICTURE;
@@ -42,7 +43,7 @@ async function factsOf(model, bytes, shade) {
     const narrowest = Math.min(...[...values, ...(texture ? [texture] : [])].map(widest));
     const hash = new Uint8Array(await crypto.subtle?.digest("SHA-256", bytes) ?? 0);
     return {
-        mplicits, target, name, front, credit, shade, shared, ...probes(model, 32),
+        mplicits, target, name, front, credit, shade, shared, ...probes(model),
         sha256: Array.from(hash, (byte) => byte.toString(16).padStart(2, "0")).join(""),
         levels: levels.map(({network}) => `${network[0].rows}x${network.length - 2}`),
         ground: Number(model.ground.toFixed(4)), storage: narrowest <= shared.storages[0][0] ? "auto" : "texture",

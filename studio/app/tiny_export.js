@@ -5,7 +5,7 @@ import {packed124} from "./page_export.js";
 
 // Resolves to the HTML. model: of parseModel; shadertoy: its text, of shadertoyText (shadertoy.js).
 export async function tinyText({name, credit, front, inputs}, shadertoy) {
-    const {head, camera, dropped, script, page} = facts.studio.tiny;
+    const {head, camera, dropped, script, page, unpacker} = facts.studio.tiny;
     let shader = shadertoy.replace(new RegExp(dropped, "gm"), "");
     for (const [text, replacement] of Object.entries(camera)) shader = shader.replace(text, replacement);
     const {azimuth, elevation} = shared.camera;
@@ -17,9 +17,16 @@ export async function tinyText({name, credit, front, inputs}, shadertoy) {
     const slots = {
         title: escapedHtml(name), label: escapedHtml(credit ? `${name} by ${credit}` : name),
         packed: await packed124(new Blob([filled, "\0"])),
+        scripts: crypto.subtle ? `${unpacker} ${await hashOf(filled)}` : "'unsafe-inline'",
     };
     return page.replace(/\{\{(\w+)\}\}/g, (_, key) => slots[key]);
 }
 
 // Returns text for HTML, in printable ASCII.
 const escapedHtml = (text) => text.replace(/\p{C}/gu, "").replace(/[^ -~]|[&<>]/gu, (letter) => `&#${letter.codePointAt()};`);
+
+// Resolves to the source of a policy that allows a script (web/policy.py).
+async function hashOf(script) {
+    const digest = new Uint8Array(await crypto.subtle.digest("SHA-256", new TextEncoder().encode(script)));
+    return `'sha256-${btoa(String.fromCharCode(...digest))}'`;
+}

@@ -18,6 +18,13 @@ def bytes_of(text: str) -> bytes:
     return data
 
 
+def tiny_script(page: str) -> str:
+    """Return the script in a tiny page."""
+    found = re.search(r"<script type=x>(.*?)</script>", page, re.DOTALL)
+    assert found is not None
+    return zlib.decompress(bytes_of(found[1]), -zlib.MAX_WBITS).partition(b"\0")[0].decode()
+
+
 def unpacked(page: str) -> str:
     """Return the HTML in a packed page."""
     found = re.search(r'id="packed">(.*?)</script>', page, re.DOTALL)

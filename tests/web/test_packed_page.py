@@ -1,5 +1,7 @@
 """Packed pages: the same page, with nothing lost but comments, under the same policy."""
 
+import base64
+import hashlib
 import json
 import re
 import threading
@@ -15,8 +17,9 @@ from pygments.lexers import JavascriptLexer
 from pygments.token import Comment
 
 from mplicits.bake.registry import TARGETS
+from mplicits.cli import main
 from mplicits.model.gallery import model_path
-from mplicits.model.model_file import load
+from mplicits.model.model_file import load, save
 from mplicits.model.quantize import quantized_model
 from mplicits.studio import page as studio_page
 from mplicits.web import page
@@ -27,7 +30,7 @@ from support.browser import PATIENCE, visit
 from support.firefox import firefox
 from support.page_pictures import MODEL
 from support.random_model import random_model
-from support.unpacked import unpacked
+from support.unpacked import tiny_script, unpacked
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -49,10 +52,21 @@ seen.worker = await wait((resolve) => {
     const worker = new Worker(URL.createObjectURL(new Blob([text])));
     worker.onmessage = ({data}) => resolve(data);
 });
+for (const [name, run] of [["eval", () => eval("'ran'")], ["function", () => new Function("return 'ran'")()]]) {
+    try {
+        seen[name] = run();
+    } catch {
+        seen[name] = "refused";
+    }
+}
+const more = document.createElement("script");
+more.textContent = "globalThis.inline = 'ran'";
+document.body.append(more);
+seen.inline = globalThis.inline ?? "refused";
 seen.kernel = await WebAssembly.compile(new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0])).then(() => "allowed", String);
 document.documentElement.dataset.seen = JSON.stringify(seen);
 """
-"""A script that asks for the network in several ways, after the page is unpacked."""
+"""A script that asks for the network in several ways, and for other scripts, after the page is unpacked."""
 
 
 def tokens(script: str) -> list[str]:
@@ -187,7 +201,26 @@ def hosted(tmp_path: Path) -> Iterator[tuple[str, list[str]]]:
     server.server_close()
 
 
-REFUSED = {"fetch": "refused", "img": "refused", "script": "refused", "worker": "refused", "kernel": "allowed"}
+ASKED = ("fetch", "img", "script", "worker", "eval", "function", "inline")
+REFUSED = {**dict.fromkeys(ASKED, "refused"), "kernel": "allowed"}
+
+
+@pytest.mark.parametrize("target", ["html", "tiny"])
+def test_bake_prints_the_policy_which_names_all_scripts_by_their_hashes(
+    target: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source, file = tmp_path / "m.safetensors", tmp_path / "m.html"
+    save(MODEL, source)
+    assert main(["bake", str(source), "--target", target, "-o", str(file)]) == 0
+    text = file.read_text("utf-8")
+    (policy,) = re.findall(r'http-equiv="?Content-Security-Policy"? content="([^"]*)"', text)
+    assert f"header: {policy}\n" in capsys.readouterr().err
+    inside = unpacked(text) if target == "html" else f"<script>{tiny_script(text)}</script>"
+    scripts = re.findall(r'<script(?: type="module")?>(.*?)</script>', text + inside, re.DOTALL)
+    assert len(scripts) == {"html": 3, "tiny": 2}[target]
+    digests = [base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts]
+    (sources,) = re.findall(r"script-src ([^;]*)", policy)
+    assert sources == " ".join(f"'sha256-{digest}'" for digest in digests)
 
 
 def test_the_policy_holds_after_unpacking(browser: "Browser", hosted: tuple[str, list[str]]) -> None:

@@ -113,6 +113,17 @@ def covered(drawn: NDArray[np.int16]) -> int:
     return int((np.abs(drawn - drawn[:, :1]).max(axis=2) > 30).sum())
 
 
+def test_the_page_is_light_for_visitors_who_prefer_that(browser: "Browser", tmp_path: Path) -> None:
+    tops = {}
+    for scheme in ("light", "dark"):
+        with visit(browser, page(SMALL, tmp_path), SIZE, 1, COUNT, color_scheme=scheme) as visited:
+            tops[scheme] = still(visited)[-1, 0]
+            color = visited.page.evaluate("getComputedStyle(document.body).color")
+            assert color == {"light": "rgb(0, 0, 0)", "dark": "rgb(255, 255, 255)"}[scheme]
+    assert min(tops["light"]) > 180
+    assert max(tops["dark"]) < 60
+
+
 def test_the_turntable_turns_until_somebody_drags(browser: "Browser", tmp_path: Path) -> None:
     with visit(
         browser, page(SMALL, tmp_path, "phong"), size=(96, 96), share=1, script=COUNT.replace("true", "false")
@@ -123,9 +134,17 @@ def test_the_turntable_turns_until_somebody_drags(browser: "Browser", tmp_path: 
 
 
 def test_a_moving_model_has_its_weights_as_text(browser: "Browser", tmp_path: Path) -> None:
-    with visit(browser, page(moving_model(), tmp_path), size=(96, 96), share=1, script=COUNT) as visited:
+    file, moves = page(moving_model(), tmp_path), COUNT.replace("true", "false")
+    with visit(browser, file, size=(96, 96), share=1, script=moves) as visited:
+        visited.until(MOVES)
+        visited.page.mouse.click(50, 50)  # which ends the turntable
+        visited.page.evaluate("coarse = 0")
         visited.until(MOVES)
         assert visited.console == []
+    with visit(browser, file, size=(96, 96), share=1, script=COUNT) as visited:
+        first, before = still(visited), asked(visited)
+        visited.page.mouse.wheel(0, 0)
+        assert np.array_equal(still(visited, before), first), "it stands at its first moment"
 
 
 def test_hostile_names_stay_text(browser: "Browser", tmp_path: Path) -> None:

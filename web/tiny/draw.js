@@ -36,7 +36,7 @@ const functions = NETWORKS.map(([type, name, layers, outputs]) => {
 // top, straight into the canvas. Their numbers follow the device, at some 50 ms for each coarse picture or group of rows.
 const canvas = document.createElement("canvas"), gl = canvas.getContext("webgl2", {antialias: false, preserveDrawingBuffer: true});
 document.body.append(canvas);
-document.body.style.cssText = "margin:9px;overflow:hidden;background:#333;color:#ccc;font:13px system-ui;pointer-events:none";
+document.body.style.cssText = "margin:9px;overflow:hidden;color-scheme:light dark;color:canvastext;font:13px system-ui;pointer-events:none";
 canvas.style.cssText = "position:fixed;inset:0;width:100%;height:100%;z-index:-1;touch-action:none;pointer-events:auto";
 if (!gl) document.body.append(" (needs WebGL 2)");
 const program = gl.createProgram();
@@ -53,6 +53,7 @@ const buffer = gl.createFramebuffer(), pixels = gl.createRenderbuffer(), place =
 gl.bindRenderbuffer(gl.RENDERBUFFER, pixels);
 gl.enable(gl.SCISSOR_TEST);
 let [azimuth, elevation] = VIEW, zoom = 1, turns = !matchMedia("(prefers-reduced-motion:reduce)").matches;
+const moves = MOVES && turns, light = matchMedia("(prefers-color-scheme:light)").matches * .6;
 let scale = .2, rows = 9, drawn = 0, last = 0, began = 0, isAsked = false, isRough = true, fence; // drawn: 0, or 1 + fine rows
 
 // Draws rows, from `from` on, of a picture.
@@ -61,8 +62,8 @@ function draw(target, width, height, from, count, samples) {
     gl.viewport(0, 0, width, height);
     gl.scissor(0, from, width, count);
     gl.uniform2f(place("iResolution"), width, height);
-    gl.uniform3f(place("V"), azimuth, elevation, zoom);
-    gl.uniform1f(place("iTime"), last / 1e3);
+    gl.uniform4f(place("V"), azimuth, elevation, zoom, light);
+    gl.uniform1f(place("iTime"), moves && last / 1e3);
     gl.uniform1i(place("AA"), samples);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
 }
@@ -84,7 +85,7 @@ function frame(now) {
     }
     if (turns) azimuth += 3e-4 * Math.min(now - last, 99);
     last = began = now;
-    isRough = turns || MOVES || !drawn;
+    isRough = turns || moves || !drawn;
     if (isRough) {
         const coarse = [Math.ceil(width * scale), Math.ceil(height * scale)];
         draw(buffer, ...coarse, 0, coarse[1], 1);
