@@ -1,5 +1,7 @@
-// Parameters in the URL's hash for embedded pages, beside the camera: `panel=0` hides panel and text,
-// `turntable=SECONDS` sets the seconds per turn, `background=` is a name or rrggbb.
+import {shared} from "./facts.js";
+
+// What a page in a frame takes from its host. Parameters in the URL's hash, beside the camera: `panel=0` hides panel and
+// text, `turntable=SECONDS` sets the seconds per turn, `background=` is a name or rrggbb. And messages (docs/web.md).
 const inHash = new URLSearchParams(location.hash.slice(1));
 const [FASTEST, SLOWEST] = [2, 3600]; // seconds
 
@@ -18,3 +20,29 @@ export const backgroundName = inHash.get("background") ?? "";
 // The part of the hash that stays when the camera is written to it.
 export const keptInHash = ["panel", "turntable", "background"].filter((key) => inHash.has(key))
     .map((key) => `&${key}=${encodeURIComponent(inHash.get(key))}`).join("");
+
+// Numbers in a message, with their least and largest values.
+const FARTHEST_TARGET = shared.camera.zoom[1];
+const IN_MESSAGES = {
+    azimuth: [-360, 360], elevation: [-90, 90], distance: shared.camera.zoom, level: [1, Infinity], time: [0, 1],
+};
+
+// Posts a message to the host, if there is one. type: "ready" or "camera".
+export function tellHost(type, numbers) {
+    if (parent !== window) parent.postMessage({type: `mplicits-${type}`, ...numbers}, "*");
+}
+
+// Calls back with the numbers in each message of the host, any of {azimuth, elevation, distance, target, level, time}.
+// A message with anything else in it is none.
+export function listenToHost(onMessage) {
+    const isIn = (value, [least, most]) => Number.isFinite(value) && least <= value && value <= most;
+    const isTarget = (target) => Array.isArray(target) && target.length === 3
+        && target.every((c) => isIn(c, [-FARTHEST_TARGET, FARTHEST_TARGET]));
+    addEventListener("message", ({source, data}) => {
+        if (source !== parent || parent === window || data?.type !== "mplicits-set") return;
+        const {type, ...numbers} = data;
+        const isRight = ([key, value]) => (key === "target" ? isTarget(value)
+            : Object.hasOwn(IN_MESSAGES, key) && isIn(value, IN_MESSAGES[key]) && (key !== "level" || value % 1 === 0));
+        if (Object.entries(numbers).every(isRight)) onMessage(numbers);
+    });
+}

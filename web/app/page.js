@@ -1,13 +1,13 @@
 import {BACKGROUNDS, plainBackground} from "./backgrounds.js";
 import {fillChoices, lightBall, listenToDrops} from "./controls.js";
-import {backgroundName, hasView, turnTime} from "./embedding.js";
+import {backgroundName, hasView, listenToHost, tellHost, turnTime} from "./embedding.js";
 import {listenToKeys, listenToPointers} from "./gestures.js";
 import {element, fail, root, say, uncover} from "./messages.js";
 import {
     contextLost, contextRestored, copy, embedded, goToLevel, leave, openDropped, openFiles, save, setTitle, shade, showSteps, start,
 } from "./current_model.js";
 import {
-    canvas, css, followHash, openRenderer, options, pan, play, reset, resize, seek, set, turn, turntable, zoom,
+    canvas, css, followHash, openRenderer, options, pan, place, play, reset, resize, seek, set, turn, turntable, zoom,
 } from "./view.js";
 
 // Connects the controls to the view.
@@ -81,6 +81,11 @@ function wireWindow() {
     canvas.addEventListener("webglcontextlost", contextLost);
     canvas.addEventListener("webglcontextrestored", contextRestored);
     new ResizeObserver(resize).observe(canvas);
+    listenToHost(({level, time, ...camera}) => {
+        if (Object.keys(camera).length) place(camera);
+        if (level) goToLevel(level);
+        if (time !== undefined && !element("moment").hidden) seek(time);
+    });
 }
 
 async function main() {
@@ -93,7 +98,10 @@ async function main() {
     fold(!root.classList.contains("unfolded"));
     root.dataset.ready = "";
     if (turnTime) turntable(turnTime);
-    if (own) await start(own);
+    if (!own) return;
+    const started = start(own), {levels, inputs} = own.model;
+    tellHost("ready", {levels: levels.length, moves: inputs === "xyzt"});
+    await started;
 }
 
 main().catch(fail);

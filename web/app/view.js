@@ -1,5 +1,5 @@
 import {fromHash, homeOf, orbited, panned, toHash, zoomed} from "./camera.js";
-import {keptInHash} from "./embedding.js";
+import {keptInHash, tellHost} from "./embedding.js";
 import {facts, shared} from "./facts.js";
 import {nextFrame} from "./device.js";
 import {drawing, element, listener, root, uncover} from "./messages.js";
@@ -64,13 +64,25 @@ function paintStage() {
     stage.style.setProperty("--top", top);
 }
 
-function move(next) {
+function look(next) {
     isTurning = false;
     camera = next;
     uncover();
     draw(true);
     writeHash();
 }
+
+function move(next) {
+    look(next);
+    tellCamera();
+}
+
+function tellCamera() {
+    tellHost("camera", {...camera, distance: zoomed(camera, 1, aspect()).distance, target: [...camera.target]});
+}
+
+// Sets some of the camera's numbers for the host, which is not told of them.
+export const place = (change) => look({...camera, ...change});
 
 // Writes camera and time to the URL's hash, after a delay.
 function writeHash() {
@@ -135,6 +147,7 @@ export async function turntable(seconds) {
         if (renderer && "drawn" in root.dataset) {
             camera = orbited(camera, 360 * Math.min(now - last, 250) / 1000 / seconds, 0);
             draw(true);
+            tellCamera();
         }
         last = now;
     }
