@@ -9,7 +9,7 @@ import shutil
 import socket
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -73,15 +73,15 @@ class Firefox:
 
 
 @contextmanager
-def firefox(profile: Path, environment: dict[str, str]) -> Iterator[Firefox]:
-    """Start Firefox with a new profile in an empty folder, to which it also downloads.
+def firefox(profile: Path, environment: dict[str, str], more: Mapping[str, Any] = {}) -> Iterator[Firefox]:
+    """Start Firefox with a new profile in an empty folder, to which it also downloads. more: further preferences.
 
     Skips the test if it is not installed.
     """
     path = shutil.which("firefox-esr") or shutil.which("firefox")
     if path is None:
         pytest.skip("Firefox is not installed (Debian: firefox-esr)")
-    preferences = PREFERENCES | {"browser.download.folderList": 2, "browser.download.dir": str(profile)}
+    preferences = PREFERENCES | dict(more) | {"browser.download.folderList": 2, "browser.download.dir": str(profile)}
     lines = [f"user_pref({json.dumps(name)}, {json.dumps(value)});\n" for name, value in preferences.items()]
     (profile / "user.js").write_text("".join(lines))
     command = [path, "--marionette", "--no-remote", "--profile", str(profile), "about:blank"]
