@@ -144,6 +144,8 @@ def main() -> None:
         options.output,
         "# Gallery",
         "",
+        "![Spot and Bob in the studio's light](demo.png)",
+        "",
         "`view`, `render`, `bake`, `mesh` and `info` take these names in place of a model file:",
         "",
         *(f"    mplicits {command}" for command in COMMANDS),

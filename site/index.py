@@ -15,6 +15,7 @@ HEAD = (
 )
 """The policy keeps the browser from loading or running anything."""
 RULES = """
+body { max-width: 72rem; }
 ul { list-style: none; padding: 0; margin: 1.5rem 0; display: grid; gap: 1rem;
   grid-template-columns: repeat(auto-fill, minmax(15rem, 1fr)); }
 figure { padding: 0; overflow: hidden; height: 100%; }
