@@ -17,7 +17,7 @@ export async function tinyText({name, credit, front, inputs}, shadertoy) {
     const slots = {
         title: escapedHtml(name), label: escapedHtml(credit ? `${name} by ${credit}` : name),
         packed: await packed124(new Blob([filled, "\0"])),
-        scripts: crypto.subtle ? `${unpacker} ${await hashOf(filled)}` : "'unsafe-inline'",
+        scripts: crypto.subtle ? `${unpacker} ${await policySource(filled)}` : "'unsafe-inline'",
     };
     return page.replace(/\{\{(\w+)\}\}/g, (_, key) => slots[key]);
 }
@@ -26,7 +26,7 @@ export async function tinyText({name, credit, front, inputs}, shadertoy) {
 const escapedHtml = (text) => text.replace(/\p{C}/gu, "").replace(/[^ -~]|[&<>]/gu, (letter) => `&#${letter.codePointAt()};`);
 
 // Resolves to the source of a policy that allows a script (web/policy.py).
-async function hashOf(script) {
+async function policySource(script) {
     const digest = new Uint8Array(await crypto.subtle.digest("SHA-256", new TextEncoder().encode(script)));
     return `'sha256-${btoa(String.fromCharCode(...digest))}'`;
 }
