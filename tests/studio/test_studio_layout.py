@@ -1,17 +1,28 @@
 """The studio for keyboards, screen readers and phones."""
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from support.browser import Visit, visit
-from support.studio_visit import ball, ready, write_page
+from mplicits.model.model_file import load
+from support.browser import PATIENCE, Visit, visit
+from support.studio_visit import ball, ready, save, write_page
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
+BAD = {
+    "bad.obj": (b"v 1 2", "bad.obj: line 1: a vertex needs three numbers"),
+    "cloud.xyz": (
+        b"1 2 3",
+        "cloud.xyz: a point cloud without normals; train it with: mplicits train cloud.xyz",
+    ),
+    "point.obj": (b"v 1 1 1\nf 1 1 1", "point.obj: all vertices are at one place, or too far apart"),
+}
+"""Name of a file -> its content, and what the page says."""
 PHONE: dict[str, Any] = {"size": (390, 844), "share": 0.1, "has_touch": True, "is_mobile": True}
 SMALL_TARGETS = """() => [...document.querySelectorAll("button, summary, fieldset label, #more input")]
     .filter((target) => target.checkVisibility() && !target.closest("#message"))
@@ -38,7 +49,18 @@ def violations(visited: Visit) -> list[str]:
     return [f"{one['id']}: {node['html']}" for one in found for node in one["nodes"]]
 
 
-@pytest.fixture(scope="module", params=["dark", "light"])
+def paused(visited: Visit) -> str:
+    """Wait until the report stays the same for a second. Returns it."""
+    end = time.monotonic() + PATIENCE / 1000
+    while time.monotonic() < end:
+        report = visited.page.inner_text("#report")
+        visited.page.wait_for_timeout(1000)
+        if visited.page.inner_text("#report") == report:
+            return report
+    pytest.fail("the training does not pause")
+
+
+@pytest.fixture(scope="module", params=["dark", pytest.param("light", marks=pytest.mark.slow)])
 def opened(
     request: pytest.FixtureRequest, browser: "Browser", tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Visit]:
@@ -50,14 +72,17 @@ def opened(
         assert visited.console == []
 
 
-def test_every_state_is_accessible_and_fits_a_phone(opened: Visit) -> None:
+def test_every_state_is_accessible_and_fits_a_phone(opened: Visit, tmp_path: Path) -> None:
+    """From files that are no shapes, over a pause, to the model of a training that was stopped."""
     page = opened.page
     assert page.inner_text("h1:visible") == "Open a mesh or a point cloud"
     assert page.evaluate(
         "document.getElementById('welcome').scrollHeight <= document.getElementById('welcome').clientHeight"
     )
-    opened.drop(b"v 1 2", "bad.obj")
-    page.wait_for_selector("#message")
+    for name, (data, message) in BAD.items():
+        opened.drop(data, name)
+        opened.until(f"document.querySelector('#message p').textContent === {message!r}")
+        assert page.is_visible("#choose")
     page.click("#more summary")
     assert (violations(opened), page.evaluate(SMALL_TARGETS), page.evaluate(OUTSIDE)) == ([], [], [])
     page.keyboard.press("Escape")
@@ -69,10 +94,15 @@ def test_every_state_is_accessible_and_fits_a_phone(opened: Visit) -> None:
     assert (violations(opened), page.evaluate(SMALL_TARGETS), page.evaluate(OUTSIDE)) == ([], [], [])
     height = page.evaluate("document.getElementById('training').offsetHeight")
     page.click("#pause")
+    before = paused(opened)
     assert page.evaluate("document.getElementById('training').offsetHeight") == height
     assert page.inner_text("#ended") == ""
+    page.click("text=Go on")
+    opened.until(f"document.getElementById('report').textContent !== {before!r}")
     page.click("#stop")
     page.wait_for_selector("#download")
+    save(opened, "#download", tmp_path / "m.safetensors")
+    assert len(load(tmp_path / "m.safetensors").levels) == 1
     assert page.inner_text("#ended").startswith("Trained in ")
     assert page.evaluate("document.getElementById('stage').offsetHeight") > 422
     assert (violations(opened), page.evaluate(SMALL_TARGETS), page.evaluate(OUTSIDE)) == ([], [], [])

@@ -1,4 +1,4 @@
-"""What the studio saves of one trained shape, opened by other readers."""
+"""The studio in Chromium: a dropped mesh trains; what the page saves of it, opened by other readers."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 import trimesh
 
+from mplicits import cli
 from mplicits.bake.registry import TARGETS
 from mplicits.field import interpret
 from mplicits.ir.lower import lower
 from mplicits.model.model import Model
 from mplicits.model.model_file import load
 from mplicits.model.orientation import upright
+from mplicits.model.quantize import is_quantized
 from mplicits.viewer.draw.context import Context
 from support.browser import Visit, visit
 from support.shadertoy import picture
@@ -70,6 +72,19 @@ def in_file(model: Model, points: np.ndarray) -> np.ndarray:
     return interpret.field(lower(model), local.astype(np.float32), 1) * model.scale
 
 
+def test_a_dropped_mesh_trains_to_a_model(trained: Visit, model: Model) -> None:
+    trained.still()
+    assert float(trained.root("error") or "nan") < 1e-5
+    assert (model.name, model.provenance["made_by"]) == ("a box", "page")
+    assert all(map(is_quantized, model.networks().values()))
+    np.testing.assert_allclose(model.center, CENTER, atol=1e-6)
+    assert model.scale == pytest.approx(np.linalg.norm(EXTENTS) / 2)
+    points = trimesh.sample.sample_surface(trimesh.creation.box(EXTENTS), 2000, seed=0)[0] / model.scale
+    f = np.abs(interpret.field(lower(model), points.astype(np.float32), 2)).mean()
+    assert model.provenance["levels"][1]["mean_f"] == pytest.approx(f, rel=0.5)
+    assert f < 0.02
+
+
 def test_up_and_front_are_those_of_train(trained: Visit, model: Model, tmp_path: Path) -> None:
     """As `mplicits train --up z --front`: the field turns with the shape."""
     assert (model.up, model.front) == ("y", None)
@@ -110,6 +125,7 @@ def test_the_saved_mesh_is_the_shape(ending: str, trained: Visit, model: Model, 
 
 def test_saved_texts_are_python_s(trained: Visit, osmesa: Context, tmp_path: Path) -> None:
     save(trained, "#download", tmp_path / "m.safetensors")
+    assert cli.main(["info", str(tmp_path / "m.safetensors")]) == 0
     save(trained, "#save-text", tmp_path / "text.frag")
     ours = picture(osmesa, (tmp_path / "text.frag").read_text())
     theirs = picture(osmesa, TARGETS["shadertoy"](load(tmp_path / "m.safetensors")))
