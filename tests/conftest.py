@@ -33,6 +33,12 @@ def pytest_configure(config: pytest.Config) -> None:
         os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Let files that need a browser, which take longest, begin: short ones fill the cores at the end."""
+    long = {item.path for item in items if "browser" in getattr(item, "fixturenames", ())}
+    items.sort(key=lambda item: item.path not in long)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def quick_deflate() -> Iterator[None]:
     """Let zlib pack pages: Zopfli takes a second for each. See `zopfli`."""
