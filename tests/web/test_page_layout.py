@@ -123,6 +123,7 @@ def test_the_first_paint_has_the_background_of_the_picture(scheme: str, browser:
         before = picture(visited)
         visited.page.evaluate("window.held = window.slow = false")
         visited.still()
+        visited.until("getComputedStyle(document.getElementById('view')).opacity === '1'")
         after = picture(visited)
         edge = np.s_[[0, 10, 20, 30, 35], 46]
         assert np.ptp(before[edge].mean(axis=-1)) > 10, "it is a gradient"
@@ -245,6 +246,7 @@ def test_a_phone_starts_folded_and_shows_its_whole_sheet(browser: "Browser", pag
         assert visited.root("tone") == "light"
         assert not visited.page.is_visible("#panel")
         visited.page.tap("#fold")
+        visited.page.wait_for_selector("#panel")  # a tap becomes a click later
         left, _, right, _ = box(visited, "#panel")
         assert 0 <= left < right <= 390
         assert visited.page.evaluate("document.documentElement.scrollWidth") == 390
