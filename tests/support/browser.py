@@ -17,8 +17,11 @@ from PIL import Image
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-DRIVERS = {"SwiftShader": "swiftshader", "llvmpipe": "gl-egl"}
-"""Name of a software GL -> ANGLE's name for the back end that reaches it."""
+DRIVERS = {"SwiftShader": "swiftshader", "SwiftShader for WebGL": "swiftshader-webgl", "llvmpipe": "gl-egl"}
+"""Name of a software GL -> ANGLE's name for the back end that reaches it.
+
+The second draws WebGL alone, the others the whole page.
+"""
 PATIENCE = 300_000
 """Timeout of all that a test waits for, milliseconds: as long as a busy machine takes."""
 _DROP = """([bytes, name]) => {
