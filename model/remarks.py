@@ -15,7 +15,9 @@ MOST = 1e9
 
 
 def remarks(provenance: Mapping[str, Any]) -> list[str]:
-    """Return the lines of a provenance, which may have any content."""
+    """Return the lines of a provenance, which may have any content; none where the training was interrupted."""
+    if provenance.get("interrupted"):
+        return []
     record = surface_record(provenance)
     return [line for line in (_few_steps(provenance), "" if record is None else record.warning()) if line]
 
@@ -24,7 +26,7 @@ def _few_steps(provenance: Mapping[str, Any]) -> str:
     """Return a line about stages that took far fewer steps than their seconds hold; "" without such a stage."""
     settings, elapsed = provenance.get("settings"), provenance.get("seconds")
     seconds = settings.get("seconds") if isinstance(settings, dict) else None
-    if provenance.get("interrupted") or not (_is_number(seconds) and _is_number(elapsed)):
+    if not (_is_number(seconds) and _is_number(elapsed)):
         return ""
     short = [(name, *counts) for name, record in _stages(provenance) if (counts := _counts(record)) is not None]
     if not short:

@@ -110,6 +110,7 @@ def test_log_and_preview_show_the_progress(
         assert picture.size == (24, 24)
         assert 0.1 < (np.asarray(picture)[..., 3] > 0).mean() < 0.9
     Path("notes.txt").write_text("mine")
+    capsys.readouterr()
     assert f"--preview {ball}: File exists" in refused(capsys, ball, "--preview", ball)
     assert "not a log" in refused(capsys, ball, "--log", "notes.txt")
     assert "the model file" in refused(capsys, ball, "--log", "ball.safetensors")
