@@ -99,4 +99,4 @@ def _figures(record: object) -> SurfaceFigures | None:
 
 def _number(value: object) -> float | None:
     """Return a figure; None where a file has something that is none."""
-    return value if isinstance(value, float) and 0 <= value <= MOST else None
+    return float(value) if isinstance(value, (int, float)) and 0 <= value <= MOST else None

@@ -1,11 +1,13 @@
 """Distances between the surfaces of a model and a shape, against trimesh, marching cubes and formulas."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 
+from mplicits import cli
 from mplicits.mesher.extract import extract_model
 from mplicits.mesher.metrics import SampledSurface
 from mplicits.model.model import Model
@@ -14,9 +16,7 @@ from mplicits.trainer.networks.network import from_model
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Doubles, Shape
 from mplicits.trainer.surface_distance import SurfaceDistance
-from support.ball_training import CPU, SMALL_SETTINGS, train
-
-LEVELS = SMALL_SETTINGS.networks
+from support.ball_training import CPU, train, use_quick_config
 
 
 @pytest.fixture(scope="module")
@@ -121,3 +121,57 @@ def test_a_noisy_cloud_is_measured_in_one_direction(tmp_path: Path, model: Model
         assert (figures.distance_mean is not None) == known
         assert ("both" if known else "one direction") in figures.told()
         assert figures.missing_mean < 0.03
+
+
+def box_without_lid() -> trimesh.Trimesh:
+    mesh = trimesh.creation.box((1.0, 1.0, 1.0)).subdivide_to_size(0.15)
+    mesh.update_faces(mesh.triangles_center[:, 1] < 0.499)
+    return mesh
+
+
+def cylinder_without_caps() -> trimesh.Trimesh:
+    mesh = trimesh.creation.cylinder(0.4, 1.0).subdivide_to_size(0.15)
+    mesh.update_faces(np.abs(mesh.triangles_center[:, 2]) < 0.499)
+    return mesh
+
+
+def cabin_with_windows() -> trimesh.Trimesh:
+    mesh = trimesh.creation.box((1.0, 0.8, 1.2)).subdivide_to_size(0.06)
+    x, y, z = np.abs(mesh.triangles_center.T)
+    mesh.update_faces((y > 0.25) | ((x > 0.3) & (z > 0.4)) | (np.minimum(x, z) < 0.05))
+    return mesh
+
+
+OPEN = {"box": box_without_lid, "cylinder": cylinder_without_caps, "cabin": cabin_with_windows}
+
+
+@pytest.mark.parametrize(
+    "name", ["box", pytest.param("cylinder", marks=pytest.mark.slow), pytest.param("cabin", marks=pytest.mark.slow)]
+)
+@pytest.mark.parametrize("thicken", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_invented_surface_is_told_at_the_end_of_a_training(
+    name: str, thicken: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    use_quick_config(monkeypatch)
+    path, shape = tmp_path / "m.safetensors", tmp_path / "open.ply"
+    OPEN[name]().export(shape)
+    argv = ["train", str(shape), "-o", str(path), "--levels", "24x1,24x1", "--steps", "200,300", "--quiet", "--json"]
+    assert cli.main([*argv, *(["--thicken", "0.05"] if thicken else [])]) == 0
+    out, err = capsys.readouterr()
+    report = json.loads(out)
+    share = report["surface"]["shape"]["invented"]
+    lines = [line for line in report["warnings"] if "radii from the shape" in line]
+    if thicken:
+        assert not report["surface"]["open"]
+        assert not any("--thicken" in line for line in lines)
+        return
+    assert share > 0.05
+    assert report["surface"]["shape"]["distance_mean"] > 2 * report["surface"]["shape"]["missing_mean"]
+    assert [line for line in err.splitlines() if "--thicken 0.02" in line] == [f"warning: {lines[0]}"]
+    assert cli.main(["info", str(path)]) == 0
+    assert lines[0] in capsys.readouterr().out
+    argv = ["eval", str(path), str(shape), "--resolution", "64", "--samples", "5000", "--quiet"]
+    assert cli.main([*argv, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["invented"] == pytest.approx(share, abs=0.06)
+    assert cli.main(argv) == 0
+    assert "--thicken 0.02" in capsys.readouterr().out
