@@ -165,9 +165,10 @@ async function resume({read, settings, seconds, levels, texture, up, front}) {
 
 // Shows the trained model, and what it can be saved as.
 async function showResult() {
-    const {shape, result} = state, {meanF, angle} = result.levels.at(-1);
+    const {shape, result} = state, {meanF, distance = meanF, angle} = result.levels.at(-1);
     result.bytes = modelFile(factsOfShape(shape), result, provenanceOf(shape, result));
-    update(`Trained in ${Math.round(result.seconds)} s · mean |f| ${meanF.toExponential(1)} of the radius · normals off by ${angle.toFixed(1)}°`);
+    const figures = `off by ${distance.toExponential(1)} of the radius · normals by ${angle.toFixed(1)}°`;
+    update(`Trained in ${Math.round(result.seconds)} s · ${figures}`);
     element("ended").textContent = element("report").textContent;
     const onSave = (id) => { result.isSaved ||= id === "download"; };
     showExports(element("exports"), shape.name, kindsOf(shape, result, recorded), onSave, guarded);

@@ -42,7 +42,7 @@ export function initialWeights({width, depth}, padded, outputs, omega, outputFac
 // afterStep: called after each step with {stage, steps, share, done, loss, weights, levels, network, layout}: share of
 // the stage, done of the whole; may return a promise; "stop" ends the training.
 // Returns {levels: [{network, layout, weights, steps, share, loss, restarts, seconds, delta, lipschitz,
-// stepBound, bandStepBound, meanF, angle}], texture: the same up to `seconds`, or null}.
+// stepBound, bandStepBound, meanF, distance, angle}], texture: the same up to `seconds`, or null}.
 export async function trainShape(team, settings, config, {hasColors = false, gpu, clock, end, start, afterStep}) {
     const trained = {levels: [...start?.levels ?? []], texture: start?.texture ?? null};
     const withTexture = hasColors && !trained.texture, costs = stageCosts(settings, config.budget, withTexture);
@@ -174,8 +174,8 @@ function lossAt(share, isFirst, loss) {
     return {...loss.residual, value: loss.residual.value * (share >= loss.late ? loss.late_value : 1)};
 }
 
-// Measures the last level: half-width delta (Eq. 5), largest gradient, mean |f|, mean angle in degrees, and its step
-// bound; lowers the bounds of the levels before as bands.
+// Measures the last level: half-width delta (Eq. 5), largest gradient, mean |f|, mean distance of the shape's surface
+// to the model's, mean angle in degrees, and its step bound; lowers the bounds of the levels before as bands.
 async function measured(team, levels, {points, band_points: more, tracing}, seed) {
     const count = Math.ceil((points + more) / team.workers.length), size = team.workers.length;
     const parts = await team.all("measure", (k) => (
@@ -190,7 +190,8 @@ async function measured(team, levels, {points, band_points: more, tracing}, seed
     levels.slice(0, -1).forEach((band, i) => { band.bandStepBound = Math.min(band.bandStepBound, bounds[i]); });
     Object.assign(level, {
         lipschitz: Math.max(most(parts, "steepest"), most(rays, "steepest")), stepBound: bounds.at(-1), bandStepBound: 1,
-        meanF: sum("f") / sum("count"), angle: sum("angle") / sum("count") * 180 / Math.PI,
+        meanF: sum("f") / sum("count"), distance: sum("distance") / sum("count"),
+        angle: sum("angle") / sum("count") * 180 / Math.PI,
     });
 }
 

@@ -98,19 +98,22 @@ const answers = {
 
     // Measures the last of the levels on the surface: at `count` new points and at this worker's share of the vertices;
     // worker: its number, or null for no vertices.
-    // Returns {count, f, angle: sums over new points; largest, steepest: largest |f| and |grad f| of all points}.
+    // Returns {count, f, distance, angle: sums over new points; largest, steepest: largest |f| and |grad f| of all
+    // points}. distance: from the point to the model's surface, |f| / |grad f|.
     measure({levels, count, seed, worker, team}) {
         task = null;
         const drawn = shape.surface(count, randomNumbers(seed));
-        const result = {count, f: 0, angle: 0, largest: 0, steepest: 0};
+        const result = {count, f: 0, distance: 0, angle: 0, largest: 0, steepest: 0};
         for (const rows of [drawn, worker === null ? new Float32Array(0) : shape.corners(worker, team)]) {
             addLevels(levels, rows, false);
             for (let at = 0; at < rows.length; at += SAMPLE) {
                 const f = Math.abs(rows[at + VALUE]), gradient = rows.subarray(at + GRADIENT, at + DISTANCE);
+                const slope = Math.hypot(...gradient);
                 result.largest = Math.max(result.largest, f);
-                result.steepest = Math.max(result.steepest, Math.hypot(...gradient));
+                result.steepest = Math.max(result.steepest, slope);
                 if (rows !== drawn) continue;
                 result.f += f;
+                result.distance += f / Math.max(slope, FLATTEST);
                 result.angle += angleBetween(gradient, rows.subarray(at + NORMAL, at + SAMPLE));
             }
         }
@@ -139,6 +142,9 @@ function drawBatch() {
     volume.draw(around - mined, kernel.samples, on);
     hard?.draw(mined, kernel.samples, on + around - mined);
 }
+
+// Least |grad f| by which a value is divided.
+const FLATTEST = 0.1;
 
 function angleBetween(gradient, normal) {
     const along = gradient[0] * normal[0] + gradient[1] * normal[1] + gradient[2] * normal[2];
