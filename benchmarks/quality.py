@@ -1,4 +1,4 @@
-"""Measures the error of a training against its time, on held-out surface points: writes docs/results/quality.md.
+"""Measures the error of a training against its time: writes docs/results/quality.md.
 
     python benchmarks/quality.py armadillo.ply [--levels 64x1,64x2] [--seconds 60,150,300] [--keep FOLDER] [-o FILE]
 
@@ -11,7 +11,9 @@ from pathlib import Path
 
 from contenders import trained, training_settings
 from mplicits.model.model_file import save
+from mplicits.model.surface_figures import surface_record
 from mplicits.trainer.machine import device, prepare
+from mplicits.trainer.options import CREASE
 from mplicits.trainer.shapes.load import load_shape
 from protocol import Page, machine
 
@@ -33,20 +35,28 @@ def main() -> None:
         "",
         f"Printed by `python benchmarks/quality.py {name}`. {machine()}.",
         "",
-        "Mean abs f and mean normal angle: at 100,000 surface points that training never sees, in radii of the shape.",
+        "Off by: mean of both directions between the surfaces of the model and of the shape, in radii of the shape. "
+        "Normals by: mean angle between gradient and normal, degrees. Curved: against the surface that is trained; "
+        "flat: against the file's faces. [What the figures mean](../training.md#what-the-figures-mean).",
         "",
-        "| time limit, s | seconds | level | steps | mean abs f | mean normal angle, degrees | delta |",
-        "|---:|---:|---|---:|---:|---:|---:|",
+        "| time limit, s | seconds | curved: off by | normals by | flat: off by | normals by | invented | steps |",
+        "|---:|---:|---:|---:|---:|---:|---:|---|",
     )
     for seconds in map(float, arguments.seconds.split(",")):
         began = time.perf_counter()
-        shape, _ = load_shape(arguments.shape)
+        shape, _ = load_shape(arguments.shape, crease=CREASE)
         model = trained(shape, training_settings(arguments.levels, seconds=seconds), began)
-        for i, (level, record) in enumerate(zip(model.levels, model.provenance["levels"], strict=True), start=1):
-            page.add(
-                f"| {seconds:g} | {model.provenance['seconds']:.1f} | {i}: {record['network']} | {record['steps']} "
-                f"| {record['mean_f']:.2e} | {record['angle']:.2f} | {level.delta:.4f} |"
-            )
+        record = surface_record(model.provenance)
+        assert record is not None
+        told = [
+            " | " if part is None else f"{part.distance:.2e} | {part.normal_angle:.2f}"
+            for part in (record.shape, record.flat)
+        ]
+        steps = ", ".join(f"{level['network']}: {level['steps']:,}" for level in model.provenance["levels"])
+        page.add(
+            f"| {seconds:g} | {model.provenance['seconds']:.1f} | {' | '.join(told)} "
+            f"| {record.shape.invented or 0:.2%} | {steps} |"
+        )
         if arguments.keep:
             save(model, arguments.keep / f"{model.name}-{seconds:g}.safetensors")
 
