@@ -20,6 +20,7 @@ from mplicits.model.errors import UserError
 from mplicits.model.files import write_whole
 from mplicits.model.model import Model, shape_of
 from mplicits.model.model_file import load, save, to_bytes
+from mplicits.model.surface_figures import surface_record
 from mplicits.scenes.compose import compose
 from mplicits.studio.page import studio
 from mplicits.viewer.draw.camera import Camera
@@ -92,6 +93,16 @@ def named(name: str, path: Path) -> Model:
     return model
 
 
+def figures(model: Model) -> str:
+    """Return the cells with the distance from the mesh, against its curved surface and against its faces."""
+    record = surface_record(model.provenance)
+    if record is None:
+        level = model.provenance["levels"][-1]
+        return f"{level['mean_f']:.1e} | {level['angle']:.1f} | | "
+    parts = (record.shape, record.flat)
+    return " | ".join(" | " if part is None else f"{part.distance:.1e} | {part.normal_angle:.1f}" for part in parts)
+
+
 def shadertoy(model: Model) -> str:
     """Return the bytes of the Shadertoy text as a cell of the table, or "too wide"."""
     try:
@@ -153,9 +164,9 @@ def main() -> None:
         "Spot and Bob are by Keenan Crane, CC0. [model/gallery/README.md](../model/gallery/README.md) has the commands "
         "that made the models. `python benchmarks/gallery.py` prints this page.",
         "",
-        "| name | levels + texture | parameters | model file, bytes | web page | Shadertoy | trained, s | mean abs f | "
-        "angle, degrees |",
-        "| --- | --- |" + " ---: |" * 7,
+        "| name | levels + texture | parameters | model file, bytes | web page | Shadertoy | trained, s | off by | "
+        "normals by | flat: off by | normals by |",
+        "| --- | --- |" + " ---: |" * 9,
     )
     paths = {name: gallery.model_path(name) for name in gallery.names()}
     models = {name: named(name, path) for name, path in paths.items()}
@@ -167,15 +178,18 @@ def main() -> None:
         if len(text.encode()) <= PAGE_MOST:
             write_whole(folder / f"{name}.html", text)
             pages.append(name)
-        levels, record = ",".join(shape_of(level.network) for level in model.levels), model.provenance["levels"][-1]
+        levels = ",".join(shape_of(level.network) for level in model.levels)
         page.add(
             f"| {name} | {levels} + {shape_of(model.texture)} | {model.parameters():,} | "
             f"{paths[name].stat().st_size:,} | {len(text.encode()):,} | {shadertoy(model)} | "
-            f"{model.provenance['seconds']:.0f} | {record['mean_f']:.1e} | {record['angle']:.1f} |"
+            f"{model.provenance['seconds']:.0f} | {figures(model)} |"
         )
     page.add(
         "",
-        "Columns `web page` and `Shadertoy`: bytes of the output of `bake`. Mean abs f in radii of the shape.",
+        "Columns `web page` and `Shadertoy`: bytes of the output of `bake`. Off by: distance between the surfaces of "
+        "model and mesh, mean of both directions, in radii; normals by: degrees. First against the curved surface that "
+        "was trained, then against the mesh's flat faces ([figures](training.md#what-the-figures-mean)). "
+        "A model that moves has mean abs f and the angle of its normals instead.",
         "",
         "Pages to save and open in a browser, without a network: "
         + ", ".join(f"[{name}.html]({folder.name}/{name}.html)" for name in pages)
