@@ -8,7 +8,7 @@ from pathlib import Path
 from ..model.files import check_writable, show, write_whole
 from ..model.gallery import SUFFIX
 from ..model.interrupts import begin_work, ended_by
-from ..model.kinds import MESH, MODEL
+from ..model.kinds import MESH, MODEL, OWN_MESH
 from ..model.options import argument, option
 from ..model.verb import Verb, force_option, output_option
 from ..trainer.openmp import prepare_openmp
@@ -33,7 +33,8 @@ def _unproject(command: UnprojectCommand) -> None:
 
     output = command.output or Path(command.inputs()[0].stem + ".ply")
     check_name(output)
-    check_writable(output, command.inputs(), kind=MESH, force=command.force)
+    kind = MESH if command.output else OWN_MESH
+    check_writable(output, command.inputs(), kind=kind, force=command.force)
     cloud = unprojected(command)
     if cloud.warning:
         print(f"warning: {cloud.warning}", file=sys.stderr)
@@ -77,7 +78,8 @@ def _photos(command: PhotosCommand) -> None:
     """Reconstruct photographs as a model file. Raises UserError."""
     began = time.perf_counter()
     output = command.output or Path((command.folder.resolve().name or "photographs") + SUFFIX)
-    check_writable(output, kind=MODEL, force=command.force)
+    reads = [path for path in command.folder.rglob("*") if path.suffix != SUFFIX]
+    check_writable(output, reads, kind=MODEL, force=command.force)
     prepare_openmp()
     from .session import run
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ..model.errors import UserError
 from ..model.files import show
+from ..model.kinds import MARK
 
 Doubles = NDArray[np.float64]
 
@@ -34,7 +35,8 @@ class Cloud:
             table[name] = column
         words = {"<f4": "float", "u1": "uchar"}
         properties = "".join(f"property {words[kind]} {name}\n" for name, (kind, _) in columns.items())
-        head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(table)}\n{properties}end_header\n"
+        head = f"ply\nformat binary_little_endian 1.0\ncomment {MARK}\n"
+        head += f"element vertex {len(table)}\n{properties}end_header\n"
         return head.encode() + table.tobytes()
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..model.errors import UserError
 from ..model.files import is_folder, show
 from .cloud import Doubles
-from .intrinsics import Intrinsics, same_shape
+from .intrinsics import UNFIT, Intrinsics, same_shape
 from .photograph_files import (
     Layout,
     PhotographFile,
@@ -128,8 +128,8 @@ def _camera(model: str, width: int, height: int, numbers: list[float], focals: i
         raise UserError(f"the camera model {show(model)[:40]} is not known; undistort the pictures to PINHOLE")
     fx, fy = numbers[0], numbers[focals - 1]
     cx, cy = numbers[focals], numbers[focals + 1]
-    if not all(map(np.isfinite, (fx, fy, cx, cy))) or min(fx, fy, width, height) <= 0:
-        raise ValueError("camera")
+    if not Intrinsics(fx, fy, cx, cy).fits(width, height):
+        raise UserError(f"the camera {model}, {width} x {height}: {UNFIT}")
     distorted = any(abs(number) > NEGLIGIBLE for number in numbers[focals + 2 :])
     return Camera(width, height, Intrinsics(fx, fy, cx, cy), distorted)
 

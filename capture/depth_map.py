@@ -1,7 +1,7 @@
 """Reads depth maps."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,10 +11,13 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ..model.errors import UserError
-from ..model.files import show
+from ..model.files import regular, show, silent_library
+from ..model.memory import check_memory
 from .cloud import Doubles
 
 SMALLEST, LARGEST = 8, 1 << 15  # bounds of the sides of a depth map, pixels
+BYTES = 700  # of memory that `unproject` takes for each pixel, some more than measured
+LEAST = 1e-15  # smaller depths are nothing
 DEPTH_CHANNELS = (
     *(r"(^|.*\.)(z?depth|z)\.(z|v|y|r|x)", r"z", r"(z?depth|distance)", r".*\.(depth|z?depth)"),
     *(r"v", r"y", r"r", r"(?!.*(normal|position|vector|combined|image|uv|mist)).*\.(z|v|y|r)"),
@@ -43,15 +46,15 @@ class DepthMap:
 def read_depth(path: Path) -> DepthMap:
     """Read a depth map: 16-bit or 8-bit PNG, TIFF of integers or floats, EXR, NPY.
 
-    Missing depths are 0, negative, infinite, NaN, or a number that programs write for nothing (`NOTHING`, `HALF`,
-    `FULL`, or a background at one far depth). Raises UserError with the file's name.
+    Missing depths are 0, negative, less than `LEAST`, infinite, NaN, or a number that programs write for nothing
+    (`NOTHING`, `HALF`, `FULL`, or a background at one far depth). Raises UserError with the file's name.
     """
     name, suffix = show(path), path.suffix.lower()
     if suffix not in READERS:
         raise UserError(f"{name}: unknown format of depth maps; this program reads PNG, EXR, NPY and TIFF")
     notes = []
     try:
-        values = READERS[suffix](path)
+        values = READERS[suffix](regular(path))
         if isinstance(values, tuple):
             values, channel = values
             notes.append(f"depths from the channel {show(channel)}")
@@ -62,18 +65,15 @@ def read_depth(path: Path) -> DepthMap:
     except Exception as error:  # Pillow, NumPy and OpenEXR raise anything on damaged files
         reason = "no such file" if isinstance(error, FileNotFoundError) else f"not a readable {suffix[1:].upper()} file"
         raise UserError(f"{name}: {reason}") from None
-    if values.ndim != 2 or not SMALLEST <= min(values.shape) <= max(values.shape) <= LARGEST:
-        shape = " x ".join(map(str, values.shape)) or "no array"
-        raise UserError(f"{name}: {shape}; a depth map has two axes of {SMALLEST} to {LARGEST:,} pixels")
     depth = values.astype(np.float64)
     with np.errstate(invalid="ignore"):
-        depth[~(np.isfinite(depth) & (depth > 0) & (depth < NOTHING))] = np.nan
+        depth[~((depth >= LEAST) & (depth < NOTHING))] = np.nan
         depth[depth == (FULL if values.dtype == np.uint16 else HALF)] = np.nan
     if (far := _background(depth)) is not None:
         notes.append(f"{np.count_nonzero(depth == far):,} pixels at the depth {far:g} left out: a background")
         depth[depth == far] = np.nan
     if np.isnan(depth).all():
-        raise UserError(f"{name}: no pixel has a depth: all are 0, negative or not finite")
+        raise UserError(f"{name}: no pixel has a depth: all are 0, negative, or too large or small")
     return DepthMap(depth, bool(np.issubdtype(values.dtype, np.integer)), tuple(notes))
 
 
@@ -88,17 +88,27 @@ def _background(depth: Doubles) -> float | None:
     return far if is_far and len(known) - len(nearer) > FAR_SHARE * depth.size else None
 
 
+def _check_size(shape: Sequence[int]) -> None:
+    """Check the shape of a map before its pixels are read. Raises UserError."""
+    if len(shape) != 2 or not SMALLEST <= min(shape) <= max(shape) <= LARGEST:
+        size = " x ".join(map(str, shape)) or "no array"
+        raise UserError(f"{size}; a depth map has two axes of {SMALLEST} to {LARGEST:,} pixels")
+    check_memory(BYTES * shape[0] * shape[1], f"a depth map of {shape[1]} x {shape[0]}", "shrink it")
+
+
 def _read_npy(path: Path) -> NDArray[Any]:
-    values: NDArray[Any] = np.load(path, allow_pickle=False)
-    if values.dtype.kind not in "iuf":
-        raise UserError(f"an array of {values.dtype}; a depth map has numbers")
-    return values.squeeze()
+    mapped: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
+    if mapped.dtype.kind not in "iuf":
+        raise UserError(f"an array of {mapped.dtype}; a depth map has numbers")
+    _check_size([side for side in mapped.shape if side != 1])
+    return np.array(mapped.squeeze())
 
 
 def _read_image(path: Path) -> NDArray[Any]:
     if _is_cut(path):
         raise UserError("a picture of 16 bits with colors or opacity; save it as gray of 16 bits")
     with Image.open(path) as opened:
+        _check_size(opened.size[::-1])
         values = np.asarray(opened.convert("RGB") if opened.mode == "P" else opened)  # a palette's numbers say nothing
     if values.dtype == np.bool_:
         raise UserError("a black and white picture; a depth map has many depths")
@@ -123,7 +133,10 @@ def _read_exr(path: Path) -> tuple[NDArray[Any], str]:
 
     if not path.is_file():
         raise FileNotFoundError
-    with OpenEXR.File(str(path), separate_channels=True) as file:
+    with silent_library(), OpenEXR.File(str(path), header_only=True) as file:
+        (left, top), (right, bottom) = np.array(file.header()["dataWindow"]).tolist()
+        _check_size((bottom - top + 1, right - left + 1))
+    with silent_library(), OpenEXR.File(str(path), separate_channels=True) as file:
         channels = file.channels()
         names = [(pattern, name) for pattern in DEPTH_CHANNELS for name in channels]
         pixels = {name: np.array(channel.pixels) for name, channel in channels.items()}

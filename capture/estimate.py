@@ -7,7 +7,7 @@ import numpy as np
 from PIL import Image
 
 from ..model.errors import UserError
-from ..model.files import show
+from ..model.files import is_folder, show
 from .cloud import Doubles
 
 
@@ -26,15 +26,19 @@ def estimate_depth(photograph: Image.Image, estimator: str) -> tuple[Doubles, bo
     logging.set_verbosity_error()
     logging.disable_progress_bar()
     try:
-        # Only .safetensors: other formats of weights are pickles, which run code.
-        run: Any = pipeline("depth-estimation", model=estimator, model_kwargs={"use_safetensors": True})
-    except (OSError, ValueError, KeyError, RuntimeError) as error:
+        # Nothing of the model runs as code: no Python files beside it, and no weights but .safetensors, since other
+        # formats are pickles. Without `trust_remote_code`, transformers would ask on the terminal.
+        safe: dict[str, Any] = {"trust_remote_code": False, "model_kwargs": {"use_safetensors": True}}
+        run: Any = pipeline("depth-estimation", model=estimator, **safe)
+        with torch.no_grad():
+            predicted = run(photograph)["predicted_depth"]
+        values = np.squeeze(np.asarray(predicted.cpu().float().numpy(), np.float64))
+        if values.ndim != 2:
+            raise ValueError(f"its output has {values.ndim} axes, not 2")
+    except Exception as error:  # transformers raises anything on damaged folders
         reason = show(str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__)[:200]
-        where = "a folder" if Path(estimator).is_dir() else "a model on the hub, or no folder"
+        where = "a folder" if is_folder(Path(estimator)) else "a model on the hub, or no folder"
         raise UserError(f"--estimator {show(estimator)}: {where} that cannot be loaded ({reason})") from None
-    with torch.no_grad():
-        predicted = run(photograph)["predicted_depth"]
-    values = np.squeeze(np.asarray(predicted.cpu().float().numpy(), np.float64))
     if values.shape != (photograph.height, photograph.width):
         scaled = Image.fromarray(values.astype(np.float32)).resize(photograph.size, Image.Resampling.BILINEAR)
         values = np.asarray(scaled, np.float64)

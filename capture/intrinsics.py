@@ -11,12 +11,17 @@ import numpy as np
 from PIL import Image
 
 from ..model.errors import UserError
-from ..model.files import show
+from ..model.files import regular, show
 from .cloud import Doubles
 
 EXIF_IFD, FOCAL_LENGTH_35MM = 0x8769, 0xA405  # EXIF's directory of camera settings, and its tag FocalLengthIn35mmFilm
 FILM_DIAGONAL = math.hypot(36, 24)
 """Diagonal of 35 mm film, millimeters; the focal length refers to a picture of the same diagonal."""
+FAR_OFF = 1e4
+"""Largest ratio of a focal length, or of the optical axis's position, to the longer side of a picture, or of the side
+to the focal length."""
+UNFIT = "the focal lengths must be above 0, and no number of a camera far beyond the picture's sides"
+"""Message for a camera that does not fit."""
 SAME_ASPECT = 0.02
 """Largest relative difference of the aspects of two pictures of one view: sizes are rounded to whole pixels."""
 
@@ -41,6 +46,13 @@ class Intrinsics:
         """
         x = (np.arange(width, dtype=np.float64) + 0.5 - self.cx) / self.fx
         return x, (np.arange(height, dtype=np.float64) + 0.5 - self.cy) / self.fy
+
+    def fits(self, width: float, height: float) -> bool:
+        """Whether the camera can have taken a picture of this size, in pixels. NaN and infinity do not fit."""
+        short, long = sorted((width, height))
+        if not 0 < short <= long < math.inf or not min(self.fx, self.fy) >= long / FAR_OFF:
+            return False
+        return all(abs(number) <= FAR_OFF * long for number in astuple(self))
 
     def scaled(self, across: float, down: float) -> "Intrinsics":
         """Return the camera of the resized picture."""
@@ -80,7 +92,7 @@ def of_file(path: Path, height: int, width: int) -> Intrinsics:
     """
     name = show(path)
     try:
-        content = json.loads(path.read_text(encoding="utf-8-sig"))
+        content = json.loads(regular(path).read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise UserError(f"{name}: {error.strerror or error}") from None
     except (ValueError, RecursionError):
@@ -93,11 +105,11 @@ def of_file(path: Path, height: int, width: int) -> Intrinsics:
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         key = f" ({error.args[0]} is missing)" if isinstance(error, KeyError) else ""
         raise UserError(f"{name}: numbers fx, fy, cx, cy, or a 3 x 3 matrix K, are needed{key}") from None
-    if not all(map(math.isfinite, (*astuple(camera), *size))) or min(camera.fx, camera.fy) <= 0:
-        raise UserError(f"{name}: the focal lengths must be above 0, and all numbers finite")
+    if not camera.fits(*(size or (width, height))):
+        raise UserError(f"{name}: {UNFIT}")
     if not size:
         return camera
-    if min(size) <= 0 or not same_shape((size[0], size[1]), (width, height)):
+    if not same_shape((size[0], size[1]), (width, height)):
         raise UserError(
             f"{name}: the camera's picture is {size[0]:g} x {size[1]:g}, the depth map {width} x {height}; "
             "the aspects differ"

@@ -154,7 +154,7 @@ class PhotoOptions(Options):
             x, y, z, radius = map(float, (text_of(self.sphere) or "").split(","))
         except ValueError:
             x = y = z = radius = 0.0
-        if not (radius > 0 and max(map(abs, (x, y, z, radius))) < 1e12):
+        if not (radius > 1e-12 and max(map(abs, (x, y, z, radius))) < 1e12):
             raise UserError(f"--sphere {self.sphere}: four numbers X,Y,Z,RADIUS with a radius above 0 are needed")
         return x, y, z, radius
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ..model.errors import UserError
-from ..model.files import show
+from ..model.files import regular, show
 from ..model.image_file import open_image
 from ..model.orientation import upright
 from .cloud import Doubles
@@ -23,6 +23,8 @@ SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp")
 SMALLEST = 8  # shortest side of a photograph, pixels
 AGREED = 0.2
 """Least component, along an axis, of the mean of the photographs' up directions; otherwise the mean is useless."""
+BOUND = 1e12
+"""Largest number of a camera's matrix, and inverse of the shortest row of its first three columns."""
 SINGULAR = 1e-9  # least determinant of a camera matrix with unit rows
 
 
@@ -127,7 +129,7 @@ def nearest_to_axes(eyes: Doubles, axes: Doubles) -> Doubles:
 def size_of(path: Path) -> tuple[int, int]:
     """Return the width and height of an image. Raises UserError."""
     try:
-        with Image.open(path) as opened:
+        with Image.open(regular(path)) as opened:
             return opened.size
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         reason = "no such file" if isinstance(error, FileNotFoundError) else "not a readable image"
@@ -139,6 +141,9 @@ def check_projection(matrix: Doubles, name: str) -> Doubles:
     rows = matrix[:3, :4]
     if rows.shape != (3, 4) or not np.isfinite(rows).all():
         raise UserError(f"{name}: a camera is a matrix of 4 x 4 finite numbers")
+    sizes = np.abs(rows)
+    if sizes.max() > BOUND or 0 < sizes[:, :3].max(axis=1).min() < 1 / BOUND:
+        raise UserError(f"{name}: the numbers of a camera are from {1 / BOUND:g} to {BOUND:g}")
     lengths = np.linalg.norm(rows[:, :3], axis=1)
     determinant = np.linalg.det(rows[:, :3] / np.maximum(lengths, 1e-300)[:, None])
     if abs(determinant) < SINGULAR:

@@ -55,6 +55,8 @@ class Reconstruction:
         rays, _ = rays_of(self._views, self._device)
         if not len(rays):
             raise UserError("no photograph shows the ball around the object; check the cameras")
+        if rays.inside is not None and not rays.inside.any():
+            raise UserError("no mask shows a part of the ball around the object; check masks and cameras")
         sizes = options.sizes, options.omegas, options.deltas[:-1], options.radiance
         self.scene = MultiscaleScene(*sizes, self._device, options.seed)
         self._background = BACKGROUNDS[options.background]
@@ -111,9 +113,9 @@ class Reconstruction:
 
     def _report(self) -> None:
         """Log the PSNR of the first held-out view."""
-        if self._held_out:
-            name = self._held_out[0].name
-            self._progress.say(f"step {self._steps}: {name}, held out: {self._mean_psnr(1):.2f} dB")
+        decibels = self._mean_psnr(1)
+        if decibels is not None:
+            self._progress.say(f"step {self._steps}: {self._held_out[0].name}, held out: {decibels:.2f} dB")
 
     def _mean_psnr(self, count: int | None = None) -> float | None:
         return mean_psnr(self.scene, self._held_out[:count], self._learner.effort, self._background, self._device)

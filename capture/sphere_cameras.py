@@ -6,11 +6,13 @@ from typing import Any
 import numpy as np
 
 from ..model.errors import UserError
-from ..model.files import show
+from ..model.files import regular, show
 from .cloud import Doubles
 from .intrinsics import same_shape
 from .photograph_files import Layout, PhotographFile, check_projection, natural, pictures_in, size_of, up_of
 
+LARGEST = 4096
+"""Most bytes of a matrix of 4 x 4 numbers with its header."""
 OFF_CENTER = 0.25
 """Largest distance of a principal point from the picture's center, as a share of its sides."""
 
@@ -86,9 +88,10 @@ def _resized(projection: Doubles, size: tuple[int, int], camera_size: tuple[int,
 def _matrices(path: Path) -> dict[str, Doubles]:
     """Read the matrices of an NPZ file. Raises UserError if it is damaged."""
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with np.load(regular(path), allow_pickle=False) as file:
+            small = {entry.filename.removesuffix(".npy") for entry in file.zip.infolist() if entry.file_size <= LARGEST}
             found: dict[str, Any] = {
-                key: file[key] for key in file.files if key.startswith(("world_mat_", "scale_mat_"))
+                key: file[key] for key in file.files if key.startswith(("world_mat_", "scale_mat_")) and key in small
             }
             return {
                 key: matrix.astype(np.float64)

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..model.errors import UserError
-from ..model.files import show
+from ..model.files import regular, show
 from .cloud import Doubles
-from .intrinsics import Intrinsics, same_shape
+from .intrinsics import UNFIT, Intrinsics, same_shape
 from .photograph_files import (
     SUFFIXES,
     Layout,
@@ -75,7 +75,7 @@ def find_in_transforms(folder: Path, path: Path, sphere: Doubles | None, up: str
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        content = json.loads(path.read_text(encoding="utf-8-sig"))
+        content = json.loads(regular(path).read_text(encoding="utf-8-sig"))
     except (OSError, ValueError, RecursionError):
         raise UserError(f"{show(path)}: not readable JSON") from None
     if not isinstance(content, dict) or not isinstance(content.get("frames"), list):
@@ -139,10 +139,10 @@ def _camera(values: Mapping[str, Any], size: tuple[int, int], label: str) -> tup
         cx, cy = float(values.get("cx", w / 2)), float(values.get("cy", h / 2))
         lens = [values.get(key, 0) for key in DISTORTIONS] + list(values.get("distortion_params") or ())
         distorted = any(abs(float(number)) > STRAIGHT for number in lens)
-    except (KeyError, TypeError, ValueError, ZeroDivisionError, IndexError):
+    except (KeyError, TypeError, ValueError, ArithmeticError, IndexError):
         raise UserError(f"{label}: no camera; fl_x, fl_y, cx, cy or camera_angle_x are needed") from None
-    if not all(map(math.isfinite, (fx, fy, cx, cy, w, h))) or min(fx, fy, w, h) <= 0:
-        raise UserError(f"{label}: focal lengths and sizes must be above 0, and all numbers finite")
+    if not Intrinsics(fx, fy, cx, cy).fits(w, h):
+        raise UserError(f"{label}: {UNFIT}")
     if not same_shape((w, h), size):
         raise UserError(f"{label}: its camera is for a picture of {w:g} x {h:g}, this is {width} x {height}")
     return Intrinsics(fx, fy, cx, cy).scaled(width / w, height / h), distorted

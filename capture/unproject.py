@@ -18,6 +18,7 @@ CURVED = 0.002  # relative distance from its plane that the curvature of a surfa
 NOISIEST = 0.1  # A map with a larger relative noise is refused
 ISLAND = 0.002  # A connected component with a smaller share of all pixels is dropped
 MOST = 300_000  # most points of a cloud; larger maps use every second or third pixel of a row and column
+FEWEST = 3  # fewest rows, and columns, of pixels with a depth: noise is measured by second differences
 FLIP = np.array([1.0, -1.0, -1.0])  # from a picture's axes (y down, z away) to a cloud's
 
 
@@ -40,6 +41,8 @@ def unproject(
     x, y, depth = x[columns], y[rows], depth[rows, columns]
     if isinstance(step, np.ndarray):
         step = step[rows, columns]
+    if min(depth.shape) < FEWEST:
+        raise UserError(f"only {depth.shape[1]} x {depth.shape[0]} pixels have a depth; a surface is larger")
     planes = fit_planes(depth, x, y, step)
     if planes.noise > NOISIEST:
         raise UserError(f"its depths jump by {planes.noise:.0%} from pixel to pixel: is it a depth map?")

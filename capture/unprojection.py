@@ -10,7 +10,7 @@ from ..model.errors import UserError
 from ..model.files import check_writable, show, write_whole
 from ..model.kinds import MESH
 from .cloud import Cloud, Cut, Doubles, check_name
-from .depth_map import from_inverse, read_depth
+from .depth_map import LEAST, from_inverse, read_depth
 from .estimate import estimate_depth
 from .image_pixels import colors_of, mask_of, opaque, open_upright, resized
 from .intrinsics import Intrinsics, of_file, of_photograph, of_view
@@ -74,6 +74,9 @@ def unprojected(options: UnprojectOptions) -> Unprojected:
         depth = from_inverse(depth, *(options.range or RELATIVE_RANGE))
     elif whole:
         depth = depth / options.unit
+    depth = _within(depth, (depth >= LEAST) & (depth <= 1 / LEAST))
+    if np.isnan(depth).all():
+        raise UserError(f"no depth is from {LEAST:g} to {1 / LEAST:g}; are --unit and --range right?")
     step = step_share(values, depth, inverse)
     known = _camera(options, photograph, height, width)
     camera = known or of_view(DEFAULT_FOV, height, width)

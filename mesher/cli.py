@@ -32,14 +32,14 @@ def _mesh(command: MeshCommand) -> None:
     from time import perf_counter
 
     from ..model.files import check_writable, show, write_whole
-    from ..model.kinds import MESH
+    from ..model.kinds import MESH, OWN_MESH
     from ..model.model_file import load
     from .triangle_mesh import make_mesh
     from .write import check_suffix
 
     output = command.output or Path(command.model.stem + ".ply")
     check_suffix(output)
-    check_writable(output, [command.model], kind=MESH, force=command.force)
+    check_writable(output, [command.model], kind=MESH if command.output else OWN_MESH, force=command.force)
     model = load(command.model)
     start = perf_counter()
     mesh = make_mesh(model, command)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ..model.memory import check_memory
 from .grid import CORNERS, EXTENT, Cells, Grid, compact, crossed, joined, lattice, sorted_unique
-from .memory import check_memory
 from .model_field import Field
 from .parallel import Progress, over
 from .surface import Array, Whole
@@ -50,9 +50,14 @@ def culled(field: Field, grid: Grid, progress: Progress) -> Cells:
         progress.begin(f"culling blocks of {size}", len(blocks))
         # In chunks: eight times as many blocks may not fit the memory, though the remaining blocks do.
         (blocks,) = over(blocks, halved, progress, max(1, field.chunk // len(BLOCK_CELLS)))
-    check_memory(BYTES_OF_BLOCK * len(blocks), grid.resolution)
+    _check_memory(BYTES_OF_BLOCK * len(blocks), grid)
     cells = _evaluated_blocks(field, np.sort(blocks @ grid.steps), grid, progress)
     return _closed(field, cells, grid, progress)
+
+
+def _check_memory(needed: float, grid: Grid) -> None:
+    """Raise UserError, which names --resolution, if fewer than `needed` bytes are free."""
+    check_memory(needed, f"--resolution {grid.resolution}: this surface", "choose a lower resolution")
 
 
 def dense(field: Field, grid: Grid, progress: Progress) -> Cells:
@@ -60,7 +65,7 @@ def dense(field: Field, grid: Grid, progress: Progress) -> Cells:
 
     Raises UserError if a layer does not fit the memory.
     """
-    check_memory(BYTES_OF_COLUMN * grid.resolution**2, grid.resolution)
+    _check_memory(BYTES_OF_COLUMN * grid.resolution**2, grid)
     layer = int(grid.steps[0])
     progress.begin("evaluating", (grid.resolution + 1) * layer)
     cells = lattice(1, grid.resolution, grid.resolution) @ grid.steps

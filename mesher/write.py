@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..model.errors import UserError
 from ..model.files import show
+from ..model.kinds import MARK
 from ..model.orientation import DEFAULT_UP, as_in_file
 from ..model.srgb import Values, to_linear
 from .surface import Mesh
@@ -25,6 +26,9 @@ FINE, COARSE = 1e-6, 1e-5
 """Rounding steps, in radii of the shape: PLY has doubles above the first; STL and GLB warn above the second."""
 SINGLE = (".stl", ".glb")
 """Formats without doubles."""
+FORMAT = b"format binary_little_endian 1.0\n"
+MARKED = FORMAT + f"comment {MARK}\n".encode()
+"""Second line of a PLY, without and with the mark that mplicits wrote it."""
 
 
 def check_suffix(path: Path) -> None:
@@ -44,7 +48,8 @@ def to_bytes(mesh: Mesh, suffix: str, center: tuple[float, float, float], scale:
     # Decimals of an OBJ, so that a small shape keeps its digits, too.
     more: dict[str, Any] = {"digits": max(8, 7 - math.floor(math.log10(scale)))} if suffix == ".obj" else {}
     data = written.export(file_type=suffix[1:], **OPTIONS[suffix], **more)
-    return data.encode() if isinstance(data, str) else bytes(data)
+    content = data.encode() if isinstance(data, str) else bytes(data)
+    return content.replace(FORMAT, MARKED, 1) if suffix == ".ply" else content
 
 
 def rounding(vertices: NDArray[np.float64], scale: float) -> float:
@@ -80,7 +85,7 @@ def _double_ply(mesh: trimesh.Trimesh, normals: bool, colors: bool) -> bytes:
     faces = np.empty(len(mesh.faces), [("count", "u1"), ("index", "<i4", 3)])
     faces["count"], faces["index"] = 3, mesh.faces
     words = {"f8": "double", "f4": "float", "u1": "uchar"}
-    lines = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
+    lines = ["ply", *MARKED.decode().splitlines(), f"element vertex {len(vertices)}"]
     lines += [f"property {words[kind]} {name}" for name, kind, _ in columns]
     lines += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header", ""]
     return "\n".join(lines).encode() + vertices.tobytes() + faces.tobytes()

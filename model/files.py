@@ -3,9 +3,10 @@
 import contextlib
 import errno
 import os
+import stat
 import tempfile
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import BinaryIO
 
@@ -22,6 +23,8 @@ TEMPORARY = ".mplicits-"
 FRESH = 10.0
 """Age in seconds below which a temporary file is kept: its process may be about to lock it."""
 
+READER = 5.0
+"""Seconds that the reader of a pipe has to come."""
 NO_PROMISE = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)
 """Error numbers of file systems that do not support fsync."""
 
@@ -40,16 +43,38 @@ def is_file(path: Path) -> bool:
     return False
 
 
+def regular(path: Path) -> Path:
+    """Return a path that is opened for reading next. Raises OSError for a pipe: nobody may ever write into it."""
+    if stat.S_ISFIFO(os.stat(path).st_mode):
+        raise OSError(errno.EINVAL, "a pipe, not a file")
+    return path
+
+
+@contextlib.contextmanager
+def silent_library() -> Iterator[None]:
+    """Discard what a library in C prints on stderr meanwhile: its error also arrives as an exception."""
+    before, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 2)
+        yield
+    finally:
+        os.dup2(before, 2)
+        os.close(before)
+        os.close(nowhere)
+
+
 def show(text: str | os.PathLike[str]) -> str:
     """Escape the unprintable characters of a path or a text, for a one-line message."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(text))
 
 
-def check_writable(path: Path, reads: Iterable[Path] = (), *, kind: Kind | None = None, force: bool = False) -> None:
+def check_writable(
+    path: Path, reads: Iterable[Path] = (), *, kind: Kind | None = None, force: bool | None = False
+) -> None:
     """Check, before long work, that `write_whole` can write a path without a loss for the user.
 
     reads: input files, which are never overwritten. kind: of the output; only `force` overwrites a file of another
-    kind. Raises UserError.
+    kind; None: nothing does, because the user did not choose the name. Raises UserError.
     """
     try:
         if path.exists() and any(other.exists() and path.samefile(other) for other in reads):
@@ -63,7 +88,8 @@ def check_writable(path: Path, reads: Iterable[Path] = (), *, kind: Kind | None 
             raise UserError(f"cannot write {show(path)}: permission denied; name a place you may write to")
         if kind is not None and not force and is_other(target, kind):
             raise UserError(
-                f"cannot write {show(path)}: it exists and is not {kind.name}; name another with -o, or add --force"
+                f"cannot write {show(path)}: it exists and is not {kind.name}; "
+                + ("move it away" if force is None else "name another with -o, or add --force")
             )
     except OSError as error:
         raise _refusal(path, error) from None
@@ -83,7 +109,8 @@ def write_whole(path: Path, data: bytes | str) -> None:
     temporary = None
     try:
         if is_special(path):
-            path.write_bytes(content)
+            with open_special(path) as file:
+                file.write(content)
             return
         _sweep(target.parent)
         descriptor, temporary = tempfile.mkstemp(prefix=TEMPORARY, dir=target.parent)
@@ -104,6 +131,25 @@ def write_whole(path: Path, data: bytes | str) -> None:
     finally:
         if temporary is not None and os.path.exists(temporary):
             os.unlink(temporary)
+
+
+def open_special(path: Path) -> BinaryIO:
+    """Open a device or a pipe for writing; a pipe needs a reader within `READER` seconds. Raises OSError."""
+    if not stat.S_ISFIFO(os.stat(path).st_mode):
+        return path.open("wb")
+    ends = time.monotonic() + READER
+    while True:
+        try:
+            descriptor = os.open(path, os.O_WRONLY | os.O_NONBLOCK)
+        except OSError as error:
+            if error.errno != errno.ENXIO:
+                raise
+            if time.monotonic() > ends:
+                raise OSError(errno.ENXIO, "nobody reads this pipe") from None
+            time.sleep(0.05)
+        else:
+            os.set_blocking(descriptor, True)
+            return os.fdopen(descriptor, "wb")
 
 
 def _lock(file: BinaryIO, *, wait: bool) -> None:

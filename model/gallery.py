@@ -10,6 +10,8 @@ from .files import show
 FOLDER = Path(__file__).parent / "gallery"
 """Folder of the models; each file is named after its model."""
 SUFFIX = ".safetensors"
+PART = ".part"
+"""End of the name of a training's checkpoint, before its ending."""
 
 
 def names() -> list[str]:

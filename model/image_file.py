@@ -8,10 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import UserError
-from .files import show
+from .files import regular, show
+from .kinds import MARK
+from .memory import check_memory
 
 if TYPE_CHECKING:
     from PIL.Image import Image
+
+
+BYTES = 24
+"""Memory that a pixel of an image takes, as bytes and as converted copies."""
 
 
 def open_image(path: Path, option: str) -> "Image":
@@ -19,7 +25,8 @@ def open_image(path: Path, option: str) -> "Image":
     from PIL import Image
 
     try:
-        image = Image.open(path)
+        image = Image.open(regular(path))
+        check_memory(BYTES * image.width * image.height, f"{option} {show(path)}", "shrink it")
         image.load()
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         reason = "no such file" if isinstance(error, FileNotFoundError) else "not a readable image"
@@ -35,7 +42,7 @@ def png_bytes(pixels: NDArray[np.uint8], title: str = "", *, optimize: bool = Fa
     info = PngInfo()
     if title:
         info.add_itxt("Title", title)
-    info.add_text("Software", "mplicits")
+    info.add_text("Software", MARK)
     data = io.BytesIO()
     Image.fromarray(pixels).save(data, "png", pnginfo=info, optimize=optimize)
     return data.getvalue()

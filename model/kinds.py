@@ -7,6 +7,8 @@ from pathlib import Path
 
 PREFIX_BYTES = 1 << 25
 """Bytes of a file that are read to recognize its kind."""
+PREFIX_TEXT = 1 << 16
+"""First bytes of a PNG, among which is its `MARK`."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +45,23 @@ def _is_mesh(content: bytes) -> bool:
     )
 
 
+MARK = "mplicits"
+"""Comment in pictures, videos and PLY files that mplicits writes: the user's own have none."""
 MODEL = Kind("a model", _is_model)
 MESH = Kind("a mesh", _is_mesh)
-PICTURE = Kind("a PNG picture", lambda content: content.startswith(b"\x89PNG\r\n\x1a\n"))
-VIDEO = Kind("a video", lambda content: content[4:8] == b"ftyp" or content.startswith((b"GIF87a", b"GIF89a")))
+OWN_MESH = Kind("a PLY that mplicits wrote", lambda content: f"\ncomment {MARK}\n".encode() in content[:200])
+"""For names that the user did not choose: the user's scan may have that name."""
+PICTURE = Kind(
+    "a picture that mplicits wrote", lambda content: f"tEXtSoftware\0{MARK}".encode() in content[:PREFIX_TEXT]
+)
+VIDEO = Kind(
+    "a video that mplicits wrote",
+    lambda content: (content[4:8] == b"ftyp" or content.startswith(b"GIF89a")) and MARK.encode() in content,
+)
 LOG = Kind("a log of a training", lambda content: content.startswith(b'{"level": '))
 REPORT = Kind("a report", lambda content: b'content="mplicits report"' in content)
+RESULTS = Kind("a page of models that mplicits wrote", lambda content: b'content="mplicits models"' in content)
+TABLE = Kind("a table of models that mplicits wrote", lambda content: content.startswith(b"name,status,shape,seconds,"))
 GALLERY = Kind("the index of a gallery", lambda content: b'content="mplicits gallery"' in content)
 GENERATED = Kind(
     "a text that mplicits wrote",

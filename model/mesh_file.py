@@ -6,6 +6,8 @@ import re
 import urllib.parse
 from pathlib import Path
 
+from .files import regular
+
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".gltf", ".off", ".3mf")
 """Suffixes of mesh files, in lower case."""
 LONGEST_HEADER = 65_536
@@ -33,7 +35,7 @@ def _named(path: Path, keyword: bytes, length: int = -1) -> list[Path]:
     Options before a name are skipped. A name with backslashes, or of another folder, may also be beside the file.
     """
     try:
-        with path.open("rb") as file:
+        with regular(path).open("rb") as file:
             content = file.read(length) if path.is_file() else b""
     except OSError:
         return []
@@ -52,7 +54,7 @@ def _resources(path: Path) -> list[Path]:
     try:
         if path.stat().st_size > LARGEST_JSON:
             return []
-        document = json.loads(path.read_bytes())
+        document = json.loads(regular(path).read_bytes())
         entries = [*document.get("buffers", []), *document.get("images", [])]
         names = [entry["uri"] for entry in entries if isinstance(entry.get("uri"), str)]
     except (OSError, ValueError, AttributeError, TypeError, KeyError, RecursionError):

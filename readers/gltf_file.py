@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..model.errors import UserError
-from ..model.files import show
+from ..model.files import regular, show
 
 DAMAGED = "not a readable glTF file"
 READ = {
@@ -76,7 +76,7 @@ class Gltf:
             raise UserError(f"its data is on the network ({show(uri)[:60]}); download it beside the file")
         path = self.folder / urllib.parse.unquote(uri)
         try:
-            return path.read_bytes()
+            return regular(path).read_bytes()
         except (OSError, ValueError):
             raise UserError(f"its file {show(uri)[:80]} is not there; keep it beside the glTF") from None
 

@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image
 
 from ..model.errors import UserError
-from ..model.files import show
+from ..model.files import regular, show
 from ..model.image_file import open_image
 from .paint import Picture
 
@@ -71,7 +71,7 @@ def load_picture(folder: Path, name: str, image: Path | None, *, unwrapped: bool
 def decoded(source: Path | bytes) -> Picture | None:
     """Decode an image; None if it is not readable. Raises UserError as `load_picture` does."""
     try:
-        with Image.open(io.BytesIO(source) if isinstance(source, bytes) else source) as opened:
+        with Image.open(io.BytesIO(source) if isinstance(source, bytes) else regular(source)) as opened:
             opened.load()
             return picture_of(opened)
     except UNREADABLE:

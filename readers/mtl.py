@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..model.files import regular
 from .images import find
 
 NUMBERS = {"-s": 3, "-o": 3, "-t": 3, "-mm": 2, "-bm": 1, "-boost": 1, "-texres": 1}
@@ -38,7 +39,7 @@ class ObjMaterial:
 
 def lines_of(path: Path) -> Iterator[tuple[str, str]]:
     """Yield the keyword, in lower case, and the rest of each line; a backslash at its end continues a line."""
-    text = path.read_bytes().decode("utf-8-sig", errors="surrogateescape")
+    text = regular(path).read_bytes().decode("utf-8-sig", errors="surrogateescape")
     for line in re.sub(r"\\[ \t]*(\r\n|\r|\n)", " ", text).splitlines():
         words = line.strip().split(None, 1)
         if words and not words[0].startswith("#"):

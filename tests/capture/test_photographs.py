@@ -1,7 +1,11 @@
 """Loading photographs with cameras in both layouts, and errors for bad folders."""
 
+import io
 import json
+import resource
 import shutil
+import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +15,12 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from mplicits.capture.folder import read_photographs
+from mplicits.capture.options import PhotoOptions
 from mplicits.capture.photographs import split
+from mplicits.capture.session import reconstruction
 from mplicits.model.errors import UserError
 from mplicits.model.orientation import as_in_file
+from mplicits.trainer.progress import TrainingBar
 from support.ball_photographs import RADIUS, poses, write_sphere_layout, write_transforms_layout
 
 SIZE = 24
@@ -177,3 +184,56 @@ def test_lens_distortion_causes_a_warning(tmp_path: Path) -> None:
     _, warnings = read_photographs(tmp_path / "t")
     assert len(warnings) == 1
     assert "distortion is ignored" in warnings[0]
+
+
+def test_matrices_that_unpack_to_more_than_a_matrix_are_not_read(sphere_layout: Path) -> None:
+    """An NPZ of some kilobytes whose first array would take 800 MB."""
+    cameras = sphere_layout / "cameras_sphere.npz"
+    with np.load(cameras) as file:
+        matrices = {key: file[key] for key in file.files}
+    with zipfile.ZipFile(cameras, "w", zipfile.ZIP_DEFLATED) as packed:
+        for key, matrix in matrices.items():
+            data = io.BytesIO()
+            np.save(data, matrix)
+            packed.writestr(f"{key}.npy", data.getvalue())
+        header = {"descr": "<f8", "fortran_order": False, "shape": (10_000, 10_000)}
+        with packed.open("world_mat_9.npy", "w") as file:
+            np.lib.format.write_array_header_1_0(file, header)
+            for _ in range(8):
+                file.write(bytes(1 << 20))
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    assert len(read_photographs(sphere_layout)[0].views) == 5
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < before + 100_000
+
+
+@pytest.mark.parametrize(
+    ("key", "matrix", "said"),
+    [
+        ("scale_mat_0", np.diag([1e-300] * 3 + [1.0]), "scale_mat_0: the numbers of a camera"),
+        ("world_mat_1", np.full((4, 4), 1e300), "world_mat_1: the numbers of a camera"),
+        ("world_mat_1", np.ones((4, 4)), "world_mat_1: the camera's matrix is singular"),
+    ],
+)
+def test_cameras_at_the_edges_are_one_line(
+    key: str, matrix: NDArray[np.float64], said: str, sphere_layout: Path
+) -> None:
+    cameras = sphere_layout / "cameras_sphere.npz"
+    with np.load(cameras) as file:
+        matrices = {key: file[key] for key in file.files}
+    np.savez(cameras, **matrices | {key: matrix})
+    with pytest.raises(UserError, match=said) as caught:
+        read_photographs(sphere_layout)
+    assert str(caught.value).isprintable()
+
+
+def test_masks_that_show_nothing_are_one_line(sphere_layout: Path, tmp_path: Path) -> None:
+    """Only the photograph that is held out has a mask that is not black; or the ball is where nobody looks."""
+    for number in (0, 1, 3, 4):
+        Image.new("L", (SIZE, SIZE), 0).save(sphere_layout / "mask" / f"{number:03}.png")
+    options = PhotoOptions(levels="4x0", radiance=4, rays=16, steps=1, quiet=True, held_out=5)
+    with pytest.raises(UserError, match="no mask shows a part of the ball"):
+        reconstruction(sphere_layout, options, TrainingBar(quiet=True))
+    write_transforms_layout(tmp_path / "t", 5, SIZE)
+    far = replace(options, sphere=(1e6, 0.0, 0.0, 1.0))
+    with pytest.raises(UserError, match="no photograph shows the ball"):
+        reconstruction(tmp_path / "t", far, TrainingBar(quiet=True))

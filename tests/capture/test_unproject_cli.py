@@ -1,6 +1,8 @@
 """`mplicits unproject`: files, options and errors."""
 
+import io
 import json
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +10,7 @@ import pytest
 from PIL import Image
 
 from mplicits import cli
+from mplicits.model import memory
 from mplicits.trainer.shapes.load import load_shape
 
 SIDE = 64
@@ -146,3 +149,105 @@ def test_a_bad_estimator_is_one_line(capsys: pytest.CaptureFixture[str]) -> None
     err = capsys.readouterr().err
     assert "--estimator empty: a folder that cannot be loaded" in err
     assert len(err.splitlines()) == 1
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize("file", ["config.json", "preprocessor_config.json"])
+def test_an_estimator_runs_no_code_of_its_own(
+    file: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its configuration names a Python file beside it; somebody would answer every question with yes."""
+    pytest.importorskip("transformers")
+    Path("theirs").mkdir()
+    names = ("AutoConfig", "AutoModelForDepthEstimation", "AutoImageProcessor")
+    own = {"model_type": "their_own", "auto_map": dict.fromkeys(names, "theirs.Theirs")}
+    usual = {"model_type": "depth_anything"} if file != "config.json" else {}
+    Path("theirs", "config.json").write_text(json.dumps(usual or own))
+    Path("theirs", file).write_text(json.dumps(own))
+    Path("theirs", "theirs.py").write_text("open('ran', 'w')\nclass Theirs: pass\n")
+    monkeypatch.setattr("builtins.input", lambda *_: "y")
+    assert cli.main(["unproject", "--estimate", "photo.png", "--estimator", "theirs", "-o", "c.ply"]) == 2
+    out, err = capsys.readouterr()
+    assert (out, len(err.splitlines())) == ("", 1)
+    assert "--estimator theirs: a folder that cannot be loaded" in err
+    assert not Path("ran").exists()
+    long = "x" * 300
+    assert cli.main(["unproject", "--estimate", "photo.png", "--estimator", long, "-o", "c.ply"]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_large_map_is_refused_before_its_pixels_are_read(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Maps of 13,000 x 13,000 pixels whose pixels are missing: no reader comes that far."""
+    monkeypatch.setattr(memory, "free_memory", lambda: 4e9)
+    small = io.BytesIO()
+    Image.new("I;16", (13, 13)).save(small, "PNG")
+    head = small.getvalue()[:16] + (13_000).to_bytes(4, "big") * 2 + small.getvalue()[24:29]
+    Path("d.png").write_bytes(head + zlib.crc32(head[12:]).to_bytes(4, "big") + small.getvalue()[33:])
+    np.save("d.npy", np.zeros((9, 9), np.uint16))
+    data = Path("d.npy").read_bytes()
+    Path("d.npy").write_bytes(data.replace(b"(9, 9), }        ", b"(13000, 13000), }"))
+    with Path("d.npy").open("ab") as file:
+        file.truncate(2 * 13_000**2 + 128)  # a hole
+    for name in ("d.png", "d.npy"):
+        assert cli.main(["unproject", name, "-o", "c.ply"]) == 2
+        err = capsys.readouterr().err
+        assert "a depth map of 13000 x 13000 needs some" in err
+        assert len(err.splitlines()) == 1
+    Image.new("L", (3000, 3000), 255).save("wide.png")
+    monkeypatch.setattr(memory, "free_memory", lambda: 1e8)
+    assert cli.main(["unproject", "depth.png", "--mask", "wide.png"]) == 2
+    assert "--mask wide.png needs some 0.22 GB of memory" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (("row.npy",), "only 16 x 1 pixels have a depth"),
+        (("pixel.npy",), "only 1 x 1 pixels have a depth"),
+        (("tiny.npy",), "no pixel has a depth"),
+        (("huge.npy",), "no pixel has a depth"),
+        (("bump.npy", "--intrinsics", "far.json"), "far.json: the focal lengths must be above 0, and no number"),
+        (("bump.npy", "--relative", "--range", "1e299,2e299"), "no depth is from 1e-15 to 1e+15"),
+        (("whole.npy", "--unit", "1e-290"), "no depth is from 1e-15 to 1e+15"),
+    ],
+)
+def test_depths_at_the_edges_are_one_line(more: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    bump = 2 + 0.1 * np.hypot(*np.indices((16, 16)) - 8.0)
+    row, pixel = np.zeros((16, 16)), np.zeros((16, 16))
+    row[3], pixel[3, 3] = 1, 1
+    for name, values in {"row": row, "pixel": pixel, "tiny": bump * 1e-320, "huge": bump * 1e300, "bump": bump}.items():
+        np.save(f"{name}.npy", values)
+    np.save("whole.npy", (100 * bump).astype(np.uint16))
+    Path("far.json").write_text(json.dumps({"fx": 1e300, "fy": 1e300, "cx": 8, "cy": 8}))
+    assert cli.main(["unproject", *more, "-o", "c.ply"]) == 2
+    err = capsys.readouterr().err
+    assert said in err
+    assert len(err.splitlines()) == 1
+    assert not Path("c.ply").exists()
+
+
+def test_a_library_in_c_says_nothing_beside_the_error(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    openexr = pytest.importorskip("OpenEXR")
+    header = {"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
+    depth = np.random.default_rng(0).random((64, 64)).astype(np.float32)
+    openexr.File(header, {"Z": depth}).write("d.exr")
+    Path("d.exr").write_bytes(Path("d.exr").read_bytes()[:-3000])
+    assert cli.main(["unproject", "d.exr", "-o", "c.ply"]) == 2
+    assert capfd.readouterr().err == "mplicits: d.exr: not a readable EXR file\n"
+
+
+def test_the_default_name_overwrites_clouds_that_mplicits_wrote_alone(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["unproject", "depth.png"]) == 0
+    assert cli.main(["unproject", "depth.png"]) == 0
+    scan = b"ply\nformat ascii 1.0\nelement vertex 0\nend_header\n"
+    Path("depth.ply").write_bytes(scan)
+    assert cli.main(["unproject", "depth.png"]) == 2
+    assert "is not a PLY that mplicits wrote" in capsys.readouterr().err
+    assert Path("depth.ply").read_bytes() == scan

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from mplicits import cli
-from mplicits.mesher import cull, memory
+from mplicits.mesher import cull
 from mplicits.mesher.cull import BYTES_OF_BLOCK, culled
 from mplicits.mesher.grid import Grid
 from mplicits.mesher.parallel import Silent
 from mplicits.mesher.surface import Array
+from mplicits.model import memory
 from mplicits.model.errors import UserError
 from support.paths import DEMO
 

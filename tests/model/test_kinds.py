@@ -11,6 +11,7 @@ from safetensors.numpy import save_file
 from mplicits.codegen.targets import cuda, glsl300es, glsl330, shadertoy
 from mplicits.mesher.surface import Mesh
 from mplicits.mesher.write import OPTIONS, to_bytes
+from mplicits.model.image_file import png_bytes
 from mplicits.model.kinds import GENERATED, MESH, MODEL, PICTURE, is_other
 from mplicits.model.model_file import load, save
 from mplicits.studio.page import studio
@@ -29,8 +30,10 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> dict[Path, object]:
     kinds: dict[Path, object] = {}
     save(load(DEMO), folder / "model")
     kinds[folder / "model"] = kinds[DEMO] = MODEL
-    Image.new("RGB", (3, 3)).save(folder / "picture", "png")
+    (folder / "picture").write_bytes(png_bytes(np.zeros((3, 3, 3), np.uint8), "\N{BALLOON}" * 300))
     kinds[folder / "picture"] = PICTURE
+    Image.new("RGB", (3, 3)).save(folder / "photograph", "png")
+    kinds[folder / "photograph"] = None
     ball = trimesh.creation.icosphere(1)
     mesh = Mesh(np.asarray(ball.vertices, np.float32), np.asarray(ball.faces))
     for suffix in OPTIONS:

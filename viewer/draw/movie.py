@@ -16,6 +16,7 @@ from PIL import Image
 from ...codegen.targets.motion import time_at_phase
 from ...model.errors import UserError
 from ...model.files import show
+from ...model.kinds import MARK
 from .camera import Camera
 from .options import RenderOptions
 from .screenshot import to_bytes
@@ -88,6 +89,7 @@ class Mp4:
         self._frame_of = av.VideoFrame.from_ndarray
         self._file = io.BytesIO()
         self._container = av.open(self._file, "w", format="mp4")
+        self._container.metadata["comment"] = MARK
         self._stream = self._container.add_stream("libx264", rate=Fraction(rate), options={"crf": "18"})
         self._stream.width, self._stream.height, self._stream.pix_fmt = *size, "yuv420p"
 
@@ -130,7 +132,8 @@ class Gif:
         ends = [round(100 * k / self._rate) for k in range(len(self._frames) + 1)]
         durations = [10 * (end - start) for start, end in itertools.pairwise(ends)]
         file = io.BytesIO()
-        first.save(file, "GIF", save_all=True, append_images=others, duration=durations, loop=0, optimize=False)
+        more = {"append_images": others, "duration": durations, "loop": 0, "comment": MARK}
+        first.save(file, "GIF", save_all=True, optimize=False, **more)
         return file.getvalue()
 
     def close(self) -> None:

@@ -8,7 +8,7 @@ from ...codegen.targets.read_shader import read_shader
 from ...codegen.targets.shader import Shader
 from ...model.checks import SHAPES
 from ...model.errors import UserError
-from ...model.files import show
+from ...model.files import regular, show
 from ...model.model import Model
 from ...model.model_file import load
 
@@ -46,7 +46,7 @@ def open_source(path: Path, storage: str = "auto") -> Source:
         shader = bake(model, storage, passes=True)
         return Source(path, show(model.name), shader, model, model.colored, model.front)
     try:
-        shader, name, front = read_shader(path.read_text(encoding="utf-8"))
+        shader, name, front = read_shader(regular(path).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "not text"
         raise UserError(f"cannot read {show(path)}: {reason}") from None

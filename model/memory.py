@@ -1,8 +1,8 @@
-"""Free memory, so that a mesh that does not fit is refused before the machine swaps."""
+"""Free memory, so that what does not fit is refused before the machine swaps."""
 
 from pathlib import Path
 
-from ..model.errors import UserError
+from .errors import UserError
 
 try:
     import resource
@@ -13,13 +13,12 @@ CGROUP = Path("/sys/fs/cgroup")
 """Folder with the memory limits of a container or a systemd service."""
 
 
-def check_memory(needed: float, resolution: int) -> None:
-    """Raise UserError, which names --resolution, if fewer than `needed` bytes are free."""
+def check_memory(needed: float, what: str, advice: str) -> None:
+    """Raise UserError if fewer than `needed` bytes are free: "WHAT needs some 3 GB of memory, ...; ADVICE"."""
     free = free_memory()
     if needed > free:
         raise UserError(
-            f"--resolution {resolution}: this surface needs some {needed / 1e9:.2g} GB of memory, and "
-            f"{free / 1e9:.2g} GB are free; choose a lower resolution"
+            f"{what} needs some {needed / 1e9:.2g} GB of memory, and {free / 1e9:.2g} GB are free; {advice}"
         )
 
 
