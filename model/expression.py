@@ -15,6 +15,8 @@ FUNCTIONS = {"sin": 1, "cos": 1, "abs": 1, "min": 2, "max": 2}
 """Name of a function -> number of arguments. Angles are in radians."""
 LARGEST = 1e6
 """Largest absolute value of an expression."""
+TINY, HUGE = float(np.finfo(np.float32).tiny), float(np.finfo(np.float32).max)
+"""Smallest positive and largest number that a target, which counts in float32, can say."""
 CELLS, REFINED, DEPTH = 1024, 16, 5
 """Intervals of [0, 1] for interval arithmetic; parts of a subdivided interval; largest depth of subdivision."""
 
@@ -71,24 +73,35 @@ class Expression:
     def range(self) -> tuple[float, float]:
         """Bound the values for t in [0, 1] by interval arithmetic.
 
-        Raises UserError if a denominator is zero at some time, or if the bounds exceed `LARGEST`.
+        Raises UserError if a denominator is zero at some time, if a number on the way is none of float32, or if the
+        bounds exceed `LARGEST`.
         """
         edges = np.linspace(0, 1, CELLS + 1)
-        for division in self._divisions():
-            division._check_division((edges[:-1], edges[1:]))
+        times = edges[:-1], edges[1:]
+        for part in self._all():
+            if part.kind == "/":
+                part._check_division(times)
+            part._check_float32(times)
         with np.errstate(all="ignore"):
-            low, high = self._range((edges[:-1], edges[1:]))
+            low, high = self._range(times)
         least, most = float(low.min()), float(high.max())
         if not (least >= -LARGEST and most <= LARGEST):
             raise UserError(f"{show(str(self))} is larger than {LARGEST:,.0f} at some t of [0, 1]")
         return least, most
 
-    def _divisions(self) -> "Iterator[Expression]":
-        """Yield the divisions in the expression, innermost first."""
+    def _all(self) -> "Iterator[Expression]":
+        """Yield the expression and those in it, innermost first."""
         for operand in self.operands:
-            yield from operand._divisions()
-        if self.kind == "/":
-            yield self
+            yield from operand._all()
+        yield self
+
+    def _check_float32(self, times: Range) -> None:
+        """Raise UserError if float32 cannot say the values at these times: they are too large, or all but zero."""
+        with np.errstate(all="ignore"):
+            low, high = self._range(times)
+        size = float(np.maximum(np.abs(low), np.abs(high)).max())
+        if not (size == 0 or TINY <= size <= HUGE):
+            raise UserError(f"{show(str(self))} is too {'small' if size < TINY else 'large'} for 32 bits")
 
     def _check_division(self, times: Range) -> None:
         """Raise UserError if the denominator may be zero at one of the times."""
@@ -96,7 +109,7 @@ class Expression:
         for depth in range(DEPTH):
             with np.errstate(all="ignore"):
                 low, high = denominator._range(times)
-            doubtful = np.flatnonzero(~((low > 0) | (high < 0)))
+            doubtful = np.flatnonzero(~((low >= TINY) | (high <= -TINY)))
             if not len(doubtful):
                 return
             start, end = times[0][doubtful[:CELLS]], times[1][doubtful[:CELLS]]

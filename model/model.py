@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from .checks import check_finite, check_json, check_network, check_positive
 from .errors import UserError
 from .orientation import DEFAULT_UP, check_front, check_up
-from .scene import Group, moves, to_json
+from .scene import Group, check_tree, moves, to_json
 
 LEVEL_KEYS = {"delta": float, "iterations": int, "lipschitz": float}
 """Required keys of the JSON object of a level -> type; see `Level`."""
@@ -231,5 +231,6 @@ def _validate_scene(model: Model) -> None:
         raise UserError("levels: a scene has no networks but its shapes'")
     if len(model.levels) > max(len(shape.levels) for shape in model.shapes):
         raise UserError("levels: more levels than any shape")
+    check_tree(model.scene, len(model.shapes))
     if moves(model.scene, [shape.inputs == "xyzt" for shape in model.shapes]) != (model.inputs == "xyzt"):
         raise UserError("inputs: must be 'xyzt' for a moving scene, else 'xyz'")

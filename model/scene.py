@@ -11,7 +11,7 @@ from typing import Any
 
 from .checks import check_finite
 from .errors import UserError
-from .expression import ONE, TIME, ZERO, Expression, number
+from .expression import ONE, TIME, ZERO, Expression, number, product
 from .expression_reader import read
 
 UNION, SMOOTH_UNION, INTERSECTION, DIFFERENCE = OPERATIONS = ("union", "smooth union", "intersection", "difference")
@@ -19,7 +19,11 @@ UNION, SMOOTH_UNION, INTERSECTION, DIFFERENCE = OPERATIONS = ("union", "smooth u
 MOST_SHAPES = 64
 """Largest number of shapes of a scene."""
 MOST_DEPTH = 16
-"""Largest depth of nested groups."""
+"""Largest depth of nested groups in the file of a scene."""
+MOST_NESTED = MOST_DEPTH + 2
+"""The same in the file of a model, where groups place the scene in the unit sphere and join it with the ground."""
+SMALLEST_SCALE = 1e-7
+"""Smallest scale of a node, and of a shape in the whole scene; float32 counts the largest as seven digits of it."""
 PLACEMENT_KEYS = ("translate", "axis", "angle", "scale")
 """Keys of a placement, in the file of a scene and in the file of a model."""
 
@@ -147,13 +151,37 @@ def from_json(value: Any, models: int) -> Node:
     return node
 
 
+def check_tree(root: Node, models: int) -> None:
+    """Check that targets can say the numbers of a tree, and that `from_json` reads what `to_json` writes.
+
+    models: number of models. Raises UserError.
+    """
+    from_json(to_json(root), models)
+    _check_sizes(root, (), "scene")
+
+
+def _check_sizes(node: Node, scales: tuple[Expression, ...], where: str) -> None:
+    """Check the sizes of shapes and radii in the whole scene. scales: of the enclosing groups."""
+    scales = (*scales, node.placement.scale)
+    try:
+        scale = product(*scales)
+        if scale.range()[0] < SMALLEST_SCALE:
+            raise UserError(f"less than {SMALLEST_SCALE:g} of the scene's radius at some t of [0, 1]")
+        if isinstance(node, Group):
+            product(node.radius, scale).range()
+    except UserError as error:
+        raise UserError(f"{where}.scale: in the whole scene, {error}") from None
+    for i, part in enumerate(node.parts if isinstance(node, Group) else (), start=1):
+        _check_sizes(part, scales, f"{where}.parts[{i}]")
+
+
 def _node(value: Any, models: int, where: str, depth: int) -> Node:
     if not isinstance(value, dict):
         raise UserError(f"{where}: is not an object of keys and values")
     placement = placed(value, where)
     if "parts" in value:
         parts = value["parts"]
-        if not isinstance(parts, list) or not parts or depth == MOST_DEPTH:
+        if not isinstance(parts, list) or not parts or depth == MOST_NESTED:
             raise UserError(f"{where}.parts: is not a list of nodes, or nested too deeply")
         nodes = tuple(_node(part, models, f"{where}.parts[{i}]", depth + 1) for i, part in enumerate(parts, start=1))
         return group(value, nodes, placement, where)
@@ -195,8 +223,8 @@ def placed(value: Mapping[str, Any], where: str) -> Placement:
     length = 1.0 if abs(length - 1) < 1e-12 else length  # as `to_json` wrote it
     x, y, z = (_expression(part, f"{where}.translate") for part in translate)
     scale = expression(value, "scale", number(1), where)
-    if scale.range()[0] < 1e-4:
-        raise UserError(f"{where}.scale: must be positive at all t of [0, 1]")
+    if scale.range()[0] < SMALLEST_SCALE:
+        raise UserError(f"{where}.scale: must be positive at all t of [0, 1], {SMALLEST_SCALE:g} or more")
     turned = (axis[0] / length, axis[1] / length, axis[2] / length)
     return Placement((x, y, z), turned, expression(value, "angle", number(0), where), scale)
 

@@ -24,11 +24,13 @@ def _compose(command: ComposeCommand) -> None:
     from ..model.kinds import MODEL
     from ..model.model_file import save
     from ..model.scene import shapes_of
-    from .compose import compose
+    from .compose import composed
+    from .scene_file import read_scene
 
     output = command.output or Path(command.scene.stem + SUFFIX)
-    check_writable(output, [command.scene], kind=MODEL, force=command.force)
-    model = compose(command.scene)
+    scene = read_scene(command.scene)
+    check_writable(output, scene.files, kind=MODEL, force=command.force)
+    model = composed(scene)
     save(model, output)
     assert model.scene is not None
     shapes = sum(1 for _ in shapes_of(model.scene))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..field.lowest import lowest_point
 from ..ir.lower import lower
 from ..model.errors import UserError
-from ..model.expression import number
+from ..model.expression import LARGEST, number
 from ..model.model import Level, Model
 from ..model.scene import (
     DIFFERENCE,
@@ -40,7 +40,11 @@ Balls = list[tuple[Values, Values]]
 
 def compose(scene: Path | str) -> Model:
     """Read the file of a scene and return its model. Raises UserError."""
-    read = read_scene(Path(scene))
+    return composed(read_scene(Path(scene)))
+
+
+def composed(read: SceneFile) -> Model:
+    """Return the model of a scene that was read. Raises UserError."""
     root = read.root
     if read.ground is not None:
         root = Group(UNION, (root, _plate(read, read.ground)))
@@ -51,8 +55,10 @@ def _model(read: SceneFile, root: Group) -> Model:
     """Return the model of a scene's tree."""
     moving = moves(root, [shape.inputs == "xyzt" for shape in read.models])
     center, radius = _ball(_balls(root), SLACK if moving else 1.0)
-    if not radius < 1e6:
-        raise UserError("the scene is larger than a million units")
+    if not 1 / LARGEST <= radius <= LARGEST or np.abs(center).max() > LARGEST * radius:
+        raise UserError(
+            f"the scene's radius is {radius:.3g}: from a millionth, also of its distance from 0, to a million is needed"
+        )
     x, y, z = (float(-coordinate / radius) for coordinate in center)
     place = Placement((number(x), number(y), number(z)), scale=number(1 / radius))
     placed = Group(UNION, (root,), placement=place)

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from ..model.checks import check_finite, check_positive
+from ..model.checks import check_finite
 from ..model.errors import UserError
-from ..model.expression import Expression
+from ..model.expression import LARGEST, Expression
 from ..model.files import show
 from ..model.gallery import FOLDER, SUFFIX, names
 from ..model.model import MOST_MODELS, Model
@@ -19,6 +19,7 @@ from ..model.scene import (
     MOST_DEPTH,
     MOST_SHAPES,
     PLACEMENT_KEYS,
+    SMALLEST_SCALE,
     UNION,
     Group,
     Node,
@@ -74,6 +75,8 @@ class SceneFile:
     """Hash of the file, hexadecimal."""
     models: list[Model] = field(default_factory=list)
     """Distinct models; the shapes of the tree hold indices into this list."""
+    files: list[Path] = field(default_factory=list)
+    """All files that were read."""
 
 
 def read_scene(path: Path) -> SceneFile:
@@ -89,10 +92,13 @@ class _Reader:
         self._first: dict[Path, int] = {}
         """Path of a model -> index of the model, or of its first shape if it is a scene."""
         self._scenes: dict[Path, Model] = {}
+        self._files: list[Path] = []
+        self._shapes = 0
 
     def scene(self, path: Path, outer: list[Path]) -> SceneFile:
         """Read one file. outer: resolved paths of the outer scenes."""
         data = _bytes(path)
+        self._files.append(path)
         try:
             text = data.decode()
             values = tomllib.loads(text)
@@ -118,10 +124,9 @@ class _Reader:
         if ground is not None and len(outer) > 1:
             raise UserError("ground: only the outermost scene has one")
         root = self._group(values, "", path, outer)
-        if sum(1 for _ in shapes_of(root)) > MOST_SHAPES:
-            raise UserError(f"parts: more than {MOST_SHAPES} shapes")
         front = (float(values["front"][0]), float(values["front"][1])) if "front" in values else None
-        return SceneFile(texts["name"] or path.stem, root, ground, texts["credit"], front, sha256, self._models)
+        name, credit = texts["name"] or path.stem, texts["credit"]
+        return SceneFile(name, root, ground, credit, front, sha256, self._models, self._files)
 
     def _group(self, values: Mapping[str, Any], where: str, path: Path, outer: list[Path]) -> Group:
         parts = values.get("parts")
@@ -160,6 +165,7 @@ class _Reader:
         except UserError as error:
             raise UserError(f"{where}.model: {error}") from None
         if model is not None:
+            self._files.append(source)
             first = self._first[source.resolve()] = len(self._models)
             shapes = model.shapes or (model,)
             if first + len(shapes) > MOST_MODELS:
@@ -168,6 +174,7 @@ class _Reader:
             self._scenes |= {source.resolve(): model} if model.scene is not None else {}
         assert first is not None
         scene = self._scenes.get(source.resolve())
+        self._count(1 if scene is None else sum(1 for _ in shapes_of(scene.scene or Group(UNION, ()))), where)
         if scene is None:
             return Shape(first, time, placement)
         assert scene.scene is not None
@@ -175,6 +182,12 @@ class _Reader:
             raise UserError(f"{where}.time: {show(named)} is a scene, which takes the time of the outer scene")
         start = first
         return Group(UNION, (renumbered(scene.scene, lambda number: number + start),), placement=placement)
+
+    def _count(self, shapes: int, where: str) -> None:
+        """Count shapes before they are built: a short file can name very many. Raises UserError."""
+        self._shapes += shapes
+        if self._shapes > MOST_SHAPES:
+            raise UserError(f"{where}: more than {MOST_SHAPES} shapes")
 
 
 class _InnerError(UserError):
@@ -215,11 +228,12 @@ def _ground(values: Any) -> Ground:
     if not isinstance(values, dict):
         raise UserError("ground: a table is needed")
     _check_known(values, GROUND_KEYS, "ground")
-    for key in ("radius", "thickness"):
+    for key in ("radius", "thickness", "height"):
         if key in values:
-            check_positive(f"ground.{key}", values[key])
-    if "height" in values:
-        check_finite("ground.height", values["height"])
+            check_finite(f"ground.{key}", values[key])
+            least, words = (-LARGEST, "") if key == "height" else (SMALLEST_SCALE, "must be positive, ")
+            if not least <= values[key] <= LARGEST:
+                raise UserError(f"ground.{key}: {words}at most {LARGEST:,.0f}")
     painted = color(values["color"], "ground") if "color" in values else GROUND_COLOR
     return Ground(values.get("height"), values.get("radius"), values.get("thickness"), painted)
 

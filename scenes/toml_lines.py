@@ -6,7 +6,7 @@ Path = tuple[str | int, ...]
 """Keys, and indices of arrays from 0, from the top of the file."""
 
 _HEADER = re.compile(r"\s*(\[\[?)([^\[\]]+)\]")
-_KEY = re.compile(r"\s*([\w.\"' -]+?)\s*=")
+_KEY = re.compile(r"[\w.\"' -]+")
 
 
 def line_of(text: str, key: str) -> int:
@@ -27,8 +27,8 @@ def line_of(text: str, key: str) -> int:
                 counts[table] = counts.get(table, -1) + 1
                 table = (*table, counts[table])
             place = table
-        elif (entry := _KEY.match(row)) is not None:
-            place = (*table, *_names(entry[1]))
+        elif _KEY.fullmatch(entry := row.partition("=")[0].strip()) and "=" in row:
+            place = (*table, *_names(entry))
         else:
             continue
         if len(place) > best and place == wanted[: len(place)]:

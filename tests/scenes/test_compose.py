@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from time import process_time
 
 import numpy as np
 import pytest
@@ -251,3 +252,75 @@ def test_the_example_shows_its_shapes_where_it_says() -> None:
     times = [float(field(duck, space="input", time=t)) for t in np.linspace(0, 1, 9)]
     assert min(times) < 0 < max(times), "the ring turns through this point"
     assert times[0] == pytest.approx(times[-1], abs=1e-6)
+
+
+DEEP = "".join(f"[[{'.'.join(['parts'] * depth)}]]\n" for depth in range(1, 16)) + 'model = "spot-small"\n'
+EDGES = (
+    DEEP,
+    'parts = [{ model = "spot-small", translate = ["1e6*t", 0, 0] }, { model = "spot-small" }]\n',
+    '[[parts]]\nmodel = "spot-small"\n[ground]\nradius = 1e-5\nthickness = 1e-6\n',
+    '[[parts]]\nmodel = "spot-small"\n[ground]\nradius = 1e5\n',
+    '[[parts]]\nmodel = "spot-small"\n[ground]\nheight = 999999\n',
+    'operation = "smooth union"\nradius = 1e6\nparts = [{ model = "spot-small" }, { model = "bob-small" }]\n',
+    '[[parts]]\nmodel = "spot-small"\nscale = 1e-5\n',
+)
+
+
+@pytest.mark.parametrize("text", EDGES)
+def test_what_compose_writes_is_read_again(text: str, tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(text)
+    model = mplicits.compose(tmp_path / "scene.toml").model
+    save(model, tmp_path / "m.safetensors")
+    assert load(tmp_path / "m.safetensors").sha256() == model.sha256()
+    values = interpret.nested_field(lower(model), np.zeros((3, 3), np.float32), len(model.levels), 0.5)[0]
+    assert np.isfinite(values).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (PART + 'angle = "min(1e300, t)"\n', "3: parts[1].angle: 1e+300 is too large for 32 bits"),
+        (PART + 'angle = "t * (1e30*1e30/1e60)"\n', "3: parts[1].angle: (1e+30 * 1e+30) is too large for 32 bits"),
+        (PART + 'angle = "t / 1e-40"\n', "3: parts[1].angle: 1e-40 is too small for 32 bits"),
+        (PART + 'angle = "min(t * 1e-20 * 1e-20, 1)"\n', "is too small for 32 bits"),
+        (PART + "[ground]\nradius = 1e-30\n", "4: ground.radius: must be positive"),
+        (PART + "translate = [1e6, 0, 0]\nscale = 1e-3\n", "the scene's radius is"),
+        (
+            PART + "[[parts]]\nscale = 1e-4\n[[parts.parts]]\nscale = 1e-4\n" + PART[10:],
+            "in the whole scene, less than",
+        ),
+    ],
+)
+def test_what_a_target_cannot_say_is_refused_by_compose(text: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=re.escape(said)) as caught:
+        composed(tmp_path, text)
+    assert "\n" not in str(caught.value)
+
+
+def test_long_files_are_refused_at_once(tmp_path: Path) -> None:
+    """30,000 references to a scene of many shapes, and a line of a million spaces before an unknown key."""
+    began = process_time()
+    many = "parts = [" + '{ model = "ball.safetensors" },' * 64 + "]\n"
+    write_balls(tmp_path)
+    (tmp_path / "many.toml").write_text(many)
+    for text, said in (
+        ('[[parts]]\nmodel="many.toml"\n' * 30_000, "more than 64 shapes"),
+        (PART + " " * 900_000 + "wrong = 1\n", "3: parts[1].wrong: unknown key"),
+    ):
+        (tmp_path / "scene.toml").write_text(text)
+        with pytest.raises(UserError, match=re.escape(said)):
+            mplicits.compose(tmp_path / "scene.toml")
+    assert process_time() < began + 10
+
+
+def test_compose_never_overwrites_a_part(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_balls(tmp_path)
+    (tmp_path / "inner.toml").write_text(PART)
+    (tmp_path / "scene.toml").write_text('[[parts]]\nmodel = "inner.toml"\n')
+    ball = (tmp_path / "ball.safetensors").read_bytes()
+    for name, force in (("ball.safetensors", []), ("ball.safetensors", ["--force"]), ("inner.toml", ["--force"])):
+        before = (tmp_path / name).read_bytes()
+        assert cli.main(["compose", str(tmp_path / "scene.toml"), "-o", str(tmp_path / name), *force]) == 2
+        assert "it is the input" in capsys.readouterr().err
+        assert (tmp_path / name).read_bytes() == before
+    assert (tmp_path / "ball.safetensors").read_bytes() == ball
