@@ -10,7 +10,7 @@ from ..field.evaluate import Evaluator
 from ..field.hits import Hits
 from ..model.errors import UserError
 from ..model.model import Model
-from .space import Array, Points, Space, as_tensor, numbers
+from .space import Array, Points, Space, arrays, as_tensor, checked_time
 
 if TYPE_CHECKING:
     from ..trainer.networks.array_field import ArrayField
@@ -35,6 +35,10 @@ class FieldFunction:
 
         return TorchField(self.model)
 
+    def _asked(self, space: str, level: int | None, time: float) -> tuple[Space, int, float]:
+        """Check the arguments that all functions share, and return the frame, the level and the time."""
+        return Space(self.model, space), self._evaluator.checked(level), checked_time(time, self.model)
+
     @overload
     def sdf(
         self, points: "Tensor", level: int | None = None, *, space: str = "model", time: float = 0.0
@@ -50,7 +54,7 @@ class FieldFunction:
 
         Each finer level, up to `level`, is evaluated only in its band; on all cores, in chunks of bounded memory.
         """
-        frame = Space(self.model, space)
+        frame, level, time = self._asked(space, level, time)
         if (tensor := as_tensor(points)) is not None:
             return (
                 self._torch.value(frame.tensor_to_model(tensor), level, time).reshape(tensor.shape[:-1]) * frame.scale
@@ -78,7 +82,7 @@ class FieldFunction:
 
         On the surface it is the outward normal.
         """
-        frame = Space(self.model, space)
+        frame, level, time = self._asked(space, level, time)
         if (tensor := as_tensor(points)) is not None:
             slopes = self._torch.gradient(frame.tensor_to_model(tensor), level, time)
             return frame.tensor_from_model(slopes).reshape(tensor.shape)
@@ -96,12 +100,12 @@ class FieldFunction:
 
         A model without a texture has the plain color of its pictures everywhere.
         """
-        frame = Space(self.model, space)
+        frame, _, time = self._asked(space, None, time)
         plain = [float(channel) for channel in PLAIN.split(",")]
         if (tensor := as_tensor(points)) is not None:
             colors = self._torch.color(frame.tensor_to_model(tensor), time)
             if colors is None:
-                return tensor.new_tensor(plain).expand(tensor.shape)
+                return tensor.float().new_tensor(plain).expand(tensor.shape)
             return colors.reshape(tensor.shape)
         rows, shape = frame.rows(points)
         values = self._evaluator.color(rows, time)
@@ -118,14 +122,19 @@ class FieldFunction:
         """
         from ..field.trace import trace
 
-        frame = Space(self.model, space)
-        level = self._evaluator.checked(level)
-        arrays = np.broadcast_arrays(numbers(origins), numbers(directions))
-        shape = arrays[0].shape[:-1]
-        starts, along = (array.astype(np.float64).reshape(-1, 3) for array in arrays)
+        frame, level, time = self._asked(space, level, time)
+        rays = arrays(origins, "origins"), arrays(directions, "directions")
+        try:
+            both = np.broadcast_arrays(*rays)
+        except ValueError:
+            raise UserError(
+                f"origins and directions: shapes {rays[0].shape} and {rays[1].shape} do not match"
+            ) from None
+        shape = both[0].shape[:-1]
+        starts, along = (array.astype(np.float64).reshape(-1, 3) for array in both)
         lengths = np.linalg.norm(along, axis=1, keepdims=True)
-        if not (lengths > 0).all():
-            raise UserError("directions: one is of length 0, or not a number")
+        if not ((lengths > 0) & (lengths < np.inf)).all():
+            raise UserError("directions: one is of length 0, infinite, or not a number")
         along /= lengths
         model_starts, model_along = frame.to_model(starts), frame.directions_to_model(along)
         t = trace(self.model, self._evaluator, model_starts, model_along, level, time)

@@ -2,6 +2,7 @@
 
 import tempfile
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -34,7 +35,7 @@ def load(source: str | Path | bytes) -> Field:
     source: a path, a name of the gallery such as "spot" (a file of that name takes precedence), or the bytes of a model
     file. Raises UserError where the model does not exist or is damaged.
     """
-    if not isinstance(source, bytes):
+    if not isinstance(source, (bytes, bytearray, memoryview)):
         return Field(load_model(model_path(str(source))))
     with tempfile.TemporaryDirectory(prefix="mplicits-") as folder:
         path = Path(folder, "bytes")
@@ -136,11 +137,12 @@ def _trained(source: "Source", options: TrainArguments | MorphArguments) -> Fiel
             options.follow(field)
 
     resume = options.resume.model if options.resume is not None else False
-    return show(
-        train_source(
-            source, options, resume=resume, callback=options.callback, follow=follow, components=loose_components
-        )
+    model = train_source(
+        source, options, resume=resume, callback=options.callback, follow=follow, components=loose_components
     )
+    with suppress(UserError):  # The preview of the last level has said so.
+        show(model)
+    return Field(model)
 
 
 @takes(UnprojectOptions)
@@ -213,4 +215,5 @@ def import_checkpoints(checkpoints: Sequence[str | Path], options: ImportOptions
     prepare_openmp()
     from ..trainer.checkpoint import import_checkpoints as imported
 
-    return Field(imported([Path(path) for path in checkpoints], options))
+    listed = [checkpoints] if isinstance(checkpoints, (str, Path)) else checkpoints
+    return Field(imported([Path(path) for path in listed], options))

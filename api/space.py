@@ -1,14 +1,16 @@
 """Converts points and directions between model space and file space, and checks their shapes."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Union
+from typing import TYPE_CHECKING, Union, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..model.errors import UserError
+from ..model.files import show
 from ..model.model import MODEL_SPACE, SPACES, Model
 from ..model.orientation import as_in_file, upright
+from ..model.value_types import fits
 
 if TYPE_CHECKING:
     from ..trainer.networks.torch_field import Tensor
@@ -24,8 +26,8 @@ class Space:
 
     def __init__(self, model: Model, name: str) -> None:
         """name: one of `SPACES`. Raises UserError for any other."""
-        if name not in SPACES:
-            raise UserError(f"space {name!r} is none of {', '.join(SPACES)}")
+        if not isinstance(name, str) or name not in SPACES:
+            raise UserError(f"space {show(repr(name))[:60]} is none of {', '.join(SPACES)}")
         self._model, self._is_file = model, name == "input"
         self.scale = model.scale if self._is_file else 1.0
 
@@ -52,7 +54,6 @@ class Space:
 
     def tensor_to_model(self, points: "Tensor") -> "Tensor":
         """Convert a tensor of points (..., 3) to model space: (N, 3) float32. Raises UserError."""
-        _check_last_axis(tuple(points.shape))
         rows = points.reshape(-1, 3)
         if self._is_file:
             rows = rows.double() @ rows.new_tensor(upright(np.eye(3), self._model.up)).double()
@@ -66,26 +67,58 @@ class Space:
         return directions @ directions.new_tensor(upright(np.eye(3), self._model.up).T)
 
 
-def as_tensor(points: "Points | Tensor") -> "Tensor | None":
-    """Return a PyTorch tensor as it is, and None for any other points. Does not load PyTorch."""
+def as_tensor(points: "Points | Tensor", name: str = "points") -> "Tensor | None":
+    """Return a PyTorch tensor (..., 3) of real numbers, and None for any other points. Does not load PyTorch.
+
+    name: of the argument, for the UserError about a tensor that cannot be evaluated.
+    """
     if not type(points).__module__.startswith("torch"):
         return None
-    from ..trainer.networks.torch_field import Tensor
+    from ..trainer.networks.torch_field import Tensor, plain_tensor
 
-    return points if isinstance(points, Tensor) else None
+    if not isinstance(points, Tensor):
+        return None
+    tensor = plain_tensor(points, name)
+    _check_last_axis(tuple(tensor.shape), name)
+    return tensor
 
 
-def numbers(points: object) -> NDArray[np.floating]:
-    """Return points (..., 3) as an array: float32 stays, all else becomes float64. Raises UserError."""
+def numbers(points: object, name: str = "points") -> NDArray[np.floating]:
+    """Return points (..., 3) as an array: float32 stays, all else becomes float64. Raises UserError.
+
+    name: of the argument, for messages.
+    """
     try:
         array = np.asarray(points)
+        if array.dtype.kind not in "fiubO" or np.ma.is_masked(points):
+            raise TypeError
         floats = array if array.dtype == np.float32 else np.asarray(array, np.float64)
     except (TypeError, ValueError):
-        raise UserError("points: numbers of shape (..., 3) are needed") from None
-    _check_last_axis(floats.shape)
+        raise UserError(f"{name}: real numbers of shape (..., 3) are needed") from None
+    _check_last_axis(floats.shape, name)
     return floats
 
 
-def _check_last_axis(shape: tuple[int, ...]) -> None:
+def arrays(points: "Points | Tensor", name: str) -> NDArray[np.floating]:
+    """Return points (..., 3), also those of a tensor, as an array. Raises UserError where it requires gradients."""
+    tensor = as_tensor(points, name)
+    if tensor is None:
+        return numbers(points, name)
+    if tensor.requires_grad:
+        raise UserError(f"{name}: the tensor requires gradients, and rays have none; pass {name}.detach()")
+    return numbers(tensor.cpu().double().numpy(), name)
+
+
+def checked_time(time: object, model: Model) -> float:
+    """Return the time at which a model is evaluated. Raises UserError."""
+    value = time.tolist() if hasattr(time, "tolist") else time
+    if not fits(value, float) or not 0 <= cast(float, value) <= 1:
+        raise UserError(f"time {show(repr(time))[:60]}: a number from 0 to 1 is needed")
+    if value and model.inputs != "xyzt":
+        raise UserError(f"time {value:g}: this model does not move")
+    return float(cast(float, value))
+
+
+def _check_last_axis(shape: tuple[int, ...], name: str) -> None:
     if not shape or shape[-1] != 3:
-        raise UserError(f"points of shape {shape}: the last axis must be x, y, z")
+        raise UserError(f"{name} of shape {shape}: the last axis must be x, y, z")

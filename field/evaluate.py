@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,9 @@ from numpy.typing import NDArray
 from ..ir.lower import lower
 from ..ir.program import Array
 from ..model.errors import UserError
+from ..model.files import show
 from ..model.model import Model, Network
+from ..model.value_types import fits
 from . import interpret
 
 if TYPE_CHECKING:
@@ -105,9 +107,10 @@ class Evaluator:
     def checked(self, level: int | None) -> int:
         """Return the number of a level, of the last for None. Raises UserError if the model has no such level."""
         levels = len(self._networks)
-        if level is not None and not 1 <= level <= levels:
-            raise UserError(f"level {level}: the model has levels 1 to {levels}")
-        return levels if level is None else level
+        number: object = getattr(level, "tolist", lambda: level)()
+        if number is not None and not (fits(number, int) and 1 <= cast(int, number) <= levels):
+            raise UserError(f"level {show(repr(level))[:60]}: the model has levels 1 to {levels}")
+        return levels if number is None else cast(int, number)
 
     def _inputs(self, points: Floats, time: float) -> Array:
         """Return the networks' inputs at points (N, 3): x, y, z, the time of a moving model, and 1; (4 or 5, N)."""

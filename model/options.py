@@ -14,7 +14,6 @@ A subclass adds the options that only the command line has (positional arguments
 Python function has (plain fields).
 """
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, field, fields
 from functools import wraps
@@ -22,8 +21,12 @@ from inspect import getdoc, signature
 from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar, cast, overload
 
 from .errors import UserError
+from .files import show
+from .value_types import as_tuples, fits, words_of
 
 Value = TypeVar("Value")
+LARGEST = 1e300
+"""Bound of all numbers, below infinity."""
 
 
 @dataclass(frozen=True)
@@ -66,15 +69,26 @@ class Options:
     """Base class of all schemas. Raises UserError where a value does not fit its declaration."""
 
     def __post_init__(self) -> None:
+        for each in fields(self):
+            self._take(each.name, each.type)
         for name, declared in declarations(type(self)).items():
             value, flag = getattr(self, name), flag_of(name)
             if declared.choices and value is not None and value not in declared.choices:
-                raise UserError(f"{flag} {value}: choose from {', '.join(declared.choices)}")
+                raise UserError(f"{flag} {show(str(value))[:60]}: choose from {', '.join(declared.choices)}")
             for number in value if isinstance(value, (tuple, list)) else (value,):
-                if isinstance(number, (int, float)):
+                if isinstance(number, (int, float)) and not isinstance(number, bool):
                     _check_number(flag, number, declared)
             if declared.excludes and self.changed(name) and self.changed(declared.excludes):
                 raise UserError(f"{flag}: not allowed with {flag_of(declared.excludes)}")
+
+    def _take(self, name: str, kind: Any) -> None:
+        """Check the type of a value, and make plain numbers and tuples of NumPy's, and of lists. Raises UserError."""
+        value = getattr(self, name)
+        if hasattr(value, "tolist"):
+            value = value.tolist()
+        if not fits(value, kind):
+            raise UserError(f"{flag_of(name)} {show(repr(value))[:60]}: {words_of(kind)} is needed")
+        object.__setattr__(self, name, as_tuples(value) if "tuple[" in str(kind) else value)
 
     def changed(self, *names: str) -> str:
         """Return the flags of the named options that differ from their defaults: "--fps, --once", or ""."""
@@ -96,7 +110,7 @@ def _check_number(flag: str, number: float, declared: Declaration) -> None:
     """Raise UserError where a number is not finite or out of bounds."""
     least, above, most = declared.least, declared.above, declared.most
     if not (
-        math.isfinite(number)
+        abs(number) < LARGEST
         and (least is None or number >= least)
         and (above is None or number > above)
         and (most is None or number <= most)
@@ -104,7 +118,7 @@ def _check_number(flag: str, number: float, declared: Declaration) -> None:
         kind = "a whole number" if isinstance(number, int) else "a finite number" if least is most else "a number"
         low = f" from {least:,}" if least is not None else f" above {above:,}" if above is not None else ""
         high = "" if most is None else f" to {most:,}" if least is not None else f", at most {most:,}"
-        raise UserError(f"{flag} {number:g}: {kind}{low}{high} is needed")
+        raise UserError(f"{flag} {number if abs(number) >= LARGEST else f'{number:g}'}: {kind}{low}{high} is needed")
 
 
 Keywords = ParamSpec("Keywords")

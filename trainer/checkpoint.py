@@ -102,6 +102,8 @@ def import_checkpoints(paths: Sequence[Path], options: ImportOptions) -> Model:
     The points of `options.shape` give the deltas (Eq. 5), and its place becomes the model's; without a shape, the zero
     level set of the last level gives the deltas. Raises UserError.
     """
+    if not paths:
+        raise UserError("checkpoints: name one file or more")
     omegas, shape = options.omegas(len(paths)), options.shape
     names = ", ".join(show(path.name) for path in paths)
     networks = [read_network(path, omega) for path, omega in zip(paths, omegas, strict=True)]

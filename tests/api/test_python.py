@@ -231,3 +231,93 @@ def test_saving_and_loading_are_inverse(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(mplicits.UserError, match="not a model"):
         FIELD.save(tmp_path / "notes.txt")
+
+
+def test_times_and_levels_are_checked_as_on_the_command_line() -> None:
+    moving, here = mplicits.Field(MOVING), points(4)
+    for wrong in (2, -0.1, np.nan, np.inf, "0.5", None, True, 1j, [0.5], 10**400):
+        for call in (moving.sdf, moving.gradient, moving.color):
+            with pytest.raises(mplicits.UserError, match=r"^time "):
+                call(here, time=wrong)  # type: ignore[call-overload]
+        with pytest.raises(mplicits.UserError, match=r"^time "):
+            moving.trace(here, here, time=wrong)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(moving(here, time=np.array(0.5)), moving(here, time=0.5))
+    with pytest.raises(mplicits.UserError, match=r"time 0.5: this model does not move"):
+        FIELD(torch.from_numpy(here), time=0.5)
+    for wrong in (0, 4, 1.0, "1", True, [1], np.nan, 10**400):
+        for given in (here, torch.from_numpy(here)):
+            with pytest.raises(mplicits.UserError, match=r"^level .*: the model has levels 1 to 3"):
+                FIELD(given, wrong)  # type: ignore[call-overload]
+    np.testing.assert_array_equal(FIELD(here, np.array(2)), FIELD(here, 2))
+
+
+@pytest.mark.filterwarnings("ignore:torch.quantize_per_tensor")
+def test_points_that_are_not_real_numbers_name_the_argument() -> None:
+    here = points(4)
+    tensor = torch.from_numpy(here)
+    strange = (here + 1j, np.ma.masked_array(here, here > 0), np.zeros((2, 3), "M8[s]"), [["1", "2", "3"]])
+    tensors = (
+        tensor + 1j,
+        tensor.to("meta"),
+        tensor.to_sparse(),
+        torch.quantize_per_tensor(tensor, 0.1, 0, torch.qint8),
+    )
+    for wrong in (*strange, *tensors):
+        for call in (FIELD.sdf, FIELD.gradient, FIELD.color):
+            with pytest.raises(mplicits.UserError, match=r"^points: "):
+                call(wrong)  # type: ignore[call-overload]
+        with pytest.raises(mplicits.UserError, match=r"^directions: "):
+            FIELD.trace(here, wrong)  # type: ignore[arg-type]
+    with pytest.raises(mplicits.UserError, match=r"points: .* vmap's"):
+        torch.func.vmap(FIELD)(tensor)  # type: ignore[arg-type]
+    with pytest.raises(mplicits.UserError, match=r"origins: the tensor requires gradients"):
+        FIELD.trace(tensor.clone().requires_grad_(), here)  # type: ignore[arg-type]
+    with pytest.raises(mplicits.UserError, match=r"origins and directions: .*\(4, 3\) and \(3, 3\)"):
+        FIELD.trace(here, here[:3])
+    traced = FIELD.trace(tensor.bfloat16(), here)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(traced.t, FIELD.trace(tensor.bfloat16().float().numpy(), here).t)
+
+
+def test_tensors_of_other_types_and_of_inference_mode_are_evaluated() -> None:
+    here = torch.from_numpy(points(50))
+    field = mplicits.Field(MODEL)
+    with torch.inference_mode():
+        made = here.clone()
+        np.testing.assert_allclose(field.gradient(made), FIELD.gradient(here), atol=2e-5)
+        np.testing.assert_allclose(field(made), FIELD(here), atol=2e-6)
+    np.testing.assert_allclose(field.gradient(made), FIELD.gradient(here), atol=2e-5)
+    leaf = here.clone().requires_grad_()
+    assert torch.autograd.grad(field(leaf).sum(), leaf)[0].isfinite().all(), "weights that inference mode did not make"
+    plain = mplicits.Field(random_model((4, 0)))
+    for other in (here.bfloat16(), here.half(), here.double(), (3 * here).int()):
+        assert field(other).dtype == torch.float32
+        np.testing.assert_allclose(field(other), FIELD(other.float()), atol=2e-6)
+        np.testing.assert_allclose(plain.color(other), plain.color(here.numpy()), atol=1e-6)
+
+
+def test_options_have_the_types_of_the_command_line() -> None:
+    for name, wrong in (
+        ("size", (0.5, 3)),
+        ("size", True),
+        ("camera", "30,20"),
+        ("camera", (1.0,)),
+        ("level", 1.0),
+        ("samples", "4"),
+        ("light", (1, 2)),
+        ("transparent", "no"),
+        ("shade", ["phong"]),
+        ("fov", 10**400),
+    ):
+        with pytest.raises(mplicits.UserError, match=rf"^--{name} "):
+            FIELD.render(**{name: wrong})  # type: ignore[arg-type]
+    with pytest.raises(mplicits.UserError, match="size 0x0"):
+        FIELD.render(size=0)
+    with pytest.raises(mplicits.UserError, match=r"--resolution 64\.0: a whole number is needed"):
+        FIELD.mesh(resolution=64.0)  # type: ignore[arg-type]
+    with pytest.raises(mplicits.UserError, match=r"--target x: choose"):
+        FIELD.bake(target="x")
+    assert len(FIELD.mesh(resolution=np.int64(16), quiet=True).vertices)
+    with pytest.raises(mplicits.UserError, match="checkpoints: name one file or more"):
+        mplicits.import_checkpoints([])
+    with pytest.raises(mplicits.UserError, match=r"missing.pth: no such file"):
+        mplicits.import_checkpoints("missing.pth")

@@ -14,12 +14,41 @@ Tensor = torch.Tensor  # for modules that may not import torch
 CHUNK = 65_536  # points per block; only one block's layers are in memory, also in the backward pass
 
 
+def plain_tensor(points: Tensor, name: str) -> Tensor:
+    """Return a tensor that networks can be evaluated at: a copy of one that inference mode made.
+
+    name: of the argument. Raises UserError for numbers that are not real, and for a tensor without values of its own.
+    """
+    kinds = {
+        "sparse": points.layout != torch.strided,
+        "quantized": points.is_quantized,
+        "nested": points.is_nested,
+        "meta": points.is_meta,
+        "complex": points.is_complex(),
+        "vmap's": _is_batched(points),
+    }
+    if kind := next((kind for kind, holds in kinds.items() if holds), None):
+        raise UserError(f"{name}: a dense tensor of real numbers is needed, and this is {kind}")
+    return points.clone() if points.is_inference() else points
+
+
+def _is_batched(points: Tensor) -> bool:
+    """Whether torch.func.vmap made a tensor, or a tensor inside it: no level is defined at the same points of all."""
+    functorch = torch._C._functorch
+    while functorch.is_functorch_wrapped_tensor(points):
+        if functorch.is_batchedtensor(points):
+            return True
+        points = functorch.get_unwrapped(points)
+    return False
+
+
 class TorchField:
     """The nested field of a model (Eq. 3) as a function of tensors."""
 
     def __init__(self, model: Model) -> None:
-        self._networks = [from_model(level.network) for level in model.levels]
-        self._texture = None if model.texture is None else from_model(model.texture)
+        with torch.inference_mode(False):  # The first caller may be inside; later ones want derivatives.
+            self._networks = [from_model(level.network) for level in model.levels]
+            self._texture = None if model.texture is None else from_model(model.texture)
         self._deltas = [level.delta for level in model.levels]
         self._moving = model.inputs == "xyzt"
 
@@ -51,7 +80,8 @@ class TorchField:
     def gradient(self, points: Tensor, level: int | None = None, time: float = 0.0) -> Tensor:
         """Evaluate the gradient of `value`, (N, 3); differentiable if the points require gradients."""
         differentiable = points.requires_grad and torch.is_grad_enabled()
-        with torch.enable_grad():
+        with torch.inference_mode(False), torch.enable_grad():
+            points = points.clone() if points.is_inference() else points
             leaves = points if differentiable else points.detach().requires_grad_()
             parts = [
                 torch.autograd.grad(self.value(part, level, time).sum(), part, create_graph=differentiable)[0]
