@@ -208,7 +208,8 @@ def _errors(model: Model, rounded: Model, points: Array) -> tuple[float, float, 
 
 def _limits(model: Model) -> tuple[float, float]:
     """Return the largest root mean square errors of f, model units, and of the normals, degrees."""
-    record = (model.provenance.get("levels") or [None])[-1]
+    records = model.provenance.get("levels")
+    record = records[-1] if isinstance(records, list) and records else None
     figures = [record.get(key) if isinstance(record, dict) else None for key in ("mean_f", "angle")]
     mean, angle = (figure if isinstance(figure, float) and figure > 0 else None for figure in figures)
     return (

@@ -2,8 +2,9 @@
 
 import json
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,8 @@ from numpy.typing import NDArray
 from .errors import UserError
 from .files import show
 
+DEEPEST, LARGEST = 64, 1e300
+"""Largest depth of JSON, and bound of its numbers."""
 WIDEST = 4096
 """Largest number of outputs of a layer."""
 SHAPES = {
@@ -55,13 +58,25 @@ def check_keys(where: str, value: object, keys: Mapping[str, type]) -> None:
 
 
 def check_json(key: str, value: object) -> None:
-    """Check that a value is a dict that JSON can store, without NaN or infinity."""
+    """Check that a value is a dict that JSON can store, without NaN, infinity, huge numbers or deep nesting."""
     if not isinstance(value, dict):
         raise UserError(f"{key}: is not {_TYPE_NAMES[dict]}")
+    layer: list[object] = [value]
+    for _ in range(DEEPEST):
+        layer = [each for outer in layer if isinstance(outer, (dict, list, tuple)) for each in _items(outer)]
+        for number in (each for each in layer if isinstance(each, (int, float))):
+            if not abs(number) < LARGEST:
+                raise UserError(f"{key}: has a number that is too large, or not finite")
+    if layer:
+        raise UserError(f"{key}: is nested more than {DEEPEST} deep")
     try:
         json.dumps(value, allow_nan=False)
     except (TypeError, ValueError, RecursionError) as error:
         raise UserError(f"{key}: cannot be stored as JSON ({error})") from None
+
+
+def _items(value: dict[Any, Any] | list[Any] | tuple[Any, ...]) -> Iterable[Any]:
+    return value.values() if isinstance(value, dict) else value
 
 
 def check_finite(key: str, value: object) -> None:

@@ -7,8 +7,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from ..model.checks import check_json
 from ..model.errors import UserError
-from ..model.files import show
+from ..model.files import regular, show
 
 WIDTH, HEIGHT, LEFT, RIGHT, BOTTOM = 640, 260, 56, 24, 28
 """Size of a diagram, and its margins for numbers, in units of the SVG."""
@@ -35,16 +36,17 @@ def read_log(path: Path) -> list[list[Line]]:
     """Read the lines of each network from a log, in training order, its runs joined. Raises UserError."""
     stages: dict[tuple[object, str], list[Line]] = {}
     try:
-        texts = path.read_text(encoding="utf-8").splitlines()
+        texts = regular(path).read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise UserError(f"{show(path)}: {getattr(error, 'strerror', None) or 'not a text file'}") from None
     for number, text in enumerate(texts, start=1):
         try:
             line = json.loads(text)
+            check_json("line", line)
             level, network = line["level"], str(line["network"])
             if not math.isfinite(float(line["step"])):
                 raise ValueError
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, RecursionError, UserError):
             if number == len(texts) and number > 1:
                 break  # a killed training may leave half a line
             raise UserError(f"{show(path)}:{number}: not a line of `train --log`") from None

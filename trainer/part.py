@@ -8,9 +8,10 @@ from pathlib import Path
 
 from safetensors import SafetensorError, safe_open
 
+from ..model.checks import check_json
 from ..model.errors import UserError
 from ..model.files import is_special, show
-from ..model.gallery import SUFFIX
+from ..model.gallery import PART, SUFFIX
 from ..model.model import Model
 from ..model.model_file import TRAINING, load, save
 from .config import default_config
@@ -27,9 +28,12 @@ class Part:
     def __init__(self, output: Path, say: Callable[[str], None], every: float | None = None) -> None:
         """say: receives a warning where the file cannot be written; the training continues.
 
-        every: seconds between two checkpoints; None: the default.
+        every: seconds between two checkpoints; None: the default. Raises UserError where `output` has the name of
+        another training's checkpoint.
         """
-        self.path = output.with_name(f"{output.name.removesuffix(SUFFIX)}.part{SUFFIX}")
+        if output.name.endswith(PART + SUFFIX):
+            raise UserError(f"cannot write {show(output)}: that is the name of a checkpoint; name another with -o")
+        self.path = output.with_name(f"{output.name.removesuffix(SUFFIX)}{PART}{SUFFIX}")
         self._every = default_config().budget.checkpoint_every if every is None else every
         self._say, self._next = say, time.perf_counter() + self._every
         self._writes, self._warned = not is_special(output), False
@@ -52,9 +56,10 @@ class Part:
         try:
             with safe_open(self.path, framework="pt") as file:
                 numbers = json.loads((file.metadata() or {})[TRAINING])
+                check_json("training", {"numbers": numbers})
                 names = [name for name in file.keys() if name.startswith(f"{TRAINING}.")]  # noqa: SIM118
                 tensors = {name.removeprefix(f"{TRAINING}."): file.get_tensor(name) for name in names}
-        except (OSError, SafetensorError, ValueError, KeyError, RecursionError):
+        except (OSError, SafetensorError, ValueError, KeyError, RecursionError, UserError):
             numbers = None
         if not isinstance(numbers, dict):
             raise UserError(f"{show(self.path)}: damaged; remove it, and train again")

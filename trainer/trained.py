@@ -4,7 +4,7 @@ import json
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 import torch
@@ -14,6 +14,7 @@ from ..model.field_figures import FieldFigures
 from ..model.model import DEFAULT_ITERATIONS, DEFAULT_STEP_BOUND, Level, Model, shape_of
 from ..model.orientation import DEFAULT_UP
 from ..model.surface_figures import SurfaceRecord
+from ..model.value_types import fits
 from .networks.fit import Outcome
 from .networks.network import Weights, from_model, to_model
 from .networks.snapshot import Snapshot
@@ -176,11 +177,7 @@ def resumed(model: Model, shape: Shape, settings: Settings, device: torch.device
     Raises UserError where the model lacks the records of its training, or does not fit the shape or the settings.
     """
     records = model.provenance.get("levels")
-    if (
-        not isinstance(records, list)
-        or len(records) != len(model.levels)
-        or any(_fraction(record) is None for record in records)
-    ):
+    if not isinstance(records, list) or len(records) != len(model.levels) or not all(map(_is_record, records)):
         raise UserError("--resume: this model has no record of its training; train a new one")
     if model.provenance.get("source") != shape.source:
         raise UserError("--resume: this model was trained on another shape; name another output with -o")
@@ -188,22 +185,26 @@ def resumed(model: Model, shape: Shape, settings: Settings, device: torch.device
     wanted = [f"{width}x{depth}" for width, depth in settings.networks]
     if present != wanted[: len(present)]:
         raise UserError(f"--resume: the model has levels {','.join(present)}, --levels says {','.join(wanted)}")
-    trained = Trained(seconds=float(model.provenance.get("seconds", 0.0)))
+    seconds = model.provenance.get("seconds", 0.0)
+    trained = Trained(seconds=float(seconds) if fits(seconds, float) else 0.0)
     for level, record in zip(model.levels, records, strict=True):
         weights = [w.to(device) for w in from_model(level.network)]
-        if (fraction := _fraction(record)) is not None and fraction < 1:
-            trained.unfinished = Unfinished(weights, fraction)
+        if record["fraction"] < 1:
+            trained.unfinished = Unfinished(weights, record["fraction"])
             break
         trained.levels.append(
             TrainedLevel(weights, level.delta, level.lipschitz, level.step_bound, level.band_step_bound, record)
         )
     record = model.provenance.get("texture")
-    if model.texture is not None and record and len(trained.levels) == len(wanted) and _fraction(record) == 1:
+    complete = len(trained.levels) == len(wanted) and _is_record(record) and record["fraction"] == 1
+    if model.texture is not None and complete and record:
         trained.texture = TrainedTexture([w.to(device) for w in from_model(model.texture)], record)
     return trained
 
 
-def _fraction(record: object) -> float | None:
-    """Return the finished share of a network's schedule from its record; None where it has none."""
-    fraction = record.get("fraction") if isinstance(record, dict) else None
-    return float(fraction) if isinstance(fraction, int | float) else None
+def _is_record(record: object) -> TypeGuard[dict[str, Any]]:
+    """Whether a value is what `training_record` returns: the file may hold anything."""
+    if not isinstance(record, dict) or not isinstance(record.get("network"), str):
+        return False
+    numbers = [record.get(key) for key in (*COUNTED, "omega", "seconds")]
+    return all(fits(number, float) for number in numbers) and 0 <= record["fraction"] <= 1

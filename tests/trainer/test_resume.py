@@ -107,3 +107,35 @@ def test_a_residual_that_never_helps_ends_as_zero(ball: Shape, first: Model) -> 
     assert any("adds nothing" in line for line in log.lines)
     assert not model.levels[1].network[-1].weight.any()
     assert model.provenance["levels"][1]["mean_f"] == model.provenance["levels"][0]["mean_f"]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"levels": [{"fraction": 1.0}]}, "no record of its training"),
+        ({"levels": [None]}, "no record of its training"),
+        ({"levels": "12"}, "no record of its training"),
+        ({"levels": [{"fraction": -5.0}]}, "no record of its training"),
+        ({"seconds": "long"}, ""),
+        ({"texture": {"fraction": 1}}, ""),
+    ],
+)
+def test_a_doctored_record_is_one_line_or_ignored(
+    ball: Shape, first: Model, change: dict[str, object], said: str
+) -> None:
+    doctored = dataclasses.replace(first, provenance=first.provenance | change)
+    if said:
+        with pytest.raises(UserError, match=said):
+            train(ball, resume=doctored)
+        return
+    brief = dataclasses.replace(SMALL_SETTINGS, steps=(20, 20, 20))
+    assert len(train(ball, brief, resume=doctored).levels) == 2
+
+
+def test_json_of_a_model_is_neither_deep_nor_huge(first: Model) -> None:
+    deep: list[object] = []
+    for _ in range(70):
+        deep = [deep]
+    for wrong, said in ((deep, "nested more than"), (10**400, "too large"), ([{"a": -(10**400)}], "too large")):
+        with pytest.raises(UserError, match=said):
+            dataclasses.replace(first, provenance=first.provenance | {"source": wrong})

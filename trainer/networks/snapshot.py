@@ -33,9 +33,9 @@ class Snapshot:
         return Snapshot(numbers, tensors)
 
     def whole(self, name: str) -> int:
-        """Return an integer from 0. Raises UserError if it is missing."""
+        """Return an integer from 0 that a float can say. Raises UserError if it is missing."""
         number = self.numbers.get(name)
-        if type(number) is not int or number < 0:
+        if type(number) is not int or not 0 <= number < 2**53:
             raise UserError(f"training: '{name}' is not a whole number")
         return number
 
