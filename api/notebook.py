@@ -3,6 +3,7 @@
 import base64
 import html
 import json
+import re
 import sys
 import tempfile
 import webbrowser
@@ -73,8 +74,14 @@ def frame(field: "Field", png: str) -> str:
     iframes from notebooks that they do not trust.
     """
     page = json.dumps(standalone(field.model)).replace("<", "\\u003c")
-    document = _FRAME.replace("LIGHT", LIGHT["surface"]).replace("DARK", DARK["surface"])
-    document = document.replace("PICTURE", f"data:image/png;base64,{png}").replace("PAGE", page)
+    content = {
+        "LIGHT": LIGHT["surface"],
+        "DARK": DARK["surface"],
+        "PICTURE": f"data:image/png;base64,{png}",
+        "PAGE": page,
+    }
+    # In one pass: the picture's characters may spell any of the names.
+    document = re.sub("|".join(content), lambda found: content[found[0]], _FRAME)
     name = html.escape(repr(field))
     return (
         f'<div style="position:relative;height:{HEIGHT}px">'

@@ -144,3 +144,12 @@ def test_twenty_models_share_a_page(browser: "Browser", tmp_path: Path) -> None:
         frame_of_cell.child_frames[0].wait_for_function("() => 'drawn' in document.documentElement.dataset")
     context.close()
     assert messages == []
+
+
+def test_a_picture_may_spell_the_names_of_other_parts() -> None:
+    """0.4 % of all pictures have "PAGE" in their base64."""
+    png = "PAGELIGHTPICTUREDARK" + "A" * 20
+    within = document(notebook.frame(BALL, png))
+    assert within.count(f"data:image/png;base64,{png}") == 1
+    (text,) = re.findall(r'<script type="application/json">(.*?)</script>', within, re.DOTALL)
+    assert json.loads(text).startswith("<!doctype html>")
