@@ -41,7 +41,7 @@ def pictures(folder: Path) -> Callable[[Model], None]:
         path = folder / f"{file_name(Path(model.name).stem)}-{len(model.levels)}{suffix}.png"
         if path not in written:
             written.add(path)
-            check_writable(path, kind=PICTURE)
+            check_writable(path, kind=PICTURE, force=None)
             write_whole(path, png(model))
 
     return draw

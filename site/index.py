@@ -1,6 +1,7 @@
 """The index of a gallery: one HTML file with the pictures of all models, without scripts."""
 
 import html
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from urllib.parse import quote
@@ -77,4 +78,4 @@ def _lines(title: str, entries: Sequence[Entry]) -> Iterator[str]:
 
 
 def _link(file: Download) -> str:
-    return html.escape(quote(file.path))
+    return html.escape(quote(os.fsencode(file.path)))

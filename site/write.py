@@ -51,7 +51,7 @@ def _models(folder: Path) -> list[Path]:
     """List the model files of a folder, sorted. Raises UserError."""
     if not folder.is_dir():
         raise UserError(f"{show(folder)}: no such folder of models")
-    found = (path for path in folder.glob("*" + gallery.SUFFIX) if not path.name.endswith(".part.safetensors"))
+    found = (path for path in folder.glob("*" + gallery.SUFFIX) if not path.stem.endswith(gallery.PART))
     paths = sorted(found, key=lambda path: path.stem)
     if not paths:
         raise UserError(f"{show(folder)}: no model ({gallery.SUFFIX}) in this folder")

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import torch
 
+from ..model.errors import UserError
 from ..model.model import Model
 from .config import LossConfig, MiningConfig, SurfaceEikonalConfig
 from .level import LevelStep
@@ -139,11 +140,15 @@ class Checkpoint(Callback):
 
 
 class Preview(Callback):
-    """Passes the model on after every level."""
+    """Passes the model on after every level. What fails there, such as a file on a full disk, costs no training."""
 
-    def __init__(self, show: Callable[[Model], object]) -> None:
-        self._show = show
+    def __init__(self, show: Callable[[Model], object], say: Callable[[str], None]) -> None:
+        """say: receives a warning in place of a UserError."""
+        self._show, self._say = show, say
 
     def after_level(self, model: Callable[[], Model]) -> None:
         """Pass the model on."""
-        self._show(model())
+        try:
+            self._show(model())
+        except UserError as error:
+            self._say(f"warning: {error}")

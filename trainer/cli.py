@@ -1,6 +1,5 @@
 """The verbs `train`, `morph` and `import` of the command line."""
 
-import io
 import json
 import sys
 from collections.abc import Callable
@@ -103,6 +102,7 @@ def _run(
             raise UserError(f"--log {show(log)}: that is the model file; name another")
         check_writable(log, source.files, kind=LOG)
     draw = None if files.preview is None else hooks.pictures(files.preview)
+    from .callbacks import Preview
     from .session import train
     from .summary import figures, summary
 
@@ -129,7 +129,7 @@ def _run(
     else:
         print(summary(model, output))
     if draw is not None:
-        draw(model)
+        Preview(draw, lambda line: print(line, file=sys.stderr)).after_level(lambda: model)
     if by := ended_by():
         raise SystemExit(128 + by)
     if not (files.live or files.json or model.provenance["interrupted"]):
@@ -149,11 +149,9 @@ def _check(command: CheckCommand) -> None:
 
     found = check(command.shape, command)
     if command.output is not None:
-        from PIL import Image
+        from ..model.image_file import png_bytes
 
-        image = io.BytesIO()
-        Image.fromarray(found.picture()).save(image, "PNG")
-        write_whole(command.output, image.getvalue())
+        write_whole(command.output, png_bytes(found.picture()))
     if command.json:
         print(json.dumps(found.facts, indent=2))
         return

@@ -11,9 +11,10 @@ from typing import NoReturn
 
 from tqdm import tqdm
 
+from ..model import kinds
 from ..model.errors import UserError
-from ..model.files import show
-from ..model.gallery import SUFFIX
+from ..model.files import check_writable, show
+from ..model.gallery import PART, SUFFIX
 from ..model.interrupts import begin_work, ended_by
 from ..model.model_file import load
 from ..model.verb import command_line
@@ -37,6 +38,8 @@ def run_folder(command: TrainCommand) -> None:
     folder, settings = Path(command.shape), command.settings()
     if command.live:
         raise UserError("--live: not for a folder, whose progress is not for programs; train one shape")
+    if command.cluster == "":
+        raise UserError("--cluster: the address of a Dask scheduler is needed, such as tcp://host:8786")
     if flags := command.changed("log", "preview"):
         raise UserError(f"{flags}: not for a folder; train one shape")
     shapes = shapes_in(folder)
@@ -69,14 +72,18 @@ def run_folder(command: TrainCommand) -> None:
 def shapes_in(folder: Path) -> dict[str, Path]:
     """Return the shapes of a folder: name of the model -> file of the shape. Raises UserError where there is none.
 
-    The ending becomes part of the name where files differ in nothing else: `cup-ply` and `cup-obj`.
+    The ending becomes part of the name where files differ in nothing else, `cup-ply` and `cup-obj`, and where the name
+    would be that of a checkpoint: `cup.part-ply`.
     """
     files = sorted(path for path in folder.iterdir() if path.suffix.lower() in SHAPES and path.is_file())
     if not files:
         raise UserError(f"{show(folder)}: no shapes in that folder; this program reads {known_formats()}")
     stems = [path.stem for path in files]
     named = {
-        path.stem if stems.count(path.stem) == 1 else f"{path.stem}-{path.suffix[1:].lower()}": path for path in files
+        path.stem
+        if stems.count(path.stem) == 1 and not path.stem.endswith(PART)
+        else f"{path.stem}-{path.suffix[1:].lower()}": path
+        for path in files
     }
     if len(named) < len(files):
         raise UserError(f"{show(folder)}: two shapes have the same name; rename one")
@@ -105,6 +112,9 @@ def _output_folder(command: TrainCommand, folder: Path, shapes: dict[str, Path])
         output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UserError(f"cannot write {show(output)}: {error.strerror}") from None
+    pictures = {f"{name}.png": kinds.PICTURE for name in shapes}
+    for file, kind in ({TABLE: kinds.TABLE, PAGE: kinds.RESULTS} | pictures).items():
+        check_writable(output / file, kind=kind, force=None)
     return output
 
 

@@ -7,13 +7,14 @@ import time
 import warnings
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from io import TextIOWrapper
 from pathlib import Path
 from typing import NoReturn
 
 from tqdm import TqdmWarning, tqdm
 
 from ..model.errors import UserError
-from ..model.files import check_writable
+from ..model.files import check_writable, is_special, open_special
 from ..model.kinds import LOG
 from .networks.callback import TrainingProgress
 
@@ -166,7 +167,11 @@ class TrainingLog(ForwardingProgress):
         self._level: int | None = None
         self._network, self._step, self._figures = "", 0, dict[str, float]()
         try:
-            self._file = path.open("a" if append else "w", encoding="utf-8")
+            self._file = (
+                TextIOWrapper(open_special(path), encoding="utf-8")
+                if is_special(path)
+                else path.open("a" if append else "w", encoding="utf-8")
+            )
         except OSError as error:
             raise UserError(f"cannot write {path}: {error.strerror}") from None
 

@@ -70,9 +70,9 @@ def train(
     settings = with_levels(shape, settings, previous, progress, began)
     if options.log is not None:
         progress = TrainingLog(progress, Path(options.log), append=previous is not None)
-    previews: Sequence[Preview] = [] if follow is None else [Preview(follow)]
+    previews: Sequence[Preview] = [] if follow is None else [Preview(follow, bar.say)]
     if live and output is not None:
-        previews = [Preview(partial(_save_unfinished, output)), *previews]
+        previews = [Preview(partial(_save_unfinished, output), bar.say), *previews]
     training = Training(shape, settings, progress, began, part, previews, components=components)
     model = training.run(previous, snapshot)
     for line in remarks(model.provenance):

@@ -90,7 +90,7 @@ def frames_source(folder: str | Path | Arrays, options: TrainingOptions) -> Sour
         moments = [placed(shape, *place) for shape in shapes]
         return _moving(moments, folder.name, place, progress), warnings
 
-    return Source(load_moments, stem=folder.stem, files=tuple(paths))
+    return Source(load_moments, stem=folder.stem, files=tuple(file for path in paths for file in mesh_files(path)))
 
 
 def morph_source(

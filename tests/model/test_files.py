@@ -12,7 +12,7 @@ import pytest
 
 from mplicits.model import files
 from mplicits.model.errors import UserError
-from mplicits.model.files import check_writable, show, write_whole
+from mplicits.model.files import check_writable, regular, show, silent_library, write_whole
 
 
 def test_an_output_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
@@ -138,3 +138,28 @@ def test_a_failed_fsync_leaves_the_old_file(
         write_whole(path, "after")
     assert path.read_text() == ("before" if stays else "after")
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_pipe_without_a_partner_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(files, "READER", 0.1)
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with pytest.raises(UserError, match="nobody reads this pipe"):
+        write_whole(pipe, b"x")
+    with pytest.raises(OSError, match="a pipe, not a file"):
+        regular(pipe)
+    assert regular(tmp_path) == tmp_path
+    received = []
+    reader = threading.Timer(0.05, lambda: received.append(pipe.read_bytes()))
+    reader.start()
+    monkeypatch.setattr(files, "READER", 10.0)
+    write_whole(pipe, bytes(1 << 20))
+    reader.join()
+    assert received == [bytes(1 << 20)]
+
+
+def test_what_a_library_in_c_prints_is_discarded(capfd: pytest.CaptureFixture[str]) -> None:
+    with silent_library():
+        os.write(2, b"library: error\n")
+    os.write(2, b"ours\n")
+    assert capfd.readouterr().err == "ours\n"

@@ -2,16 +2,20 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import torch
+from PIL import Image
 
+from mplicits.api.pictures import pictures
 from mplicits.trainer import callbacks
 from mplicits.trainer.callbacks import (
     FollowSurfaceEikonal,
     MineHardExamples,
+    Preview,
     RaiseLateValue,
     followed_length,
     share_near_one,
@@ -26,8 +30,9 @@ from mplicits.trainer.networks.network import Weights, initial, value
 from mplicits.trainer.networks.snapshot import Snapshot
 from mplicits.trainer.shapes.cloud import CloudShape
 from mplicits.trainer.shapes.shape import Shape, SurfacePoints, unit
+from mplicits.trainer.train import Training
 from mplicits.trainer.training_samples import Pool, Sampler
-from support.ball_training import SMALL_SETTINGS, constant, frozen_level, rng, train
+from support.ball_training import QUICK, SMALL_SETTINGS, Log, constant, frozen_level, rng, train
 
 LOSS, MINING, EIKONAL = LossConfig(), MiningConfig(), SurfaceEikonalConfig()
 RESIDUAL = LOSS.residual
@@ -333,3 +338,18 @@ def test_pauses_delay_no_later_callback_and_end_with_the_schedule(time: Time) ->
     assert recorder.states[0].seconds_left == pytest.approx(0.7 * 60, abs=0.1)
     assert 60 <= time.now < 60.1
     assert outcome.fraction == 1.0
+
+
+def test_a_preview_that_fails_costs_no_training(ball: Shape, tmp_path: Path) -> None:
+    """The user's own picture stays, and the training goes on."""
+    log, draw = Log(), pictures(tmp_path)
+    photograph = tmp_path / "ball-1.png"
+    Image.new("RGB", (3, 3)).save(photograph)
+    before = photograph.read_bytes()
+    settings = replace(SMALL_SETTINGS, steps=(20, 20, 20))
+    model = Training(ball, settings, log, callbacks=[Preview(draw, log.say)], config=QUICK).run()
+    assert len(model.levels) == 2
+    assert photograph.read_bytes() == before
+    assert (tmp_path / "ball-2.png").exists()
+    (line,) = (line for line in log.lines if line.startswith("warning"))
+    assert "is not a picture that mplicits wrote; move it away" in line

@@ -14,12 +14,14 @@ import pytest
 import trimesh
 
 from mplicits import cli
+from mplicits.model.errors import UserError
 from mplicits.model.model_file import load
 from mplicits.model.verb import add_arguments, read
 from mplicits.trainer.commands import TrainCommand
 from mplicits.trainer.folder import shape_options, shapes_in
 from mplicits.trainer.folders.job import Job, Outcome, Runner, Status
 from mplicits.trainer.folders.results import PAGE, TABLE, row_of, write_results
+from mplicits.trainer.part import Part
 from support.paths import DEMO
 
 SMALL = ("--levels", "12x0,12x1", "--texture", "none", "--steps", "30,30", "--seed", "3")
@@ -79,6 +81,11 @@ def test_each_shape_gets_the_options_of_the_folder(argv: list[str]) -> None:
         (["-o", "out", "--live"], "--live"),
         (["-o", "out", "--jobs", "0"], "--jobs 0"),
         (["-o", "out", "--levels", "0x9"], "--levels"),
+        (["-o", "out", "--cluster", ""], "--cluster: the address"),
+        (["-o", "theirs"], "theirs/ball.png: it exists and is not a picture that mplicits wrote; move it away"),
+        (["-o", "theirs", "--force"], "theirs/ball.png: it exists and is not a picture"),
+        (["-o", "page", "--force"], "page/index.html: it exists and is not a page of models"),
+        (["-o", "table", "--force"], "table/models.csv: it exists and is not a table of models"),
     ],
 )
 def test_a_bad_option_is_one_line_and_writes_nothing(
@@ -88,6 +95,9 @@ def test_a_bad_option_is_one_line_and_writes_nothing(
     Path("file.txt").write_text("mine")
     Path("full").mkdir()
     Path("full", "ball.safetensors").write_bytes(DEMO.read_bytes())
+    for folder, name in (("theirs", "ball.png"), ("page", "index.html"), ("table", "models.csv")):
+        Path(folder).mkdir()
+        Path(folder, name).write_bytes(b"\x89PNG\r\n\x1a\n of a user")
     before = sorted(Path().rglob("*"))
     assert cli.main(["train", "shapes", *more]) == 2
     error = capsys.readouterr().err
@@ -208,3 +218,22 @@ def test_another_worker_takes_over_the_job_of_a_lost_one(shapes: Path, tmp_path:
     }
     for name in ("ball", "ring & <b>"):
         assert load(out / f"{name}.safetensors").provenance["interrupted"] is False
+
+
+def test_a_shape_with_the_name_of_a_checkpoint_gets_another(shapes: Path) -> None:
+    """The training of ball.ply writes and removes ball.part.safetensors."""
+    trimesh.creation.box().export(shapes / "ball.part.ply")
+    assert "ball.part-ply" in shapes_in(shapes)
+    with pytest.raises(UserError, match="that is the name of a checkpoint"):
+        Part(shapes / "ball.part.safetensors", print)
+
+
+def test_names_that_are_no_text_or_a_formula_reach_table_and_page(tmp_path: Path) -> None:
+    names = ("=cmd()", "@x", os.fsdecode(b"caf\xe9"))
+    jobs = [Job(name, f"/x/{name}.ply", str(tmp_path / f"{name}.safetensors"), (), False, 0) for name in names]
+    for job in jobs:
+        Path(job.output).write_bytes(DEMO.read_bytes())
+    write_results(tmp_path, [row_of(Outcome(job, Status.TRAINED, 1.0)) for job in jobs], names[-1], 0)
+    table, page = rows(tmp_path), (tmp_path / PAGE).read_text()
+    assert [row["shape"] for row in table.values()] == ["'=cmd().ply", "'@x.ply", "caf\\udce9.ply"]
+    assert 'href="caf%E9.safetensors"' in page

@@ -82,7 +82,7 @@ class Runner:
             reason, status = "", Status.STOPPED
         elif reason:
             status = Status.FAILED
-        elif problem := self._mplicits(["render", job.output, "-o", picture, "--force", *PICTURE], job):
+        elif problem := self._mplicits(["render", job.output, "-o", picture, *PICTURE], job):
             reason = "" if self._stopped else f"no picture: {problem}"
         return Outcome(job, status, time.perf_counter() - began, reason)
 

@@ -3,6 +3,7 @@
 import csv
 import html
 import io
+import os
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -18,6 +19,8 @@ from ...model.surface_figures import surface_record
 from .job import Outcome, Status
 
 TABLE, PAGE = "models.csv", "index.html"
+FORMULAS = ("=", "+", "-", "@", "\t", "\r")
+"""How texts begin that spreadsheets run."""
 STYLE = (
     page_style.STYLE
     + """
@@ -85,15 +88,26 @@ def write_results(folder: Path, rows: Sequence[Row], title: str, left: int) -> N
     table = io.StringIO()
     writer = csv.DictWriter(table, [field.name for field in fields(Row)], lineterminator="\n")
     writer.writeheader()
-    writer.writerows(asdict(row) for row in rows)
+    writer.writerows({key: _cell(value) for key, value in asdict(row).items()} for row in rows)
     write_whole(folder / TABLE, table.getvalue())
     write_whole(folder / PAGE, "\n".join(_page(folder, rows, title, left)))
+
+
+def _link(name: str) -> str:
+    """Return the URL of a file beside the page, whose name may be bytes that are no text."""
+    return quote(os.fsencode(name))
+
+
+def _cell(value: object) -> object:
+    """Return a text such that a spreadsheet takes it for no formula."""
+    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULAS) else value
 
 
 def _page(folder: Path, rows: Sequence[Row], title: str, left: int) -> Iterable[str]:
     done = sum(row.status.has_model for row in rows)
     failed = sum(row.status is Status.FAILED for row in rows)
     yield f"<!doctype html><html lang=en><meta charset=utf-8><title>{html.escape(title)}</title>"
+    yield '<meta name="generator" content="mplicits models">'
     yield f'<meta name=viewport content="width=device-width"><style>{STYLE}</style>'
     yield f"<h1>{html.escape(title)}</h1>"
     counts = [f"{done} models", f"{failed} failed", *([f"{left} to come"] if left else [])]
@@ -103,10 +117,10 @@ def _page(folder: Path, rows: Sequence[Row], title: str, left: int) -> Iterable[
         if not row.status.has_model:
             yield f"<li><figure class=failed><figcaption><b>{name}</b><br>{reason or row.status}</figcaption></figure>"
             continue
-        link, picture = html.escape(quote(f"{row.name}.safetensors")), folder / f"{row.name}.png"
+        link, picture = html.escape(_link(f"{row.name}.safetensors")), folder / f"{row.name}.png"
         yield "<li><figure>"
         if picture.is_file():
-            yield f'<img loading=lazy src="{html.escape(quote(picture.name))}" alt="{name}">'
+            yield f'<img loading=lazy src="{html.escape(_link(picture.name))}" alt="{name}">'
         yield (
             f'<figcaption><a href="{link}">{name}</a><br>{row.quality()}; '
             f"{row.parameters:,} parameters, {row.seconds} s{reason and f'<br>{reason}'}</figcaption></figure>"

@@ -1,7 +1,9 @@
 """Runs the jobs of a folder on this machine, or on the workers of a Dask cluster."""
 
+import logging
+from asyncio import CancelledError as AsyncCancelledError
 from collections.abc import Generator, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, ThreadPoolExecutor, wait
 from typing import Any
 
 from ...model.errors import UserError
@@ -48,11 +50,22 @@ def on_cluster(jobs: Sequence[Job], address: str) -> Generator[Outcome]:
     except (OSError, ValueError, TimeoutError) as error:
         reason = str(error).splitlines()[0] if str(error) else "no answer"
         raise UserError(f"--cluster {show(address)}: no Dask scheduler answers there ({show(reason)[:120]})") from None
-    with client:
-        futures = {client.submit(run_job, job, pure=False, key=f"mplicits-{job.name}-{id(job)}"): job for job in jobs}
-        for future in as_completed(futures):  # type: ignore[no-untyped-call]
-            if future.status == "finished":
-                yield future.result()
-            else:
-                reason = f"its workers were lost ({show(repr(future.exception()))[:120]})"
-                yield Outcome(futures[future], Status.FAILED, 0.0, reason)
+    for name in ("distributed", "tornado"):  # They log a dying scheduler in dozens of lines.
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    left = list(jobs)
+    try:
+        with client:
+            names = {job: f"mplicits-{job.name}-{id(job)}" for job in jobs}
+            futures = {client.submit(run_job, job, pure=False, key=name): job for job, name in names.items()}
+            for future in as_completed(futures):  # type: ignore[no-untyped-call]
+                job = futures[future]
+                outcome = future.result() if future.status == "finished" else _lost(job, future.exception())
+                left.remove(job)
+                yield outcome
+    except (OSError, TimeoutError, CancelledError, AsyncCancelledError) as error:  # The scheduler is gone.
+        for job in left:
+            yield _lost(job, error)
+
+
+def _lost(job: Job, error: BaseException | None) -> Outcome:
+    return Outcome(job, Status.FAILED, 0.0, f"its workers or the scheduler were lost ({show(repr(error))[:120]})")
