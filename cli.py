@@ -4,6 +4,7 @@ import argparse
 import errno
 import importlib
 import io
+import math
 import os
 import sys
 import warnings
@@ -29,6 +30,10 @@ EXAMPLE = "example: mplicits train bunny.ply -o bunny.safetensors"
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Error numbers of a full disk or output."""
+
+
+LEAST_STACK = 1 << 20
+"""Bytes of the stack that libraries need: with less, the system ends the process."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -78,6 +83,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     argv = sys.argv[1:] if argv is None else argv
     _prepare_streams()
+    if (stack := stack_limit()) < LEAST_STACK:
+        return fail(f"the stack is limited to {stack / 1024:.0f} kB; run: ulimit -s {LEAST_STACK >> 10}", 2)
     try:
         with warnings.catch_warnings():
             if not sys.warnoptions:  # Libraries warn their callers, not the user; python -W shows it.
@@ -128,6 +135,16 @@ def _perform(argv: Sequence[str]) -> int:
     return 0
 
 
+def stack_limit() -> float:
+    """Return the bytes that the stack may take; infinity where the system has no limit."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return math.inf
+    limit = resource.getrlimit(resource.RLIMIT_STACK)[0]
+    return math.inf if limit == resource.RLIM_INFINITY else limit
+
+
 def _prepare_streams() -> None:
     """Let stdout and stderr take any text, even if the caller has closed them."""
     for name in ("stdout", "stderr"):
@@ -139,7 +156,11 @@ def _prepare_streams() -> None:
 
 
 def fail(line: str, code: int) -> int:
-    """Print one line on stderr and return an exit code."""
+    """Print one line on stderr, in place of open progress bars, and return an exit code."""
+    bars = sys.modules["tqdm"].tqdm if "tqdm" in sys.modules else None
     with suppress(OSError):  # Nobody may be there to read it.
+        for bar in list(getattr(bars, "_instances", ())):
+            bar.leave = False
+            bar.close()
         print(f"mplicits: {show(line)}", file=sys.stderr)
     return code

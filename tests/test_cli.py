@@ -2,12 +2,14 @@
 
 import json
 import os
+import resource
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from tqdm import tqdm
 
 from mplicits import cli, extras
 from mplicits.model.errors import UserError
@@ -281,3 +283,22 @@ def test_closed_and_full_outputs(command: str, code: int, message: str, model: s
     script = f"set -o pipefail; {sys.executable} -m mplicits {command.format(model=model)}"
     done = subprocess.run(["bash", "-c", script], stderr=subprocess.PIPE, text=True, cwd=ROOT, check=False)
     assert (done.returncode, done.stderr) == (code, message)
+
+
+def test_a_stack_that_is_too_small_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    before = resource.getrlimit(resource.RLIMIT_STACK)
+    try:
+        resource.setrlimit(resource.RLIMIT_STACK, (256 << 10, before[1]))
+        assert cli.main(["--version"]) == 2
+    finally:
+        resource.setrlimit(resource.RLIMIT_STACK, before)
+    assert capsys.readouterr().err == "mplicits: the stack is limited to 256 kB; run: ulimit -s 1024\n"
+
+
+def test_an_error_takes_the_place_of_open_bars(capsys: pytest.CaptureFixture[str]) -> None:
+    bar = tqdm(total=3, desc="reading", ncols=40)
+    bar.update()
+    cli.fail("a line", 2)
+    assert bar.disable
+    *_, last = capsys.readouterr().err.split("\r")
+    assert last == "mplicits: a line\n"

@@ -12,7 +12,8 @@ from ..model.files import show
 from ..model.model import Model
 from .draw.camera import Camera
 from .draw.compile import compile_quickly, compiling_dominates, storage_for
-from .draw.context import Context, open_context
+from .draw.context import Context, check_process, open_context
+from .draw.current import kept_current
 from .draw.rasterizer import Rasterizer
 from .draw.renderer import Renderer
 from .draw.supersampling import Image
@@ -49,7 +50,8 @@ def set_up(model: Model, options: PictureOptions, rays: int, once: bool = False)
     mesh = None if options.mesh is None else read_triangles_for(model, Path(options.mesh), options.space or "input")
     if once and compiling_dominates(rays, model.parameters()):
         compile_quickly()
-    with _DRAWING:
+    check_process()
+    with _DRAWING, kept_current():
         context = open_context(options.context)
         try:
             storage = storage_for(options.storage, rays, model.parameters(), context.software)

@@ -1,18 +1,27 @@
 """Contexts: each kind draws, several coexist, and the error of a missing kind names what to install."""
 
+import ctypes
+import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import moderngl
 import numpy as np
 import pytest
 
+import mplicits
 from mplicits.model.errors import UserError
 from mplicits.viewer.draw import context as contexts
 from mplicits.viewer.draw import osmesa as osmesa_module
+from mplicits.viewer.draw import shader_cache
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context, open_context
 from support.paths import TESTS
+from support.random_model import random_model
 
 FRAGMENT = "#version 330\nuniform float shade;\nout vec4 color;\nvoid main() { color = vec4(shade, 0.5, 0.25, 1.0); }"
 
@@ -142,3 +151,61 @@ def test_a_hidden_window_draws_beside_other_contexts(xvfb: dict[str, str]) -> No
     arguments = [sys.executable, "-c", code]
     done = subprocess.run(arguments, env=xvfb, capture_output=True, text=True, check=False, timeout=300)
     assert done.stdout.split() == ["True", "window"], done.stderr
+
+
+def test_a_forked_process_is_told_that_opengl_is_not_in_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(contexts, "_PROCESSES", {1})
+    with pytest.raises(UserError, match="forked after a picture"):
+        mplicits.Field(random_model((4, 0))).render(size=8)
+
+
+@pytest.mark.slow
+def test_a_picture_in_a_forked_child_is_refused_and_one_in_a_spawned_child_is_drawn(tmp_path: Path) -> None:
+    (tmp_path / "draw.py").write_text(
+        "import multiprocessing, sys\n"
+        "import mplicits\n"
+        "def draw(_):\n"
+        "    try: return mplicits.load('spot-small').render(size=8, samples=1).shape\n"
+        "    except mplicits.UserError as error: return str(error)\n"
+        "if __name__ == '__main__':\n"
+        "    draw(0)\n"
+        "    for method in ('fork', 'spawn'):\n"
+        "        with multiprocessing.get_context(method).Pool(1) as pool: print(*pool.map(draw, [0]))\n"
+    )
+    command = [sys.executable, "draw.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=True)
+    refused, drawn = done.stdout.splitlines()
+    assert "forked after a picture" in refused
+    assert drawn == "(8, 8, 3)"
+
+
+@pytest.mark.parametrize("kind", ["egl", "osmesa"])
+def test_the_caller_s_own_context_stays_current(kind: str) -> None:
+    """A program's own context of EGL is current before and after a picture."""
+    settings: Any = {"backend": "egl"}
+    try:
+        own = moderngl.create_context(330, standalone=True, **settings)
+    except Exception:  # glcontext raises bare Exception
+        pytest.skip("no EGL")
+    library = ctypes.CDLL("libEGL.so.1")
+    library.eglGetCurrentContext.restype = ctypes.c_void_p
+    before = library.eglGetCurrentContext()
+    assert before
+    mplicits.Field(random_model((4, 0))).render(size=8, samples=1, context=kind)
+    assert library.eglGetCurrentContext() == before
+    assert own.buffer(b"1234").read() == b"1234"
+    own.release()
+
+
+@pytest.mark.parametrize(("free", "off"), [(1 << 20, True), (1 << 40, False)])
+def test_a_full_disk_turns_the_shader_cache_off(
+    free: int, off: bool, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    for name in shader_cache.OFF:
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("MESA_SHADER_CACHE_DIR", str(tmp_path / "none" / "yet"))
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=free))
+    shader_cache.guard_shader_cache()
+    assert all((name in os.environ) == off for name in shader_cache.OFF)
+    for name in shader_cache.OFF:
+        os.environ.pop(name, None)

@@ -4,6 +4,7 @@ An open context is not current; `with context:` makes it current, so that severa
 """
 
 import ctypes
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -12,10 +13,15 @@ import moderngl
 
 from ...model.errors import UserError
 from .osmesa import OSMesa, load_library
+from .shader_cache import guard_shader_cache
 
 EGL_LIBRARY = "libEGL.so.1"
 EGL_DEVICES = 8
 """Number of EGL devices to try: the user may lack the permission for the first ones."""
+
+
+_PROCESSES: set[int] = set()
+"""Processes that have opened a context: this one, or the one that it was forked from."""
 
 
 @dataclass
@@ -52,11 +58,23 @@ class Context:
         self.gl.release()
 
 
+def check_process() -> None:
+    """Raise UserError in a process that was forked from one with a context: the driver's threads are not in it."""
+    if _PROCESSES and os.getpid() not in _PROCESSES:
+        raise UserError(
+            "this process was forked after a picture, and OpenGL does not survive that; start it by multiprocessing's "
+            "method 'spawn'"
+        )
+
+
 def open_context(kind: str = "auto") -> Context:
     """Open a context of the kind osmesa, egl, window, or auto: the first of egl, osmesa and window that opens.
 
     Raises UserError, one line that names the package or display to add.
     """
+    check_process()
+    guard_shader_cache()
+    _PROCESSES.add(os.getpid())
     openers: dict[str, Callable[[], Context]] = {"egl": open_egl, "osmesa": open_osmesa, "window": open_window}
     if kind in openers:
         return openers[kind]()
