@@ -20,6 +20,9 @@ export function parseModel(buffer, own = false) {
         throw new ModelError(`format version ${metadata.version} is newer than this page reads (${FORMAT.version}); `
             + "bake a new page");
     }
+    const spans = Object.values(header.entries).map((entry) => entry?.data_offsets?.[1] - entry?.data_offsets?.[0]);
+    const claimed = spans.reduce((sum, bytes) => sum + Math.max(bytes || 0, 0), 0);
+    refuse(claimed > buffer.byteLength, "the tensors overlap: the file is damaged");
     const description = describe(metadata.model);
     if (description.scene) {
         throw new ModelError("a scene of several shapes needs a separate page; "
