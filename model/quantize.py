@@ -27,6 +27,8 @@ Larger weights are clipped, because the smaller step improves all other weights.
 """
 TOLERANCE = 1e-3
 """Largest distance of a weight from a multiple of its step, in steps."""
+FEW = 8
+"""Entries of an array that are tried first in the search for its step."""
 
 
 def step_of(array: Array, largest: int) -> float | None:
@@ -35,12 +37,14 @@ def step_of(array: Array, largest: int) -> float | None:
     array: float32, any shape. largest: bound on the multiples. An array of zeros has the step 1.
     """
     top = float(np.abs(array).max())
-    counts = np.arange(1, largest + 1)
-    for count in counts if top > 0 else ():
-        step = float(f"{top / count:.6g}")
+    if not top > 0:
+        return 1.0
+    steps = np.array([float(f"{top / count:.6g}") for count in range(1, largest + 1)])
+    few = array.ravel()[:FEW, None] / steps  # They rule out nearly all steps.
+    for step in steps[(np.abs(few - np.rint(few)) < TOLERANCE).all(axis=0)].tolist():
         if are_multiples(array, step):
-            return step
-    return None if top > 0 else 1.0
+            return float(step)
+    return None
 
 
 def are_multiples(array: Array, step: float) -> bool:
