@@ -29,8 +29,9 @@ def main() -> None:
         site = options.site or Path(folder) / "site"
         if options.site is None:
             write_site(site, None, "Neural shapes")
-        window = {"width": WIDTH, "height": 100}
-        page = browser.new_page(viewport=window, device_scale_factor=SHARE, color_scheme="light")
+        page = browser.new_page(
+            viewport={"width": WIDTH, "height": 100}, device_scale_factor=SHARE, color_scheme="light"
+        )
         page.goto((site / INDEX).absolute().as_uri())
         page.wait_for_function("() => [...document.images].every((image) => image.complete && image.naturalWidth)")
         page.screenshot(path=options.output, full_page=True)

@@ -30,8 +30,8 @@ def _egl() -> Restore | None:
     context = library and _get(library.eglGetCurrentContext)
     if not library or not context:
         return None
-    surfaces = [_get(library.eglGetCurrentSurface, name) for name in (DRAW, READ)]
-    return partial(_make, library.eglMakeCurrent, _get(library.eglGetCurrentDisplay), *surfaces, context)
+    draw, read = (_get(library.eglGetCurrentSurface, name) for name in (DRAW, READ))
+    return partial(_make, library.eglMakeCurrent, _get(library.eglGetCurrentDisplay), draw, read, context)
 
 
 def _glx() -> Restore | None:
@@ -39,8 +39,8 @@ def _glx() -> Restore | None:
     context = library and _get(library.glXGetCurrentContext)
     if not library or not context:
         return None
-    drawables = [_get(function) for function in (library.glXGetCurrentDrawable, library.glXGetCurrentReadDrawable)]
-    return partial(_make, library.glXMakeContextCurrent, _get(library.glXGetCurrentDisplay), *drawables, context)
+    draw, read = _get(library.glXGetCurrentDrawable), _get(library.glXGetCurrentReadDrawable)
+    return partial(_make, library.glXMakeContextCurrent, _get(library.glXGetCurrentDisplay), draw, read, context)
 
 
 def _make(function: Any, display: int | None, draw: int | None, read: int | None, context: int) -> None:
