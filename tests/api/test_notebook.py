@@ -17,9 +17,9 @@ from PIL import Image
 
 import mplicits
 from mplicits.api import notebook, pictures
-from mplicits.web import page as webpage
-from support.browser import PATIENCE
+from support.browser import PATIENCE, listen
 from support.fitted_model import fitted_model
+from support.page_pictures import use_small_posters
 from support.random_model import random_model
 from support.scene_models import composed
 
@@ -40,7 +40,7 @@ SIDE = 64
 def small_pictures() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pictures, "SIDE", SIDE)
-        patch.setattr(webpage, "POSTER_SIDE", 16)
+        use_small_posters(patch)
         yield
 
 
@@ -122,8 +122,7 @@ def test_twenty_models_share_a_page(browser: "Browser", tmp_path: Path) -> None:
     context = browser.new_context(offline=True, device_scale_factor=0.1, viewport={"width": 600, "height": 480})
     context.set_default_timeout(PATIENCE)
     page, messages = context.new_page(), list[str]()
-    page.on("console", lambda message: messages.append(message.text))
-    page.on("pageerror", lambda error: messages.append(str(error)))
+    listen(page, messages)
     page.goto((tmp_path / "notebook.html").as_uri())
 
     def running() -> list[int]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import mplicits
-from support.browser import PATIENCE
+from support.browser import PATIENCE, listen
 from support.compilers import check_hlsl, need
 from support.engine_pictures import DISTANCE, FOV, SIDE, assert_shows, documented
 from support.paths import DEMO
@@ -102,8 +102,7 @@ def test_three_js_draws_the_model(browser: "Browser", tmp_path: Path) -> None:
     context = browser.new_context(offline=True)
     context.set_default_timeout(PATIENCE)
     page, messages = context.new_page(), list[str]()
-    page.on("console", lambda message: messages.append(message.text))
-    page.on("pageerror", lambda error: messages.append(str(error)))
+    listen(page, messages)
     page.goto((tmp_path / "page.html").as_uri())
     url = page.evaluate("() => canvas.toDataURL()")
     context.close()

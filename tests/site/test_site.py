@@ -9,7 +9,9 @@ import pytest
 
 from mplicits.cli import main
 from mplicits.model.model_file import load, save
+from mplicits.model.quantize import quantized_model
 from support.browser import PATIENCE
+from support.page_pictures import use_small_posters
 from support.random_model import random_model
 
 if TYPE_CHECKING:
@@ -19,11 +21,12 @@ HOSTILE = 'a&"><script>alert(1)</script> #1%'
 
 
 @pytest.fixture
-def models(tmp_path: Path) -> Path:
-    """A folder of a model whose name is HTML, of a moving one, and of a file that is no model."""
+def models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of a model whose name is HTML, of a moving one, and of a file that is no model; pictures are small."""
+    use_small_posters(monkeypatch)
     folder = tmp_path / "models"
     folder.mkdir()
-    hostile = random_model((8, 1), (8, 1), texture=(8, 1), name=HOSTILE)
+    hostile = quantized_model(random_model((8, 1), (8, 1), texture=(8, 1), name=HOSTILE))
     save(dataclasses.replace(hostile, credit=HOSTILE), folder / f"{HOSTILE.replace('/', '')}.safetensors")
     save(random_model((8, 1), name="moving", inputs="xyzt"), folder / "moving.safetensors")
     (folder / "notes.txt").write_text("no model")

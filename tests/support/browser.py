@@ -24,6 +24,7 @@ The second draws WebGL alone, the others the whole page.
 """
 PATIENCE = 300_000
 """Timeout of all that a test waits for, milliseconds: as long as a busy machine takes."""
+REMARK = "GL Driver Message (OpenGL, Performance"
 _DROP = """([bytes, name]) => {
     const transfer = new DataTransfer();
     transfer.items.add(new File([new Uint8Array(bytes)], name));
@@ -117,6 +118,15 @@ class Visit:
         return dict(pair.split("=") for pair in pairs if pair)
 
 
+def listen(page: "Page", lines: list[str]) -> None:
+    """Record the lines on a page's console, uncaught errors included.
+
+    Without the driver's remarks about speed: software GL may stall where a page reads pixels.
+    """
+    page.on("console", lambda message: None if REMARK in message.text else lines.append(message.text))
+    page.on("pageerror", lambda error: lines.append(str(error)))
+
+
 @contextmanager
 def visit(
     browser: "Browser",
@@ -137,8 +147,7 @@ def visit(
     context.set_default_timeout(PATIENCE)
     page = context.new_page()
     visited = Visit(page)
-    page.on("console", lambda message: visited.console.append(message.text))
-    page.on("pageerror", lambda error: visited.console.append(str(error)))
+    listen(page, visited.console)
     if script:
         page.add_init_script(script)
     page.goto(path.absolute().as_uri() + hash_)

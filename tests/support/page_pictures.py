@@ -3,12 +3,14 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from mplicits.model.model import Model
 from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
+from mplicits.web.page import poster_pixels
 from support.fitted_model import fitted_model
 
 MODEL = fitted_model((20, 32))
@@ -28,6 +30,11 @@ MEAN_TOLERANCE = 0.6
 def remembering(model: Model, storage: str) -> str:
     """Return a script that stores "texture", "literal" or "trying" for a model (web/app/memory.js)."""
     return f"localStorage.setItem('mplicits {model.sha256()}', '{storage}');"
+
+
+def use_small_posters(patch: pytest.MonkeyPatch) -> None:
+    """Let pages have posters of 16 x 16 pixels: one of the usual size takes a second."""
+    patch.setattr("mplicits.web.page.poster_pixels", lambda model, _side, shade: poster_pixels(model, 16, shade))
 
 
 def desktop(renderer: Renderer, camera: Camera, options: RenderOptions, side: int = SIDE) -> NDArray[np.uint8]:

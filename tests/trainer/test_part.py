@@ -97,7 +97,8 @@ def refused(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("stage", "packed"), [("level 1", False), ("level 2", False), ("level 2", True), ("tex", False)]
+    ("stage", "packed"),
+    [pytest.param("level 1", False, marks=pytest.mark.slow), ("level 2", False), ("level 2", True), ("tex", False)],
 )
 def test_a_resumed_training_has_the_weights_of_an_uninterrupted_one(
     ball: Shape, unbroken: dict[bool, Model], stage: str, packed: bool

@@ -11,12 +11,12 @@ from mplicits.ir.lower import lower
 from mplicits.model.errors import UserError
 from mplicits.model.model import Model
 from mplicits.trainer import machine
-from mplicits.trainer.config import StepConfig, TrainingConfig
+from mplicits.trainer.config import StepConfig
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.trainer.train import Training
 from mplicits.trainer.training_samples import Sampler
-from support.ball_training import SMALL_SETTINGS, Log, train
+from support.ball_training import QUICK, SMALL_SETTINGS, Log, train
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -42,7 +42,7 @@ def first(ball: Shape) -> Model:
 def test_ctrl_c_keeps_what_is_trained_and_resuming_finishes_it(
     ball: Shape, model: Model, stage: str, levels: int
 ) -> None:
-    training = Training(ball, SMALL_SETTINGS, Log(stage, 0.5))
+    training = Training(ball, SMALL_SETTINGS, Log(stage, 0.5), config=QUICK)
     stopped = training.run()
     assert training.interrupted
     assert stopped.provenance["interrupted"]
@@ -91,7 +91,7 @@ def test_resuming_refuses_another_shape_or_other_levels(ball: Shape, model: Mode
 
 def test_a_collapsed_residual_is_restarted(ball: Shape, first: Model) -> None:
     """A rate that is a hundred times too high fails; the log says so, and the restart at a lower rate helps."""
-    config = TrainingConfig(step=StepConfig(rate=100 * StepConfig.rate))
+    config = dataclasses.replace(QUICK, step=dataclasses.replace(QUICK.step, rate=100 * StepConfig.rate))
     log = Log()
     model = train(ball, dataclasses.replace(SMALL_SETTINGS, steps=(150, 300, 60)), log, first, config)
     assert any("restarted with rate" in line for line in log.lines)
@@ -102,7 +102,7 @@ def test_a_collapsed_residual_is_restarted(ball: Shape, first: Model) -> None:
 
 
 def test_a_residual_that_never_helps_ends_as_zero(ball: Shape, first: Model) -> None:
-    log, config = Log(), TrainingConfig(step=StepConfig(rate=1e6))
+    log, config = Log(), dataclasses.replace(QUICK, step=dataclasses.replace(QUICK.step, rate=1e6))
     model = train(ball, dataclasses.replace(SMALL_SETTINGS, steps=(60, 100, 60)), log, first, config)
     assert any("adds nothing" in line for line in log.lines)
     assert not model.levels[1].network[-1].weight.any()

@@ -16,7 +16,7 @@ from mplicits.model.errors import UserError
 from mplicits.model.model_file import to_bytes
 from mplicits.web.module import standalone
 from mplicits.web.short_weights import MOST_ERROR, coded_weights
-from support.browser import PATIENCE
+from support.browser import PATIENCE, listen
 from support.firefox import firefox
 from support.fitted_model import fitted_model
 from support.module_pages import module_page
@@ -199,8 +199,7 @@ def test_two_modules_and_a_file_share_a_page(browser: "Browser", tmp_path: Path)
     context = browser.new_context(viewport={"width": 700, "height": 900})
     context.set_default_timeout(PATIENCE)
     page, lines = context.new_page(), list[str]()
-    page.on("pageerror", lambda error: lines.append(str(error)))
-    page.on("console", lambda message: lines.append(message.text))
+    listen(page, lines)
     page.route("http://page.test/*", lambda route: route.fulfill(path=tmp_path / route.request.url.rpartition("/")[2]))
     page.goto("http://page.test/page.html")
     for view in ("first", "second", "third", "packed"):

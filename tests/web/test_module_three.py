@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 import mplicits
-from support.browser import PATIENCE
+from support.browser import PATIENCE, listen
 from support.fitted_model import fitted_model
 from support.module_pages import drawn, three_page
 from support.moving_model import moving_model
@@ -31,8 +31,7 @@ def opened(
     context = browser.new_context(offline=True)
     context.set_default_timeout(PATIENCE)
     page, messages = context.new_page(), list[str]()
-    page.on("console", lambda message: messages.append(message.text))
-    page.on("pageerror", lambda error: messages.append(str(error)))
+    listen(page, messages)
     page.goto(three_page(field, folder, cells=cells, box=[0.8, 0.2, 0.4], **setup).as_uri())
     page.wait_for_function("() => window.draw")
     yield page
