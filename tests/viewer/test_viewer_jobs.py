@@ -158,6 +158,7 @@ def test_a_trained_model_is_shown(open_viewer: OpenViewer, tmp_path: Path) -> No
     assert not viewer.source.model.provenance["interrupted"]
 
 
+@pytest.mark.slow
 def test_dropped_checkpoints_are_imported(open_viewer: OpenViewer, tmp_path: Path) -> None:
     torch = pytest.importorskip("torch", reason="PyTorch is not installed (extra train)")
     model, paths = fitted_model((20, 32)), []
