@@ -128,7 +128,7 @@ def main() -> None:
     parser.add_argument("--resolution", type=int, default=512)
     parser.add_argument("--samples", type=int, default=500_000)
     parser.add_argument("--data", type=Path, default=DATA, metavar="FOLDER")
-    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="folder to save the models in")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="folder in which models stay for the next run")
     parser.add_argument("--gallery", action="store_true", help="compare texts of the gallery's models instead")
     parser.add_argument("-o", "--output", type=Path, help="default: docs/results/bytes.md, or shadertoy.md")
     options = parser.parse_args()
@@ -170,9 +170,13 @@ def main() -> None:
                 texture=False,
                 packed=digits is None,
             )
-            model = Training(shape, choices, TrainingBar(quiet=True)).run()
-            if options.keep:
-                save(model, options.keep / f"{name}-{levels.replace(',', '-')}-{digits or 'packed'}.safetensors")
+            kept = options.keep and options.keep / f"{name}-{levels.replace(',', '-')}-{digits or 'packed'}.safetensors"
+            if kept and kept.exists():
+                model = load(kept)
+            else:
+                model = Training(shape, choices, TrainingBar(quiet=True)).run()
+                if kept:
+                    save(model, kept)
             size, page_size = (len(TARGETS[name](model, digits=digits).encode()) for name in ("shadertoy", "tiny"))
             extraction = extract_model(model if digits is None else in_decimals(model, digits), options.resolution)
             points, _ = SampledSurface(extraction.mesh).sample(options.samples, np.random.default_rng(1))
