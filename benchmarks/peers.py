@@ -184,9 +184,7 @@ class Comparison:
     def _picture(self) -> Picture:
         """Return the shape's image."""
         assert self._shape._paint is not None
-        picture = self._shape._paint.materials[0].picture
-        assert picture is not None
-        return picture
+        return next(each.picture for each in self._shape._paint.materials if each.picture is not None)
 
     def _webp(self, side: int, quality: int) -> tuple[int, Picture]:
         """Return the bytes of the shape's image as WebP, and the image that they hold."""

@@ -6,7 +6,7 @@ from pathlib import Path
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from peers_rows import DRACO, DRACO_COLORS, ERRORS, OURS, Row, beats
+from peers_rows import DRACO, DRACO_COLORS, ERRORS, OURS, Row, front_of
 
 COLORS = {
     OURS: "#d62728",
@@ -30,9 +30,9 @@ def draw(path: Path, name: str, rows: Sequence[Row]) -> None:
     labels = {"distance": "mean distance, radii", "angle": "normals, degrees", "color": "colors, of 255"}
     for axes, error in zip(all_axes, errors, strict=True):
         for method in dict.fromkeys(row.method for row in rows):
-            known = [row for row in rows if row.method == method and getattr(row, error) is not None]
-            front = [row for row in known if not any(beats(other, row) for other in known)]
-            front.sort(key=lambda row: row.size)
+            front = front_of([row for row in rows if row.method == method], error)
+            if not front:
+                continue
             first, _, form = method.partition(", ")
             color = next(shade for start, shade in COLORS.items() if first.startswith(start))
             axes.plot(

@@ -30,7 +30,8 @@ HEAD = (
     f"- SDF texture: 8 bits, distances up to {volumes.NEAR:g} texels, trilinear, in gzip. Poisson: screened, from "
     f"{volumes.CLOUD:,} points of the true surface with their normals, octree of depth {volumes.DEPTH}, simplified, in "
     "Draco; with the processor's seconds of the reconstruction.",
-    "- One SIREN: a network of about as many weights as the preset `base`, trained by our trainer in as many steps.",
+    "- One SIREN: a network of about as many weights as the preset `base`, trained by our trainer, without colors. "
+    "Settings of models have levels, and steps of training.",
     "- Rows that another row of their method beats in all columns are left out, and of close ones, all but one.",
 )
 VERDICT = (

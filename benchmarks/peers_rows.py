@@ -30,20 +30,26 @@ class Row:
     """Of the processor, where they are measured."""
 
 
-def fitting(rows: Sequence[Row], size: float, error: str) -> float:
-    """Return the bytes of the front of some rows at an error: interpolated, both logarithmic.
-
-    rows: at least one. size: the error to reach. error: of ERRORS. Beyond the smallest error of all rows: infinity.
-    """
-    front: list[tuple[float, float]] = []
+def front_of(rows: Sequence[Row], error: str) -> list[Row]:
+    """Return the rows that have a smaller error than every row with fewer bytes. error: of ERRORS."""
+    front: list[Row] = []
     for row in sorted(rows, key=lambda row: row.size):
         found = getattr(row, error)
-        if found is not None and (not front or found < front[-1][1]):
-            front.append((row.size, found))
-    if not front or front[-1][1] > size:
+        if found is not None and (not front or found < getattr(front[-1], error)):
+            front.append(row)
+    return front
+
+
+def fitting(rows: Sequence[Row], wanted: float, error: str) -> float:
+    """Return the bytes of the front of some rows at an error: interpolated, both logarithmic.
+
+    wanted: the error. Beyond the smallest error of all rows: infinity.
+    """
+    front = front_of(rows, error)
+    if not front or getattr(front[-1], error) > wanted:
         return np.inf
-    sizes, errors = np.log(np.array(front)).T
-    return float(np.exp(np.interp(-np.log(size), -errors, sizes)))
+    sizes, errors = np.log([(row.size, getattr(row, error)) for row in front]).T
+    return float(np.exp(np.interp(-np.log(wanted), -errors, sizes)))
 
 
 def bytes_for(rows: Sequence[Row], like: Row) -> float:
@@ -121,12 +127,12 @@ def table(rows: Sequence[Row]) -> list[str]:
         "| --- | --- | ---: | ---: | ---: | ---: |",
     ]
     for method in dict.fromkeys(row.method for row in rows):
-        last = 0.0
-        for row in sorted((row for row in rows if row.method == method), key=lambda row: row.size):
-            same = [other for other in rows if other.method == method and other is not row]
-            if row.size < APART * last or any(beats(other, row) for other in same):
-                continue
-            last = row.size
+        same = [row for row in rows if row.method == method]
+        shown: list[Row] = []
+        for row in sorted(same, key=lambda row: -row.size):
+            if not any(beats(other, row) for other in same) and (not shown or APART * row.size < shown[-1].size):
+                shown.append(row)
+        for row in reversed(shown):
             color = "" if row.color is None else f"{row.color:.1f}"
             seconds = "" if row.seconds is None else f"; {row.seconds:.0f} s of the processor"
             lines.append(

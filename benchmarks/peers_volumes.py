@@ -26,7 +26,7 @@ GRID = 256
 """Cells along each side of the grid that the texture's mesh is extracted from."""
 CLOUD = 300_000
 """Points of the cloud for Poisson."""
-DEPTH = 9
+DEPTH = 8
 """Of the octree of screened Poisson."""
 
 

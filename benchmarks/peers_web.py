@@ -5,10 +5,11 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import minify
+
 from mplicits.bake.registry import TARGETS
 from mplicits.model import gallery
 from mplicits.model.model_file import load
-from mplicits.web.minified import minified
 
 THREE = Path("/usr/share/javascript/three")
 """Debian's package libjs-three."""
@@ -22,8 +23,8 @@ def packed_size(data: bytes) -> int:
 
 
 def script_size(path: Path) -> int:
-    """Return the bytes of a script, minified by our minifier, in gzip."""
-    return packed_size(minified(path.read_text("utf-8")).encode())
+    """Return the bytes of a module, minified by tdewolff-minify, in gzip."""
+    return packed_size(minify.string("application/javascript", path.read_text("utf-8")).encode())
 
 
 def three_rows(decoder: Path | None) -> Iterator[tuple[str, int | None]]:
