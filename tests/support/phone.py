@@ -29,9 +29,8 @@ PREFERENCES = {
     "ui.prefersReducedMotion": 1,
 }
 """Preferences of Firefox: dark pages, and nothing moves by itself."""
-_FRAME = (
-    '<!doctype html><iframe src="{name}" style="position: fixed; inset: 0; width: 390px; height: 844px; border: 0">'
-)
+_FRAME = """<!doctype html><style>iframe { position: fixed; inset: 0; width: 390px; height: 844px; border: 0; }</style>
+<iframe src="NAME">"""
 
 Picture = NDArray[np.int16]
 """(422, 195, 3), sRGB from 0 to 255, top row first."""

@@ -1,7 +1,7 @@
 """The page embedded in another page: parameters in the URL's hash, and messages to and from the host."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ const told = [], post = (message) => document.getElementById("frame").contentWin
 addEventListener("message", ({data}) => told.push(data));
 </script>"""
 """A page with a frame; `told` are the messages from it, and `post` sends one."""
-WRONG = (
+WRONG: list[Any] = (
     ["a text", None, 7, [], {"azimuth": 77}, {"type": "other", "azimuth": 77}]
     + [{"type": "mplicits-set", "azimuth": 77} | more for more in ({"elevation": "5"}, {"unknown": 1}, {"time": 1.5})]
     + [{"type": "mplicits-set", "azimuth": 77} | more for more in ({"level": 1.5}, {"level": True}, {"distance": 0})]
