@@ -1,6 +1,6 @@
 """Draws docs/element.png and docs/three.png, the pictures of docs/engines.md, and measures the latter.
 
-    PYTHONPATH=tests python benchmarks/engines.py
+    PYTHONPATH=tests python benchmarks/engines.py [--bytes]
 
 docs/three.png shows a scene of three.js with a traced model, and the same scene with its meshed copy.
 """
@@ -21,6 +21,8 @@ from support.paths import ROOT
 
 SIDE = 480
 """Pixels along each side of a picture of the scene."""
+MODELS = ("spot-small", "spot")
+"""Models of the gallery whose modules are measured; the first one is drawn."""
 CELLS = 192
 """Cells of the meshed copy, along an edge."""
 APART = 60
@@ -40,10 +42,14 @@ def main() -> None:
     """Draw the pictures, and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs", help="folder of the pictures")
+    parser.add_argument("--bytes", action="store_true", help="print the bytes of the modules alone")
     options = parser.parse_args()
-    field = mplicits.load("spot-small")
-    text = standalone(field.model)
-    print(f"module of spot-small: {len(text.encode()):,} bytes, {len(gzip.compress(text.encode(), 9)):,} in gzip")
+    for name in MODELS:
+        data = standalone(mplicits.load(name).model).encode()
+        print(f"module of {name}: {len(data):,} bytes, {len(gzip.compress(data, 9)):,} in gzip")
+    if options.bytes:
+        return
+    field = mplicits.load(MODELS[0])
     with tempfile.TemporaryDirectory() as folder, chromium() as browser:
         path = Path(folder) / "page.html"
         path.write_text(module_page(field, PAGE), encoding="utf-8")
