@@ -22,7 +22,7 @@ ul { list-style: none; padding: 0; margin: 1.5rem 0; display: grid; gap: 1rem;
 figure { padding: 0; overflow: hidden; height: 100%; }
 img { width: 100%; aspect-ratio: 5 / 4; object-fit: cover; }
 figcaption { padding: .25rem 1rem 1rem; } figcaption p { margin: .25rem 0; }
-h2 { margin: .5rem 0 0; } h2 a { color: inherit; }
+h2 { margin: .5rem 0 0; color: var(--ink); } h2 a { color: inherit; }
 nav { display: flex; flex-wrap: wrap; gap: .25rem 1rem; }
 """
 
