@@ -20,7 +20,7 @@ from mplicits.viewer.draw import osmesa as osmesa_module
 from mplicits.viewer.draw import shader_cache
 from mplicits.viewer.draw.compile import VERTEX_SHADER
 from mplicits.viewer.draw.context import Context, open_context
-from support.paths import TESTS
+from support.paths import ROOT, TESTS
 from support.random_model import random_model
 
 FRAGMENT = "#version 330\nuniform float shade;\nout vec4 color;\nvoid main() { color = vec4(shade, 0.5, 0.25, 1.0); }"
@@ -209,3 +209,25 @@ def test_a_full_disk_turns_the_shader_cache_off(
     assert all((name in os.environ) == off for name in shader_cache.OFF)
     for name in shader_cache.OFF:
         os.environ.pop(name, None)
+
+
+@pytest.mark.parametrize("kind", ["egl", "osmesa", "auto"])
+def test_a_driver_that_is_not_there_is_one_line(kind: str, tmp_path: Path) -> None:
+    """OSMesa would end the process by a signal, and EGL prints a line of its own."""
+    command = [
+        sys.executable,
+        "-m",
+        "mplicits",
+        "render",
+        "spot-small",
+        "--context",
+        kind,
+        "-o",
+        str(tmp_path / "p.png"),
+    ]
+    environment = os.environ | {"GALLIUM_DRIVER": "nothere", "DISPLAY": "", "WAYLAND_DISPLAY": ""}
+    done = subprocess.run(
+        command, capture_output=True, text=True, env=environment, cwd=ROOT.parent, timeout=300, check=False
+    )
+    assert done.returncode == 2
+    assert len(done.stderr.splitlines()) == 1, done.stderr

@@ -12,6 +12,7 @@ from typing import Any
 import moderngl
 
 from ...model.errors import UserError
+from ...model.files import silent_library
 from .osmesa import OSMesa, load_library
 from .shader_cache import guard_shader_cache
 
@@ -103,7 +104,8 @@ def open_egl() -> Context:
         try:
             # GL functions come from eglGetProcAddress (EGL 1.5), so libGL, which needs X11, is not loaded.
             settings: Any = {"backend": "egl", "libegl": EGL_LIBRARY, "libgl": EGL_LIBRARY, "device_index": device}
-            gl = moderngl.create_context(330, standalone=True, **settings)
+            with silent_library():
+                gl = moderngl.create_context(330, standalone=True, **settings)
         except Exception as error:  # glcontext raises bare Exception
             first_error = first_error or error
             continue

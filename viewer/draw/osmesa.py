@@ -1,11 +1,15 @@
 """OSMesa, software OpenGL without a display, as a native context for moderngl."""
 
 import ctypes
+import os
 
 from ...model.errors import UserError
+from ...model.files import show
 
 OSMESA_LIBRARIES = ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")
 """Names of the library, newest first."""
+DRIVERS = ("llvmpipe", "softpipe")
+"""Drivers that OSMesa can have."""
 GL_VERSION = (3, 3)
 """Major and minor version of OpenGL to request."""
 ADVICE = "on Debian: apt install libosmesa6"
@@ -20,6 +24,11 @@ class OSMesa:
     """
 
     def __init__(self) -> None:
+        driver = os.environ.get("GALLIUM_DRIVER")
+        if driver and driver not in DRIVERS:  # OSMesa would end the process.
+            raise UserError(
+                f"OSMesa has no driver {show(driver)[:60]}; unset GALLIUM_DRIVER, or set {' or '.join(DRIVERS)}"
+            )
         library = load_library(OSMESA_LIBRARIES, "OSMesa", ADVICE)
         try:
             create, self._make_current = library.OSMesaCreateContextAttribs, library.OSMesaMakeCurrent
