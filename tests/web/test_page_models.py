@@ -59,6 +59,10 @@ BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
     "empty": (lambda _: b"", "not a model file (.safetensors), or a damaged one"),
     "a picture": (lambda _: b"\x89PNG\r\n\x1a\n" * 40, "not a model file (.safetensors), or a damaged one"),
     "cut short": (lambda data: data[:-100], "the file is cut short or damaged"),
+    "overlapping": (
+        lambda data: changed(data, lambda h: h.update({f"more{i}": h["level1.layer1.weight"] for i in range(99)})),
+        "the tensors overlap: the file is damaged",
+    ),
     "other format": (lambda data: changed(data, lambda h: h["__metadata__"].pop("format")), "not an mplicits model"),
     "future": (
         lambda data: changed(data, lambda h: h["__metadata__"].update(version=str(VERSION + 1))),
