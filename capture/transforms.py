@@ -104,6 +104,8 @@ def _pose(frame: Mapping[str, Any], label: str) -> Doubles:
     if pose.shape != (4, 4):
         raise UserError(f"{label}: a camera is a matrix of 4 x 4 finite numbers")
     check_projection(pose, label)
+    if not np.allclose(pose[3], (0, 0, 0, 1)):
+        raise UserError(f"{label}: the last row of a camera's matrix is 0 0 0 1")
     return pose
 
 

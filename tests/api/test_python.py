@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from inspect import getmembers, isfunction, signature
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -235,27 +236,38 @@ def test_saving_and_loading_are_inverse(tmp_path: Path) -> None:
 
 def test_times_and_levels_are_checked_as_on_the_command_line() -> None:
     moving, here = mplicits.Field(MOVING), points(4)
-    for wrong in (2, -0.1, np.nan, np.inf, "0.5", None, True, 1j, [0.5], 10**400):
-        for call in (moving.sdf, moving.gradient, moving.color):
+    times: tuple[Any, ...] = (2, -0.1, np.nan, np.inf, "0.5", None, True, 1j, [0.5], 10**400)
+    levels: tuple[Any, ...] = (0, 4, 1.0, "1", True, [1], np.nan, 10**400)
+    calls: tuple[Any, ...] = (moving.sdf, moving.gradient, moving.color)
+    for wrong in times:
+        for call in calls:
             with pytest.raises(mplicits.UserError, match=r"^time "):
-                call(here, time=wrong)  # type: ignore[call-overload]
+                call(here, time=wrong)
         with pytest.raises(mplicits.UserError, match=r"^time "):
-            moving.trace(here, here, time=wrong)  # type: ignore[arg-type]
-    np.testing.assert_array_equal(moving(here, time=np.array(0.5)), moving(here, time=0.5))
+            moving.trace(here, here, time=wrong)
+    half: Any = np.array(0.5)
+    np.testing.assert_array_equal(moving(here, time=half), moving(here, time=0.5))
     with pytest.raises(mplicits.UserError, match=r"time 0.5: this model does not move"):
         FIELD(torch.from_numpy(here), time=0.5)
-    for wrong in (0, 4, 1.0, "1", True, [1], np.nan, 10**400):
-        for given in (here, torch.from_numpy(here)):
-            with pytest.raises(mplicits.UserError, match=r"^level .*: the model has levels 1 to 3"):
-                FIELD(given, wrong)  # type: ignore[call-overload]
-    np.testing.assert_array_equal(FIELD(here, np.array(2)), FIELD(here, 2))
+    for wrong in levels:
+        with pytest.raises(mplicits.UserError, match=r"^level .*: the model has levels 1 to 3"):
+            FIELD(here, wrong)
+        with pytest.raises(mplicits.UserError, match=r"^level .*: the model has levels 1 to 3"):
+            FIELD(torch.from_numpy(here), wrong)
+    second: Any = np.array(2)
+    np.testing.assert_array_equal(FIELD(here, second), FIELD(here, 2))
 
 
 @pytest.mark.filterwarnings("ignore:torch.quantize_per_tensor")
 def test_points_that_are_not_real_numbers_name_the_argument() -> None:
     here = points(4)
     tensor = torch.from_numpy(here)
-    strange = (here + 1j, np.ma.masked_array(here, here > 0), np.zeros((2, 3), "M8[s]"), [["1", "2", "3"]])
+    strange: tuple[Any, ...] = (
+        here + 1j,
+        np.ma.masked_array(here, here > 0),
+        np.zeros((2, 3), "M8[s]"),
+        [["1", "2", "3"]],
+    )
     tensors = (
         tensor + 1j,
         tensor.to("meta"),
@@ -265,11 +277,11 @@ def test_points_that_are_not_real_numbers_name_the_argument() -> None:
     for wrong in (*strange, *tensors):
         for call in (FIELD.sdf, FIELD.gradient, FIELD.color):
             with pytest.raises(mplicits.UserError, match=r"^points: "):
-                call(wrong)  # type: ignore[call-overload]
+                call(wrong)
         with pytest.raises(mplicits.UserError, match=r"^directions: "):
-            FIELD.trace(here, wrong)  # type: ignore[arg-type]
+            FIELD.trace(here, wrong)
     with pytest.raises(mplicits.UserError, match=r"points: .* vmap's"):
-        torch.func.vmap(FIELD)(tensor)  # type: ignore[arg-type]
+        torch.func.vmap(FIELD)(tensor)
     with pytest.raises(mplicits.UserError, match=r"origins: the tensor requires gradients"):
         FIELD.trace(tensor.clone().requires_grad_(), here)  # type: ignore[arg-type]
     with pytest.raises(mplicits.UserError, match=r"origins and directions: .*\(4, 3\) and \(3, 3\)"):
@@ -316,7 +328,8 @@ def test_options_have_the_types_of_the_command_line() -> None:
         FIELD.mesh(resolution=64.0)  # type: ignore[arg-type]
     with pytest.raises(mplicits.UserError, match=r"--target x: choose"):
         FIELD.bake(target="x")
-    assert len(FIELD.mesh(resolution=np.int64(16), quiet=True).vertices)
+    sixteen: Any = np.int64(16)
+    assert len(FIELD.mesh(resolution=sixteen, quiet=True).vertices)
     with pytest.raises(mplicits.UserError, match="checkpoints: name one file or more"):
         mplicits.import_checkpoints([])
     with pytest.raises(mplicits.UserError, match=r"missing.pth: no such file"):

@@ -166,6 +166,7 @@ def test_a_bad_folder_is_one_line(sphere_layout: Path) -> None:
         ({"w": 2 * SIZE}, f"its camera is for a picture of {2 * SIZE} x {SIZE}, this is {SIZE} x {SIZE}"),
         ({"frames": [{"file_path": "000.png"}] * 3}, "frame 0: no camera; transform_matrix is missing"),
         ({"frames": [{"file_path": "000.png", "transform_matrix": [[0.0] * 4] * 4}] * 3}, "singular"),
+        ({"frames": [{"file_path": "000.png", "transform_matrix": np.diag([1.0, 1, 1, 0]).tolist()}] * 3}, "last row"),
         ({"frames": [{"file_path": "9.png", "transform_matrix": np.eye(4).tolist()}] * 3}, "9.png: no such file"),
     ],
 )

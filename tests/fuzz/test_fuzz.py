@@ -113,7 +113,8 @@ def shape_files(folder: Path) -> list[Case]:
     head = "ply\nformat ascii 1.0\nelement vertex 162\n" + "".join(
         f"property float {name}\n" for name in ("x", "y", "z", "nx", "ny", "nz", "red", "green", "blue")
     )
-    np.savetxt(folder / "cloud.ply", columns, "%.5f", header=head + "end_header", comments="")
+    shares = np.concatenate((points, points, 0.5 + 0.5 * points), axis=1)
+    np.savetxt(folder / "cloud.ply", shares, "%.5f", header=head + "end_header", comments="")
     np.savetxt(folder / "cloud.xyz", columns, "%.5f")
     np.savetxt(folder / "bare.xyz", points, "%.5f")
     np.savez(folder / "cloud.npz", points=points, normals=points)
