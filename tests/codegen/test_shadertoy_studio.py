@@ -22,8 +22,11 @@ from support.shadertoy import SHADERTOY, SIZE, demo, literal_text, picture
 
 BALL = fitted_model((24, 64))
 WHITE = (1.0, 1.0, 1.0), (1.0, 1.0, 1.0)
-OFF = 0.03
-"""Largest difference, from 0 to 1, of 19 of 20 pixels; at silhouettes, a pixel's only sample may miss."""
+OFF = 0.045
+"""Largest difference, from 0 to 1, of 19 of 20 pixels; at silhouettes, a pixel's only sample may miss.
+
+A short text has one disk of light for the floor, the renderer five smaller ones.
+"""
 
 
 def psnr(ours: NDArray[np.floating], theirs: NDArray[np.floating]) -> float:

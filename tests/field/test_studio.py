@@ -18,7 +18,7 @@ from mplicits.viewer.draw.camera import Camera
 from mplicits.viewer.draw.context import Context
 from mplicits.viewer.draw.options import RenderOptions
 from mplicits.viewer.draw.renderer import Renderer
-from oracles.floor_light import SPREAD, between
+from oracles.floor_light import BEND, between
 from support.fitted_model import fitted_model, radius
 from support.paths import DEMO
 
@@ -104,14 +104,15 @@ def test_the_shader_s_floor_is_numpy_s(ball: Renderer, elevation: float) -> None
 
 def test_similar_corners_interpolate_the_floor_s_openness() -> None:
     rng = np.random.default_rng(3)
-    slope, share = rng.uniform(-0.4, 0.4, (50, 2, 3)) * SPREAD, rng.uniform(0, 1, (50, 2))
-    ways = np.array([(0, 0), (1, 0), (0, 1), (1, 1)])
-    corners = 0.5 + np.einsum("kd,ndc->nkc", ways, slope)
+    slope, share = rng.uniform(-0.2, 0.2, (50, 2, 3)), rng.uniform(0, 1, (50, 2))
+    ways = np.stack(np.meshgrid((-1, 0, 1, 2), (-1, 0, 1, 2)), axis=-1)
+    corners = 0.5 + np.einsum("ijd,ndc->nijc", ways, slope)
     found, alike = between(corners, share)
     np.testing.assert_allclose(found, 0.5 + np.einsum("nd,ndc->nc", share, slope))
     assert alike.all()
-    corners[:20, 2, 0] += 2 * SPREAD
-    corners[20:40, 1, 1] = np.nan
+    corners[:20, 2, 1, 0] += 2 * BEND
+    corners[20:30, 1, 2, 1] = np.nan
+    corners[30:40, 0, 1, 1] -= 2 * BEND
     np.testing.assert_array_equal(between(corners, share)[1], np.arange(50) >= 40)
 
 
@@ -129,11 +130,13 @@ def test_passes_evaluate_the_floor_where_the_corners_of_its_blocks_differ(osmesa
     exact[along[..., 1].ravel() >= 0] = np.nan
     exact = exact.reshape(side, side, 3)
     row, column = np.nonzero((picture[..., 3] == 0) & (along[..., 1] < 0))
-    inside = np.maximum(row, column) < side - BLOCK  # where the picture has all four corners
+    inside = np.maximum(row, column) < side - 2 * BLOCK  # where the picture has all corners
+    inside &= np.minimum(row, column) >= BLOCK
     row, column = row[inside], column[inside]
     low = np.stack([column, row], axis=1) // BLOCK * BLOCK
-    corners = [exact[low[:, 1] + BLOCK * k, low[:, 0] + BLOCK * i] for k in (0, 1) for i in (0, 1)]
-    found, alike = between(np.stack(corners, axis=1), (np.stack([column, row], axis=1) - low) / BLOCK)
+    near = BLOCK * np.arange(-1, 3)
+    corners = exact[low[:, 1, None, None] + near[:, None], low[:, 0, None, None] + near]
+    found, alike = between(corners, (np.stack([column, row], axis=1) - low) / BLOCK)
 
     def color(open_to: NDArray[np.float64]) -> NDArray[np.floating]:
         return to_srgb((0.9 * LIGHT[1] * open_to[:, 1] + 0.45 * open_to[:, 0]) / (0.9 * LIGHT[1] + 0.45))

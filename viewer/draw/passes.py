@@ -89,10 +89,10 @@ class Passes:
         texture_of(self._floor).use(UNITS["floor_light"])
 
     def _draw_floor(self, tile: Tile) -> None:
-        """Compute the floor's light at the corners of a tile's blocks of pixels."""
+        """Compute the floor's light at the corners of a tile's blocks of pixels, and of the blocks around them."""
         x, y, width, height = tile
-        left, bottom = x // FLOOR_BLOCK, y // FLOOR_BLOCK
-        right, top = (x + width - 1) // FLOOR_BLOCK + 1, (y + height - 1) // FLOOR_BLOCK + 1
+        left, bottom = x // FLOOR_BLOCK - 1, y // FLOOR_BLOCK - 1
+        right, top = (x + width - 1) // FLOOR_BLOCK + 2, (y + height - 1) // FLOOR_BLOCK + 2
         self._floor.viewport = 0, 0, right + 1 - left, top + 1 - bottom
         write_all(self._programs, {"floor_corner": (float(left), float(bottom))})
         self._draw("floor", ALWAYS, self._floor)

@@ -78,12 +78,12 @@ export class Passes {
         pass("color", tile, {rays, normals, later, gate: rays, floor_light: this.floor}, more);
     }
 
-    // Evaluates the studio's floor at the corners of a rectangle's blocks. Returns the first corner, in blocks from the
-    // picture's lower left corner.
+    // Evaluates the studio's floor at the corners of a rectangle's blocks, and of the blocks around them. Returns the first
+    // corner, in blocks from the picture's lower left corner.
     drawFloor(program, values, [column, row, width, height]) {
         const block = (pixel) => Math.floor(pixel / shared.floor_block);
-        const [x, y] = [values.origin[0] + column, values.origin[1] + row], corner = [block(x), block(y)];
-        const size = [block(x + width - 1) + 2 - corner[0], block(y + height - 1) + 2 - corner[1]];
+        const [x, y] = [values.origin[0] + column, values.origin[1] + row], corner = [block(x) - 1, block(y) - 1];
+        const size = [block(x + width - 1) + 3 - corner[0], block(y + height - 1) + 3 - corner[1]];
         this.pass(program, {...values, floor_corner: corner}, this.floor, [0, 0, ...size], {});
         return corner;
     }
