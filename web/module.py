@@ -26,7 +26,8 @@ from .short_weights import ShortWeights, coded_weights, short_weights
 APP = (
     *("packed_weights.js", "safetensors.js", "lower.js", "cstyle.js", "literal.js", "texels.js", "field.js"),
     *("baked_scene.js", "reference.js", "cells.js", "lowest.js", "camera.js", "backgrounds.js", "uniforms.js"),
-    *("device.js", "samples.js", "passes.js", "painter.js", "variants.js", "renderer.js", "memory.js", "gestures.js"),
+    *("device.js", "samples.js", "passes.js", "painter.js", "variants.js", "following.js", "renderer.js", "memory.js"),
+    "gestures.js",
 )
 """Modules in web/app/ that the module shares with the page, in their order."""
 ELEMENT = (

@@ -48,7 +48,8 @@ SCRIPTS = (
     *PRINTER,
     *("baked_scene.js", "reference.js", "cells.js", "lowest.js", "camera.js", "backgrounds.js", "embedding.js"),
     *("uniforms.js", "device.js"),
-    *("samples.js", "passes.js", "painter.js", "variants.js", "renderer.js", "memory.js", "messages.js", "gestures.js"),
+    *("samples.js", "passes.js", "painter.js", "variants.js", "following.js", "renderer.js", "memory.js"),
+    *("messages.js", "gestures.js"),
     *SHADERTOY,
     *("controls.js", "view.js", "recovery.js", "current_model.js", "page.js"),
 )

@@ -59,7 +59,7 @@ export function compiling() {
     announce("Compiling the shader");
 }
 
-// Lets the next frame replace the poster, at any resolution.
+// Lets the next frame of enough pixels replace the poster.
 export function uncover() {
     isOther = true;
 }
@@ -75,7 +75,8 @@ const dimensions = ([width, height]) => `${width} × ${height}`;
 export const listener = {
     frame({milliseconds, size, samples, settled}) {
         const poster = element("poster"), isFiner = size[1] >= poster.naturalHeight || samples > 1 || settled;
-        if (isFiner || isOther || poster.hidden) root.dataset.drawn = "";
+        const isEnough = isOther && 2 * size[1] >= element("view").height;
+        if (isFiner || isEnough || poster.hidden) root.dataset.drawn = "";
         if (root.dataset.state === "compiling") return;
         const time = milliseconds < 10 ? `${milliseconds.toFixed(1)} ms`
             : milliseconds < 1000 ? `${Math.round(milliseconds)} ms` : `${(milliseconds / 1000).toFixed(1)} s`;
@@ -105,5 +106,6 @@ export const listener = {
         trial = isTried ? "trying literals" : "";
         updateStatus();
     },
+    covered: () => !element("poster").hidden && !("drawn" in root.dataset),
     failed: fail,
 };

@@ -1,3 +1,4 @@
+import {FOCAL, matrix} from "./camera.js";
 import {Device} from "./device.js";
 import {PLACES_UNIT, Passes} from "./passes.js";
 import {packed, wanted} from "./samples.js";
@@ -163,8 +164,9 @@ export class Painter {
         gl.disable(gl.BLEND);
     }
 
-    // Draws a picture to the canvas, or, as linear light, to another picture.
-    put(picture, onto = null) {
+    // Draws a picture to the canvas, or, as linear light, to another picture. cameras: [the picture's, the one to
+    // reproject it to] (present.glsl); null: as it is.
+    put(picture, onto = null, cameras = null) {
         const {gl} = this.device, {program, names} = this.present, {width, height} = onto ?? this.canvas;
         gl.useProgram(program);
         gl.bindTexture(gl.TEXTURE_2D, picture.texture);
@@ -172,6 +174,13 @@ export class Painter {
         gl.viewport(0, 0, width, height);
         gl.uniform2f(names.size, width, height);
         gl.uniform1i(names.encoded, onto ? 0 : 1);
+        gl.uniform1i(names.turned, cameras ? 1 : 0);
+        if (cameras) {
+            const [earlier, camera] = cameras.map((each) => matrix(each, width / height));
+            gl.uniformMatrix4fv(names.earlier, false, earlier);
+            gl.uniformMatrix4fv(names.camera, false, camera);
+            gl.uniform1f(names.focal, FOCAL);
+        }
         gl.drawArrays(gl.TRIANGLES, 0, 3);
     }
 

@@ -1,10 +1,12 @@
 import {nextFrame, pause} from "./device.js";
+import {Following} from "./following.js";
 import {Painter} from "./painter.js";
 import {withOptions, jitter, uniforms} from "./uniforms.js";
 import {Variants} from "./variants.js";
 
-// Schedules the drawing in slices of some milliseconds, so that the page never freezes: coarse pixels during motion,
-// then all pixels, then further samples where they matter. It draws only after changes.
+// Schedules the drawing in slices of some milliseconds, so that the page never freezes: coarse pixels during motion, or
+// where those would be too coarse, the last good picture (following.js); then all pixels, then further samples where
+// they matter. It draws only after changes.
 const SMOOTH = 33, LIVE = 300; // milliseconds of a frame: during motion, and of a training
 const COARSEST = 1 / 16; // smallest resolution relative to the canvas, along each axis
 const REST = 160; // milliseconds without a change before refinement
@@ -13,7 +15,8 @@ const PATIENCE = 15000; // milliseconds of refinement before the last sample
 
 export class Renderer {
     // source(name): the text of a GLSL file in the page. listener: {frame({milliseconds, size, samples, settled}),
-    // progress(size, share), stored(storage, error), trying(isTried), failed(error)}.
+    // progress(size, share), stored(storage, error), trying(isTried), failed(error), covered(): optional, whether
+    // another picture hides the canvas}.
     constructor(canvas, source, listener) {
         const loaded = () => {
             this.fresh = true;
@@ -27,6 +30,7 @@ export class Renderer {
         this.pace = this.motion;
         this.patience = PATIENCE;
         this.still = this.quick = null;
+        this.following = new Following(this);
     }
 
     get device() {
@@ -37,6 +41,7 @@ export class Renderer {
     open() {
         this.painter.open();
         this.still = this.quick = this.variants.current = null;
+        this.following = new Following(this);
     }
 
     // See Variants.load; ignores a lost context.
@@ -88,7 +93,7 @@ export class Renderer {
             while (this.variants.current && this.scene.camera && !this.device.lost && this.drawn !== this.version) {
                 if (this.quicked !== this.version) {
                     await nextFrame();
-                    await this.painter.exclusively(() => this.drawQuick());
+                    await this.painter.exclusively(() => this.drawMoving());
                 } else if (performance.now() < this.restAt) {
                     await pause(20);
                 } else {
@@ -133,15 +138,21 @@ export class Renderer {
         const {painter, canvas: {width, height}} = this;
         return painter.exclusively(async () => {
             const pass = this.pass({...this.scene, camera}, [width, height], 0);
+            this.following.spoil();
             this.still = painter.sized(this.still, [width, height]);
             while (pass.tiles.length) await painter.batch(this.variants.current, pass, this.still, 1);
             painter.put(this.still);
         });
     }
 
+    drawMoving() {
+        if (!this.variants.current) return;
+        return this.following.isBetter ? this.following.step() : this.drawQuick();
+    }
+
     // Draws a frame at a resolution that fits the last frames' times. A model's first frame shows level 1.
     async drawQuick() {
-        if (!this.variants.current) return;
+        this.following.spoil();
         const {painter, scene, version, fresh, pace} = this, scale = scene.options.resolution === "auto" ? pace.scale : 1;
         const size = this.size.map((side) => Math.max(1, Math.round(side * scale))), whole = scale === 1;
         if (whole && this.quick) this.device.release(this.quick);
@@ -153,13 +164,18 @@ export class Renderer {
         while (pass.tiles.length) spent += await painter.batch(this.variants.current, pass, picture, 1);
         painter.put(picture);
         this.quicked = version;
-        const samples = whole && !fresh ? 1 : 0;
-        this.refining = {samples, pass: null, wanted: null, began: performance.now(), spent: 0, frame: spent};
+        this.rest(whole && !fresh ? 1 : 0, spent);
+        if (whole) this.following.keep();
         this.listener.frame({milliseconds: spent, size, samples: 1, settled: false});
         const factor = Math.sqrt(pace.goal / Math.max(spent, 1));
         if (spent > 1.3 * pace.goal) pace.scale = Math.max(COARSEST, pace.scale * Math.max(0.35, factor));
         else if (spent < 0.5 * pace.goal) pace.scale = Math.min(1, pace.scale * Math.min(2, factor));
         this.fresh = false;
+    }
+
+    // Begins the refinement. samples: complete ones of the picture; spent: milliseconds of drawing it.
+    rest(samples, spent) {
+        this.refining = {samples, pass: null, wanted: null, began: performance.now(), spent: 0, frame: spent};
     }
 
     // Draws the next tiles of the refined picture.
@@ -169,6 +185,7 @@ export class Renderer {
         if (!refining.pass) {
             if (this.quick && refining.samples === 0) {
                 this.still = painter.sized(this.still, size);
+                this.following.spoil();
                 painter.put(this.quick, this.still);
             }
             if (refining.samples === 1 && this.adapts) refining.wanted = await painter.wanted(this.still, this.samples);
@@ -189,7 +206,10 @@ export class Renderer {
             return;
         }
         refining.pass = null;
-        if (refining.samples === 0) refining.frame = refining.spent;
+        if (refining.samples === 0) {
+            refining.frame = refining.spent;
+            this.following.keep();
+        }
         refining.samples = refining.tiles ? refining.samples + 1 : this.samples;
         variants.current.proven = true;
         if (refining.samples >= this.samples || now - refining.began > this.patience) this.drawn = version;
@@ -200,7 +220,8 @@ export class Renderer {
     // Draws the last picture to a resized, hence blank, canvas.
     resized() {
         const picture = this.quick ?? this.still;
-        if (picture) this.painter.put(picture);
+        if (this.following.shown && !this.seen) this.following.put();
+        else if (picture) this.painter.put(picture);
     }
 
     // Resolves to the refined picture as a PNG, with more time for its samples.
