@@ -40,7 +40,8 @@ def visited(browser: "Browser", tmp_path: Path) -> Iterator[Visit]:
     with visit(browser, file, (SIDE, SIDE), 1, script=remembering(MODEL, "texture"), hash_="#panel=0") as page:
         page.still()
         yield page
-        assert page.console == []
+        errors = [line for line in page.console if "ReadPixels" not in line]  # a screenshot reads the canvas
+        assert errors == []
 
 
 def shot(visited: Visit) -> np.ndarray:
