@@ -71,21 +71,21 @@ def test_readme_is_short_and_its_example_runs(
     assert len(re.findall(r"(?<!!)\[[^\]]*\]\(", README)) <= 10
 
 
-def cells(text: str, columns: int) -> list[list[str]]:
-    """Return the rows of a text's tables with this number of columns, without heads."""
-    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line[:1] == "|"]
-    return [row for row in rows if len(row) == columns and re.match(r"\d", row[0])]
+def rows(text: str, columns: int) -> list[list[str]]:
+    """Return the rows of a text's tables with this number of columns."""
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line[:1] == "|"]
+    return [row for row in cells if len(row) == columns]
 
 
 def test_readme_table_matches_its_page() -> None:
-    page = (ROOT / "docs" / "results" / "quality.md").read_text("utf-8")
-    last = [row for row in cells(page, 7) if row[2].startswith("2:")]
-    measured = [(f"{limit} s", float(mean), f"{angle} degrees") for limit, _, _, _, mean, angle, _ in last]
+    page = {row[0]: row for row in rows((ROOT / "docs" / "results" / "surfaces.md").read_text("utf-8"), 8)}
     section = README[README.index("## How near it comes") : README.index("## What it does not do")]
-    assert [(limit, float(mean), angle) for limit, mean, angle in cells(section, 3)] == measured
-    assert len(measured) == 3
-    (printed,) = re.findall(r"mplicits ([\d.]+), .* (\d{4}-\d\d-\d\d)", page)
-    assert f"mplicits {printed[0]}, {printed[1]}" in section
+    told = [row for row in rows(section, 7) if row[0].startswith("`")]
+    assert [row[0] for row in told] == ["`spot-small`", "`spot`", "`spot-large`"]
+    for name, parameters, seconds, *figures in told:
+        _, counted, trained, *measured, _ = page[name.strip("`")]
+        assert (parameters, seconds) == (counted, f"{trained} s")
+        assert [float(figure.removesuffix(" degrees")) for figure in figures] == [float(cell) for cell in measured]
 
 
 @pytest.mark.parametrize("page", sorted((ROOT / "docs" / "results").glob("*.md")), ids=lambda page: page.stem)

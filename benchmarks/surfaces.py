@@ -1,8 +1,8 @@
-"""Measures the surfaces of the gallery's models against their meshes, and writes the figures into the model files.
+"""Measures the surfaces of the gallery's models against their meshes: writes docs/results/surfaces.md.
 
-    python benchmarks/gallery_figures.py FOLDER
+    python benchmarks/surfaces.py FOLDER [-o docs/results/surfaces.md]
 
-FOLDER has the meshes of model/gallery/README.md. New trainings measure themselves; models that move are left out.
+FOLDER has the meshes of model/gallery/README.md. The model files get the figures, too, as of a new training.
 """
 
 import argparse
@@ -19,6 +19,7 @@ from mplicits.trainer.networks.network import Weights, from_model
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
 from mplicits.trainer.surface_distance import SurfaceDistance
+from protocol import Page, machine
 
 
 def moved(model: Model, shape: Shape) -> tuple[list[Weights], list[float]]:
@@ -37,11 +38,26 @@ def moved(model: Model, shape: Shape) -> tuple[list[Weights], list[float]]:
 
 
 def main() -> None:
-    """Measure each model whose mesh is in the folder."""
+    """Measure each model whose mesh is in the folder, and write a row."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("folder", type=Path, metavar="FOLDER")
-    folder = parser.parse_args().folder
-    meshes = {hashlib.sha256(path.read_bytes()).hexdigest(): path for path in folder.glob("*.obj")}
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/results/surfaces.md"))
+    options = parser.parse_args()
+    page = Page(
+        options.output,
+        "# The surfaces of the gallery",
+        "",
+        f"Printed by `python benchmarks/surfaces.py {options.folder.name}`. {machine()}.",
+        "",
+        "Off by: distance between the surfaces of model and mesh, mean of both directions, in radii of the shape. "
+        "Normals by: mean angle between gradient and normal, degrees. First against the curved surface that the "
+        "training makes of the mesh, then against its flat faces ([figures](../training.md#what-the-figures-mean)). "
+        "Training: on two cores. The model that moves is left out.",
+        "",
+        "| model | parameters | training, s | off by | normals by | flat faces: off by | normals by | invented |",
+        "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |",
+    )
+    meshes = {hashlib.sha256(path.read_bytes()).hexdigest(): path for path in options.folder.glob("*.obj")}
     for path in map(gallery.model_path, gallery.names()):
         model = load(path)
         source = model.provenance["source"]
@@ -50,7 +66,12 @@ def main() -> None:
         shape, _ = load_shape(str(mesh), crease=source["crease"])
         found = SurfaceDistance(shape, torch.device("cpu")).measure(*moved(model, shape))
         save(replace(model, provenance=model.provenance | {"surface": found.to_json()}), path)
-        print(f"{model.name}: " + "; ".join(f"{label} {text}" for label, text in found.told()))
+        assert found.flat is not None
+        told = " | ".join(f"{part.distance:.1e} | {part.normal_angle:.1f}" for part in (found.shape, found.flat))
+        page.add(
+            f"| {model.name} | {model.parameters():,} | {model.provenance['seconds']:.0f} | {told} "
+            f"| {found.shape.invented or 0:.1%} |"
+        )
 
 
 if __name__ == "__main__":
