@@ -64,7 +64,7 @@ CASES = {
 
 
 class Truth:
-    """A shape's file, as it is and as `mplicits train` curves it."""
+    """A shape's file, as it is and as both sides curve it."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -73,8 +73,8 @@ class Truth:
 
     def measure(self, file: Path, seconds: float) -> Row:
         """Measure the model in a file. seconds: of its training."""
-        # All models of a shape have the same model space; `demo` has no file whose center and scale it could name.
-        model = replace(load(file), center=self.flat.center, scale=self.flat.scale)
+        # Both sides train the curved surface, in its model space; `demo` has no file whose place it could name.
+        model = replace(load(file), center=self.curved.center, scale=self.curved.scale)
         flat_f, flat_angle, colors = on_surface(model, self.flat)
         curved_f, curved_angle, _ = on_surface(model, self.curved)
         figures = evaluate(model, self.path, EvalOptions(samples=SAMPLES, quiet=True)).figures
@@ -94,7 +94,8 @@ class Truth:
 def on_surface(model: Model, shape: Shape) -> tuple[float, float, float]:
     """Measure a model at points of its shape. Returns mean |f|, mean angle, and the colors' mean squared error."""
     drawn = shape.surface(POINTS, np.random.default_rng(0), held_out=True, colors=shape.colored)
-    points, program = drawn.points.astype(np.float32), lower(model)
+    points = (drawn.points * shape.scale + np.array(shape.center) - np.array(model.center)) / model.scale
+    points, program = points.astype(np.float32), lower(model)
     gradient, f = interpret.field_gradient(program, points, len(model.levels))
     directions = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
     error = float("nan")

@@ -29,7 +29,7 @@ class Row:
     flat_angle: float
     """Mean angle between the field's gradient and the faces' normals."""
     curved_f: float
-    """Mean |f| on the curved surface that `mplicits train` makes of the faces."""
+    """Mean |f| on the curved surface that both sides make of the faces, and train."""
     curved_angle: float
     chamfer: float
     """Chamfer distance to the file's faces, divided by its floor."""
@@ -106,8 +106,8 @@ def report(output: Path, changed: str, repeat: int, rows: list[str], page_rows: 
         "- Seconds: from the drop to the end, or of the whole command, which starts Python and also surveys the "
         "surface. Steps: of the last level.",
         f"- Mean abs f, in radii of the shape, and mean angle between gradient and normal, in degrees, at {POINTS:,} "
-        "points: on the file's flat faces, which the page trains; on the curved surface that `mplicits train` makes of "
-        "them (`--crease`). The rope's file is the page's mesh; `train` knows the exact shape.",
+        "points: on the file's flat faces; on the curved surface that both sides make of them and train (`--crease`). "
+        "The rope's file is the page's mesh; `train` knows the exact shape.",
         f"- Chamfer: to the file's faces, squared L2, {SAMPLES:,} samples on each side, marching cubes at 512^3, "
         "divided by its floor, that of two samplings of the file. Components: closed ones of that surface.",
         "- Colors: mean squared error at the same points, sRGB in [0, 1].",
