@@ -11,14 +11,15 @@ from ..codegen.printers.field import plain_color
 from ..model.model import Model
 from ..model.orientation import UPRIGHT
 from ..trainer.config import TrainingConfig, default_config
+from ..trainer.options import CREASE
 from ..trainer.settings import DEFAULT_PRESET, PRESETS
 from ..web import packed_page, page, tiny_page
 
 MESHES = (
     *("mesh_parts.js", "text_reader.js", "binary.js", "polygons.js", "places.js", "images.js", "surface_colors.js"),
     *("mtl.js", "obj.js", "ply_header.js", "ply_faces.js", "ply.js", "stl.js", "xyz.js", "matrices.js", "gltf_data.js"),
-    *("gltf_materials.js", "glb.js", "cloud_points.js", "mesh_colors.js", "mesh_file.js", "examples.js", "facing.js"),
-    *("input.js", "corners.js"),
+    *("gltf_materials.js", "glb.js", "cloud_points.js", "mesh_colors.js", "mesh_file.js", "examples.js", "edges.js"),
+    *("face_normals.js", "facing.js", "creases.js", "curved.js", "input.js", "corners.js"),
 )
 """Modules that read shapes, in their order."""
 WORKER = (
@@ -93,7 +94,7 @@ def extension(config: TrainingConfig | None = None, fixed: dict[str, Any] | None
         css=_read("studio.css"),
         elements=_read("bar.html") + data,
         facts=page.text_facts()
-        | {"studio": page_facts(config) | {"fixed": fixed, "viewer": of_viewer, "tiny": tiny_page.page_facts()}},
+        | {"studio": page_facts(config, fixed) | {"viewer": of_viewer, "tiny": tiny_page.page_facts()}},
         policy=policy,
         accept=".obj,.mtl,.png,.jpg,.jpeg,.webp,.ply,.stl,.glb,.gltf,.bin,.xyz,.safetensors",
         open="Open a file",
@@ -105,8 +106,8 @@ def _element(name: str, kind: str, text: str) -> str:
     return f'<script type="{kind}" id="{name}">{text}</script>\n'
 
 
-def page_facts(config: TrainingConfig | None = None) -> dict[str, Any]:
-    """Return the facts of the studio, `facts.studio` in app/."""
+def page_facts(config: TrainingConfig | None = None, fixed: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Return the facts of the studio, `facts.studio` in app/. config, fixed: see `studio`."""
     config = config or default_config()
     lengths = config.lengths
     presets = {
@@ -117,6 +118,8 @@ def page_facts(config: TrainingConfig | None = None) -> dict[str, Any]:
         "config": {name: asdict(getattr(config, name)) for name in CONFIG},
         "presets": presets,
         "preset": DEFAULT_PRESET,
+        "crease": CREASE,
+        "fixed": fixed and {"crease": CREASE} | fixed,
         "omegas": lengths.omegas,
         "omega_width": lengths.omega_width,
         "texture": [*lengths.texture_network, lengths.texture_omega],

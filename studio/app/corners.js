@@ -1,23 +1,25 @@
 // Makes the buffers of a preview (preview.js) of a shape in model space, in a worker.
 
-// shape: as of readShape. Returns {positions: Float32Array (3 N), normals: Int8Array (4 N), colors: Uint8Array (4 N)
-// sRGB, places: Float32Array (2 N) of texture coordinates or null, parts: [{first, count, image, color}], isCloud}; a
-// part is a range of the N corners with one image, or null. plain: color of a shape without colors, sRGB.
-export function cornersOf({vertices, faces, cloudNormals, colors}, plain) {
+// shape: as of readShape; corners: normals of its faces' corners, of cornerNormals (creases.js), or null for a cloud;
+// plain: color of a shape without colors, sRGB. Returns {positions: Float32Array (3 N), normals: Int8Array (4 N),
+// colors: Uint8Array (4 N) sRGB, places: Float32Array (2 N) of texture coordinates or null, parts: [{first, count,
+// image, color}], isCloud}; a part is a range of the N corners with one image, or null.
+export function cornersOf({vertices, faces, cloudNormals, colors}, corners, plain) {
     const isCloud = !faces.length, count = isCloud ? vertices.length / 3 : faces.length;
     const order = isCloud ? null : inMaterialOrder(faces.length / 3, colors?.material);
     const vertexOf = (i) => (isCloud ? i : faces[cornerOf(i)]), cornerOf = (i) => (order ? 3 * order[Math.floor(i / 3)] + i % 3 : i);
-    const smooth = cloudNormals ?? smoothNormals(vertices, faces), {uv = null, vertex = null, materials = []} = colors ?? {};
+    const {values, index = null} = corners ?? {values: cloudNormals};
+    const {uv = null, vertex = null, materials = []} = colors ?? {};
     const result = {
         positions: new Float32Array(3 * count), normals: new Int8Array(4 * count),
         colors: new Uint8Array(4 * count), places: uv && new Float32Array(2 * count), parts: [], isCloud,
     };
     for (let i = 0; i < count; ++i) {
-        const v = 3 * vertexOf(i), corner = isCloud ? i : cornerOf(i);
+        const v = 3 * vertexOf(i), corner = isCloud ? i : cornerOf(i), n = isCloud ? v : 3 * index[corner];
         const material = materials[colors?.material?.[Math.floor(corner / 3)] ?? 0];
         for (let k = 0; k < 3; ++k) {
             result.positions[3 * i + k] = vertices[v + k];
-            result.normals[4 * i + k] = Math.round(127 * smooth[v + k]);
+            result.normals[4 * i + k] = Math.round(127 * values[n + k]);
             result.colors[4 * i + k] = Math.round(255 * (vertex ? vertex[v + k] : (material?.color ?? plain)[k]));
         }
         if (uv) result.places.set(uv.subarray(2 * corner, 2 * corner + 2), 2 * i);
@@ -32,25 +34,4 @@ export function cornersOf({vertices, faces, cloudNormals, colors}, plain) {
 function inMaterialOrder(count, material) {
     if (!material) return null;
     return Uint32Array.from({length: count}, (_, i) => i).sort((a, b) => material[a] - material[b] || a - b);
-}
-
-// Returns normals (3 V), weighted by the areas of the faces around each vertex.
-function smoothNormals(v, faces) {
-    const normals = new Float32Array(v.length);
-    for (let i = 0; i < faces.length; i += 3) {
-        const a = 3 * faces[i], b = 3 * faces[i + 1], c = 3 * faces[i + 2];
-        const ux = v[b] - v[a], uy = v[b + 1] - v[a + 1], uz = v[b + 2] - v[a + 2];
-        const wx = v[c] - v[a], wy = v[c + 1] - v[a + 1], wz = v[c + 2] - v[a + 2];
-        const nx = uy * wz - uz * wy, ny = uz * wx - ux * wz, nz = ux * wy - uy * wx;
-        for (const at of [a, b, c]) {
-            normals[at] += nx;
-            normals[at + 1] += ny;
-            normals[at + 2] += nz;
-        }
-    }
-    for (let i = 0; i < normals.length; i += 3) {
-        const length = Math.hypot(normals[i], normals[i + 1], normals[i + 2]) || 1;
-        for (let k = 0; k < 3; ++k) normals[i + k] /= length;
-    }
-    return normals;
 }

@@ -1,16 +1,17 @@
 import {openGltf} from "./gltf_data.js";
 import {materialOf} from "./gltf_materials.js";
-import {IDENTITY, isMirror, matrixOf, matrixProduct} from "./matrices.js";
+import {IDENTITY, isMirror, matrixOf, matrixProduct, normalMatrix} from "./matrices.js";
 import {demand, demandFew, firstNumbers, Growing} from "./mesh_parts.js";
 import {encoded} from "./surface_colors.js";
 
-// Reads the triangles and the colors of a glTF 2.0 file, placed by its nodes and by skins in their pose.
+// Reads the triangles, normals and colors of a glTF 2.0 file, placed by its nodes and by skins in their pose.
 const TRIANGLES = 4, STRIP = 5, FAN = 6, MOST_INSTANCES = 100_000;
 
 // Returns what parsedShape (mesh_file.js) describes.
 export function parseGlb(bytes, find) {
     const file = openGltf(bytes, find), {gltf, accessor} = file, placed = placedNodes(gltf), skins = new Map();
-    const points = new Growing(Float64Array), tints = new Growing(Float32Array), uv = new Growing(Float32Array);
+    const points = new Growing(Float64Array), normals = new Growing(Float64Array);
+    const tints = new Growing(Float32Array), uv = new Growing(Float32Array);
     const faces = new Growing(Uint32Array), material = new Growing(Uint16Array), materials = new Map();
     let meshes = 0;
 
@@ -25,7 +26,9 @@ export function parseGlb(bytes, find) {
         const {index, coordinates, transform} = materials.get(name);
         demandFew((faces.size + corners.length) / 3, "triangles");
         demandFew((points.size / 3 + count) / 3, "triangles");
-        placePoints(points, own, matrices, weights);
+        const {NORMAL} = attributes;
+        const directions = NORMAL === undefined ? null : accessor(NORMAL, ["VEC3"], count).numbers;
+        placePoints({points, normals}, own, directions, matrices, weights);
         if (attributes.COLOR_0 !== undefined) {
             const {numbers, width} = accessor(attributes.COLOR_0, ["VEC3", "VEC4"], count, true);
             tints.fill(1, 3 * first);
@@ -60,6 +63,7 @@ export function parseGlb(bytes, find) {
     if (uv.size) uv.fill(0, 2 * faces.size);
     return {
         vertices: points.filled, faces: faces.filled, tints: tints.size ? tints.filled : null,
+        normals: normals.size === points.size ? normals.filled : null,
         uv: uv.size ? uv.filled : null, material: material.filled, materials: [...materials.values()],
         isProduct: true, meshes,
     };
@@ -108,8 +112,8 @@ function skinWeights({attributes = {}}, accessor) {
     return {joints: accessor(JOINTS_0, ["VEC4"]).numbers, shares};
 }
 
-// Adds points moved by a matrix; with weights, by the mean of their joints' matrices.
-function placePoints(points, own, matrices, weights) {
+// Adds points and their normals, or null, moved by a matrix; with weights, by the mean of their joints' matrices.
+function placePoints({points, normals}, own, directions, matrices, weights) {
     const mean = new Float64Array(16);
     for (let i = 0; i < own.length / 3; ++i) {
         let m = matrices(0);
@@ -122,6 +126,10 @@ function placePoints(points, own, matrices, weights) {
         }
         const x = own[3 * i], y = own[3 * i + 1], z = own[3 * i + 2];
         for (let k = 0; k < 3; ++k) points.push(m[k] * x + m[4 + k] * y + m[8 + k] * z + m[12 + k]);
+        if (!directions) continue;
+        const n = normalMatrix(m), sign = isMirror(m) ? -1 : 1; // outward stays outward in a mirror
+        const nx = sign * directions[3 * i], ny = sign * directions[3 * i + 1], nz = sign * directions[3 * i + 2];
+        for (let k = 0; k < 3; ++k) normals.push(n[k] * nx + n[3 + k] * ny + n[6 + k] * nz);
     }
 }
 

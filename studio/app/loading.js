@@ -12,6 +12,6 @@ async function toWorkers({team, read}) {
     const module = await WebAssembly.compile(wasm);
     await Promise.all(team.workers.map(async (_, k) => {
         await pause(k); // a task for each: a large shape takes long to copy
-        await team.ask(k, "load", {module, read});
+        await team.ask(k, "load", {module, read: {...read, normals: null}}); // the facets have theirs
     }));
 }

@@ -18,6 +18,14 @@ export function matrixOf({translation: t = [0, 0, 0], rotation = [0, 0, 0, 1], s
 
 // Whether a matrix turns triangles inside out.
 export function isMirror(m) {
-    const x = m[5] * m[10] - m[6] * m[9], y = m[6] * m[8] - m[4] * m[10], z = m[4] * m[9] - m[5] * m[8];
+    const [x, y, z] = normalMatrix(m);
     return m[0] * x + m[1] * y + m[2] * z < 0;
+}
+
+// Returns the matrix of 3 x 3 numbers that turns normals: the inverse transpose, times the determinant.
+export function normalMatrix([a, b, c, , d, e, f, , g, h, i]) {
+    return [
+        e * i - f * h, f * g - d * i, d * h - e * g, h * c - i * b, i * a - g * c, g * b - h * a,
+        b * f - c * e, c * d - a * f, a * e - b * d,
+    ];
 }

@@ -15,9 +15,10 @@ const SAME = 1e-8; // distance of vertices at one place, as a share of the mesh'
 const MOST_BYTES = 2 ** 29, MOST_NOTES = 8;
 
 // Reads the shape of files that were dropped together: [{name, path, bytes: ArrayBuffer}]. Throws MeshError. Returns
-// {name: of its file, vertices: Float64Array (3 V), faces: Uint32Array (3 F), cloudNormals: unit vectors of a cloud,
-// which has no faces, Float64Array (3 V), or null; colors, notes: lines for the visitor, up: "y" or null}. Vertices at
-// one place are one vertex, and polygons are triangles. colors is null or {vertex: Float32Array (3 V) or null, uv:
+// {name: of its file, vertices: Float64Array (3 V), faces: Uint32Array (3 F), normals, cloudNormals: unit vectors of a
+// cloud, which has no faces, Float64Array (3 V), or null; colors, notes: lines for the visitor, up: "y" or null}.
+// Vertices at one place are one vertex, and polygons are triangles. normals is null or those of the file at the corners
+// of faces, {values: Float64Array (3 N) of any length, index: (3 F)}. colors is null or {vertex: (3 V) or null, uv:
 // Float32Array (6 F) at the corners of faces or null, material: Uint16Array (F), or null where all faces have the
 // first, materials: [{color: [r, g, b], image: {width, height, pixels: RGBA} or null}]}; colors are sRGB in [0, 1].
 export async function readShape(files) {
@@ -28,20 +29,23 @@ export async function readShape(files) {
     if (shapes.length > 1) notes.push(`${shapes.length} shapes; ${shownName(name)} is the largest`);
     notes.push(...parsed.notes ?? []);
     if (isCloud) demandNormals(parsed, name);
+    const normals = parsed.normals && !isCloud
+        ? {values: parsed.normals, index: parsed.normalOf ?? parsed.faces.slice()} : null;
     const shape = isCloud ? cleanCloud(parsed) : mergedMesh(parsed);
     notes.push(...shape.notes ?? []);
     const colors = await colorsOf({...parsed, tints: shape.tints}, files, notes);
     return {
-        name, vertices: shape.vertices, faces: parsed.faces, cloudNormals: shape.normals ?? null, colors,
+        name, vertices: shape.vertices, faces: parsed.faces, normals, cloudNormals: shape.normals ?? null, colors,
         notes: [summary(parsed, shape, colors), ...notes].slice(0, MOST_NOTES),
         up: PARSERS[endingOf(name)] === parseGlb ? "y" : null,
     };
 }
 
-// Returns what the format's reader returns: {vertices: Float64Array, faces: Uint32Array; normals: Float64Array, tints:
-// Float32Array (of vertices); uv: Float32Array (of corners), material: Uint16Array (of faces), materials: [{color,
-// image: {name, bytes}}], where a missing color, image or bytes is null; isProduct: whether tints, colors and images
-// multiply; notes; meshes: their number}. All but vertices and faces may be missing. Its indices are not checked.
+// Returns what the format's reader returns: {vertices: Float64Array, faces: Uint32Array; normals: Float64Array (of
+// vertices), or of the corners by their indices normalOf; tints: Float32Array (of vertices); uv: Float32Array (of
+// corners), material: Uint16Array (of faces), materials: [{color, image: {name, bytes}}], where a missing color, image
+// or bytes is null; isProduct: whether tints, colors and images multiply; notes; meshes: their number}. All but vertices
+// and faces may be missing. Its indices are not checked.
 // find: returns the bytes of a file by its name, or null.
 function parsedShape(name, buffer, find) {
     const ending = endingOf(name);

@@ -3,14 +3,15 @@ import {parseMtl} from "./mtl.js";
 import {Polygons} from "./polygons.js";
 import {TextReader} from "./text_reader.js";
 
-// Reads a Wavefront OBJ file with its materials, and with colors behind the vertices' coordinates.
-const V = 118, T = 116, F = 102, U = 117, M = 109, SLASH = 47, BLANK = 32;
+// Reads a Wavefront OBJ file with its normals and materials, and with colors behind the vertices' coordinates.
+const V = 118, T = 116, N = 110, F = 102, U = 117, M = 109, SLASH = 47, BLANK = 32;
 const MOST_MATERIALS = 65_000;
 
 // Returns what parsedShape (mesh_file.js) describes.
 export function parseObj(bytes, find) {
     const text = new TextReader(bytes), points = new Growing(Float64Array), tints = new Growing(Float32Array);
-    const table = new Growing(Float32Array), polygons = new Polygons(), names = new Map(), libraries = [];
+    const table = new Growing(Float32Array), normals = new Growing(Float64Array), polygons = new Polygons();
+    const names = new Map(), libraries = [];
     let material = 0;
     const use = (name) => {
         if (!names.has(name)) names.set(name, names.size);
@@ -25,11 +26,13 @@ export function parseObj(bytes, find) {
             addVertex(text, points, tints);
         } else if (first === V && second === T) {
             text.at += 2;
-            table.push(text.number());
-            table.push(text.number());
+            for (let k = 0; k < 2; ++k) table.push(text.number());
+        } else if (first === V && second === N) {
+            text.at += 2;
+            for (let k = 0; k < 3; ++k) normals.push(text.number());
         } else if (first === F && second <= BLANK) {
             ++text.at;
-            addFace(text, points.size / 3, table.size / 2, polygons);
+            addFace(text, points.size / 3, table.size / 2, normals.size / 3, polygons);
             polygons.finish(material);
         } else if (first === U || first === M) {
             const word = text.word();
@@ -41,12 +44,14 @@ export function parseObj(bytes, find) {
     polygons.cutEars(points.array);
     const {materials, notes} = materialsOf([...names.keys()], libraries, find);
     const uv = cornerCoordinates(table.filled, polygons.places.filled), used = polygons.materials.filled;
+    const normalOf = polygons.normals.filled;
     uv?.forEach((c, i) => {
         const {scale, offset} = materials[used[Math.floor(i / 6)]];
         uv[i] = scale[i % 2] * c + offset[i % 2];
     });
     return {
         vertices: points.filled, faces: polygons.vertices.filled, tints: tints.size ? unitColors(tints.filled) : null,
+        ...(normalOf.length && normalOf.every((place) => place >= 0) ? {normals: normals.filled, normalOf} : {}),
         uv, material: used, materials, notes,
     };
 }
@@ -65,7 +70,7 @@ function addVertex(text, points, tints) {
 }
 
 // Adds a polygon of corners such as 3, 3/1, 3//2, 3/1/2; -1 is the last vertex so far.
-function addFace(text, count, places, polygons) {
+function addFace(text, count, places, normals, polygons) {
     const {bytes} = text;
     while (text.peek()) {
         const start = text.at, number = text.integer(), index = number < 0 ? count + number : number - 1;
@@ -73,13 +78,13 @@ function addFace(text, count, places, polygons) {
             text.at = start;
             demand(false, `line ${text.line}: '${text.word().slice(0, 20)}' names no vertex`);
         }
-        let place = -1;
+        const more = [-1, -1]; // places in both tables
         for (let k = 0; k < 2 && bytes[text.at] === SLASH; ++k) {
             ++text.at;
             const other = text.integer();
-            if (k === 0) place = other < 0 ? places + other : other > 0 ? other - 1 : -1;
+            more[k] = other < 0 ? (k ? normals : places) + other : other > 0 ? other - 1 : -1;
         }
-        polygons.add(index, place);
+        polygons.add(index, ...more);
     }
 }
 

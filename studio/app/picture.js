@@ -52,7 +52,7 @@ export function turnTo(up) {
 
 // Returns the height of the lowest point of the shape on the stage, model space.
 export function groundOfShape() {
-    const {read: {vertices}, up} = state.shape, upright = turned(vertices, up);
+    const {read: {vertices, facets}, up} = state.shape, upright = turned((facets ?? {vertices}).vertices, up);
     let y = Infinity;
     for (let i = 1; i < upright.length; i += 3) y = Math.min(y, upright[i]);
     return y;

@@ -7,6 +7,7 @@ export class Polygons {
     constructor() {
         this.vertices = new Growing(Uint32Array); // of the corners of triangles
         this.places = new Growing(Int32Array); // of the corners in a table of texture coordinates; -1 for none
+        this.normals = new Growing(Int32Array); // the same for normals; empty without a table
         this.materials = new Growing(Uint16Array); // of the triangles
         this.large = new Growing(Uint32Array); // first triangle and number of corners of polygons with over three
         this.checks = 0;
@@ -14,24 +15,27 @@ export class Polygons {
         this.corners = 0;
     }
 
-    // Adds a corner to the polygon. place: in a table of texture coordinates.
-    add(vertex, place = -1) {
+    // Adds a corner to the polygon. place, normal: in tables of texture coordinates and normals.
+    add(vertex, place = -1, normal = null) {
         if (this.corners === 0) {
             this.first = vertex;
             this.firstPlace = place;
+            this.firstNormal = normal;
         } else if (this.corners > 1) {
-            this.push(this.first, this.firstPlace);
-            this.push(this.last, this.lastPlace);
-            this.push(vertex, place);
+            this.push(this.first, this.firstPlace, this.firstNormal);
+            this.push(this.last, this.lastPlace, this.lastNormal);
+            this.push(vertex, place, normal);
         }
         this.last = vertex;
         this.lastPlace = place;
+        this.lastNormal = normal;
         ++this.corners;
     }
 
-    push(vertex, place) {
+    push(vertex, place, normal) {
         this.vertices.push(vertex);
         this.places.push(place);
+        if (normal !== null) this.normals.push(normal);
     }
 
     // Ends the polygon. material: its index.
@@ -81,15 +85,18 @@ export class Polygons {
     }
 
     cut(first, count, points) {
-        const vertices = this.vertices.array, places = this.places.array;
+        const [vertices, places, normals] = [this.vertices.array, this.places.array, this.normals.array];
         const ring = Array.from({length: count}, (_, k) => (k < 2 ? 3 * first + k : 3 * (first + k - 2) + 2));
         const sizes = Array.from(this.normal, Math.abs), axis = sizes.indexOf(Math.max(...sizes));
         const flat = ring.map((at) => { // the polygon in the plane, counterclockwise
             const of = 3 * vertices[at];
             return [points[of + (axis + 1) % 3], points[of + (axis + 2) % 3] * (this.normal[axis] < 0 ? -1 : 1)];
         });
-        const old = ring.map((at) => [vertices[at], places[at]]);
-        this.ears(flat).forEach((k, i) => { [vertices[3 * first + i], places[3 * first + i]] = old[k]; });
+        const old = ring.map((at) => [vertices[at], places[at], normals[at]]);
+        this.ears(flat).forEach((k, i) => {
+            const at = 3 * first + i;
+            [vertices[at], places[at], normals[at]] = old[k];
+        });
     }
 
     // Returns the corners of triangles of a polygon.

@@ -4,8 +4,8 @@ import {ModelError} from "./safetensors.js";
 // The settings of a training, from texts in the form of the command line (trainer/settings.py).
 const {presets, omegas: usual, omega_width: usualWidth, texture: widestTexture, limits} = facts.studio;
 
-// Returns the settings for trainShape. preset: its name; texts: {levels, omegas, seconds, seed}, an empty text is the
-// preset's or the default. Throws ModelError.
+// Returns the settings for trainShape, and `crease` of withFacets (input.js). preset: its name; texts: {levels, omegas,
+// crease, seconds, seed}, an empty text is the preset's or the default. Throws ModelError.
 export function settingsFrom(preset, texts) {
     const {levels: sizes, seconds, packed} = presets[preset], levels = levelsOf(texts.levels || sizes);
     const own = texts.omegas ? numbersOf("omega", texts.omegas, 1e-3, 1e4) : [];
@@ -16,6 +16,7 @@ export function settingsFrom(preset, texts) {
         levels, packed, texture: {width: Math.min(last.width, widest), depth: Math.min(last.depth, deepest)},
         omegas: [...levels.map(({width}, i) => own[i] ?? usualOmega(i, width)), own[levels.length] ?? omega],
         steps: null, seconds: texts.seconds ? numbersOf("seconds", texts.seconds, 1, 36000)[0] : seconds,
+        crease: creaseOf(texts.crease?.trim()),
         seed: texts.seed ? Math.floor(numbersOf("seed", texts.seed, 0, 1e6)[0]) : 0,
     };
 }
@@ -29,6 +30,10 @@ function levelsOf(text) {
     });
     refuseIf(levels.length > limits.levels, `levels: ${levels.length} levels; at most ${limits.levels}`);
     return levels;
+}
+
+function creaseOf(text) {
+    return text === "flat" ? null : text ? numbersOf("crease", text, 0, 180)[0] : facts.studio.crease;
 }
 
 function numbersOf(name, text, least, most) {

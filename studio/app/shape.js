@@ -1,4 +1,6 @@
 import {randomNumbers} from "./batches.js";
+import {cutTriangle, flatFacets} from "./curved.js";
+import {crossProducts} from "./face_normals.js";
 import {NORMAL, SAMPLE} from "./kernel.js";
 import {demand} from "./mesh_parts.js";
 import {Surface} from "./surface.js";
@@ -6,22 +8,24 @@ import {SurfaceColors} from "./surface_colors.js";
 import {Tree} from "./tree.js";
 import {Winding} from "./winding.js";
 
-// A triangle mesh in model space, to train on (trainer/shapes/mesh.py): faces are flat.
+// A triangle mesh in model space, to train on, or the facets of its curved surface (trainer/shapes/mesh.py).
 const PROBES = 2000; // points below the surface, where a mesh must enclose some volume
 
 export class Shape extends Surface {
-    // vertices: Float64Array (3 V); faces: Uint32Array (3 F); colors: of readShape (mesh_file.js), or null.
-    // Throws MeshError if the mesh encloses no volume.
-    constructor(vertices, faces, colors = null) {
+    // vertices: Float64Array (3 V); faces: Uint32Array (3 F); colors: of readShape (mesh_file.js), or null; facets: of
+    // curvedFacets (curved.js). Throws MeshError if the mesh encloses no volume.
+    constructor(vertices, faces, colors = null, facets = flatFacets(vertices, faces)) {
         super();
         this.isExact = true; // its distances
-        Object.assign(this, {vertices, faces, colors: colors && new SurfaceColors(colors, faces)});
-        this.tree = new Tree(vertices, faces);
+        Object.assign(this, {vertices, facets, colors: colors && new SurfaceColors(colors, faces)});
+        this.pieces = cutTriangle(facets.cuts); // of a face
+        this.tree = new Tree(facets.vertices, facets.faces);
         this.winding = new Winding(this.tree);
-        const count = faces.length / 3;
-        this.normal = new Float64Array(3);
-        this.areas = new Float64Array(count); // cumulative
-        for (let i = 0, sum = 0; i < count; ++i) this.areas[i] = sum += this.measure(i);
+        const products = crossProducts(facets.vertices, facets.faces);
+        this.areas = new Float64Array(products.length / 3); // cumulative
+        for (let i = 0, sum = 0; i < products.length; i += 3) {
+            this.areas[i / 3] = sum += Math.hypot(products[i], products[i + 1], products[i + 2]);
+        }
         this.demandVolume();
     }
 
@@ -36,37 +40,51 @@ export class Shape extends Surface {
         demand(false, "the mesh encloses no volume; use a closed surface, or: mplicits train --thicken T");
     }
 
-    // Sets `normal` to that of a face, and returns twice its area.
-    measure(face) {
-        const {vertices: v, faces, normal} = this;
-        const a = 3 * faces[3 * face], b = 3 * faces[3 * face + 1], c = 3 * faces[3 * face + 2];
-        const ux = v[b] - v[a], uy = v[b + 1] - v[a + 1], uz = v[b + 2] - v[a + 2];
-        const wx = v[c] - v[a], wy = v[c + 1] - v[a + 1], wz = v[c + 2] - v[a + 2];
-        const nx = uy * wz - uz * wy, ny = uz * wx - ux * wz, nz = ux * wy - uy * wx;
-        const length = Math.sqrt(nx * nx + ny * ny + nz * nz), factor = length > 0 ? 1 / length : 0;
-        normal[0] = nx * factor;
-        normal[1] = ny * factor;
-        normal[2] = nz * factor;
-        return length;
-    }
-
-    // Draws points of the surface, uniformly by area. Returns rows of samples with distance 0 and the faces' normals.
-    // colors: an array for the points' colors, or null.
+    // Draws points of the surface, uniformly by area. Returns rows of samples with distance 0 and the surface's
+    // normals. colors: an array for the points' colors, or null.
     surface(count, random, colors = null) {
-        const {vertices: v, faces, normal, areas} = this, rows = new Float32Array(SAMPLE * count);
+        const {areas} = this, rows = new Float32Array(SAMPLE * count), weights = new Float64Array(3);
         for (let i = 0; i < count; ++i) {
-            const face = placeOf(areas, random() * areas[areas.length - 1]);
+            const facet = placeOf(areas, random() * areas[areas.length - 1]);
             let s = random(), t = random();
             if (s + t > 1) [s, t] = [1 - s, 1 - t];
-            const a = 3 * faces[3 * face], b = 3 * faces[3 * face + 1], c = 3 * faces[3 * face + 2];
-            this.measure(face);
-            for (let k = 0; k < 3; ++k) {
-                rows[SAMPLE * i + k] = (1 - s - t) * v[a + k] + s * v[b + k] + t * v[c + k];
-                rows[SAMPLE * i + NORMAL + k] = normal[k];
-            }
-            if (colors) this.colors.write(face, s, t, colors, 3 * i);
+            weights[0] = 1 - s - t;
+            weights[1] = s;
+            weights[2] = t;
+            this.place(facet, weights, rows, SAMPLE * i);
+            if (colors) this.color(facet, weights, colors, 3 * i);
         }
         return rows;
+    }
+
+    // Writes the point at barycentric coordinates of a facet, and its normal, to a row of samples.
+    place(facet, weights, rows, at) {
+        const {vertices, faces, normals, normalOf} = this.facets;
+        let squared = 0;
+        for (let k = 0; k < 3; ++k) {
+            let c = 0, n = 0;
+            for (let j = 0; j < 3; ++j) {
+                c += weights[j] * vertices[3 * faces[3 * facet + j] + k];
+                n += weights[j] * normals[3 * normalOf[3 * facet + j] + k];
+            }
+            rows[at + k] = c;
+            rows[at + NORMAL + k] = n;
+            squared += n * n;
+        }
+        const length = Math.sqrt(squared) || 1;
+        for (let k = 0; k < 3; ++k) rows[at + NORMAL + k] /= length;
+    }
+
+    // Writes the color there to an array.
+    color(facet, weights, to, at) {
+        const {grid, corners} = this.pieces, size = corners.length / 3, face = Math.floor(facet / size);
+        let s = 0, t = 0; // in the face
+        for (let j = 0; j < 3; ++j) {
+            const corner = 3 * corners[3 * (facet % size) + j];
+            s += weights[j] * grid[corner + 1];
+            t += weights[j] * grid[corner + 2];
+        }
+        this.colors.write(face, s, t, to, at);
     }
 
     // Returns the signed distance of a place: negative where the winding number exceeds 1/2.

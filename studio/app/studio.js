@@ -46,12 +46,12 @@ async function openShapeFiles(files) {
 // question: of the workers' `read`. began: performance.now() at the drop.
 async function openAndTrain(question, began) {
     const settings = chosenSettings();
-    await showShapeOf(question);
+    await showShapeOf(question, settings);
     await train(settings, null, began);
 }
 
 // Reads a shape and shows it.
-async function showShapeOf(question) {
+async function showShapeOf(question, {crease = facts.studio.crease}) {
     if (state.training) throw new ModelError("stop the training first");
     say("");
     const size = Math.min(navigator.hardwareConcurrency || 1, MOST_WORKERS);
@@ -60,13 +60,13 @@ async function showShapeOf(question) {
     element("welcome").hidden = true;
     update("Reading");
     try {
-        const answer = team.ask(0, "read", {...question, plain: facts.studio.plain});
+        const answer = team.ask(0, "read", {...question, plain: facts.studio.plain, crease});
         preparePreview();
         const {preview, ...read} = await answer;
         before?.team.dismiss();
-        team.shrink(Math.max(1, Math.floor(MOST_FACES / read.faces.length * 3)));
+        team.shrink(Math.max(1, Math.floor(MOST_FACES / (read.facets ?? read).faces.length * 3)));
         const {center: middle, scale, up} = read, name = stem(read.name);
-        state.shape = {name, center: middle, scale, up: up ?? "y", front: null, read, team, loading: null};
+        state.shape = {name, center: middle, scale, up: up ?? "y", front: null, read, crease, team, loading: null};
         state.result = null;
         setTitle(state.shape);
         center(null);
@@ -145,18 +145,31 @@ function follow(mine, settings, clock, end) {
     };
 }
 
-// Keeps a result in the browser's storage, for a reload.
+// Keeps a result in the browser's storage, for a reload; the facets are quickly made again.
 function remember({levels, texture, settings, seconds}) {
-    const {read} = state.shape;
+    const read = {...state.shape.read, facets: null};
     keep({...factsOfShape(state.shape), read, levels, texture, settings, seconds});
 }
 
-// Goes on with what a reload left.
-async function resume({read, settings, seconds, levels, texture, up, front}) {
-    await showShapeOf({earlier: read});
-    const isWhole = levels.length === settings.levels.length && (texture || !read.colors);
+// Trains the shape on the stage anew.
+async function trainAgain() {
+    const settings = chosenSettings(), {read, crease, up, front} = state.shape, began = performance.now();
+    if (read.facets && settings.crease !== crease) await showAgain({read, settings, up, front});
+    await train(settings, null, began);
+}
+
+// Shows a shape that was read before.
+async function showAgain({read, settings, up, front}) {
+    await showShapeOf({earlier: read}, settings);
     Object.assign(state.shape, {front});
     turnTo(up);
+}
+
+// Goes on with what a reload left.
+async function resume(record) {
+    const {read, settings, seconds, levels, texture} = record;
+    await showAgain(record);
+    const isWhole = levels.length === settings.levels.length && (texture || !read.colors);
     if (!isWhole) return train(settings, {levels, texture, weights: null, share: 0}, performance.now() - 1000 * seconds);
     state.result = {levels, texture, settings, seconds, isSaved: false};
     update("");
@@ -262,9 +275,10 @@ function wireStudio() {
     const choices = Object.entries(facts.studio.presets).map(([value, {label}]) => ({value, label}));
     fillChoices(element("preset"), choices, facts.studio.preset, fillSettings);
     fillSettings(facts.studio.preset);
+    element("settings").elements.crease.placeholder = facts.studio.crease;
     const buttons = {
         choose: () => element("file").click(), another: () => element("file").click(), longer: trainLonger,
-        again: () => train(chosenSettings(), null, performance.now()), up: turnUp, front: setFront,
+        again: trainAgain, up: turnUp, front: setFront,
         pause: () => {
             state.training.isPaused = !state.training.isPaused;
             update("");

@@ -2,7 +2,7 @@ import {Batches, randomNumbers} from "./batches.js";
 import {CloudShape} from "./cloud.js";
 import {cornersOf} from "./corners.js";
 import {fieldMesh} from "./field_mesh.js";
-import {input} from "./input.js";
+import {input, withFacets} from "./input.js";
 import {COLOR, DIRECTION, DISTANCE, GRADIENT, Kernel, NORMAL, SAMPLE, VALUE} from "./kernel.js";
 import {MeshError} from "./mesh_parts.js";
 import {glbBytes, plyBytes} from "./mesh_writer.js";
@@ -20,18 +20,19 @@ let kernel = null, shape = null, task = null, surface = null, volume = null;
 
 const answers = {
     // Reads a shape, from files or an example, and moves it to model space; or takes the input of an earlier call, which
-    // was kept. See input() and cornersOf(). plain: color of a shape without colors, sRGB. Returns the input, and the
-    // buffers of its preview.
-    async read({files, example, earlier, plain}) {
-        const read = earlier ?? await input(files, example);
-        return {...read, preview: cornersOf(read, plain)};
+    // was kept. See input(), withFacets() and cornersOf(). plain: color of a shape without colors, sRGB. Returns the
+    // input with its facets, and the buffers of its preview.
+    async read({files, example, earlier, plain, crease}) {
+        const {read, corners} = withFacets(earlier ?? await input(files, example), crease);
+        return {...read, preview: cornersOf(read, corners, plain)};
     },
 
-    // module: the compiled kernel; read: of a shape, as of input().
+    // module: the compiled kernel; read: of a shape, as of withFacets().
     load({module, read}) {
         kernel = new Kernel(module);
-        const {vertices, faces, cloudNormals, colors} = read;
-        shape = cloudNormals ? new CloudShape(vertices, cloudNormals, colors) : new Shape(vertices, faces, colors);
+        const {vertices, faces, cloudNormals, colors, facets} = read;
+        shape = cloudNormals ? new CloudShape(vertices, cloudNormals, colors)
+            : new Shape(vertices, faces, colors, facets);
     },
 
     // Draws the samples of a level, and prepares for its steps. network: {width, depth, outputs}; levels: the levels

@@ -2,7 +2,7 @@
 
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import igl
 import numpy as np
@@ -36,17 +36,20 @@ STEPS = """([start, gradients, rate, factor]) => {
     gradients.forEach((gradient, k) => adam.step([gradient, gradient], schedule(k / gradients.length)));
     return [...adam.weights];
 }"""
-TRAIN = """async ([worker, wasm, vertices, faces, settings, config]) => {
+TRAIN = """async ([worker, wasm, vertices, faces, crease, settings, config]) => {
     const team = new Team(worker, 2), module = await WebAssembly.compile(bytesOf(wasm)), told = [];
     const mesh = {vertices: new Float64Array(bytesOf(vertices)), faces: new Uint32Array(bytesOf(faces))};
-    await team.all("load", () => ({module, read: mesh}));
+    const earlier = {...mesh, normals: null, cloudNormals: null, colors: null, center: [0, 0, 0], scale: 1};
+    const {preview, ...read} = await team.ask(0, "read", {earlier, crease, plain: [1, 1, 1]});
+    await team.all("load", () => ({module, read}));
     const afterStep = ({stage, steps, loss}) => { told.push([stage, steps, loss]); };
     const trained = await trainShape(team, settings, config, {clock: () => 0, end: 1, afterStep});
     team.dismiss();
     const figures = trained.levels.map(({meanF, angle}) => [meanF, angle]);
     const shape = {name: "a ball", center: [1, 2, 3], scale: 4};
-    return {told, figures, file: [...modelFile(shape, trained, {made_by: "page"})]};
+    return {told, figures, scale: read.scale, file: [...modelFile(shape, trained, {made_by: "page"})]};
 }"""
+SETTINGS = {"levels": [{"width": 14, "depth": 1}] * 2, "omegas": [8, 16], "steps": [200, 200], "seed": 3}
 
 
 @pytest.fixture
@@ -88,14 +91,31 @@ def test_distances_and_signs_are_libigl_s(page: "Page") -> None:
     assert ((ours < 0) == (winding > 0.5))[decided].all()
 
 
-def test_a_trained_mesh_becomes_a_model_file(page: "Page", tmp_path: Path) -> None:
-    """The file holds the field that was trained, and its figures are true."""
-    mesh = trimesh.creation.icosphere(subdivisions=4)
-    settings = {"levels": [{"width": 14, "depth": 1}] * 2, "omegas": [8, 16], "steps": [200, 200], "seed": 3}
+def trained_in(page: "Page", mesh: trimesh.Trimesh, crease: float | None) -> Any:
+    """Train a mesh in model space by TRAIN."""
     quick = dataclasses.replace(TrainingConfig(), sampling=QUICK.sampling, measuring=QUICK.measuring)
     arguments = [script(WORKER), packed(np.frombuffer(kernel(), np.uint8))]
     arguments += [packed(np.asarray(mesh.vertices, np.float64)), packed(np.asarray(mesh.faces, np.uint32))]
-    trained = run(page, TRAINER, TRAIN, [*arguments, settings, dataclasses.asdict(quick)])
+    return run(page, TRAINER, TRAIN, [*arguments, crease, SETTINGS, dataclasses.asdict(quick)])
+
+
+def test_a_coarse_ball_becomes_a_ball(page: "Page", tmp_path: Path) -> None:
+    mesh = trimesh.creation.icosphere(subdivisions=1)
+    trained = trained_in(page, mesh, 30.0)
+    path = tmp_path / "m.safetensors"
+    path.write_bytes(bytes(trained["file"]))
+    points = np.random.default_rng(0).normal(size=(5000, 3))
+    points /= trained["scale"] * np.linalg.norm(points, axis=1, keepdims=True)
+    f = interpret.field(lower(load(path)), points.astype(np.float32), 2)
+    facets = 1 - np.linalg.norm(trimesh.sample.sample_surface(mesh, 5000, seed=1)[0], axis=1)
+    assert np.abs(f).mean() < 0.2 * facets.mean()
+    assert trained["figures"][1][1] < 5
+
+
+def test_a_trained_mesh_becomes_a_model_file(page: "Page", tmp_path: Path) -> None:
+    """The file holds the field that was trained, and its figures are true."""
+    mesh = trimesh.creation.icosphere(subdivisions=4)
+    trained = trained_in(page, mesh, None)
     assert [told[:2] for told in trained["told"]] == [[level, step] for level in (0, 1) for step in range(1, 201)]
     assert trained["told"][199][2] < trained["told"][20][2]
     path = tmp_path / "m.safetensors"
