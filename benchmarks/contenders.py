@@ -25,6 +25,7 @@ from mplicits.trainer.progress import TrainingBar
 from mplicits.trainer.quality import delta
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.shape import Doubles, Shape, SurfacePoints, unit
+from mplicits.trainer.suited_omegas import with_suited_omegas
 from mplicits.trainer.train import Training
 
 BATCH = 8192
@@ -77,11 +78,12 @@ def ours(shape: Shape, networks: str, seconds: float, seed: int) -> Model:
 
 
 def trained(shape: Shape, chosen: Settings, began: float | None = None) -> Model:
-    """Train as `mplicits train` does.
+    """Train as `mplicits train` does. chosen: with the default omegas, which follow the shape.
 
     began: time.perf_counter() at which the seconds of `chosen` start; None: now.
     """
-    return Training(shape, chosen, TrainingBar(quiet=True), began, components=loose_components).run()
+    suited = with_suited_omegas(shape, chosen)
+    return Training(shape, suited, TrainingBar(quiet=True), began, components=loose_components).run()
 
 
 def one_siren(shape: Shape, parameters: int, seconds: float, seed: int) -> Model:

@@ -24,7 +24,7 @@ MESHES = (
 """Modules that read shapes, in their order."""
 WORKER = (
     *MESHES,
-    *("training_error.js", "kernel.js", "batches.js", "curve.js", "surface.js", "tree.js", "neighbors.js"),
+    *("training_error.js", "kernel.js", "batches.js", "curve.js", "surface.js", "tree.js", "neighbors.js", "bend.js"),
     *("winding.js", "shape.js", "cloud.js", "sampling.js", "mining.js", "nested.js", "tracing.js", "marching.js"),
     *("isosurface.js", "field_mesh.js", "mesh_writer.js", "worker.js"),
 )
@@ -57,7 +57,7 @@ LABELS = {"tiny": "Tiny 6+ kB", "small": "Small 17+ kB", "base": "Base 60+ kB"}
 """Presets of `train` that the page offers, with the sizes of their Shadertoy texts without colors."""
 SECONDS = {"tiny": 10, "small": 30, "base": 60}
 """Default seconds of a training."""
-CONFIG = ("loss", "step", "sampling", "mining", "texture", "measuring", "budget")
+CONFIG = ("loss", "step", "sampling", "mining", "texture", "measuring", "budget", "bend")
 """Parts of `TrainingConfig` that the page reads."""
 LIMITS = {"width": 256, "depth": 7, "levels": 8}
 """Limits of levels; the kernel's arrays hold 8 layers of sines."""

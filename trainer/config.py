@@ -361,6 +361,23 @@ class DefaultLengths:
 
 
 @dataclass(frozen=True)
+class BendConfig:
+    """How the default omega_0 follows the bend of a shape (suited_omegas.py)."""
+
+    points: int = 20_000
+    """Surface points among which neighbors are compared."""
+    nearest: float = 0.02
+    """Least distance of neighbors."""
+    farthest: float = 0.03
+    """Largest distance of neighbors."""
+    smooth: float = 4.0
+    """Bend, degrees, up to which the factor on omega_0 is `least`."""
+    rough: float = 6.0
+    """Bend from which on the factor is 1; it is linear between."""
+    least: float = 0.25
+
+
+@dataclass(frozen=True)
 class TrainingConfig:
     """All hyperparameters of a training."""
 
@@ -374,6 +391,7 @@ class TrainingConfig:
     budget: BudgetConfig = BudgetConfig()
     automatic: AutomaticConfig = AutomaticConfig()
     lengths: DefaultLengths = DefaultLengths()
+    bend: BendConfig = BendConfig()
 
 
 DEFAULT = TrainingConfig()

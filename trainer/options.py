@@ -47,7 +47,8 @@ class TrainingOptions(Options):
     packed: bool = option(False, "quantize the weights to a few bits, for short shader texts (bake --target shadertoy)")
     omega: Numbers | None = option(
         None,
-        "omega_0 of each level (default: 40,80,120; less below 64 wide), then of the texture (default: 50)",
+        "omega_0 of each level (default: 40,80,120; less below 64 wide and for smooth shapes), then of the texture "
+        "(default: 50)",
         metavar="W,..",
     )
     seconds: float | None = option(

@@ -24,6 +24,7 @@ from .part import Part
 from .progress import CallingProgress, JsonLines, ProgressCallback, TrainingBar, TrainingLog
 from .settings import Settings
 from .sources import Source
+from .suited_omegas import with_suited_omegas
 from .train import FindComponents, Training
 
 
@@ -68,6 +69,8 @@ def train(
     for warning in warnings:
         progress.say(f"warning: {warning}")
     settings = with_levels(shape, settings, previous, progress, began)
+    if options.omega is None and settings.wish is None:
+        settings = with_suited_omegas(shape, settings, None if options.quiet else progress.say)
     if options.log is not None:
         progress = TrainingLog(progress, Path(options.log), append=previous is not None)
     previews: Sequence[Preview] = [] if follow is None else [Preview(follow, bar.say)]

@@ -2,7 +2,7 @@ import {facts} from "./facts.js";
 import {ModelError} from "./safetensors.js";
 
 // The settings of a training, from texts in the form of the command line (trainer/settings.py).
-const {presets, omegas: usual, omega_width: usualWidth, texture: widestTexture, limits} = facts.studio;
+const {presets, omegas: usual, omega_width: usualWidth, texture: widestTexture, limits, config} = facts.studio;
 
 // Returns the settings for trainShape, and `crease` of withFacets (input.js). preset: its name; texts: {levels, omegas,
 // crease, seconds, seed}, an empty text is the preset's or the default. Throws ModelError.
@@ -14,11 +14,22 @@ export function settingsFrom(preset, texts) {
     const [widest, deepest, omega] = widestTexture, last = levels.at(-1);
     return {
         levels, packed, texture: {width: Math.min(last.width, widest), depth: Math.min(last.depth, deepest)},
-        omegas: [...levels.map(({width}, i) => own[i] ?? usualOmega(i, width)), own[levels.length] ?? omega],
+        omegas: [...levels.map(({width}, i) => own[i] ?? usualOmega(i, width, 1)), own[levels.length] ?? omega],
+        isUsual: !own.length,
         steps: null, seconds: texts.seconds ? numbersOf("seconds", texts.seconds, 1, 36000)[0] : seconds,
         crease: creaseOf(texts.crease?.trim()),
         seed: texts.seed ? Math.floor(numbersOf("seed", texts.seed, 0, 1e6)[0]) : 0,
     };
+}
+
+// Returns settings with the omegas that suit a shape, where the visitor gave none (trainer/suited_omegas.py). bend: of
+// bendOf().
+export function suitedSettings(settings, bend) {
+    if (!settings.isUsual) return settings;
+    const {smooth, rough, least} = config.bend, share = Math.min(1, Math.max(0, (bend - smooth) / (rough - smooth)));
+    const factor = least + (1 - least) * share, {levels, omegas} = settings;
+    const suited = [...levels.map(({width}, i) => usualOmega(i, width, factor)), omegas[levels.length]];
+    return {...settings, omegas: suited, isUsual: false};
 }
 
 function levelsOf(text) {
@@ -44,8 +55,8 @@ function numbersOf(name, text, least, most) {
 }
 
 // `default_omega` of trainer/settings.py.
-function usualOmega(level, width) {
-    const omega = usual[Math.min(level, usual.length - 1)] * Math.min(1, Math.sqrt(width / usualWidth));
+function usualOmega(level, width, factor) {
+    const omega = usual[Math.min(level, usual.length - 1)] * (factor * Math.min(1, Math.sqrt(width / usualWidth)));
     return Number(omega.toFixed(1));
 }
 

@@ -12,7 +12,7 @@ import {modelFile} from "./model_file.js";
 import {groundOfShape, preparePreview, showPicture, showShape, turnTo} from "./picture.js";
 import {provenanceOf} from "./provenance.js";
 import {ModelError} from "./safetensors.js";
-import {settingsFrom} from "./settings.js";
+import {settingsFrom, suitedSettings} from "./settings.js";
 import {factsOfShape, state} from "./state.js";
 import {forget, keep, kept} from "./storage.js";
 import {Team} from "./team.js";
@@ -81,8 +81,9 @@ async function showShapeOf(question, {crease = facts.studio.crease}) {
     }
 }
 
-// Trains the shape. start: of trainShape, or null. began: performance.now() from which the seconds count.
-async function train(settings, start, began) {
+// Trains the shape. chosen: settings of settingsFrom(). start: of trainShape, or null. began: performance.now() from
+// which the seconds count.
+async function train(chosen, start, began) {
     const {shape} = state, {read, team} = shape, hasColors = Boolean(read.colors);
     const mine = state.training = {isPaused: false, isStopped: false, paused: 0, live: null};
     const clock = () => (performance.now() - began) / 1000 - mine.paused;
@@ -90,9 +91,10 @@ async function train(settings, start, began) {
     update(`Preparing ${read.notes.join(" · ")}`);
     await pause(0); // a task of its own
     try {
-        mine.live = new LivePicture(shape, groundOfShape(), settings, hasColors);
+        mine.live = new LivePicture(shape, groundOfShape(), chosen, hasColors);
         mine.live.compile().catch(fail);
         await loadTeam(shape);
+        const settings = suitedSettings(chosen, await team.ask(0, "bend", facts.studio.config.bend));
         const end = Math.max(settings.seconds, clock() + LEFT_SHARE * settings.seconds);
         const afterStep = follow(mine, settings, clock, end);
         // Where the processor draws, WebGPU would be slow, and a request for it waits for the picture and blocks the page.

@@ -1,4 +1,5 @@
 import {Batches, randomNumbers} from "./batches.js";
+import {bendOf} from "./bend.js";
 import {CloudShape} from "./cloud.js";
 import {cornersOf} from "./corners.js";
 import {fieldMesh} from "./field_mesh.js";
@@ -33,6 +34,11 @@ const answers = {
         const {vertices, faces, cloudNormals, colors, facets} = read;
         shape = cloudNormals ? new CloudShape(vertices, cloudNormals, colors)
             : new Shape(vertices, faces, colors, facets);
+    },
+
+    // config: `BendConfig` of trainer/config.py.
+    bend(config) {
+        return bendOf(shape, config);
     },
 
     // Draws the samples of a level, and prepares for its steps. network: {width, depth, outputs}; levels: the levels

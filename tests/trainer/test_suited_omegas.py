@@ -1,0 +1,92 @@
+"""The default frequencies follow the bend of a shape; frequencies that the user names stay."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+import trimesh
+
+from mplicits import cli
+from mplicits.model.model_file import load
+from mplicits.trainer import settings
+from mplicits.trainer.config import BendConfig
+from mplicits.trainer.settings import Settings
+from mplicits.trainer.shapes.load import load_shape
+from mplicits.trainer.shapes.shape import Shape
+from mplicits.trainer.suited_omegas import bend_of, omega_factor, with_suited_omegas
+from support.ball_training import Log, use_quick_config
+from support.paths import DATA
+
+CONFIG = BendConfig()
+BETWEEN = np.sqrt((CONFIG.nearest**2 + CONFIG.farthest**2) / 2)
+"""Median distance of neighbors on a plane."""
+SIZES = ((48, 1), (64, 4))
+
+
+def test_a_ball_bends_by_the_distance_of_its_points() -> None:
+    ball, _ = load_shape(trimesh.creation.icosphere(subdivisions=5))
+    assert bend_of(ball) == pytest.approx(np.degrees(BETWEEN), rel=0.05)
+
+
+def test_sharp_edges_do_not_count() -> None:
+    box, _ = load_shape(trimesh.creation.box((1, 2, 3)), crease=30)
+    assert bend_of(box) < 0.01
+
+
+def test_random_normals_bend_most() -> None:
+    rng = np.random.default_rng(0)
+    points, normals = (rng.normal(size=(20_000, 3)) for _ in range(2))
+    cloud, _ = load_shape((points / np.linalg.norm(points, axis=1)[:, None], normals), noise=0.0)
+    assert bend_of(cloud) > CONFIG.rough
+
+
+def test_few_points_and_motions_keep_the_default() -> None:
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    cloud, _ = load_shape((np.asarray(ball.vertices), np.asarray(ball.vertex_normals)), noise=0.0)
+    assert omega_factor(bend_of(cloud)) == 1
+    assert omega_factor(bend_of(cast(Shape, SimpleNamespace(moving=True)))) == 1
+
+
+@pytest.mark.parametrize(
+    ("bend", "factor"),
+    [
+        (0, CONFIG.least),
+        (CONFIG.smooth, CONFIG.least),
+        ((CONFIG.smooth + CONFIG.rough) / 2, (1 + CONFIG.least) / 2),
+        (CONFIG.rough, 1),
+        (np.inf, 1),
+    ],
+)
+def test_the_factor_rises_from_smooth_to_rough(bend: float, factor: float) -> None:
+    assert omega_factor(bend) == pytest.approx(factor)
+
+
+def test_the_log_names_the_frequencies() -> None:
+    ball, _ = load_shape(trimesh.creation.icosphere(subdivisions=4))
+    usual, log = settings.omegas(None, SIZES), Log()
+    chosen = with_suited_omegas(ball, Settings(SIZES, usual, (1, 1, 1)), log.say)
+    assert chosen.omegas == pytest.approx([CONFIG.least * omega for omega in usual], abs=0.05)
+    first, second = chosen.omegas
+    assert log.lines == [f"omega: {first:g}, {second:g}; {CONFIG.least:.2g} of the default, since the shape is smooth"]
+
+
+def test_named_frequencies_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    use_quick_config(monkeypatch)
+    monkeypatch.chdir(tmp_path)
+    trimesh.creation.icosphere(subdivisions=3).export("ball.ply")
+    quick = ["--levels", "8x0,8x1", "--steps", "20", "--quiet"]
+    for name, option, omegas in (
+        ("chosen", [], [CONFIG.least * omega for omega in settings.omegas(None, ((8, 0), (8, 1)))]),
+        ("named", ["--omega", "5,7"], [5, 7]),
+    ):
+        assert cli.main(["train", "ball.ply", "-o", f"{name}.safetensors", *quick, *option]) == 0
+        made = load(tmp_path / f"{name}.safetensors").provenance["settings"]["omegas"]
+        assert made == pytest.approx(omegas, abs=0.051)
+
+
+@pytest.mark.skipif(not DATA.exists(), reason="needs the Stanford meshes")
+def test_scans_keep_the_default() -> None:
+    bunny, _ = load_shape(str(DATA / "meshes" / "bunny.ply"), crease=30)
+    assert omega_factor(bend_of(bunny)) == 1
