@@ -15,6 +15,7 @@ Integers = NDArray[np.int64]
 
 CHUNK = 1_000_000  # faces or edges per block, which bounds the memory
 SHARPER = 2.5  # A crease bends this many times as much as the edges beside it
+CREASED = 0.94  # largest cosine between the normals of a crease's sides: 20 degrees
 SHARP = 60.0  # an edge that bends by more degrees is a crease whatever its neighbors are: a cube, a nut
 LEAST_COSINE = 0.2
 """A normal of a file is used if the cosine to its face's normal is larger: it may be damaged, or point inwards."""
@@ -54,6 +55,21 @@ def usable_normals(vertices: Doubles, faces: Integers, stored: CornerValues, com
         fit = np.isfinite(normals).all(axis=2) & (outward > LEAST_COSINE * np.linalg.norm(normals, axis=2))
         index[part] = np.where(fit, stored.index[part] + len(computed.values), computed.index[part])
     return CornerValues(values, index)
+
+
+def crease_length(vertices: Doubles, faces: Integers, normals: CornerValues) -> float:
+    """Return the length of all creases: edges whose sides have different normals.
+
+    vertices: (V, 3). faces: (F, 3). normals: unit vectors at the corners of faces.
+    """
+    first, second = edge_pairs(faces)
+    one, other = (_index_at(normals, edges) for edges in (first, next_half_edges(second)))
+    apart = one != other
+    apart[apart] = np.einsum("ij,ij->i", normals.values[one[apart]], normals.values[other[apart]]) < CREASED
+    start = first[apart]
+    corners = faces.ravel()
+    along = vertices[corners[next_half_edges(start)]] - vertices[corners[start]]
+    return float(np.linalg.norm(along, axis=1).sum())
 
 
 def closed(faces: Integers) -> bool:
@@ -169,6 +185,11 @@ def corner_angles(vertices: Doubles, faces: Integers) -> Doubles:
     forth = unit((np.roll(corners, -1, axis=1) - corners).reshape(-1, 3))
     back = unit((np.roll(corners, 1, axis=1) - corners).reshape(-1, 3))
     return np.asarray(np.arccos(np.clip(np.einsum("ij,ij->i", forth, back), -1, 1)).reshape(-1, 3))
+
+
+def _index_at(values: CornerValues, half_edges: Integers) -> NDArray[np.signedinteger[Any]]:
+    """Return the indices (N,) of the values at the starts of half edges (N,)."""
+    return np.asarray(values.index[half_edges // 3, half_edges % 3])
 
 
 def _edge_keys(faces: Integers) -> Integers:

@@ -125,7 +125,14 @@ def _shape_of(
         else SheetShape(content, label, source, thickness=thicken, crease=crease)
     )
     facing = solid.facing
-    solid.taken = taken_of(content, label, up, parts=facing.parts, turned=0 if thicken else facing.turned)
+    solid.taken = taken_of(
+        content,
+        label,
+        up,
+        parts=facing.parts,
+        turned=0 if thicken else facing.turned,
+        creases=0.0 if thicken else solid.creases,
+    )
     solid.warnings = said + solid.warnings
     return solid, solid.warnings
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...model.errors import UserError
 from ...readers.content import Mesh
 from ...readers.values import CornerValues
-from .creases import closed, corner_normals, face_areas, usable_normals
+from .creases import closed, corner_normals, crease_length, face_areas, usable_normals
 from .curved import curved, flat
 from .mesh_distance import MeshDistance
 from .parts import facing, facing_warnings
@@ -41,6 +41,8 @@ class MeshShape:
     """Whether the surface has a boundary."""
     warnings: list[str]
     """Lines for the user."""
+    creases: float
+    """Length of the edges that stay sharp in the curved surface, in radii."""
 
     def __init__(
         self,
@@ -78,14 +80,15 @@ class MeshShape:
         self.colored = mesh.paint is not None
         self.center, self.scale = center, scale
         self._inputs, self._vertices, self._curved = _used(vertices, faces), vertices, crease is not None
+        self.creases = 0.0
         if crease is None:
             self._facets = flat(vertices, faces)
         else:
             computed = corner_normals(vertices, faces, crease)
             given = mesh.normals
-            self._curve(
-                vertices, faces, computed if given is None else usable_normals(vertices, faces, given, computed)
-            )
+            normals = computed if given is None else usable_normals(vertices, faces, given, computed)
+            self.creases = crease_length(vertices, faces, normals)
+            self._curve(vertices, faces, normals)
         if margin:
             self._facets = replace(self._facets, vertices=self._facets.vertices / (1 + margin))
             self._inputs, self._vertices = self._inputs / (1 + margin), self._vertices / (1 + margin)

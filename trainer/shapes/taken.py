@@ -33,6 +33,8 @@ class Taken:
     """Extent along this axis, in the file's units."""
     turned: int
     """Parts that were turned outward."""
+    creases: float = 0.0
+    """Length of a mesh's sharp edges, in radii of the shape; 0 where all edges are sharp (`--flat`)."""
 
     def line(self) -> str:
         """Return the line."""
@@ -41,6 +43,7 @@ class Taken:
         if self.meshes:
             some = [_counted(self.meshes, "mesh", "es"), _counted(self.triangles, "triangle")]
             some += [_counted(self.parts, "part"), self.colors or "no colors"]
+            some += [f"{self.creases:.2g} radii of sharp edges"] * (self.creases > 0)
         else:
             some = [_counted(self.points, "point"), f"normals {self.normals}", self.colors or "no colors"]
         turned = ""
@@ -57,7 +60,16 @@ def _counted(count: int, noun: str, ending: str = "s") -> str:
     return f"{count:,} {noun}{ending if count != 1 else ''}"
 
 
-def taken_of(content: Mesh | Cloud, name: str, up: str, *, parts: int, turned: int, estimated: bool = False) -> Taken:
+def taken_of(
+    content: Mesh | Cloud,
+    name: str,
+    up: str,
+    *,
+    parts: int,
+    turned: int,
+    creases: float = 0.0,
+    estimated: bool = False,
+) -> Taken:
     """Return the facts about an input, which is upright already. up: the axis of the file that points up."""
     notes = tuple(content.facts.taken)
     if isinstance(content, Mesh):
@@ -71,4 +83,4 @@ def taken_of(content: Mesh | Cloud, name: str, up: str, *, parts: int, turned: i
         colors = "" if content.colors is None else "colors of points"
         normals = "estimated" if estimated else "of the file"
     height = float(np.ptp(used[:, 1])) if len(used) else 0.0
-    return Taken(name, meshes, triangles, parts, len(used), normals, colors, notes, up, height, turned)
+    return Taken(name, meshes, triangles, parts, len(used), normals, colors, notes, up, height, turned, creases)
