@@ -89,7 +89,8 @@ def wedge() -> Solid:
     caps = [(count, b, a) for a, b in zip(starts, ends, strict=True)]
     caps += [(count + 1, a, b) for a, b in zip(starts + last, ends + last, strict=True)]
     vertices = np.concatenate((solid.vertices, [(0, 0, -0.35), (0, 0, _top(0, 0))]))
-    return Solid(trimesh.Trimesh(vertices, np.concatenate((solid.faces, caps)), process=False))
+    faces = np.concatenate((solid.faces, np.array(caps, np.int64)))
+    return Solid(trimesh.Trimesh(vertices, faces, process=False))
 
 
 SOLIDS: dict[str, Callable[[], Solid]] = {"sphere": sphere, "torus": torus, "cube": cube, "gear": gear, "wedge": wedge}
@@ -98,7 +99,7 @@ SHARP = ("cube", "gear", "wedge")
 
 
 def _top(x: float, y: float) -> float:
-    return 0.3 + 0.18 * np.cos(1.4 * x) - 0.12 * y * y
+    return float(0.3 + 0.18 * np.cos(1.4 * x) - 0.12 * y * y)
 
 
 def _filleted(corners: tuple[tuple[float, float, float], ...], spacing: float = 0.06) -> Doubles:

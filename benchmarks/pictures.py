@@ -49,7 +49,7 @@ def take_page() -> None:
         path = Path(folder) / "page.html"
         path.write_text(standalone(load(model_path(MODEL))))
         with visit(browser, path, PAGE, 1) as visited:
-            visited.patience = PATIENCE
+            visited.page.set_default_timeout(PATIENCE)
             visited.still()
             visited.unfold()
             visited.still()

@@ -63,7 +63,8 @@ class SurfaceRecord:
 
     def warning(self) -> str:
         """Return a line about invented surface; "" where there is little."""
-        return invented_line(self.shape.invented, open_mesh=self.open)
+        covered = self.shape.missing_mean < FAR  # else it is far from the mesh, not across openings
+        return invented_line(self.shape.invented, open_mesh=self.open and covered)
 
     def to_json(self) -> dict[str, Any]:
         """Return the figures for the provenance."""

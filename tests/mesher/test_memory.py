@@ -62,9 +62,9 @@ def test_what_is_needed_to_estimate_the_memory_is_little(monkeypatch: pytest.Mon
     """Blocks are halved in parts: eight times as many of them at once would come before any estimate."""
     asked = []
 
-    def refuse(needed: float, resolution: int) -> None:
+    def refuse(needed: float, what: str, advice: str) -> None:
         asked.append(needed / BYTES_OF_BLOCK)
-        raise UserError(f"--resolution {resolution}")
+        raise UserError(f"{what}: {advice}")
 
     monkeypatch.setattr(cull, "check_memory", refuse)
     tracemalloc.start()

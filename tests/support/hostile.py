@@ -120,7 +120,7 @@ def depth_map(random: Random) -> bytes:
     }.items():
         if random.random() < 0.2:
             options[key] = random.choice(choices)
-    camera = None
+    camera: dict[str, Any] | None = None
     if "fov" not in options and random.random() < 0.5:
         camera = {"fx": 20.0, "fy": 20.0, "cx": 8.0, "cy": 8.0}
         camera |= {key: random.choice((*NUMBERS, 10.0, 8)) for key in camera if random.random() < 0.2}
