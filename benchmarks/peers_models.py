@@ -11,6 +11,7 @@ import numpy as np
 from contenders import trained, training_settings
 from mplicits.bake.registry import TARGETS
 from mplicits.codegen.targets import shadertoy
+from mplicits.codegen.targets.shadertoy_text import shader_text
 from mplicits.field import interpret
 from mplicits.field.bits import fewest_bits
 from mplicits.field.pack import packed
@@ -141,9 +142,11 @@ def texts(method: str, named: Named, shelf: Shelf) -> Iterator[Result]:
     if max(layer.weight.shape[0] for network in model.networks().values() for layer in network) <= shadertoy.WIDEST:
         rounded = shelf.model(f"{named.key}-text", coarse)
         surface = surface_of(rounded)
-        text = gzip.compress(shadertoy.exact(rounded).encode(), 9, mtime=0)
-        yield Result(f"{method}, Shadertoy text", named.setting, len(text), surface)
-        yield Result(f"{method}, tiny page", named.setting, len(tiny_page.exact(rounded).encode()), surface)
+        chosen = shadertoy.emitted(model)
+        text = shader_text(chosen.program, model, chosen.storage, chosen.further, None).encode()
+        tiny = tiny_page.page_text(tiny_page.script_parts(chosen, model, None), model)
+        yield Result(f"{method}, Shadertoy text", named.setting, len(gzip.compress(text, 9, mtime=0)), surface)
+        yield Result(f"{method}, tiny page", named.setting, len(tiny.encode()), surface)
     short = short_weights(model)
     page = TARGETS["html"](model)
     yield Result(f"{method}, page", named.setting, len(page.encode()), surface_of(short.model if short else model))
