@@ -54,15 +54,19 @@ def describe(change: Callable[[dict[str, Any]], None]) -> Callable[[dict[str, An
     return inside
 
 
+def overlap(header: dict[str, Any]) -> None:
+    """Name the bytes of the largest tensor a thousand times."""
+    spans = {name: entry["data_offsets"] for name, entry in header.items() if name != "__metadata__"}
+    largest = max(spans, key=lambda name: spans[name][1] - spans[name][0])
+    header.update({f"more{i}": header[largest] for i in range(1000)})
+
+
 BROKEN: dict[str, tuple[Callable[[bytes], bytes], str]] = {
     # Defect -> change of the file, and part of the message.
     "empty": (lambda _: b"", "not a model file (.safetensors), or a damaged one"),
     "a picture": (lambda _: b"\x89PNG\r\n\x1a\n" * 40, "not a model file (.safetensors), or a damaged one"),
     "cut short": (lambda data: data[:-100], "the file is cut short or damaged"),
-    "overlapping": (
-        lambda data: changed(data, lambda h: h.update({f"more{i}": h["level1.layer1.weight"] for i in range(99)})),
-        "the tensors overlap: the file is damaged",
-    ),
+    "overlapping": (lambda data: changed(data, overlap), "the tensors overlap: the file is damaged"),
     "other format": (lambda data: changed(data, lambda h: h["__metadata__"].pop("format")), "not an mplicits model"),
     "future": (
         lambda data: changed(data, lambda h: h["__metadata__"].update(version=str(VERSION + 1))),
