@@ -43,6 +43,25 @@ def test_an_icosphere_becomes_a_sphere() -> None:
     assert angles(facets.normals[:], corners / np.linalg.norm(corners, axis=2, keepdims=True)).max() < 1.0
 
 
+@pytest.mark.parametrize(
+    ("mesh", "length"),
+    [
+        (trimesh.creation.box((1, 2, 3)), 4 * (1 + 2 + 3) / (np.sqrt(14) / 2)),
+        (trimesh.creation.cylinder(1.0, 2.0, sections=96), 4 * np.pi / np.sqrt(2)),
+        (trimesh.creation.icosphere(subdivisions=3), 0),
+    ],
+    ids=["box", "cylinder", "ball"],
+)
+def test_the_line_gives_the_length_of_sharp_edges(mesh: trimesh.Trimesh, length: float) -> None:
+    shape, _ = load_shape(mesh, crease=30.0)
+    assert shape.taken is not None
+    assert shape.taken.creases == pytest.approx(length, rel=2e-3)
+    assert (f"{length:.2g} radii of sharp edges" in shape.taken.line()) == (length > 0)
+    as_flat, _ = load_shape(mesh, crease=None)
+    assert as_flat.taken is not None
+    assert "sharp" not in as_flat.taken.line()
+
+
 def test_a_cube_stays_a_cube() -> None:
     mesh = trimesh.creation.box((2.0, 2.0, 2.0))
     facets = facets_of(mesh)
