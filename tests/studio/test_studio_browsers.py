@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from mplicits import cli
-from mplicits.bake.registry import TARGETS
+from mplicits.codegen.targets import shadertoy
 from mplicits.field import interpret
 from mplicits.ir.lower import lower
 from mplicits.model.model_file import load
@@ -79,7 +79,7 @@ def test_the_shadertoy_text_draws_the_model_elsewhere(browser: "Browser", osmesa
         save(visited, "#download", tmp_path / "m.safetensors")
         save(visited, "#save-text", tmp_path / "text.frag")
     theirs = player_picture((tmp_path / "text.frag").read_text(), SIZE, tmp_path)
-    baked = picture(osmesa, TARGETS["shadertoy"](load(tmp_path / "m.safetensors")), size=SIZE)
+    baked = picture(osmesa, shadertoy.exact(load(tmp_path / "m.safetensors")), size=SIZE)
     options = ["--size", f"{SIZE[0]}x{SIZE[1]}", "--samples", "1", "--camera", "30,20", "--shade", "phong"]
     assert cli.main(["render", str(tmp_path / "m.safetensors"), *options, "-o", str(tmp_path / "m.png")]) == 0
     rendered = np.asarray(Image.open(tmp_path / "m.png").convert("RGB"))
