@@ -74,6 +74,7 @@ __device__ inline float smoothstep(float low, float high, float a) {
 __device__ inline vec2 operator-(vec2 a, vec2 b) { return vec2(a.x - b.x, a.y - b.y); }
 __device__ inline vec2 operator-(vec2 a, float b) { return a - vec2(b); }
 __device__ inline vec2 operator*(float a, vec2 b) { return vec2(a * b.x, a * b.y); }
+__device__ inline vec2 operator*(vec2 a, float b) { return b * a; }
 __device__ inline vec2 operator/(vec2 a, vec2 b) { return vec2(a.x / b.x, a.y / b.y); }
 __device__ inline vec2 operator/(vec2 a, float b) { return a / vec2(b); }
 __device__ inline float dot(vec2 a, vec2 b) { return a.x * b.x + a.y * b.y; }
