@@ -371,10 +371,11 @@ class BendConfig:
     farthest: float = 0.03
     """Largest distance of neighbors."""
     smooth: float = 4.0
-    """Bend, degrees, up to which the factor on omega_0 is `least`."""
+    """Bend, degrees, up to which omega_0 is that of `omegas`."""
     rough: float = 6.0
-    """Bend from which on the factor is 1; it is linear between."""
-    least: float = 0.25
+    """Bend from which on omega_0 is that of `DefaultLengths`; it is linear between."""
+    omegas: tuple[float, ...] = (15.0, 20.0, 30.0)
+    """omega_0 of levels 1, 2, ... of smooth shapes at every width, where it is less than usual."""
 
 
 @dataclass(frozen=True)

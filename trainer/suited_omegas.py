@@ -18,22 +18,27 @@ FEWEST = 100  # pairs of points that a median needs
 
 
 def with_suited_omegas(shape: Shape, settings: Settings, say: Callable[[str], None] | None = None) -> Settings:
-    """Return settings with the default frequencies times the factor that suits a shape. say: logs them."""
-    factor = omega_factor(bend_of(shape))
-    if factor == 1:
+    """Return settings with the frequencies that suit a shape, in place of the default ones. say: logs lower ones."""
+    share = roughness(bend_of(shape))
+    if share == 1:
         return settings
-    omegas = tuple(default_omega(i, width, factor) for i, (width, _) in enumerate(settings.networks))
+    omegas = tuple(suited_omega(i, width, share) for i, (width, _) in enumerate(settings.networks))
     if say is not None:
-        listed = ", ".join(f"{omega:g}" for omega in omegas)
-        say(f"omega: {listed}; {factor:.2g} of the default, since the shape is smooth")
+        say(f"omega: {', '.join(f'{omega:g}' for omega in omegas)}; lower than usual, since the shape is smooth")
     return replace(settings, omegas=omegas)
 
 
-def omega_factor(bend: float, config: BendConfig | None = None) -> float:
-    """Return the factor on the default omega_0 of a shape with this bend, degrees."""
+def suited_omega(index: int, width: int, share: float) -> float:
+    """Return omega_0 of level `index`, from 0, of a shape with this roughness."""
+    smooth, usual = default_config().bend.omegas, default_omega(index, width)
+    least = min(usual, smooth[min(index, len(smooth) - 1)])
+    return round(least + share * (usual - least), 1)
+
+
+def roughness(bend: float, config: BendConfig | None = None) -> float:
+    """Return where a bend, degrees, is between smooth, 0, and rough, 1."""
     config = config or default_config().bend
-    share = (bend - config.smooth) / (config.rough - config.smooth)
-    return config.least + (1 - config.least) * float(np.clip(share, 0, 1))
+    return float(np.clip((bend - config.smooth) / (config.rough - config.smooth), 0, 1))
 
 
 def bend_of(shape: Shape, config: BendConfig | None = None) -> float:

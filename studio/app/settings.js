@@ -14,7 +14,7 @@ export function settingsFrom(preset, texts) {
     const [widest, deepest, omega] = widestTexture, last = levels.at(-1);
     return {
         levels, packed, texture: {width: Math.min(last.width, widest), depth: Math.min(last.depth, deepest)},
-        omegas: [...levels.map(({width}, i) => own[i] ?? usualOmega(i, width, 1)), own[levels.length] ?? omega],
+        omegas: [...levels.map(({width}, i) => own[i] ?? usualOmega(i, width)), own[levels.length] ?? omega],
         isUsual: !own.length,
         steps: null, seconds: texts.seconds ? numbersOf("seconds", texts.seconds, 1, 36000)[0] : seconds,
         crease: creaseOf(texts.crease?.trim()),
@@ -26,9 +26,12 @@ export function settingsFrom(preset, texts) {
 // bendOf().
 export function suitedSettings(settings, bend) {
     if (!settings.isUsual) return settings;
-    const {smooth, rough, least} = config.bend, share = Math.min(1, Math.max(0, (bend - smooth) / (rough - smooth)));
-    const factor = least + (1 - least) * share, {levels, omegas} = settings;
-    const suited = [...levels.map(({width}, i) => usualOmega(i, width, factor)), omegas[levels.length]];
+    const {smooth, rough, omegas: lowest} = config.bend, {levels, omegas} = settings;
+    const share = Math.min(1, Math.max(0, (bend - smooth) / (rough - smooth)));
+    const suited = [...levels.map((_, i) => {
+        const least = Math.min(omegas[i], lowest[Math.min(i, lowest.length - 1)]);
+        return Number((least + share * (omegas[i] - least)).toFixed(1));
+    }), omegas[levels.length]];
     return {...settings, omegas: suited, isUsual: false};
 }
 
@@ -55,8 +58,8 @@ function numbersOf(name, text, least, most) {
 }
 
 // `default_omega` of trainer/settings.py.
-function usualOmega(level, width, factor) {
-    const omega = usual[Math.min(level, usual.length - 1)] * (factor * Math.min(1, Math.sqrt(width / usualWidth)));
+function usualOmega(level, width) {
+    const omega = usual[Math.min(level, usual.length - 1)] * Math.min(1, Math.sqrt(width / usualWidth));
     return Number(omega.toFixed(1));
 }
 

@@ -15,7 +15,7 @@ from mplicits.trainer.config import BendConfig
 from mplicits.trainer.settings import Settings
 from mplicits.trainer.shapes.load import load_shape
 from mplicits.trainer.shapes.shape import Shape
-from mplicits.trainer.suited_omegas import bend_of, omega_factor, with_suited_omegas
+from mplicits.trainer.suited_omegas import bend_of, roughness, suited_omega, with_suited_omegas
 from support.ball_training import Log, use_quick_config
 from support.paths import DATA
 
@@ -45,31 +45,31 @@ def test_random_normals_bend_most() -> None:
 def test_few_points_and_motions_keep_the_default() -> None:
     ball = trimesh.creation.icosphere(subdivisions=2)
     cloud, _ = load_shape((np.asarray(ball.vertices), np.asarray(ball.vertex_normals)), noise=0.0)
-    assert omega_factor(bend_of(cloud)) == 1
-    assert omega_factor(bend_of(cast(Shape, SimpleNamespace(moving=True)))) == 1
+    assert roughness(bend_of(cloud)) == 1
+    assert roughness(bend_of(cast(Shape, SimpleNamespace(moving=True)))) == 1
 
 
 @pytest.mark.parametrize(
-    ("bend", "factor"),
-    [
-        (0, CONFIG.least),
-        (CONFIG.smooth, CONFIG.least),
-        ((CONFIG.smooth + CONFIG.rough) / 2, (1 + CONFIG.least) / 2),
-        (CONFIG.rough, 1),
-        (np.inf, 1),
-    ],
+    ("bend", "share"),
+    [(0, 0), (CONFIG.smooth, 0), ((CONFIG.smooth + CONFIG.rough) / 2, 0.5), (CONFIG.rough, 1), (np.inf, 1)],
 )
-def test_the_factor_rises_from_smooth_to_rough(bend: float, factor: float) -> None:
-    assert omega_factor(bend) == pytest.approx(factor)
+def test_frequencies_rise_from_smooth_to_rough(bend: float, share: float) -> None:
+    assert roughness(bend) == pytest.approx(share)
+    usual, least = settings.default_omega(1, 64), CONFIG.omegas[1]
+    assert suited_omega(1, 64, share) == pytest.approx(least + share * (usual - least))
+
+
+def test_narrow_networks_get_no_more_than_usual() -> None:
+    assert suited_omega(0, 2, 0.5) == settings.default_omega(0, 2) < CONFIG.omegas[0]
 
 
 def test_the_log_names_the_frequencies() -> None:
     ball, _ = load_shape(trimesh.creation.icosphere(subdivisions=4))
     usual, log = settings.omegas(None, SIZES), Log()
     chosen = with_suited_omegas(ball, Settings(SIZES, usual, (1, 1, 1)), log.say)
-    assert chosen.omegas == pytest.approx([CONFIG.least * omega for omega in usual], abs=0.05)
+    assert chosen.omegas == CONFIG.omegas[:2]
     first, second = chosen.omegas
-    assert log.lines == [f"omega: {first:g}, {second:g}; {CONFIG.least:.2g} of the default, since the shape is smooth"]
+    assert log.lines == [f"omega: {first:g}, {second:g}; lower than usual, since the shape is smooth"]
 
 
 def test_named_frequencies_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -78,7 +78,7 @@ def test_named_frequencies_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     trimesh.creation.icosphere(subdivisions=3).export("ball.ply")
     quick = ["--levels", "8x0,8x1", "--steps", "20", "--quiet"]
     for name, option, omegas in (
-        ("chosen", [], [CONFIG.least * omega for omega in settings.omegas(None, ((8, 0), (8, 1)))]),
+        ("chosen", [], [suited_omega(i, 8, 0) for i in (0, 1)]),
         ("named", ["--omega", "5,7"], [5, 7]),
     ):
         assert cli.main(["train", "ball.ply", "-o", f"{name}.safetensors", *quick, *option]) == 0
@@ -89,4 +89,4 @@ def test_named_frequencies_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.skipif(not DATA.exists(), reason="needs the Stanford meshes")
 def test_scans_keep_the_default() -> None:
     bunny, _ = load_shape(str(DATA / "meshes" / "bunny.ply"), crease=30)
-    assert omega_factor(bend_of(bunny)) == 1
+    assert roughness(bend_of(bunny)) == 1
