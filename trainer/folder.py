@@ -54,7 +54,7 @@ def run_folder(command: TrainCommand) -> None:
     ]
     finished, waiting = list[Job](), list[Job]()
     for job in jobs:
-        (finished if command.resume and _is_finished(job, settings) else waiting).append(job)
+        (finished if command.resume and _is_finished(job, settings, command.omega is None) else waiting).append(job)
     rows = [row_of(Outcome(job, Status.KEPT, 0.0)) for job in finished]
     title = f"{folder.resolve().name or 'shapes'}: {len(jobs)} shapes"
     bar = tqdm(total=len(jobs), initial=len(finished), unit="shape", disable=command.quiet)
@@ -118,9 +118,13 @@ def _output_folder(command: TrainCommand, folder: Path, shapes: dict[str, Path])
     return output
 
 
-def _is_finished(job: Job, settings: Settings) -> bool:
-    """Whether an earlier run has finished the training of the same shape with the same settings."""
+def _is_finished(job: Job, settings: Settings, suited: bool) -> bool:
+    """Whether an earlier run has finished the training of the same shape with the same settings.
+
+    suited: whether the frequencies are those that suit the shape.
+    """
     from .automatic import with_previous_levels  # loads torch
+    from .suited_omegas import with_previous_omegas
     from .trained import same_training
 
     with suppress(UserError, OSError):
@@ -128,7 +132,10 @@ def _is_finished(job: Job, settings: Settings) -> bool:
         source = model.provenance.get("source") or {}
         sha = hashlib.sha256(Path(job.shape).read_bytes()).hexdigest()
         ended = model.provenance.get("interrupted") is False
-        return ended and source.get("sha256") == sha and same_training(model, with_previous_levels(settings, model))
+        settings = with_previous_levels(settings, model)
+        if suited:
+            settings = with_previous_omegas(settings, model)
+        return ended and source.get("sha256") == sha and same_training(model, settings)
     return False
 
 

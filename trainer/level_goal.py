@@ -7,7 +7,7 @@ NARROWEST, WIDEST = 8, 512
 """Limits of the chosen width, which is a multiple of 4: shaders read four weights at a time."""
 BYTES = 4
 """Bytes of a parameter in the model file."""
-HEADER = 2500
+HEADER = 3300
 """Approximate bytes of a model file without its parameters."""
 
 

@@ -9,6 +9,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..model.model import Model
+from ..model.value_types import fits
 from .config import BendConfig, default_config
 from .settings import Settings, default_omega
 from .shapes.shape import Shape
@@ -26,6 +28,15 @@ def with_suited_omegas(shape: Shape, settings: Settings, say: Callable[[str], No
     if say is not None:
         say(f"omega: {', '.join(f'{omega:g}' for omega in omegas)}; lower than usual, since the shape is smooth")
     return replace(settings, omegas=omegas)
+
+
+def with_previous_omegas(settings: Settings, model: Model) -> Settings:
+    """Return settings with the frequencies of a model of the same shape; the same settings where it names none."""
+    trained = model.provenance.get("settings")
+    omegas = trained.get("omegas") if isinstance(trained, dict) else None
+    if not isinstance(omegas, list) or not all(fits(omega, float) for omega in omegas):
+        return settings
+    return replace(settings, omegas=tuple(map(float, omegas)))
 
 
 def suited_omega(index: int, width: int, share: float) -> float:
