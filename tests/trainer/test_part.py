@@ -325,7 +325,7 @@ def test_a_second_signal_ends_the_training_inside_the_step(ball: Shape, monkeypa
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("_handlers")
-@pytest.mark.parametrize("number", [signal.SIGINT, *ENDINGS])
+@pytest.mark.parametrize("number", ENDINGS)
 def test_a_signal_at_any_moment_can_be_resumed_bit_for_bit(number: signal.Signals) -> None:
     """A training in its own process gets the signal again and again at random moments, until it is through."""
     trimesh.creation.icosphere(3).export("ball.ply")
