@@ -11,7 +11,7 @@ from ..model.errors import UserError
 from ..model.field_figures import FieldFigures
 from ..model.files import show
 from ..model.model import Model
-from ..model.surface_figures import SurfaceFigures, invented_line, surface_record
+from ..model.surface_figures import SurfaceFigures, surface_record
 from .at_time import chosen_time, place_at
 from .bar import Bar
 from .compare import Figures, compare
@@ -72,7 +72,7 @@ def evaluate(model: Model | Path, shape: Path, options: EvalOptions) -> Evaluati
     field = compare_field(model, true, min(samples, FIELD_SAMPLES), seed, time)
     record = surface_record(model.provenance)
     curved = None if record is None or record.flat is None or options.level is not None else record.shape
-    warning = invented_line(figures.invented, open_mesh=not (figures.truth_watertight or thickness))
+    warning = figures.surface().warning(open_mesh=not (figures.truth_watertight or thickness))
     return Evaluation(figures, field, extraction, curved, warning)
 
 

@@ -42,6 +42,11 @@ class SurfaceFigures:
         which = "one direction" if self.distance_mean is None else "both directions"
         return f"{self.distance:.2e} (mean of {which}), normals by {self.normal_angle:.2f} degrees"
 
+    def warning(self, *, open_mesh: bool) -> str:
+        """Return a line about invented surface; "" where there is little."""
+        covered = self.missing_mean < FAR  # else it is far from the mesh, not across openings
+        return invented_line(self.invented, open_mesh=open_mesh and covered)
+
 
 @dataclass(frozen=True)
 class SurfaceRecord:
@@ -63,8 +68,7 @@ class SurfaceRecord:
 
     def warning(self) -> str:
         """Return a line about invented surface; "" where there is little."""
-        covered = self.shape.missing_mean < FAR  # else it is far from the mesh, not across openings
-        return invented_line(self.shape.invented, open_mesh=self.open and covered)
+        return self.shape.warning(open_mesh=self.open)
 
     def to_json(self) -> dict[str, Any]:
         """Return the figures for the provenance."""
