@@ -25,7 +25,7 @@ from support.page_pictures import MODEL
 from support.random_model import random_model
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, Page, Route
 
 FIELD = mplicits.Field(fitted_model((8, 16)))
 WATCH = """
@@ -200,8 +200,21 @@ def test_two_modules_and_a_file_share_a_page(browser: "Browser", tmp_path: Path)
     context.set_default_timeout(PATIENCE)
     page, lines = context.new_page(), list[str]()
     listen(page, lines)
-    page.route("http://page.test/*", lambda route: route.fulfill(path=tmp_path / route.request.url.rpartition("/")[2]))
-    page.goto("http://page.test/page.html")
+
+    def serve(route: "Route") -> None:
+        name = route.request.url.rpartition("/")[2]
+        if name == "b.js":
+            late.append(route)
+        else:
+            route.fulfill(path=tmp_path / name)
+
+    late = list["Route"]()
+    page.route("http://page.test/*", serve)
+    page.goto("http://page.test/page.html", wait_until="commit")
+    page.wait_for_function("() => window.log")
+    told(page, "first", "load")
+    # The second element has waited for the module that has its model.
+    late[0].fulfill(path=tmp_path / "b.js")
     for view in ("first", "second", "third", "packed"):
         told(page, view, "poster-dismissed")
     told(page, "damaged", "error")

@@ -27,7 +27,16 @@ export async function loadModel(url, signal = null) {
 // null; known: functions of the modules of a page by the names of their models.
 export async function findModel(src, name, known, signal) {
     if (src) return loadModel(new URL(src, document.baseURI), signal);
-    const own = name === null ? known.values().next().value : known.get(name);
+    const named = () => name === null ? known.values().next().value : known.get(name);
+    if (!named() && document.readyState !== "complete") await allModules();
+    const own = named();
     if (!own) throw new Error(`model="${name}": no module of this page has it; there is ${[...known.keys()].join(", ")}`);
     return own();
+}
+
+// Resolves when a page that still loads has run all of its modules.
+function allModules() {
+    return new Promise((done) => {
+        for (const type of ["DOMContentLoaded", "load"]) addEventListener(type, done, {once: true});
+    });
 }
