@@ -37,7 +37,7 @@ from studio_report import POINTS, SAMPLES, Result, Row, page_row, report, table_
 
 PICTURE = "spot"
 """Shape of the picture."""
-VIEW = "#az=45&el=15"
+VIEW = "#az=215&el=15"
 """Hash of the page's address in the picture."""
 
 
