@@ -37,7 +37,7 @@ from mplicits.viewer.draw.context import Context, open_osmesa
 from protocol import DATA, Page, Truth, machine
 
 SHAPES = {"armadillo": "meshes/armadillo.ply", "spot": "textured/spot.obj"}
-PLAIN = (("16x2", 2), ("32x2", 2), ("64x1", 2), ("64x2", 2))
+PLAIN = (("16x2", 2), ("32x2", 2))
 """Levels, and decimals of weights."""
 PACKED = ("24x2", "16x1,16x2", PRESETS["tiny"].levels, "24x1,32x2", PRESETS["small"].levels)
 TO_BEAT = (
