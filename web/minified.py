@@ -6,6 +6,8 @@ _INDENT = re.compile(r"^[ \t]+", re.MULTILINE)
 _COMMENT_LINE = re.compile(r"^//.*\n?", re.MULTILINE)
 _COMMENT_AT_END = re.compile(r"[ \t]+// [^\n`'\"]*$", re.MULTILINE)
 """Without quotes, in which the slashes might be text."""
+_SHADER_COMMENT = re.compile(r"[ \t]*//.*$", re.MULTILINE)
+"""Shaders have no text."""
 _CODE_LINE = re.compile(r"^[^#\n].*", re.MULTILINE)
 """A line of a shader that is no directive."""
 _SPACES = re.compile(r" *([*/=<>,;(){}?:&|]) *|(?<![-+]) *([-+](?! *[-+])) *")
@@ -97,4 +99,5 @@ def short_script(text: str) -> str:
 
 def short_shader(text: str) -> str:
     """Return GLSL or WGSL without indentation, comments and most spaces."""
-    return _CODE_LINE.sub(lambda line: _SPACES.sub(r"\1\2", line[0]), short_script(text))
+    code = _SHADER_COMMENT.sub("", short_script(text))
+    return _CODE_LINE.sub(lambda line: _SPACES.sub(r"\1\2", line[0]), code)
