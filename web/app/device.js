@@ -26,10 +26,13 @@ export class Device {
         this.pictureFormat = this.half ? gl.RGBA16F : gl.SRGB8_ALPHA8;
         gl.bindVertexArray(gl.createVertexArray());
         this.name = driverName(gl); // a query waits for the driver, so it is asked once
+        this.ended = false;
+        canvas.addEventListener("webglcontextlost", () => { this.ended = true; }, {once: true});
     }
 
+    // Stays true when the context comes back: it comes without its objects, for another Device.
     get lost() {
-        return this.gl.isContextLost();
+        return this.ended || this.gl.isContextLost();
     }
 
     // Whether the driver limits the loop iterations of a fragment (uniforms.js).
@@ -172,8 +175,8 @@ export class Device {
         const gl = this.gl, sync = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
         gl.flush();
         while (!this.lost && gl.getSyncParameter(sync, gl.SYNC_STATUS) !== gl.SIGNALED) await pause(1);
-        gl.deleteSync(sync);
         if (this.lost) throw new ContextLost();
+        gl.deleteSync(sync);
     }
 
     // Returns the result of the promise `work`, and ignores errors of a lost context, which recovery.js reports.
@@ -184,6 +187,14 @@ export class Device {
             if (!(error instanceof ContextLost) && !this.lost) throw error;
         }
     }
+}
+
+// Calls back whenever a CSS pixel has another number of device pixels: on another screen, or zoomed.
+export function watchDensity(onChange) {
+    matchMedia(`(resolution: ${devicePixelRatio}dppx)`).addEventListener("change", () => {
+        watchDensity(onChange);
+        onChange();
+    }, {once: true});
 }
 
 export const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));

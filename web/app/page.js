@@ -1,5 +1,6 @@
 import {BACKGROUNDS, plainBackground} from "./backgrounds.js";
 import {fillChoices, lightBall, listenToDrops} from "./controls.js";
+import {watchDensity} from "./device.js";
 import {backgroundName, hasView, listenToHost, tellHost, turnTime} from "./embedding.js";
 import {listenToKeys, listenToPointers} from "./gestures.js";
 import {element, fail, root, say, uncover} from "./messages.js";
@@ -81,6 +82,7 @@ function wireWindow() {
     canvas.addEventListener("webglcontextlost", contextLost);
     canvas.addEventListener("webglcontextrestored", contextRestored);
     new ResizeObserver(resize).observe(canvas);
+    watchDensity(resize);
     listenToHost(({level, time, ...camera}) => {
         if (Object.keys(camera).length) place(camera);
         if (level) goToLevel(level);

@@ -93,7 +93,7 @@ export class Variants {
         while (!begun.every(([, one]) => device.isReady(one))) {
             await pause(15);
             if (isWanted() && performance.now() - start < limit) continue;
-            begun.forEach(([, {program}]) => gl.deleteProgram(program));
+            if (!device.lost) begun.forEach(([, {program}]) => gl.deleteProgram(program));
             return null;
         }
         await device.done(); // a query of the result would wait, and block the page, while the device is busy
