@@ -155,8 +155,13 @@ export async function save() {
     if (!current) return;
     element("save").disabled = true;
     halt();
-    saveFile(await renderer.png(), current.model.name, "png");
-    element("save").disabled = false;
+    try {
+        saveFile(await renderer.png(), current.model.name, "png");
+    } catch (error) {
+        if (!isExpected(error)) throw error; // else the lost context has its message
+    } finally {
+        element("save").disabled = false;
+    }
 }
 
 export async function copy() {
@@ -182,12 +187,12 @@ export function contextLost(event) {
 }
 
 export function contextRestored() {
-    if (next || !current) restore().catch(fail);
+    restore().catch(fail);
 }
 
 async function restore() {
     renderer.open();
-    if (!current) return;
+    if (!next) return;
     if (next !== current) return start(next);
     reportRestored(current);
     return load();

@@ -1,4 +1,4 @@
-import {nextFrame, pause} from "./device.js";
+import {DeviceError, nextFrame, pause} from "./device.js";
 import {Following} from "./following.js";
 import {Painter} from "./painter.js";
 import {withOptions, jitter, uniforms} from "./uniforms.js";
@@ -24,7 +24,7 @@ export class Renderer {
         };
         Object.assign(this, {canvas, listener, scene: {}, painter: new Painter(canvas, source)});
         this.variants = new Variants(this.painter, this.scene, {...listener, loaded});
-        this.version = 0;
+        this.version = this.saving = 0;
         this.motion = {goal: SMOOTH, scale: 1 / 8}; // milliseconds of a coarse frame, and the resolution for it
         this.live = {goal: LIVE, scale: 1 / 8};
         this.pace = this.motion;
@@ -224,8 +224,10 @@ export class Renderer {
         else if (picture) this.painter.put(picture);
     }
 
-    // Resolves to the refined picture as a PNG, with more time for its samples.
+    // Resolves to the refined picture as a PNG, with more time for its samples. Motion waits while `saving` is above 0.
+    // Throws DeviceError where the context is lost.
     async png() {
+        ++this.saving;
         this.patience = 10 * PATIENCE;
         if (this.settled && this.refining.samples < this.samples) {
             this.refining.began = performance.now();
@@ -234,6 +236,8 @@ export class Renderer {
         }
         while (!this.settled && !this.device.lost) await pause(30);
         this.patience = PATIENCE;
+        --this.saving;
+        if (this.device.lost) throw new DeviceError("There is no picture to save: its graphics context is lost.");
         this.painter.put(this.still);
         return new Promise((resolve) => this.canvas.toBlob(resolve, "image/png"));
     }

@@ -27,7 +27,7 @@ function timeFrom(hash) {
 }
 
 let home = homeOf(facts.front), camera = fromHash(location.hash, home), hashTimer = 0;
-let phase = 0, isPlaying = false; // of the motion, from 0 to 1
+let phase = 0, playing = null; // of the motion, from 0 to 1; what a run of play() has set
 let isTurning = false;
 
 export function openRenderer() {
@@ -112,24 +112,24 @@ export function seek(time) {
 }
 
 export function halt() {
-    isPlaying = false;
+    playing = null;
     delete root.dataset.playing;
     element("play").querySelector("span").textContent = "Play";
 }
 
 // Plays the motion back and forth until halt(); halts if it already plays.
 export async function play() {
-    if (isPlaying) {
+    if (playing) {
         halt();
         return writeHash();
     }
-    isPlaying = true;
+    const mine = playing = {};
     root.dataset.playing = "";
     element("play").querySelector("span").textContent = "Pause";
     uncover();
     for (let last = performance.now(); ;) {
         await nextFrame();
-        if (!isPlaying) return;
+        if (playing !== mine) return;
         const now = performance.now();
         phase = (phase + Math.min(now - last, 250) / 1000 / shared.period) % 1;
         last = now;
@@ -144,7 +144,7 @@ export async function turntable(seconds) {
         await nextFrame();
         if (!isTurning) return;
         const now = performance.now();
-        if (renderer && "drawn" in root.dataset) {
+        if (renderer && "drawn" in root.dataset && !renderer.saving) {
             camera = orbited(camera, 360 * Math.min(now - last, 250) / 1000 / seconds, 0);
             draw(true);
             tellCamera();
