@@ -31,7 +31,7 @@ APP = (
 )
 """Modules in web/app/ that the module shares with the page, in their order."""
 ELEMENT = (
-    *("models.js", "orbits.js", "stage.js", "element_tree.js", "view_element.js", "define.js"),
+    *("models.js", "orbits.js", "stage.js", "contexts.js", "element_tree.js", "view_element.js", "define.js"),
     *("lights.js", "rays.js", "mesh.js"),
 )
 """Modules in web/element/, in their order."""

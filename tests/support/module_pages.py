@@ -87,6 +87,19 @@ window.pick = (x, y) => {
 `pick(x, y)` returns the distances of what a ray of the camera meets: first of the model.
 """
 
+WATCH = """
+const log = window.log = [];
+for (const view of document.querySelectorAll("mplicits-view"))
+    for (const type of ["load", "error", "poster-dismissed", "camera-change"])
+        view.addEventListener(type, ({detail}) => {
+            log.push([view.id, type, detail.source ?? ""]);
+            view.setAttribute(`data-${type}`, "");
+        });
+window.of = (id) => document.getElementById(id);
+window.canvases = (id) => of(id).shadowRoot.querySelectorAll("canvas:not(.still)").length;
+"""
+"""Records the events of a page's elements: [id, type, source]."""
+
 
 def module_page(field: mplicits.Field, body: str, script: str = "", more: str = "") -> str:
     """Return a page with the module of a model.

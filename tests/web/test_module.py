@@ -19,7 +19,7 @@ from mplicits.web.short_weights import MOST_ERROR, coded_weights
 from support.browser import PATIENCE, listen
 from support.firefox import firefox
 from support.fitted_model import fitted_model
-from support.module_pages import module_page
+from support.module_pages import WATCH, module_page
 from support.packed_model import packed_model
 from support.page_pictures import MODEL
 from support.random_model import random_model
@@ -28,17 +28,6 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page, Route
 
 FIELD = mplicits.Field(fitted_model((8, 16)))
-WATCH = """
-const log = window.log = [];
-for (const view of document.querySelectorAll("mplicits-view"))
-    for (const type of ["load", "error", "poster-dismissed", "camera-change"])
-        view.addEventListener(type, ({detail}) => {
-            log.push([view.id, type, detail.source ?? ""]);
-            view.setAttribute(`data-${type}`, "");
-        });
-window.of = (id) => document.getElementById(id);
-window.canvases = (id) => of(id).shadowRoot.querySelectorAll("canvas:not(.still)").length;
-"""
 BODY = """<style>mplicits-view { width: 96px; height: 96px; }</style>
 <mplicits-view id="first" alt="A ball" camera-controls shade="phong" camera-orbit="90deg 60deg 200%"></mplicits-view>
 <mplicits-view id="second" background="ffffff" level="1" reveal="manual"><b slot="poster">Poster</b></mplicits-view>

@@ -35,15 +35,24 @@ export class ElementTree {
         return this.canvas;
     }
 
-    // Removes the canvas. picture: what stays in its place, a canvas, or null.
+    // Removes the canvas. picture: what stays in its place, a canvas, or null. It has the canvas's place among the controls.
     close(picture) {
         const {canvas, still} = this;
         if (picture) {
-            Object.assign(still, {width: canvas.width, height: canvas.height, hidden: false});
+            const {width, height, tabIndex} = canvas;
+            Object.assign(still, {width, height, tabIndex, hidden: false});
+            for (const name of ["role", "aria-label"]) still.setAttribute(name, canvas.getAttribute(name));
             still.getContext("2d").drawImage(picture, 0, 0);
         }
         canvas?.remove();
         this.canvas = null;
+    }
+
+    // The canvas takes the place of the last picture.
+    settle() {
+        const {canvas, still, shadow} = this;
+        if (shadow.activeElement === still) canvas.focus({preventScroll: true});
+        still.hidden = true;
     }
 
     // Tells screen readers what the canvas is. moves: whether a visitor can move the shape.

@@ -24,19 +24,32 @@ export async function loadModel(url, signal = null) {
 }
 
 // Resolves to the model of an element: of a file, else by its name, else of the first module. src, name: attributes, or
-// null; known: functions of the modules of a page by the names of their models.
-export async function findModel(src, name, known, signal) {
+// null; known: the Models of the page. Calls `missing` with an error where no module of the page has it, and waits for one.
+export async function findModel(src, name, known, signal, missing) {
     if (src) return loadModel(new URL(src, document.baseURI), signal);
     const named = () => name === null ? known.values().next().value : known.get(name);
-    if (!named() && document.readyState !== "complete") await allModules();
-    const own = named();
-    if (!own) throw new Error(`model="${name}": no module of this page has it; there is ${[...known.keys()].join(", ")}`);
-    return own();
+    for (let isTold = false; !named(); await known.change()) {
+        if (isTold || document.readyState !== "complete") continue;
+        isTold = true;
+        missing(new Error(`model="${name}": no module of this page has it; there is ${[...known.keys()].join(", ")}`));
+    }
+    return named()();
 }
 
-// Resolves when a page that still loads has run all of its modules.
-function allModules() {
-    return new Promise((done) => {
-        for (const type of ["DOMContentLoaded", "load"]) addEventListener(type, done, {once: true});
-    });
+// The models of the modules of a page: functions, by the names of their models. A module may come at any time.
+export class Models extends Map {
+    #waiting = [];
+
+    set(name, model) {
+        for (const resolve of this.#waiting.splice(0)) resolve();
+        return super.set(name, model);
+    }
+
+    // Resolves with the next module, or when the page has loaded.
+    change() {
+        return new Promise((resolve) => {
+            this.#waiting.push(resolve);
+            addEventListener("load", resolve, {once: true});
+        });
+    }
 }

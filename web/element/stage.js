@@ -11,10 +11,13 @@ import {Renderer} from "./renderer.js";
 // Draws one model on one canvas: its camera, its options and its motion. view.js is the same for a whole page.
 // camera: see camera.js, or null for the model's front.
 export class Stage {
-    // listener: {frame(frame), moved(isByVisitor), failed(error)}; frame: of the renderer.
+    // listener: {loaded(), frame(frame), moved(isByVisitor), lost(), failed(error)}; loaded: called once, when the model's
+    // shader is ready; frame: of the renderer; lost: the canvas is blank until the browser restores its context.
     constructor(canvas, listener) {
         const none = () => {};
-        Object.assign(this, {canvas, listener, camera: null, model: null, isFreed: false, turning: 0, playing: false, phase: 0});
+        Object.assign(this, {
+            canvas, listener, camera: null, model: null, isLoaded: false, isFreed: false, turning: 0, playing: null, phase: 0,
+        });
         const length = Math.hypot(...shared.defaults.light);
         this.options = {
             level: Infinity, normalLevel: null, shading: facts.shade, iterations: 1, resolution: "auto", time: 0,
@@ -25,22 +28,32 @@ export class Stage {
             frame: (frame) => this.isFreed || listener.frame(frame), progress: none, stored: none, trying: none,
             failed: (error) => this.isFreed || listener.failed(error),
         });
-        canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
+        canvas.addEventListener("webglcontextlost", (event) => {
+            event.preventDefault();
+            if (!this.isFreed) listener.lost();
+        });
         canvas.addEventListener("webglcontextrestored", () => this.isFreed || this.restore());
     }
 
-    // Resolves when the model's shader is ready.
-    show(model) {
+    // Resolves when the model's shader is ready, or the context is lost.
+    async show(model) {
         this.model = model;
         this.resize();
         this.draw(true);
         const field = printField(model, "texture", this.renderer.device.unroll);
-        return this.renderer.load(model, field, null, model.field ? {points: [], values: []} : probes(model), memoryOf(""));
+        await this.renderer.load(model, field, null, model.field ? {points: [], values: []} : probes(model), memoryOf(""));
+        if (this.isFreed || this.isLoaded || !this.renderer.variants.current) return;
+        this.isLoaded = true;
+        this.listener.loaded();
     }
 
-    restore() {
-        this.renderer.open();
-        if (this.model) this.show(this.model).catch(this.listener.failed);
+    async restore() {
+        try {
+            this.renderer.open();
+            await this.show(this.model);
+        } catch (error) {
+            if (!this.isFreed) this.listener.failed(error);
+        }
     }
 
     get home() {
@@ -125,31 +138,33 @@ export class Stage {
     // Plays a moving model back and forth.
     async play() {
         if (this.playing) return;
-        this.playing = true;
-        for await (const passed of this.frames(() => this.playing)) {
+        const token = this.playing = {};
+        for await (const passed of this.frames(() => this.playing === token)) {
             this.phase = (this.phase + passed / shared.period) % 1;
             this.set({time: 0.5 - 0.5 * Math.cos(2 * Math.PI * this.phase)}, true);
         }
     }
 
     pause() {
-        this.playing = false;
+        this.playing = null;
     }
 
-    // Yields the seconds between frames while a condition holds.
+    // Yields the seconds between frames while a condition holds, but none while a picture is saved.
     async *frames(holds) {
         for (let last = performance.now(); ;) {
             await nextFrame();
             if (this.isFreed || !holds()) return;
             const now = performance.now();
-            yield Math.min(now - last, 250) / 1000;
+            if (!this.renderer.saving) yield Math.min(now - last, 250) / 1000;
             last = now;
         }
     }
 
+    // Fits the pixels to the canvas's size; a hidden canvas keeps them.
     resize() {
         const {canvas} = this, {clientWidth, clientHeight} = canvas;
-        const scale = Math.min(devicePixelRatio || 1, 8192 / Math.max(clientWidth, clientHeight, 1));
+        if (!clientWidth || !clientHeight) return;
+        const scale = Math.min(devicePixelRatio || 1, 8192 / Math.max(clientWidth, clientHeight));
         const [width, height] = [clientWidth, clientHeight].map((side) => Math.max(1, Math.round(side * scale)));
         if (width === canvas.width && height === canvas.height) return;
         Object.assign(canvas, {width, height});

@@ -1,10 +1,11 @@
+import {askToDraw, endDrawing, giveTurns} from "./contexts.js";
 import {ElementTree} from "./element_tree.js";
-import {findModel} from "./models.js";
+import {findModel, Models} from "./models.js";
 import {isMotionWelcome, readOrbit, readTurn, writtenOrbit} from "./orbits.js";
 import {Stage} from "./stage.js";
 
 // <mplicits-view>: a model in a page. Attributes and events are those of Google's <model-viewer> where they mean the
-// same; docs/engines.md lists them. A graphics context exists only while the element is in view.
+// same; docs/engines.md lists them. A graphics context exists only while the element is in view, and is not resting (contexts.js).
 const NEAR_VIEW = "200px"; // distance from the window at which an element begins
 const AWAY = 1000; // milliseconds out of view after which an element frees its context
 const CONTROLS = ["camera-controls", "disable-zoom", "disable-pan", "alt"];
@@ -12,32 +13,41 @@ const TURNS = ["turntable", "auto-rotate", "rotation-per-second"];
 
 export class MplicitsView extends HTMLElement {
     static observedAttributes = ["src", "model", "poster", "shade", "level", "background", "camera-orbit", ...CONTROLS, ...TURNS];
-    static models = new Map(); // of the modules of the page, by name
+    static models = new Models();
     #near = false;
-    #load = null; // AbortController of the current model
+    #load = null; // AbortController of the current model; null before, and after a failure
+    #failed = false;
     #stage = null;
     #model = null;
     #camera = null; // kept while the element is out of view
     #shown = false; // whether the poster has gone
     #dismissed = false;
     #time = 0;
+    #plays = null; // what a script asked for; null: see `autoplay`
+    #turns = true; // until the visitor moves the shape
     #away = 0;
     #tree;
     #watchers;
+    #drawer; // of contexts.js
 
     constructor() {
         super();
         this.#tree = new ElementTree(this);
         this.#watchers = [
             new IntersectionObserver(([...all]) => this.#seen(all.at(-1).isIntersecting), {rootMargin: NEAR_VIEW}),
-            new ResizeObserver(() => this.#stage?.resize()),
+            new ResizeObserver(() => (this.#stage ? this.#stage.resize() : this.#wake())),
         ];
+        this.#drawer = {
+            open: () => this.#open(), rest: () => this.#free(), resize: () => this.#stage?.resize(),
+            idleness: () => (this.#near ? Number(this.#isIdle()) : 2),
+        };
+        for (const type of ["pointerenter", "focusin"]) this.addEventListener(type, () => this.#wake());
     }
 
     connectedCallback() {
         for (const watcher of this.#watchers) watcher.observe(this);
         this.#showPoster();
-        if (this.getAttribute("loading") === "eager") this.#begin();
+        this.#beginInTime();
     }
 
     disconnectedCallback() {
@@ -48,13 +58,15 @@ export class MplicitsView extends HTMLElement {
     }
 
     attributeChangedCallback(name, before, value) {
-        if (before === value || !this.isConnected) return;
-        if (name === "poster") this.#showPoster();
-        else if (name === "src" || name === "model") this.#restart();
+        const isModel = name === "src" || name === "model";
+        if (before === value && !(isModel && this.#failed)) return;
+        if (isModel) this.#restart();
+        else if (name === "poster") this.#showPoster();
         else if (name === "camera-orbit") this.#place(true);
-        else if (CONTROLS.includes(name)) this.#rebuild();
-        else if (TURNS.includes(name)) this.#turn();
+        else if (CONTROLS.includes(name)) this.#free(); // a new canvas, since listeners cannot be taken off the old one
+        else if (TURNS.includes(name)) this.#turn(true);
         else if (this.#stage) this.#apply();
+        this.#wake();
     }
 
     // Whether the model is loaded, and whether it is seen instead of the poster.
@@ -74,6 +86,7 @@ export class MplicitsView extends HTMLElement {
     set currentTime(time) {
         this.#time = Math.min(1, Math.max(0, Number(time)));
         this.#stage?.set({time: this.#time}, true);
+        this.#wake();
     }
 
     get paused() {
@@ -81,10 +94,13 @@ export class MplicitsView extends HTMLElement {
     }
 
     play() {
+        this.#plays = true;
         this.#stage?.play();
+        this.#wake();
     }
 
     pause() {
+        this.#plays = false;
         this.#stage?.pause();
     }
 
@@ -100,11 +116,11 @@ export class MplicitsView extends HTMLElement {
     }
 
     showPoster() {
-        this.#dismissed = this.#shown = false;
-        this.#tree.poster.hidden = false;
+        this.#dismissed = false;
+        this.#cover();
     }
 
-    // Resolves to the refined picture as a PNG. Rejects before the model is drawn.
+    // Resolves to the refined picture as a PNG. Rejects before the model is drawn, and where the element loses its context.
     async toBlob() {
         if (!this.#stage || !this.#model) throw new Error("no picture: the element has not loaded, or is out of view");
         return this.#stage.renderer.png();
@@ -115,7 +131,7 @@ export class MplicitsView extends HTMLElement {
     }
 
     #fail(error) {
-        if (error.name === "AbortError") return;
+        this.#failed = true;
         const event = new CustomEvent("error", {detail: {type: "loadfailure", sourceError: error}});
         if (this.dispatchEvent(event)) console.warn(`mplicits-view: ${error.message}`);
     }
@@ -127,40 +143,67 @@ export class MplicitsView extends HTMLElement {
         else this.#away = setTimeout(() => this.#free(), AWAY);
     }
 
+    #beginInTime() {
+        if (this.#near || (this.isConnected && this.getAttribute("loading") === "eager")) this.#begin();
+    }
+
+    // Draws again what rests.
+    #wake() {
+        if (this.#near && this.#model && !this.#failed) this.#begin();
+    }
+
+    #isIdle() {
+        const {renderer, turning, playing} = this.#stage;
+        const isInUse = this.matches(":hover") || this.#tree.shadow.activeElement;
+        return this.#shown && (renderer.settled || turning || playing) && !isInUse;
+    }
+
     // Loads the model, and draws it if the element is in view.
     async #begin() {
         if (!this.#load) {
             this.#load = new AbortController();
-            const {signal} = this.#load;
+            const {signal} = this.#load, [src, name] = ["src", "model"].map((key) => this.getAttribute(key));
+            const failed = (error) => signal.aborted || this.#fail(error);
             try {
-                const model = await findModel(this.getAttribute("src"), this.getAttribute("model"), MplicitsView.models, signal);
+                const model = await findModel(src, name, MplicitsView.models, signal, failed);
                 if (signal.aborted) return;
                 this.#model = model;
+                this.#failed = false;
                 this.#showPoster();
             } catch (error) {
-                return signal.aborted || this.#fail(error);
+                if (!signal.aborted) this.#load = null;
+                return failed(error);
             }
         }
         const isAllowed = this.getAttribute("reveal") !== "manual" || this.#dismissed;
-        if (this.#model && this.#near && !this.#stage && isAllowed) await this.#open();
+        const isSeen = this.#near && this.offsetWidth && this.offsetHeight;
+        if (this.#model && isSeen && !this.#stage && isAllowed) askToDraw(this.#drawer);
     }
 
     async #open() {
         const canvas = this.#tree.open();
-        let isFirst = true;
+        let isFirst = true, stage = null;
         try {
-            this.#stage = new Stage(canvas, {
+            stage = this.#stage = new Stage(canvas, {
+                loaded: () => {
+                    this.#turn();
+                    const plays = this.#plays ?? (this.hasAttribute("autoplay") && isMotionWelcome());
+                    if (plays && this.#model.inputs === "xyzt") stage.play();
+                    this.#tell("load", {url: this.getAttribute("src") ?? ""});
+                },
                 frame: ({settled, size}) => {
                     if (settled || !isFirst || size[1] > canvas.height / 3) this.#reveal();
                     isFirst = false;
+                    giveTurns();
                 },
                 moved: (isByVisitor) => {
-                    this.#camera = this.#stage.camera;
+                    this.#camera = stage.camera;
+                    this.#turns &&= !isByVisitor;
                     this.#tell("camera-change", {source: isByVisitor ? "user-interaction" : "automatic"});
                 },
+                lost: () => this.#cover(),
                 failed: (error) => this.#fail(error),
             });
-            const stage = this.#stage;
             stage.model = this.#model;
             stage.resize();
             this.#listen();
@@ -168,11 +211,8 @@ export class MplicitsView extends HTMLElement {
             this.#apply();
             stage.options.time = this.#time;
             await stage.show(this.#model);
-            if (stage !== this.#stage || stage.isFreed) return;
-            this.#turn();
-            if (this.hasAttribute("autoplay") && this.#model.inputs === "xyzt" && isMotionWelcome()) stage.play();
-            this.#tell("load", {url: this.getAttribute("src") ?? ""});
         } catch (error) {
+            if (stage !== this.#stage) return;
             this.#free();
             this.#fail(error);
         }
@@ -194,24 +234,30 @@ export class MplicitsView extends HTMLElement {
     // Moves the camera to its attribute, or back to where it was.
     #place(isFromAttribute) {
         const stage = this.#stage, text = this.getAttribute("camera-orbit");
+        if (isFromAttribute) this.#camera = stage && text ? readOrbit(text, stage.home, stage.distance) : null;
         if (!stage) return;
-        if (isFromAttribute) this.#camera = text ? readOrbit(text, stage.home, stage.distance) : null;
         stage.camera = this.#camera;
         stage.draw(true);
     }
 
-    #turn() {
-        this.#stage?.turntable(isMotionWelcome() ? readTurn((name) => this.getAttribute(name)) : 0);
+    #turn(isAnew = false) {
+        this.#turns ||= isAnew;
+        this.#stage?.turntable(this.#turns && isMotionWelcome() ? readTurn((name) => this.getAttribute(name)) : 0);
     }
 
     #showPoster() {
         this.#tree.picture(this.getAttribute("poster") ?? this.#model?.poster ?? null);
     }
 
+    #cover() {
+        this.#shown = false;
+        this.#tree.poster.hidden = false;
+    }
+
     #reveal() {
         const isManual = this.getAttribute("reveal") === "manual" && !this.#dismissed;
         if (isManual || !this.#stage) return;
-        this.#tree.still.hidden = true;
+        this.#tree.settle();
         if (this.#shown) return;
         this.#shown = true;
         this.#tree.poster.hidden = true;
@@ -222,20 +268,15 @@ export class MplicitsView extends HTMLElement {
         this.#free();
         this.#load?.abort();
         this.#load = this.#model = this.#camera = null;
+        this.#turns = true;
         this.#tree.still.hidden = true;
         this.showPoster();
-        if (this.#near || this.getAttribute("loading") === "eager") this.#begin();
-    }
-
-    // Draws on a new canvas, since listeners cannot be taken off the old one.
-    #rebuild() {
-        if (!this.#stage) return;
-        this.#free();
-        this.#begin();
+        this.#beginInTime();
     }
 
     // Gives the graphics context back, and leaves the last picture.
     #free() {
+        endDrawing(this.#drawer);
         const stage = this.#stage;
         this.#tree.close(stage && this.#shown && !stage.renderer.device.lost ? stage.picture() : null);
         if (!stage) return;

@@ -1,0 +1,34 @@
+import {watchDensity} from "./device.js";
+
+// Which elements of a page draw. A browser keeps some 16 graphics contexts, 8 on phones; a further one costs another element
+// its own. So MOST elements draw at once. Where others wait, one that has drawn its picture rests, and keeps the picture.
+const MOST = 8;
+const drawing = new Set(), waiting = new Set(); // those that came first are first
+
+watchDensity(() => drawing.forEach((one) => one.resize()));
+
+// Calls open() in the element's turn. one: {open(), rest(), resize(), idleness()}; rest: gives the context back; idleness: 2
+// out of view, 1 with a picture, 0 in use.
+export function askToDraw(one) {
+    if (!drawing.has(one)) waiting.add(one);
+    giveTurns();
+}
+
+// The element draws no more, and waits no more.
+export function endDrawing(one) {
+    waiting.delete(one);
+    if (drawing.delete(one)) queueMicrotask(giveTurns);
+}
+
+export function giveTurns() {
+    for (const one of waiting) {
+        if (drawing.size >= MOST) {
+            const [idlest] = [...drawing].sort((a, b) => b.idleness() - a.idleness());
+            if (!idlest.idleness()) return;
+            idlest.rest();
+        }
+        waiting.delete(one);
+        drawing.add(one);
+        one.open();
+    }
+}
