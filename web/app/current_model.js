@@ -19,6 +19,8 @@ import {center, draw, goTo, halt, options, renderer, set} from "./view.js";
 let current = null, next = null;
 let openShape = (files) => refuseShape(files, WITHOUT_STUDIO); // of files that are the input of a training
 let listFiles = ({files}) => [...files]; // of a drop
+let demandIdle = () => {}; // throws a ModelError where the stage is in use
+let reads = Promise.resolve(); // of the model files so far
 const WITHOUT_STUDIO = ", or drop it on the page of: mplicits studio";
 const SHADING_LABELS = {phong: "Phong", studio: "Studio", normal: "Normals", depth: "Depth", steps: "Steps", texture: "Texture"};
 
@@ -76,17 +78,29 @@ function load() {
 // Shows the model in a file. For an invalid file, shows a message and keeps the old model. files: also those of a shape.
 export async function openFiles(files) {
     const shape = files.find(({name}) => kindOf(name)), file = shape ?? files[0];
+    let isStarted = false;
     if (!file) return;
     try {
-        if (shape) await openShape(files);
-        else await startParsed(parseModel(await file.arrayBuffer()));
+        if (shape) return await openShape(files);
+        const bytes = await readInTurn(file);
+        demandIdle();
+        const model = parseModel(bytes);
+        isStarted = true;
+        await startParsed(model);
     } catch (error) {
         if (!isExpected(error)) fail(error);
         say(`${printable(file.name)}: ${error.message}`);
-        if (root.dataset.state !== "compiling") return;
+        if (!isStarted || root.dataset.state !== "compiling") return;
         setState("drawing", "Drawing");
         draw(true);
     }
+}
+
+// Resolves to the bytes of a file, after all files before it: the last one stays on the stage.
+function readInTurn(file) {
+    const turn = Promise.all([file.arrayBuffer(), reads]).then(([bytes]) => bytes);
+    reads = turn.catch(() => {});
+    return turn;
 }
 
 // Opens what was dropped. transfer: of the event.
@@ -106,11 +120,12 @@ export async function startParsed(model) {
     await start({model: grounded, probes: probes(model), storage: "texture", sha256: "", memory: memoryOf("")});
 }
 
-// Calls `open` with dropped files that are the input of a training. Errors of `open` become messages.
-// list: returns the files of a drop, from the event's transfer.
-export function openShapesWith(open, list) {
+// Calls `open` with dropped files that are the input of a training, and `demand` before a dropped model is shown. Errors of
+// both become messages. list: returns the files of a drop, from the event's transfer.
+export function openShapesWith(open, list, demand) {
     openShape = open;
     listFiles = list;
+    demandIdle = demand;
 }
 
 const kindOf = (name) => shared.shapes[name.toLowerCase().match(/\.\w+$/)?.[0]];

@@ -53,6 +53,7 @@ export class Renderer {
     // the same layers; texels: of its printField.
     replace(model, texels) {
         return this.device.unlessLost(this.painter.exclusively(() => {
+            if (!this.variants.current) return; // the context has just come back
             this.variants.replace(model, texels);
             this.change(true);
             this.restAt = Infinity;
@@ -164,6 +165,7 @@ export class Renderer {
         while (pass.tiles.length) spent += await painter.batch(this.variants.current, pass, picture, 1);
         painter.put(picture);
         this.quicked = version;
+        if (pace === this.live) this.variants.current.proven = true; // a training draws nothing finer
         this.rest(whole && !fresh ? 1 : 0, spent);
         if (whole) this.following.keep();
         this.listener.frame({milliseconds: spent, size, samples: 1, settled: false});

@@ -33,7 +33,7 @@ export class Variants {
             this.painter.passes.setCells(null);
             this.probes = probes;
             await this.warm(variant);
-            await this.keep(variant);
+            await this.keep(variant, isWanted);
             this.listener.loaded();
         });
         if (isWanted()) device.unlessLost(this.findCells(model, isWanted)).catch(this.listener.failed);
@@ -78,7 +78,7 @@ export class Variants {
                 || await this.time(variant, values) < await this.time(this.current, values);
             this.drop(faster ? this.current : variant);
             memory.write(faster ? "literal" : "texture");
-            if (faster) await this.keep(variant);
+            if (faster) await this.keep(variant, isWanted);
         }).finally(() => isWanted() && this.listener.trying(false));
     }
 
@@ -110,9 +110,10 @@ export class Variants {
         gl.deleteTexture(variant?.weights ?? null);
     }
 
-    async keep(variant) {
+    async keep(variant, isWanted) {
         this.current = variant;
-        this.listener.stored(variant.storage, await this.error(variant));
+        const error = await this.error(variant);
+        if (isWanted()) this.listener.stored(variant.storage, error);
     }
 
     // Draws a first pixel, where drivers do most of their compilation.
